@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sarblock/adjust/corrections.h"
+
+namespace sarblock {
+
+enum class CorrectionChoice { kGiven, kNone, kAuto };
+enum class RobustLoss { kNone, kHuber, kCauchy, kTukey };
+enum class CovarianceLevel { kNone, kLeberl, kIntersection, kBlock, kMonteCarlo };
+enum class Datum { kGiven, kInner };
+enum class Engine { kAuto, kCeres, kReduced };
+enum class CovarianceMethod { kAuto, kReduced, kCeres };
+enum class PairChoice { kNone, kNeighbours, kAll, kList };
+enum class VarianceComponents { kNone, kRangeAzimuth, kPerPass };
+
+/// The `[adjust]` table of a block (interface.md). Defaults as there.
+struct AdjustOptions {
+  CorrectionChoice corrections = CorrectionChoice::kNone;
+  std::vector<CorrectionGroup> groups;  ///< used when corrections == kGiven
+  RobustLoss robust = RobustLoss::kNone;
+  double robust_scale = 0.0;  ///< in sigmas; 0: 1.345 Huber, 2.385 Cauchy, 4.685 Tukey (95 percent
+                              ///< efficiency at the normal distribution)
+  CovarianceLevel covariance = CovarianceLevel::kBlock;
+  PairChoice pairs = PairChoice::kNone;
+  std::string pairs_file;  ///< kList: CSV with columns point_a, point_b, relative to the block
+  Datum datum = Datum::kGiven;
+  bool scale_by_posterior = false;
+  VarianceComponents variance_components = VarianceComponents::kNone;
+  int max_iterations = 50;
+  Engine engine = Engine::kAuto;
+  CovarianceMethod covariance_method = CovarianceMethod::kAuto;
+  double test_level = 0.95;  ///< of the global (chi-square) test, two-sided
+  int threads = 1;           ///< set by the command line, not by the table
+};
+
+}  // namespace sarblock

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sarblock/adjust/options.h"
+#include "sarblock/block/block.h"
+#include "sarblock/core/quantile.h"
+
+namespace sarblock {
+
+/// What became of a point.
+enum class PointStatus : std::uint8_t {
+  kAdjusted,       ///< solved in the adjustment
+  kIntersected,    ///< solved alone, flight paths held
+  kPredicted,      ///< covariance only, geometry from truth or approximate coordinates
+  kNotSeen,        ///< no look that counts
+  kTooFewLooks,    ///< fewer equations than unknowns
+  kUndetermined,   ///< equations enough, but a direction is not determined; see `reason`
+};
+[[nodiscard]] const char* NameOf(PointStatus status);  ///< "adjusted", "undetermined", ...
+/// True where position and covariance may be used.
+[[nodiscard]] bool IsSolved(PointStatus status);
+
+/// Symmetric 3 x 3 in east, north, up: ee, nn, uu, en, eu, nu [m2].
+using SymmetricEnu = std::array<double, 6>;
+
+/// Points of a result in flat arrays, by point index of the block.
+struct PointResults {
+  std::vector<PointStatus> status;
+  std::vector<std::string> reason;             ///< empty, or by point: why not solved
+  std::vector<std::uint32_t> looks;            ///< looks that count (not rejected)
+  std::vector<Eigen::Vector3d> position_m;     ///< frame axes; NaN where not solved
+  std::vector<SymmetricEnu> covariance_m2;     ///< empty at level `none`; NaN where not solved
+  std::vector<double> intersection_rad;        ///< largest intersection angle; NaN below two looks
+  std::vector<double> redundancy;              ///< of the point's looks; empty where not computed
+};
+
+/// One estimated correction parameter.
+struct ParameterResult {
+  std::string owner;  ///< pass id, or the shared group's name
+  std::string name;   ///< "position.along.0", "range.bias", ...
+  std::string unit;   ///< "m", "s", "rad", "1"
+  double value = 0.0;
+  double sigma = std::numeric_limits<double>::quiet_NaN();        ///< NaN where not computed
+  double prior_sigma = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no prior
+};
+
+/// Covariance of two parameters (indices into `parameters`, a <= b).
+struct ParameterCovariance {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  double covariance = 0.0;
+};
+
+/// Difference of two points, b - a, in east-north-up axes at a, with its covariance.
+struct PairResult {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  Eigen::Vector3d difference_enu_m = Eigen::Vector3d::Zero();
+  SymmetricEnu covariance_m2{};
+};
+
+/// Residuals by look index of the block; NaN where the look or its point took no part.
+struct LookResults {
+  std::vector<double> range_residual_m;    ///< e_r at the solution (model.md, section 4)
+  std::vector<double> azimuth_residual_m;  ///< e_d at the solution
+  std::vector<float> weight;               ///< robust weight, 1 without a loss; empty: all 1
+  std::vector<std::uint8_t> rejected;      ///< by the file or by the robust loss; empty: the file's
+};
+
+/// Error of a check point against its known position, east-north-up.
+struct CheckResult {
+  std::uint32_t point = 0;
+  Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();  ///< NaN in components not known
+  double chi_square = 0.0;  ///< e' Q^-1 e over the known components, both covariances in Q
+  int components = 0;
+};
+
+/// Time and memory of one stage.
+struct StageCost {
+  std::string stage;  ///< read, start, solve, covariance, quality, write
+  double wall_s = 0.0;
+  double peak_mib = 0.0;
+};
+
+enum class AdjustStatus {
+  kConverged,
+  kNotConverged,
+  kIntersected,  ///< `intersect`
+  kPredicted,    ///< `predict`
+};
+
+/// Everything an adjustment, an intersection or a prediction answers.
+struct AdjustResult {
+  AdjustStatus status = AdjustStatus::kNotConverged;
+  bool accepted = false;
+  PointResults points;
+  std::vector<ParameterResult> parameters;
+  std::vector<ParameterCovariance> parameter_covariance;
+  std::vector<PairResult> pairs;
+  LookResults looks;
+  std::vector<CheckResult> checks;
+  std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
+
+  std::size_t observation_count = 0;  ///< two a look, control components, priors
+  std::size_t parameter_count = 0;    ///< three a solved point, corrections
+  std::size_t looks_used = 0;
+  std::size_t looks_not_evaluated = 0;  ///< left out because the model has no value there
+  [[nodiscard]] double redundancy() const {
+    return static_cast<double>(observation_count) - static_cast<double>(parameter_count);
+  }
+  int iterations = 0;
+  double initial_cost = 0.0;  ///< half the weighted square sum, robust loss applied
+  double final_cost = 0.0;
+  double gradient = 0.0;          ///< largest |g_i| / sqrt(H_ii), dimensionless
+  double remaining_step = 0.0;    ///< length of the Newton step left, in sigmas
+  double sigma0_squared = std::numeric_limits<double>::quiet_NaN();  ///< v'Pv / redundancy
+  Interval chi_square;            ///< acceptance interval of sigma0_squared * redundancy
+  bool chi_square_passed = false;
+  double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled reduced matrix
+  std::vector<StageCost> stages;
+  std::vector<std::string> warnings;
+};
+
+}  // namespace sarblock

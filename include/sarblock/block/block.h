@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sarblock/core/id_table.h"
+#include "sarblock/flight/path.h"
+#include "sarblock/geodesy/frame.h"
+
+namespace sarblock {
+
+/// "Not given" in a column of doubles.
+inline constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
+
+/// Side of the flight direction the antenna looks to; left is +across.
+enum class LookSide : std::int8_t { kLeft = +1, kRight = -1 };
+
+/// Standard deviation of the azimuth measurement: metres at the target or seconds.
+enum class AzimuthUnit : std::uint8_t { kMetres, kSeconds };
+struct LookSigma {
+  double range_m = kNotGiven;
+  double azimuth = kNotGiven;  ///< [m] or [s], see azimuth_unit
+  AzimuthUnit azimuth_unit = AzimuthUnit::kMetres;
+};
+
+/// One image strip with one flight path.
+struct Pass {
+  std::string id;
+  LookSide side = LookSide::kLeft;
+  double wavelength_m = kNotGiven;  ///< needed for Doppler input only
+  FlightPath path;
+  LookSigma sigma;           ///< what a look takes that gives none; [sigma] already applied
+  double start_s = 0.0;      ///< strip-normalised time -1 (model.md, section 3)
+  double end_s = 0.0;        ///< strip-normalised time +1; start_s < end_s
+};
+
+/// All looks of a block in flat arrays, sorted by point and, within a point, by pass index.
+/// Looks of point j are the indices offsets[j] .. offsets[j+1]-1. A column that no look uses is
+/// empty; NaN in a used one means "not given".
+struct Looks {
+  enum Flag : std::uint8_t {
+    kRejected = 1,        ///< kept in the file, left out of the adjustment
+    kDoppler = 2,         ///< `cone` is a Doppler centroid [Hz], else a squint angle [rad]
+    kAzimuthSeconds = 4,  ///< `azimuth_sigma` is in seconds, else in metres at the target
+  };
+  std::vector<std::uint64_t> offsets{0};  ///< points + 1
+  std::vector<std::uint32_t> pass;        ///< index into Block::passes
+  std::vector<std::uint8_t> flags;        ///< Flag bits
+  std::vector<double> time_s;             ///< azimuth time
+  std::vector<double> range_m;            ///< one-way slant range, > 0
+  std::vector<double> cone;               ///< squint [rad] or Doppler [Hz]; empty: all 0
+  std::vector<double> range_sigma_m;      ///< empty or NaN: the pass's
+  std::vector<double> azimuth_sigma;      ///< empty or NaN: the pass's
+
+  [[nodiscard]] std::size_t size() const { return pass.size(); }
+  [[nodiscard]] bool rejected(std::size_t look) const { return (flags[look] & kRejected) != 0; }
+};
+
+enum class PointRole : std::uint8_t { kTie, kControl, kCheck };
+
+/// Known position of a point with its uncertainty, for control and check points.
+struct KnownPosition {
+  std::uint32_t point = 0;
+  std::array<bool, 3> held{};                                    ///< e, n, u
+  Eigen::Matrix3d covariance_enu_m2 = Eigen::Matrix3d::Zero();   ///< rows of free components are 0
+};
+
+/// Points of a block; index = order of first appearance (points.csv, then observations.csv).
+struct Points {
+  IdTable ids;
+  std::vector<PointRole> role;
+  std::vector<Eigen::Vector3d> given_m;  ///< frame axes; NaN where the files give none.
+                                         ///< Tie: a start value and nothing more.
+  std::vector<KnownPosition> known;      ///< of control and check points, sorted by point
+  [[nodiscard]] std::size_t size() const { return role.size(); }
+  /// Entry of `known` for a point, or null.
+  [[nodiscard]] const KnownPosition* FindKnown(std::uint32_t point) const;
+};
+
+/// True positions of a simulated block; empty for real data. Never read by the adjustment.
+struct Truth {
+  std::vector<Eigen::Vector3d> points_m;  ///< by point index; NaN where unknown
+  std::vector<FlightPath> paths;          ///< by pass index; states at the nominal times
+};
+
+/// Radar images of one area as plain data: what a block folder holds, units SI and radians.
+struct Block {
+  std::string name;
+  Frame frame = Frame::Local();
+  std::vector<Pass> passes;
+  Points points;
+  Looks looks;
+
+  [[nodiscard]] std::span<const std::uint32_t> PassesOf(std::size_t point) const;
+  /// Standard deviations of a look: its own where given, else its pass's.
+  [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
+};
+
+/// Sorts looks that stand in any order by point (and pass) into `Looks` order.
+/// `point_of_look` gives the point of each look; `looks.offsets` is made. Linear time (counting
+/// sort). Returns the permutation: new position i holds old look result[i].
+std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,
+                                            std::size_t point_count,
+                                            Looks* looks);
+
+/// Strip span of each pass: the first and last look, rejected ones included (model.md, section
+/// 3). A pass without looks gets its path's span; one whose looks share one time gets 1 s around.
+/// `fixed[i]`, where given, is the pass's own start and end and wins.
+void SetStripSpans(const std::vector<std::optional<std::array<double, 2>>>& fixed_s, Block* block);
+
+}  // namespace sarblock

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sarblock {
+
+/// Ids of a million points in one character array: id of index i is text[begin[i], begin[i+1]).
+/// Ids are strings only at the edge (files, messages); everything else uses the 32-bit index.
+class IdTable {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  [[nodiscard]] std::size_t size() const { return begin_.size() - 1; }
+  [[nodiscard]] std::string_view operator[](std::size_t index) const {
+    return std::string_view(text_).substr(begin_[index], begin_[index + 1] - begin_[index]);
+  }
+  /// Appends without looking for a duplicate; returns the new index.
+  std::uint32_t Append(std::string_view id);
+  /// Index of `id`, appended if it is new.
+  std::uint32_t FindOrAppend(std::string_view id);
+  /// Index of `id` or kNone. Builds its hash index on first use (not thread-safe until built).
+  [[nodiscard]] std::uint32_t Find(std::string_view id) const;
+  /// The id closest to `id` by edit distance, for "did you mean"; empty if the table is empty.
+  [[nodiscard]] std::string Nearest(std::string_view id) const;
+  /// Frees the hash index (kept memory: the characters and 4 bytes an id).
+  void DropIndex();
+  void Reserve(std::size_t ids, std::size_t characters);
+
+ private:
+  void BuildIndex() const;
+  [[nodiscard]] std::size_t SlotOf(std::string_view id) const;
+  std::string text_;
+  std::vector<std::uint32_t> begin_{0};
+  mutable std::vector<std::uint32_t> slots_;  // open addressing; kNone is an empty slot
+};
+
+/// Of `allowed`, the name closest to `name` by edit distance (for messages); empty if none.
+[[nodiscard]] std::string NearestName(std::string_view name,
+                                      const std::vector<std::string>& allowed);
+
+}  // namespace sarblock

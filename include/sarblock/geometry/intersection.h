@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/look_equations.h"
+
+namespace sarblock {
+
+/// One look with its flight path held: everything that confines the point.
+struct Sight {
+  Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();
+  double range_m = 0.0;
+  Cone cone;
+  int side = +1;  ///< +1 left of the flight direction, -1 right
+  double range_sigma_m = 1.0;
+  double azimuth_sigma = 1.0;       ///< [m] at the target or [s]
+  bool azimuth_in_seconds = false;
+};
+
+enum class IntersectionOutcome {
+  kDetermined,
+  kTooFewLooks,
+  kCirclesDoNotMeet,   ///< the two circles stay apart by more than the looks' noise explains
+  kCirclesTouch,       ///< they meet tangentially: one direction is not determined
+  kCirclesCoincide,    ///< same circle (single-flight squinted stereo, zero base)
+  kWrongSide,          ///< they meet, but not on the side the antennas look to
+  kAmbiguous,          ///< two solutions satisfy looks and sides equally well
+  kNotConverged,
+};
+[[nodiscard]] const char* NameOf(IntersectionOutcome outcome);     ///< "circles-coincide", ...
+[[nodiscard]] const char* Explain(IntersectionOutcome outcome);    ///< one sentence for people
+
+struct Intersection {
+  IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< frame axes, paths held
+  double weighted_square_sum = 0.0;  ///< v'Pv of the 2 n equations
+  double intersection_rad = 0.0;     ///< largest angle between the planes of two looks' sights
+  int iterations = 0;
+};
+
+struct IntersectionOptions {
+  int max_iterations = 50;
+  /// Below this reciprocal condition of the column-scaled whitened Jacobian the point counts as not
+  /// determined (touching or coinciding circles).
+  double min_reciprocal_condition = 1e-9;
+};
+
+/// Point where the range spheres and Doppler cones of two or more looks meet, least squares over
+/// all of them, with the covariance that the looks' standard deviations give (flight paths held).
+/// Closed start from the pair that intersects best, then Newton with damping. Among mirror
+/// solutions the look side decides, then the one below the antennas.
+/// Leberl (1979), Eq. 1-4; docs/theory/intersection.md.
+[[nodiscard]] Intersection Intersect(std::span<const Sight> sights,
+                                     const Frame& frame,
+                                     const IntersectionOptions& options = {});
+
+/// Point of one look on the reference surface at `height_m` (local: z = height), on the look side.
+/// kDetermined or kCirclesDoNotMeet (circle above or below the surface). No covariance.
+[[nodiscard]] Intersection IntersectWithHeight(const Sight& sight,
+                                               const Frame& frame,
+                                               double height_m);
+
+/// Angle at p between the sight lines of two looks, each projected on the plane normal to the mean
+/// flight direction: Leberl's dtheta for parallel tracks, the angle of the two range gradients in
+/// general. In [0, pi].
+[[nodiscard]] double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight& b);
+
+}  // namespace sarblock
