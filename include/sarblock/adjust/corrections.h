@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/block/block.h"
+
 #include <array>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "sarblock/block/block.h"
 
 namespace sarblock {
 
@@ -18,8 +18,8 @@ struct PositionCorrection {
   enum class Basis { kPolynomial, kSpline };
   enum class Axes { kTrack, kFrame };
   Basis basis = Basis::kPolynomial;
-  int degree = 0;                        ///< polynomial: Legendre 0..degree, <= kMaxDegree
-  double knot_spacing_s = kNotGiven;     ///< spline
+  int degree = 0;                     ///< polynomial: Legendre 0..degree, <= kMaxDegree
+  double knot_spacing_s = kNotGiven;  ///< spline
   Axes axes = Axes::kTrack;
   std::array<bool, 3> components{true, true, true};  ///< along, across, up or x, y, z
   /// Per axis: empty = no prior; one value = for every degree or spline coefficient; else one a
@@ -30,7 +30,7 @@ struct PositionCorrection {
 
 /// Error of the velocity direction in the cone only: v/|v| + c_across across + c_up up.
 struct VelocityCorrection {
-  std::array<bool, 2> components{true, true};               ///< across, up
+  std::array<bool, 2> components{true, true};                   ///< across, up
   std::array<PriorSigma, 2> prior_sigma{kNotGiven, kNotGiven};  ///< dimensionless
 };
 

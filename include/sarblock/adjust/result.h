@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/adjust/options.h"
+#include "sarblock/block/block.h"
+#include "sarblock/core/quantile.h"
+
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -10,20 +14,16 @@
 
 #include <Eigen/Core>
 
-#include "sarblock/adjust/options.h"
-#include "sarblock/block/block.h"
-#include "sarblock/core/quantile.h"
-
 namespace sarblock {
 
 /// What became of a point.
 enum class PointStatus : std::uint8_t {
-  kAdjusted,       ///< solved in the adjustment
-  kIntersected,    ///< solved alone, flight paths held
-  kPredicted,      ///< covariance only, geometry from truth or approximate coordinates
-  kNotSeen,        ///< no look that counts
-  kTooFewLooks,    ///< fewer equations than unknowns
-  kUndetermined,   ///< equations enough, but a direction is not determined; see `reason`
+  kAdjusted,      ///< solved in the adjustment
+  kIntersected,   ///< solved alone, flight paths held
+  kPredicted,     ///< covariance only, geometry from truth or approximate coordinates
+  kNotSeen,       ///< no look that counts
+  kTooFewLooks,   ///< fewer equations than unknowns
+  kUndetermined,  ///< equations enough, but a direction is not determined; see `reason`
 };
 [[nodiscard]] const char* NameOf(PointStatus status);  ///< "adjusted", "undetermined", ...
 /// True where position and covariance may be used.
@@ -35,12 +35,12 @@ using SymmetricEnu = std::array<double, 6>;
 /// Points of a result in flat arrays, by point index of the block.
 struct PointResults {
   std::vector<PointStatus> status;
-  std::vector<std::string> reason;             ///< empty, or by point: why not solved
-  std::vector<std::uint32_t> looks;            ///< looks that count (not rejected)
-  std::vector<Eigen::Vector3d> position_m;     ///< frame axes; NaN where not solved
-  std::vector<SymmetricEnu> covariance_m2;     ///< empty at level `none`; NaN where not solved
-  std::vector<double> intersection_rad;        ///< largest intersection angle; NaN below two looks
-  std::vector<double> redundancy;              ///< of the point's looks; empty where not computed
+  std::vector<std::string> reason;          ///< empty, or by point: why not solved
+  std::vector<std::uint32_t> looks;         ///< looks that count (not rejected)
+  std::vector<Eigen::Vector3d> position_m;  ///< frame axes; NaN where not solved
+  std::vector<SymmetricEnu> covariance_m2;  ///< empty at level `none`; NaN where not solved
+  std::vector<double> intersection_rad;     ///< largest intersection angle; NaN below two looks
+  std::vector<double> redundancy;           ///< of the point's looks; empty where not computed
 };
 
 /// One estimated correction parameter.
@@ -120,10 +120,10 @@ struct AdjustResult {
   int iterations = 0;
   double initial_cost = 0.0;  ///< half the weighted square sum, robust loss applied
   double final_cost = 0.0;
-  double gradient = 0.0;          ///< largest |g_i| / sqrt(H_ii), dimensionless
-  double remaining_step = 0.0;    ///< length of the Newton step left, in sigmas
+  double gradient = 0.0;        ///< largest |g_i| / sqrt(H_ii), dimensionless
+  double remaining_step = 0.0;  ///< length of the Newton step left, in sigmas
   double sigma0_squared = std::numeric_limits<double>::quiet_NaN();  ///< v'Pv / redundancy
-  Interval chi_square;            ///< acceptance interval of sigma0_squared * redundancy
+  Interval chi_square;  ///< acceptance interval of sigma0_squared * redundancy
   bool chi_square_passed = false;
   double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled reduced matrix
   std::vector<StageCost> stages;

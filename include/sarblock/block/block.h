@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/id_table.h"
+#include "sarblock/flight/path.h"
+#include "sarblock/geodesy/frame.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -11,10 +15,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-
-#include "sarblock/core/id_table.h"
-#include "sarblock/flight/path.h"
-#include "sarblock/geodesy/frame.h"
 
 namespace sarblock {
 
@@ -38,9 +38,9 @@ struct Pass {
   LookSide side = LookSide::kLeft;
   double wavelength_m = kNotGiven;  ///< needed for Doppler input only
   FlightPath path;
-  LookSigma sigma;           ///< what a look takes that gives none; [sigma] already applied
-  double start_s = 0.0;      ///< strip-normalised time -1 (model.md, section 3)
-  double end_s = 0.0;        ///< strip-normalised time +1; start_s < end_s
+  LookSigma sigma;       ///< what a look takes that gives none; [sigma] already applied
+  double start_s = 0.0;  ///< strip-normalised time -1 (model.md, section 3)
+  double end_s = 0.0;    ///< strip-normalised time +1; start_s < end_s
 };
 
 /// All looks of a block in flat arrays, sorted by point and, within a point, by pass index.
@@ -70,8 +70,8 @@ enum class PointRole : std::uint8_t { kTie, kControl, kCheck };
 /// Known position of a point with its uncertainty, for control and check points.
 struct KnownPosition {
   std::uint32_t point = 0;
-  std::array<bool, 3> held{};                                    ///< e, n, u
-  Eigen::Matrix3d covariance_enu_m2 = Eigen::Matrix3d::Zero();   ///< rows of free components are 0
+  std::array<bool, 3> held{};                                   ///< e, n, u
+  Eigen::Matrix3d covariance_enu_m2 = Eigen::Matrix3d::Zero();  ///< rows of free components are 0
 };
 
 /// Points of a block; index = order of first appearance (points.csv, then observations.csv).

@@ -24,8 +24,8 @@ class InputError : public std::runtime_error {
   InputError(const std::string& field, const std::string& problem);
 };
 
-/// A block, or a part of it that was asked for, that its observations do not determine. Exit code 4.
-/// `names` are the parameters (`A1 position.across.0`) or points that cannot be known.
+/// A block, or a part of it that was asked for, that its observations do not determine. Exit
+/// code 4. `names` are the parameters (`A1 position.across.0`) or points that cannot be known.
 class UndeterminedError : public std::runtime_error {
  public:
   UndeterminedError(const std::string& problem, std::vector<std::string> names);

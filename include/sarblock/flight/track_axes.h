@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/flight/path.h"
+#include "sarblock/geodesy/frame.h"
+
 #include <array>
 
 #include <Eigen/Core>
-
-#include "sarblock/flight/path.h"
-#include "sarblock/geodesy/frame.h"
 
 namespace sarblock {
 

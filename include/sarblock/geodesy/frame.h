@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-
 #include "sarblock/geodesy/ellipsoid.h"
+
+#include <Eigen/Core>
 
 namespace sarblock {
 
@@ -18,9 +18,9 @@ struct Geodetic {
 
 /// The outward vertical at a point, with what the model needs of its neighbourhood.
 struct Vertical {
-  Eigen::Vector3d up_1 = Eigen::Vector3d::UnitZ();     ///< unit vector, frame axes
-  double height_m = 0.0;                               ///< above the ellipsoid; `local`: z
-  Eigen::Matrix3d dup_dp = Eigen::Matrix3d::Zero();    ///< d up / d position [1/m], symmetric
+  Eigen::Vector3d up_1 = Eigen::Vector3d::UnitZ();   ///< unit vector, frame axes
+  double height_m = 0.0;                             ///< above the ellipsoid; `local`: z
+  Eigen::Matrix3d dup_dp = Eigen::Matrix3d::Zero();  ///< d up / d position [1/m], symmetric
 };
 
 /// The vertical along a moving point, with its first two time derivatives.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/look_equations.h"
+
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
-
-#include "sarblock/geodesy/frame.h"
-#include "sarblock/geometry/look_equations.h"
 
 namespace sarblock {
 
@@ -20,29 +20,29 @@ struct Sight {
   Cone cone;
   int side = +1;  ///< +1 left of the flight direction, -1 right
   double range_sigma_m = 1.0;
-  double azimuth_sigma = 1.0;       ///< [m] at the target or [s]
+  double azimuth_sigma = 1.0;  ///< [m] at the target or [s]
   bool azimuth_in_seconds = false;
 };
 
 enum class IntersectionOutcome {
   kDetermined,
   kTooFewLooks,
-  kCirclesDoNotMeet,   ///< the two circles stay apart by more than the looks' noise explains
-  kCirclesTouch,       ///< they meet tangentially: one direction is not determined
-  kCirclesCoincide,    ///< same circle (single-flight squinted stereo, zero base)
-  kWrongSide,          ///< they meet, but not on the side the antennas look to
-  kAmbiguous,          ///< two solutions satisfy looks and sides equally well
+  kCirclesDoNotMeet,  ///< the two circles stay apart by more than the looks' noise explains
+  kCirclesTouch,      ///< they meet tangentially: one direction is not determined
+  kCirclesCoincide,   ///< same circle (single-flight squinted stereo, zero base)
+  kWrongSide,         ///< they meet, but not on the side the antennas look to
+  kAmbiguous,         ///< two solutions satisfy looks and sides equally well
   kNotConverged,
 };
-[[nodiscard]] const char* NameOf(IntersectionOutcome outcome);     ///< "circles-coincide", ...
-[[nodiscard]] const char* Explain(IntersectionOutcome outcome);    ///< one sentence for people
+[[nodiscard]] const char* NameOf(IntersectionOutcome outcome);   ///< "circles-coincide", ...
+[[nodiscard]] const char* Explain(IntersectionOutcome outcome);  ///< one sentence for people
 
 struct Intersection {
   IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< frame axes, paths held
-  double weighted_square_sum = 0.0;  ///< v'Pv of the 2 n equations
-  double intersection_rad = 0.0;     ///< largest angle between the planes of two looks' sights
+  double weighted_square_sum = 0.0;                         ///< v'Pv of the 2 n equations
+  double intersection_rad = 0.0;  ///< largest angle between the planes of two looks' sights
   int iterations = 0;
 };
 

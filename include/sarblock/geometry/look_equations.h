@@ -11,8 +11,8 @@ namespace sarblock {
 struct Cone {
   enum class Kind { kSquint, kDoppler };
   Kind kind = Kind::kSquint;
-  double squint_rad = 0.0;      ///< kSquint; |squint| < pi/2
-  double closing_mps = 0.0;     ///< kDoppler: lambda f_D / 2 = v.d / rho
+  double squint_rad = 0.0;   ///< kSquint; |squint| < pi/2
+  double closing_mps = 0.0;  ///< kDoppler: lambda f_D / 2 = v.d / rho
 };
 
 /// Errors of the range sphere and the Doppler cone and their partials (model.md, section 4).
@@ -25,11 +25,11 @@ struct Cone {
 struct LookEquations {
   double rho_m = 0.0;
   double sin_tau = 0.0;
-  double doppler_error_m = 0.0;                               ///< e_d
-  Eigen::RowVector3d drho_dp = Eigen::RowVector3d::Zero();    ///< unit sight line d'/rho [1]
-  Eigen::RowVector3d ded_dp = Eigen::RowVector3d::Zero();     ///< [1]
-  Eigen::RowVector3d ded_dv = Eigen::RowVector3d::Zero();     ///< by the cone axis vector v [s]
-  double ded_dtau_m = 0.0;                                    ///< by b_tau [m/rad]
+  double doppler_error_m = 0.0;                             ///< e_d
+  Eigen::RowVector3d drho_dp = Eigen::RowVector3d::Zero();  ///< unit sight line d'/rho [1]
+  Eigen::RowVector3d ded_dp = Eigen::RowVector3d::Zero();   ///< [1]
+  Eigen::RowVector3d ded_dv = Eigen::RowVector3d::Zero();   ///< by the cone axis vector v [s]
+  double ded_dtau_m = 0.0;                                  ///< by b_tau [m/rad]
 };
 
 /// Evaluates both at a point p and an antenna (position s, cone axis vector v: the velocity, plus
@@ -64,7 +64,9 @@ struct Whitening {
 
 /// Whitening from sigma_R [m] and sigma_t [s]. With rates (r, d): covariance
 /// [[sR^2 + r^2 st^2, r d st^2], [., d^2 st^2]]; docs/theory/observations.md, eq. (9)-(11).
-[[nodiscard]] Whitening WhitenTime(double range_sigma_m, double time_sigma_s, const TimeRates& rates);
+[[nodiscard]] Whitening WhitenTime(double range_sigma_m,
+                                   double time_sigma_s,
+                                   const TimeRates& rates);
 /// The same from sigma_R and the azimuth standard deviation in metres at the target,
 /// sigma_t = sigma_a / |d|. With r = 0 this is two divisions.
 [[nodiscard]] Whitening WhitenAzimuth(double range_sigma_m,

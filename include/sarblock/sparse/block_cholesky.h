@@ -41,7 +41,7 @@ class BlockSymmetricMatrix {
   std::vector<int> sizes_, offsets_;
   std::vector<std::size_t> column_begin_;  // into rows_ and block_begin_
   std::vector<int> rows_;
-  std::vector<std::size_t> block_begin_;   // into values_
+  std::vector<std::size_t> block_begin_;  // into values_
   std::vector<double> values_;
 };
 
@@ -65,7 +65,7 @@ class BlockCholesky {
   /// What Factorize met.
   struct Outcome {
     bool positive_definite = false;
-    int failed_row = -1;          ///< row of S (original order) whose pivot was not positive
+    int failed_row = -1;                ///< row of S (original order) whose pivot was not positive
     double smallest_pivot_ratio = 0.0;  ///< least pivot / diagonal element, 1 for a diagonal S
     int smallest_pivot_row = -1;
   };
