@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/block/block.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace sarblock {
+namespace {
+
+template <typename T>
+void Permute(const std::vector<std::uint32_t>& old_of_new, std::vector<T>* column) {
+  if (column->empty()) return;
+  std::vector<T> sorted(old_of_new.size());
+  for (std::size_t i = 0; i < sorted.size(); ++i) sorted[i] = (*column)[old_of_new[i]];
+  column->swap(sorted);
+}
+
+double ValueOr(const std::vector<double>& column, std::size_t row, double otherwise) {
+  return column.empty() || std::isnan(column[row]) ? otherwise : column[row];
+}
+
+}  // namespace
+
+const KnownPosition* Points::FindKnown(std::uint32_t point) const {
+  const auto found = std::lower_bound(
+      known.begin(), known.end(), point, [](const KnownPosition& entry, std::uint32_t wanted) {
+        return entry.point < wanted;
+      });
+  return found != known.end() && found->point == point ? &*found : nullptr;
+}
+
+std::span<const std::uint32_t> Block::PassesOf(std::size_t point) const {
+  const std::size_t begin = looks.offsets[point], end = looks.offsets[point + 1];
+  return std::span<const std::uint32_t>(looks.pass).subspan(begin, end - begin);
+}
+
+LookSigma Block::SigmaOf(std::size_t look) const {
+  LookSigma sigma = passes[looks.pass[look]].sigma;
+  sigma.range_m = ValueOr(looks.range_sigma_m, look, sigma.range_m);
+  if (const double own = ValueOr(looks.azimuth_sigma, look, kNotGiven); !std::isnan(own)) {
+    const bool seconds = (looks.flags[look] & Looks::kAzimuthSeconds) != 0;
+    sigma.azimuth = own;
+    sigma.azimuth_unit = seconds ? AzimuthUnit::kSeconds : AzimuthUnit::kMetres;
+  }
+  return sigma;
+}
+
+std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,
+                                            std::size_t point_count,
+                                            Looks* looks) {
+  // Counting sort: offsets[j + 1] first counts the looks of point j, then is where j's next look
+  // goes, and ends as the end of point j's looks.
+  std::vector<std::uint64_t>& offsets = looks->offsets;
+  offsets.assign(point_count + 1, 0);
+  for (const std::uint32_t point : point_of_look) ++offsets[point + 1];
+  std::uint64_t begin = 0;
+  for (std::size_t j = 1; j <= point_count; ++j) {
+    begin += std::exchange(offsets[j], begin);
+  }
+  std::vector<std::uint32_t> old_of_new(point_of_look.size());
+  for (std::uint32_t old = 0; old < point_of_look.size(); ++old) {
+    old_of_new[offsets[point_of_look[old] + 1]++] = old;
+  }
+  const auto by_pass = [looks](std::uint32_t a, std::uint32_t b) {
+    // Looks of one pass (refused later as duplicates) keep the order of the file.
+    return looks->pass[a] != looks->pass[b] ? looks->pass[a] < looks->pass[b] : a < b;
+  };
+  for (std::size_t j = 0; j < point_count; ++j) {
+    const auto first = old_of_new.begin() + static_cast<std::ptrdiff_t>(offsets[j]);
+    const auto last = old_of_new.begin() + static_cast<std::ptrdiff_t>(offsets[j + 1]);
+    std::sort(first, last, by_pass);
+  }
+  Permute(old_of_new, &looks->pass);
+  Permute(old_of_new, &looks->flags);
+  Permute(old_of_new, &looks->time_s);
+  Permute(old_of_new, &looks->range_m);
+  Permute(old_of_new, &looks->cone);
+  Permute(old_of_new, &looks->range_sigma_m);
+  Permute(old_of_new, &looks->azimuth_sigma);
+  return old_of_new;
+}
+
+void SetStripSpans(const std::vector<std::optional<std::array<double, 2>>>& fixed_s, Block* block) {
+  std::vector<Pass>& passes = block->passes;
+  std::vector<bool> seen(passes.size(), false);
+  for (std::size_t look = 0; look < block->looks.size(); ++look) {
+    const double time_s = block->looks.time_s[look];
+    if (std::isnan(time_s)) continue;  // a planned look, its time not known
+    Pass& pass = passes[block->looks.pass[look]];
+    const bool first = !seen[block->looks.pass[look]];
+    pass.start_s = first ? time_s : std::min(pass.start_s, time_s);
+    pass.end_s = first ? time_s : std::max(pass.end_s, time_s);
+    seen[block->looks.pass[look]] = true;
+  }
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    Pass& pass = passes[i];
+    if (i < fixed_s.size() && fixed_s[i]) {
+      pass.start_s = (*fixed_s[i])[0];
+      pass.end_s = (*fixed_s[i])[1];
+      if (!(pass.start_s < pass.end_s)) {
+        throw InputError("pass " + pass.id + " start_s", "start_s must be less than end_s");
+      }
+    } else if (!seen[i] && !pass.path.states().empty()) {
+      pass.start_s = pass.path.start_s();
+      pass.end_s = pass.path.end_s();
+    } else if (!(pass.start_s < pass.end_s)) {
+      pass.start_s -= 0.5;
+      pass.end_s = pass.start_s + 1.0;
+    }
+  }
+}
+
+}  // namespace sarblock
