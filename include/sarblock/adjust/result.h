@@ -4,6 +4,7 @@
 #include "sarblock/adjust/options.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/quantile.h"
+#include "sarblock/core/stage_timer.h"
 
 #include <array>
 #include <cstdint>
@@ -82,13 +83,6 @@ struct CheckResult {
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();  ///< NaN in components not known
   double chi_square = 0.0;  ///< e' Q^-1 e over the known components, both covariances in Q
   int components = 0;
-};
-
-/// Time and memory of one stage.
-struct StageCost {
-  std::string stage;  ///< read, start, solve, covariance, quality, write
-  double wall_s = 0.0;
-  double peak_mib = 0.0;
 };
 
 enum class AdjustStatus {

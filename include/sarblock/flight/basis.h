@@ -24,14 +24,22 @@ void LegendreValues(double x, BasisValues out);
 /// polynomial piece is continued.
 class UniformSpline {
  public:
+  /// More pieces than this are taken for a mistake in the unit of the spacing.
+  static constexpr std::size_t kMaxPieces = 1000000;
+
   UniformSpline() = default;
-  /// Throws InputError unless end_s > start_s and knot_spacing_s > 0, all finite.
+  /// Throws InputError unless end_s > start_s and knot_spacing_s > 0, all finite, with at most
+  /// kMaxPieces pieces.
   UniformSpline(double start_s, double end_s, double knot_spacing_s);
 
   [[nodiscard]] std::size_t count() const { return pieces_ + 3; }
   [[nodiscard]] double spacing_s() const { return spacing_s_; }
   /// The four functions not zero at `time_s`, derivatives by time; returns the first one's index.
   [[nodiscard]] std::size_t Evaluate(double time_s, BasisValues four) const;
+  /// Piece (interval between knots) that holds a time, the first or last one outside the span.
+  [[nodiscard]] std::size_t PieceOf(double time_s) const;
+  /// Functions piece .. piece + 3 by the polynomials of that piece, continued to any time.
+  void EvaluatePiece(std::size_t piece, double time_s, BasisValues four) const;
 
  private:
   double start_s_ = 0.0;

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sarblock/adjust/parameters.h"
+#include "sarblock/block/block.h"
+#include "sarblock/flight/track_axes.h"
+#include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
+
+namespace sarblock {
+
+/// Parameter blocks a look touches, in the order of its local columns.
+struct LookColumns {
+  std::array<int, ParameterLayout::kMaxLocalColumns> block{};  ///< parameter block
+  int block_count = 0;
+  int column_count = 0;
+};
+
+/// One look at one state: errors in metres and partials, not yet weighted. Row 0 is the range
+/// sphere e_r, row 1 the Doppler cone e_d.
+struct LookEvaluation {
+  Eigen::Vector2d error_m = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 3> by_point = Eigen::Matrix<double, 2, 3>::Zero();
+  /// By the look's local columns; only the first column_count are set.
+  Eigen::Matrix<double, 2, ParameterLayout::kMaxLocalColumns> by_columns;
+};
+
+/// The antenna at a time of a pass under corrections.
+struct CorrectedMotion {
+  Motion motion;              ///< corrected position, velocity and acceleration (jerk unused)
+  double path_time_s = 0.0;   ///< t + b_t
+};
+
+/// Observation equations of a block with all corrections (model.md, sections 3 and 4;
+/// docs/theory/observations.md).
+///
+///     e_r = (1 + kappa) rho + b_r + z m(p) - R         d = p - s(t + b_t), rho = |d|
+///     e_d = u.d - rho sin(tau + b_tau)                  u = unit(v + |v| (c_across a + c_up n))
+///
+/// s and v are position and velocity of the corrected path, the turning of the track axes
+/// included. The piece of a spline is chosen by the measured time t and its polynomial continued
+/// to t + b_t: the difference is of third order in b_t / knot spacing, and the look's columns do
+/// not depend on the state.
+/// Thread-safe; holds references to the block and the layout, which must outlive it.
+class LookModel {
+ public:
+  LookModel(const Block& block, const ParameterLayout& layout) : block_(block), layout_(layout) {}
+
+  [[nodiscard]] const Block& block() const { return block_; }
+  [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
+
+  void ColumnsOf(std::size_t look, LookColumns* columns) const;
+  /// The columns of a look of `pass` measured at `time_s`.
+  void ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const;
+
+  /// Errors and partials of `look` with its point at start_m + displacement_m, local corrections
+  /// `x` (column_count values). False where the model has no value: time outside the path, point at
+  /// the antenna, sight line level at the target under a troposphere, overflow.
+  [[nodiscard]] bool Evaluate(std::size_t look,
+                              const LookColumns& columns,
+                              const Eigen::Vector3d& start_m,
+                              const Eigen::Vector3d& displacement_m,
+                              std::span<const double> x,
+                              LookEvaluation* out) const;
+
+  /// Whitening of a look at a point and path (no corrections but the given motion).
+  [[nodiscard]] Whitening WhiteningOf(std::size_t look,
+                                      const Eigen::Vector3d& p_m,
+                                      const Motion& motion) const;
+
+  /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
+  /// nothing outside the path.
+  [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAt(
+      std::size_t pass, double time_s, const Eigen::VectorXd& x) const;
+
+  /// A look as a Sight of the geometry module with corrections `x`; nothing outside the path.
+  [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;
+
+  [[nodiscard]] Cone ConeOf(std::size_t look) const;
+
+ private:
+  const Block& block_;
+  const ParameterLayout& layout_;
+};
+
+/// Local corrections of a look gathered from the block's vector x.
+void GatherColumns(const ParameterLayout& layout,
+                   const LookColumns& columns,
+                   const Eigen::VectorXd& x,
+                   double* local);
+
+}  // namespace sarblock

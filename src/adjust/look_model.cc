@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/look_model.h"
+
+#include <cmath>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kMaxBasis = PositionCorrection::kMaxDegree + 1;
+
+/// Values of one term's basis functions with derivatives by time.
+struct TermBasis {
+  std::array<double, kMaxBasis> value, first, second;
+};
+
+double SumOf(const std::vector<int>& columns, std::span<const double> x) {
+  double sum = 0.0;
+  for (const int column : columns) sum += x[static_cast<std::size_t>(column)];
+  return sum;
+}
+
+void EvaluatePolynomial(const PassCorrections& pass, int degree, double t_s, TermBasis* out) {
+  const std::size_t n = static_cast<std::size_t>(degree) + 1;
+  LegendreValues((t_s - pass.middle_s) / pass.half_length_s,
+                 {std::span(out->value).first(n),
+                  std::span(out->first).first(n),
+                  std::span(out->second).first(n)});
+  const double rate = 1.0 / pass.half_length_s;
+  for (std::size_t k = 0; k < n; ++k) {
+    out->first[k] *= rate;
+    out->second[k] *= rate * rate;
+  }
+}
+
+/// The four spline functions of the piece that holds the measured time, at the path's time t.
+void EvaluateSpline(const SplineTerm& term, double measured_s, double t_s, TermBasis* out) {
+  term.spline.EvaluatePiece(term.spline.PieceOf(measured_s),
+                            t_s,
+                            {std::span(out->value).first(4),
+                             std::span(out->first).first(4),
+                             std::span(out->second).first(4)});
+}
+
+/// Sum of the corrections along three axes, with time derivatives.
+struct AxisSums {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Vector3d second = Eigen::Vector3d::Zero();
+  void Add(int axis, double coefficient, const TermBasis& basis, std::size_t k) {
+    value[axis] += coefficient * basis.value[k];
+    first[axis] += coefficient * basis.first[k];
+    second[axis] += coefficient * basis.second[k];
+  }
+};
+
+/// Calls f(axis, basis index, local column) for each parameter of a term, in column order.
+template <typename F>
+void ForEachColumn(const PolynomialTerm& term, F&& f) {
+  int column = term.column;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!term.components[static_cast<std::size_t>(axis)]) continue;
+    for (int k = 0; k <= term.degree; ++k) f(axis, static_cast<std::size_t>(k), column++);
+  }
+}
+
+template <typename F>
+void ForEachColumn(const SplineTerm& term, int first_column, F&& f) {
+  int column = first_column;
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (term.components[static_cast<std::size_t>(axis)]) f(axis, k, column++);
+    }
+  }
+}
+
+/// Everything about the corrected path that both observation equations need.
+struct PathEvaluation {
+  Motion motion;     // corrected; jerk unused
+  TrackAxes axes;    // of the nominal path; identity where no term needs them
+  std::array<TermBasis, ParameterLayout::kMaxPolynomials> polynomial;
+  std::array<TermBasis, ParameterLayout::kMaxSplines> spline;
+};
+
+bool EvaluatePath(const Block& block,
+                  const PassCorrections& corrections,
+                  std::size_t pass,
+                  double measured_s,
+                  double path_s,
+                  std::span<const double> x,
+                  PathEvaluation* out) {
+  const std::optional<Motion> nominal = block.passes[pass].path.At(path_s);
+  if (!nominal) return false;
+  out->motion = *nominal;
+  if (corrections.polynomials.empty() && corrections.splines.empty() &&
+      !corrections.NeedsTrackAxes()) {
+    return true;
+  }
+  if (corrections.NeedsTrackAxes()) out->axes = TrackAxesOf(block.frame, *nominal);
+
+  AxisSums track, frame;
+  const auto sums_of = [&](PositionCorrection::Axes axes) {
+    return axes == PositionCorrection::Axes::kTrack ? &track : &frame;
+  };
+  for (std::size_t q = 0; q < corrections.polynomials.size(); ++q) {
+    const PolynomialTerm& term = corrections.polynomials[q];
+    EvaluatePolynomial(corrections, term.degree, path_s, &out->polynomial[q]);
+    AxisSums* sums = sums_of(term.axes);
+    ForEachColumn(term, [&](int axis, std::size_t k, int column) {
+      sums->Add(axis, x[static_cast<std::size_t>(column)], out->polynomial[q], k);
+    });
+  }
+  int column_begin = corrections.static_columns;
+  for (std::size_t q = 0; q < corrections.splines.size(); ++q) {
+    const SplineTerm& term = corrections.splines[q];
+    EvaluateSpline(term, measured_s, path_s, &out->spline[q]);
+    AxisSums* sums = sums_of(term.axes);
+    ForEachColumn(term, column_begin, [&](int axis, std::size_t k, int column) {
+      sums->Add(axis, x[static_cast<std::size_t>(column)], out->spline[q], k);
+    });
+    column_begin += 4 * term.component_count;
+  }
+  // delta = A c + f and its time derivatives; A turns with the track (docs/theory/flight_path.md).
+  const TrackAxes& a = out->axes;
+  out->motion.position_m += a.axes_1 * track.value + frame.value;
+  out->motion.velocity_mps += a.rate * track.value + a.axes_1 * track.first + frame.first;
+  out->motion.acceleration_mps2 += a.acceleration * track.value + 2.0 * (a.rate * track.first) +
+                                   a.axes_1 * track.second + frame.second;
+  return out->motion.position_m.allFinite() && out->motion.velocity_mps.allFinite();
+}
+
+/// Slant delay mapping m(p) = exp(-h/H) / cos(incidence) and its partials; false where the sight
+/// line does not come from above.
+struct SlantMapping {
+  double value = 0.0;
+  Eigen::RowVector3d by_p = Eigen::RowVector3d::Zero();
+  Eigen::RowVector3d by_s = Eigen::RowVector3d::Zero();
+};
+
+bool EvaluateMapping(const Vertical& vertical,
+                     const Eigen::Vector3d& d_m,
+                     double rho_m,
+                     double scale_height_m,
+                     SlantMapping* out) {
+  const double drop_m = -vertical.up_1.dot(d_m);  // rho cos(incidence)
+  if (!(drop_m > 1e-6 * rho_m)) return false;
+  const double thinning = std::exp(-vertical.height_m / scale_height_m);
+  const Eigen::RowVector3d sight = (d_m / rho_m).transpose();
+  const Eigen::RowVector3d ddrop_dp =
+      -vertical.up_1.transpose() - (vertical.dup_dp * d_m).transpose();
+  const double m = thinning * rho_m / drop_m;
+  out->value = m;
+  out->by_p = (-m / scale_height_m) * vertical.up_1.transpose() + (thinning / drop_m) * sight -
+              (m / drop_m) * ddrop_dp;
+  out->by_s = (-thinning / drop_m) * sight - (m / drop_m) * vertical.up_1.transpose();
+  return true;
+}
+
+}  // namespace
+
+Cone LookModel::ConeOf(std::size_t look) const {
+  Cone cone;
+  const Looks& looks = block_.looks;
+  if (looks.cone.empty()) return cone;
+  if ((looks.flags[look] & Looks::kDoppler) != 0) {
+    cone.kind = Cone::Kind::kDoppler;
+    cone.closing_mps = 0.5 * block_.passes[looks.pass[look]].wavelength_m * looks.cone[look];
+  } else {
+    cone.squint_rad = looks.cone[look];
+  }
+  return cone;
+}
+
+void LookModel::ColumnsOf(std::size_t look, LookColumns* columns) const {
+  ColumnsAt(block_.looks.pass[look], block_.looks.time_s[look], columns);
+}
+
+void LookModel::ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const {
+  const PassCorrections& corrections = layout_.passes[pass];
+  columns->block_count = 0;
+  columns->column_count = corrections.static_columns;
+  const auto add = [&](int block) {
+    columns->block[static_cast<std::size_t>(columns->block_count++)] = block;
+  };
+  for (const int block : corrections.blocks) add(block);
+  for (const SplineTerm& term : corrections.splines) {
+    const int first = static_cast<int>(term.spline.PieceOf(time_s));
+    for (int k = 0; k < 4; ++k) add(term.first_block + first + k);
+    columns->column_count += 4 * term.component_count;
+  }
+}
+
+void GatherColumns(const ParameterLayout& layout,
+                   const LookColumns& columns,
+                   const Eigen::VectorXd& x,
+                   double* local) {
+  for (int b = 0; b < columns.block_count; ++b) {
+    const ParameterBlock& block =
+        layout.blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
+    for (int i = 0; i < block.size; ++i) *local++ = x[block.offset + i];
+  }
+}
+
+bool LookModel::Evaluate(std::size_t look,
+                         const LookColumns& columns,
+                         const Eigen::Vector3d& start_m,
+                         const Eigen::Vector3d& displacement_m,
+                         std::span<const double> x,
+                         LookEvaluation* out) const {
+  const Looks& looks = block_.looks;
+  const std::size_t pass = looks.pass[look];
+  const PassCorrections& c = layout_.passes[pass];
+  const double measured_s = looks.time_s[look];
+  PathEvaluation path;
+  if (!EvaluatePath(block_, c, pass, measured_s, measured_s + SumOf(c.time_bias, x), x, &path)) {
+    return false;
+  }
+  const Motion& motion = path.motion;
+  // The direction errors of the cone axis: w = c_across across + c_up up, v_cone = v + |v| w.
+  const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
+  const double speed = motion.velocity_mps.norm();
+  const Eigen::Vector3d u = motion.velocity_mps / speed;
+  Eigen::Vector3d w = Eigen::Vector3d::Zero(), w_rate = Eigen::Vector3d::Zero();
+  if (turned) {
+    const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
+    w = across * path.axes.axes_1.col(1) + up * path.axes.axes_1.col(2);
+    w_rate = across * path.axes.rate.col(1) + up * path.axes.rate.col(2);
+  }
+  // d = (start - s) + displacement keeps the digits of a small displacement.
+  const Eigen::Vector3d to_start = start_m - motion.position_m;
+  LookEquations eq;
+  if (!EvaluateLookEquations(to_start + displacement_m,
+                             Eigen::Vector3d::Zero(),
+                             motion.velocity_mps + speed * w,
+                             ConeOf(look),
+                             SumOf(c.squint_bias, x),
+                             &eq)) {
+    return false;
+  }
+  const Eigen::Vector3d d = to_start + displacement_m;
+  const double kappa = SumOf(c.range_scale, x);
+  Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
+  Eigen::RowVector3d range_by_s = -range_by_p;
+  double range_error_m = (eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m;
+  std::array<SlantMapping, ParameterLayout::kMaxTroposphere> mappings;
+  if (!c.troposphere.empty()) {
+    const Vertical vertical = block_.frame.VerticalAt(start_m + displacement_m);
+    for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
+      const TroposphereTerm& term = c.troposphere[q];
+      if (!EvaluateMapping(vertical, d, eq.rho_m, term.scale_height_m, &mappings[q])) return false;
+      const double zenith_m = x[static_cast<std::size_t>(term.column)];
+      range_error_m += zenith_m * mappings[q].value;
+      range_by_p += zenith_m * mappings[q].by_p;
+      range_by_s += zenith_m * mappings[q].by_s;
+    }
+  }
+  out->error_m = {range_error_m, eq.doppler_error_m};
+  out->by_point.row(0) = range_by_p;
+  out->by_point.row(1) = eq.ded_dp;
+  if (columns.column_count == 0) return out->error_m.allFinite();
+
+  // Cone axis v_cone by velocity: dv_cone = dv + (u.dv) w; so e_d by v is cone_by_v.
+  const Eigen::RowVector3d cone_by_v = eq.ded_dv + eq.ded_dv.dot(w) * u.transpose();
+  const auto set = [&](int column, double range, double doppler) {
+    out->by_columns(0, column) = range;
+    out->by_columns(1, column) = doppler;
+  };
+  // A position parameter moves s by its axis times B and v by (axis B)'.
+  const auto set_position = [&](PositionCorrection::Axes axes,
+                                const TermBasis& basis,
+                                int axis,
+                                std::size_t k,
+                                int column) {
+    if (axes == PositionCorrection::Axes::kFrame) {
+      set(column,
+          range_by_s[axis] * basis.value[k],
+          -eq.ded_dp[axis] * basis.value[k] + cone_by_v[axis] * basis.first[k]);
+      return;
+    }
+    const Eigen::Vector3d ds = path.axes.axes_1.col(axis) * basis.value[k];
+    const Eigen::Vector3d dv =
+        path.axes.rate.col(axis) * basis.value[k] + path.axes.axes_1.col(axis) * basis.first[k];
+    set(column, range_by_s.dot(ds), -eq.ded_dp.dot(ds) + cone_by_v.dot(dv));
+  };
+  for (std::size_t q = 0; q < c.polynomials.size(); ++q) {
+    const PolynomialTerm& term = c.polynomials[q];
+    ForEachColumn(term, [&](int axis, std::size_t k, int column) {
+      set_position(term.axes, path.polynomial[q], axis, k, column);
+    });
+  }
+  int column_begin = c.static_columns;
+  for (std::size_t q = 0; q < c.splines.size(); ++q) {
+    const SplineTerm& term = c.splines[q];
+    ForEachColumn(term, column_begin, [&](int axis, std::size_t k, int column) {
+      set_position(term.axes, path.spline[q], axis, k, column);
+    });
+    column_begin += 4 * term.component_count;
+  }
+  for (const int column : c.velocity_across) {
+    set(column, 0.0, speed * eq.ded_dv.dot(path.axes.axes_1.col(1)));
+  }
+  for (const int column : c.velocity_up) {
+    set(column, 0.0, speed * eq.ded_dv.dot(path.axes.axes_1.col(2)));
+  }
+  for (const int column : c.range_bias) set(column, 1.0, 0.0);
+  for (const int column : c.range_scale) set(column, eq.rho_m, 0.0);
+  for (const int column : c.time_bias) {
+    const Eigen::Vector3d& a = motion.acceleration_mps2;
+    const Eigen::Vector3d cone_rate = a + u.dot(a) * w + speed * w_rate;
+    set(column,
+        range_by_s.dot(motion.velocity_mps),
+        -eq.ded_dp.dot(motion.velocity_mps) + eq.ded_dv.dot(cone_rate));
+  }
+  for (const int column : c.squint_bias) set(column, 0.0, eq.ded_dtau_m);
+  for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
+    set(c.troposphere[q].column, mappings[q].value, 0.0);
+  }
+  return out->error_m.allFinite();
+}
+
+Whitening LookModel::WhiteningOf(std::size_t look,
+                                 const Eigen::Vector3d& p_m,
+                                 const Motion& motion) const {
+  const LookSigma sigma = block_.SigmaOf(look);
+  const TimeRates rates = LookTimeRates(
+      p_m, motion.position_m, motion.velocity_mps, motion.acceleration_mps2, ConeOf(look));
+  return sigma.azimuth_unit == AzimuthUnit::kSeconds
+             ? WhitenTime(sigma.range_m, sigma.azimuth, rates)
+             : WhitenAzimuth(sigma.range_m, sigma.azimuth, rates);
+}
+
+std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
+                                                            double time_s,
+                                                            const Eigen::VectorXd& x) const {
+  const PassCorrections& c = layout_.passes[pass];
+  LookColumns columns;
+  ColumnsAt(pass, time_s, &columns);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local{};
+  GatherColumns(layout_, columns, x, local.data());
+  CorrectedMotion out;
+  out.path_time_s = time_s + SumOf(c.time_bias, local);
+  PathEvaluation path;
+  if (!EvaluatePath(block_, c, pass, time_s, out.path_time_s, local, &path)) return std::nullopt;
+  out.motion = path.motion;
+  return out;
+}
+
+std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd& x) const {
+  const Looks& looks = block_.looks;
+  const std::size_t pass = looks.pass[look];
+  const std::optional<CorrectedMotion> corrected = CorrectedMotionAt(pass, looks.time_s[look], x);
+  if (!corrected) return std::nullopt;
+  const LookSigma sigma = block_.SigmaOf(look);
+  Sight sight;
+  sight.antenna_m = corrected->motion.position_m;
+  sight.velocity_mps = corrected->motion.velocity_mps;
+  sight.acceleration_mps2 = corrected->motion.acceleration_mps2;
+  sight.range_m = looks.range_m[look];
+  sight.cone = ConeOf(look);
+  sight.side = static_cast<int>(block_.passes[pass].side);
+  sight.range_sigma_m = sigma.range_m;
+  sight.azimuth_sigma = sigma.azimuth;
+  sight.azimuth_in_seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
+  return sight;
+}
+
+}  // namespace sarblock

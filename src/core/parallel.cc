@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/parallel.h"
+
+#include <algorithm>
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+
+namespace sarblock {
+
+void ParallelForChunks(std::size_t count,
+                       std::size_t chunk_size,
+                       const std::function<void(std::size_t, std::size_t, std::size_t)>& work) {
+  if (count == 0) return;
+  const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
+  const auto run = [&](std::size_t chunk) {
+    const std::size_t begin = chunk * chunk_size;
+    work(chunk, begin, std::min(count, begin + chunk_size));
+  };
+  if (chunks == 1) {
+    run(0);
+    return;
+  }
+  tbb::parallel_for(std::size_t{0}, chunks, run);
+}
+
+struct ThreadLimit::Impl {
+  explicit Impl(std::size_t threads)
+      : control(tbb::global_control::max_allowed_parallelism, threads) {}
+  tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int threads)
+    : impl_(std::make_unique<Impl>(
+          static_cast<std::size_t>(threads > 0 ? threads : AvailableCores()))) {}
+ThreadLimit::~ThreadLimit() = default;
+
+int AvailableCores() { return std::max(1, tbb::info::default_concurrency()); }
+
+}  // namespace sarblock

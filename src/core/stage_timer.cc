@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/stage_timer.h"
+
+#include <utility>
+
+#include <sys/resource.h>
+
+namespace sarblock {
+
+StageTimer::StageTimer(std::string stage, std::vector<StageCost>* costs)
+    : stage_(std::move(stage)), costs_(costs), begin_(std::chrono::steady_clock::now()) {}
+
+StageTimer::~StageTimer() {
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin_;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  costs_->push_back({stage_, wall.count(), static_cast<double>(usage.ru_maxrss) / 1024.0});
+}
+
+}  // namespace sarblock
