@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Every rule of check_headers.py finds a fault made on purpose, and nothing in a clean tree."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CHECKER = pathlib.Path(__file__).with_name("check_headers.py")
+SPDX = "// SPDX-License-Identifier: Apache-2.0\n"
+
+
+class CheckHeadersTest(unittest.TestCase):
+    def check(self, files):
+        """Exit status and output of the checker on a tree of the given files."""
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "include").mkdir()
+            for name, text in files.items():
+                path = pathlib.Path(folder) / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+            done = subprocess.run([sys.executable, str(CHECKER), folder], check=False,
+                                  capture_output=True, text=True)
+            return done.returncode, done.stdout
+
+    def expect_finding(self, name, text, part):
+        status, output = self.check({name: text})
+        self.assertEqual(status, 1, output)
+        self.assertIn(part, output)
+
+    def test_accepts_a_clean_tree(self):
+        status, output = self.check({
+            "include/sarblock/flight/a.h": SPDX + '#include "sarblock/core/b.h"\n'
+                                           "double Range(double rho_m, double scale_1);\n",
+            "src/flight/a.cc": SPDX + '#include "sarblock/flight/a.h"\n// printf( in a comment\n',
+        })
+        self.assertEqual((status, output), (0, ""))
+
+    def test_finds_an_include_to_the_right(self):
+        self.expect_finding("src/core/a.cc", SPDX + '#include "sarblock/flight/a.h"\n',
+                            "src/core/a.cc:2: layer 'core' must not include 'flight'")
+
+    def test_finds_a_module_without_a_layer(self):
+        self.expect_finding("src/odd/a.cc", SPDX, "'odd' is not in LAYERS")
+
+    def test_finds_a_double_without_a_unit(self):
+        self.expect_finding("include/sarblock/core/a.h", SPDX + "double height = 0.0;\n",
+                            "'height' has no unit suffix")
+
+    def test_finds_a_missing_licence_line(self):
+        self.expect_finding("tests/core/a_test.cc", "int main() {}\n", "SPDX")
+
+    def test_finds_a_long_file(self):
+        self.expect_finding("src/core/a.cc", SPDX + "\n" * 600, "601 lines")
+
+    def test_finds_a_relative_comparison(self):
+        self.expect_finding("tests/core/a_test.cc", SPDX + "a.isApprox(b, 1e-8);\n", "isApprox")
+
+    def test_finds_a_reminder(self):
+        self.expect_finding("src/core/a.cc", SPDX + "// TO" "DO: later\n", "a.cc:2: ")
+
+    def test_finds_a_library_that_prints(self):
+        self.expect_finding("src/core/a.cc", SPDX + "void F() { std::cout << 1; }\n", "never prints")
+
+    def test_finds_a_machine_flag(self):
+        self.expect_finding("src/CMakeLists.txt", "add_compile_options(-march=native)\n", "-march")
+
+
+if __name__ == "__main__":
+    unittest.main()
