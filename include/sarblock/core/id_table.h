@@ -24,7 +24,9 @@ class IdTable {
   std::uint32_t FindOrAppend(std::string_view id);
   /// Index of `id` or kNone. Builds its hash index on first use (not thread-safe until built).
   [[nodiscard]] std::uint32_t Find(std::string_view id) const;
-  /// The id closest to `id` by edit distance, for "did you mean"; empty if the table is empty.
+  /// The id closest to `id` by edit distance (letter case ignored), for "did you mean"; empty if
+  /// the table is empty. Of more than 2000 ids, those within three edits among the first 200000
+  /// come first, then the closest of the first 2000.
   [[nodiscard]] std::string Nearest(std::string_view id) const;
   /// Frees the hash index (kept memory: the characters and 4 bytes an id).
   void DropIndex();
@@ -38,7 +40,8 @@ class IdTable {
   mutable std::vector<std::uint32_t> slots_;  // open addressing; kNone is an empty slot
 };
 
-/// Of `allowed`, the name closest to `name` by edit distance (for messages); empty if none.
+/// Of `allowed`, the name closest to `name` by edit distance without regard to letter case
+/// (for messages); empty if none.
 [[nodiscard]] std::string NearestName(std::string_view name,
                                       const std::vector<std::string>& allowed);
 

@@ -38,6 +38,8 @@ class FlightPath {
   /// increasing and no velocity zero.
   explicit FlightPath(std::vector<StateVector> states);
 
+  /// Position, velocity, acceleration and jerk; at a state those of the piece that begins there
+  /// (at the last state, of the last piece). Rounding: 2e-9 m for coordinates of 7e6 m.
   [[nodiscard]] std::optional<Motion> At(double time_s) const;
   [[nodiscard]] double start_s() const { return states_.front().time_s; }
   [[nodiscard]] double end_s() const { return states_.back().time_s; }

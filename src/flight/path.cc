@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/flight/path.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace sarblock {
+namespace {
+
+void Check(const std::vector<StateVector>& states) {
+  if (states.size() < 2) {
+    throw InputError("states",
+                     std::to_string(states.size()) + " given, a flight path needs two or more");
+  }
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    const StateVector& state = states[k];
+    const std::string which = "state " + std::to_string(k + 1);  // people count from 1
+    if (!std::isfinite(state.time_s) || !state.position_m.allFinite() ||
+        !state.velocity_mps.allFinite()) {
+      throw InputError(which, "time, position and velocity must be finite");
+    }
+    if (!(state.velocity_mps.norm() > 0.0)) {
+      throw InputError(which, "velocity is zero; an antenna that stands still has no track");
+    }
+    if (k > 0 && !(state.time_s > states[k - 1].time_s)) {
+      throw InputError(which,
+                       "time " + std::to_string(state.time_s) + " s must be later than " +
+                           std::to_string(states[k - 1].time_s) + " s of the state before");
+    }
+  }
+}
+
+// The mean spacing if every time lies within a hundredth of it of the equally spaced one, else 0.
+// Not exact equality: times read from a file are rounded, and At() steps to the right neighbour.
+double EqualSpacing_s(const std::vector<StateVector>& states) {
+  const auto pieces = static_cast<double>(states.size() - 1);
+  const double spacing_s = (states.back().time_s - states.front().time_s) / pieces;
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    const double equal_s = static_cast<double>(k) * spacing_s;
+    if (std::abs(states[k].time_s - states.front().time_s - equal_s) > 0.01 * spacing_s) return 0.0;
+  }
+  return spacing_s;
+}
+
+}  // namespace
+
+FlightPath::FlightPath(std::vector<StateVector> states) {
+  Check(states);
+  spacing_s_ = EqualSpacing_s(states);
+  states_ = std::move(states);
+}
+
+std::optional<Motion> FlightPath::At(double time_s) const {
+  if (states_.empty() || !(time_s >= start_s() && time_s <= end_s())) return std::nullopt;
+  const std::size_t last = states_.size() - 2;
+  std::size_t k = 0;
+  if (spacing_s_ > 0.0) {
+    k = std::min(last, static_cast<std::size_t>((time_s - start_s()) / spacing_s_));
+    while (k > 0 && time_s < states_[k].time_s) --k;
+    while (k < last && time_s >= states_[k + 1].time_s) ++k;
+  } else {
+    const auto later = std::upper_bound(
+        states_.begin() + 1, states_.end() - 1, time_s, [](double t_s, const StateVector& state) {
+          return t_s < state.time_s;
+        });
+    k = static_cast<std::size_t>(later - states_.begin()) - 1;
+  }
+  const StateVector& from = states_[k];
+  const StateVector& to = states_[k + 1];
+  // Everything relative to the state before: differences of times and of positions are (nearly)
+  // exact, so only the final sum rounds at the size of the coordinates (docs/theory/flight_path.md,
+  // eqs. (1) to (3)).
+  const double h = to.time_s - from.time_s;
+  const double x = time_s - from.time_s;
+  const Eigen::Vector3d mean = (to.position_m - from.position_m) / h;
+  const Eigen::Vector3d c2 = (3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h;
+  const Eigen::Vector3d c3 = (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h);
+  Motion motion;
+  motion.position_m = from.position_m + x * (from.velocity_mps + x * (c2 + x * c3));
+  motion.velocity_mps = from.velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);
+  motion.acceleration_mps2 = 2.0 * c2 + (6.0 * x) * c3;
+  motion.jerk_mps3 = 6.0 * c3;
+  return motion;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/geodesy/frame.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/units.h"
+
+#include <cmath>
+#include <vector>
+
+#include <GeographicLib/Geocentric.hpp>
+
+namespace sarblock {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Geodetic coordinates of p in degrees and the axes there, by GeographicLib.
+struct Place {
+  double lat_deg = 0.0;
+  double lon_deg = 0.0;
+  double h_m = 0.0;
+  Matrix3d enu_from_frame;
+};
+
+Place PlaceOf(const Ellipsoid& ellipsoid, const Vector3d& p_m) {
+  // Setting one up is ten operations and keeps the library out of the header.
+  const GeographicLib::Geocentric earth(ellipsoid.a_m, ellipsoid.flattening);
+  Place place;
+  // Nine numbers by rows, columns east, north, up: read by columns it is the transpose.
+  static thread_local std::vector<double> rotation(9);
+  earth.Reverse(p_m.x(), p_m.y(), p_m.z(), place.lat_deg, place.lon_deg, place.h_m, rotation);
+  place.enu_from_frame = Eigen::Map<const Matrix3d>(rotation.data());
+  return place;
+}
+
+// Vertical, with both principal radii of curvature of the ellipsoid: the vertical turns by
+// 1/(N + h) for a step east and by 1/(M + h) for a step north.
+Vertical VerticalOf(const Ellipsoid& ellipsoid, const Vector3d& p_m) {
+  const Place place = PlaceOf(ellipsoid, p_m);
+  const double e2_1 = ellipsoid.flattening * (2.0 - ellipsoid.flattening);
+  const Vector3d east_1 = place.enu_from_frame.row(0);
+  const Vector3d north_1 = place.enu_from_frame.row(1);
+  Vertical vertical;
+  vertical.up_1 = place.enu_from_frame.row(2);
+  vertical.height_m = place.h_m;
+  const double q_1 = 1.0 - e2_1 * vertical.up_1.z() * vertical.up_1.z();
+  const double prime_vertical_m = ellipsoid.a_m / std::sqrt(q_1);
+  const double meridian_m = prime_vertical_m * (1.0 - e2_1) / q_1;
+  vertical.dup_dp = east_1 * east_1.transpose() / (prime_vertical_m + place.h_m) +
+                    north_1 * north_1.transpose() / (meridian_m + place.h_m);
+  return vertical;
+}
+
+void RequireGeocentric(FrameKind kind) {
+  if (kind != FrameKind::kGeocentric) {
+    throw InputError("frame", "'local' has no geodetic coordinates; allowed: 'geocentric'");
+  }
+}
+
+}  // namespace
+
+Frame Frame::Local() { return Frame(); }
+
+Frame Frame::Geocentric(const Ellipsoid& ellipsoid) {
+  Validate(ellipsoid);
+  Frame frame;
+  frame.kind_ = FrameKind::kGeocentric;
+  frame.ellipsoid_ = ellipsoid;
+  return frame;
+}
+
+Matrix3d Frame::EnuFromFrame(const Vector3d& p_m) const {
+  if (kind_ == FrameKind::kLocal) return Matrix3d::Identity();
+  return PlaceOf(ellipsoid_, p_m).enu_from_frame;
+}
+
+Vertical Frame::VerticalAt(const Vector3d& p_m) const {
+  if (kind_ == FrameKind::kGeocentric) return VerticalOf(ellipsoid_, p_m);
+  Vertical vertical;
+  vertical.height_m = p_m.z();
+  return vertical;
+}
+
+// With n the vertical, G = diag(a^2, a^2, b^2) and w = sqrt(n'Gn), the point is
+//     s = G n / w + h n.
+// Differentiated once and twice (docs/theory/conventions.md, eqs. (5) to (8)):
+//     s'  = K n' + h' n,    K = G/w - Gn (Gn)'/w^3 + h I,    h' = n.s'
+//     s'' = K n'' + K' n' + h'' n + h' n'.
+// K maps the tangent plane onto itself and is inverted there by d up / d p, which also removes
+// everything along n. So n' = (d up / d p) s', and the tangential part of n'' likewise; its
+// normal part is -|n'|^2 n because n stays a unit vector.
+VerticalMotion Frame::VerticalAlong(const Vector3d& p_m,
+                                    const Vector3d& velocity_mps,
+                                    const Vector3d& acceleration_mps2) const {
+  VerticalMotion motion;
+  if (kind_ == FrameKind::kLocal) return motion;
+  const Vertical vertical = VerticalOf(ellipsoid_, p_m);
+  const Vector3d& n = vertical.up_1;
+  const Vector3d n1 = vertical.dup_dp * velocity_mps;
+  const double a_m = ellipsoid_.a_m;
+  const double b_m = a_m * (1.0 - ellipsoid_.flattening);
+  const Vector3d axes_m2(a_m * a_m, a_m * a_m, b_m * b_m);  // diagonal of G
+  const Vector3d gn = axes_m2.cwiseProduct(n);
+  const Vector3d gn1 = axes_m2.cwiseProduct(n1);
+  const double w = std::sqrt(n.dot(gn));
+  const double w1 = n1.dot(gn) / w;
+  const double h1 = n.dot(velocity_mps);
+  // K' n' term by term, without forming K'. (Gn').n' and (Gn).n' = w w' appear as scalars.
+  const double gn_n1 = w * w1;
+  const double gn1_n1 = gn1.dot(n1);
+  const Vector3d turned = -gn1 * (w1 / (w * w)) - (gn1 * gn_n1 + gn * gn1_n1) / (w * w * w) +
+                          gn * (3.0 * gn_n1 * w1 / (w * w * w * w)) + h1 * n1;
+  motion.up_1 = n;
+  motion.rate = n1;
+  motion.acceleration =
+      vertical.dup_dp * (acceleration_mps2 - turned - h1 * n1) - n1.squaredNorm() * n;
+  return motion;
+}
+
+Geodetic Frame::GeodeticFromFrame(const Vector3d& p_m) const {
+  RequireGeocentric(kind_);
+  const Place place = PlaceOf(ellipsoid_, p_m);
+  return {.lat_rad = place.lat_deg * kRadPerDeg,
+          .lon_rad = place.lon_deg * kRadPerDeg,
+          .h_m = place.h_m};
+}
+
+Vector3d Frame::FrameFromGeodetic(const Geodetic& geodetic) const {
+  RequireGeocentric(kind_);
+  const GeographicLib::Geocentric earth(ellipsoid_.a_m, ellipsoid_.flattening);
+  Vector3d p_m;
+  earth.Forward(geodetic.lat_rad * kDegPerRad,
+                geodetic.lon_rad * kDegPerRad,
+                geodetic.h_m,
+                p_m.x(),
+                p_m.y(),
+                p_m.z());
+  return p_m;
+}
+
+Vector3d Frame::AtHeight(const Vector3d& p_m, double height_m) const {
+  const Vertical vertical = VerticalAt(p_m);
+  return p_m + (height_m - vertical.height_m) * vertical.up_1;
+}
+
+}  // namespace sarblock
