@@ -18,7 +18,7 @@ struct Sight {
   Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();
   double range_m = 0.0;
   Cone cone;
-  int side = +1;  ///< +1 left of the flight direction, -1 right
+  int side = +1;  ///< +1 left of the flight direction, -1 right (the sign of (up x along).d)
   double range_sigma_m = 1.0;
   double azimuth_sigma = 1.0;  ///< [m] at the target or [s]
   bool azimuth_in_seconds = false;
@@ -40,7 +40,7 @@ enum class IntersectionOutcome {
 struct Intersection {
   IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< frame axes, paths held
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< (J'J)^-1: frame axes, paths held
   double weighted_square_sum = 0.0;                         ///< v'Pv of the 2 n equations
   double intersection_rad = 0.0;  ///< largest angle between the planes of two looks' sights
   int iterations = 0;
@@ -57,20 +57,30 @@ struct IntersectionOptions {
 /// all of them, with the covariance that the looks' standard deviations give (flight paths held).
 /// Closed start from the pair that intersects best, then Newton with damping. Among mirror
 /// solutions the look side decides, then the one below the antennas.
+///
+/// Not determined (touching, coinciding) is a point whose Jacobian is singular by the option, whose
+/// standard deviation exceeds half the shortest range, or whose equations bend so much within one
+/// standard deviation that the mirror solution is as likely. kCirclesDoNotMeet: v'Pv beyond its
+/// chi-square quantile at 1 - 1e-6 for 2n - 3 degrees of freedom. Except for kTooFewLooks the
+/// position is the best point found whatever the outcome: fit as a start value, not as a result.
+/// The covariance is zero where the point is not determined.
+/// Throws InputError for a sight that is not finite, a range, speed or standard deviation that is
+/// not positive, a side other than +1 or -1, a squint or Doppler centroid beyond the flight axis.
 /// Leberl (1979), Eq. 1-4; docs/theory/intersection.md.
 [[nodiscard]] Intersection Intersect(std::span<const Sight> sights,
                                      const Frame& frame,
                                      const IntersectionOptions& options = {});
 
 /// Point of one look on the reference surface at `height_m` (local: z = height), on the look side.
-/// kDetermined or kCirclesDoNotMeet (circle above or below the surface). No covariance.
+/// kDetermined or kCirclesDoNotMeet (circle above or below the surface). No covariance. Within
+/// 1e-9 m of the surface for aircraft, 1e-8 m from orbit. Throws InputError as Intersect does.
 [[nodiscard]] Intersection IntersectWithHeight(const Sight& sight,
                                                const Frame& frame,
                                                double height_m);
 
-/// Angle at p between the sight lines of two looks, each projected on the plane normal to the mean
-/// flight direction: Leberl's dtheta for parallel tracks, the angle of the two range gradients in
-/// general. In [0, pi].
+/// Angle at p between the sight lines of two looks, each projected on the plane normal to its own
+/// flight direction: Leberl's dtheta for parallel tracks (squinted ones too), the angle of the two
+/// range gradients for zero-Doppler looks of any tracks. In [0, pi].
 [[nodiscard]] double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight& b);
 
 }  // namespace sarblock

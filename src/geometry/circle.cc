@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "circle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+namespace sarblock::internal {
+namespace {
+
+// Multiple of the combined standard deviation of two looks within which circles are one circle: the
+// two-sided normal quantile at a probability of 1e-6, rounded up.
+constexpr double kSameWithinSigmas = 5.0;
+// Circles whose equation varies by less than this part of the radius are concentric: rounding.
+constexpr double kConcentricPart = 1e-12;
+constexpr std::size_t kMaxAllPairs = 8;
+
+// Standard deviation of a circle's place along its axis by the azimuth error. An error in metres at
+// the target is one of e_d, which moves by cos^2(tau) with the antenna.
+double AzimuthSigma_m(const Sight& sight, const Circle& circle) {
+  if (sight.azimuth_in_seconds) {
+    return sight.azimuth_sigma * sight.velocity_mps.norm();
+  }
+  const double cos_tau = circle.radius_m / circle.range_m;
+  return sight.azimuth_sigma / (cos_tau * cos_tau);
+}
+
+// Variance of a circle's centre along its axis: the azimuth error and the range error's share.
+double AlongVariance_m2(const Sight& sight, const Circle& circle) {
+  const double azimuth_sigma_m = AzimuthSigma_m(sight, circle);
+  const double range_share_m = sight.range_sigma_m * circle.along_m / circle.range_m;
+  return azimuth_sigma_m * azimuth_sigma_m + range_share_m * range_share_m;
+}
+
+// One equation of look 2 along circle 1: amplitude cos(phi - phi0) = constant, both in metres.
+struct CutEquation {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // its part in the plane of circle 1 counts
+  double amplitude_m = 0.0;
+  double constant_m = 0.0;
+  double score = -std::numeric_limits<double>::infinity();
+};
+
+void Score(const Circle& first, double sigma_m, CutEquation* cut) {
+  const double inside = (cut->amplitude_m - cut->constant_m) * (cut->amplitude_m + cut->constant_m);
+  // Positive: change of the equation per metre along circle 1, in standard deviations, at the
+  // solution. Negative: the gap in standard deviations.
+  cut->score = inside > 0.0 ? std::sqrt(inside) / (first.radius_m * sigma_m)
+                            : (cut->amplitude_m - std::abs(cut->constant_m)) / sigma_m;
+}
+
+// docs/theory/intersection.md, eq. (2) and (3).
+CutEquation BestCut(const Circle& first, const Circle& second, const Sight& second_sight) {
+  const Eigen::Vector3d offset_m = first.centre_m - second.antenna_m;
+  CutEquation sphere;
+  sphere.direction = offset_m * (first.radius_m / second.range_m);
+  sphere.amplitude_m = first.axis_1.cross(sphere.direction).norm();
+  sphere.constant_m = ((second.range_m - first.radius_m) * (second.range_m + first.radius_m) -
+                       offset_m.squaredNorm()) /
+                      (2.0 * second.range_m);
+  Score(first, second_sight.range_sigma_m, &sphere);
+
+  CutEquation plane;
+  plane.direction = second.axis_1 * first.radius_m;
+  plane.amplitude_m = first.axis_1.cross(plane.direction).norm();
+  plane.constant_m = second.along_m - second.axis_1.dot(offset_m);
+  Score(first, AzimuthSigma_m(second_sight, second), &plane);
+  return plane.score > sphere.score ? plane : sphere;
+}
+
+struct BestPair {
+  Circle circle;
+  std::size_t partner = 0;
+  CutEquation cut;
+};
+
+void Offer(std::span<const Sight> sights,
+           const Eigen::Vector3d& origin_m,
+           std::size_t i,
+           std::size_t k,
+           BestPair* best) {
+  const Circle first = Circle::Of(sights[i], origin_m);
+  const CutEquation cut = BestCut(first, Circle::Of(sights[k], origin_m), sights[k]);
+  if (cut.score > best->cut.score) {
+    *best = {first, k, cut};
+  }
+}
+
+}  // namespace
+
+Circle Circle::Of(const Sight& sight, const Eigen::Vector3d& origin_m) {
+  const double speed_mps = sight.velocity_mps.norm();
+  const bool squint = sight.cone.kind == Cone::Kind::kSquint;
+  const double sin_tau =
+      squint ? std::sin(sight.cone.squint_rad) : sight.cone.closing_mps / speed_mps;
+  Circle circle;
+  circle.antenna_m = sight.antenna_m - origin_m;
+  circle.axis_1 = sight.velocity_mps / speed_mps;
+  circle.range_m = sight.range_m;
+  circle.along_m = sight.range_m * sin_tau;
+  circle.centre_m = circle.antenna_m + circle.along_m * circle.axis_1;
+  circle.radius_m = sight.range_m * std::sqrt((1.0 - sin_tau) * (1.0 + sin_tau));
+  return circle;
+}
+
+CircleBasis CircleBasis::Of(const Circle& circle) {
+  CircleBasis basis;
+  basis.e1 = circle.axis_1.unitOrthogonal();
+  basis.e2 = circle.axis_1.cross(basis.e1);
+  return basis;
+}
+
+Eigen::Vector3d PointOn(const Circle& circle, const CircleBasis& basis, double phi_rad) {
+  return circle.centre_m +
+         circle.radius_m * (std::cos(phi_rad) * basis.e1 + std::sin(phi_rad) * basis.e2);
+}
+
+CosineRoots SolveCosine(double a, double b, double c) {
+  const double amplitude = std::hypot(a, b);
+  CosineRoots roots;
+  roots.middle_rad = std::atan2(b, a);
+  // atan2 of (sine, cosine) keeps the digits that acos would lose next to the touching point.
+  const double inside = (amplitude - c) * (amplitude + c);
+  roots.half_rad = std::atan2(std::sqrt(std::max(inside, 0.0)), c);
+  roots.gap = std::max(std::abs(c) - amplitude, 0.0);
+  return roots;
+}
+
+Starts ClosedStarts(std::span<const Sight> sights,
+                    const Eigen::Vector3d& origin_m,
+                    const Eigen::Vector3d& up_1) {
+  BestPair best;
+  const std::size_t n = sights.size();
+  if (n <= kMaxAllPairs) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t k = i + 1; k < n; ++k) {
+        Offer(sights, origin_m, i, k, &best);
+      }
+    }
+  } else {
+    for (std::size_t k = 1; k < n; ++k) {
+      Offer(sights, origin_m, 0, k, &best);
+    }
+    const std::size_t partner = best.partner;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (k != partner) {
+        Offer(sights, origin_m, partner, k, &best);
+      }
+    }
+  }
+
+  Starts starts;
+  const Circle& circle = best.circle;
+  if (best.cut.amplitude_m <= kConcentricPart * circle.radius_m) {
+    // Every point of the circle serves alike: the one 45 degrees down on the look side.
+    const Eigen::Vector3d across = up_1.cross(circle.axis_1);
+    const Eigen::Vector3d upward = circle.axis_1.cross(across);
+    const Eigen::Vector3d direction = sights[0].side * across - upward;
+    starts.point_m[0] = circle.centre_m + circle.radius_m * direction.stableNormalized();
+    starts.count = 1;
+    return starts;
+  }
+  const CircleBasis basis = CircleBasis::Of(circle);
+  const CosineRoots roots = SolveCosine(
+      best.cut.direction.dot(basis.e1), best.cut.direction.dot(basis.e2), best.cut.constant_m);
+  starts.point_m[0] = PointOn(circle, basis, roots.middle_rad + roots.half_rad);
+  starts.point_m[1] = PointOn(circle, basis, roots.middle_rad - roots.half_rad);
+  starts.count = roots.gap > 0.0 ? 1 : 2;
+  return starts;
+}
+
+bool CirclesCoincide(std::span<const Sight> sights, const Eigen::Vector3d& origin_m) {
+  constexpr int kSamples = 8;
+  const Circle first = Circle::Of(sights[0], origin_m);
+  const CircleBasis basis = CircleBasis::Of(first);
+  for (std::size_t k = 1; k < sights.size(); ++k) {
+    const Circle other = Circle::Of(sights[k], origin_m);
+    const double range_limit_m =
+        kSameWithinSigmas * std::hypot(sights[0].range_sigma_m, sights[k].range_sigma_m);
+    const double along_limit_m = kSameWithinSigmas * std::sqrt(AlongVariance_m2(sights[0], first) +
+                                                               AlongVariance_m2(sights[k], other));
+    for (int i = 0; i < kSamples; ++i) {
+      const double phi_rad = 2.0 * std::numbers::pi * i / kSamples;
+      const Eigen::Vector3d d_m = PointOn(first, basis, phi_rad) - other.centre_m;
+      const double along_m = other.axis_1.dot(d_m);
+      const double radius_m = (d_m - along_m * other.axis_1).norm();
+      if (std::abs(along_m) > along_limit_m ||
+          std::abs(radius_m - other.radius_m) > range_limit_m) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace sarblock::internal

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/geometry/intersection.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/quantile.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "circle.h"
+#include "intersection_solver.h"
+#include <Eigen/Geometry>
+
+namespace sarblock {
+namespace {
+
+using internal::Candidate;
+
+// Looks of correct standard deviations are called contradictory once in a million points.
+constexpr double kMisfitProbability = 1e-6;
+// Its quantile for one degree of freedom, rounded down: below it no quantile has to be computed.
+constexpr double kSmallestLimit = 23.9;
+// Candidates closer than this part of the range are one solution reached twice.
+constexpr double kSamePointPart = 1e-6;
+constexpr std::size_t kMaxAllPairs = 16;
+
+void Require(bool holds, const char* field, const char* problem) {
+  if (!holds) {
+    throw InputError(std::string(field), std::string(problem));
+  }
+}
+
+bool Positive(double value) { return std::isfinite(value) && value > 0.0; }
+
+void Validate(const Sight& sight) {
+  Require(sight.antenna_m.allFinite(), "antenna_m", "must be finite");
+  Require(sight.velocity_mps.allFinite() && sight.velocity_mps.squaredNorm() > 0.0,
+          "velocity_mps",
+          "must be finite and not zero");
+  Require(sight.acceleration_mps2.allFinite(), "acceleration_mps2", "must be finite");
+  Require(Positive(sight.range_m), "range_m", "must be finite and positive");
+  Require(Positive(sight.range_sigma_m), "range_sigma_m", "must be finite and positive");
+  Require(Positive(sight.azimuth_sigma), "azimuth_sigma", "must be finite and positive");
+  Require(sight.side == 1 || sight.side == -1, "side", "must be +1 (left) or -1 (right)");
+  if (sight.cone.kind == Cone::Kind::kSquint) {
+    Require(
+        std::abs(std::sin(sight.cone.squint_rad)) < 1.0 && std::cos(sight.cone.squint_rad) > 0.0,
+        "squint_rad",
+        "must lie between -pi/2 and pi/2");
+  } else {
+    Require(std::abs(sight.cone.closing_mps) < sight.velocity_mps.norm(),
+            "closing_mps",
+            "must be smaller than the speed (lambda f_D / 2 < |v|)");
+  }
+}
+
+// > 0 where the direction d from the antenna lies on the side the antenna looks to.
+double SideComponent(const Sight& sight, const Eigen::Vector3d& up_1, const Eigen::Vector3d& d_m) {
+  return sight.side * up_1.cross(sight.velocity_mps).dot(d_m);
+}
+
+struct Placement {
+  bool right_side = true;
+  bool below = true;
+};
+
+Placement PlacementOf(std::span<const Sight> sights,
+                      const Frame& frame,
+                      const Eigen::Vector3d& origin_m,
+                      const Eigen::Vector3d& point_m) {
+  Placement placement;
+  for (const Sight& sight : sights) {
+    const Eigen::Vector3d up_1 = frame.VerticalAt(sight.antenna_m).up_1;
+    const Eigen::Vector3d d_m = point_m - (sight.antenna_m - origin_m);
+    placement.right_side = placement.right_side && SideComponent(sight, up_1, d_m) > 0.0;
+    placement.below = placement.below && up_1.dot(d_m) < 0.0;
+  }
+  return placement;
+}
+
+bool Fits(const Candidate& candidate, std::size_t looks) {
+  if (candidate.square_sum <= kSmallestLimit) {
+    return true;
+  }
+  const double redundancy = 2.0 * static_cast<double>(looks) - 3.0;
+  return candidate.square_sum <= ChiSquareQuantile(1.0 - kMisfitProbability, redundancy);
+}
+
+// At most the two mirror solutions.
+struct Pool {
+  std::array<Candidate, 2> items;
+  std::size_t count = 0;
+  void Add(const Candidate& candidate) { items[count++] = candidate; }
+  // Keeps the candidates that pass, if any does.
+  template <typename Predicate>
+  bool Prefer(Predicate&& passes) {
+    Pool kept;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (passes(items[i])) {
+        kept.Add(items[i]);
+      }
+    }
+    if (kept.count > 0) {
+      *this = kept;
+    }
+    return kept.count > 0;
+  }
+  [[nodiscard]] const Candidate& Best() const {
+    return count == 2 && items[1].square_sum < items[0].square_sum ? items[1] : items[0];
+  }
+};
+
+double LargestAngle_rad(std::span<const Sight> sights, const Eigen::Vector3d& p_m) {
+  const std::size_t n = sights.size();
+  double largest_rad = 0.0;
+  std::size_t far = 0;
+  const auto sweep = [&](std::size_t i, std::size_t begin) {
+    for (std::size_t k = begin; k < n; ++k) {
+      const double angle_rad = IntersectionAngle(p_m, sights[i], sights[k]);
+      if (angle_rad > largest_rad) {
+        largest_rad = angle_rad;
+        far = k;
+      }
+    }
+  };
+  if (n <= kMaxAllPairs) {
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      sweep(i, i + 1);
+    }
+  } else {
+    sweep(0, 1);
+    sweep(far, 0);
+  }
+  return largest_rad;
+}
+
+Intersection ResultOf(std::span<const Sight> sights,
+                      const Eigen::Vector3d& origin_m,
+                      const Candidate& candidate,
+                      IntersectionOutcome outcome) {
+  Intersection result;
+  result.outcome = outcome;
+  result.position_m = origin_m + candidate.point_m;
+  result.weighted_square_sum = candidate.square_sum;
+  result.iterations = candidate.iterations;
+  result.intersection_rad = LargestAngle_rad(sights, result.position_m);
+  if (candidate.converged && candidate.determined) {
+    result.covariance_m2 = internal::CovarianceOf(candidate.r);
+  }
+  return result;
+}
+
+}  // namespace
+
+Intersection Intersect(std::span<const Sight> sights,
+                       const Frame& frame,
+                       const IntersectionOptions& options) {
+  for (const Sight& sight : sights) {
+    Validate(sight);
+  }
+  Intersection result;
+  if (sights.size() < 2) {
+    result.outcome = IntersectionOutcome::kTooFewLooks;
+    return result;
+  }
+  const Eigen::Vector3d origin_m = sights[0].antenna_m;
+  const internal::Starts starts =
+      internal::ClosedStarts(sights, origin_m, frame.VerticalAt(origin_m).up_1);
+  Pool pool;
+  for (std::size_t i = 0; i < starts.count; ++i) {
+    const Candidate candidate = internal::Refine(sights, origin_m, starts.point_m[i], options);
+    const double same_m = kSamePointPart * sights[0].range_m;
+    if (pool.count == 0 || (candidate.point_m - pool.items[0].point_m).norm() > same_m) {
+      pool.Add(candidate);
+    }
+  }
+
+  const auto placed = [&](const Candidate& c) {
+    return PlacementOf(sights, frame, origin_m, c.point_m);
+  };
+  const auto right_side = [&](const Candidate& c) { return placed(c).right_side; };
+  const auto below = [&](const Candidate& c) { return placed(c).below; };
+  const auto finish = [&](IntersectionOutcome outcome) {
+    return ResultOf(sights, origin_m, pool.Best(), outcome);
+  };
+  if (!pool.Prefer([](const Candidate& c) { return c.converged; })) {
+    return finish(IntersectionOutcome::kNotConverged);
+  }
+  if (!pool.Prefer([&](const Candidate& c) { return Fits(c, sights.size()); })) {
+    pool.Prefer(right_side);
+    pool.Prefer(below);
+    return finish(IntersectionOutcome::kCirclesDoNotMeet);
+  }
+  // A point that floats along a circle is on no particular side: sides judge determined ones only.
+  if (!pool.Prefer([&](const Candidate& c) { return !c.determined || right_side(c); })) {
+    return finish(IntersectionOutcome::kWrongSide);
+  }
+  pool.Prefer(below);
+  if (!pool.items[0].determined || !pool.items[pool.count - 1].determined) {
+    return finish(internal::CirclesCoincide(sights, origin_m)
+                      ? IntersectionOutcome::kCirclesCoincide
+                      : IntersectionOutcome::kCirclesTouch);
+  }
+  return finish(pool.count == 2 ? IntersectionOutcome::kAmbiguous
+                                : IntersectionOutcome::kDetermined);
+}
+
+Intersection IntersectWithHeight(const Sight& sight, const Frame& frame, double height_m) {
+  Validate(sight);
+  Require(std::isfinite(height_m), "height_m", "must be finite");
+  return internal::CircleAtHeight(sight, frame, height_m);
+}
+
+double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight& b) {
+  const auto projected = [&p_m](const Sight& sight) -> Eigen::Vector3d {
+    const Eigen::Vector3d along = sight.velocity_mps.stableNormalized();
+    const Eigen::Vector3d d_m = p_m - sight.antenna_m;
+    return d_m - along.dot(d_m) * along;
+  };
+  const Eigen::Vector3d first_m = projected(a);
+  const Eigen::Vector3d second_m = projected(b);
+  return std::atan2(first_m.cross(second_m).norm(), first_m.dot(second_m));
+}
+
+const char* NameOf(IntersectionOutcome outcome) {
+  switch (outcome) {
+    case IntersectionOutcome::kDetermined:
+      return "determined";
+    case IntersectionOutcome::kTooFewLooks:
+      return "too-few-looks";
+    case IntersectionOutcome::kCirclesDoNotMeet:
+      return "circles-do-not-meet";
+    case IntersectionOutcome::kCirclesTouch:
+      return "circles-touch";
+    case IntersectionOutcome::kCirclesCoincide:
+      return "circles-coincide";
+    case IntersectionOutcome::kWrongSide:
+      return "wrong-side";
+    case IntersectionOutcome::kAmbiguous:
+      return "ambiguous";
+    case IntersectionOutcome::kNotConverged:
+      return "not-converged";
+  }
+  return "unknown";
+}
+
+const char* Explain(IntersectionOutcome outcome) {
+  switch (outcome) {
+    case IntersectionOutcome::kDetermined:
+      return "The looks determine one point.";
+    case IntersectionOutcome::kTooFewLooks:
+      return "Fewer than two looks: one look confines the point to a circle only.";
+    case IntersectionOutcome::kCirclesDoNotMeet:
+      return "The circles of the looks stay apart by more than their standard deviations explain: "
+             "look for a blunder, a path error or standard deviations that are too small.";
+    case IntersectionOutcome::kCirclesTouch:
+      return "The circles of the looks meet tangentially: one direction is not determined.";
+    case IntersectionOutcome::kCirclesCoincide:
+      return "The circles of the looks are the same within the noise (zero base, or squinted "
+             "stereo "
+             "from a single flight line): the direction around the flight axis is not determined.";
+    case IntersectionOutcome::kWrongSide:
+      return "The circles meet, but not on the side the antennas look to: check the look sides.";
+    case IntersectionOutcome::kAmbiguous:
+      return "Two points satisfy the looks and their sides equally well: a third look or control "
+             "has to decide.";
+    case IntersectionOutcome::kNotConverged:
+      return "The iteration did not converge.";
+  }
+  return "";
+}
+
+}  // namespace sarblock

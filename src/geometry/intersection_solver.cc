@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "intersection_solver.h"
+
+#include "sarblock/geometry/look_equations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <Eigen/SVD>
+
+namespace sarblock::internal {
+namespace {
+
+// Converged when a step changes the whitened equations by less than this part of a standard
+// deviation ...
+constexpr double kStepSigmas = 1e-8;
+// ... or by less than the rounding of a range (a few units in its last place).
+constexpr double kRangeRounding = 8.0 * std::numeric_limits<double>::epsilon();
+// Singular values below this part of the largest are rounding: no step is taken along them.
+constexpr double kSingularPart = 1e-13;
+constexpr double kMaxDamping = 1e12;
+constexpr std::size_t kStackSights = 64;
+// A standard deviation beyond this part of the shortest range leaves the direction around the
+// flight axis open: no linear statement holds there.
+constexpr double kMaxDeviationPart = 0.5;
+
+// One whitening per sight: on the stack up to 64 sights.
+class Weights {
+ public:
+  explicit Weights(std::size_t count) {
+    if (count > kStackSights) {
+      many_.resize(count);
+    }
+  }
+  Whitening& operator[](std::size_t k) { return many_.empty() ? few_[k] : many_[k]; }
+  const Whitening& operator[](std::size_t k) const { return many_.empty() ? few_[k] : many_[k]; }
+
+ private:
+  Whitening few_[kStackSights];
+  std::vector<Whitening> many_;
+};
+
+class Solver {
+ public:
+  Solver(std::span<const Sight> sights,
+         const Eigen::Vector3d& origin_m,
+         const IntersectionOptions& options)
+      : sights_(sights), origin_m_(origin_m), options_(options), weights_(sights.size()) {}
+
+  Candidate Run(const Eigen::Vector3d& start_m);
+
+ private:
+  bool Weigh(const Eigen::Vector3d& point_m);
+  bool Evaluate(const Eigen::Vector3d& point_m, Triangle* triangle) const;
+  bool Descend();
+  void Judge();
+  double SecondOrder(const Eigen::Vector3d& step_m) const;
+
+  std::span<const Sight> sights_;
+  Eigen::Vector3d origin_m_;
+  IntersectionOptions options_;
+  Weights weights_;
+  double floor_ = 0.0;  // whitened size of rounding
+  Triangle triangle_;
+  Candidate at_;
+};
+
+bool EquationsOf(const Sight& sight,
+                 const Eigen::Vector3d& origin_m,
+                 const Eigen::Vector3d& point_m,
+                 LookEquations* look) {
+  return EvaluateLookEquations(
+      point_m, sight.antenna_m - origin_m, sight.velocity_mps, sight.cone, 0.0, look);
+}
+
+bool Solver::Weigh(const Eigen::Vector3d& point_m) {
+  floor_ = 0.0;
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    const Sight& sight = sights_[k];
+    const TimeRates rates = LookTimeRates(point_m,
+                                          sight.antenna_m - origin_m_,
+                                          sight.velocity_mps,
+                                          sight.acceleration_mps2,
+                                          sight.cone);
+    Whitening& w = weights_[k];
+    w = sight.azimuth_in_seconds ? WhitenTime(sight.range_sigma_m, sight.azimuth_sigma, rates)
+                                 : WhitenAzimuth(sight.range_sigma_m, sight.azimuth_sigma, rates);
+    const double largest = std::max(std::abs(w.w00), std::abs(w.w11));
+    if (!std::isfinite(largest) || !std::isfinite(w.w10)) {
+      return false;
+    }
+    floor_ = std::max(floor_, kRangeRounding * sight.range_m * largest);
+  }
+  return true;
+}
+
+bool Solver::Evaluate(const Eigen::Vector3d& point_m, Triangle* triangle) const {
+  *triangle = Triangle();
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    LookEquations look;
+    if (!EquationsOf(sights_[k], origin_m_, point_m, &look)) {
+      return false;
+    }
+    const Whitening& w = weights_[k];
+    const Eigen::Vector2d error = w.Apply(look.rho_m - sights_[k].range_m, look.doppler_error_m);
+    triangle->Absorb(w.w00 * look.drho_dp, error[0]);
+    triangle->Absorb(w.w10 * look.drho_dp + w.w11 * look.ded_dp, error[1]);
+  }
+  return std::isfinite(triangle->SquareSum()) && triangle->r.allFinite();
+}
+
+// Column-scaled triangle: unit columns, so that the singular values know no unit.
+struct Scaled {
+  Eigen::Vector3d inverse_norm_m = Eigen::Vector3d::Ones();
+  Eigen::JacobiSVD<Eigen::Matrix3d> svd;
+};
+
+Scaled Decompose(const Eigen::Matrix3d& r) {
+  Scaled scaled;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    const double norm = r.col(c).norm();
+    scaled.inverse_norm_m[c] = norm > 0.0 ? 1.0 / norm : 1.0;
+  }
+  const Eigen::Matrix3d unit = r * scaled.inverse_norm_m.asDiagonal();
+  scaled.svd.compute(unit, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return scaled;
+}
+
+bool Solver::Descend() {
+  if (!Evaluate(at_.point_m, &triangle_)) {
+    return false;
+  }
+  double damping = 0.0;
+  double growth = 2.0;
+  Scaled scaled = Decompose(triangle_.r);
+  while (at_.iterations < options_.max_iterations) {
+    ++at_.iterations;
+    const Eigen::Vector3d& s = scaled.svd.singularValues();
+    const Eigen::Vector3d projected = scaled.svd.matrixU().transpose() * triangle_.z;
+    Eigen::Vector3d along = Eigen::Vector3d::Zero();
+    Eigen::Vector3d change = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      if (s[i] > kSingularPart * s[0]) {
+        along[i] = -projected[i] * s[i] / (s[i] * s[i] + damping);
+        change[i] = s[i] * along[i];
+      }
+    }
+    const Eigen::Vector3d step_m = scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV() * along);
+    const Eigen::Vector3d trial_m = at_.point_m + step_m;
+    Triangle trial;
+    const bool valid = Evaluate(trial_m, &trial);
+    // Undamped and below the tolerance: the step itself is as good as the point it starts from.
+    const bool small = damping == 0.0 && change.norm() <= std::max(kStepSigmas, floor_);
+    const double before = triangle_.SquareSum();
+    if (!valid || (!small && !(trial.SquareSum() < before))) {
+      if (damping > kMaxDamping) {
+        return true;  // no direction lowers the sum any more
+      }
+      damping = damping > 0.0 ? damping * growth : 1e-6;
+      growth *= 2.0;
+      continue;
+    }
+    const double gain = before - trial.SquareSum();
+    at_.point_m = trial_m;
+    triangle_ = trial;
+    if (small || (damping > 0.0 && gain <= 1e-13 * before)) {
+      return true;
+    }
+    scaled = Decompose(triangle_.r);
+    damping = damping > 1e-7 ? damping * 0.1 : 0.0;
+    growth = 2.0;
+  }
+  return false;
+}
+
+// Part of the second differences of the whitened equations along `step_m` (a unit change of the
+// linearised equations) that the linear solution mistakes for a displacement along the step.
+double Solver::SecondOrder(const Eigen::Vector3d& step_m) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    const Whitening& w = weights_[k];
+    LookEquations here, ahead, behind;
+    if (!EquationsOf(sights_[k], origin_m_, at_.point_m, &here) ||
+        !EquationsOf(sights_[k], origin_m_, at_.point_m + step_m, &ahead) ||
+        !EquationsOf(sights_[k], origin_m_, at_.point_m - step_m, &behind)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const Eigen::Vector2d linear = w.Apply(here.drho_dp * step_m, here.ded_dp * step_m);
+    const Eigen::Vector2d second =
+        0.5 * w.Apply(ahead.rho_m - 2.0 * here.rho_m + behind.rho_m,
+                      ahead.doppler_error_m - 2.0 * here.doppler_error_m + behind.doppler_error_m);
+    sum += linear.dot(second);
+  }
+  return std::abs(sum);
+}
+
+void Solver::Judge() {
+  const Scaled scaled = Decompose(triangle_.r);
+  const Eigen::Vector3d& s = scaled.svd.singularValues();
+  at_.r = triangle_.r;
+  at_.square_sum = triangle_.SquareSum();
+  at_.determined = false;
+  if (!(s[2] > options_.min_reciprocal_condition * s[0])) {
+    return;
+  }
+  // One standard deviation along the worst determined direction.
+  const Eigen::Vector3d step_m =
+      scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV().col(2)) / s[2];
+  double shortest_m = std::numeric_limits<double>::infinity();
+  for (const Sight& sight : sights_) {
+    shortest_m = std::min(shortest_m, sight.range_m);
+  }
+  if (step_m.norm() > kMaxDeviationPart * shortest_m) {
+    return;
+  }
+  at_.determined = SecondOrder(step_m) <= 1.0;
+}
+
+Candidate Solver::Run(const Eigen::Vector3d& start_m) {
+  at_ = Candidate();
+  at_.point_m = start_m;
+  for (int round = 0; round < 2; ++round) {
+    at_.converged = Weigh(at_.point_m) && Descend();
+    if (!at_.converged) {
+      return at_;
+    }
+  }
+  Judge();
+  return at_;
+}
+
+}  // namespace
+
+void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
+  Eigen::RowVector3d left = row;
+  double last = error;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double norm = std::hypot(r(i, i), left[i]);
+    if (norm == 0.0) {
+      continue;
+    }
+    const double c = r(i, i) / norm;
+    const double s = left[i] / norm;
+    for (Eigen::Index k = i; k < 3; ++k) {
+      const double above = r(i, k);
+      r(i, k) = c * above + s * left[k];
+      left[k] = c * left[k] - s * above;
+    }
+    const double above = z[i];
+    z[i] = c * above + s * last;
+    last = c * last - s * above;
+  }
+  rest = std::hypot(rest, last);
+}
+
+Candidate Refine(std::span<const Sight> sights,
+                 const Eigen::Vector3d& origin_m,
+                 const Eigen::Vector3d& start_m,
+                 const IntersectionOptions& options) {
+  return Solver(sights, origin_m, options).Run(start_m);
+}
+
+Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& r) {
+  const Eigen::Matrix3d inverse =
+      r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity().eval());
+  return inverse * inverse.transpose();
+}
+
+}  // namespace sarblock::internal
