@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# All tests from a fresh clone: installs the packages that are missing; builds Release with warnings
+# as errors and every public header compiled alone; runs its tests (units, seeded statistics, house
+# rules, the installed package used by a project outside); then builds and runs the tests again under
+# AddressSanitizer and UndefinedBehaviorSanitizer. The last line is `N passed, N failed`; the exit
+# status is 0 only if nothing failed.
+#
+# SARBLOCK_DRAWS  seeded draws of each statistical test. Here 40, under the sanitizers 4: every path
+#                 runs, in minutes. The full form is SARBLOCK_DRAWS=200 (docs/validation.md).
+set -euo pipefail
+# shellcheck source=scripts/lib.sh
+source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
+
+# One BLAS thread a test: two tests run at a time.
+export OPENBLAS_NUM_THREADS=1
+passed=0
+failed=0
+skipped=0
+
+# Value of an attribute of the first element <testsuite> of a JUnit file.
+suite_count() {
+  sed -n "/<testsuite/,/>/s/.*[[:space:]]$2=\"\([0-9]*\)\".*/\1/p" "$1" | head -n 1
+}
+
+# run_tests PRESET: runs the tests of build/PRESET and adds their counts; a failed test does not end
+# the script, so that the sanitizers are heard too.
+run_tests() {
+  local preset=$1 junit=$root/build/$1/tests.xml total bad out
+  step "Test build/$preset (SARBLOCK_DRAWS=$SARBLOCK_DRAWS)"
+  rm -f -- "$junit"
+  (cd -- "$root" && ctest --preset "$preset" -j2 --output-junit "$junit") || true
+  [[ -s $junit ]] || fail "ctest did not run in build/$preset"
+  total=$(suite_count "$junit" tests)
+  bad=$(suite_count "$junit" failures)
+  out=$(($(suite_count "$junit" skipped) + $(suite_count "$junit" disabled)))
+  passed=$((passed + total - bad - out))
+  failed=$((failed + bad))
+  skipped=$((skipped + out))
+}
+
+install_packages
+
+build release
+step "Compile every public header alone"
+(cd -- "$root" && cmake --build --preset release --target all_verify_interface_header_sets)
+SARBLOCK_DRAWS=${SARBLOCK_DRAWS:-40} run_tests release
+
+build asan
+SARBLOCK_DRAWS=4 run_tests asan
+
+step "Done"
+[[ $skipped -eq 0 ]] || echo "$skipped skipped (their reason stands above or in build/*/tests.xml)"
+echo "$passed passed, $failed failed"
+[[ $failed -eq 0 && $passed -gt 0 ]]
