@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace sarblock {
+
+enum class Compression { kNone, kGzip };
+
+/// A file that appears whole or not at all: written as `.NAME.tmp-PID` in the same folder and
+/// renamed by Commit(). Without a Commit() the destructor removes what was written.
+/// A target that exists and is no regular file (a pipe, a device) is written directly.
+/// Every write is checked; failures (no space left, no such folder) throw InputError naming the
+/// file. Gzip output is the same bytes for the same text (no time stamp, no name).
+class AtomicFile {
+ public:
+  explicit AtomicFile(const std::filesystem::path& target,
+                      Compression compression = Compression::kNone);
+  ~AtomicFile();
+  AtomicFile(AtomicFile&&) noexcept;
+  AtomicFile& operator=(AtomicFile&&) = delete;
+
+  void Write(std::string_view text);
+  /// Writes what is buffered, closes and renames. Call once.
+  void Commit();
+
+ private:
+  struct State;
+  void Flush();
+  void WriteThrough(std::string_view text);
+  [[noreturn]] void Fail(const std::string& doing);
+  std::unique_ptr<State> state_;
+};
+
+/// Removes the temporary files that are open in this process. Async-signal-safe (a signal handler
+/// may call it before the process ends); the files' AtomicFile objects must not be used afterwards.
+void RemoveOpenTemporaryFiles() noexcept;
+
+/// Makes a folder and its parents; throws InputError naming it where that fails.
+void MakeFolder(const std::filesystem::path& folder);
+
+}  // namespace sarblock

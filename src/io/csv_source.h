@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/io/csv_reader.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace sarblock {
+
+/// Bytes of a plain file, a gzip file or a text in memory.
+class CsvReader::Source {
+ public:
+  virtual ~Source() = default;
+  /// Up to `size` bytes; 0 at the end. What went wrong, if anything, goes to `problem`.
+  [[nodiscard]] virtual std::size_t Read(char* to, std::size_t size, std::string* problem) = 0;
+
+  /// Throws InputError naming the file if it cannot be opened.
+  [[nodiscard]] static std::unique_ptr<Source> Open(const std::filesystem::path& file);
+  [[nodiscard]] static std::unique_ptr<Source> InMemory(std::string_view text);
+};
+
+}  // namespace sarblock
