@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symbolic.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "ordering.h"
+
+namespace sarblock::sparse {
+namespace {
+
+using Lists = std::vector<std::vector<int>>;
+
+std::size_t At(int index) { return static_cast<std::size_t>(index); }
+
+/// For each position the later positions its block is paired with.
+Lists LaterNeighbours(const BlockPattern& pattern, const std::vector<int>& position) {
+  Lists later(position.size());
+  for (int j = 0; j < pattern.block_count(); ++j) {
+    for (const int i : pattern.RowsOfColumn(j)) {
+      if (i != j) {
+        const auto [p, q] = std::minmax(position[At(i)], position[At(j)]);
+        later[At(p)].push_back(q);
+      }
+    }
+  }
+  return later;
+}
+
+/// Structure of each column of L below the diagonal, by positions, sorted: its own neighbours and
+/// what its children in the elimination tree hand up. The first row is the parent.
+Lists ColumnStructures(Lists later) {
+  const int count = static_cast<int>(later.size());
+  std::vector<int> mark(later.size(), -1);
+  Lists children(later.size());
+  for (int k = 0; k < count; ++k) {
+    std::vector<int>& structure = later[At(k)];
+    mark[At(k)] = k;
+    for (const int row : structure) {
+      mark[At(row)] = k;
+    }
+    for (const int child : children[At(k)]) {
+      for (const int row : later[At(child)]) {
+        if (mark[At(row)] != k) {
+          mark[At(row)] = k;
+          structure.push_back(row);
+        }
+      }
+    }
+    std::sort(structure.begin(), structure.end());
+    if (!structure.empty()) {
+      children[At(structure.front())].push_back(k);
+    }
+  }
+  return later;
+}
+
+/// Supernodes while they are being merged, each named by its topmost column.
+class Supernodes {
+ public:
+  Supernodes(const Lists& structures, const std::vector<int>& weights)
+      : structures_(structures), owner_(weights.size()), width_(weights.begin(), weights.end()) {
+    const std::size_t count = weights.size();
+    columns_.resize(count);
+    below_.resize(count);
+    zeros_.assign(count, 0);
+    for (std::size_t k = 0; k < count; ++k) {
+      owner_[k] = static_cast<int>(k);
+      columns_[k] = {static_cast<int>(k)};
+      for (const int row : structures[k]) {
+        below_[k] += weights[At(row)];
+      }
+    }
+    for (const bool relaxed : {false, true}) {
+      for (int k = 0; k < static_cast<int>(count); ++k) {
+        if (owner_[At(k)] == k && !structures_[At(k)].empty()) {
+          TryMerge(k, Owner(structures_[At(k)].front()), relaxed);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] bool IsTop(int column) const { return owner_[At(column)] == column; }
+  /// Supernode of a column.
+  [[nodiscard]] int Owner(int column) {
+    while (owner_[At(column)] != column) {
+      owner_[At(column)] = owner_[At(owner_[At(column)])];
+      column = owner_[At(column)];
+    }
+    return column;
+  }
+  [[nodiscard]] const std::vector<int>& columns(int top) const { return columns_[At(top)]; }
+  [[nodiscard]] std::int64_t width(int top) const { return width_[At(top)]; }
+  [[nodiscard]] std::int64_t below(int top) const { return below_[At(top)]; }
+
+ private:
+  void TryMerge(int child, int parent, bool relaxed) {
+    const auto c = At(child), p = At(parent);
+    const std::int64_t width = width_[c] + width_[p];
+    const std::int64_t added = width_[c] * (width_[p] + below_[p] - below_[c]);
+    const std::int64_t zeros = zeros_[c] + zeros_[p] + added;
+    if (!relaxed ? added > 0 : !Worthwhile(width, below_[p], zeros)) {
+      return;
+    }
+    owner_[c] = parent;
+    width_[p] = width;
+    zeros_[p] = zeros;
+    columns_[c].insert(columns_[c].end(), columns_[p].begin(), columns_[p].end());
+    columns_[p] = std::move(columns_[c]);
+    columns_[c].clear();
+  }
+
+  static bool Worthwhile(std::int64_t width, std::int64_t below, std::int64_t zeros) {
+    const double entries = static_cast<double>(width) *
+                           (static_cast<double>(width + 1) / 2 + static_cast<double>(below));
+    const double fraction = entries > 0 ? static_cast<double>(zeros) / entries : 0.0;
+    return width <= 4 || (width <= 16 && fraction < 0.8) || (width <= 48 && fraction < 0.1) ||
+           fraction < 0.05;
+  }
+
+  const Lists& structures_;
+  std::vector<int> owner_;
+  std::vector<std::int64_t> width_, below_, zeros_;
+  Lists columns_;
+};
+
+/// Tops of the supernodes in a postorder of their tree that keeps few update matrices waiting at
+/// a time: the child whose subtree needs most beyond its own update matrix goes first (Liu 1986).
+std::vector<int> Postorder(Supernodes& nodes, const Lists& structures) {
+  const std::size_t count = structures.size();
+  Lists children(count);
+  std::vector<int> roots;
+  std::vector<double> peak(count, 0.0);
+  const auto update = [&](int top) {
+    return static_cast<double>(nodes.below(top)) * static_cast<double>(nodes.below(top));
+  };
+  for (int k = 0; k < static_cast<int>(count); ++k) {
+    if (!nodes.IsTop(k)) {
+      continue;
+    }
+    std::vector<int>& mine = children[At(k)];
+    std::stable_sort(mine.begin(), mine.end(), [&](int a, int b) {
+      return peak[At(a)] - update(a) > peak[At(b)] - update(b);
+    });
+    double waiting = 0.0;
+    for (const int child : mine) {
+      peak[At(k)] = std::max(peak[At(k)], waiting + peak[At(child)]);
+      waiting += update(child);
+    }
+    peak[At(k)] = std::max(peak[At(k)], waiting + update(k));
+    if (structures[At(k)].empty()) {
+      roots.push_back(k);
+    } else {
+      children[At(nodes.Owner(structures[At(k)].front()))].push_back(k);
+    }
+  }
+  // Preorder with the children reversed, then reversed as a whole, is the postorder.
+  std::vector<int> order, stack(roots.begin(), roots.end());
+  while (!stack.empty()) {
+    const int top = stack.back();
+    stack.pop_back();
+    order.push_back(top);
+    stack.insert(stack.end(), children[At(top)].begin(), children[At(top)].end());
+  }
+  std::reverse(order.begin(), order.end());
+  return order;
+}
+
+/// First row of each block of a front, by position in elimination order; valid for one front.
+class LocalRows {
+ public:
+  explicit LocalRows(const std::vector<int>& row_begin)
+      : row_begin_(row_begin), local_(row_begin.size() - 1) {}
+
+  void Set(const Front& front) {
+    front_ = &front;
+    int row = front.eliminated;
+    for (const int block : front.rows) {
+      local_[At(block)] = row;
+      row += row_begin_[At(block) + 1] - row_begin_[At(block)];
+    }
+  }
+  [[nodiscard]] int operator()(int block) const {
+    const int row = row_begin_[At(block)] - front_->first_row;
+    return row < front_->eliminated ? row : local_[At(block)];
+  }
+
+ private:
+  const std::vector<int>& row_begin_;
+  std::vector<int> local_;
+  const Front* front_ = nullptr;
+};
+
+std::vector<Run> RunsInParent(const Front& child,
+                              const LocalRows& local,
+                              const std::vector<int>& row_begin) {
+  std::vector<Run> runs;
+  int begin = 0;
+  for (const int block : child.rows) {
+    const int size = row_begin[At(block) + 1] - row_begin[At(block)];
+    const int parent_begin = local(block);
+    if (!runs.empty() && runs.back().parent_begin + runs.back().length == parent_begin) {
+      runs.back().length += size;
+    } else {
+      runs.push_back({begin, parent_begin, size});
+    }
+    begin += size;
+  }
+  return runs;
+}
+
+}  // namespace
+
+Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last) {
+  const std::size_t count = At(pattern.block_count());
+  const std::vector<int> first_order = FillReducingOrder(pattern, last);
+  std::vector<int> position(count), weights(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    position[At(first_order[k])] = static_cast<int>(k);
+    weights[k] = pattern.size(first_order[k]);
+  }
+  const Lists structures = ColumnStructures(LaterNeighbours(pattern, position));
+  Supernodes nodes(structures, weights);
+
+  Symbolic symbolic;
+  symbolic.row_begin.push_back(0);
+  std::vector<int> final_position(count), front_of_block(count);  // by first position
+  const std::vector<int> tops = Postorder(nodes, structures);
+  symbolic.fronts.resize(tops.size());
+  for (std::size_t f = 0; f < tops.size(); ++f) {
+    Front& front = symbolic.fronts[f];
+    front.first_row = symbolic.row_begin.back();
+    front.eliminated = static_cast<int>(nodes.width(tops[f]));
+    front.remaining = static_cast<int>(nodes.below(tops[f]));
+    front.panel = symbolic.factor_entries;
+    symbolic.factor_entries += At(front.height()) * At(front.eliminated);
+    for (const int column : nodes.columns(tops[f])) {
+      final_position[At(column)] = static_cast<int>(symbolic.order.size());
+      front_of_block[At(column)] = static_cast<int>(f);
+      symbolic.order.push_back(first_order[At(column)]);
+      symbolic.row_begin.push_back(symbolic.row_begin.back() + weights[At(column)]);
+    }
+  }
+  symbolic.original_row.resize(At(pattern.rows()));
+  for (std::size_t k = 0; k < count; ++k) {
+    for (int row = 0; row < pattern.size(symbolic.order[k]); ++row) {
+      symbolic.original_row[At(symbolic.row_begin[k] + row)] =
+          pattern.offset(symbolic.order[k]) + row;
+    }
+  }
+  for (std::size_t f = 0; f < tops.size(); ++f) {
+    Front& front = symbolic.fronts[f];
+    for (const int row : structures[At(tops[f])]) {
+      front.rows.push_back(final_position[At(row)]);
+    }
+    std::sort(front.rows.begin(), front.rows.end());
+    if (!front.rows.empty()) {
+      front.parent = front_of_block[At(structures[At(tops[f])].front())];
+      symbolic.fronts[At(front.parent)].children.push_back(static_cast<int>(f));
+    }
+  }
+
+  // Blocks of S by the front of the earlier one, then their rows and the children's within it.
+  Lists blocks(tops.size());  // pairs (i, j) flattened
+  for (std::size_t k = 0; k < count; ++k) {
+    position[At(first_order[k])] = final_position[k];
+  }
+  std::vector<int> front_of(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    front_of[At(final_position[k])] = front_of_block[k];
+  }
+  for (int j = 0; j < pattern.block_count(); ++j) {
+    for (const int i : pattern.RowsOfColumn(j)) {
+      std::vector<int>& pairs =
+          blocks[At(front_of[At(std::min(position[At(i)], position[At(j)]))])];
+      pairs.insert(pairs.end(), {i, j});
+    }
+  }
+  LocalRows local(symbolic.row_begin);
+  for (std::size_t f = 0; f < tops.size(); ++f) {
+    Front& front = symbolic.fronts[f];
+    local.Set(front);
+    for (const int child : front.children) {
+      symbolic.fronts[At(child)].runs =
+          RunsInParent(symbolic.fronts[At(child)], local, symbolic.row_begin);
+    }
+    front.entries.reserve(blocks[f].size() / 2);
+    for (std::size_t e = 0; e < blocks[f].size(); e += 2) {
+      int i = blocks[f][e], j = blocks[f][e + 1];
+      const std::size_t value = pattern.ValueBegin(pattern.Slot(i, j));
+      const bool transposed = position[At(i)] < position[At(j)];
+      if (transposed) {
+        std::swap(i, j);
+      }
+      front.entries.push_back({value,
+                               local(position[At(i)]),
+                               local(position[At(j)]),
+                               pattern.size(i),
+                               pattern.size(j),
+                               transposed});
+    }
+  }
+  return symbolic;
+}
+
+}  // namespace sarblock::sparse
