@@ -8,7 +8,7 @@ namespace {
 
 std::string Message(const FilePlace& place, const std::string& problem) {
   std::string text = place.file;
-  if (!place.file.empty() && place.line > 0) text += ":" + std::to_string(place.line);
+  if (!place.file.empty() && place.line > 0) text.append(":").append(std::to_string(place.line));
   if (!text.empty()) text += ": ";
   if (!place.field.empty()) text += place.field + ": ";
   return text + problem;
@@ -19,9 +19,11 @@ std::string Listed(const std::string& problem, const std::vector<std::string>& n
   constexpr std::size_t kShown = 10;
   std::string text = problem;
   for (std::size_t i = 0; i < names.size() && i < kShown; ++i) {
-    text += (i == 0 ? ": " : ", ") + names[i];
+    text.append(i == 0 ? ": " : ", ").append(names[i]);
   }
-  if (names.size() > kShown) text += " and " + std::to_string(names.size() - kShown) + " more";
+  if (names.size() > kShown) {
+    text.append(" and ").append(std::to_string(names.size() - kShown)).append(" more");
+  }
   return text;
 }
 

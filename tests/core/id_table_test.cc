@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/id_table.h"
+
+#include "sarblock/core/random.h"
+
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+IdTable TableOf(const std::vector<std::string>& ids) {
+  IdTable table;
+  for (const std::string& id : ids) table.Append(id);
+  return table;
+}
+
+TEST(IdTableTest, KeepsIdsInTheOrderTheyCame) {
+  const IdTable table = TableOf({"P17", "", "Kirchturm Süd", "P17x"});
+  ASSERT_EQ(table.size(), 4u);
+  EXPECT_EQ(table[0], "P17");
+  EXPECT_EQ(table[1], "");
+  EXPECT_EQ(table[2], "Kirchturm Süd");
+  EXPECT_EQ(table[3], "P17x");
+  for (std::uint32_t i = 0; i < 4; ++i) EXPECT_EQ(table.Find(table[i]), i);
+  EXPECT_EQ(table.Find("P1"), IdTable::kNone);
+}
+
+TEST(IdTableTest, AnEmptyTableFindsNothing) {
+  const IdTable table;
+  EXPECT_EQ(table.size(), 0u);
+  EXPECT_EQ(table.Find("P17"), IdTable::kNone);
+  EXPECT_EQ(table.Nearest("P17"), "");
+}
+
+// Second route: the standard library's map. Ids from a small alphabet repeat often; the index is
+// dropped and rebuilt and appended to past it on the way.
+TEST(IdTableTest, AgreesWithAStandardMap) {
+  IdTable table;
+  std::unordered_map<std::string, std::uint32_t> map;
+  RandomStream random(71, 5);
+  for (int i = 0; i < 20000; ++i) {
+    std::string id;
+    for (std::uint64_t n = 1 + random.Bits() % 7; n > 0; --n) {
+      id += static_cast<char>('a' + random.Bits() % 4);
+    }
+    const auto known = map.find(id);
+    EXPECT_EQ(table.Find(id), known == map.end() ? IdTable::kNone : known->second);
+    const std::uint32_t index = table.FindOrAppend(id);
+    EXPECT_EQ(map.emplace(id, index).first->second, index);
+    if (i % 6007 == 0) table.DropIndex();
+  }
+  EXPECT_EQ(table.size(), map.size());
+  EXPECT_GT(table.size(), 3000u);
+  for (const auto& [id, index] : map) EXPECT_EQ(table[index], id);
+}
+
+TEST(IdTableTest, FindsTheFirstOfTwoEqualIdsBeforeAndAfterTheIndexIsBuilt) {
+  IdTable table = TableOf({"a", "b", "b"});
+  EXPECT_EQ(table.Find("b"), 1u);
+  EXPECT_EQ(table.Append("a"), 3u);
+  EXPECT_EQ(table.Find("a"), 0u);
+  table.DropIndex();
+  EXPECT_EQ(table.Find("a"), 0u);
+}
+
+// Hand values of the edit distance: one change, one letter lost, one letter more.
+TEST(IdTableTest, ProposesTheNearestId) {
+  const IdTable table = TableOf({"reflector_north", "GCP17", "tie_004"});
+  EXPECT_EQ(table.Nearest("GCP71"), "GCP17");
+  EXPECT_EQ(table.Nearest("reflctor_north"), "reflector_north");
+  EXPECT_EQ(table.Nearest("TIE_0044"), "tie_004");
+  EXPECT_EQ(table.Nearest(""), "GCP17");
+}
+
+TEST(IdTableTest, ProposesFromALargeTableToo) {
+  IdTable table;
+  for (int i = 0; i < 5000; ++i)
+    table.Append(std::string("point").append(std::to_string(100000 + 37 * i)));
+  table.Append("Corner7");
+  EXPECT_EQ(table.Nearest("corner-7"), "Corner7");  // one edit, behind the first 2000
+  EXPECT_EQ(table.Nearest("point100038"), "point100037");
+  EXPECT_EQ(table.Nearest("something else"), "point100000");  // nothing near: still an answer
+}
+
+TEST(NearestNameTest, ChoosesByEditDistance) {
+  EXPECT_EQ(NearestName("positon", {"range", "position", "time"}), "position");
+  EXPECT_EQ(NearestName("TIMES", {"range", "position", "time"}), "time");
+  EXPECT_EQ(NearestName("x", {}), "");
+}
+
+}  // namespace
+}  // namespace sarblock
