@@ -3,6 +3,8 @@
 
 #include <limits>
 
+#include <Eigen/Geometry>
+
 namespace sarblock {
 namespace {
 
