@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # All tests from a fresh clone: installs the packages that are missing; builds Release with warnings
 # as errors and every public header compiled alone; runs its tests (units, seeded statistics, house
-# rules, the installed package used by a project outside); then builds and runs the tests again under
-# AddressSanitizer and UndefinedBehaviorSanitizer. The last line is `N passed, N failed`; the exit
-# status is 0 only if nothing failed.
+# rules, the installed package used by a project outside); then builds and runs the tests again
+# under AddressSanitizer and UndefinedBehaviorSanitizer. The last line is `N passed, N failed`; the
+# exit status is 0 only if nothing failed.
 #
 # SARBLOCK_DRAWS  seeded draws of each statistical test. Here 40, under the sanitizers 4: every path
 #                 runs, in minutes. The full form is SARBLOCK_DRAWS=200 (docs/validation.md).

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every rule of check_headers.py finds a fault made on purpose, and nothing in a clean tree."""
+"""Every rule of check_headers.py and check_docs.py finds a fault made on purpose, and nothing in a
+clean tree."""
 import pathlib
 import subprocess
 import sys
@@ -11,16 +12,19 @@ CHECKER = pathlib.Path(__file__).with_name("check_headers.py")
 SPDX = "// SPDX-License-Identifier: Apache-2.0\n"
 
 
-class CheckHeadersTest(unittest.TestCase):
+class CheckerTest(unittest.TestCase):
+    checker = CHECKER
+
     def check(self, files):
         """Exit status and output of the checker on a tree of the given files."""
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "include").mkdir()
+            (pathlib.Path(folder) / "docs").mkdir()
             for name, text in files.items():
                 path = pathlib.Path(folder) / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(text, encoding="utf-8")
-            done = subprocess.run([sys.executable, str(CHECKER), folder], check=False,
+            done = subprocess.run([sys.executable, str(self.checker), folder], check=False,
                                   capture_output=True, text=True)
             return done.returncode, done.stdout
 
@@ -29,6 +33,8 @@ class CheckHeadersTest(unittest.TestCase):
         self.assertEqual(status, 1, output)
         self.assertIn(part, output)
 
+
+class CheckHeadersTest(CheckerTest):
     def test_accepts_a_clean_tree(self):
         status, output = self.check({
             "include/sarblock/flight/a.h": SPDX + '#include "sarblock/core/b.h"\n'
@@ -65,6 +71,30 @@ class CheckHeadersTest(unittest.TestCase):
 
     def test_finds_a_machine_flag(self):
         self.expect_finding("src/CMakeLists.txt", "add_compile_options(-march=native)\n", "-march")
+
+
+class CheckDocsTest(CheckerTest):
+    checker = CHECKER.with_name("check_docs.py")
+    page = "# Page\n\n    a = b      (7)\n\n[self](page.md), [web](https://example.org)\n"
+
+    def test_accepts_links_and_citations_that_lead_somewhere(self):
+        status, output = self.check({
+            "docs/page.md": self.page,
+            "include/sarblock/core/a.h": SPDX + "/// docs/page.md, eq.\n/// (7).\n",
+        })
+        self.assertEqual((status, output), (0, ""))
+
+    def test_finds_a_dead_link(self):
+        self.expect_finding("docs/page.md", "text\n[a](b.md#c)\n", "docs/page.md:2: 'b.md'")
+
+    def test_finds_a_citation_of_a_missing_page(self):
+        self.expect_finding("src/core/a.cc", SPDX + "// docs/gone.md\n", "a.cc:2: docs/gone.md")
+
+    def test_finds_a_citation_of_a_missing_equation(self):
+        status, output = self.check({"docs/page.md": self.page,
+                                     "src/core/a.cc": SPDX + "// docs/page.md, eqs. (7)-(8)\n"})
+        self.assertEqual(status, 1)
+        self.assertEqual(output.strip(), "src/core/a.cc:2: docs/page.md has no equation (8)")
 
 
 if __name__ == "__main__":
