@@ -112,7 +112,25 @@ struct Pool {
   }
 };
 
-double LargestAngle_rad(std::span<const Sight> sights, const Eigen::Vector3d& p_m) {
+Intersection ResultOf(std::span<const Sight> sights,
+                      const Eigen::Vector3d& origin_m,
+                      const Candidate& candidate,
+                      IntersectionOutcome outcome) {
+  Intersection result;
+  result.outcome = outcome;
+  result.position_m = origin_m + candidate.point_m;
+  result.weighted_square_sum = candidate.square_sum;
+  result.iterations = candidate.iterations;
+  result.intersection_rad = LargestIntersectionAngle(result.position_m, sights);
+  if (candidate.converged && candidate.determined) {
+    result.covariance_m2 = internal::CovarianceOf(candidate.r);
+  }
+  return result;
+}
+
+}  // namespace
+
+double LargestIntersectionAngle(const Eigen::Vector3d& p_m, std::span<const Sight> sights) {
   const std::size_t n = sights.size();
   double largest_rad = 0.0;
   std::size_t far = 0;
@@ -135,24 +153,6 @@ double LargestAngle_rad(std::span<const Sight> sights, const Eigen::Vector3d& p_
   }
   return largest_rad;
 }
-
-Intersection ResultOf(std::span<const Sight> sights,
-                      const Eigen::Vector3d& origin_m,
-                      const Candidate& candidate,
-                      IntersectionOutcome outcome) {
-  Intersection result;
-  result.outcome = outcome;
-  result.position_m = origin_m + candidate.point_m;
-  result.weighted_square_sum = candidate.square_sum;
-  result.iterations = candidate.iterations;
-  result.intersection_rad = LargestAngle_rad(sights, result.position_m);
-  if (candidate.converged && candidate.determined) {
-    result.covariance_m2 = internal::CovarianceOf(candidate.r);
-  }
-  return result;
-}
-
-}  // namespace
 
 Intersection Intersect(std::span<const Sight> sights,
                        const Frame& frame,
@@ -185,7 +185,11 @@ Intersection Intersect(std::span<const Sight> sights,
   const auto finish = [&](IntersectionOutcome outcome) {
     return ResultOf(sights, origin_m, pool.Best(), outcome);
   };
-  if (!pool.Prefer([](const Candidate& c) { return c.converged; })) {
+  // A point that floats within the noise (one circle twice) has no place to converge to.
+  const auto settled = [&](const Candidate& c) {
+    return c.converged || (!c.determined && Fits(c, sights.size()));
+  };
+  if (!pool.Prefer(settled)) {
     return finish(IntersectionOutcome::kNotConverged);
   }
   if (!pool.Prefer([&](const Candidate& c) { return Fits(c, sights.size()); })) {

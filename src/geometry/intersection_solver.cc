@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 namespace sarblock::internal {
@@ -20,11 +21,16 @@ constexpr double kStepSigmas = 1e-8;
 constexpr double kRangeRounding = 8.0 * std::numeric_limits<double>::epsilon();
 // Singular values below this part of the largest are rounding: no step is taken along them.
 constexpr double kSingularPart = 1e-13;
+// ... or, where only curvature holds the point, by what rounding does to v'Pv.
+constexpr double kSumRounding = 1e-15;
+constexpr double kLeastDamping = 1e-6;
 constexpr double kMaxDamping = 1e12;
 constexpr std::size_t kStackSights = 64;
 // A standard deviation beyond this part of the shortest range leaves the direction around the
 // flight axis open: no linear statement holds there.
 constexpr double kMaxDeviationPart = 0.5;
+// The mirror solution has to lie this many standard deviations away (section 4).
+constexpr double kLeastMirrorDistance = 3.0;
 
 // One whitening per sight: on the stack up to 64 sights.
 class Weights {
@@ -54,6 +60,13 @@ class Solver {
  private:
   bool Weigh(const Eigen::Vector3d& point_m);
   bool Evaluate(const Eigen::Vector3d& point_m, Triangle* triangle) const;
+  struct Step {
+    Eigen::Vector3d move_m = Eigen::Vector3d::Zero();
+    double change = 0.0;  // of the whitened equations, by the model the step comes from
+  };
+  Step GaussNewtonStep() const;
+  Step NewtonStep(double damping) const;
+  Eigen::Matrix3d Curvature() const;
   bool Descend();
   void Judge();
   double SecondOrder(const Eigen::Vector3d& step_m) const;
@@ -111,7 +124,18 @@ bool Solver::Evaluate(const Eigen::Vector3d& point_m, Triangle* triangle) const 
   return std::isfinite(triangle->SquareSum()) && triangle->r.allFinite();
 }
 
-// Column-scaled triangle: unit columns, so that the singular values know no unit.
+// Scales that give the columns unit length, so that singular values know no unit.
+Eigen::Vector3d InverseColumnNorms(const Eigen::Matrix3d& r) {
+  Eigen::Vector3d inverse_norm_m = Eigen::Vector3d::Ones();
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    const double norm = r.col(c).norm();
+    if (norm > 0.0) {
+      inverse_norm_m[c] = 1.0 / norm;
+    }
+  }
+  return inverse_norm_m;
+}
+
 struct Scaled {
   Eigen::Vector3d inverse_norm_m = Eigen::Vector3d::Ones();
   Eigen::JacobiSVD<Eigen::Matrix3d> svd;
@@ -119,58 +143,108 @@ struct Scaled {
 
 Scaled Decompose(const Eigen::Matrix3d& r) {
   Scaled scaled;
-  for (Eigen::Index c = 0; c < 3; ++c) {
-    const double norm = r.col(c).norm();
-    scaled.inverse_norm_m[c] = norm > 0.0 ? 1.0 / norm : 1.0;
-  }
+  scaled.inverse_norm_m = InverseColumnNorms(r);
   const Eigen::Matrix3d unit = r * scaled.inverse_norm_m.asDiagonal();
   scaled.svd.compute(unit, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return scaled;
+}
+
+// Half the second derivative of v'Pv that J'J leaves out: sum of e times the curvature of the
+// equations, (I - g g')/rho of the range and -sin(tau) times that of the cone.
+Eigen::Matrix3d Solver::Curvature() const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    LookEquations look;
+    if (!EquationsOf(sights_[k], origin_m_, at_.point_m, &look)) {
+      continue;  // cannot happen: the point has been evaluated
+    }
+    const Whitening& w = weights_[k];
+    const Eigen::Vector2d error = w.Apply(look.rho_m - sights_[k].range_m, look.doppler_error_m);
+    const double factor = error[0] * w.w00 + error[1] * (w.w10 - w.w11 * look.sin_tau);
+    sum += factor / look.rho_m *
+           (Eigen::Matrix3d::Identity() - look.drho_dp.transpose() * look.drho_dp);
+  }
+  return sum;
+}
+
+Solver::Step Solver::GaussNewtonStep() const {
+  const Scaled scaled = Decompose(triangle_.r);
+  const Eigen::Vector3d& s = scaled.svd.singularValues();
+  const Eigen::Vector3d projected = scaled.svd.matrixU().transpose() * triangle_.z;
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  Step step;
+  double square = 0.0;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (s[i] > kSingularPart * s[0]) {
+      along[i] = -projected[i] / s[i];
+      square += projected[i] * projected[i];
+    }
+  }
+  step.move_m = scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV() * along);
+  step.change = std::sqrt(square);
+  return step;
+}
+
+// Newton with the full second derivative: where circles touch, J is singular and only the curvature
+// holds the point (section 3). `damping` is relative to unit columns of J.
+Solver::Step Solver::NewtonStep(double damping) const {
+  const Eigen::Vector3d inverse_norm_m = InverseColumnNorms(triangle_.r);
+  const Eigen::Matrix3d hessian = inverse_norm_m.asDiagonal() *
+                                  (triangle_.r.transpose() * triangle_.r + Curvature()) *
+                                  inverse_norm_m.asDiagonal();
+  const Eigen::Vector3d gradient =
+      inverse_norm_m.cwiseProduct(triangle_.r.transpose() * triangle_.z);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(hessian);
+  const Eigen::Vector3d projected = eigen.eigenvectors().transpose() * gradient;
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  Step step;
+  double square = 0.0;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    // A downward curvature is turned round: the step stays one of descent.
+    const double value = std::abs(eigen.eigenvalues()[i]) + damping;
+    if (value > kSingularPart) {
+      along[i] = -projected[i] / value;
+      square += projected[i] * projected[i] / value;
+    }
+  }
+  step.move_m = inverse_norm_m.cwiseProduct(eigen.eigenvectors() * along);
+  step.change = std::sqrt(square);
+  return step;
 }
 
 bool Solver::Descend() {
   if (!Evaluate(at_.point_m, &triangle_)) {
     return false;
   }
+  bool newton = false;  // from the first Gauss-Newton step that fails
   double damping = 0.0;
-  double growth = 2.0;
-  Scaled scaled = Decompose(triangle_.r);
+  double growth = 10.0;
   while (at_.iterations < options_.max_iterations) {
     ++at_.iterations;
-    const Eigen::Vector3d& s = scaled.svd.singularValues();
-    const Eigen::Vector3d projected = scaled.svd.matrixU().transpose() * triangle_.z;
-    Eigen::Vector3d along = Eigen::Vector3d::Zero();
-    Eigen::Vector3d change = Eigen::Vector3d::Zero();
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      if (s[i] > kSingularPart * s[0]) {
-        along[i] = -projected[i] * s[i] / (s[i] * s[i] + damping);
-        change[i] = s[i] * along[i];
-      }
-    }
-    const Eigen::Vector3d step_m = scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV() * along);
-    const Eigen::Vector3d trial_m = at_.point_m + step_m;
-    Triangle trial;
-    const bool valid = Evaluate(trial_m, &trial);
-    // Undamped and below the tolerance: the step itself is as good as the point it starts from.
-    const bool small = damping == 0.0 && change.norm() <= std::max(kStepSigmas, floor_);
     const double before = triangle_.SquareSum();
-    if (!valid || (!small && !(trial.SquareSum() < before))) {
+    const Step step = newton ? NewtonStep(damping) : GaussNewtonStep();
+    Triangle trial;
+    const bool valid = Evaluate(at_.point_m + step.move_m, &trial);
+    const double least = std::max({kStepSigmas, floor_, std::sqrt(kSumRounding * before)});
+    // Too small for the sum to tell: the step is as good as the point it starts from.
+    const bool small = step.change <= (newton ? least : std::max(kStepSigmas, floor_));
+    if (valid && (small || trial.SquareSum() < before)) {
+      at_.point_m += step.move_m;
+      triangle_ = trial;
+      if (small) {
+        return true;
+      }
+      damping = damping > kLeastDamping ? damping * 0.1 : 0.0;
+      growth = 10.0;
+    } else if (!newton) {
+      newton = true;
+    } else {
+      damping = std::max(damping * growth, kLeastDamping);
+      growth *= 2.0;
       if (damping > kMaxDamping) {
         return true;  // no direction lowers the sum any more
       }
-      damping = damping > 0.0 ? damping * growth : 1e-6;
-      growth *= 2.0;
-      continue;
     }
-    const double gain = before - trial.SquareSum();
-    at_.point_m = trial_m;
-    triangle_ = trial;
-    if (small || (damping > 0.0 && gain <= 1e-13 * before)) {
-      return true;
-    }
-    scaled = Decompose(triangle_.r);
-    damping = damping > 1e-7 ? damping * 0.1 : 0.0;
-    growth = 2.0;
   }
   return false;
 }
@@ -197,6 +271,9 @@ double Solver::SecondOrder(const Eigen::Vector3d& step_m) const {
 }
 
 void Solver::Judge() {
+  if (!Evaluate(at_.point_m, &triangle_)) {
+    return;
+  }
   const Scaled scaled = Decompose(triangle_.r);
   const Eigen::Vector3d& s = scaled.svd.singularValues();
   at_.r = triangle_.r;
@@ -215,7 +292,7 @@ void Solver::Judge() {
   if (step_m.norm() > kMaxDeviationPart * shortest_m) {
     return;
   }
-  at_.determined = SecondOrder(step_m) <= 1.0;
+  at_.determined = SecondOrder(step_m) * kLeastMirrorDistance <= 1.0;
 }
 
 Candidate Solver::Run(const Eigen::Vector3d& start_m) {
@@ -224,7 +301,7 @@ Candidate Solver::Run(const Eigen::Vector3d& start_m) {
   for (int round = 0; round < 2; ++round) {
     at_.converged = Weigh(at_.point_m) && Descend();
     if (!at_.converged) {
-      return at_;
+      break;
     }
   }
   Judge();

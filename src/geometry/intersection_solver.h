@@ -3,6 +3,7 @@
 
 #include "sarblock/geometry/intersection.h"
 
+#include <limits>
 #include <span>
 
 #include <Eigen/Core>
@@ -24,14 +25,14 @@ struct Triangle {
 struct Candidate {
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();  ///< triangle of the whitened Jacobian [1/m]
-  double square_sum = 0.0;
+  double square_sum = std::numeric_limits<double>::infinity();
   int iterations = 0;
   bool converged = false;
   bool determined = false;
 };
 
-/// Levenberg-Marquardt from a start point: weights from the start, formed again once at
-/// convergence. docs/theory/intersection.md, section 3 and 4.
+/// Gauss-Newton, then damped Newton, from a start point: weights from the start, formed again once
+/// at convergence. docs/theory/intersection.md, section 3 and 4.
 [[nodiscard]] Candidate Refine(std::span<const Sight> sights,
                                const Eigen::Vector3d& origin_m,
                                const Eigen::Vector3d& start_m,

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/geometry/intersection.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "geometry/sight_scene.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing_scene::SightOf;
+using testing_scene::Station;
+using testing_scene::View;
+
+// Closed form: the look angles of parallel tracks subtract, whatever the squints are.
+TEST(IntersectionAngleTest, IsTheDifferenceOfLookAnglesForParallelTracks) {
+  const Eigen::Vector3d p(123.25, -456.5, 78.75);
+  for (const double squint_rad : {0.0, 0.31, -0.87}) {
+    View near, far;
+    near.look_rad = 0.437;
+    far.look_rad = 0.913;
+    far.squint_rad = squint_rad;
+    far.range_m = 14142.25;
+    EXPECT_NEAR(IntersectionAngle(p, SightOf(p, near), SightOf(p, far)), 0.476, 1e-14)
+        << squint_rad;
+  }
+}
+
+TEST(IntersectionAngleTest, IsZeroForFlightsSquintedFromOneLine) {
+  const Eigen::Vector3d p(123.25, -456.5, 78.75);
+  View fore, aft;
+  fore.squint_rad = 0.41;
+  aft.squint_rad = -0.41;
+  EXPECT_NEAR(IntersectionAngle(p, SightOf(p, fore), SightOf(p, aft)), 0.0, 1e-14);
+}
+
+// Hand value: d' = (0, 3, -4), d'' = (12, 0, -5): cos = 20/65.
+TEST(IntersectionAngleTest, IsTheAngleOfTheRangeGradientsForCrossingTracks) {
+  const Sight first = Station(0.0, -3e3, 4e3, 5e3, +1);
+  Sight second = Station(-12e3, 0.0, 5e3, 13e3, -1);
+  second.velocity_mps = {0.0, 250.0, 0.0};
+  const Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  EXPECT_NEAR(IntersectionAngle(p, first, second), std::acos(20.0 / 65.0), 1e-15);
+  EXPECT_EQ(IntersectionAngle(p, first, second), IntersectionAngle(p, second, first));
+}
+
+// Both look from opposite directions along one line: pi, the largest value there is.
+TEST(IntersectionAngleTest, ReachesPi) {
+  const Sight left = Station(0.0, -3e3, 4e3, 5e3, +1);
+  const Sight below = Station(0.0, 6e3, -8e3, 10e3, -1);
+  EXPECT_NEAR(IntersectionAngle(Eigen::Vector3d::Zero(), left, below), std::numbers::pi, 1e-15);
+}
+
+}  // namespace
+}  // namespace sarblock

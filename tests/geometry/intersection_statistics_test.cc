@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/quantile.h"
+#include "sarblock/core/random.h"
+#include "sarblock/geometry/intersection.h"
+
+#include <cmath>
+#include <vector>
+
+#include "geometry/sight_scene.h"
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing_scene::SightOf;
+using testing_scene::View;
+
+constexpr int kDraws = 1500;
+
+struct Sums {
+  double square_sum = 0.0;  // of v'Pv
+  double nees = 0.0;        // of e'Q^-1 e
+  int determined = 0;
+};
+
+// Adds noise as a radar makes it: the antenna's true place is read at a wrong time, the range is
+// measured at the true one. Accelerations are zero: straight paths.
+Sums Draw(const std::vector<Sight>& exact, const Eigen::Vector3d& p, std::uint64_t seed) {
+  Sums sums;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    RandomStream random(seed, static_cast<std::uint64_t>(draw));
+    std::vector<Sight> sights = exact;
+    for (Sight& sight : sights) {
+      const double speed_mps = sight.velocity_mps.norm();
+      const double cos_tau = std::cos(sight.cone.squint_rad);
+      // Metres at the target move by cos^2(tau) with the antenna (docs/theory/intersection.md).
+      const double sigma_t_s = sight.azimuth_in_seconds
+                                   ? sight.azimuth_sigma
+                                   : sight.azimuth_sigma / (speed_mps * cos_tau * cos_tau);
+      sight.antenna_m += sigma_t_s * random.Normal() * sight.velocity_mps;
+      sight.range_m += sight.range_sigma_m * random.Normal();
+    }
+    const Intersection result = Intersect(sights, Frame::Local());
+    if (result.outcome != IntersectionOutcome::kDetermined) {
+      continue;
+    }
+    ++sums.determined;
+    const Eigen::Vector3d error_m = result.position_m - p;
+    sums.square_sum += result.weighted_square_sum;
+    sums.nees += error_m.dot(result.covariance_m2.llt().solve(error_m));
+  }
+  return sums;
+}
+
+// Seeded statistics: sums of kDraws chi-square variables within their 99.9 % intervals.
+void ExpectChiSquare(const std::vector<Sight>& exact,
+                     const Eigen::Vector3d& p,
+                     std::uint64_t seed) {
+  const Sums sums = Draw(exact, p, seed);
+  ASSERT_EQ(sums.determined, kDraws);
+  const double redundancy = 2.0 * static_cast<double>(exact.size()) - 3.0;
+  const Interval misfit = ChiSquareInterval(0.999, redundancy * kDraws);
+  EXPECT_TRUE(misfit.Contains(sums.square_sum)) << sums.square_sum / kDraws;
+  const Interval nees = ChiSquareInterval(0.999, 3.0 * kDraws);
+  EXPECT_TRUE(nees.Contains(sums.nees)) << sums.nees / kDraws;
+}
+
+std::vector<Sight> SquintedPair(const Eigen::Vector3d& p) {
+  View near, far;
+  near.look_rad = 0.61;
+  near.squint_rad = 0.52;
+  near.range_m = 10123.75;
+  far.look_rad = 0.95;
+  far.squint_rad = -0.44;
+  far.range_m = 13371.5;
+  far.heading_rad = 0.12;
+  std::vector<Sight> sights = {SightOf(p, near), SightOf(p, far)};
+  sights[0].range_sigma_m = 1.7;
+  sights[1].range_sigma_m = 0.6;
+  return sights;
+}
+
+TEST(IntersectionStatisticsTest, SquintedPairWithAzimuthInMetres) {
+  const Eigen::Vector3d p(-512.25, 77.5, 123.0);
+  std::vector<Sight> sights = SquintedPair(p);
+  sights[0].azimuth_sigma = 2.9;
+  sights[1].azimuth_sigma = 1.1;
+  ExpectChiSquare(sights, p, 11);
+}
+
+TEST(IntersectionStatisticsTest, SquintedPairWithAzimuthInSeconds) {
+  const Eigen::Vector3d p(-512.25, 77.5, 123.0);
+  std::vector<Sight> sights = SquintedPair(p);
+  for (Sight& sight : sights) {
+    sight.azimuth_in_seconds = true;
+    sight.azimuth_sigma = 0.0173;
+  }
+  ExpectChiSquare(sights, p, 12);
+}
+
+TEST(IntersectionStatisticsTest, OppositeAndCrossingLooksTogether) {
+  const Eigen::Vector3d p(-512.25, 77.5, 123.0);
+  std::vector<Sight> sights = SquintedPair(p);
+  View opposite, crossing;
+  opposite.side = -1;
+  opposite.look_rad = 0.7;
+  crossing.heading_rad = 1.9;
+  crossing.squint_rad = 0.08;
+  sights.push_back(SightOf(p, opposite));
+  sights.push_back(SightOf(p, crossing));
+  ExpectChiSquare(sights, p, 13);
+}
+
+}  // namespace
+}  // namespace sarblock

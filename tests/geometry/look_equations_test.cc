@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/geometry/look_equations.h"
+
+#include "sarblock/core/random.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+// 50 digits without expression templates, so that `auto` and ?: behave.
+using Long = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>,
+                                           boost::multiprecision::et_off>;
+using Triple = std::array<Long, 3>;
+
+Triple LongOf(const Eigen::Vector3d& v) { return {Long(v[0]), Long(v[1]), Long(v[2])}; }
+Long Dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+struct LongErrors {
+  Long rho;
+  Long doppler;
+};
+
+// The two equations as model.md writes them, by the angle itself, in 50 digits.
+LongErrors Twin(
+    const Triple& p, const Triple& s, const Triple& v, const Cone& cone, const Long& b) {
+  const Triple d = {p[0] - s[0], p[1] - s[1], p[2] - s[2]};
+  const Long rho = sqrt(Dot(d, d));
+  const Long speed = sqrt(Dot(v, v));
+  const Long tau = cone.kind == Cone::Kind::kSquint ? Long(cone.squint_rad)
+                                                    : asin(Long(cone.closing_mps) / speed);
+  return {rho, Dot(v, d) / speed - rho * sin(tau + b)};
+}
+
+Triple Moved(Triple v, std::size_t axis, const Long& by) {
+  v[axis] += by;
+  return v;
+}
+
+const Long kStep("1e-12");
+
+double Slope(const Long& ahead, const Long& behind) {
+  return static_cast<double>((ahead - behind) / (2 * kStep));
+}
+
+struct Case {
+  Eigen::Vector3d p, s, v, a;
+  Cone cone;
+  double bias;
+};
+
+Case RandomCase(std::uint64_t seed) {
+  RandomStream random(20790117, seed);
+  const auto vector = [&random](double size) -> Eigen::Vector3d {
+    return {size * random.Normal(), size * random.Normal(), size * random.Normal()};
+  };
+  const bool orbit = seed % 3 == 0;
+  Case c;
+  c.p = vector(orbit ? 4e6 : 3e3);
+  c.s = c.p + vector(orbit ? 4e5 : 6e3);
+  c.v = vector(orbit ? 4300.0 : 97.0);
+  c.a = vector(orbit ? 5.1 : 0.7);
+  const double sin_tau = 1.7 * (random.Uniform() - 0.5);
+  if (seed % 2 == 0) {
+    c.cone.squint_rad = std::asin(sin_tau);
+  } else {
+    c.cone.kind = Cone::Kind::kDoppler;
+    c.cone.closing_mps = sin_tau * c.v.norm();
+  }
+  c.bias = 0.02 * random.Normal();
+  return c;
+}
+
+TEST(LookEquationsTest, GivesHandValuesOfAPythagoreanSight) {
+  // d = (2, 3, -6) m x 1000, rho = 7000 m; u = (3, 0, 4)/5, so u.d = (6 - 24)/5 km = -3600 m.
+  LookEquations look;
+  ASSERT_TRUE(EvaluateLookEquations(
+      {2001.25, 3002.5, -5996.25}, {1.25, 2.5, 3.75}, {150.0, 0.0, 200.0}, Cone{}, 0.0, &look));
+  EXPECT_NEAR(look.rho_m, 7000.0, 1e-11);
+  EXPECT_EQ(look.sin_tau, 0.0);
+  EXPECT_NEAR(look.doppler_error_m, -3600.0, 1e-11);
+  EXPECT_NEAR(look.drho_dp[0], 2.0 / 7.0, 1e-15);
+  EXPECT_NEAR(look.drho_dp[2], -6.0 / 7.0, 1e-15);
+  EXPECT_NEAR(look.ded_dp[0], 0.6, 1e-15);
+  EXPECT_NEAR(look.ded_dp[2], 0.8, 1e-15);
+  EXPECT_NEAR(look.ded_dtau_m, -7000.0, 1e-11);
+  // (d - (u.d) u)/|v| = (2000 + 2160, 3000, -6000 + 2880)/250.
+  EXPECT_NEAR(look.ded_dv[0], 16.64, 1e-13);
+  EXPECT_NEAR(look.ded_dv[1], 12.0, 1e-13);
+  EXPECT_NEAR(look.ded_dv[2], -12.48, 1e-13);
+}
+
+TEST(LookEquationsTest, GivesHandValuesOfADopplerCentroid) {
+  // closing/|v| = 0.28, so the error is -3600 - 0.28 * 7000 = -5560 m.
+  Cone cone;
+  cone.kind = Cone::Kind::kDoppler;
+  cone.closing_mps = 70.0;
+  LookEquations look;
+  ASSERT_TRUE(EvaluateLookEquations(
+      {2000.0, 3000.0, -6000.0}, Eigen::Vector3d::Zero(), {150.0, 0.0, 200.0}, cone, 0.0, &look));
+  EXPECT_NEAR(look.sin_tau, 0.28, 1e-15);
+  EXPECT_NEAR(look.doppler_error_m, -5560.0, 1e-11);
+  EXPECT_NEAR(look.ded_dtau_m, -7000.0 * 0.96, 1e-11);
+}
+
+// Two routes: the code against the model's own formula in 50 digits, both cone kinds, aircraft and
+// orbit, with a squint bias.
+TEST(LookEquationsTest, AgreesWithFiftyDigits) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const Case c = RandomCase(seed);
+    LookEquations look;
+    ASSERT_TRUE(EvaluateLookEquations(c.p, c.s, c.v, c.cone, c.bias, &look)) << seed;
+    const LongErrors twin = Twin(LongOf(c.p), LongOf(c.s), LongOf(c.v), c.cone, Long(c.bias));
+    // A few roundings of the range (1e6 m: 1e-10 m each).
+    const double tolerance_m = 2e-15 * look.rho_m;
+    EXPECT_NEAR(look.rho_m, static_cast<double>(twin.rho), tolerance_m) << seed;
+    EXPECT_NEAR(look.doppler_error_m, static_cast<double>(twin.doppler), tolerance_m) << seed;
+  }
+}
+
+// Central differences with a step of 1e-12 in 50 digits: their own error is below 1e-20.
+TEST(LookEquationsTest, PartialsAgreeWithFiftyDigitDifferences) {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const Case c = RandomCase(seed);
+    LookEquations look;
+    ASSERT_TRUE(EvaluateLookEquations(c.p, c.s, c.v, c.cone, c.bias, &look)) << seed;
+    const Triple p = LongOf(c.p), s = LongOf(c.s), v = LongOf(c.v);
+    const Long b(c.bias);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::Index k = static_cast<Eigen::Index>(i);
+      const LongErrors p_ahead = Twin(Moved(p, i, kStep), s, v, c.cone, b);
+      const LongErrors p_behind = Twin(Moved(p, i, -kStep), s, v, c.cone, b);
+      EXPECT_NEAR(look.drho_dp[k], Slope(p_ahead.rho, p_behind.rho), 1e-13) << seed;
+      EXPECT_NEAR(look.ded_dp[k], Slope(p_ahead.doppler, p_behind.doppler), 1e-13) << seed;
+      const LongErrors v_ahead = Twin(p, s, Moved(v, i, kStep), c.cone, b);
+      const LongErrors v_behind = Twin(p, s, Moved(v, i, -kStep), c.cone, b);
+      const double scale_s = look.rho_m / c.v.norm();
+      EXPECT_NEAR(look.ded_dv[k], Slope(v_ahead.doppler, v_behind.doppler), 1e-13 * scale_s)
+          << seed;
+    }
+    const double dtau_m =
+        Slope(Twin(p, s, v, c.cone, b + kStep).doppler, Twin(p, s, v, c.cone, b - kStep).doppler);
+    EXPECT_NEAR(look.ded_dtau_m, dtau_m, 1e-13 * look.rho_m) << seed;
+  }
+}
+
+// The rates are derivatives along the accelerated path, v turning with it (no squint bias).
+TEST(LookEquationsTest, TimeRatesAgreeWithFiftyDigitDifferences) {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const Case c = RandomCase(seed);
+    const auto at = [&c](const Long& t) {
+      Triple s = LongOf(c.s), v = LongOf(c.v);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Long a(c.a[static_cast<Eigen::Index>(i)]);
+        s[i] += v[i] * t + a * t * t / 2;
+        v[i] += a * t;
+      }
+      return Twin(LongOf(c.p), s, v, c.cone, Long(0));
+    };
+    const LongErrors ahead = at(kStep), behind = at(-kStep);
+    const TimeRates rates = LookTimeRates(c.p, c.s, c.v, c.a, c.cone);
+    const double tolerance_mps =
+        1e-13 * (c.v.norm() + (c.p - c.s).norm() * c.a.norm() / c.v.norm());
+    EXPECT_NEAR(rates.range_mps, Slope(ahead.rho, behind.rho), tolerance_mps) << seed;
+    EXPECT_NEAR(rates.doppler_mps, Slope(ahead.doppler, behind.doppler), tolerance_mps) << seed;
+  }
+}
+
+TEST(LookEquationsTest, RefusesASightLineThatVanishes) {
+  const Eigen::Vector3d s(12.5, -7.25, 3.125);
+  LookEquations look;
+  EXPECT_FALSE(EvaluateLookEquations(s, s, {91.0, 2.0, 0.0}, Cone{}, 0.0, &look));
+  EXPECT_FALSE(EvaluateLookEquations(
+      s + Eigen::Vector3d(9e-4, 0.0, 0.0), s, {91.0, 2.0, 0.0}, Cone{}, 0.0, &look));
+  EXPECT_TRUE(EvaluateLookEquations(
+      s + Eigen::Vector3d(1.1e-3, 0.0, 0.0), s, {91.0, 2.0, 0.0}, Cone{}, 0.0, &look));
+}
+
+TEST(LookEquationsTest, RefusesAStandingAntennaAndAnEmptyCone) {
+  const Eigen::Vector3d p(31.0, 42.0, -57.0), s(1.0, 2.0, 3.0);
+  LookEquations look;
+  EXPECT_FALSE(EvaluateLookEquations(p, s, Eigen::Vector3d::Zero(), Cone{}, 0.0, &look));
+  Cone cone;
+  cone.kind = Cone::Kind::kDoppler;
+  cone.closing_mps = 101.0;
+  EXPECT_FALSE(EvaluateLookEquations(p, s, {60.0, 80.0, 0.0}, cone, 0.0, &look));
+  cone.closing_mps = -99.9;
+  EXPECT_TRUE(EvaluateLookEquations(p, s, {60.0, 80.0, 0.0}, cone, 0.0, &look));
+}
+
+TEST(LookEquationsTest, RefusesInputThatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Eigen::Vector3d p(31.0, 42.0, -57.0), s(1.0, 2.0, 3.0), v(60.0, 80.0, 0.0);
+  LookEquations look;
+  EXPECT_FALSE(EvaluateLookEquations({nan, 0.0, 0.0}, s, v, Cone{}, 0.0, &look));
+  EXPECT_FALSE(EvaluateLookEquations(p, {0.0, nan, 0.0}, v, Cone{}, 0.0, &look));
+  EXPECT_FALSE(EvaluateLookEquations(p, s, {0.0, 0.0, nan}, Cone{}, 0.0, &look));
+  EXPECT_FALSE(EvaluateLookEquations(p, s, v, Cone{}, nan, &look));
+  Cone cone;
+  cone.squint_rad = nan;
+  EXPECT_FALSE(EvaluateLookEquations(p, s, v, cone, 0.0, &look));
+}
+
+}  // namespace
+}  // namespace sarblock
