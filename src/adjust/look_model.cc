@@ -75,8 +75,8 @@ void ForEachColumn(const SplineTerm& term, int first_column, F&& f) {
 
 /// Everything about the corrected path that both observation equations need.
 struct PathEvaluation {
-  Motion motion;     // corrected; jerk unused
-  TrackAxes axes;    // of the nominal path; identity where no term needs them
+  Motion motion;   // corrected; jerk unused
+  TrackAxes axes;  // of the nominal path; identity where no term needs them
   std::array<TermBasis, ParameterLayout::kMaxPolynomials> polynomial;
   std::array<TermBasis, ParameterLayout::kMaxSplines> spline;
 };
@@ -240,7 +240,8 @@ bool LookModel::Evaluate(std::size_t look,
   const double kappa = SumOf(c.range_scale, x);
   Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
   Eigen::RowVector3d range_by_s = -range_by_p;
-  double range_error_m = (eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m;
+  double range_error_m =
+      (eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m;
   std::array<SlantMapping, ParameterLayout::kMaxTroposphere> mappings;
   if (!c.troposphere.empty()) {
     const Vertical vertical = block_.frame.VerticalAt(start_m + displacement_m);
@@ -331,17 +332,29 @@ Whitening LookModel::WhiteningOf(std::size_t look,
 std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
                                                             double time_s,
                                                             const Eigen::VectorXd& x) const {
+  double path_s = time_s;
   const PassCorrections& c = layout_.passes[pass];
+  if (!c.time_bias.empty()) {
+    LookColumns columns;
+    ColumnsAt(pass, time_s, &columns);
+    std::array<double, ParameterLayout::kMaxLocalColumns> local;
+    GatherColumns(layout_, columns, x, local.data());
+    path_s += SumOf(c.time_bias, local);
+  }
+  return CorrectedMotionAtPathTime(pass, time_s, path_s, x);
+}
+
+std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(
+    std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const {
   LookColumns columns;
-  ColumnsAt(pass, time_s, &columns);
-  std::array<double, ParameterLayout::kMaxLocalColumns> local{};
+  ColumnsAt(pass, measured_s, &columns);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
   GatherColumns(layout_, columns, x, local.data());
-  CorrectedMotion out;
-  out.path_time_s = time_s + SumOf(c.time_bias, local);
   PathEvaluation path;
-  if (!EvaluatePath(block_, c, pass, time_s, out.path_time_s, local, &path)) return std::nullopt;
-  out.motion = path.motion;
-  return out;
+  if (!EvaluatePath(block_, layout_.passes[pass], pass, measured_s, path_s, local, &path)) {
+    return std::nullopt;
+  }
+  return CorrectedMotion{path.motion, path_s};
 }
 
 std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd& x) const {

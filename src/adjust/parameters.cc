@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/parameters.h"
 
-#include <algorithm>
-#include <map>
-
 #include "sarblock/core/error.h"
 #include "sarblock/flight/track_axes.h"
+
+#include <algorithm>
+#include <map>
 
 namespace sarblock {
 namespace {
@@ -77,11 +77,13 @@ class LayoutBuilder {
     }
     for (std::size_t i = 0; i < layout_.passes.size(); ++i) {
       const PassCorrections& corrections = layout_.passes[i];
-      CheckTerms(i, "position (polynomial)", corrections.polynomials.size(),
+      CheckTerms(i,
+                 "position (polynomial)",
+                 corrections.polynomials.size(),
                  ParameterLayout::kMaxPolynomials);
       CheckTerms(i, "position (spline)", corrections.splines.size(), ParameterLayout::kMaxSplines);
-      CheckTerms(i, "troposphere", corrections.troposphere.size(),
-                 ParameterLayout::kMaxTroposphere);
+      CheckTerms(
+          i, "troposphere", corrections.troposphere.size(), ParameterLayout::kMaxTroposphere);
       int columns = corrections.static_columns;
       for (const SplineTerm& term : corrections.splines) columns += 4 * term.component_count;
       if (columns > ParameterLayout::kMaxLocalColumns) {
@@ -106,9 +108,9 @@ class LayoutBuilder {
       if (found == index_of_pass_.end()) {
         std::vector<std::string> known;
         for (const Pass& pass : block_.passes) known.push_back(pass.id);
-        throw InputError("correction." + group.name + ".passes",
-                         "no pass '" + id + "' in the block, did you mean '" +
-                             NearestName(id, known) + "'");
+        throw InputError(
+            "correction." + group.name + ".passes",
+            "no pass '" + id + "' in the block, did you mean '" + NearestName(id, known) + "'");
       }
       members.push_back(found->second);
     }
@@ -128,8 +130,9 @@ class LayoutBuilder {
     const auto on = std::count(position.components.begin(), position.components.end(), true);
     if (on == 0) throw InputError(key + ".components", "is empty, name at least one axis");
     for (const std::vector<double>& sigma_m : position.prior_sigma_m) {
-      const bool fits = sigma_m.size() <= 1 ||
-                        (!spline && sigma_m.size() == static_cast<std::size_t>(position.degree) + 1);
+      const bool fits =
+          sigma_m.size() <= 1 ||
+          (!spline && sigma_m.size() == static_cast<std::size_t>(position.degree) + 1);
       if (!fits) {
         throw InputError(key + ".sigma_m",
                          std::to_string(sigma_m.size()) +
@@ -155,11 +158,11 @@ class LayoutBuilder {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (!position->components[axis]) continue;
         for (int k = 0; k <= position->degree; ++k) {
-          out.push_back({{},
-                         std::string("position.") + AxisNames(*position)[axis] + "." +
-                             std::to_string(k),
-                         "m",
-                         PriorOf(*position, axis, static_cast<std::size_t>(k))});
+          out.push_back(
+              {{},
+               std::string("position.") + AxisNames(*position)[axis] + "." + std::to_string(k),
+               "m",
+               PriorOf(*position, axis, static_cast<std::size_t>(k))});
         }
       }
     } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
@@ -188,8 +191,7 @@ class LayoutBuilder {
   /// Connects a group's columns, from `column` on, to the effects of a pass.
   static void Bind(const CorrectionGroup& group, int column, PassCorrections* pass) {
     if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
-      pass->polynomials.push_back(
-          {position->axes, position->components, position->degree, column});
+      pass->polynomials.push_back({position->axes, position->components, position->degree, column});
     } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
       if (velocity->components[0]) pass->velocity_across.push_back(column++);
       if (velocity->components[1]) pass->velocity_up.push_back(column);
@@ -235,11 +237,11 @@ class LayoutBuilder {
         std::vector<Parameter> coefficient;
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (!position.components[axis]) continue;
-          coefficient.push_back({{},
-                                 std::string("position.") + AxisNames(position)[axis] + "." +
-                                     std::to_string(q),
-                                 "m",
-                                 PriorOf(position, axis, 0)});
+          coefficient.push_back(
+              {{},
+               std::string("position.") + AxisNames(position)[axis] + "." + std::to_string(q),
+               "m",
+               PriorOf(position, axis, 0)});
         }
         Append(owner, coefficient);
       }

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/adjust/parameters.h"
+#include "sarblock/block/block.h"
+#include "sarblock/flight/track_axes.h"
+#include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
+
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -8,12 +14,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-
-#include "sarblock/adjust/parameters.h"
-#include "sarblock/block/block.h"
-#include "sarblock/flight/track_axes.h"
-#include "sarblock/geometry/intersection.h"
-#include "sarblock/geometry/look_equations.h"
 
 namespace sarblock {
 
@@ -35,8 +35,8 @@ struct LookEvaluation {
 
 /// The antenna at a time of a pass under corrections.
 struct CorrectedMotion {
-  Motion motion;              ///< corrected position, velocity and acceleration (jerk unused)
-  double path_time_s = 0.0;   ///< t + b_t
+  Motion motion;             ///< corrected position, velocity and acceleration (jerk unused)
+  double path_time_s = 0.0;  ///< t + b_t
 };
 
 /// Observation equations of a block with all corrections (model.md, sections 3 and 4;
@@ -78,8 +78,13 @@ class LookModel {
 
   /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
   /// nothing outside the path.
-  [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAt(
-      std::size_t pass, double time_s, const Eigen::VectorXd& x) const;
+  [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAt(std::size_t pass,
+                                                                 double time_s,
+                                                                 const Eigen::VectorXd& x) const;
+
+  /// The same for a path time given outright, as for the states of the corrected path.
+  [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAtPathTime(
+      std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const;
 
   /// A look as a Sight of the geometry module with corrections `x`; nothing outside the path.
   [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;

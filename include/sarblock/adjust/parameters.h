@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/adjust/corrections.h"
+#include "sarblock/block/block.h"
+#include "sarblock/flight/basis.h"
+
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include "sarblock/adjust/corrections.h"
-#include "sarblock/block/block.h"
-#include "sarblock/flight/basis.h"
 
 namespace sarblock {
 
@@ -62,7 +62,7 @@ struct PassCorrections {
   std::vector<int> velocity_across, velocity_up;  ///< local columns; effects of several add
   std::vector<int> range_bias, range_scale, time_bias, squint_bias;
   std::vector<TroposphereTerm> troposphere;
-  double middle_s = 0.0;       ///< strip-normalised time is (t - middle) / half
+  double middle_s = 0.0;  ///< strip-normalised time is (t - middle) / half
   double half_length_s = 1.0;
   [[nodiscard]] bool NeedsTrackAxes() const;
 };

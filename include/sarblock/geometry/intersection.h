@@ -83,4 +83,9 @@ struct IntersectionOptions {
 /// range gradients for zero-Doppler looks of any tracks. In [0, pi].
 [[nodiscard]] double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight& b);
 
+/// Largest IntersectionAngle over pairs of looks; above 16 looks over those with the first look and
+/// with the one farthest from it. 0 below two looks.
+[[nodiscard]] double LargestIntersectionAngle(const Eigen::Vector3d& p_m,
+                                              std::span<const Sight> sights);
+
 }  // namespace sarblock

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/problem.h"
+#include "sarblock/core/progress.h"
+
+#include <memory>
+#include <vector>
+
+#include <ceres/cost_function.h>
+#include <ceres/problem.h>
+
+namespace sarblock {
+
+/// Both whitened observation equations of one look (LookModel) as a Ceres cost function.
+///
+/// Blocks: the point's displacement [3, m], then the parameter blocks of the look's columns.
+/// Residuals: 2, standard normal if the model is true. Analytic Jacobians.
+/// Domain: returns false where LookModel::Evaluate does; Ceres rejects the step. Never throws.
+/// `problem` and `state` (its start positions) must outlive it.
+class LookCost final : public ceres::CostFunction {
+ public:
+  LookCost(const AdjustmentProblem& problem,
+           const BlockState& state,
+           std::size_t point,
+           std::size_t look);
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  const AdjustmentProblem& problem_;
+  const BlockState& state_;
+  std::uint32_t point_;
+  std::uint32_t look_;
+};
+
+/// Control equations of one point as a Ceres cost function; block: the displacement [3, m].
+class ControlCost final : public ceres::CostFunction {
+ public:
+  ControlCost(const AdjustmentProblem& problem,
+              const BlockState& state,
+              const ControlEquations& control);
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  const AdjustmentProblem& problem_;
+  const BlockState& state_;
+  const ControlEquations& control_;
+};
+
+/// Priors c / sigma of the parameters of one block that have one.
+class PriorCost final : public ceres::CostFunction {
+ public:
+  PriorCost(const ParameterLayout& layout, int block);
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  std::vector<std::pair<int, double>> rows_;  // index in the block, 1 / sigma
+  int size_;
+};
+
+/// The whole adjustment as a Ceres problem over the memory of `state`: one block a solved point
+/// (its displacement) and one a parameter block. Used by SolveWithCeres and by the tests that
+/// compare covariances with ceres::Covariance.
+[[nodiscard]] std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                               const Weighting& weighting,
+                                                               BlockState* state);
+
+/// What a solver reports.
+struct SolveReport {
+  bool converged = false;
+  int iterations = 0;
+  double initial_cost_1 = 0.0;
+  double final_cost_1 = 0.0;
+  std::string message;
+};
+
+struct SolveOptions {
+  int max_iterations = 50;
+  int threads = 1;
+};
+
+/// Levenberg-Marquardt by Ceres, points eliminated first (dense or sparse Schur by the number of
+/// corrections). Updates `state`. Throws Interrupted if the sink was cancelled.
+[[nodiscard]] SolveReport SolveWithCeres(const AdjustmentProblem& problem,
+                                         const Weighting& weighting,
+                                         const SolveOptions& options,
+                                         BlockState* state,
+                                         ProgressSink* progress);
+
+}  // namespace sarblock

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/reduced_system.h"
+#include "sarblock/adjust/result.h"
+#include "sarblock/core/progress.h"
+
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Covariance of every solved point in east-north-up at the point, exact marginals of the whole
+/// adjustment: with the elimination of the point (elimination.h)
+///
+///     cov(p) = R^-1 (I + T C T') R^-T
+///
+/// C = S^-1 on the pattern of S (`inverse`), which holds every block a point needs. Without
+/// corrections (`inverse` null) or for flight paths held: R^-1 R^-T. NaN for points left out.
+/// model.md, section 7; docs/theory/covariance.md, eq. (6). Parallel over points.
+[[nodiscard]] std::vector<SymmetricEnu> PointCovariances(const AdjustmentProblem& problem,
+                                                         const BlockState& state,
+                                                         const BlockSymmetricMatrix* inverse,
+                                                         ProgressSink* progress);
+
+/// Covariances of corrections: the upper triangle of the whole matrix while there are at most
+/// kFullParameterCovariance corrections, else of parameters whose passes see common points.
+inline constexpr int kFullParameterCovariance = 1000;
+[[nodiscard]] std::vector<ParameterCovariance> ParameterCovariances(
+    const ReducedSystem& system, const BlockSymmetricMatrix& inverse);
+
+/// Differences b - a of the point pairs asked for, with exact covariances
+///     cov(p_a) + cov(p_b) - cov(p_a, p_b) - cov(p_a, p_b)',  cov(p_a, p_b) = R_a^-1 T_a C T_b'
+///     R_b^-T
+/// in east-north-up axes at a. Pairs with a point that is not solved are left out. `system` null:
+/// flight paths held, points are independent.
+[[nodiscard]] std::vector<PairResult> PairCovariances(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const ReducedSystem* system,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+    ProgressSink* progress);
+
+/// Each solved point with its nearest solved neighbour, each pair once, ascending.
+[[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> NeighbourPairs(
+    const AdjustmentProblem& problem, const BlockState& state);
+
+/// All pairs of solved points; throws InputError above `most` pairs.
+[[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> AllPairs(
+    const AdjustmentProblem& problem, std::size_t most = 2000000);
+
+}  // namespace sarblock

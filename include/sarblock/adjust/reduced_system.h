@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/problem.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/sparse/block_cholesky.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// A point whose own equations leave a direction open.
+struct WeakPoint {
+  std::uint32_t point = 0;
+  double reciprocal_condition_1 = 0.0;
+};
+
+/// Smallest reciprocal condition of a point's scaled Jacobian that still counts as determined.
+inline constexpr double kLeastPointCondition_1 = 1e-10;
+/// Least eigenvalue of the reduced matrix scaled to unit diagonal that still counts as regular; its
+/// own rounding is about 1e-15.
+inline constexpr double kLeastEigenvalue_1 = 1e-13;
+
+/// The reduced normal equations of the corrections, points eliminated (model.md, section 7;
+/// docs/theory/covariance.md, eq. (3)-(8)):
+///
+///     S = P + sum_j (Q2' J_c)' (Q2' J_c),   g = P x + sum_j (Q2' J_c)' Q2' e,    P priors
+///
+/// each point by a QR factorisation of its own equations, so that thin intersections cost no
+/// digits. Scaled to unit diagonal before it is factored. The sums are formed in a fixed order:
+/// results do not depend on the number of threads.
+class ReducedSystem {
+ public:
+  /// Finds the pattern of S from the looks that take part.
+  explicit ReducedSystem(const AdjustmentProblem& problem);
+
+  /// Forms S and its right-hand side at a state, priors included.
+  void Form(const BlockState& state, const Weighting& weighting, ProgressSink* progress);
+
+  /// Factors the scaled S. Throws UndeterminedError naming the parameters that move together in its
+  /// null space where it is singular to rounding.
+  void Factor();
+
+  [[nodiscard]] double cost() const { return cost_1_; }
+  [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
+  /// Points whose own equations are rank deficient, ascending.
+  [[nodiscard]] const std::vector<WeakPoint>& weak_points() const { return weak_points_; }
+  /// Largest |g_i| / sqrt(H_ii) over points and corrections, dimensionless.
+  [[nodiscard]] double gradient() const { return gradient_1_; }
+
+  /// Newton step of the corrections, -S^-1 g; after Factor().
+  [[nodiscard]] Eigen::VectorXd Step() const;
+  /// Length of the whole Newton step left, in sigmas: sqrt(g' H^-1 g) over all unknowns.
+  [[nodiscard]] double RemainingStep() const;
+  /// Condition of the scaled S (ratio of its extreme eigenvalues); 1 without corrections.
+  [[nodiscard]] double Condition() const { return condition_1_; }
+
+  /// S^-1 on the pattern of S, unscaled: covariances of corrections of passes that see common
+  /// points.
+  [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
+  /// S^-1 B, any number of columns.
+  [[nodiscard]] Eigen::MatrixXd SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
+
+ private:
+  void AddPriors(const BlockState& state);
+  void ThrowUndetermined(const Eigen::VectorXd& direction) const;
+
+  const AdjustmentProblem& problem_;
+  BlockSymmetricMatrix s_;
+  Eigen::VectorXd right_side_;     // reduced gradient Q2-part, priors included
+  Eigen::VectorXd full_diagonal_;  // of S0: before elimination
+  Eigen::VectorXd full_gradient_;  // before elimination
+  Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
+  std::optional<BlockCholesky> factor_;
+  std::vector<WeakPoint> weak_points_;
+  double cost_1_ = 0.0;
+  double gradient_1_ = 0.0;
+  double point_step_square_1_ = 0.0;
+  double condition_1_ = 1.0;
+  int looks_not_evaluated_ = 0;
+};
+
+}  // namespace sarblock

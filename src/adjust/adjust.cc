@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/adjust.h"
+
+#include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/start_values.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solution.h"
+
+namespace sarblock {
+namespace {
+
+/// A whitening element that changes less than this at the solution changes no digit that counts.
+constexpr double kWhiteningSettled_1 = 1e-7;
+constexpr int kMostRounds = 5;
+/// Looks beyond this whitened square length are dropped after a robust solution.
+constexpr double kKeepProbability_1 = 0.999;
+
+std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks) {
+  std::string text;
+  constexpr std::size_t kNamed = 5;
+  for (std::size_t i = 0; i < std::min(looks.size(), kNamed); ++i) {
+    const auto& offsets = block.looks.offsets;
+    const auto after = std::upper_bound(offsets.begin(), offsets.end(), looks[i]);
+    const auto point = static_cast<std::size_t>(after - offsets.begin()) - 1;
+    text += (i == 0 ? "" : ", ") + block.passes[block.looks.pass[looks[i]]].id + "/" +
+            std::string(block.points.ids[point]);
+  }
+  if (looks.size() > kNamed) text += " and " + std::to_string(looks.size() - kNamed) + " more";
+  return text;
+}
+
+/// Solves and repeats while the weights still move with the solution.
+SolveReport SolveRounds(const Weighting& weighting,
+                        const AdjustOptions& options,
+                        AdjustmentProblem* problem,
+                        BlockState* state,
+                        ProgressSink* progress) {
+  SolveReport total;
+  for (int round = 0; round < kMostRounds; ++round) {
+    SolveOptions solve;
+    solve.max_iterations = std::max(1, options.max_iterations - total.iterations);
+    solve.threads = options.threads;
+    const SolveReport report = SolveWithCeres(*problem, weighting, solve, state, progress);
+    if (round == 0) total.initial_cost_1 = report.initial_cost_1;
+    total.iterations += report.iterations;
+    total.converged = report.converged;
+    total.final_cost_1 = report.final_cost_1;
+    total.message = report.message;
+    const double change = UpdateWhitening(*state, problem);
+    if (!report.converged || change <= kWhiteningSettled_1 ||
+        total.iterations >= options.max_iterations) {
+      break;
+    }
+  }
+  return total;
+}
+
+/// Drops the looks that a robust solution found far off; returns how many.
+std::size_t DropOutliers(const AdjustResult& result, AdjustmentProblem* problem) {
+  const double limit = ChiSquareQuantile(kKeepProbability_1, 2.0);
+  std::size_t dropped = 0;
+  for (std::size_t i = 0; i < problem->look_used.size(); ++i) {
+    if (problem->look_used[i] == 0) continue;
+    const Eigen::Vector2d w = problem->whitening[i].Apply(result.looks.range_residual_m[i],
+                                                          result.looks.azimuth_residual_m[i]);
+    if (w.squaredNorm() <= limit) continue;
+    problem->look_used[i] = 0;
+    ++dropped;
+  }
+  return dropped;
+}
+
+/// After looks were dropped some points may have too few left.
+void LeaveOutStarved(AdjustmentProblem* problem) {
+  for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
+    if (!problem->Solves(point)) continue;
+    const int rows =
+        problem->control_of[point] < 0
+            ? 0
+            : problem->control[static_cast<std::size_t>(problem->control_of[point])].rows;
+    const int looks = problem->CountLooks(point);
+    if (looks == 0) {
+      problem->LeaveOut(point, PointStatus::kNotSeen, "all its looks were dropped as outliers");
+    } else if (2 * looks + rows < 3) {
+      problem->LeaveOut(
+          point, PointStatus::kTooFewLooks, "too few looks were left after outliers were dropped");
+    }
+  }
+}
+
+}  // namespace
+
+AdjustResult Adjust(const Block& block,
+                    const AdjustOptions& options,
+                    const PointPairs& pairs,
+                    ProgressSink* progress) {
+  RequireOffered(options);
+  const ThreadLimit limit(options.threads);
+  AdjustResult result;
+  const std::vector<CorrectionGroup> none;
+  AdjustmentProblem problem(
+      block, options.corrections == CorrectionChoice::kGiven ? options.groups : none);
+  BlockState state;
+  {
+    const StageTimer timer("start", &result.stages);
+    StartReport start = ComputeStartValues(&problem, progress);
+    state = std::move(start.state);
+    result.looks_not_evaluated = start.looks_not_evaluated.size();
+    if (!start.looks_not_evaluated.empty()) {
+      Warn(&result,
+           std::to_string(start.looks_not_evaluated.size()) +
+               " looks have no value in the model at the start and are left out: " +
+               NameLooks(block, start.looks_not_evaluated));
+    }
+    std::optional<ReducedSystem> system;
+    FormDetermined(state, {}, &problem, &system, progress);
+    // A singular block is refused before anything is solved with it.
+    system->Factor();
+  }
+  const Weighting weighting{options.robust, RobustScale(options)};
+  SolveReport solve;
+  {
+    const StageTimer timer("solve", &result.stages);
+    solve = SolveRounds(weighting, options, &problem, &state, progress);
+  }
+  const StageTimer timer("covariance", &result.stages);
+  std::optional<ReducedSystem> system;
+  FormDetermined(state, weighting, &problem, &system, progress);
+  system->Factor();
+  result.iterations = solve.iterations;
+  result.initial_cost = solve.initial_cost_1;
+  result.final_cost = system->cost();
+  result.gradient = system->gradient();
+  result.remaining_step = system->RemainingStep();
+  result.condition = system->Condition();
+  if (system->looks_not_evaluated() > 0) {
+    Warn(&result,
+         std::to_string(system->looks_not_evaluated()) +
+             " looks have no value in the model at the solution");
+  }
+  FillResiduals(problem, state, weighting, &result);
+  double square_sum = 2.0 * system->cost();
+  if (options.robust != RobustLoss::kNone) {
+    const std::size_t dropped = DropOutliers(result, &problem);
+    LeaveOutStarved(&problem);
+    if (dropped > 0) {
+      Warn(&result,
+           std::to_string(dropped) +
+               " looks were dropped as outliers after the robust "
+               "solution");
+    }
+    FormDetermined(state, {}, &problem, &system, progress);
+    system->Factor();
+    square_sum = 2.0 * system->cost();
+    result.condition = system->Condition();
+  }
+  const bool converged = solve.converged && result.remaining_step <= kRemainingStepAccepted_1 &&
+                         system->looks_not_evaluated() == 0;
+  result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
+  result.accepted = converged;
+  if (!converged) Warn(&result, "not converged: " + solve.message);
+
+  if (result.condition > 1e10) {
+    Warn(&result,
+         "the corrections are nearly undetermined: condition of the scaled reduced matrix " +
+             std::to_string(result.condition));
+  }
+  FillParameters(problem, state, &result);
+  FillCovariance(problem, state, *system, options, pairs, progress, &result);
+  FillCorrectedPaths(problem, state, &result);
+  FinishResult(problem, state, options, square_sum, &result);
+  return result;
+}
+
+}  // namespace sarblock

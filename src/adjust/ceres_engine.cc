@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/ceres_engine.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include <ceres/iteration_callback.h>
+#include <ceres/loss_function.h>
+#include <ceres/solver.h>
+
+namespace sarblock {
+namespace {
+
+/// Corrections from here on are solved sparse; below, a dense reduced matrix is faster.
+constexpr int kDenseCorrections = 600;
+
+/// Our loss functions (robust.h) as one of Ceres.
+class Loss final : public ceres::LossFunction {
+ public:
+  Loss(RobustLoss loss, double scale) : loss_(loss), scale_(scale) {}
+  void Evaluate(double square, double out[3]) const override {
+    const RobustValue value = EvaluateLoss(loss_, scale_, square);
+    out[0] = value.loss_1;
+    out[1] = value.weight_1;
+    // The second derivative only tunes the step; Gauss-Newton weights (zero) keep it positive.
+    out[2] = 0.0;
+  }
+
+ private:
+  RobustLoss loss_;
+  double scale_;
+};
+
+class ProgressCallback final : public ceres::IterationCallback {
+ public:
+  ProgressCallback(ProgressSink* sink, int most) : sink_(sink), most_(most) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    sink_->Update("solve",
+                  static_cast<std::size_t>(summary.iteration),
+                  static_cast<std::size_t>(most_),
+                  "cost " + std::to_string(summary.cost));
+    return sink_->Cancelled() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  ProgressSink* sink_;
+  int most_;
+};
+
+}  // namespace
+
+LookCost::LookCost(const AdjustmentProblem& problem,
+                   const BlockState& state,
+                   std::size_t point,
+                   std::size_t look)
+    : problem_(problem),
+      state_(state),
+      point_(static_cast<std::uint32_t>(point)),
+      look_(static_cast<std::uint32_t>(look)) {
+  set_num_residuals(2);
+  mutable_parameter_block_sizes()->push_back(3);
+  LookColumns columns;
+  problem.model.ColumnsOf(look, &columns);
+  for (int b = 0; b < columns.block_count; ++b) {
+    mutable_parameter_block_sizes()->push_back(
+        problem.layout.blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])]
+            .size);
+  }
+}
+
+bool LookCost::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
+  LookColumns columns;
+  problem_.model.ColumnsOf(look_, &columns);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  double* next = local.data();
+  const std::vector<int>& sizes = parameter_block_sizes();
+  for (std::size_t b = 1; b < sizes.size(); ++b) next = std::copy_n(blocks[b], sizes[b], next);
+  LookEvaluation at;
+  if (!problem_.model.Evaluate(
+          look_,
+          columns,
+          state_.start_m[point_],
+          Eigen::Map<const Eigen::Vector3d>(blocks[0]),
+          std::span<const double>(local).first(static_cast<std::size_t>(columns.column_count)),
+          &at)) {
+    return false;
+  }
+  const Whitening& w = problem_.whitening[look_];
+  Eigen::Map<Eigen::Vector2d>{residuals} = w.Apply(at.error_m[0], at.error_m[1]);
+  if (jacobians == nullptr) return true;
+  using RowMajor = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto fill = [&w](const auto& partials, double* out) {
+    Eigen::Map<RowMajor> jacobian(out, 2, partials.cols());
+    jacobian.row(0) = w.w00 * partials.row(0);
+    jacobian.row(1) = w.w10 * partials.row(0) + w.w11 * partials.row(1);
+  };
+  if (jacobians[0] != nullptr) fill(at.by_point, jacobians[0]);
+  int column = 0;
+  for (std::size_t b = 1; b < sizes.size(); ++b) {
+    if (jacobians[b] != nullptr) fill(at.by_columns.middleCols(column, sizes[b]), jacobians[b]);
+    column += sizes[b];
+  }
+  return true;
+}
+
+ControlCost::ControlCost(const AdjustmentProblem& problem,
+                         const BlockState& state,
+                         const ControlEquations& control)
+    : problem_(problem), state_(state), control_(control) {
+  set_num_residuals(control.rows);
+  mutable_parameter_block_sizes()->push_back(3);
+}
+
+bool ControlCost::Evaluate(double const* const* blocks,
+                           double* residuals,
+                           double** jacobians) const {
+  const ControlEvaluation at = EvaluateControl(problem_.block.frame,
+                                               control_,
+                                               state_.start_m[control_.point],
+                                               Eigen::Map<const Eigen::Vector3d>(blocks[0]));
+  for (int i = 0; i < control_.rows; ++i) residuals[i] = at.residual[i];
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(
+        jacobians[0], control_.rows, 3) = at.by_point.topRows(control_.rows);
+  }
+  return at.residual.allFinite();
+}
+
+PriorCost::PriorCost(const ParameterLayout& layout, int block)
+    : size_(layout.blocks[static_cast<std::size_t>(block)].size) {
+  const ParameterBlock& b = layout.blocks[static_cast<std::size_t>(block)];
+  for (int i = 0; i < b.size; ++i) {
+    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(b.offset + i)];
+    if (parameter.has_prior()) rows_.emplace_back(i, 1.0 / parameter.prior_sigma);
+  }
+  set_num_residuals(static_cast<int>(rows_.size()));
+  mutable_parameter_block_sizes()->push_back(size_);
+}
+
+bool PriorCost::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    std::fill_n(jacobians[0], static_cast<std::size_t>(size_) * rows_.size(), 0.0);
+  }
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const auto [index, weight] = rows_[r];
+    residuals[r] = weight * blocks[0][index];
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      jacobians[0][r * static_cast<std::size_t>(size_) + static_cast<std::size_t>(index)] = weight;
+    }
+  }
+  return true;
+}
+
+std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                 const Weighting& weighting,
+                                                 BlockState* state) {
+  ceres::Problem::Options options;
+  options.loss_function_ownership = ceres::TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;
+  auto out = std::make_unique<ceres::Problem>(options);
+  const Looks& looks = problem.block.looks;
+  ceres::LossFunction* loss =
+      weighting.loss == RobustLoss::kNone ? nullptr : new Loss(weighting.loss, weighting.scale);
+  bool loss_taken = false;
+  std::vector<double*> blocks;
+  LookColumns columns;
+  for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
+    const ParameterBlock& block = problem.layout.blocks[b];
+    out->AddParameterBlock(state->corrections.data() + block.offset, block.size);
+    auto prior = std::make_unique<PriorCost>(problem.layout, static_cast<int>(b));
+    if (prior->num_residuals() == 0) continue;
+    out->AddResidualBlock(prior.release(), nullptr, state->corrections.data() + block.offset);
+  }
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    double* displacement = state->displacement_m[point].data();
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      if (problem.look_used[i] == 0) continue;
+      problem.model.ColumnsOf(i, &columns);
+      blocks.assign(1, displacement);
+      for (int b = 0; b < columns.block_count; ++b) {
+        const std::size_t block =
+            static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)]);
+        blocks.push_back(state->corrections.data() + problem.layout.blocks[block].offset);
+      }
+      out->AddResidualBlock(new LookCost(problem, *state, point, i), loss, blocks);
+      loss_taken = true;
+    }
+    if (problem.control_of[point] >= 0) {
+      const auto index = static_cast<std::size_t>(problem.control_of[point]);
+      out->AddResidualBlock(
+          new ControlCost(problem, *state, problem.control[index]), nullptr, displacement);
+    }
+  }
+  if (!loss_taken) delete loss;
+  return out;
+}
+
+SolveReport SolveWithCeres(const AdjustmentProblem& problem,
+                           const Weighting& weighting,
+                           const SolveOptions& options,
+                           BlockState* state,
+                           ProgressSink* progress) {
+  const std::unique_ptr<ceres::Problem> ceres_problem = MakeCeresProblem(problem, weighting, state);
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = options.max_iterations;
+  solver.num_threads = options.threads;
+  solver.logging_type = ceres::SILENT;
+  // Stop on the last digits: acceptance looks at the step that is left, in sigmas.
+  solver.function_tolerance = 1e-14;
+  solver.parameter_tolerance = 1e-13;
+  solver.gradient_tolerance = 0.0;
+  solver.max_num_consecutive_invalid_steps = 20;
+  if (problem.layout.size() == 0) {
+    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  } else {
+    solver.linear_solver_type =
+        problem.layout.size() <= kDenseCorrections ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+    auto* ordering = new ceres::ParameterBlockOrdering;
+    for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+      if (problem.Solves(point)) {
+        ordering->AddElementToGroup(state->displacement_m[point].data(), 0);
+      }
+    }
+    for (const ParameterBlock& block : problem.layout.blocks) {
+      ordering->AddElementToGroup(state->corrections.data() + block.offset, 1);
+    }
+    solver.linear_solver_ordering.reset(ordering);
+  }
+  std::optional<ProgressCallback> callback;
+  if (progress != nullptr) {
+    callback.emplace(progress, options.max_iterations);
+    solver.callbacks.push_back(&*callback);
+  }
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, ceres_problem.get(), &summary);
+  if (summary.termination_type == ceres::USER_FAILURE) throw Interrupted("solve");
+  SolveReport report;
+  report.converged = summary.termination_type == ceres::CONVERGENCE;
+  report.iterations = summary.num_successful_steps;
+  report.initial_cost_1 = summary.initial_cost;
+  report.final_cost_1 = summary.final_cost;
+  report.message = summary.message;
+  return report;
+}
+
+}  // namespace sarblock

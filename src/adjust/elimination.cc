@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/elimination.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sarblock {
+namespace {
+
+/// Distinct blocks of a point's looks and where their columns start.
+void CollectBlocks(const AdjustmentProblem& problem, std::size_t point, PointRows* rows) {
+  const Looks& looks = problem.block.looks;
+  rows->slot_of_block.resize(problem.layout.blocks.size(), -1);
+  rows->blocks.clear();
+  LookColumns columns;
+  for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    problem.model.ColumnsOf(i, &columns);
+    for (int b = 0; b < columns.block_count; ++b) {
+      const int block = columns.block[static_cast<std::size_t>(b)];
+      int& slot = rows->slot_of_block[static_cast<std::size_t>(block)];
+      if (slot < 0) {
+        slot = 0;
+        rows->blocks.push_back(block);
+      }
+    }
+  }
+  std::sort(rows->blocks.begin(), rows->blocks.end());
+  rows->block_column.clear();
+  rows->column_count = 0;
+  for (const int block : rows->blocks) {
+    rows->slot_of_block[static_cast<std::size_t>(block)] = rows->column_count;
+    rows->block_column.push_back(rows->column_count);
+    rows->column_count += problem.layout.blocks[static_cast<std::size_t>(block)].size;
+  }
+}
+
+void AddLook(const AdjustmentProblem& problem,
+             const BlockState& state,
+             const Weighting& weighting,
+             std::size_t point,
+             std::size_t look,
+             PointRows* rows) {
+  LookColumns columns;
+  problem.model.ColumnsOf(look, &columns);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  GatherColumns(problem.layout, columns, state.corrections, local.data());
+  LookEvaluation evaluation;
+  if (!problem.model.Evaluate(
+          look,
+          columns,
+          state.start_m[point],
+          state.displacement_m[point],
+          std::span<const double>(local).first(static_cast<std::size_t>(columns.column_count)),
+          &evaluation)) {
+    ++rows->looks_not_evaluated;
+    return;
+  }
+  const Whitening& w = problem.whitening[look];
+  const Eigen::Vector2d e = w.Apply(evaluation.error_m[0], evaluation.error_m[1]);
+  const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, e.squaredNorm());
+  const double root = std::sqrt(robust.weight_1);
+  rows->cost_1 += 0.5 * robust.loss_1;
+  const int r = rows->row_count;
+  rows->row_count += 2;
+  const auto put = [&](int column, double range, double doppler) {
+    rows->a(r, column) = root * (w.w00 * range);
+    rows->a(r + 1, column) = root * (w.w10 * range + w.w11 * doppler);
+  };
+  for (int c = 0; c < 3; ++c) put(c, evaluation.by_point(0, c), evaluation.by_point(1, c));
+  int local_column = 0;
+  for (int b = 0; b < columns.block_count; ++b) {
+    const std::size_t block = static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)]);
+    const int first = 3 + rows->slot_of_block[block];
+    for (int c = 0; c < problem.layout.blocks[block].size; ++c, ++local_column) {
+      put(first + c,
+          evaluation.by_columns(0, local_column),
+          evaluation.by_columns(1, local_column));
+    }
+  }
+  put(3 + rows->column_count, evaluation.error_m[0], evaluation.error_m[1]);
+}
+
+}  // namespace
+
+void LinearisePoint(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const Weighting& weighting,
+                    std::size_t point,
+                    PointRows* rows) {
+  CollectBlocks(problem, point, rows);
+  const Looks& looks = problem.block.looks;
+  const Eigen::Index columns = 3 + rows->column_count + 1;
+  const std::uint64_t begin = looks.offsets[point], end = looks.offsets[point + 1];
+  const Eigen::Index most = 2 * static_cast<Eigen::Index>(end - begin) + 3;
+  if (rows->a.rows() < most || rows->a.cols() < columns) {
+    rows->a.resize(std::max(most, rows->a.rows()), std::max(columns, rows->a.cols()));
+  }
+  rows->a.topLeftCorner(most, columns).setZero();
+  rows->row_count = 0;
+  rows->cost_1 = 0.0;
+  rows->looks_not_evaluated = 0;
+  for (std::uint64_t i = begin; i < end; ++i) {
+    if (problem.look_used[i] != 0) AddLook(problem, state, weighting, point, i, rows);
+  }
+  if (problem.control_of[point] >= 0) {
+    const ControlEquations& control =
+        problem.control[static_cast<std::size_t>(problem.control_of[point])];
+    const ControlEvaluation at = EvaluateControl(
+        problem.block.frame, control, state.start_m[point], state.displacement_m[point]);
+    for (int i = 0; i < control.rows; ++i) {
+      rows->a.row(rows->row_count).head<3>() = at.by_point.row(i);
+      rows->a(rows->row_count, 3 + rows->column_count) = at.residual[i];
+      rows->cost_1 += 0.5 * at.residual[i] * at.residual[i];
+      ++rows->row_count;
+    }
+  }
+  for (const int block : rows->blocks) rows->slot_of_block[static_cast<std::size_t>(block)] = -1;
+}
+
+EliminatedPoint EliminatePoint(PointRows* rows) {
+  const Eigen::Index m = rows->row_count, n = 3 + rows->column_count + 1;
+  EliminatedPoint out;
+  Eigen::MatrixXd& a = rows->a;
+  Eigen::Vector3d scale;
+  for (Eigen::Index k = 0; k < 3; ++k) scale[k] = a.col(k).head(m).norm();
+  for (Eigen::Index k = 0; k < 3 && k < m; ++k) {
+    const double below = a.col(k).segment(k + 1, m - k - 1).squaredNorm();
+    const double alpha = a(k, k);
+    const double norm = std::sqrt(alpha * alpha + below);
+    if (!(norm > 0.0)) continue;
+    const double beta = alpha > 0.0 ? -norm : norm;
+    const double v0 = alpha - beta;
+    const double tau = -v0 / beta;  // H = I - tau v v', v = (1, a_below / v0)
+    auto v = a.col(k).segment(k + 1, m - k - 1);
+    v /= v0;
+    for (Eigen::Index c = k + 1; c < n; ++c) {
+      auto x = a.col(c).segment(k + 1, m - k - 1);
+      const double dot = tau * (a(k, c) + v.dot(x));
+      a(k, c) -= dot;
+      x -= dot * v;
+    }
+    a(k, k) = beta;
+    v.setZero();
+  }
+  out.r = a.topLeftCorner<3, 3>().triangularView<Eigen::Upper>();
+  if (m >= 3 && scale.minCoeff() > 0.0) {
+    const Eigen::Matrix3d scaled = out.r * scale.cwiseInverse().asDiagonal();
+    if (scaled.diagonal().cwiseAbs().minCoeff() > 0.0) {
+      const Eigen::Matrix3d inverse =
+          scaled.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+      out.reciprocal_condition_1 = 1.0 / (scaled.norm() * inverse.norm());
+    }
+  }
+  return out;
+}
+
+}  // namespace sarblock

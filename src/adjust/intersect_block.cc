@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/start_values.h"
+#include "sarblock/core/parallel.h"
+
+#include "solution.h"
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 512;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+SymmetricEnu InEnu(const Frame& frame,
+                   const Eigen::Vector3d& p_m,
+                   const Eigen::Matrix3d& frame_m2) {
+  const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
+  const Eigen::Matrix3d c = e * frame_m2 * e.transpose();
+  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
+}
+
+PointStatus StatusOf(IntersectionOutcome outcome) {
+  switch (outcome) {
+    case IntersectionOutcome::kDetermined:
+      return PointStatus::kIntersected;
+    case IntersectionOutcome::kTooFewLooks:
+      return PointStatus::kTooFewLooks;
+    default:
+      return PointStatus::kUndetermined;
+  }
+}
+
+}  // namespace
+
+AdjustResult IntersectBlock(const Block& block,
+                            const AdjustOptions& options,
+                            ProgressSink* progress) {
+  const ThreadLimit limit(options.threads);
+  AdjustResult result;
+  result.status = AdjustStatus::kIntersected;
+  AdjustmentProblem problem(block, {});
+  problem.control.clear();
+  problem.control_of.assign(block.points.size(), -1);
+  const std::size_t points = block.points.size();
+  BlockState state;
+  state.start_m.assign(points, Eigen::Vector3d::Constant(kNaN));
+  state.displacement_m.assign(points, Eigen::Vector3d::Zero());
+  state.corrections.resize(0);
+  const bool wanted = options.covariance != CovarianceLevel::kNone;
+  if (wanted) result.points.covariance_m2.resize(points);
+  std::vector<double> square_sum(points, 0.0);
+  {
+    const StageTimer timer("solve", &result.stages);
+    Step(progress, "intersect", 0, points);
+    ParallelForChunks(
+        points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+          std::vector<Sight> sights;
+          for (std::size_t point = begin; point < end; ++point) {
+            sights.clear();
+            for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
+                 ++i) {
+              if (problem.look_used[i] == 0) continue;
+              if (const auto sight = problem.model.SightOf(i, state.corrections)) {
+                sights.push_back(*sight);
+              }
+            }
+            if (wanted) result.points.covariance_m2[point].fill(kNaN);
+            const Intersection met = Intersect(sights, block.frame);
+            problem.point_status[point] = StatusOf(met.outcome);
+            if (met.outcome != IntersectionOutcome::kDetermined) {
+              problem.LeaveOut(point, problem.point_status[point], Explain(met.outcome));
+              continue;
+            }
+            state.start_m[point] = met.position_m;
+            square_sum[point] = met.weighted_square_sum;
+            if (wanted) {
+              result.points.covariance_m2[point] =
+                  InEnu(block.frame, met.position_m, met.covariance_m2);
+            }
+          }
+        });
+  }
+  RequireSolvable(problem);
+  double total = 0.0;
+  for (const double s : square_sum) total += s;
+  result.accepted = true;
+  FinishResult(problem, state, options, total, &result);
+  return result;
+}
+
+}  // namespace sarblock

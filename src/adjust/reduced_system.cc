@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/reduced_system.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+#include <utility>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 1024;
+/// Partial sums are limited to this much memory; their number depends on the block alone, never on
+/// the threads.
+constexpr std::size_t kPartialBytes = std::size_t{256} << 20;
+constexpr std::size_t kMostPartials = 16;
+
+/// Pairs of blocks seen together: a bit table while it is small, else a hash set.
+class PairSet {
+ public:
+  explicit PairSet(std::size_t blocks) : blocks_(blocks), dense_(blocks <= 16384) {
+    if (dense_) bits_.assign(blocks * blocks, false);
+  }
+  void Add(int i, int j, std::vector<std::pair<int, int>>* out) {
+    const std::size_t key = static_cast<std::size_t>(i) * blocks_ + static_cast<std::size_t>(j);
+    if (dense_) {
+      if (bits_[key]) return;
+      bits_[key] = true;
+    } else if (!seen_.insert(key).second) {
+      return;
+    }
+    out->emplace_back(i, j);
+  }
+
+ private:
+  std::size_t blocks_;
+  bool dense_;
+  std::vector<bool> bits_;
+  std::unordered_set<std::size_t> seen_;
+};
+
+BlockSymmetricMatrix PatternOf(const AdjustmentProblem& problem) {
+  const ParameterLayout& layout = problem.layout;
+  std::vector<int> sizes;
+  for (const ParameterBlock& block : layout.blocks) sizes.push_back(block.size);
+  PairSet seen(layout.blocks.size());
+  std::vector<std::pair<int, int>> pairs;
+  std::vector<int> blocks;
+  LookColumns columns;
+  const Looks& looks = problem.block.looks;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    blocks.clear();
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      if (problem.look_used[i] == 0) continue;
+      problem.model.ColumnsOf(i, &columns);
+      blocks.insert(
+          blocks.end(), columns.block.begin(), columns.block.begin() + columns.block_count);
+    }
+    std::sort(blocks.begin(), blocks.end());
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    for (std::size_t a = 0; a < blocks.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) seen.Add(blocks[a], blocks[b], &pairs);
+    }
+  }
+  return BlockSymmetricMatrix(std::move(sizes), std::move(pairs));
+}
+
+/// What one range of points adds.
+struct Partial {
+  explicit Partial(const BlockSymmetricMatrix& pattern)
+      : s(pattern),
+        right_side(Eigen::VectorXd::Zero(pattern.rows())),
+        diagonal(right_side),
+        gradient(right_side) {
+    s.SetZero();
+  }
+  BlockSymmetricMatrix s;
+  Eigen::VectorXd right_side, diagonal, gradient;
+  std::vector<WeakPoint> weak;
+  double cost = 0.0, point_step_square = 0.0, point_gradient = 0.0;
+  int not_evaluated = 0;
+};
+
+void AddPoint(const AdjustmentProblem& problem,
+              const BlockState& state,
+              const Weighting& weighting,
+              std::size_t point,
+              PointRows* rows,
+              Eigen::MatrixXd* product,
+              Partial* out) {
+  LinearisePoint(problem, state, weighting, point, rows);
+  const Eigen::Index n = rows->column_count, m = rows->row_count;
+  out->cost += rows->cost_1;
+  out->not_evaluated += rows->looks_not_evaluated;
+  const auto jc = rows->a.block(0, 3, m, n);
+  const auto e = rows->a.col(3 + n).head(m);
+  for (std::size_t b = 0; b < rows->blocks.size(); ++b) {
+    const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[b])];
+    const auto part = jc.middleCols(rows->block_column[b], block.size);
+    out->diagonal.segment(block.offset, block.size) += part.colwise().squaredNorm().transpose();
+    out->gradient.segment(block.offset, block.size) += part.transpose() * e;
+  }
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double length = rows->a.col(k).head(m).norm();
+    if (length > 0.0) {
+      out->point_gradient =
+          std::max(out->point_gradient, std::abs(rows->a.col(k).head(m).dot(e)) / length);
+    }
+  }
+  const EliminatedPoint eliminated = EliminatePoint(rows);
+  if (!(eliminated.reciprocal_condition_1 >= kLeastPointCondition_1)) {
+    out->weak.push_back({static_cast<std::uint32_t>(point), eliminated.reciprocal_condition_1});
+    return;
+  }
+  out->point_step_square += rows->a.col(3 + n).head<3>().squaredNorm();
+  if (n == 0 || m <= 3) return;
+  const auto below = rows->a.block(3, 3, m - 3, n + 1);
+  product->noalias() = below.leftCols(n).transpose() * below;
+  for (std::size_t i = 0; i < rows->blocks.size(); ++i) {
+    const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[i])];
+    out->right_side.segment(bi.offset, bi.size) +=
+        product->col(n).segment(rows->block_column[i], bi.size);
+    for (std::size_t j = 0; j <= i; ++j) {
+      const ParameterBlock& bj = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[j])];
+      out->s.Block(rows->blocks[i], rows->blocks[j]) +=
+          product->block(rows->block_column[i], rows->block_column[j], bi.size, bj.size);
+    }
+  }
+}
+
+}  // namespace
+
+ReducedSystem::ReducedSystem(const AdjustmentProblem& problem)
+    : problem_(problem), s_(PatternOf(problem)) {}
+
+void ReducedSystem::Form(const BlockState& state,
+                         const Weighting& weighting,
+                         ProgressSink* progress) {
+  const std::size_t points = problem_.block.points.size();
+  const std::size_t bytes = 1 + sizeof(double) * s_.values().size();
+  const std::size_t partials = std::clamp<std::size_t>(
+      std::min(kPartialBytes / bytes, points / kPointsPerChunk), 1, kMostPartials);
+  sarblock::Step(progress, "linearise", 0, points);
+  std::vector<std::optional<Partial>> parts(partials);
+  const std::size_t per_part = (points + partials - 1) / partials;
+  ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
+    Partial& out = parts[part].emplace(s_);
+    PointRows rows;
+    Eigen::MatrixXd product;
+    for (std::size_t point = begin; point < end; ++point) {
+      if (problem_.Solves(point)) {
+        AddPoint(problem_, state, weighting, point, &rows, &product, &out);
+      }
+    }
+  });
+  s_.SetZero();
+  right_side_.setZero(s_.rows());
+  full_diagonal_.setZero(s_.rows());
+  full_gradient_.setZero(s_.rows());
+  weak_points_.clear();
+  cost_1_ = gradient_1_ = point_step_square_1_ = 0.0;
+  looks_not_evaluated_ = 0;
+  for (const std::optional<Partial>& part : parts) {
+    if (!part) continue;
+    const std::span<double> sum = s_.values();
+    const std::span<const double> add = part->s.values();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += add[i];
+    right_side_ += part->right_side;
+    full_diagonal_ += part->diagonal;
+    full_gradient_ += part->gradient;
+    weak_points_.insert(weak_points_.end(), part->weak.begin(), part->weak.end());
+    cost_1_ += part->cost;
+    point_step_square_1_ += part->point_step_square;
+    gradient_1_ = std::max(gradient_1_, part->point_gradient);
+    looks_not_evaluated_ += part->not_evaluated;
+  }
+  AddPriors(state);
+  for (Eigen::Index i = 0; i < full_gradient_.size(); ++i) {
+    if (full_diagonal_[i] > 0.0) {
+      gradient_1_ =
+          std::max(gradient_1_, std::abs(full_gradient_[i]) / std::sqrt(full_diagonal_[i]));
+    }
+  }
+  factor_.reset();
+  sarblock::Step(progress, "linearise", points, points);
+}
+
+void ReducedSystem::AddPriors(const BlockState& state) {
+  const ParameterLayout& layout = problem_.layout;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+    const ParameterBlock& block = layout.blocks[b];
+    for (int i = 0; i < block.size; ++i) {
+      const int row = block.offset + i;
+      const Parameter& parameter = layout.parameters[static_cast<std::size_t>(row)];
+      if (!parameter.has_prior()) continue;
+      const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
+      const double x = state.corrections[row];
+      s_.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
+      right_side_[row] += weight * x;
+      full_diagonal_[row] += weight;
+      full_gradient_[row] += weight * x;
+      cost_1_ += 0.5 * weight * x * x;
+    }
+  }
+}
+
+void ReducedSystem::ThrowUndetermined(const Eigen::VectorXd& direction) const {
+  const double most = direction.cwiseAbs().maxCoeff();
+  std::vector<std::pair<double, int>> share;
+  for (Eigen::Index i = 0; i < direction.size(); ++i) {
+    if (std::abs(direction[i]) >= 0.1 * most) {
+      share.emplace_back(-std::abs(direction[i]), static_cast<int>(i));
+    }
+  }
+  std::sort(share.begin(), share.end());
+  std::vector<std::string> names;
+  std::string text;
+  for (const auto& [weight, row] : share) {
+    names.push_back(problem_.layout.Describe(row));
+    if (names.size() <= 12) text += (text.empty() ? "" : ", ") + names.back();
+  }
+  if (names.size() > 12) text += " and " + std::to_string(names.size() - 12) + " more";
+  throw UndeterminedError(
+      "the block does not determine its corrections: these move together without changing any "
+      "observation: " +
+          text +
+          "; add control points or a prior standard deviation, or leave a correction group out",
+      names);
+}
+
+void ReducedSystem::Factor() {
+  const Eigen::Index n = s_.rows();
+  condition_1_ = 1.0;
+  if (n == 0) return;
+  scale_.resize(n);
+  const ParameterLayout& layout = problem_.layout;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+    const auto diagonal = s_.Block(static_cast<int>(b), static_cast<int>(b)).diagonal();
+    for (int i = 0; i < layout.blocks[b].size; ++i) {
+      const int row = layout.blocks[b].offset + i;
+      // A diagonal that elimination reduced to rounding belongs to a parameter of its own null
+      // direction.
+      if (!(diagonal[i] > 1e-14 * full_diagonal_[row]) || !std::isfinite(diagonal[i])) {
+        ThrowUndetermined(Eigen::VectorXd::Unit(n, row));
+      }
+      scale_[row] = 1.0 / std::sqrt(diagonal[i]);
+    }
+  }
+  BlockSymmetricMatrix scaled = s_;
+  for (int j = 0; j < scaled.block_count(); ++j) {
+    for (const int i : scaled.RowsOfColumn(j)) {
+      scaled.Block(i, j) = scale_.segment(scaled.offset(i), scaled.size(i)).asDiagonal() *
+                           scaled.Block(i, j) *
+                           scale_.segment(scaled.offset(j), scaled.size(j)).asDiagonal();
+    }
+  }
+  std::vector<int> last;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+    if (layout.blocks[b].shared) last.push_back(static_cast<int>(b));
+  }
+  factor_.emplace(scaled, last);
+  if (!factor_->Factorize(scaled).positive_definite) {
+    // Lift the null space a little to find the direction that has none.
+    for (int b = 0; b < scaled.block_count(); ++b) {
+      scaled.Block(b, b).diagonal().array() += 1e-9;
+    }
+    if (!factor_->Factorize(scaled).positive_definite) {
+      ThrowUndetermined(Eigen::VectorXd::Ones(n));
+    }
+    ThrowUndetermined(factor_->SmallestEigenpair().vector);
+  }
+  const BlockCholesky::EigenPair least = factor_->SmallestEigenpair();
+  if (!(least.value > kLeastEigenvalue_1)) ThrowUndetermined(least.vector);
+  condition_1_ = factor_->ConditionEstimate(scaled);
+}
+
+Eigen::MatrixXd ReducedSystem::SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const {
+  Eigen::MatrixXd x = scale_.asDiagonal() * b;
+  factor_->Solve(x);
+  return scale_.asDiagonal() * x;
+}
+
+Eigen::VectorXd ReducedSystem::Step() const {
+  if (s_.rows() == 0) return {};
+  return -SolveFor(right_side_);
+}
+
+double ReducedSystem::RemainingStep() const {
+  double square = point_step_square_1_;
+  if (s_.rows() > 0) square += right_side_.dot(SolveFor(right_side_).col(0));
+  return std::sqrt(std::max(0.0, square));
+}
+
+BlockSymmetricMatrix ReducedSystem::SelectedInverse() const {
+  BlockSymmetricMatrix inverse = factor_->SelectedInverse();
+  for (int j = 0; j < inverse.block_count(); ++j) {
+    for (const int i : inverse.RowsOfColumn(j)) {
+      inverse.Block(i, j) = scale_.segment(inverse.offset(i), inverse.size(i)).asDiagonal() *
+                            inverse.Block(i, j) *
+                            scale_.segment(inverse.offset(j), inverse.size(j)).asDiagonal();
+    }
+  }
+  return inverse;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/result.h"
+
+namespace sarblock {
+
+const char* NameOf(PointStatus status) {
+  switch (status) {
+    case PointStatus::kAdjusted:
+      return "adjusted";
+    case PointStatus::kIntersected:
+      return "intersected";
+    case PointStatus::kPredicted:
+      return "predicted";
+    case PointStatus::kNotSeen:
+      return "not-seen";
+    case PointStatus::kTooFewLooks:
+      return "too-few-looks";
+    case PointStatus::kUndetermined:
+      return "undetermined";
+  }
+  return "undetermined";
+}
+
+bool IsSolved(PointStatus status) {
+  return status == PointStatus::kAdjusted || status == PointStatus::kIntersected ||
+         status == PointStatus::kPredicted;
+}
+
+}  // namespace sarblock

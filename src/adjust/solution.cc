@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solution.h"
+
+#include "sarblock/adjust/covariance.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/parallel.h"
+#include "sarblock/geometry/intersection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 1024;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+void CountAndTest(const AdjustmentProblem& problem,
+                  const AdjustOptions& options,
+                  double square_sum,
+                  AdjustResult* result) {
+  const ProblemCounts counts = CountProblem(problem);
+  result->looks_used = counts.looks;
+  result->observation_count = counts.observations;
+  result->parameter_count = counts.parameters;
+  const double redundancy = result->redundancy();
+  if (std::isnan(square_sum)) return;  // a prediction has no residuals to test
+  if (!(redundancy > 0.0)) {
+    Warn(result, "no redundancy: the variance factor and its test do not exist");
+    return;
+  }
+  result->sigma0_squared = square_sum / redundancy;
+  result->chi_square = ChiSquareInterval(options.test_level, redundancy);
+  result->chi_square_passed = result->chi_square.Contains(square_sum);
+}
+
+void WarnOfPoints(const AdjustmentProblem& problem, AdjustResult* result) {
+  std::size_t left_out = 0;
+  std::string first;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (problem.Solves(point)) continue;
+    if (left_out++ == 0) {
+      first =
+          std::string(problem.block.points.ids[point]) + " (" + problem.point_reason[point] + ")";
+    }
+  }
+  if (left_out > 0) {
+    Warn(result,
+         std::to_string(left_out) + " of " + std::to_string(problem.block.points.size()) +
+             " points are not determined and left out, the first is " + first);
+  }
+}
+
+void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
+  result->looks.rejected.resize(problem.look_used.size());
+  for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
+    result->looks.rejected[i] = problem.look_used[i] == 0 ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }
+
+void FinishResult(const AdjustmentProblem& problem,
+                  const BlockState& state,
+                  const AdjustOptions& options,
+                  double square_sum_1,
+                  AdjustResult* result) {
+  CountAndTest(problem, options, square_sum_1, result);
+  FillPoints(problem, state, result);
+  const bool measured = !std::isnan(square_sum_1);
+  if (measured && result->looks.range_residual_m.empty()) FillResiduals(problem, state, {}, result);
+  if (measured) FillChecks(problem.block, result);
+  MarkRejected(problem, result);
+  WarnOfPoints(problem, result);
+}
+
+void RequireOffered(const AdjustOptions& options) {
+  const auto refuse = [](const char* key, const char* value) {
+    throw InputError(std::string("adjust.") + key,
+                     std::string("'") + value + "' is not available in this version");
+  };
+  if (options.corrections == CorrectionChoice::kAuto) refuse("corrections", "auto");
+  if (options.covariance == CovarianceLevel::kLeberl) refuse("covariance", "leberl");
+  if (options.covariance == CovarianceLevel::kMonteCarlo) refuse("covariance", "montecarlo");
+  if (options.datum == Datum::kInner) refuse("datum", "inner");
+  if (options.variance_components == VarianceComponents::kRangeAzimuth) {
+    refuse("variance_components", "range-azimuth");
+  }
+  if (options.variance_components == VarianceComponents::kPerPass) {
+    refuse("variance_components", "per-pass");
+  }
+  if (options.engine == Engine::kReduced) refuse("engine", "reduced");
+  if (options.covariance_method == CovarianceMethod::kCeres) refuse("covariance_method", "ceres");
+}
+
+void RequireSolvable(const AdjustmentProblem& problem) {
+  const std::size_t points = problem.block.points.size();
+  std::map<std::string, std::vector<std::string>> by_reason;
+  for (std::size_t point = 0; point < points; ++point) {
+    if (problem.Solves(point)) return;
+    by_reason[problem.point_reason[point]].emplace_back(problem.block.points.ids[point]);
+  }
+  std::string text = "no point of the block can be determined";
+  std::vector<std::string> names;
+  for (const auto& [reason, ids] : by_reason) {
+    text += "; " + ids.front();
+    if (ids.size() > 1) text += " and " + std::to_string(ids.size() - 1) + " more";
+    text += ": " + reason;
+    names.insert(names.end(), ids.begin(), ids.end());
+  }
+  throw UndeterminedError(text, names);
+}
+
+void LeaveOutWeakPoints(const ReducedSystem& system, AdjustmentProblem* problem) {
+  for (const WeakPoint& weak : system.weak_points()) {
+    problem->LeaveOut(weak.point,
+                      PointStatus::kUndetermined,
+                      "its looks leave a direction open (their circles touch or coincide)");
+  }
+}
+
+void FormDetermined(const BlockState& state,
+                    const Weighting& weighting,
+                    AdjustmentProblem* problem,
+                    std::optional<ReducedSystem>* system,
+                    ProgressSink* progress) {
+  for (;;) {
+    RequireSolvable(*problem);
+    system->emplace(*problem);
+    (*system)->Form(state, weighting, progress);
+    if ((*system)->weak_points().empty()) return;
+    LeaveOutWeakPoints(**system, problem);
+  }
+}
+
+void FillPoints(const AdjustmentProblem& problem, const BlockState& state, AdjustResult* result) {
+  const Block& block = problem.block;
+  const std::size_t points = block.points.size();
+  PointResults& out = result->points;
+  out.status = problem.point_status;
+  out.reason = problem.point_reason;
+  out.looks.assign(points, 0);
+  out.position_m.assign(points, Eigen::Vector3d::Constant(kNaN));
+  out.intersection_rad.assign(points, kNaN);
+  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::vector<Sight> sights;
+    for (std::size_t point = begin; point < end; ++point) {
+      out.looks[point] = static_cast<std::uint32_t>(problem.CountLooks(point));
+      if (!problem.Solves(point)) continue;
+      out.position_m[point] = state.Position(point);
+      sights.clear();
+      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+        if (problem.look_used[i] == 0) continue;
+        if (const auto sight = problem.model.SightOf(i, state.corrections)) {
+          sights.push_back(*sight);
+        }
+      }
+      if (sights.size() >= 2) {
+        out.intersection_rad[point] = LargestIntersectionAngle(out.position_m[point], sights);
+      }
+    }
+  });
+}
+
+void FillResiduals(const AdjustmentProblem& problem,
+                   const BlockState& state,
+                   const Weighting& weighting,
+                   AdjustResult* result) {
+  const Block& block = problem.block;
+  LookResults& out = result->looks;
+  out.range_residual_m.assign(block.looks.size(), kNaN);
+  out.azimuth_residual_m.assign(block.looks.size(), kNaN);
+  if (weighting.loss != RobustLoss::kNone) out.weight.assign(block.looks.size(), 0.0F);
+  const std::size_t points = block.points.size();
+  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    LookColumns columns;
+    LookEvaluation at;
+    std::array<double, ParameterLayout::kMaxLocalColumns> local;
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem.Solves(point)) continue;
+      // Rejected looks get residuals too: they show how far off they are.
+      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+        problem.model.ColumnsOf(i, &columns);
+        GatherColumns(problem.layout, columns, state.corrections, local.data());
+        if (!problem.model.Evaluate(i,
+                                    columns,
+                                    state.start_m[point],
+                                    state.displacement_m[point],
+                                    std::span<const double>(local).first(
+                                        static_cast<std::size_t>(columns.column_count)),
+                                    &at)) {
+          continue;
+        }
+        out.range_residual_m[i] = at.error_m[0];
+        out.azimuth_residual_m[i] = at.error_m[1];
+        if (!out.weight.empty() && problem.look_used[i] != 0) {
+          const Eigen::Vector2d w = problem.whitening[i].Apply(at.error_m[0], at.error_m[1]);
+          out.weight[i] = static_cast<float>(
+              EvaluateLoss(weighting.loss, weighting.scale, w.squaredNorm()).weight_1);
+        }
+      }
+    }
+  });
+}
+
+void FillParameters(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    AdjustResult* result) {
+  result->parameters.clear();
+  for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
+    const Parameter& parameter = problem.layout.parameters[i];
+    ParameterResult out;
+    out.owner = parameter.owner;
+    out.name = parameter.name;
+    out.unit = parameter.unit;
+    out.value = state.corrections[static_cast<Eigen::Index>(i)];
+    out.prior_sigma = parameter.prior_sigma;
+    result->parameters.push_back(std::move(out));
+  }
+}
+
+void FillCovariance(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ReducedSystem& system,
+                    const AdjustOptions& options,
+                    const PointPairs& pairs,
+                    ProgressSink* progress,
+                    AdjustResult* result) {
+  if (options.covariance == CovarianceLevel::kNone) return;
+  const bool block_level =
+      options.covariance == CovarianceLevel::kBlock && problem.layout.size() > 0;
+  std::optional<BlockSymmetricMatrix> inverse;
+  if (block_level) {
+    inverse = system.SelectedInverse();
+    result->parameter_covariance = ParameterCovariances(system, *inverse);
+    for (const ParameterCovariance& c : result->parameter_covariance) {
+      if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
+    }
+  }
+  result->points.covariance_m2 =
+      PointCovariances(problem, state, inverse ? &*inverse : nullptr, progress);
+  if (options.pairs == PairChoice::kNone) return;
+  const PointPairs wanted = options.pairs == PairChoice::kNeighbours
+                                ? NeighbourPairs(problem, state)
+                            : options.pairs == PairChoice::kAll ? AllPairs(problem)
+                                                                : pairs;
+  result->pairs =
+      PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress);
+}
+
+void FillCorrectedPaths(const AdjustmentProblem& problem,
+                        const BlockState& state,
+                        AdjustResult* result) {
+  result->corrected_paths.clear();
+  for (std::size_t pass = 0; pass < problem.block.passes.size(); ++pass) {
+    double bias_s = 0.0;
+    const PassCorrections& corrections = problem.layout.passes[pass];
+    const FlightPath& nominal = problem.block.passes[pass].path;
+    if (!corrections.time_bias.empty()) {
+      LookColumns columns;
+      problem.model.ColumnsAt(pass, nominal.start_s(), &columns);
+      std::array<double, ParameterLayout::kMaxLocalColumns> local;
+      GatherColumns(problem.layout, columns, state.corrections, local.data());
+      for (const int column : corrections.time_bias) {
+        bias_s += local[static_cast<std::size_t>(column)];
+      }
+    }
+    std::vector<StateVector> states;
+    for (const StateVector& nominal_state : nominal.states()) {
+      // The path read at t + b_t: the state of nominal time t belongs to measured time t - b_t.
+      const double measured_s = nominal_state.time_s - bias_s;
+      const auto corrected = problem.model.CorrectedMotionAtPathTime(
+          pass, measured_s, nominal_state.time_s, state.corrections);
+      if (!corrected) continue;
+      states.push_back({measured_s, corrected->motion.position_m, corrected->motion.velocity_mps});
+    }
+    result->corrected_paths.emplace_back(std::move(states));
+  }
+}
+
+}  // namespace sarblock
