@@ -12,7 +12,7 @@
 namespace sarblock {
 namespace {
 
-TEST(InputErrorTest, NamesFileLineAndField) {  // hand value: the form interface.md fixes
+TEST(InputErrorTest, NamesFileLineAndField) {  // hand value: the documented form
   const InputError error({.file = "looks.csv", .line = 17, .field = "range_m"}, "-3 must be > 0");
   EXPECT_STREQ(error.what(), "looks.csv:17: range_m: -3 must be > 0");
 }

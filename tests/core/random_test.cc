@@ -61,6 +61,18 @@ TEST(RandomStreamTest, IsXoshiroSeededBySplitMix) {
   for (int i = 0; i < 50; ++i) EXPECT_EQ(stream.Bits(), next(&state));
 }
 
+// Second route: the 52 high bits of the same stream. The middle of a cell is exact in a double, so
+// the ends of the interval, which no test could draw, are not among the values.
+TEST(RandomStreamTest, UniformIsTheMiddleOfOneOfItsCells) {
+  RandomStream random(5, 8);
+  RandomStream bits(5, 8);
+  for (int i = 0; i < 1000; ++i) {
+    const double cell = random.Uniform() * 0x1p52;
+    EXPECT_EQ(std::floor(cell), static_cast<double>(bits.Bits() >> 12));
+    EXPECT_EQ(cell - std::floor(cell), 0.5);
+  }
+}
+
 TEST(RandomStreamTest, UniformStaysInsideTheOpenInterval) {
   RandomStream random(5, 8);
   double least = 1.0;
