@@ -69,6 +69,13 @@ PointError ToPointError(long double dx, long double dy, long double dz) {
   return {static_cast<double>(dx), static_cast<double>(dy), static_cast<double>(dz)};
 }
 
+/// First order in one direction: a component below 1e-14 of the largest is rounding of a zero.
+PointError WithoutRounding(long double dx, long double dy, long double dz) {
+  const long double floor = 1e-14L * std::max({std::abs(dx), std::abs(dy), std::abs(dz)});
+  const auto clean = [floor](long double value) { return std::abs(value) < floor ? 0.0L : value; };
+  return ToPointError(clean(dx), clean(dy), clean(dz));
+}
+
 /// Range r(h) of the point (offset, h) and its image coordinate, with the derivative by h.
 struct ImageCoordinate {
   long double value_m = 0.0L;
@@ -115,7 +122,7 @@ PointError StereoErrorDerivative(const StereoConfiguration& c,
                                  double terrain_height_m) {
   const Vector<long double> p{0.0L, c.ground_range_m, terrain_height_m};
   const Vector<long double> dp = Derivative(c, errors, p);
-  return ToPointError(dp[0], dp[1], dp[2]);
+  return WithoutRounding(dp[0], dp[1], dp[2]);
 }
 
 std::optional<PointError> StereoErrorExact(const StereoConfiguration& c,
@@ -155,7 +162,7 @@ PointError DifferenceErrorDerivative(const StereoConfiguration& c,
   const Vector<Dual> p{
       Dual{0.0L, 0.0L}, Dual{c.ground_range_m, difference.dy_m}, Dual{0.0L, difference.dz_m}};
   const Vector<Dual> dp = Derivative(c, errors, p);
-  return ToPointError(dp[0].slope, dp[1].slope, dp[2].slope);
+  return WithoutRounding(dp[0].slope, dp[1].slope, dp[2].slope);
 }
 
 std::optional<PointError> DifferenceErrorExact(const StereoConfiguration& c,

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/leberl/configuration.h"
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sarblock {
+
+/// How a printed number of Leberl (1979) stands against its formula and the rigorous solution.
+enum class PaperVerdict {
+  kAgrees,      ///< printed = formula = derivative, and the exact value rounds to it as well
+  kTruncation,  ///< printed = formula = derivative; the exact value differs by the finite size
+  kSlip,        ///< the printed digits or their formula do not follow from the geometry
+  kIllegible,   ///< the copy cannot be read with certainty
+};
+[[nodiscard]] const char* NameOf(PaperVerdict verdict);  ///< "agrees", "truncation", ...
+
+/// One cell of Table 1. Verdicts are computed: "=" between printed and a value means that the
+/// value rounds to the printed digits (half a unit of the last digit that is not a trailing zero
+/// of an integer, ties either way), between formula and derivative 1e-9 relative.
+struct Table1Cell {
+  std::string configuration;    ///< aircraft, voir
+  std::string position;         ///< near, far
+  std::string quantity;         ///< dy, dz, ddy, ddz
+  std::optional<double> dy_km;  ///< coordinate difference; empty for dy and dz
+  std::optional<double> dz_km;
+  std::string source;  ///< dy0'', dz0'', dr'', dB, dH
+  double size_m = 0.0;
+  std::string printed_text;         ///< as transcribed, "?" marks a bad copy
+  std::optional<double> printed_m;  ///< empty where illegible
+  double formula_m = 0.0;           ///< the paper's equation as it prints it
+  double derivative_m = 0.0;        ///< rigorous, first order
+  double exact_m = 0.0;             ///< rigorous, finite size
+  PaperVerdict verdict = PaperVerdict::kSlip;
+  std::string note;  ///< size of the truncation, or what reproduces the printed digits
+};
+
+/// All 72 cells of Table 1, in the order of the printed rows.
+[[nodiscard]] std::vector<Table1Cell> PaperTable1();
+
+/// The four geometries of Table 1: "aircraft" (B = 8 km, H = 10 km) or "voir" (40 km, 375 km),
+/// "near", "far" or "centre" (mean of near and far). Throws InputError for another name.
+[[nodiscard]] leberl::StereoConfiguration PaperConfiguration(std::string_view configuration,
+                                                             std::string_view position);
+
+/// A number the paper quotes outside Table 1. Values in `unit`.
+struct QuotedExample {
+  std::string name;
+  std::string unit;
+  double printed = 0.0;
+  std::string printed_text;
+  double formula = 0.0;
+  std::optional<double> derivative;  ///< empty where the quantity has no first order
+  std::optional<double> exact;
+  PaperVerdict verdict = PaperVerdict::kSlip;
+  std::string note;
+};
+
+/// All quoted examples: errors in the model centre, noise, exaggerations, intersection angles and
+/// the viewing guidance.
+[[nodiscard]] std::vector<QuotedExample> PaperExamples();
+
+}  // namespace sarblock
