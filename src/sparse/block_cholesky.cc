@@ -59,6 +59,29 @@ void ExtendAdd(const Front& child,
   }
 }
 
+std::ptrdiff_t UpdateSize(const Front& front) {
+  return static_cast<std::ptrdiff_t>(front.remaining) * front.remaining;
+}
+
+/// Doubles in waiting update matrices at the worst moment.
+std::size_t UpdateStackSize(const std::vector<Front>& fronts) {
+  std::ptrdiff_t top = 0, peak = 0;
+  for (const Front& front : fronts) {
+    peak = std::max(peak, top + UpdateSize(front));
+    for (const int child : front.children) {
+      top -= UpdateSize(fronts[At(child)]);
+    }
+    top += UpdateSize(front);
+  }
+  return static_cast<std::size_t>(peak);
+}
+
+void ZeroLower(int n, double* a) {
+  for (int c = 0; c < n; ++c) {
+    std::fill_n(a + At(c) * At(n) + c, n - c, 0.0);
+  }
+}
+
 }  // namespace
 
 void BlockCholesky::Impl::RequireFactor() const {
@@ -78,8 +101,8 @@ BlockCholesky& BlockCholesky::operator=(BlockCholesky&&) noexcept = default;
 
 BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matrix) {
   Impl& impl = *impl_;
-  CHECK_EQ(matrix.block_count(), impl.pattern->block_count());
-  CHECK_EQ(matrix.values().size(), impl.pattern->ValueBegin(impl.pattern->slot_count()));
+  CHECK(matrix.pattern() == impl.pattern || *matrix.pattern() == *impl.pattern)
+      << "the matrix has another pattern than the one analysed";
   const sparse::Symbolic& symbolic = impl.symbolic;
   impl.factored = false;
   if (!impl.factor) {
@@ -87,7 +110,9 @@ BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matr
   }
   Outcome outcome;
   outcome.smallest_pivot_ratio = 1.0;
-  std::vector<std::unique_ptr<double[]>> updates(symbolic.fronts.size());
+  // Update matrices wait for their parents on a stack: in postorder the children's are on its top.
+  const auto stack = std::make_unique_for_overwrite<double[]>(UpdateStackSize(symbolic.fronts));
+  double* top = stack.get();
   std::vector<double> diagonal;
   for (std::size_t f = 0; f < symbolic.fronts.size(); ++f) {
     const Front& front = symbolic.fronts[f];
@@ -100,13 +125,16 @@ BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matr
     for (std::size_t k = 0; k < At(n); ++k) {
       diagonal[k] = panel[k * step];
     }
-    if (front.remaining > 0) {
-      updates[f] = std::make_unique<double[]>(At(front.remaining) * At(front.remaining));
-    }
+    double* update = top;
+    ZeroLower(front.remaining, update);
+    double* bottom = top;
     for (const int child : front.children) {
-      ExtendAdd(
-          symbolic.fronts[At(child)], updates[At(child)].get(), front, panel, updates[f].get());
-      updates[At(child)].reset();
+      bottom -= UpdateSize(symbolic.fronts[At(child)]);
+    }
+    const double* child_update = bottom;
+    for (const int child : front.children) {
+      ExtendAdd(symbolic.fronts[At(child)], child_update, front, panel, update);
+      child_update += UpdateSize(symbolic.fronts[At(child)]);
     }
     const int failed = dense::Factor(n, panel, height);
     const int good = failed > 0 ? failed - 1 : n;
@@ -125,7 +153,11 @@ BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matr
       return outcome;
     }
     dense::SolveRightTransposed(front.remaining, n, panel, height, panel + n, height);
-    dense::SubtractSquare(front.remaining, n, panel + n, height, updates[f].get(), front.remaining);
+    dense::SubtractSquare(front.remaining, n, panel + n, height, update, front.remaining);
+    if (bottom != update) {  // over the children's
+      std::copy(update, update + UpdateSize(front), bottom);
+    }
+    top = bottom + UpdateSize(front);
   }
   impl.factored = true;
   outcome.positive_definite = true;

@@ -83,31 +83,57 @@ void Scatter(const Front& front, const double* z, std::span<double> values) {
   }
 }
 
+std::ptrdiff_t FrontSize(const Front& front) {
+  return static_cast<std::ptrdiff_t>(front.height()) * front.height();
+}
+
+/// Doubles in the Z of fronts at the worst moment of the walk from the last front to the first.
+std::size_t StackSize(const std::vector<Front>& fronts) {
+  std::vector<std::size_t> waiting(fronts.size());
+  std::ptrdiff_t top = 0, peak = 0;
+  for (std::size_t f = fronts.size(); f-- > 0;) {
+    waiting[f] = fronts[f].children.size();
+    top += FrontSize(fronts[f]);
+    peak = std::max(peak, top);
+    if (fronts[f].parent >= 0 && --waiting[At(fronts[f].parent)] == 0) {
+      top -= FrontSize(fronts[At(fronts[f].parent)]);
+    }
+    if (waiting[f] == 0) {
+      top -= FrontSize(fronts[f]);
+    }
+  }
+  return static_cast<std::size_t>(peak);
+}
+
 }  // namespace
 
 BlockSymmetricMatrix BlockCholesky::SelectedInverse() const {
   impl_->RequireFactor();
   const std::vector<Front>& fronts = impl_->symbolic.fronts;
   BlockSymmetricMatrix inverse(impl_->pattern);
-  std::vector<std::unique_ptr<double[]>> z(fronts.size());
   std::vector<std::size_t> waiting(fronts.size());  // children still to read a front's Z
   std::vector<double> scaled;
+  // The fronts whose children are not done are the ancestors of the present one: a stack.
+  const auto stack = std::make_unique_for_overwrite<double[]>(StackSize(fronts));
+  double* top = stack.get();
   for (std::size_t f = fronts.size(); f-- > 0;) {
     const Front& front = fronts[f];
     waiting[f] = front.children.size();
-    z[f] = std::make_unique_for_overwrite<double[]>(At(front.height()) * At(front.height()));
+    double* z = top;
     if (front.parent >= 0) {
-      const std::size_t parent = At(front.parent);
-      Gather(front, z[parent].get(), fronts[parent].height(), z[f].get());
-      if (--waiting[parent] == 0) {
-        z[parent].reset();
+      const Front& parent = fronts[At(front.parent)];
+      double* parent_z = top - FrontSize(parent);
+      Gather(front, parent_z, parent.height(), z);
+      if (--waiting[At(front.parent)] == 0) {  // the parent's place is free
+        const std::ptrdiff_t eliminated_columns =
+            static_cast<std::ptrdiff_t>(front.eliminated) * front.height();
+        std::copy(z + eliminated_columns, z + FrontSize(front), parent_z + eliminated_columns);
+        z = parent_z;
       }
     }
-    Recur(front, impl_->Panel(front), scaled, z[f].get());
-    Scatter(front, z[f].get(), inverse.values());
-    if (waiting[f] == 0) {
-      z[f].reset();
-    }
+    Recur(front, impl_->Panel(front), scaled, z);
+    Scatter(front, z, inverse.values());
+    top = waiting[f] == 0 ? z : z + FrontSize(front);
   }
   return inverse;
 }

@@ -19,6 +19,12 @@ namespace sarblock {
 /// (the rest), Z_RJ = -Z_RR L_RJ L_JJ^-1, Z_JJ = L_JJ^-T L_JJ^-1 - (L_RJ L_JJ^-1)' Z_RJ, and Z_RR
 /// is a submatrix of the parent's Z (docs/theory/covariance.md). Work grows with the fill, never
 /// with the square of the matrix. Results do not depend on the number of threads.
+///
+/// Memory: factor_entries() doubles and, while factoring or inverting, the waiting fronts (about a
+/// third of the factor on a two-dimensional grid of passes). Constructing one restricts OpenBLAS,
+/// if that is the BLAS loaded, to one thread for the whole process.
+///
+/// Diagonal blocks: only the lower triangle of S is read; SelectedInverse fills both.
 class BlockCholesky {
  public:
   /// Symbolic analysis of a pattern; may be kept for any number of factorisations.
@@ -35,7 +41,9 @@ class BlockCholesky {
     double smallest_pivot_ratio = 0.0;  ///< least pivot / diagonal element, 1 for a diagonal S
     int smallest_pivot_row = -1;
   };
-  /// Factors `matrix` (same pattern). After a failure only Factorize may be called.
+  /// Factors `matrix` (same pattern). After a failure only Factorize may be called; the least
+  /// pivot is then the one that failed, with ratio 0. A matrix that is singular but for rounding
+  /// may pass: judge smallest_pivot_ratio, which is of the order of 1e-16 there.
   [[nodiscard]] Outcome Factorize(const BlockSymmetricMatrix& matrix);
 
   /// Solves S X = B in place, any number of columns (original order of rows).

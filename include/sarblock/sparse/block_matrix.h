@@ -21,6 +21,8 @@ class BlockPattern {
   /// orientation, duplicates allowed; the diagonal is always added. CHECKs the range of both.
   BlockPattern(std::vector<int> sizes, const std::vector<std::pair<int, int>>& pairs);
 
+  [[nodiscard]] bool operator==(const BlockPattern& other) const = default;
+
   [[nodiscard]] int block_count() const { return static_cast<int>(sizes_.size()); }
   [[nodiscard]] int size(int block) const { return sizes_[static_cast<std::size_t>(block)]; }
   [[nodiscard]] int offset(int block) const { return offsets_[static_cast<std::size_t>(block)]; }
