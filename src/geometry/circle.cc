@@ -40,15 +40,23 @@ struct CutEquation {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // its part in the plane of circle 1 counts
   double amplitude_m = 0.0;
   double constant_m = 0.0;
+  double sigma_m = 1.0;
   double score = -std::numeric_limits<double>::infinity();
 };
 
 void Score(const Circle& first, double sigma_m, CutEquation* cut) {
+  cut->sigma_m = sigma_m;
   const double inside = (cut->amplitude_m - cut->constant_m) * (cut->amplitude_m + cut->constant_m);
   // Positive: change of the equation per metre along circle 1, in standard deviations, at the
-  // solution. Negative: the gap in standard deviations.
-  cut->score = inside > 0.0 ? std::sqrt(inside) / (first.radius_m * sigma_m)
-                            : (cut->amplitude_m - std::abs(cut->constant_m)) / sigma_m;
+  // solution. Negative where there is none: the cut that varies most still tells most about the
+  // place. One that does not vary at all (concentric circles) is the last resort.
+  if (inside > 0.0) {
+    cut->score = std::sqrt(inside) / (first.radius_m * sigma_m);
+  } else if (cut->amplitude_m > kConcentricPart * first.radius_m) {
+    cut->score = -sigma_m / cut->amplitude_m;
+  } else {
+    cut->score = std::numeric_limits<double>::lowest();
+  }
 }
 
 // docs/theory/intersection.md, eq. (2) and (3).
@@ -118,13 +126,12 @@ Eigen::Vector3d PointOn(const Circle& circle, const CircleBasis& basis, double p
 }
 
 CosineRoots SolveCosine(double a, double b, double c) {
-  const double amplitude = std::hypot(a, b);
   CosineRoots roots;
   roots.middle_rad = std::atan2(b, a);
   // atan2 of (sine, cosine) keeps the digits that acos would lose next to the touching point.
+  const double amplitude = std::hypot(a, b);
   const double inside = (amplitude - c) * (amplitude + c);
   roots.half_rad = std::atan2(std::sqrt(std::max(inside, 0.0)), c);
-  roots.gap = std::max(std::abs(c) - amplitude, 0.0);
   return roots;
 }
 
@@ -163,11 +170,17 @@ Starts ClosedStarts(std::span<const Sight> sights,
     return starts;
   }
   const CircleBasis basis = CircleBasis::Of(circle);
-  const CosineRoots roots = SolveCosine(
-      best.cut.direction.dot(basis.e1), best.cut.direction.dot(basis.e2), best.cut.constant_m);
+  // Circles that just miss each other may do so by noise: the starts are then the two solutions of
+  // a cut moved inwards by that much, so that neither side of the touching point is forgotten.
+  const double inner_m = std::max(best.cut.amplitude_m - kSameWithinSigmas * best.cut.sigma_m, 0.0);
+  const double constant_m = std::abs(best.cut.constant_m) < best.cut.amplitude_m
+                                ? best.cut.constant_m
+                                : std::copysign(inner_m, best.cut.constant_m);
+  const CosineRoots roots =
+      SolveCosine(best.cut.direction.dot(basis.e1), best.cut.direction.dot(basis.e2), constant_m);
   starts.point_m[0] = PointOn(circle, basis, roots.middle_rad + roots.half_rad);
   starts.point_m[1] = PointOn(circle, basis, roots.middle_rad - roots.half_rad);
-  starts.count = roots.gap > 0.0 ? 1 : 2;
+  starts.count = 2;
   return starts;
 }
 

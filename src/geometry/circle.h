@@ -35,17 +35,15 @@ struct CircleBasis {
                                       double phi_rad);
 
 /// Roots of A cos(phi) + B sin(phi) = C: `middle_rad` -+ `half_rad`. Where |C| exceeds the
-/// amplitude there is none; then `half_rad` is 0 or pi, the closest approach, and `gap` the excess
-/// > 0.
+/// amplitude there is none; then `half_rad` is 0 or pi, the closest approach.
 struct CosineRoots {
   double middle_rad = 0.0;
   double half_rad = 0.0;
-  double gap = 0.0;  ///< in the unit of A, B and C
 };
 [[nodiscard]] CosineRoots SolveCosine(double a, double b, double c);
 
-/// Closed starts, relative to the origin: two mirror solutions, or one where the circles do not
-/// quite meet or are concentric.
+/// Closed starts, relative to the origin: two mirror solutions (about the closest approach where
+/// the circles do not quite meet), or one point where they are concentric.
 struct Starts {
   std::array<Eigen::Vector3d, 2> point_m = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   std::size_t count = 0;

@@ -168,9 +168,13 @@ Intersection Intersect(std::span<const Sight> sights,
   const Eigen::Vector3d origin_m = sights[0].antenna_m;
   const internal::Starts starts =
       internal::ClosedStarts(sights, origin_m, frame.VerticalAt(origin_m).up_1);
+  // Half way between mirror solutions the basin of the other one begins.
+  const double apart_m = (starts.point_m[1] - starts.point_m[0]).norm();
+  const double max_step_m = starts.count == 2 ? 0.5 * apart_m : sights[0].range_m;
   Pool pool;
   for (std::size_t i = 0; i < starts.count; ++i) {
-    const Candidate candidate = internal::Refine(sights, origin_m, starts.point_m[i], options);
+    const Candidate candidate =
+        internal::Refine(sights, origin_m, starts.point_m[i], max_step_m, options);
     const double same_m = kSamePointPart * sights[0].range_m;
     if (pool.count == 0 || (candidate.point_m - pool.items[0].point_m).norm() > same_m) {
       pool.Add(candidate);
@@ -189,7 +193,9 @@ Intersection Intersect(std::span<const Sight> sights,
   const auto settled = [&](const Candidate& c) {
     return c.converged || (!c.determined && Fits(c, sights.size()));
   };
-  if (!pool.Prefer(settled)) {
+  const auto open = [&](const Candidate& c) { return !settled(c) && right_side(c) && below(c); };
+  const bool any_open = open(pool.items[0]) || open(pool.items[pool.count - 1]);
+  if (!pool.Prefer(settled) || any_open) {
     return finish(IntersectionOutcome::kNotConverged);
   }
   if (!pool.Prefer([&](const Candidate& c) { return Fits(c, sights.size()); })) {

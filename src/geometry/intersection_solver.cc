@@ -21,9 +21,7 @@ constexpr double kStepSigmas = 1e-8;
 constexpr double kRangeRounding = 8.0 * std::numeric_limits<double>::epsilon();
 // Singular values below this part of the largest are rounding: no step is taken along them.
 constexpr double kSingularPart = 1e-13;
-// ... or, where only curvature holds the point, by what rounding does to v'Pv.
-constexpr double kSumRounding = 1e-15;
-constexpr double kLeastDamping = 1e-6;
+constexpr double kLeastDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
 constexpr std::size_t kStackSights = 64;
 // A standard deviation beyond this part of the shortest range leaves the direction around the
@@ -52,8 +50,13 @@ class Solver {
  public:
   Solver(std::span<const Sight> sights,
          const Eigen::Vector3d& origin_m,
+         double max_step_m,
          const IntersectionOptions& options)
-      : sights_(sights), origin_m_(origin_m), options_(options), weights_(sights.size()) {}
+      : sights_(sights),
+        origin_m_(origin_m),
+        max_step_m_(max_step_m),
+        options_(options),
+        weights_(sights.size()) {}
 
   Candidate Run(const Eigen::Vector3d& start_m);
 
@@ -65,7 +68,7 @@ class Solver {
     double change = 0.0;  // of the whitened equations, by the model the step comes from
   };
   Step GaussNewtonStep() const;
-  Step NewtonStep(double damping) const;
+  Step NewtonStep(double radius_m) const;
   Eigen::Matrix3d Curvature() const;
   bool Descend();
   void Judge();
@@ -73,6 +76,7 @@ class Solver {
 
   std::span<const Sight> sights_;
   Eigen::Vector3d origin_m_;
+  double max_step_m_;
   IntersectionOptions options_;
   Weights weights_;
   double floor_ = 0.0;  // whitened size of rounding
@@ -185,9 +189,9 @@ Solver::Step Solver::GaussNewtonStep() const {
   return step;
 }
 
-// Newton with the full second derivative: where circles touch, J is singular and only the curvature
-// holds the point (section 3). `damping` is relative to unit columns of J.
-Solver::Step Solver::NewtonStep(double damping) const {
+// Newton with the full second derivative, damped to at most `radius_m`: where circles touch, J is
+// singular and only the curvature holds the point (section 3).
+Solver::Step Solver::NewtonStep(double radius_m) const {
   const Eigen::Vector3d inverse_norm_m = InverseColumnNorms(triangle_.r);
   const Eigen::Matrix3d hessian = inverse_norm_m.asDiagonal() *
                                   (triangle_.r.transpose() * triangle_.r + Curvature()) *
@@ -196,53 +200,63 @@ Solver::Step Solver::NewtonStep(double damping) const {
       inverse_norm_m.cwiseProduct(triangle_.r.transpose() * triangle_.z);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(hessian);
   const Eigen::Vector3d projected = eigen.eigenvectors().transpose() * gradient;
-  Eigen::Vector3d along = Eigen::Vector3d::Zero();
   Step step;
-  double square = 0.0;
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    // A downward curvature is turned round: the step stays one of descent.
-    const double value = std::abs(eigen.eigenvalues()[i]) + damping;
-    if (value > kSingularPart) {
-      along[i] = -projected[i] / value;
-      square += projected[i] * projected[i] / value;
+  for (double damping = 0.0;; damping = std::max(4.0 * damping, kLeastDamping)) {
+    Eigen::Vector3d along = Eigen::Vector3d::Zero();
+    double square = 0.0;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      // A downward curvature is turned round: the step stays one of descent.
+      const double value = std::abs(eigen.eigenvalues()[i]) + damping;
+      if (value > kSingularPart) {
+        along[i] = -projected[i] / value;
+        square += projected[i] * projected[i] / value;
+      }
+    }
+    step.move_m = inverse_norm_m.cwiseProduct(eigen.eigenvectors() * along);
+    step.change = std::sqrt(square);
+    if (step.move_m.norm() <= radius_m || damping > kMaxDamping) {
+      return step;
     }
   }
-  step.move_m = inverse_norm_m.cwiseProduct(eigen.eigenvectors() * along);
-  step.change = std::sqrt(square);
-  return step;
 }
 
 bool Solver::Descend() {
   if (!Evaluate(at_.point_m, &triangle_)) {
     return false;
   }
-  bool newton = false;  // from the first Gauss-Newton step that fails
-  double damping = 0.0;
-  double growth = 10.0;
+  bool newton = false;  // from the first Gauss-Newton step that fails or gains little
+  double radius_m = max_step_m_;
   while (at_.iterations < options_.max_iterations) {
     ++at_.iterations;
     const double before = triangle_.SquareSum();
-    const Step step = newton ? NewtonStep(damping) : GaussNewtonStep();
+    Step step = newton ? NewtonStep(radius_m) : GaussNewtonStep();
+    const double length_m = step.move_m.norm();
+    if (!newton && length_m > radius_m) {
+      step.move_m *= radius_m / length_m;
+    }
     Triangle trial;
     const bool valid = Evaluate(at_.point_m + step.move_m, &trial);
-    const double least = std::max({kStepSigmas, floor_, std::sqrt(kSumRounding * before)});
-    // Too small for the sum to tell: the step is as good as the point it starts from.
-    const bool small = step.change <= (newton ? least : std::max(kStepSigmas, floor_));
-    if (valid && (small || trial.SquareSum() < before)) {
+    // Rounding of the equations changes the sum by floor * |e|: below that the sum cannot tell
+    // whether a step helps, and the step is as good as the point it starts from.
+    const double blind = std::sqrt(floor_ * std::sqrt(before));
+    const bool small =
+        length_m <= radius_m && step.change <= std::max({kStepSigmas, floor_, blind});
+    const double gain = before - trial.SquareSum();
+    if (valid && (small || gain > 0.0)) {
       at_.point_m += step.move_m;
       triangle_ = trial;
       if (small) {
         return true;
       }
-      damping = damping > kLeastDamping ? damping * 0.1 : 0.0;
-      growth = 10.0;
+      const bool good = gain > 0.25 * step.change * step.change;
+      newton = newton || !good;
+      radius_m = good ? std::min(2.0 * radius_m, max_step_m_) : radius_m;
     } else if (!newton) {
       newton = true;
     } else {
-      damping = std::max(damping * growth, kLeastDamping);
-      growth *= 2.0;
-      if (damping > kMaxDamping) {
-        return true;  // no direction lowers the sum any more
+      radius_m = 0.25 * std::min(step.move_m.norm(), radius_m);
+      if (radius_m < kRangeRounding * sights_[0].range_m) {
+        return true;  // no step lowers the sum any more
       }
     }
   }
@@ -335,8 +349,9 @@ void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
 Candidate Refine(std::span<const Sight> sights,
                  const Eigen::Vector3d& origin_m,
                  const Eigen::Vector3d& start_m,
+                 double max_step_m,
                  const IntersectionOptions& options) {
-  return Solver(sights, origin_m, options).Run(start_m);
+  return Solver(sights, origin_m, max_step_m, options).Run(start_m);
 }
 
 Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& r) {

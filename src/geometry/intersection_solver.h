@@ -36,6 +36,7 @@ struct Candidate {
 [[nodiscard]] Candidate Refine(std::span<const Sight> sights,
                                const Eigen::Vector3d& origin_m,
                                const Eigen::Vector3d& start_m,
+                               double max_step_m,
                                const IntersectionOptions& options);
 
 /// (R'R)^-1 for a non-singular triangle.
