@@ -236,6 +236,19 @@ TEST(BlockCholeskyTest, KeepsTheFillOfABorderedChainLinear) {
   EXPECT_LE(BlockCholesky(matrix, last).factor_entries(), 20u * static_cast<unsigned>(count));
 }
 
+TEST(BlockCholeskyTest, EliminatesTheNamedBlockLast) {
+  // L^-1 P e_k is zero before the place of k, so for the last one only the last element is left;
+  // it is 1 / l_kk. Without a wish the two ends of a chain would go first.
+  const BlockSymmetricMatrix matrix = Chain({2.5, 3.5, 4.5, 3.25, 2.75}, {-1.1, 0.7, 0.9, -1.3});
+  for (const int named : {0, 1, 4}) {
+    BlockCholesky cholesky(matrix, std::vector<int>{named});
+    ASSERT_TRUE(cholesky.Factorize(matrix).positive_definite);
+    const MatrixXd y = cholesky.ForwardSolve(VectorXd::Unit(5, named));
+    EXPECT_EQ(y.topRows(4).norm(), 0.0) << named;
+    EXPECT_GT(y(4, 0), 0.0);
+  }
+}
+
 TEST(BlockCholeskyTest, AnEmptyMatrixIsPositiveDefinite) {
   const BlockSymmetricMatrix matrix;
   BlockCholesky cholesky(matrix);
