@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/leberl/configuration.h"
+
+#include <memory>
+#include <string>
+
+#include "session.h"
+
+namespace sarblock::cli {
+
+/// `sarblock leberl ...`: the paper's closed forms beside their rigorous counterparts.
+void AddLeberl(CLI::App* app, Session* session);
+
+/// Its subcommands; each sets session->run when chosen.
+void AddLeberlErrors(CLI::App* leberl, Session* session);
+void AddLeberlParallax(CLI::App* leberl, Session* session);
+void AddLeberlValidity(CLI::App* leberl, Session* session);
+
+/// Adds --base-m, --height-m, --ground-range-m and --opposite to a subcommand.
+enum class GroundRange { kRequired, kFromTable };
+void AddConfiguration(CLI::App* command,
+                      GroundRange ground_range,
+                      leberl::StereoConfiguration* configuration);
+
+/// A cell of a CSV on standard output: quoted where a comma or a quotation mark stands in it.
+[[nodiscard]] std::string CsvText(const std::string& text);
+
+}  // namespace sarblock::cli

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/units.h"
+#include "sarblock/io/atomic_file.h"
+#include "sarblock/io/csv_writer.h"
+
+#include <filesystem>
+#include <limits>
+
+#include "leberl_command.h"
+#include "validity_plot.h"
+#include <fmt/format.h>
+
+namespace sarblock::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+double OrNaN(const std::optional<double>& value) {
+  return value.value_or(std::numeric_limits<double>::quiet_NaN());  // an empty cell
+}
+
+void WriteCase(const ValidityCase& of, CsvWriter* csv) {
+  csv->Text(NameOf(of.source))
+      .Text(of.arrangement == leberl::Arrangement::kSameSide ? "same-side" : "opposite-side")
+      .Number(of.look_rad * kDegPerRad)
+      .Number(of.base_ratio_1)
+      .Number(of.terrain_ratio_1);
+}
+
+int WriteValidity(const fs::path& folder, const Session& session) {
+  const ValidityOptions options;
+  MakeFolder(folder);
+  CsvWriter map(folder / "validity_map.csv",
+                {"source",
+                 "arrangement",
+                 "look_deg",
+                 "base_ratio",
+                 "terrain_ratio",
+                 "error_ratio",
+                 "relative_difference"});
+  for (const ValidityRow& row : ValidityMap(options)) {
+    WriteCase(row.of, &map);
+    map.Number(row.error_ratio_1).Number(OrNaN(row.relative_difference)).EndRow();
+  }
+  map.Commit();
+  const std::vector<ValidityLine> lines = ValidityLines(options);
+  CsvWriter csv(folder / "validity_lines.csv",
+                {"source",
+                 "arrangement",
+                 "look_deg",
+                 "base_ratio",
+                 "terrain_ratio",
+                 "error_ratio_1_percent",
+                 "error_ratio_5_percent",
+                 "error_ratio_20_percent"});
+  for (const ValidityLine& line : lines) {
+    WriteCase(line.of, &csv);
+    csv.Number(OrNaN(line.error_ratio_1_percent))
+        .Number(OrNaN(line.error_ratio_5_percent))
+        .Number(OrNaN(line.error_ratio_20_percent))
+        .EndRow();
+  }
+  csv.Commit();
+  for (const auto& [source, name] : {std::pair{ValiditySource::kAcrossPosition, "dy0"},
+                                     std::pair{ValiditySource::kUpPosition, "dz0"},
+                                     std::pair{ValiditySource::kRange, "dr"}}) {
+    for (const double terrain_ratio : options.terrain_ratio) {
+      AtomicFile file(folder / fmt::format("validity_{}_z{:g}.svg", name, terrain_ratio));
+      file.Write(PlotValidity(lines, source, terrain_ratio));
+      file.Commit();
+    }
+  }
+  session.Say(
+      fmt::format("{}: validity_map.csv, validity_lines.csv and nine plots", folder.string()));
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddLeberlValidity(CLI::App* leberl, Session* session) {
+  const auto folder = std::make_shared<std::string>();
+  CLI::App* command = leberl->add_subcommand(
+      "validity", "Maps of the difference between the formulas and the exact intersection");
+  command->add_option("-o,--output", *folder, "folder to write to")->required();
+  command->callback([session, folder] {
+    session->run = [session, folder] { return WriteValidity(*folder, *session); };
+  });
+}
+
+}  // namespace sarblock::cli
