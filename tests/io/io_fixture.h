@@ -54,7 +54,7 @@ class FolderTest : public testing::Test {
 template <typename Error, typename Run>
 std::string MessageOf(const Run& run) {
   try {
-    run();
+    static_cast<void>(run());
   } catch (const Error& error) {
     return error.what();
   }

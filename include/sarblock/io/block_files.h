@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/options.h"
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/io/atomic_file.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace sarblock {
+
+/// Whether looks must carry their measured time and range.
+enum class Measurements {
+  kRequired,
+  kOptional,  ///< a plan: time_s and range_m may be left out and are NaN in Looks then
+};
+
+struct ReadOptions {
+  Measurements measurements = Measurements::kRequired;
+  std::vector<std::string> set_overrides;  ///< KEY=VALUE below `[adjust]`, see adjust_table.h
+  ProgressSink* progress = nullptr;
+};
+
+/// A block folder as it was read.
+struct BlockFile {
+  Block block;
+  AdjustOptions adjust;
+  std::vector<std::string> warnings;  ///< such as columns not known and ignored
+};
+
+/// Reads block.toml, trajectories.csv, observations.csv and, if it stands there, points.csv, each
+/// table plain or as `.csv.gz` (docs/formats.md). Points are in the order of points.csv and then
+/// of their first look; angles become radians here. Every fault of the input throws InputError
+/// with file, line, field, what is wrong and what is allowed. Memory: about 60 bytes a look and
+/// 60 a point, twice that while it reads.
+[[nodiscard]] BlockFile ReadBlock(const std::filesystem::path& folder,
+                                  const ReadOptions& options = {});
+
+/// A block as texts, named like the files they stand for.
+struct BlockTexts {
+  std::string_view block_toml;
+  std::string_view trajectories_csv;
+  std::string_view observations_csv;
+  std::optional<std::string_view> points_csv;
+};
+/// The same from memory.
+[[nodiscard]] BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options = {});
+
+/// Reads truth.csv and truth_passes.csv where they stand (else the members stay empty). For
+/// `predict` and for tests; the adjustment never reads them.
+[[nodiscard]] Truth ReadTruth(const std::filesystem::path& folder, const Block& block);
+
+/// Point pairs of a CSV file with columns point_a, point_b; a relative name counts from `folder`.
+[[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> ReadPairs(
+    const std::filesystem::path& folder, const std::string& file, const Block& block);
+
+/// Writes a block folder; ReadBlock gives the same block back, to the last bit but for squint
+/// angles (degrees in the file: one unit in the last place). The same block gives the same bytes.
+/// Tables of the other compression and, without `truth`, an older truth are removed.
+void WriteBlock(const std::filesystem::path& folder,
+                const Block& block,
+                const AdjustOptions& adjust,
+                const Truth* truth = nullptr,
+                Compression compression = Compression::kNone);
+
+}  // namespace sarblock

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/id_table.h"
+#include "sarblock/core/units.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "adjust_reader.h"
+#include "number.h"
+
+namespace sarblock {
+namespace {
+
+// Axes of `components = [...]` in their order there; all axes where it is left out.
+std::vector<std::size_t> ReadComponents(const TomlTable& table,
+                                        const std::vector<std::string>& axes) {
+  std::vector<std::size_t> order;
+  const auto given = table.Find("components");
+  if (!given) {
+    for (std::size_t i = 0; i < axes.size(); ++i) order.push_back(i);
+    return order;
+  }
+  for (const TomlValue& entry : given->Entries()) {
+    const std::size_t axis = entry.OneOf(axes);
+    if (std::find(order.begin(), order.end(), axis) != order.end()) {
+      entry.Fail(Quoted(axes[axis]) + " stands twice, once is allowed");
+    }
+    order.push_back(axis);
+  }
+  if (order.empty()) given->Fail("is empty, at least one of " + Listed(axes) + " is needed");
+  return order;
+}
+
+bool IsNone(const TomlValue& value) { return value.IsText() && value.Text() == "none"; }
+
+PriorSigma ReadSigma(const TomlValue& value) {
+  if (IsNone(value)) return kNotGiven;
+  if (!value.IsNumber()) value.Fail("is no number, a number above 0 or \"none\" is allowed");
+  return value.Positive();
+}
+
+// The entries of a list of priors by axis: one a component in the order of `components`, or one an
+// axis. An axis without an entry is null.
+std::vector<const TomlValue*> ByAxis(const TomlValue& list,
+                                     const std::vector<TomlValue>& entries,
+                                     const std::vector<std::size_t>& components,
+                                     std::size_t axis_count) {
+  std::vector<const TomlValue*> by_axis(axis_count, nullptr);
+  if (entries.size() == components.size()) {
+    for (std::size_t i = 0; i < entries.size(); ++i) by_axis[components[i]] = &entries[i];
+  } else if (entries.size() == axis_count) {
+    for (const std::size_t axis : components) by_axis[axis] = &entries[axis];
+  } else {
+    std::string allowed = std::to_string(components.size());
+    if (components.size() != axis_count)
+      allowed += " (one a component) or " + std::to_string(axis_count) + " (one an axis)";
+    list.Fail("the list has " + std::to_string(entries.size()) + " entries, " + allowed +
+              " are needed");
+  }
+  return by_axis;
+}
+
+// One axis of position.sigma_m: a number, "none", or a list with one entry a degree.
+std::vector<double> ReadDegrees(const TomlValue& value, const PositionCorrection& model) {
+  if (IsNone(value)) return {};
+  if (!value.IsArray()) return {ReadSigma(value)};
+  if (model.basis == PositionCorrection::Basis::kSpline) {
+    value.Fail("is a list per degree, a spline has no degrees; one number is allowed");
+  }
+  const std::vector<TomlValue> entries = value.Entries();
+  if (entries.size() != static_cast<std::size_t>(model.degree) + 1) {
+    value.Fail("the list has " + std::to_string(entries.size()) + " entries, degree " +
+               std::to_string(model.degree) + " needs " + std::to_string(model.degree + 1));
+  }
+  std::vector<double> sigmas;
+  for (const TomlValue& entry : entries) sigmas.push_back(ReadSigma(entry));
+  return sigmas;
+}
+
+PositionCorrection ReadPosition(const TomlTable& table) {
+  PositionCorrection model;
+  if (const auto basis = table.Find("basis")) {
+    model.basis = static_cast<PositionCorrection::Basis>(basis->OneOf({"polynomial", "spline"}));
+  }
+  const auto degree = table.Find("degree");
+  const auto spacing = table.Find("knot_spacing_s");
+  if (model.basis == PositionCorrection::Basis::kSpline) {
+    if (degree) degree->Fail("belongs to basis = \"polynomial\", a spline has knot_spacing_s");
+    model.knot_spacing_s = table.Require("knot_spacing_s", "a number above 0").Positive();
+  } else {
+    if (spacing) spacing->Fail("belongs to basis = \"spline\", a polynomial has degree");
+    if (degree) model.degree = degree->Integer(0, PositionCorrection::kMaxDegree);
+  }
+  if (const auto axes = table.Find("axes")) {
+    model.axes = static_cast<PositionCorrection::Axes>(axes->OneOf({"track", "frame"}));
+  }
+  const bool track = model.axes == PositionCorrection::Axes::kTrack;
+  const std::vector<std::string> names = track ? std::vector<std::string>{"along", "across", "up"}
+                                               : std::vector<std::string>{"x", "y", "z"};
+  const std::vector<std::size_t> components = ReadComponents(table, names);
+  model.components = {false, false, false};
+  for (const std::size_t axis : components) model.components[axis] = true;
+  const auto sigma = table.Find("sigma_m");
+  if (sigma && sigma->IsArray()) {
+    const std::vector<TomlValue> entries = sigma->Entries();
+    const auto by_axis = ByAxis(*sigma, entries, components, 3);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (by_axis[axis] != nullptr) {
+        model.prior_sigma_m[axis] = ReadDegrees(*by_axis[axis], model);
+      }
+    }
+  } else if (sigma && !IsNone(*sigma)) {
+    for (const std::size_t axis : components) model.prior_sigma_m[axis] = {ReadSigma(*sigma)};
+  }
+  return model;
+}
+
+VelocityCorrection ReadVelocity(const TomlTable& table) {
+  VelocityCorrection model;
+  const std::vector<std::size_t> components = ReadComponents(table, {"across", "up"});
+  model.components = {false, false};
+  for (const std::size_t axis : components) model.components[axis] = true;
+  const auto sigma = table.Find("sigma");
+  if (sigma && sigma->IsArray()) {
+    const std::vector<TomlValue> entries = sigma->Entries();
+    const auto by_axis = ByAxis(*sigma, entries, components, 2);
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if (by_axis[axis] != nullptr) model.prior_sigma[axis] = ReadSigma(*by_axis[axis]);
+    }
+  } else if (sigma) {
+    for (const std::size_t axis : components) model.prior_sigma[axis] = ReadSigma(*sigma);
+  }
+  return model;
+}
+
+// `name` = true, or its prior `sigma_name`. Returns whether the parameter is on.
+bool ReadParameter(const TomlTable& table,
+                   std::string_view name,
+                   std::string_view sigma_name,
+                   double unit,
+                   PriorSigma* prior_sigma) {
+  const auto flag = table.Find(name);
+  const auto sigma = table.Find(sigma_name);
+  if (sigma) *prior_sigma = sigma->Positive() * unit;
+  if (flag && !flag->Flag() && sigma) {
+    flag->Fail("is false, yet " + std::string(sigma_name) +
+               " is given; only one of both may stand");
+  }
+  return flag ? flag->Flag() : sigma.has_value();
+}
+
+[[noreturn]] void FailOff(const TomlTable& table, std::string_view name, const std::string& also) {
+  throw InputError(table.PlaceOf(name),
+                   "is not given, " + std::string(name) + " = true" + also + " is needed");
+}
+
+RangeCorrection ReadRange(const TomlTable& table) {
+  RangeCorrection model;
+  model.bias = ReadParameter(table, "bias", "bias_sigma_m", 1.0, &model.bias_prior_sigma_m);
+  model.scale = ReadParameter(table, "scale", "scale_sigma_ppm", 1e-6, &model.scale_prior_sigma);
+  if (!model.bias && !model.scale) {
+    FailOff(table, "bias", ", bias_sigma_m, scale = true or scale_sigma_ppm");
+  }
+  return model;
+}
+
+TimeCorrection ReadTime(const TomlTable& table) {
+  TimeCorrection model;
+  if (!ReadParameter(table, "bias", "bias_sigma_s", 1.0, &model.bias_prior_sigma_s)) {
+    FailOff(table, "bias", " or bias_sigma_s");
+  }
+  return model;
+}
+
+SquintCorrection ReadSquint(const TomlTable& table) {
+  SquintCorrection model;
+  double* const prior_rad = &model.bias_prior_sigma_rad;
+  if (!ReadParameter(table, "bias", "bias_sigma_deg", kRadPerDeg, prior_rad)) {
+    FailOff(table, "bias", " or bias_sigma_deg");
+  }
+  return model;
+}
+
+TroposphereCorrection ReadTroposphere(const TomlTable& table) {
+  TroposphereCorrection model;
+  if (!ReadParameter(table, "zenith", "zenith_sigma_m", 1.0, &model.zenith_prior_sigma_m)) {
+    FailOff(table, "zenith", " or zenith_sigma_m");
+  }
+  if (const auto height_m = table.FindPositive("scale_height_m")) model.scale_height_m = *height_m;
+  return model;
+}
+
+CorrectionGroup ReadGroup(std::size_t kind,
+                          const std::string& name,
+                          const TomlTable& table,
+                          const std::vector<std::string>& pass_ids) {
+  table.RefuseOthers(OptionKeys("correction." + CorrectionKinds()[kind] + "."));
+  CorrectionGroup group;
+  group.name = name;
+  switch (kind) {
+    case 0:
+      group.model = ReadPosition(table);
+      break;
+    case 1:
+      group.model = ReadVelocity(table);
+      break;
+    case 2:
+      group.model = ReadRange(table);
+      break;
+    case 3:
+      group.model = ReadTime(table);
+      break;
+    case 4:
+      group.model = ReadSquint(table);
+      break;
+    default:
+      group.model = ReadTroposphere(table);
+      break;
+  }
+  if (const auto shared = table.Find("shared")) group.shared = shared->Flag();
+  const auto passes = table.Find("passes");
+  if (!passes) return group;
+  for (const TomlValue& entry : passes->Entries()) {
+    const std::string id = entry.Text();
+    if (std::find(pass_ids.begin(), pass_ids.end(), id) == pass_ids.end()) {
+      entry.Fail("the block has no pass " + Quoted(id) + DidYouMean(NearestName(id, pass_ids)));
+    }
+    if (std::find(group.passes.begin(), group.passes.end(), id) != group.passes.end()) {
+      entry.Fail("pass " + Quoted(id) + " stands twice, once is allowed");
+    }
+    group.passes.push_back(id);
+  }
+  if (group.passes.empty()) passes->Fail("is empty; left out, it means all passes");
+  return group;
+}
+
+// A pass has one set of parameters of a kind, beside those it shares with others.
+void RefuseOverlap(const std::vector<CorrectionGroup>& before,
+                   const CorrectionGroup& group,
+                   const TomlValue& value,
+                   const std::vector<std::string>& pass_ids) {
+  const auto covers = [](const CorrectionGroup& one, const std::string& id) {
+    return one.passes.empty() ||
+           std::find(one.passes.begin(), one.passes.end(), id) != one.passes.end();
+  };
+  for (const CorrectionGroup& other : before) {
+    if (group.shared || other.shared || other.model.index() != group.model.index()) continue;
+    for (const std::string& id : pass_ids) {
+      if (covers(group, id) && covers(other, id)) {
+        value.Fail("pass " + Quoted(id) + " has a correction of this kind already (" + other.name +
+                   "); one that is not shared is allowed");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<CorrectionGroup> ReadCorrections(const TomlTable& correction,
+                                             const std::vector<std::string>& pass_ids) {
+  const std::vector<std::string>& kinds = CorrectionKinds();
+  correction.RefuseOthers(kinds);
+  std::vector<CorrectionGroup> groups;
+  for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
+    const auto value = correction.Find(kinds[kind]);
+    if (!value) continue;
+    std::vector<TomlValue> tables{*value};
+    if (value->IsArray()) tables = value->Entries();
+    for (std::size_t i = 0; i < tables.size(); ++i) {
+      // One of several shared groups is told from the others by its number, from 1.
+      const std::string number = tables.size() > 1 ? "." + std::to_string(i + 1) : "";
+      CorrectionGroup group = ReadGroup(kind, kinds[kind] + number, TomlTable(tables[i]), pass_ids);
+      RefuseOverlap(groups, group, tables[i], pass_ids);
+      groups.push_back(std::move(group));
+    }
+  }
+  return groups;
+}
+
+}  // namespace sarblock

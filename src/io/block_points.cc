@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/units.h"
+
+#include <cmath>
+
+#include "block_reader.h"
+#include "number.h"
+#include "toml_reader.h"
+#include <Eigen/Eigenvalues>
+
+namespace sarblock {
+namespace {
+
+enum {
+  kPoint,
+  kRole,
+  kX,
+  kY,
+  kZ,
+  kLat,
+  kLon,
+  kHeight,
+  kSigmaE,
+  kSigmaN,
+  kSigmaU,
+  kCovEN,
+  kCovEU,
+  kCovNU
+};
+constexpr std::array<CsvColumn, 14> kColumns{{{"point", CsvNeed::kRequired},
+                                              {"role"},
+                                              {"x_m"},
+                                              {"y_m"},
+                                              {"z_m"},
+                                              {"lat_deg"},
+                                              {"lon_deg"},
+                                              {"h_m"},
+                                              {"sigma_e_m"},
+                                              {"sigma_n_m"},
+                                              {"sigma_u_m"},
+                                              {"cov_en_m2"},
+                                              {"cov_eu_m2"},
+                                              {"cov_nu_m2"}}};
+
+PointRole ReadRole(const CsvReader& reader) {
+  const std::string_view role = reader.Text(kRole);
+  if (role.empty() || role == "tie") return PointRole::kTie;
+  if (role == "control") return PointRole::kControl;
+  if (role == "check") return PointRole::kCheck;
+  reader.Fail(kRole,
+              Quoted(role) + " is not known, tie, control or check is allowed" +
+                  DidYouMean(NearestName(role, {"tie", "control", "check"})));
+}
+
+// Three cells that are given together or not at all.
+bool AllGiven(const CsvReader& reader, std::size_t first) {
+  int given = 0;
+  for (std::size_t i = first; i < first + 3; ++i) given += reader.Given(i) ? 1 : 0;
+  for (std::size_t i = first; given > 0 && i < first + 3; ++i) {
+    if (!reader.Given(i)) reader.Fail(i, "is empty, all three coordinates are needed or none");
+  }
+  return given == 3;
+}
+
+Eigen::Vector3d ReadPosition(const CsvReader& reader, const Frame& frame, PointRole role) {
+  const bool cartesian = AllGiven(reader, kX), geodetic = AllGiven(reader, kLat);
+  if (cartesian && geodetic) {
+    reader.Fail(kLat, "stands beside x_m, y_m, z_m; one kind of coordinates is allowed");
+  }
+  if (cartesian) {
+    return {reader.Number(kX), reader.Number(kY), reader.Number(kZ)};
+  }
+  if (geodetic) {
+    const double lat_deg = reader.Number(kLat), lon_deg = reader.Number(kLon);
+    if (!(std::abs(lat_deg) <= 90.0)) {
+      reader.Fail(kLat, NumberText(lat_deg) + " is not allowed, -90 to 90 is");
+    }
+    if (!(std::abs(lon_deg) <= 360.0)) {
+      reader.Fail(kLon, NumberText(lon_deg) + " is not allowed, -360 to 360 is");
+    }
+    return frame.FrameFromGeodetic(
+        {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, reader.Number(kHeight)});
+  }
+  if (role != PointRole::kTie) {
+    const bool local = frame.kind() == FrameKind::kLocal;
+    reader.Fail(kX,
+                std::string("is empty, a control or check point needs x_m, y_m, z_m") +
+                    (local ? "" : " or lat_deg, lon_deg, h_m"));
+  }
+  return Eigen::Vector3d::Constant(kNotGiven);
+}
+
+void RefuseCovariance(const CsvReader& reader, std::size_t column, bool both_held) {
+  if (reader.Given(column) && !both_held) {
+    reader.Fail(column, "is given without the standard deviations of both components");
+  }
+}
+
+KnownPosition ReadKnown(const CsvReader& reader, PointRole role, std::uint32_t point) {
+  KnownPosition known;
+  known.point = point;
+  Eigen::Matrix3d& covariance = known.covariance_enu_m2;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double sigma_m = PositiveNumber(reader, kSigmaE + i);
+    known.held[i] = !std::isnan(sigma_m);
+    const auto k = static_cast<Eigen::Index>(i);
+    if (known.held[i]) covariance(k, k) = sigma_m * sigma_m;
+  }
+  const bool any = known.held[0] || known.held[1] || known.held[2];
+  const auto cross = [&](std::size_t column, std::size_t i, std::size_t j) {
+    RefuseCovariance(reader, column, known.held[i] && known.held[j]);
+    const double value_m2 = reader.Number(column);
+    if (std::isnan(value_m2)) return;
+    covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = value_m2;
+    covariance(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = value_m2;
+  };
+  cross(kCovEN, 0, 1);
+  cross(kCovEU, 0, 2);
+  cross(kCovNU, 1, 2);
+  if (!any) {
+    if (role == PointRole::kControl) {
+      reader.Fail(kSigmaE,
+                  "a control point without a standard deviation; at least one of sigma_e_m, "
+                  "sigma_n_m, sigma_u_m is needed");
+    }
+    known.held = {true, true, true};  // a check point taken as exactly known
+    return known;
+  }
+  // Free components get a one on the diagonal, so that only the held ones are tested. Scaling to
+  // unit variances keeps the test independent of the units.
+  Eigen::Matrix3d tested = covariance;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (!known.held[static_cast<std::size_t>(i)]) tested(i, i) = 1.0;
+  }
+  const Eigen::Vector3d scale = tested.diagonal().cwiseSqrt().cwiseInverse();
+  tested = scale.asDiagonal() * tested * scale.asDiagonal();
+  constexpr double kSmallestEigenvalue = 1e-12;  // of a correlation matrix
+  const auto smallest = [&tested] {
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tested, Eigen::EigenvaluesOnly)
+        .eigenvalues()[0];
+  };
+  if (!tested.allFinite() || !(smallest() > kSmallestEigenvalue)) {
+    std::size_t column = kSigmaE;
+    for (const std::size_t candidate : {kCovNU, kCovEU, kCovEN}) {
+      if (reader.Given(candidate)) column = candidate;
+    }
+    reader.Fail(column,
+                "the covariance matrix is not positive definite, |cov| < sigma sigma is needed");
+  }
+  return known;
+}
+
+void RefuseGeodeticInLocal(const CsvReader& reader) {
+  for (const std::size_t column : {kLat, kLon, kHeight}) {
+    if (reader.Has(column)) {
+      reader.Fail(column, "a local frame has no geodetic coordinates; x_m, y_m, z_m are allowed");
+    }
+  }
+}
+
+}  // namespace
+
+void ReadPoints(BlockReading* reading) {
+  auto opened = reading->source.Open("points", kColumns);
+  if (!opened) return;
+  CsvReader& reader = *opened;
+  WarnOfUnknownColumns(reader, &reading->result.warnings);
+  const Frame& frame = reading->result.block.frame;
+  if (frame.kind() == FrameKind::kLocal) RefuseGeodeticInLocal(reader);
+  Points& points = reading->result.block.points;
+  std::size_t tie_sigmas = 0;
+  while (reader.Next()) {
+    const std::string_view id = reader.Id(kPoint);
+    const auto index = static_cast<std::uint32_t>(points.size());
+    if (points.ids.FindOrAppend(id) != index) {
+      reader.Fail(kPoint, Quoted(id) + " stands twice, one row a point is allowed");
+    }
+    const PointRole role = ReadRole(reader);
+    points.given_m.push_back(ReadPosition(reader, frame, role));
+    points.role.push_back(role);
+    if (role != PointRole::kTie) {
+      points.known.push_back(ReadKnown(reader, role, index));
+    } else if (reader.Given(kSigmaE) || reader.Given(kSigmaN) || reader.Given(kSigmaU)) {
+      ++tie_sigmas;
+    }
+    if (index % 65536 == 65535) Step(reading->options.progress, "read", index, 0, "points");
+  }
+  if (tie_sigmas > 0) {
+    reading->result.warnings.push_back(
+        reader.file() + ": standard deviations of " + std::to_string(tie_sigmas) +
+        " tie points are ignored, only control and check points have known positions");
+  }
+}
+
+}  // namespace sarblock

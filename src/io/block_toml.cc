@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "adjust_reader.h"
+#include "block_reader.h"
+#include "number.h"
+#include "toml_reader.h"
+
+namespace sarblock {
+namespace {
+
+constexpr const char* kFormat = "sarblock-block 1";
+
+bool SameIgnoringCase(const std::string& a, const std::string& b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  return std::equal(
+      a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+Ellipsoid ReadEllipsoid(const TomlValue& value) {
+  if (value.IsText()) {
+    const std::string text = value.Text();
+    for (const std::string& name : EllipsoidNames()) {
+      if (SameIgnoringCase(name, text)) return NamedEllipsoid(name);
+    }
+    value.Fail(Quoted(text) + " is not known, " + Listed(EllipsoidNames()) +
+               " or { a_m = ..., f = ... } is allowed" +
+               DidYouMean(NearestName(text, EllipsoidNames())));
+  }
+  const TomlTable table(value);
+  table.RefuseOthers({"a_m", "f"});
+  Ellipsoid ellipsoid;
+  ellipsoid.name = "custom";
+  ellipsoid.a_m = table.Require("a_m", "the equatorial radius in metres").Positive();
+  const TomlValue flattening = table.Require("f", "the flattening (a - b)/a");
+  ellipsoid.flattening = flattening.Number();
+  if (!(ellipsoid.flattening >= 0.0 && ellipsoid.flattening < 1.0)) {
+    flattening.Fail(NumberText(ellipsoid.flattening) + " is not allowed, 0 <= f < 1 is");
+  }
+  return ellipsoid;
+}
+
+Frame ReadFrame(const TomlTable& file) {
+  const TomlTable table(file.Require("frame", "a table [frame] with kind"));
+  table.RefuseOthers({"kind", "ellipsoid"});
+  const std::vector<std::string> kinds{"local", "geocentric"};
+  const bool local = table.Require("kind", Listed(kinds)).OneOf(kinds) == 0;
+  if (!local) return Frame::Geocentric(ReadEllipsoid(table.Require("ellipsoid", "its name")));
+  if (const auto ellipsoid = table.Find("ellipsoid")) {
+    ellipsoid->Fail("belongs to kind = \"geocentric\", a local frame has none");
+  }
+  return Frame::Local();
+}
+
+// Overrides the parts of `sigma` that the table gives. `suffix` is "" or "_sigma".
+void ReadSigma(const TomlTable& table, const std::string& infix, LookSigma* sigma) {
+  if (const auto range_m = table.FindPositive("range" + infix + "_m")) sigma->range_m = *range_m;
+  const auto azimuth_m = table.FindPositive("azimuth" + infix + "_m");
+  const auto azimuth_s = table.FindPositive("azimuth" + infix + "_s");
+  if (azimuth_m && azimuth_s) {
+    table.Find("azimuth" + infix + "_s")
+        ->Fail("stands beside azimuth" + infix + "_m, one of both is allowed");
+  }
+  if (azimuth_m) {
+    sigma->azimuth = *azimuth_m;
+    sigma->azimuth_unit = AzimuthUnit::kMetres;
+  } else if (azimuth_s) {
+    sigma->azimuth = *azimuth_s;
+    sigma->azimuth_unit = AzimuthUnit::kSeconds;
+  }
+}
+
+void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* reading) {
+  table.RefuseOthers({"id",
+                      "look",
+                      "wavelength_m",
+                      "range_sigma_m",
+                      "azimuth_sigma_m",
+                      "azimuth_sigma_s",
+                      "start_s",
+                      "end_s"});
+  Pass pass;
+  const TomlValue id = table.Require("id", "the name of the pass");
+  pass.id = id.Text();
+  if (pass.id.empty()) id.Fail("is empty, a name is needed");
+  const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::any_of(pass.id.begin(), pass.id.end(), control)) {
+    id.Fail("the name holds a control character, which is not allowed");
+  }
+  const std::uint32_t other = reading->pass_ids.Find(pass.id);
+  if (other != IdTable::kNone) {
+    id.Fail("pass " + Quoted(pass.id) + " stands twice, first on line " +
+            std::to_string(reading->pass_places[other].line));
+  }
+  reading->pass_ids.FindOrAppend(pass.id);
+  reading->pass_places.push_back(id.Place());
+  const bool left = table.Require("look", "left or right").OneOf({"left", "right"}) == 0;
+  pass.side = left ? LookSide::kLeft : LookSide::kRight;
+  if (const auto value = table.FindPositive("wavelength_m")) pass.wavelength_m = *value;
+  pass.sigma = standard;
+  ReadSigma(table, "_sigma", &pass.sigma);
+  std::optional<std::array<double, 2>> span_s;
+  const auto start = table.Find("start_s"), end = table.Find("end_s");
+  if (start || end) {
+    span_s = {table.Require("start_s", "with end_s the start of the strip").Number(),
+              table.Require("end_s", "with start_s the end of the strip").Number()};
+    if (!((*span_s)[0] < (*span_s)[1])) {
+      end->Fail(NumberText((*span_s)[1]) +
+                " is not allowed, an end after start_s = " + NumberText((*span_s)[0]) + " is");
+    }
+  }
+  reading->strip_spans_s.push_back(span_s);
+  reading->result.block.passes.push_back(std::move(pass));
+}
+
+}  // namespace
+
+void ReadBlockToml(BlockReading* reading) {
+  const auto [name, text] = reading->source.ReadToml();
+  toml::table parsed = ParseToml(text, name);
+  const TomlTable file(parsed, "");
+  const TomlValue format = file.Require("format", std::string("format = \"") + kFormat + "\"");
+  if (format.Text() != kFormat) {
+    format.Fail(Quoted(format.Text()) + " is not known, \"" + kFormat + "\" is allowed");
+  }
+  file.RefuseOthers({"format", "name", "frame", "sigma", "adjust", "pass"});
+  ApplyOverrides(reading->options.set_overrides, &parsed);
+  Block& block = reading->result.block;
+  const auto block_name = file.Find("name");
+  block.name = block_name ? block_name->Text() : reading->source.DefaultName();
+  block.frame = ReadFrame(file);
+  LookSigma standard;
+  if (const auto sigma = file.Find("sigma")) {
+    const TomlTable table(*sigma);
+    table.RefuseOthers({"range_m", "azimuth_m", "azimuth_s"});
+    ReadSigma(table, "", &standard);
+  }
+  const TomlValue passes = file.Require("pass", "a table [[pass]] for every pass");
+  for (const TomlValue& pass : passes.Entries()) ReadPass(TomlTable(pass), standard, reading);
+  if (block.passes.empty()) passes.Fail("is empty, a table [[pass]] for every pass is needed");
+  std::vector<std::string> ids;
+  for (const Pass& pass : block.passes) ids.push_back(pass.id);
+  reading->result.adjust = ReadAdjust(file, ids);
+}
+
+}  // namespace sarblock

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
+#include "block_reader.h"
+#include "number.h"
+
+namespace sarblock {
+namespace {
+
+enum { kPass, kTime, kX, kY, kZ, kVx, kVy, kVz };
+
+Eigen::Vector3d Vector(const CsvReader& reader, std::size_t first) {
+  return {reader.RequiredNumber(first),
+          reader.RequiredNumber(first + 1),
+          reader.RequiredNumber(first + 2)};
+}
+
+}  // namespace
+
+PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids) {
+  PathTable table;
+  table.states.resize(pass_ids.size());
+  table.lines.resize(pass_ids.size(), 0);
+  while (reader->Next()) {
+    const std::uint32_t pass = FindPass(*reader, kPass, pass_ids);
+    std::vector<StateVector>& states = table.states[pass];
+    const StateVector state{
+        reader->RequiredNumber(kTime), Vector(*reader, kX), Vector(*reader, kVx)};
+    if (!states.empty() && !(state.time_s > states.back().time_s)) {
+      const std::string before = "; the state before, on line " +
+                                 std::to_string(table.lines[pass]) + ", is at " +
+                                 NumberText(states.back().time_s) + " s";
+      const std::string id = Quoted(pass_ids[pass]);
+      reader->Fail(kTime,
+                   state.time_s == states.back().time_s
+                       ? "pass " + id + " has two states at " + NumberText(state.time_s) +
+                             " s, one is allowed" + before
+                       : "times of pass " + id + " must increase, " + NumberText(state.time_s) +
+                             " s does not" + before);
+    }
+    if (state.velocity_mps.squaredNorm() == 0.0) {
+      reader->Fail(kVx, "the velocity is zero, the antenna must move");
+    }
+    states.push_back(state);
+    table.lines[pass] = reader->line();
+  }
+  return table;
+}
+
+void ReadTrajectories(BlockReading* reading) {
+  CsvReader reader = reading->source.Require("trajectories", kPathColumns);
+  WarnOfUnknownColumns(reader, &reading->result.warnings);
+  PathTable table = ReadPaths(&reader, reading->pass_ids);
+  for (std::size_t i = 0; i < table.states.size(); ++i) {
+    Pass& pass = reading->result.block.passes[i];
+    if (table.states[i].empty()) {
+      throw InputError(
+          reading->pass_places[i],
+          "pass " + Quoted(pass.id) + " has no states in trajectories.csv, two or more are needed");
+    }
+    if (table.states[i].size() == 1) {
+      throw InputError(FilePlace{reader.file(), table.lines[i], "pass"},
+                       "pass " + Quoted(pass.id) + " has one state, two or more are needed");
+    }
+    pass.path = FlightPath(std::move(table.states[i]));
+  }
+}
+
+}  // namespace sarblock

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/units.h"
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/block_files.h"
+#include "sarblock/io/csv_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "adjust_reader.h"
+#include "number.h"
+#include "path_writer.h"
+
+namespace sarblock {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The file to write; the same table of the other compression would contradict it and goes.
+fs::path TableFile(const fs::path& folder, const std::string& name, Compression compression) {
+  std::error_code ignored;
+  const bool gzip = compression == Compression::kGzip;
+  fs::remove(folder / (name + (gzip ? ".csv" : ".csv.gz")), ignored);
+  return folder / (name + (gzip ? ".csv.gz" : ".csv"));
+}
+
+void RemoveTable(const fs::path& folder, const std::string& name) {
+  std::error_code ignored;
+  fs::remove(folder / (name + ".csv"), ignored);
+  fs::remove(folder / (name + ".csv.gz"), ignored);
+}
+
+void AppendSigma(const LookSigma& sigma, const std::string& infix, std::string* text) {
+  if (!std::isnan(sigma.range_m)) {
+    *text += "range" + infix + "_m = " + NumberText(sigma.range_m) + "\n";
+  }
+  if (!std::isnan(sigma.azimuth)) {
+    const bool seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
+    *text += "azimuth" + infix + (seconds ? "_s = " : "_m = ") + NumberText(sigma.azimuth) + "\n";
+  }
+}
+
+bool SameNumber(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+bool SameSigma(const LookSigma& a, const LookSigma& b) {
+  return SameNumber(a.range_m, b.range_m) && SameNumber(a.azimuth, b.azimuth) &&
+         a.azimuth_unit == b.azimuth_unit;
+}
+
+std::string FrameText(const Frame& frame) {
+  if (frame.kind() == FrameKind::kLocal) return "[frame]\nkind = \"local\"\n";
+  const Ellipsoid& ellipsoid = frame.ellipsoid();
+  std::string text = "[frame]\nkind = \"geocentric\"\nellipsoid = ";
+  const auto& names = EllipsoidNames();
+  if (std::find(names.begin(), names.end(), ellipsoid.name) != names.end()) {
+    return text + TomlText(ellipsoid.name) + "\n";
+  }
+  return text + "{ a_m = " + NumberText(ellipsoid.a_m) +
+         ", f = " + NumberText(ellipsoid.flattening) + " }\n";
+}
+
+std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
+  std::string text = "format = \"sarblock-block 1\"\nname = " + TomlText(block.name) + "\n";
+  text += FrameText(block.frame);
+  const bool one_sigma =
+      !block.passes.empty() &&
+      std::all_of(block.passes.begin(), block.passes.end(), [&block](const Pass& pass) {
+        return SameSigma(pass.sigma, block.passes.front().sigma);
+      });
+  if (one_sigma) {
+    text += "[sigma]\n";
+    AppendSigma(block.passes.front().sigma, "", &text);
+  }
+  text += DumpAdjustTable(adjust);
+  for (const Pass& pass : block.passes) {
+    text += "[[pass]]\nid = " + TomlText(pass.id) + "\nlook = ";
+    text += pass.side == LookSide::kLeft ? "\"left\"\n" : "\"right\"\n";
+    if (!std::isnan(pass.wavelength_m)) {
+      text += "wavelength_m = " + NumberText(pass.wavelength_m) + "\n";
+    }
+    if (!one_sigma) AppendSigma(pass.sigma, "_sigma", &text);
+    text += "start_s = " + NumberText(pass.start_s) + "\n";
+    text += "end_s = " + NumberText(pass.end_s) + "\n";
+  }
+  return text;
+}
+
+void WritePoints(const fs::path& file, const Block& block, Compression compression) {
+  CsvWriter out(file,
+                {"point",
+                 "role",
+                 "x_m",
+                 "y_m",
+                 "z_m",
+                 "sigma_e_m",
+                 "sigma_n_m",
+                 "sigma_u_m",
+                 "cov_en_m2",
+                 "cov_eu_m2",
+                 "cov_nu_m2"},
+                compression);
+  constexpr const char* kRoles[] = {"tie", "control", "check"};
+  const Points& points = block.points;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d& p = points.given_m[i];
+    out.Text(points.ids[i]).Text(kRoles[static_cast<std::size_t>(points.role[i])]);
+    out.Number(p.x()).Number(p.y()).Number(p.z());
+    const KnownPosition* known = points.FindKnown(i);
+    if (known == nullptr) {
+      out.Empty(6);
+    } else {
+      const Eigen::Matrix3d& covariance = known->covariance_enu_m2;
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        // A check point taken as exactly known is written without standard deviations.
+        out.Number(covariance(k, k) > 0.0 ? std::sqrt(covariance(k, k)) : kNotGiven);
+      }
+      for (const auto& [a, b] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
+        out.Number(covariance(a, b) != 0.0 ? covariance(a, b) : kNotGiven);
+      }
+    }
+    out.EndRow();
+  }
+  out.Commit();
+}
+
+// Which optional columns the looks of a block need.
+struct LookColumns {
+  bool squint = false, doppler = false, range_sigma = false, azimuth_m = false, azimuth_s = false,
+       rejected = false;
+};
+
+LookColumns ColumnsOf(const Looks& looks) {
+  LookColumns columns;
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
+    columns.doppler |= doppler;
+    columns.squint |= !doppler && !looks.cone.empty() && looks.cone[i] != 0.0;
+    columns.rejected |= looks.rejected(i);
+    columns.range_sigma |= !looks.range_sigma_m.empty() && !std::isnan(looks.range_sigma_m[i]);
+    if (!looks.azimuth_sigma.empty() && !std::isnan(looks.azimuth_sigma[i])) {
+      const bool seconds = (looks.flags[i] & Looks::kAzimuthSeconds) != 0;
+      columns.azimuth_s |= seconds;
+      columns.azimuth_m |= !seconds;
+    }
+  }
+  return columns;
+}
+
+void WriteLooks(const fs::path& file, const Block& block, Compression compression) {
+  const Looks& looks = block.looks;
+  const LookColumns columns = ColumnsOf(looks);
+  std::vector<std::string_view> names{"pass", "point", "time_s", "range_m"};
+  if (columns.squint) names.emplace_back("squint_deg");
+  if (columns.doppler) names.emplace_back("doppler_hz");
+  if (columns.range_sigma) names.emplace_back("range_sigma_m");
+  if (columns.azimuth_m) names.emplace_back("azimuth_sigma_m");
+  if (columns.azimuth_s) names.emplace_back("time_sigma_s");
+  if (columns.rejected) names.emplace_back("rejected");
+  CsvWriter out(file, names, compression);
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
+      const bool seconds = (looks.flags[i] & Looks::kAzimuthSeconds) != 0;
+      const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
+      const double range_sigma_m = looks.range_sigma_m.empty() ? kNotGiven : looks.range_sigma_m[i];
+      const double azimuth = looks.azimuth_sigma.empty() ? kNotGiven : looks.azimuth_sigma[i];
+      out.Text(block.passes[looks.pass[i]].id).Text(block.points.ids[point]);
+      out.Number(looks.time_s[i]).Number(looks.range_m[i]);
+      if (columns.squint) {
+        out.Number(doppler || cone == 0.0 ? kNotGiven : InUnit(cone, kRadPerDeg));
+      }
+      if (columns.doppler) out.Number(doppler ? cone : kNotGiven);
+      if (columns.range_sigma) out.Number(range_sigma_m);
+      if (columns.azimuth_m) out.Number(seconds ? kNotGiven : azimuth);
+      if (columns.azimuth_s) out.Number(seconds ? azimuth : kNotGiven);
+      if (columns.rejected) out.Integer(looks.rejected(i) ? 1 : 0);
+      out.EndRow();
+    }
+  }
+  out.Commit();
+}
+
+void WriteTruePoints(const fs::path& file,
+                     const Block& block,
+                     const Truth& truth,
+                     Compression compression) {
+  CsvWriter out(file, {"point", "x_m", "y_m", "z_m"}, compression);
+  for (std::size_t i = 0; i < truth.points_m.size(); ++i) {
+    const Eigen::Vector3d& p = truth.points_m[i];
+    if (std::isnan(p.x())) continue;
+    out.Text(block.points.ids[i]).Number(p.x()).Number(p.y()).Number(p.z()).EndRow();
+  }
+  out.Commit();
+}
+
+}  // namespace
+
+void WritePaths(const fs::path& file,
+                const Block& block,
+                const std::vector<FlightPath>& paths,
+                Compression compression) {
+  CsvWriter out(
+      file, {"pass", "time_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps"}, compression);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    for (const StateVector& state : paths[i].states()) {
+      out.Text(block.passes[i].id).Number(state.time_s);
+      for (Eigen::Index k = 0; k < 3; ++k) out.Number(state.position_m[k]);
+      for (Eigen::Index k = 0; k < 3; ++k) out.Number(state.velocity_mps[k]);
+      out.EndRow();
+    }
+  }
+  out.Commit();
+}
+
+std::vector<FlightPath> NominalPaths(const Block& block) {
+  std::vector<FlightPath> paths;
+  for (const Pass& pass : block.passes) paths.push_back(pass.path);
+  return paths;
+}
+
+void WriteBlock(const fs::path& folder,
+                const Block& block,
+                const AdjustOptions& adjust,
+                const Truth* truth,
+                Compression compression) {
+  MakeFolder(folder);
+  AtomicFile toml(folder / "block.toml");
+  toml.Write(BlockTomlText(block, adjust));
+  const auto file = [&](const std::string& name) { return TableFile(folder, name, compression); };
+  WritePaths(file("trajectories"), block, NominalPaths(block), compression);
+  WriteLooks(file("observations"), block, compression);
+  WritePoints(file("points"), block, compression);
+  if (truth != nullptr && !truth->points_m.empty()) {
+    WriteTruePoints(file("truth"), block, *truth, compression);
+  } else {
+    RemoveTable(folder, "truth");
+  }
+  if (truth != nullptr && !truth->paths.empty()) {
+    WritePaths(file("truth_passes"), block, truth->paths, compression);
+  } else {
+    RemoveTable(folder, "truth_passes");
+  }
+  toml.Commit();
+}
+
+}  // namespace sarblock

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/adjust_table.h"
+
+#include "sarblock/core/error.h"
+
+#include <cmath>
+#include <set>
+
+#include "io/io_fixture.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const std::vector<std::string> kPasses{"A1", "A2", "B7"};
+
+AdjustOptions Read(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  return ReadAdjustTable(text, "block.toml", kPasses, overrides);
+}
+
+std::string ErrorOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  return test::MessageOf<InputError>([&] { return Read(text, overrides); });
+}
+
+PositionCorrection Position(const std::string& lines) {
+  const AdjustOptions options = Read("[adjust.correction.position]\n" + lines);
+  return std::get<PositionCorrection>(options.groups.at(0).model);
+}
+
+TEST(AdjustTableTest, ATableLeftOutMeansTheDefaults) {
+  const AdjustOptions options = Read("");
+  EXPECT_EQ(DumpAdjustTable(options), DumpAdjustTable(AdjustOptions{}));
+  EXPECT_EQ(options.corrections, CorrectionChoice::kNone);
+  EXPECT_EQ(Read("[adjust.correction.time]\nbias = true\n").corrections, CorrectionChoice::kGiven);
+  EXPECT_EQ(
+      Read("[adjust]\ncorrections = \"none\"\n[adjust.correction.time]\nbias = true\n").corrections,
+      CorrectionChoice::kNone);
+}
+
+TEST(AdjustTableTest, ReadsEveryScalar) {
+  const AdjustOptions options = Read(
+      "[adjust]\ncorrections = \"auto\"\nrobust = \"tukey\"\nrobust_scale = 4.25\n"
+      "covariance = \"montecarlo\"\npairs = \"mine.csv\"\ndatum = \"inner\"\n"
+      "scale_by_posterior = true\nvariance_components = \"per-pass\"\nmax_iterations = 17\n"
+      "engine = \"reduced\"\ncovariance_method = \"ceres\"\ntest_level = 0.875\n");
+  EXPECT_EQ(options.corrections, CorrectionChoice::kAuto);
+  EXPECT_EQ(options.robust, RobustLoss::kTukey);
+  EXPECT_EQ(options.robust_scale, 4.25);
+  EXPECT_EQ(options.covariance, CovarianceLevel::kMonteCarlo);
+  EXPECT_EQ(options.pairs, PairChoice::kList);
+  EXPECT_EQ(options.pairs_file, "mine.csv");
+  EXPECT_EQ(options.datum, Datum::kInner);
+  EXPECT_TRUE(options.scale_by_posterior);
+  EXPECT_EQ(options.variance_components, VarianceComponents::kPerPass);
+  EXPECT_EQ(options.max_iterations, 17);
+  EXPECT_EQ(options.engine, Engine::kReduced);
+  EXPECT_EQ(options.covariance_method, CovarianceMethod::kCeres);
+  EXPECT_EQ(options.test_level, 0.875);
+}
+
+TEST(AdjustTableTest, ReadsEveryFormOfPositionPriors) {
+  EXPECT_THAT(Position("sigma_m = 12.5\n").prior_sigma_m,
+              ElementsAre(ElementsAre(12.5), ElementsAre(12.5), ElementsAre(12.5)));
+  EXPECT_THAT(Position("").prior_sigma_m, ElementsAre(ElementsAre(), ElementsAre(), ElementsAre()));
+  // In the order of `components`, per degree.
+  const PositionCorrection two = Position(
+      "degree = 1\ncomponents = [\"up\", \"along\"]\nsigma_m = [[30.5, 3.25], \"none\"]\n");
+  EXPECT_THAT(two.components, ElementsAre(true, false, true));
+  EXPECT_THAT(two.prior_sigma_m,
+              ElementsAre(ElementsAre(), ElementsAre(), ElementsAre(30.5, 3.25)));
+  // One an axis, although only one is estimated.
+  const PositionCorrection one =
+      Position("axes = \"frame\"\ncomponents = [\"y\"]\nsigma_m = [1.5, 2.5, 3.5]\n");
+  EXPECT_THAT(one.prior_sigma_m, ElementsAre(ElementsAre(), ElementsAre(2.5), ElementsAre()));
+}
+
+TEST(AdjustTableTest, ConvertsTheUnitsOfTheFile) {  // hand values
+  const AdjustOptions options = Read(
+      "[adjust.correction.range]\nbias_sigma_m = 5.5\nscale_sigma_ppm = 10\n"
+      "[adjust.correction.squint]\nbias_sigma_deg = 0.09\n");
+  const auto& range = std::get<RangeCorrection>(options.groups.at(0).model);
+  EXPECT_TRUE(range.bias && range.scale);
+  EXPECT_DOUBLE_EQ(range.scale_prior_sigma, 1e-5);
+  const auto& squint = std::get<SquintCorrection>(options.groups.at(1).model);
+  EXPECT_DOUBLE_EQ(squint.bias_prior_sigma_rad, 0.0015707963267948967);
+}
+
+constexpr const char* kRich =
+    "[adjust]\nrobust = \"cauchy\"\nrobust_scale = 2.125\n"
+    "[[adjust.correction.position]]\nbasis = \"spline\"\nknot_spacing_s = 7.3\n"
+    "sigma_m = [1.1, \"none\", 3.3]\npasses = [\"A1\"]\n"
+    "[[adjust.correction.position]]\ndegree = 3\ncomponents = [\"up\", \"across\"]\n"
+    "sigma_m = [0.7, [1, 2, \"none\", 0.1]]\npasses = [\"A2\", \"B7\"]\nshared = true\n"
+    "[adjust.correction.velocity]\ncomponents = [\"up\"]\nsigma = 1.3e-4\n"
+    "[adjust.correction.range]\nbias = true\nscale_sigma_ppm = 3.3\nshared = true\n"
+    "[adjust.correction.time]\nbias_sigma_s = 0.0123\n"
+    "[adjust.correction.squint]\nbias_sigma_deg = 0.037\n"
+    "[adjust.correction.troposphere]\nzenith = true\nscale_height_m = 6543.2\n";
+
+TEST(AdjustTableTest, WhatIsDumpedReadsBackTheSame) {  // round trip
+  for (const char* text : {"", kRich}) {
+    const std::string dumped = DumpAdjustTable(Read(text));
+    EXPECT_EQ(DumpAdjustTable(Read(dumped)), dumped);
+  }
+  const AdjustOptions options = Read(kRich), again = Read(DumpAdjustTable(options));
+  ASSERT_EQ(again.groups.size(), 7u);
+  EXPECT_EQ(again.groups[0].name, "position.1");
+  EXPECT_EQ(again.groups[3].name, "range");
+  for (std::size_t i = 0; i < 7; ++i) {
+    EXPECT_EQ(again.groups[i].passes, options.groups[i].passes);
+    EXPECT_EQ(again.groups[i].shared, options.groups[i].shared);
+    EXPECT_EQ(again.groups[i].model.index(), options.groups[i].model.index());
+  }
+  const auto& position = std::get<PositionCorrection>(again.groups[1].model);
+  EXPECT_THAT(position.prior_sigma_m[1], ElementsAre(1.0, 2.0, testing::IsNan(), 0.1));
+  EXPECT_EQ(std::get<SquintCorrection>(again.groups[5].model).bias_prior_sigma_rad,
+            std::get<SquintCorrection>(options.groups[5].model).bias_prior_sigma_rad);
+  EXPECT_EQ(std::get<RangeCorrection>(again.groups[3].model).scale_prior_sigma,
+            std::get<RangeCorrection>(options.groups[3].model).scale_prior_sigma);
+}
+
+TEST(AdjustTableTest, OverridesGoBeforeTheFile) {
+  const AdjustOptions options = Read(kRich,
+                                     {"robust=none",
+                                      "max_iterations=7",
+                                      "correction.position.1.degree=4",
+                                      "correction.position.1.sigma_m=2.5",
+                                      "adjust.pairs=all",
+                                      "correction.range.bias_sigma_m=0.25",
+                                      "correction.velocity.components=[\"across\"]"});
+  EXPECT_EQ(options.robust, RobustLoss::kNone);
+  EXPECT_EQ(options.max_iterations, 7);
+  EXPECT_EQ(options.pairs, PairChoice::kAll);
+  EXPECT_EQ(std::get<PositionCorrection>(options.groups[1].model).degree, 4);
+  EXPECT_THAT(std::get<VelocityCorrection>(options.groups[2].model).components,
+              ElementsAre(true, false));
+  EXPECT_EQ(std::get<RangeCorrection>(options.groups[3].model).bias_prior_sigma_m, 0.25);
+}
+
+TEST(AdjustTableTest, NamesOverridesThatAreNotAllowed) {
+  EXPECT_EQ(ErrorOf("", {"robust=hubber"}),
+            "--set robust: adjust.robust: 'hubber' is not known, none, huber, cauchy or tukey is "
+            "allowed; did you mean huber?");
+  EXPECT_EQ(ErrorOf("", {"robust"}), "--set robust: is no KEY=VALUE, for example robust=huber");
+  EXPECT_THAT(ErrorOf("", {"robst=huber"}),
+              testing::AllOf(HasSubstr("--set robst: adjust.robst: the key is not known"),
+                             HasSubstr("did you mean robust?")));
+  EXPECT_THAT(ErrorOf(kRich, {"correction.position.degree=2"}),
+              HasSubstr("the key leads to several groups"));
+  EXPECT_THAT(ErrorOf(kRich, {"correction.position.2.degree=2"}),
+              HasSubstr("'2' is no group of 2, an index counting from 0 is needed"));
+  EXPECT_THAT(ErrorOf(kRich, {"robust.scale=2"}), HasSubstr("there is a value, not a table"));
+}
+
+struct BadTable {
+  const char* text;
+  const char* message;
+};
+
+TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
+  const BadTable cases[] = {
+      {"adjust = 3\n", "block.toml:1: adjust: is an integer, a table is needed"},
+      {"[adjust]\nrobst = 1\n", "block.toml:2: adjust.robst: the key is not known"},
+      {"[adjust]\nrobust = true\n",
+       "block.toml:2: adjust.robust: is true or false, a text in quotes is needed"},
+      {"[adjust]\nrobust_scale = -1.5\n",
+       "block.toml:2: adjust.robust_scale: -1.5 is not allowed, a number above 0 is"},
+      {"[adjust]\ntest_level = 1\n",
+       "block.toml:2: adjust.test_level: 1 is not allowed, a number below 1 is"},
+      {"[adjust]\nmax_iterations = 0\n",
+       "block.toml:2: adjust.max_iterations: 0 is not allowed, an integer from 1 to 100000 is"},
+      {"[adjust]\nmax_iterations = 2.5\n",
+       "block.toml:2: adjust.max_iterations: is a number, an integer from 1 to 100000 is needed"},
+      {"[adjust]\npairs = \"al\"\n",
+       "block.toml:2: adjust.pairs: 'al' is not known, none, neighbours or all or a file ending in "
+       ".csv is allowed; did you mean all?"},
+      {"[adjust.correction.positon]\n",
+       "block.toml:1: adjust.correction.positon: the key is not known, position, velocity, range, "
+       "time, squint or troposphere is allowed; did you mean position?"},
+      {"[adjust.correction.position]\ndegre = 1\n", "did you mean degree?"},
+      {"[adjust.correction.position]\ndegree = 16\n",
+       "block.toml:2: adjust.correction.position.degree: 16 is not allowed, an integer from 0 to "
+       "15 "
+       "is"},
+      {"[adjust.correction.position]\nbasis = \"spline\"\n",
+       "block.toml:1: adjust.correction.position.knot_spacing_s: is missing, a number above 0 is "
+       "needed"},
+      {"[adjust.correction.position]\nbasis = \"spline\"\ndegree = 1\nknot_spacing_s = 2\n",
+       "block.toml:3: adjust.correction.position.degree: belongs to basis = \"polynomial\""},
+      {"[adjust.correction.position]\nknot_spacing_s = 2\n",
+       "block.toml:2: adjust.correction.position.knot_spacing_s: belongs to basis = \"spline\""},
+      {"[adjust.correction.position]\naxes = \"frame\"\ncomponents = [\"up\"]\n",
+       "block.toml:3: adjust.correction.position.components[0]: 'up' is not known, x, y or z is "
+       "allowed"},
+      {"[adjust.correction.position]\ncomponents = [\"up\", \"up\"]\n",
+       "block.toml:2: adjust.correction.position.components[1]: 'up' stands twice"},
+      {"[adjust.correction.position]\ncomponents = []\n",
+       "block.toml:2: adjust.correction.position.components: is empty"},
+      {"[adjust.correction.position]\nsigma_m = [1, 2]\n",
+       "block.toml:2: adjust.correction.position.sigma_m: the list has 2 entries, 3 are needed"},
+      {"[adjust.correction.position]\ncomponents = [\"up\"]\nsigma_m = [1, 2]\n",
+       "sigma_m: the list has 2 entries, 1 (one a component) or 3 (one an axis) are needed"},
+      {"[adjust.correction.position]\ndegree = 2\nsigma_m = [1, 2, [3, 4]]\n",
+       "block.toml:3: adjust.correction.position.sigma_m[2]: the list has 2 entries, degree 2 "
+       "needs "
+       "3"},
+      {"[adjust.correction.position]\nsigma_m = [1, 0, 2]\n",
+       "block.toml:2: adjust.correction.position.sigma_m[1]: 0 is not allowed, a number above 0 "
+       "is"},
+      {"[adjust.correction.position]\nsigma_m = \"wide\"\n",
+       "sigma_m: is no number, a number above 0 or \"none\" is allowed"},
+      {"[adjust.correction.range]\n",
+       "block.toml:1: adjust.correction.range.bias: is not given, bias = true, bias_sigma_m, scale "
+       "= "
+       "true or scale_sigma_ppm is needed"},
+      {"[adjust.correction.time]\nbias = false\nbias_sigma_s = 1\n",
+       "block.toml:2: adjust.correction.time.bias: is false, yet bias_sigma_s is given"},
+      {"[adjust.correction.squint]\nbias_sigma_deg = \"1\"\n",
+       "block.toml:2: adjust.correction.squint.bias_sigma_deg: is a text, a number is needed"},
+      {"[adjust.correction.time]\nbias = true\npasses = [\"A1\", \"B8\"]\n",
+       "block.toml:3: adjust.correction.time.passes[1]: the block has no pass 'B8'; did you mean "
+       "B7?"},
+      {"[adjust.correction.time]\nbias = true\npasses = []\n",
+       "block.toml:3: adjust.correction.time.passes: is empty"},
+      {"[[adjust.correction.time]]\nbias = true\n[[adjust.correction.time]]\nbias = true\n"
+       "passes = [\"A2\"]\n",
+       "block.toml:3: adjust.correction.time[1]: pass 'A2' has a correction of this kind already "
+       "(time.1); one that is not shared is allowed"},
+  };
+  for (const BadTable& bad : cases) {
+    EXPECT_THAT(ErrorOf(bad.text), HasSubstr(bad.message)) << bad.text;
+  }
+}
+
+TEST(AdjustTableTest, ASharedGroupMayStandBesideOneForEachPass) {
+  EXPECT_EQ(ErrorOf("[[adjust.correction.range]]\nbias = true\n[[adjust.correction.range]]\n"
+                    "scale = true\nshared = true\n"),
+            "");
+}
+
+TEST(AdjustOptionTableTest, ListsEachKeyOnceWithHelp) {
+  std::set<std::string> keys;
+  for (const AdjustOption& option : AdjustOptionTable()) {
+    EXPECT_TRUE(keys.insert(std::string(option.key)).second) << option.key;
+    EXPECT_TRUE(option.help.ends_with('.')) << option.key;
+    EXPECT_FALSE(option.type.empty() || option.allowed.empty() || option.standard.empty());
+  }
+}
+
+TEST(AdjustOptionTableTest, EveryKeyItListsIsRead) {  // a value of a type no key takes is refused
+  for (const AdjustOption& option : AdjustOptionTable()) {
+    const std::string key(option.key);
+    std::vector<std::string> overrides{key + "=2001-02-03"};
+    const auto before = [&overrides](const char* text) {
+      overrides.insert(overrides.begin(), text);
+    };
+    if (key.ends_with("knot_spacing_s")) before("correction.position.basis=spline");
+    if (key.starts_with("correction.range.")) before("correction.range.scale=true");
+    if (key.starts_with("correction.range.")) before("correction.range.bias=true");
+    if (key.starts_with("correction.time.")) before("correction.time.bias=true");
+    if (key.starts_with("correction.squint.")) before("correction.squint.bias=true");
+    if (key.starts_with("correction.trop")) before("correction.troposphere.zenith=true");
+    EXPECT_THAT(ErrorOf("", overrides), HasSubstr("adjust." + key + ": is ")) << key;
+  }
+}
+
+}  // namespace
+}  // namespace sarblock
