@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/geodesy/frame.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// How the imaged strip beside the track is bounded. A point is inside where its quantity lies
+/// between near and far; d = p - s, axes of the nominal path at the look's time.
+enum class SwathKind {
+  kLookAngle,    ///< atan2(|d.across|, -d.up) off nadir [rad]
+  kGroundRange,  ///< |d.across| [m], Leberl's y
+  kSlantRange,   ///< |d| [m]
+};
+struct SceneSwath {
+  SwathKind kind = SwathKind::kLookAngle;
+  std::array<double, 2> limits{};  ///< near, far [rad] or [m]; 0 <= near < far
+};
+
+/// A group of passes flown alike.
+///
+/// kStrips: `count` parallel lines at constant height. In the scene plane (x east, y north;
+/// `local`: the frame's x, y) the first starts at start_m, the next `spacing_m` to the left of the
+/// heading, and so on. kOrbit: circular orbits about a geocentric body that rotates; pass k aims at
+/// the scene plane's point aim_m + (k - (count-1)/2) spacing_m east, which it sees at aim_look_rad
+/// at the middle of its time.
+struct SceneFlight {
+  enum class Pattern { kStrips, kOrbit };
+  std::string id;  ///< of the pass if count is 1, else the stem of "id1", "id2", ...
+  Pattern pattern = Pattern::kStrips;
+  LookSide side = LookSide::kLeft;
+  double squint_rad = 0.0;  ///< > 0 looks forward (v.d > 0); |squint| < 60 deg
+  SceneSwath swath;
+  std::size_t count = 1;
+  double spacing_m = kNotGiven;  ///< needed where count > 1 and no overlap is given
+  double overlap_1 = kNotGiven;  ///< strips: part of the swath shared with the next, 0 <= . < 1
+  double height_m = kNotGiven;   ///< > 0, above the datum (orbit: above the equatorial radius)
+  double length_m = kNotGiven;   ///< > 0, imaged length on the ground
+  double speed_mps = kNotGiven;  ///< > 0; orbit: inertial, not given = circular orbit's speed
+  double start_s = 0.0;          ///< time at which the strip starts
+  double state_spacing_s = 1.0;  ///< of the state vectors, at most
+  Eigen::Vector2d start_m{0.0, 0.0};   ///< strips
+  double heading_rad = kNotGiven;      ///< strips: clockwise from +y (north); 90 deg flies along +x
+  double inclination_rad = kNotGiven;  ///< orbit
+  bool descending = false;             ///< orbit
+  Eigen::Vector2d aim_m{0.0, 0.0};     ///< orbit
+  double aim_look_rad = kNotGiven;     ///< orbit; not given: the middle of a look-angle swath
+  double wavelength_m = kNotGiven;     ///< needed for Doppler looks
+  double range_sigma_m = kNotGiven;    ///< not given: the scene's
+  double azimuth_sigma_m = kNotGiven;  ///< not given: the scene's
+};
+
+/// How far the given flight paths are from the true ones: true = nominal + A(t) c(t), A the track
+/// axes of the nominal path. Every number is a standard deviation of one draw a pass; three values
+/// are along, across, up. The process is a sequence of B-spline coefficients (UniformSpline on the
+/// strip), so that a spline correction with the same knot spacing can represent it exactly.
+struct SceneNavigation {
+  enum class Process { kNone, kRandomWalk, kGaussMarkov };
+  std::array<double, 3> constant_sigma_m{};  ///< Legendre degree 0
+  std::array<double, 3> drift_sigma_m{};     ///< Legendre degree 1: the error gained from the
+                                             ///< middle of the strip to its end
+  Process process = Process::kNone;
+  std::array<double, 3> process_sigma_m{};  ///< Gauss-Markov: stationary; random walk: reached at
+                                            ///< the end of the strip from 0 at its start
+  double correlation_time_s = kNotGiven;    ///< Gauss-Markov
+  double knot_spacing_s = kNotGiven;        ///< of either process
+  double range_bias_sigma_m = 0.0;
+  double range_scale_sigma_1 = 0.0;
+  double time_bias_sigma_s = 0.0;
+  double squint_bias_sigma_rad = 0.0;
+  bool shared_biases = false;  ///< one draw of the range, time and squint biases for all passes
+};
+
+/// What is measured and how well.
+struct SceneLooks {
+  double range_sigma_m = kNotGiven;
+  LookSigma azimuth;  ///< `azimuth` and its unit; range_m is not used
+  double noise_scale_1 =
+      1.0;  ///< multiplies the noise, not the standard deviations; 0: exact looks
+  double blunder_fraction_1 = 0.0;  ///< of looks, 0 <= . < 1
+  double blunder_size_1 = 20.0;     ///< in sigmas, random sign
+  enum class BlunderKind { kRange, kAzimuth, kBoth };
+  BlunderKind blunder_kind = BlunderKind::kRange;  ///< kBoth: either one, by a coin
+  bool doppler = false;                            ///< write Doppler centroids in place of squints
+};
+
+/// Terrain heights over the scene plane: a Gaussian random field (terrain.h).
+struct SceneTerrain {
+  enum class Kind { kFlat, kRolling, kRugged };
+  Kind kind = Kind::kFlat;
+  double height_m = 0.0;          ///< mean
+  double relief_m = 0.0;          ///< standard deviation of the heights
+  double correlation_m = 5000.0;  ///< correlation exp(-(r/L)^2); rugged: of its longest octave
+};
+
+/// Where tie points lie: `count` of them in a rectangle of the scene plane.
+struct ScenePoints {
+  enum class Pattern { kRandom, kGrid };
+  std::size_t count = 500;
+  Pattern pattern = Pattern::kRandom;
+  std::array<double, 2> east_m{};   ///< from, to; `local`: x
+  std::array<double, 2> north_m{};  ///< from, to; `local`: y
+  std::size_t min_looks = 2;        ///< tie and check points with fewer are left out
+};
+
+/// Known points. Coordinates of components that are not held are written with approximate_sigma_m.
+struct SceneControl {
+  enum class Layout { kNone, kCorners, kPerimeter, kGrid, kChain, kRandom };
+  Layout layout = Layout::kNone;
+  std::size_t count = 4;
+  std::array<double, 3> sigma_m{};  ///< e, n, u; > 0 where held
+  std::array<bool, 3> held{true, true, true};
+  double inset_1 = 0.1;        ///< from the area's edge, part of its width and height
+  double noise_scale_1 = 1.0;  ///< as in SceneLooks
+  double approximate_sigma_m = 100.0;
+};
+
+/// Everything that defines a simulated block (docs/scenes.md).
+struct Scene {
+  std::string name;
+  std::string purpose;
+  std::uint64_t seed = 1;
+  Frame frame = Frame::Local();
+  Geodetic centre;                        ///< geocentric: origin of the scene plane; h not used
+  double rotation_rad_per_s = kNotGiven;  ///< geocentric: of the body; not given: known by its name
+  std::vector<SceneFlight> flights;
+  SceneNavigation navigation;
+  SceneLooks looks;
+  SceneTerrain terrain;
+  ScenePoints points;
+  SceneControl control;
+  SceneControl check;       ///< layout kRandom by default in files
+  std::string adjust_toml;  ///< the [adjust] table as TOML text with its header; may be empty
+};
+
+/// A value that no scene can have. `field` is the dotted key of the scene file
+/// ("flight.0.height_m").
+struct SceneProblem {
+  std::string field;
+  std::string problem;
+};
+[[nodiscard]] std::optional<SceneProblem> FindProblem(const Scene& scene);
+
+/// Throws InputError for the first problem.
+void Validate(const Scene& scene);
+
+/// Scene plane to frame at height h (local: z): the tangent plane of the scene's centre, projected
+/// along the ellipsoid's normal.
+[[nodiscard]] Eigen::Vector3d FrameFromPlane(const Scene& scene,
+                                             const Eigen::Vector2d& plane_m,
+                                             double height_m);
+
+}  // namespace sarblock

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/simulate/scene.h"
+#include "sarblock/simulate/true_path.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace sarblock {
+
+/// What the looks would read without noise, by look index of the block.
+struct ExactLooks {
+  std::vector<double> nominal_time_s;  ///< cone time on the nominal path: the planned look
+  std::vector<double> time_s;   ///< cone time on the true path (model time, bias not removed)
+  std::vector<double> range_m;  ///< |p - s| there
+  std::vector<double> azimuth_rate_mps;  ///< |de_d/dt| there: metres at the target a second
+};
+
+/// A block whose truth is known. Passes carry explicit start and end times.
+struct SimulatedBlock {
+  Block block;
+  Truth truth;
+  std::vector<PassError> errors;   ///< by pass, as drawn
+  std::vector<double> squint_rad;  ///< nominal squint by pass
+  ExactLooks exact;
+  std::vector<std::uint8_t> blunder;  ///< by look, 1 where a blunder was added
+  std::uint64_t measurement_seed = 0;
+  std::uint64_t navigation_seed = 0;
+  std::uint64_t control_seed = 0;
+};
+
+/// Simulates a scene: nominal paths, terrain, points, visibility, then Redraw() of everything with
+/// the scene's seed. The same scene gives the same bytes.
+///
+/// A point is seen by a pass when the cone equation on the nominal path has its solution inside the
+/// strip's time and the point then lies inside the swath on the look side (docs/scenes.md). There
+/// is no shadow or layover. Times and ranges come from the true path (model.md, section 4):
+///
+///     e_d(t) = 0 with squint tau + b_tau  ->  t;      t_measured = t - b_t + sigma_t n_1
+///     R_measured = (1 + kappa) |p - s(t)| + b_r + sigma_R n_2
+///
+/// Order of points: control (C...), check (K...), tie (T...). Throws InputError (Validate) and
+/// Interrupted.
+[[nodiscard]] SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress = nullptr);
+
+/// What Redraw() draws anew; the rest stays as it is.
+struct RedrawChoice {
+  bool measurements = true;  ///< noise and blunders of the looks
+  bool navigation = true;    ///< true paths and biases about the same nominal paths
+  bool control = true;       ///< errors of control and check coordinates
+};
+
+/// Draws random errors anew from `seed`, for seeded statistics: points, nominal paths and the list
+/// of looks stay, so that a draw costs one cone solution a look (navigation) or two random numbers.
+/// The result depends on scene, seeds and choice alone, not on earlier draws. `scene` must be the
+/// one `simulated` was made from. Throws InputError if a true look leaves its nominal path's span.
+void Redraw(const Scene& scene,
+            std::uint64_t seed,
+            const RedrawChoice& choice,
+            SimulatedBlock* simulated);
+
+}  // namespace sarblock

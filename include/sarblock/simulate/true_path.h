@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/flight/basis.h"
+#include "sarblock/flight/path.h"
+#include "sarblock/geodesy/frame.h"
+#include "sarblock/simulate/scene.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace sarblock {
+
+/// The errors of one pass as drawn, signs as the corrections of model.md, section 3: adding them to
+/// the nominal path and measurements gives the truth.
+struct PassError {
+  std::array<double, 3> constant_m{};           ///< along, across, up
+  std::array<double, 3> drift_m{};              ///< times strip-normalised time
+  std::array<std::vector<double>, 3> spline_m;  ///< B-spline coefficients; empty: no process
+  double range_bias_m = 0.0;
+  double range_scale_1 = 0.0;
+  double time_bias_s = 0.0;
+  double squint_bias_rad = 0.0;
+};
+
+/// Draws the errors of pass number `pass_index` from its own stream of `seed`.
+[[nodiscard]] PassError DrawPassError(const SceneNavigation& navigation,
+                                      const Pass& pass,
+                                      std::size_t pass_index,
+                                      std::uint64_t seed);
+
+/// True path of a pass: s(t) = s0(t) + A(t) c(t), A the track axes of the nominal path s0.
+/// Velocity and acceleration are exact derivatives, the turning of the axes included. Holds
+/// references: frame, pass and error must outlive it.
+class TruePath {
+ public:
+  TruePath(const Frame& frame, const Pass& pass, const PassError& error, double knot_spacing_s);
+  /// Nothing outside the span of the nominal states. Jerk is left zero.
+  [[nodiscard]] std::optional<Motion> At(double time_s) const;
+  /// State vectors at the nominal times.
+  [[nodiscard]] FlightPath AtNominalTimes() const;
+
+ private:
+  const Frame* frame_;
+  const Pass* pass_;
+  const PassError* error_;
+  std::optional<UniformSpline> spline_;
+  bool nominal_ = true;  // no error at all
+};
+
+}  // namespace sarblock

@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/scene_file.h"
+
+#include "sarblock/core/units.h"
+
+#include <cerrno>
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <system_error>
+
+#include "scene_table.h"
+
+namespace sarblock {
+namespace {
+
+constexpr char kFormat[] = "sarblock-scene 1";
+
+toml::table ParseToml(std::string_view text, const std::string& file) {
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    throw InputError(FilePlace{file, error.source().begin.line, ""},
+                     std::string(error.description()));
+  }
+}
+
+std::string ReadText(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) {
+    throw InputError(FilePlace{path.string(), 0, ""}, "is a folder; a scene is a TOML file");
+  }
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) {
+    throw InputError(FilePlace{path.string(), 0, ""},
+                     "cannot be read: " + std::generic_category().message(errno));
+  }
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// Index of an array element in a dotted key; npos if `name` is none.
+std::size_t IndexOf(std::string_view name, std::size_t size) {
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+  return error == std::errc() && end == name.data() + name.size() && index < size
+             ? index
+             : std::string::npos;
+}
+
+template <typename Node>  // toml::node or const toml::node
+Node* Child(Node* parent, std::string_view name) {
+  if (auto* table = parent->as_table()) return table->get(name);
+  if (auto* array = parent->as_array()) {
+    const std::size_t index = IndexOf(name, array->size());
+    return index == std::string::npos ? nullptr : array->get(index);
+  }
+  return nullptr;
+}
+
+/// Sets one `KEY=VALUE`.
+void Override(const std::string& text, toml::table* root) {
+  const std::string source = "--set " + text;
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw InputError(source, "must be KEY=VALUE with a dotted key");
+  }
+  toml::table parsed;
+  try {
+    parsed = toml::parse("value = " + text.substr(equals + 1), source);
+  } catch (const toml::parse_error&) {
+    parsed.insert("value", text.substr(equals + 1));
+  }
+  toml::node* parent = root;
+  std::string_view rest = std::string_view(text).substr(0, equals);
+  for (std::size_t dot = rest.find('.'); dot != std::string_view::npos; dot = rest.find('.')) {
+    const std::string_view name = rest.substr(0, dot);
+    rest.remove_prefix(dot + 1);
+    toml::node* child = Child(parent, name);
+    if (child == nullptr && parent->is_table()) {
+      child = &parent->as_table()->insert_or_assign(name, toml::table{}).first->second;
+    }
+    if (child == nullptr) throw InputError(source, "has no element " + std::string(name));
+    parent = child;
+  }
+  parsed.get("value")->visit([&](auto& value) {
+    if (toml::table* table = parent->as_table()) {
+      table->insert_or_assign(rest, std::move(value));  // moved: a copy loses its place
+    } else if (toml::array* array = parent->as_array();
+               array != nullptr && IndexOf(rest, array->size()) != std::string::npos) {
+      const auto index = static_cast<std::ptrdiff_t>(IndexOf(rest, array->size()));
+      array->replace(array->cbegin() + index, std::move(value));
+    } else {
+      throw InputError(source, "names no key of a table");
+    }
+  });
+}
+
+toml::table Effective(std::string_view text,
+                      const std::string& file,
+                      const std::vector<std::string>& overrides) {
+  toml::table root = ParseToml(text, file);
+  for (const std::string& entry : overrides) Override(entry, &root);
+  return root;
+}
+
+std::string ToText(const toml::table& table) {
+  std::ostringstream stream;
+  stream << table << '\n';
+  return stream.str();
+}
+
+SceneFlight ReadFlight(SceneTable table) {
+  using Pattern = SceneFlight::Pattern;
+  SceneFlight flight;
+  table.Text("id", &flight.id);
+  table.Choice<Pattern>(
+      "pattern", {{"strips", Pattern::kStrips}, {"orbit", Pattern::kOrbit}}, &flight.pattern);
+  table.Choice<LookSide>(
+      "look", {{"left", LookSide::kLeft}, {"right", LookSide::kRight}}, &flight.side);
+  table.Number("squint_deg", &flight.squint_rad, kRadPerDeg);
+  int swaths = 0;
+  if (table.Numbers("swath_look_deg", &flight.swath.limits, kRadPerDeg)) ++swaths;
+  if (table.Numbers("swath_ground_m", &flight.swath.limits)) {
+    flight.swath.kind = SwathKind::kGroundRange;
+    ++swaths;
+  }
+  if (table.Numbers("swath_slant_m", &flight.swath.limits)) {
+    flight.swath.kind = SwathKind::kSlantRange;
+    ++swaths;
+  }
+  table.Count("count", &flight.count);
+  table.Number("spacing_m", &flight.spacing_m);
+  table.Number("overlap", &flight.overlap_1);
+  table.Number("height_m", &flight.height_m);
+  table.Number("length_m", &flight.length_m);
+  table.Number("speed_mps", &flight.speed_mps);
+  table.Number("start_s", &flight.start_s);
+  table.Number("state_spacing_s", &flight.state_spacing_s);
+  std::array<double, 2> pair{};
+  if (table.Numbers("start_m", &pair)) flight.start_m << pair[0], pair[1];
+  table.Number("heading_deg", &flight.heading_rad, kRadPerDeg);
+  table.Number("inclination_deg", &flight.inclination_rad, kRadPerDeg);
+  table.Choice<bool>("direction", {{"ascending", false}, {"descending", true}}, &flight.descending);
+  if (table.Numbers("aim_m", &pair)) flight.aim_m << pair[0], pair[1];
+  table.Number("aim_look_deg", &flight.aim_look_rad, kRadPerDeg);
+  table.Number("wavelength_m", &flight.wavelength_m);
+  table.Number("range_sigma_m", &flight.range_sigma_m);
+  table.Number("azimuth_sigma_m", &flight.azimuth_sigma_m);
+  table.Finish();
+  if (swaths > 1) {
+    throw InputError(FilePlace{table.file(), 0, table.prefix() + "swath"},
+                     "stands twice; give one of swath_look_deg, swath_ground_m, swath_slant_m");
+  }
+  return flight;
+}
+
+SceneNavigation ReadNavigation(SceneTable table) {
+  using Process = SceneNavigation::Process;
+  SceneNavigation navigation;
+  table.Numbers("constant_sigma_m", &navigation.constant_sigma_m);
+  table.Numbers("drift_sigma_m", &navigation.drift_sigma_m);
+  table.Choice<Process>("process",
+                        {{"none", Process::kNone},
+                         {"random-walk", Process::kRandomWalk},
+                         {"gauss-markov", Process::kGaussMarkov}},
+                        &navigation.process);
+  table.Numbers("process_sigma_m", &navigation.process_sigma_m);
+  table.Number("correlation_time_s", &navigation.correlation_time_s);
+  table.Number("knot_spacing_s", &navigation.knot_spacing_s);
+  table.Number("range_bias_sigma_m", &navigation.range_bias_sigma_m);
+  table.Number("range_scale_sigma_ppm", &navigation.range_scale_sigma_1, 1e-6);
+  table.Number("time_bias_sigma_s", &navigation.time_bias_sigma_s);
+  table.Number("squint_bias_sigma_deg", &navigation.squint_bias_sigma_rad, kRadPerDeg);
+  table.Truth("shared_biases", &navigation.shared_biases);
+  table.Finish();
+  return navigation;
+}
+
+SceneLooks ReadLooks(SceneTable table) {
+  using Blunder = SceneLooks::BlunderKind;
+  SceneLooks looks;
+  table.Number("range_sigma_m", &looks.range_sigma_m);
+  table.Number("azimuth_sigma_m", &looks.azimuth.azimuth);
+  if (table.Has("azimuth_sigma_s")) {
+    const toml::node* node = table.Take("azimuth_sigma_s");
+    if (table.Has("azimuth_sigma_m")) {
+      table.Fail(*node, "azimuth_sigma_s", "cannot stand beside azimuth_sigma_m");
+    }
+    looks.azimuth.azimuth_unit = AzimuthUnit::kSeconds;
+  }
+  table.Number("azimuth_sigma_s", &looks.azimuth.azimuth);
+  table.Number("noise_scale", &looks.noise_scale_1);
+  table.Number("blunder_fraction", &looks.blunder_fraction_1);
+  table.Number("blunder_size", &looks.blunder_size_1);
+  table.Choice<Blunder>(
+      "blunder_kind",
+      {{"range", Blunder::kRange}, {"azimuth", Blunder::kAzimuth}, {"both", Blunder::kBoth}},
+      &looks.blunder_kind);
+  table.Choice<bool>("cone", {{"squint", false}, {"doppler", true}}, &looks.doppler);
+  table.Finish();
+  return looks;
+}
+
+SceneTerrain ReadTerrain(SceneTable table) {
+  using Kind = SceneTerrain::Kind;
+  SceneTerrain terrain;
+  table.Choice<Kind>(
+      "kind",
+      {{"flat", Kind::kFlat}, {"rolling", Kind::kRolling}, {"rugged", Kind::kRugged}},
+      &terrain.kind);
+  table.Number("height_m", &terrain.height_m);
+  table.Number("relief_m", &terrain.relief_m);
+  table.Number("correlation_m", &terrain.correlation_m);
+  table.Finish();
+  return terrain;
+}
+
+ScenePoints ReadPoints(SceneTable table) {
+  using Pattern = ScenePoints::Pattern;
+  ScenePoints points;
+  table.Count("count", &points.count);
+  table.Numbers("east_m", &points.east_m);
+  table.Numbers("north_m", &points.north_m);
+  if (table.Has("density_per_km2")) {
+    const toml::node* node = table.Take("density_per_km2");
+    if (table.Has("count")) table.Fail(*node, "density_per_km2", "cannot stand beside count");
+    double density = 0.0;
+    table.Number("density_per_km2", &density);
+    const double area_km2 =
+        (points.east_m[1] - points.east_m[0]) * (points.north_m[1] - points.north_m[0]) * 1e-6;
+    const double count = density * area_km2;
+    if (!(density >= 0.0 && count >= 0.0 && count < 1e9)) {
+      table.Fail(*node, "density_per_km2", "must be 0 or more and give fewer than 1e9 points");
+    }
+    points.count = static_cast<std::size_t>(count + 0.5);
+  }
+  table.Choice<Pattern>(
+      "pattern", {{"random", Pattern::kRandom}, {"grid", Pattern::kGrid}}, &points.pattern);
+  table.Count("min_looks", &points.min_looks);
+  // Named for messages about unknown keys.
+  (void)table.Take("density_per_km2");
+  table.Finish();
+  return points;
+}
+
+SceneControl ReadKnown(SceneTable table, SceneControl::Layout default_layout) {
+  using Layout = SceneControl::Layout;
+  SceneControl known;
+  known.layout = default_layout;
+  table.Choice<Layout>("layout",
+                       {{"none", Layout::kNone},
+                        {"corners", Layout::kCorners},
+                        {"perimeter", Layout::kPerimeter},
+                        {"grid", Layout::kGrid},
+                        {"chain", Layout::kChain},
+                        {"random", Layout::kRandom}},
+                       &known.layout);
+  table.Count("count", &known.count);
+  if (known.count == 0) known.layout = Layout::kNone;
+  table.Numbers("sigma_m", &known.sigma_m);
+  if (table.Has("components")) {
+    known.held = {false, false, false};
+    const toml::node* node = table.Take("components");
+    for (const std::string& name : table.Texts("components")) {
+      const std::size_t axis = name == "e" ? 0 : name == "n" ? 1 : name == "u" ? 2 : 3;
+      if (axis == 3) table.Fail(*node, "components", "allowed are e, n, u");
+      known.held[axis] = true;
+    }
+  }
+  (void)table.Take("components");
+  table.Number("inset", &known.inset_1);
+  table.Number("noise_scale", &known.noise_scale_1);
+  table.Number("approximate_sigma_m", &known.approximate_sigma_m);
+  table.Finish();
+  return known;
+}
+
+void ReadFrame(SceneTable table, Scene* scene) {
+  std::string kind = "local";
+  table.Choice<std::string>("kind", {{"local", "local"}, {"geocentric", "geocentric"}}, &kind);
+  Ellipsoid ellipsoid;
+  if (const toml::node* node = table.Take("ellipsoid")) {
+    if (const toml::table* numbers = node->as_table()) {
+      SceneTable inner(*numbers, table.prefix() + "ellipsoid.", table.file());
+      inner.Number("a_m", &ellipsoid.a_m);
+      inner.Number("f", &ellipsoid.flattening);
+      inner.Finish();
+    } else {
+      std::string name;
+      table.Text("ellipsoid", &name);
+      try {
+        ellipsoid = NamedEllipsoid(name);
+      } catch (const InputError& error) {
+        table.Fail(*node, "ellipsoid", error.what());
+      }
+    }
+    try {
+      sarblock::Validate(ellipsoid);
+    } catch (const InputError& error) {
+      table.Fail(*node, "ellipsoid", error.what());
+    }
+  } else if (kind == "geocentric") {
+    throw InputError(FilePlace{table.file(), 0, table.prefix() + "ellipsoid"},
+                     "must be given for a geocentric frame");
+  }
+  if (kind == "geocentric") scene->frame = Frame::Geocentric(ellipsoid);
+  table.Number("centre_lat_deg", &scene->centre.lat_rad, kRadPerDeg);
+  table.Number("centre_lon_deg", &scene->centre.lon_rad, kRadPerDeg);
+  table.Number("rotation_rad_per_s", &scene->rotation_rad_per_s);
+  table.Finish();
+}
+
+/// Place of a dotted field, or of the nearest table around it that stands in the file.
+FilePlace PlaceOfField(const toml::table& root, const std::string& file, const std::string& field) {
+  const toml::node* node = &root;
+  std::string_view rest = field;
+  while (!rest.empty()) {
+    const std::size_t dot = std::min(rest.find('.'), rest.size());
+    const toml::node* child = Child(node, rest.substr(0, dot));
+    if (child == nullptr) break;
+    node = child;
+    rest.remove_prefix(std::min(dot + 1, rest.size()));
+  }
+  FilePlace place = PlaceOf(*node, file, field);
+  if (node == &root) place.line = 0;
+  return place;
+}
+
+}  // namespace
+
+Scene ParseScene(std::string_view text,
+                 const std::string& file,
+                 const std::vector<std::string>& overrides) {
+  const toml::table root = Effective(text, file, overrides);
+  SceneTable table(root, "", file);
+  Scene scene;
+  std::string format;
+  table.Text("format", &format);
+  if (format != kFormat) {
+    throw InputError(PlaceOfField(root, file, "format"),
+                     std::string("must be \"") + kFormat + "\"");
+  }
+  table.Text("name", &scene.name);
+  table.Text("purpose", &scene.purpose);
+  table.Count("seed", &scene.seed);
+  const auto inner = [&](const toml::table& child, const std::string& key) {
+    return SceneTable(child, key + ".", file);
+  };
+  if (const toml::table* t = table.Table("frame")) ReadFrame(inner(*t, "frame"), &scene);
+  if (const toml::array* flights = table.Tables("flight")) {
+    for (std::size_t i = 0; i < flights->size(); ++i) {
+      scene.flights.push_back(
+          ReadFlight(inner(*flights->get(i)->as_table(), "flight." + std::to_string(i))));
+    }
+  }
+  if (const toml::table* t = table.Table("navigation")) {
+    scene.navigation = ReadNavigation(inner(*t, "navigation"));
+  }
+  if (const toml::table* t = table.Table("looks")) scene.looks = ReadLooks(inner(*t, "looks"));
+  if (const toml::table* t = table.Table("terrain")) {
+    scene.terrain = ReadTerrain(inner(*t, "terrain"));
+  }
+  if (const toml::table* t = table.Table("points")) scene.points = ReadPoints(inner(*t, "points"));
+  if (const toml::table* t = table.Table("control")) {
+    scene.control = ReadKnown(inner(*t, "control"), SceneControl::Layout::kCorners);
+  }
+  if (const toml::table* t = table.Table("check")) {
+    scene.check = ReadKnown(inner(*t, "check"), SceneControl::Layout::kRandom);
+  }
+  if (const toml::table* t = table.Table("adjust")) {
+    scene.adjust_toml = ToText(toml::table{{"adjust", *t}});
+  }
+  table.Finish();
+  if (const auto problem = FindProblem(scene)) {
+    throw InputError(PlaceOfField(root, file, problem->field), problem->problem);
+  }
+  return scene;
+}
+
+Scene ReadScene(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+  return ParseScene(ReadText(path), path.string(), overrides);
+}
+
+std::string EffectiveSceneText(const std::filesystem::path& path,
+                               const std::vector<std::string>& overrides) {
+  return ToText(Effective(ReadText(path), path.string(), overrides));
+}
+
+}  // namespace sarblock

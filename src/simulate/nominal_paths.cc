@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nominal_paths.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/units.h"
+#include "sarblock/flight/track_axes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string_view>
+
+#include "cone_time.h"
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+namespace sarblock {
+namespace {
+
+/// Gravity parameter [m3/s2] and sidereal rotation [rad/s] (positive: eastwards).
+/// Moon: IAU/GRAIL GM; Venus: IAU 2015 rotation, retrograde; Mars: IAU 2015.
+struct Body {
+  std::string_view name;
+  double gm;
+  double rotation;
+};
+constexpr std::array<Body, 5> kBodies = {{{"WGS84", 3.986004418e14, 7.292115e-5},
+                                          {"GRS80", 3.986005e14, 7.292115e-5},
+                                          {"Moon", 4.9028e12, 2.6616995e-6},
+                                          {"Venus", 3.24858592e14, -2.9924e-7},
+                                          {"Mars", 4.282837e13, 7.088218e-5}}};
+
+const Body* FindBody(const std::string& name) {
+  const auto* found = std::find_if(
+      kBodies.begin(), kBodies.end(), [&](const Body& body) { return body.name == name; });
+  return found == kBodies.end() ? nullptr : found;
+}
+
+/// A planned motion by time from the middle of the strip.
+using Trajectory = std::function<StateVector(double)>;
+
+/// Circular orbit in a body-fixed frame that turns with `rotation`.
+struct Orbit {
+  double radius_m = 0.0;
+  double inclination_rad = 0.0;
+  double motion_rad_per_s = 0.0;
+  double rotation_rad_per_s = 0.0;
+  double latitude_argument_rad = 0.0;  // at the middle of the strip
+  double node_rad = 0.0;               // longitude of the ascending node there
+
+  [[nodiscard]] StateVector At(double since_middle_s) const {
+    const double u = latitude_argument_rad + motion_rad_per_s * since_middle_s;
+    const double node = node_rad - rotation_rad_per_s * since_middle_s;
+    const double ci = std::cos(inclination_rad);
+    const double si = std::sin(inclination_rad);
+    const Eigen::Vector3d q(std::cos(u), std::sin(u) * ci, std::sin(u) * si);
+    const Eigen::Vector3d q_rate(-std::sin(u), std::cos(u) * ci, std::cos(u) * si);
+    Eigen::Matrix3d turn;
+    turn << std::cos(node), -std::sin(node), 0, std::sin(node), std::cos(node), 0, 0, 0, 1;
+    StateVector state;
+    state.time_s = since_middle_s;
+    state.position_m = turn * q * radius_m;
+    state.velocity_mps = turn * q_rate * (radius_m * motion_rad_per_s) -
+                         rotation_rad_per_s * Eigen::Vector3d::UnitZ().cross(state.position_m);
+    return state;
+  }
+};
+
+Motion MotionOf(const StateVector& state) {
+  Motion motion;
+  motion.position_m = state.position_m;
+  motion.velocity_mps = state.velocity_mps;
+  return motion;
+}
+
+double LookAngle(const Frame& frame, const Motion& motion, const Eigen::Vector3d& p_m, int side) {
+  const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes_1;
+  const Eigen::Vector3d d = p_m - motion.position_m;
+  return std::atan2(side * d.dot(axes.col(1)), -d.dot(axes.col(2)));
+}
+
+/// Finds argument of latitude and node so that `aim` stands on the cone at the wanted look angle
+/// at the middle of the strip: Newton with differences from the orbit straight above it.
+Orbit AimOrbit(const Scene& scene,
+               const SceneFlight& flight,
+               Orbit orbit,
+               const Eigen::Vector3d& aim_m,
+               double look_rad) {
+  const Eigen::Vector3d n = aim_m.normalized();
+  const double sine = std::clamp(n.z() / std::sin(orbit.inclination_rad), -1.0, 1.0);
+  double u = std::asin(sine);
+  if (flight.descending) u = std::copysign(180.0 * kRadPerDeg, sine) - u;
+  orbit.latitude_argument_rad = u;
+  orbit.node_rad = std::atan2(n.y(), n.x()) -
+                   std::atan2(std::sin(u) * std::cos(orbit.inclination_rad), std::cos(u));
+  const auto miss = [&](const Orbit& trial) -> Eigen::Vector2d {
+    const Motion motion = MotionOf(trial.At(0.0));
+    return {EvaluateCone(motion, aim_m, flight.squint_rad).doppler_error_m / trial.radius_m,
+            LookAngle(scene.frame, motion, aim_m, static_cast<int>(flight.side)) - look_rad};
+  };
+  constexpr double kStep_rad = 1e-6;
+  constexpr double kLongest_rad = 0.02;
+  for (int iteration = 0; iteration < 60; ++iteration) {
+    const Eigen::Vector2d now = miss(orbit);
+    if (now.cwiseAbs().maxCoeff() < 1e-11) return orbit;
+    Eigen::Matrix2d J;
+    Orbit moved = orbit;
+    moved.latitude_argument_rad += kStep_rad;
+    J.col(0) = (miss(moved) - now) / kStep_rad;
+    moved = orbit;
+    moved.node_rad += kStep_rad;
+    J.col(1) = (miss(moved) - now) / kStep_rad;
+    const Eigen::FullPivLU<Eigen::Matrix2d> lu(J);
+    if (!J.allFinite() || !lu.isInvertible()) break;
+    Eigen::Vector2d step = -lu.solve(now);
+    if (step.norm() > kLongest_rad) step *= kLongest_rad / step.norm();
+    orbit.latitude_argument_rad += step.x();
+    orbit.node_rad += step.y();
+  }
+  throw InputError("flight " + flight.id,
+                   "no orbit of this inclination sees the aim at this look angle");
+}
+
+/// Largest slant range of the swath from height H over a sphere of radius a (a infinite: plane).
+double FarRange(const SceneFlight& flight, double radius_m, double relief_m) {
+  const double depth_m = flight.height_m + relief_m;
+  const double far = flight.swath.limits[1];
+  double range_m = far;
+  if (flight.swath.kind == SwathKind::kGroundRange) range_m = std::hypot(far, depth_m);
+  if (flight.swath.kind == SwathKind::kLookAngle) {
+    range_m = depth_m / std::cos(far);
+    if (std::isfinite(radius_m)) {
+      // Sight from radius r = a + H hits the sphere of radius a - relief, or grazes at its horizon.
+      const double r_m = radius_m + flight.height_m;
+      const double a_m = radius_m - relief_m;
+      const double under = a_m * a_m - std::pow(r_m * std::sin(far), 2);
+      range_m = under > 0.0 ? r_m * std::cos(far) - std::sqrt(under)
+                            : std::sqrt(r_m * r_m - a_m * a_m) + relief_m;
+    }
+  }
+  return range_m / std::cos(flight.squint_rad);
+}
+
+/// Time by which six standard deviations of everything random can move a look.
+double TimeMargin(const Scene& scene, double speed_mps, double duration_s, double range_m) {
+  const SceneNavigation& navigation = scene.navigation;
+  double shift_m = 0.0;
+  double turn_mps = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    shift_m += navigation.constant_sigma_m[axis] + navigation.drift_sigma_m[axis];
+    turn_mps += navigation.drift_sigma_m[axis] * 2.0 / duration_s;
+    if (navigation.process != SceneNavigation::Process::kNone) {
+      shift_m += navigation.process_sigma_m[axis];
+      turn_mps += navigation.process_sigma_m[axis] / navigation.knot_spacing_s;
+    }
+  }
+  const double angle_rad = navigation.squint_bias_sigma_rad + turn_mps / speed_mps;
+  const double measured = scene.looks.blunder_fraction_1 > 0.0 ? scene.looks.blunder_size_1 : 1.0;
+  const bool seconds = scene.looks.azimuth.azimuth_unit == AzimuthUnit::kSeconds;
+  const double azimuth_s = scene.looks.azimuth.azimuth / (seconds ? 1.0 : speed_mps);
+  return 6.0 * ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
+                azimuth_s * scene.looks.noise_scale_1 * std::max(1.0, measured));
+}
+
+Pass MakePass(const Scene& scene,
+              const SceneFlight& flight,
+              std::size_t k,
+              const Trajectory& trajectory,
+              double duration_s,
+              double margin_s) {
+  Pass pass;
+  pass.id = flight.count == 1 ? flight.id : flight.id + std::to_string(k + 1);
+  pass.side = flight.side;
+  pass.wavelength_m = flight.wavelength_m;
+  pass.sigma = scene.looks.azimuth;
+  pass.sigma.range_m =
+      std::isnan(flight.range_sigma_m) ? scene.looks.range_sigma_m : flight.range_sigma_m;
+  if (!std::isnan(flight.azimuth_sigma_m)) {
+    pass.sigma.azimuth = flight.azimuth_sigma_m;
+    pass.sigma.azimuth_unit = AzimuthUnit::kMetres;
+  }
+  pass.start_s = flight.start_s;
+  pass.end_s = flight.start_s + duration_s;
+  const double span_s = duration_s + 2.0 * margin_s;
+  const double intervals = std::ceil(span_s / flight.state_spacing_s);
+  if (!(intervals <= 1e7)) {
+    throw InputError("flight " + flight.id, "more than 10 million state vectors in a pass");
+  }
+  std::vector<StateVector> states;
+  const auto count = static_cast<std::size_t>(intervals);
+  states.reserve(count + 1);
+  for (std::size_t i = 0; i <= count; ++i) {
+    const double since_start_s = span_s * static_cast<double>(i) / intervals - margin_s;
+    StateVector state = trajectory(since_start_s - 0.5 * duration_s);
+    state.time_s = flight.start_s + since_start_s;
+    states.push_back(state);
+  }
+  pass.path = FlightPath(std::move(states));
+  return pass;
+}
+
+double GroundWidth(const SceneFlight& flight) {
+  const auto ground = [&](double limit) {
+    switch (flight.swath.kind) {
+      case SwathKind::kLookAngle:
+        return flight.height_m * std::tan(limit);
+      case SwathKind::kSlantRange:
+        return std::sqrt(std::max(0.0, limit * limit - flight.height_m * flight.height_m));
+      case SwathKind::kGroundRange:
+        break;
+    }
+    return limit;
+  };
+  return ground(flight.swath.limits[1]) - ground(flight.swath.limits[0]);
+}
+
+/// Trajectory of strip k. Geocentric: the plane's straight line lifted to constant height; the
+/// velocity is a central difference over 2 s (error below 1e-6 m/s for aircraft).
+Trajectory StripTrajectory(const Scene& scene, const SceneFlight& flight, std::size_t k) {
+  const Eigen::Vector2d ahead(std::sin(flight.heading_rad), std::cos(flight.heading_rad));
+  const Eigen::Vector2d left(-ahead.y(), ahead.x());
+  const double spacing_m = flight.count == 1 ? 0.0
+                           : std::isnan(flight.overlap_1)
+                               ? flight.spacing_m
+                               : (1.0 - flight.overlap_1) * GroundWidth(flight);
+  const Eigen::Vector2d middle_m =
+      flight.start_m + static_cast<double>(k) * spacing_m * left + 0.5 * flight.length_m * ahead;
+  const Scene* s = &scene;  // outlives the trajectory, as does the flight
+  const SceneFlight* f = &flight;
+  return [s, f, ahead, middle_m](double since_middle_s) {
+    const auto position = [&](double t) {
+      const Eigen::Vector2d plane_m = middle_m + f->speed_mps * t * ahead;
+      return FrameFromPlane(*s, plane_m, f->height_m);
+    };
+    StateVector state;
+    state.position_m = position(since_middle_s);
+    if (s->frame.kind() == FrameKind::kLocal) {
+      state.velocity_mps << f->speed_mps * ahead, 0.0;
+    } else {
+      state.velocity_mps = 0.5 * (position(since_middle_s + 1.0) - position(since_middle_s - 1.0));
+    }
+    return state;
+  };
+}
+
+}  // namespace
+
+std::vector<PlannedPass> PlanPasses(const Scene& scene) {
+  std::vector<PlannedPass> planned;
+  const bool geocentric = scene.frame.kind() == FrameKind::kGeocentric;
+  const double radius_m =
+      geocentric ? scene.frame.ellipsoid().a_m : std::numeric_limits<double>::infinity();
+  const Body* body = geocentric ? FindBody(scene.frame.ellipsoid().name) : nullptr;
+  // Six relief sigmas bound every height in practice; one kilometre covers the ellipsoid's sag
+  // below the sphere of its equatorial radius near the strip, 22 km for the Earth's pole.
+  const double relief_m = std::abs(scene.terrain.height_m) + 6.0 * scene.terrain.relief_m +
+                          (geocentric ? radius_m * scene.frame.ellipsoid().flattening : 0.0);
+  for (const SceneFlight& flight : scene.flights) {
+    const double range_m = FarRange(flight, radius_m, relief_m);
+    for (std::size_t k = 0; k < flight.count; ++k) {
+      Trajectory trajectory;
+      double duration_s = 0.0;
+      double speed_mps = flight.speed_mps;
+      if (flight.pattern == SceneFlight::Pattern::kStrips) {
+        trajectory = StripTrajectory(scene, flight, k);
+        duration_s = flight.length_m / speed_mps;
+      } else {
+        if (body == nullptr && (std::isnan(speed_mps) || std::isnan(scene.rotation_rad_per_s))) {
+          throw InputError("flight " + flight.id,
+                           "an orbit about an ellipsoid given by numbers needs speed_mps and "
+                           "frame.rotation_rad_per_s");
+        }
+        Orbit orbit;
+        orbit.radius_m = radius_m + flight.height_m;
+        orbit.inclination_rad = flight.inclination_rad;
+        if (std::isnan(speed_mps)) speed_mps = std::sqrt(body->gm / orbit.radius_m);
+        orbit.motion_rad_per_s = speed_mps / orbit.radius_m;
+        orbit.rotation_rad_per_s =
+            std::isnan(scene.rotation_rad_per_s) ? body->rotation : scene.rotation_rad_per_s;
+        const double shift = static_cast<double>(k) - 0.5 * static_cast<double>(flight.count - 1);
+        const double spacing_m = flight.count == 1 ? 0.0 : flight.spacing_m;
+        const Eigen::Vector2d aim_m = flight.aim_m + Eigen::Vector2d(shift * spacing_m, 0.0);
+        const double look_rad = std::isnan(flight.aim_look_rad)
+                                    ? 0.5 * (flight.swath.limits[0] + flight.swath.limits[1])
+                                    : flight.aim_look_rad;
+        orbit = AimOrbit(
+            scene, flight, orbit, FrameFromPlane(scene, aim_m, scene.terrain.height_m), look_rad);
+        trajectory = [orbit](double since_middle_s) { return orbit.At(since_middle_s); };
+        duration_s = flight.length_m / (orbit.motion_rad_per_s * radius_m);
+      }
+      const double margin_s =
+          TimeMargin(scene, speed_mps, duration_s, range_m) + 2.0 * flight.state_spacing_s;
+      PlannedPass pass;
+      pass.pass = MakePass(scene, flight, k, trajectory, duration_s, margin_s);
+      pass.squint_rad = flight.squint_rad;
+      pass.swath = flight.swath;
+      pass.reach_m = range_m + 0.55 * speed_mps * duration_s;
+      planned.push_back(std::move(pass));
+    }
+  }
+  return planned;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "place_points.h"
+
+#include "sarblock/core/random.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "streams.h"
+
+namespace sarblock {
+namespace {
+
+/// A rectangle of the scene plane.
+struct Area {
+  Eigen::Vector2d low_m;
+  Eigen::Vector2d size_m;
+  [[nodiscard]] Eigen::Vector2d At(double x_1, double y_1) const {
+    return low_m + Eigen::Vector2d(x_1 * size_m.x(), y_1 * size_m.y());
+  }
+};
+
+Area AreaOf(const ScenePoints& points, double inset_1) {
+  const Eigen::Vector2d low_m(points.east_m[0], points.north_m[0]);
+  const Eigen::Vector2d size_m(points.east_m[1] - points.east_m[0],
+                               points.north_m[1] - points.north_m[0]);
+  return {low_m + inset_1 * size_m, (1.0 - 2.0 * inset_1) * size_m};
+}
+
+Eigen::Vector2d Random(const Area& area, RandomStream* random) {
+  const double x_1 = random->Uniform();
+  return area.At(x_1, random->Uniform());
+}
+
+/// Columns and rows of about square cells that hold `count`.
+struct Grid {
+  std::size_t columns;
+  std::size_t rows;
+};
+Grid GridFor(std::size_t count, const Area& area) {
+  const double wanted = std::sqrt(static_cast<double>(count) * area.size_m.x() / area.size_m.y());
+  const double bounded = std::clamp(std::round(wanted), 1.0, static_cast<double>(count));
+  const auto columns = static_cast<std::size_t>(bounded);
+  return {columns, (count + columns - 1) / columns};
+}
+
+/// i of n from edge to edge; a single one stands in the middle.
+double EdgeToEdge(std::size_t i, std::size_t n) {
+  return n == 1 ? 0.5 : static_cast<double>(i) / static_cast<double>(n - 1);
+}
+
+/// Point at part s (0 <= s < 1) of the way round, anticlockwise from the lower left corner.
+Eigen::Vector2d OnPerimeter(const Area& area, double s) {
+  const double width_m = area.size_m.x();
+  const double height_m = area.size_m.y();
+  double way_m = s * 2.0 * (width_m + height_m);
+  if (way_m < width_m) return area.At(way_m / width_m, 0.0);
+  way_m -= width_m;
+  if (way_m < height_m) return area.At(1.0, way_m / height_m);
+  way_m -= height_m;
+  if (way_m < width_m) return area.At(1.0 - way_m / width_m, 1.0);
+  return area.At(0.0, 1.0 - (way_m - width_m) / height_m);
+}
+
+Eigen::Vector2d KnownPlace(const SceneControl& known,
+                           const Area& area,
+                           std::size_t i,
+                           RandomStream* random) {
+  using Layout = SceneControl::Layout;
+  switch (known.layout) {
+    case Layout::kCorners: {  // diagonal first, so that two or three of them span the area
+      constexpr double kX[4] = {0.0, 1.0, 1.0, 0.0};
+      constexpr double kY[4] = {0.0, 1.0, 0.0, 1.0};
+      return area.At(kX[i % 4], kY[i % 4]);
+    }
+    case Layout::kPerimeter:
+      return OnPerimeter(area, static_cast<double>(i) / static_cast<double>(known.count));
+    case Layout::kGrid: {
+      const Grid grid = GridFor(known.count, area);
+      return area.At(EdgeToEdge(i % grid.columns, grid.columns),
+                     EdgeToEdge(i / grid.columns, grid.rows));
+    }
+    case Layout::kChain: {
+      const double s = EdgeToEdge(i, known.count);
+      return area.size_m.x() >= area.size_m.y() ? area.At(s, 0.5) : area.At(0.5, s);
+    }
+    case Layout::kRandom:
+    case Layout::kNone:
+      break;
+  }
+  return Random(area, random);
+}
+
+std::string Numbered(char stem, std::size_t i) {
+  std::string id(1, stem);
+  id += std::to_string(i + 1);
+  return id;
+}
+
+void PlaceKnown(const Scene& scene,
+                const SceneControl& known,
+                PointRole role,
+                std::vector<PlacedPoint>* placed) {
+  if (known.layout == SceneControl::Layout::kNone) return;
+  const Area area = AreaOf(scene.points, known.inset_1);
+  const bool control = role == PointRole::kControl;
+  const StreamKind stream = control ? kControlPlaceStream : kCheckPlaceStream;
+  for (std::size_t i = 0; i < known.count; ++i) {
+    RandomStream random(scene.seed, MixStream(stream, i));
+    placed->push_back(
+        {Numbered(control ? 'C' : 'K', i), role, KnownPlace(known, area, i, &random)});
+  }
+}
+
+}  // namespace
+
+std::vector<PlacedPoint> PlacePoints(const Scene& scene) {
+  std::vector<PlacedPoint> placed;
+  PlaceKnown(scene, scene.control, PointRole::kControl, &placed);
+  PlaceKnown(scene, scene.check, PointRole::kCheck, &placed);
+  const std::size_t count = scene.points.count;
+  if (count == 0) return placed;
+  placed.reserve(placed.size() + count);
+  const Area area = AreaOf(scene.points, 0.0);
+  const Grid grid = GridFor(count, area);
+  for (std::size_t i = 0; i < count; ++i) {
+    Eigen::Vector2d plane_m;
+    if (scene.points.pattern == ScenePoints::Pattern::kGrid) {  // centres of cells
+      plane_m =
+          area.At((static_cast<double>(i % grid.columns) + 0.5) / static_cast<double>(grid.columns),
+                  (static_cast<double>(i / grid.columns) + 0.5) / static_cast<double>(grid.rows));
+    } else {
+      RandomStream random(scene.seed, MixStream(kTieStream, i));
+      plane_m = Random(area, &random);
+    }
+    placed.push_back({Numbered('T', i), PointRole::kTie, plane_m});
+  }
+  return placed;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
+#include "sarblock/core/random.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "cone_time.h"
+#include "streams.h"
+
+namespace sarblock {
+namespace {
+
+void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
+  const std::vector<Pass>& passes = simulated->block.passes;
+  simulated->errors.clear();
+  simulated->truth.paths.clear();
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    simulated->errors.push_back(
+        DrawPassError(scene.navigation, passes[i], i, simulated->navigation_seed));
+    const TruePath path(
+        simulated->block.frame, passes[i], simulated->errors[i], scene.navigation.knot_spacing_s);
+    simulated->truth.paths.push_back(path.AtNominalTimes());
+  }
+}
+
+/// Noise-free reading of one look on the true path, and the cone it was taken with.
+void SolveLook(const Scene& scene,
+               std::size_t point,
+               std::size_t look,
+               const std::vector<TruePath>& paths,
+               SimulatedBlock* simulated) {
+  Block& block = simulated->block;
+  ExactLooks& exact = simulated->exact;
+  const std::uint32_t pass = block.looks.pass[look];
+  const Eigen::Vector3d& p_m = simulated->truth.points_m[point];
+  const double true_squint_rad =
+      simulated->squint_rad[pass] + simulated->errors[pass].squint_bias_rad;
+  // From the nominal time, never from an earlier draw: the last bits must not depend on history.
+  const std::optional<double> time_s =
+      SolveConeTime(paths[pass], p_m, true_squint_rad, exact.nominal_time_s[look]);
+  const std::optional<Motion> motion = time_s ? paths[pass].At(*time_s) : std::nullopt;
+  if (!motion) {
+    throw InputError("navigation",
+                     "the errors drawn move point " + std::string(block.points.ids[point]) +
+                         " out of the path of pass " + block.passes[pass].id +
+                         "; allowed are errors small against the strip");
+  }
+  exact.time_s[look] = *time_s;
+  exact.range_m[look] = (p_m - motion->position_m).norm();
+  Cone cone;
+  cone.squint_rad = true_squint_rad;
+  if (scene.looks.doppler) {
+    const double closing_mps = motion->velocity_mps.norm() * std::sin(simulated->squint_rad[pass]);
+    block.looks.cone[look] = 2.0 * closing_mps / block.passes[pass].wavelength_m;
+    cone.kind = Cone::Kind::kDoppler;
+    cone.closing_mps = closing_mps;
+  } else if (!block.looks.cone.empty()) {
+    block.looks.cone[look] = simulated->squint_rad[pass];
+  }
+  exact.azimuth_rate_mps[look] = std::abs(
+      LookTimeRates(p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, cone)
+          .doppler_mps);
+}
+
+void SolveLooks(const Scene& scene, SimulatedBlock* simulated) {
+  std::vector<TruePath> paths;
+  for (std::size_t i = 0; i < simulated->block.passes.size(); ++i) {
+    paths.emplace_back(simulated->block.frame,
+                       simulated->block.passes[i],
+                       simulated->errors[i],
+                       scene.navigation.knot_spacing_s);
+  }
+  const std::vector<std::uint64_t>& offsets = simulated->block.looks.offsets;
+  for (std::size_t point = 0; point + 1 < offsets.size(); ++point) {
+    for (std::uint64_t look = offsets[point]; look < offsets[point + 1]; ++look) {
+      SolveLook(scene, point, look, paths, simulated);
+    }
+  }
+}
+
+/// Adds biases, noise and blunders to the exact looks.
+void Measure(const SceneLooks& scene, SimulatedBlock* simulated) {
+  Block& block = simulated->block;
+  const ExactLooks& exact = simulated->exact;
+  const std::vector<std::uint64_t>& offsets = block.looks.offsets;
+  for (std::size_t point = 0; point + 1 < offsets.size(); ++point) {
+    const std::uint64_t point_stream = MixStream(kLookStream, point);
+    for (std::uint64_t look = offsets[point]; look < offsets[point + 1]; ++look) {
+      const std::uint32_t pass = block.looks.pass[look];
+      const PassError& error = simulated->errors[pass];
+      const LookSigma sigma = block.SigmaOf(look);
+      const bool seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
+      const double sigma_s = seconds ? sigma.azimuth : sigma.azimuth / exact.azimuth_rate_mps[look];
+      // Every look takes the same five numbers from its stream, whatever the scene asks for.
+      RandomStream random(simulated->measurement_seed, MixStream(point_stream, pass));
+      double azimuth = scene.noise_scale_1 * random.Normal();  // in sigmas, as is `range`
+      double range = scene.noise_scale_1 * random.Normal();
+      const bool blunder = random.Uniform() < scene.blunder_fraction_1;
+      const double size = random.Uniform() < 0.5 ? -scene.blunder_size_1 : scene.blunder_size_1;
+      const bool coin = random.Uniform() < 0.5;
+      using Kind = SceneLooks::BlunderKind;
+      const bool in_azimuth =
+          scene.blunder_kind == Kind::kAzimuth || (scene.blunder_kind == Kind::kBoth && coin);
+      if (blunder) (in_azimuth ? azimuth : range) += size;
+      simulated->blunder[look] = blunder ? 1 : 0;
+      block.looks.time_s[look] = exact.time_s[look] - error.time_bias_s + sigma_s * azimuth;
+      block.looks.range_m[look] = (1.0 + error.range_scale_1) * exact.range_m[look] +
+                                  error.range_bias_m + sigma.range_m * range;
+    }
+  }
+}
+
+void DrawKnown(const Scene& scene, SimulatedBlock* simulated) {
+  Points& points = simulated->block.points;
+  for (const KnownPosition& known : points.known) {
+    const bool control = points.role[known.point] == PointRole::kControl;
+    const SceneControl& given = control ? scene.control : scene.check;
+    RandomStream random(simulated->control_seed, MixStream(kKnownStream, known.point));
+    Eigen::Vector3d error_enu_m;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      error_enu_m[axis] =
+          (known.held[i] ? given.noise_scale_1 * given.sigma_m[i] : given.approximate_sigma_m) *
+          random.Normal();
+    }
+    const Eigen::Vector3d& p_m = simulated->truth.points_m[known.point];
+    points.given_m[known.point] =
+        p_m + simulated->block.frame.EnuFromFrame(p_m).transpose() * error_enu_m;
+  }
+}
+
+}  // namespace
+
+void Redraw(const Scene& scene,
+            std::uint64_t seed,
+            const RedrawChoice& choice,
+            SimulatedBlock* simulated) {
+  if (choice.navigation) {
+    simulated->navigation_seed = seed;
+    DrawPaths(scene, simulated);
+    SolveLooks(scene, simulated);
+  }
+  if (choice.measurements) simulated->measurement_seed = seed;
+  if (choice.measurements || choice.navigation) Measure(scene.looks, simulated);
+  if (choice.control) {
+    simulated->control_seed = seed;
+    DrawKnown(scene, simulated);
+  }
+}
+
+}  // namespace sarblock

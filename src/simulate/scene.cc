@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/simulate/scene.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/units.h"
+
+#include <cmath>
+#include <set>
+
+namespace sarblock {
+namespace {
+
+using Problem = std::optional<SceneProblem>;
+
+bool Positive(double x) { return std::isfinite(x) && x > 0.0; }
+bool NotNegative(double x) { return std::isfinite(x) && x >= 0.0; }
+bool Given(double x) { return !std::isnan(x); }
+
+bool AllNotNegative(const std::array<double, 3>& values) {
+  return NotNegative(values[0]) && NotNegative(values[1]) && NotNegative(values[2]);
+}
+
+constexpr double kLargestSquint_rad = 60.0 * kRadPerDeg;
+constexpr std::size_t kMostPasses = 100000;
+constexpr std::size_t kMostPoints = 100000000;
+
+Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
+  if (!Positive(flight.speed_mps)) return {{field + "speed_mps", "must be given and positive"}};
+  if (!std::isfinite(flight.heading_rad)) {
+    return {{field + "heading_deg", "must be given, clockwise from north (+y); 90 flies along +x"}};
+  }
+  if (!flight.start_m.allFinite()) return {{field + "start_m", "must be finite"}};
+  if (Given(flight.overlap_1) && !(flight.overlap_1 >= 0.0 && flight.overlap_1 < 1.0)) {
+    return {{field + "overlap", "must be at least 0 and below 1"}};
+  }
+  if (Given(flight.overlap_1) && Given(flight.spacing_m)) {
+    return {{field + "overlap", "cannot stand beside spacing_m; give one of them"}};
+  }
+  if (flight.count > 1 && !Given(flight.overlap_1) && !std::isfinite(flight.spacing_m)) {
+    return {{field + "spacing_m", "must be given (or overlap) where count is above 1"}};
+  }
+  return std::nullopt;
+}
+
+Problem FindOrbitProblem(const Scene& scene, const SceneFlight& flight, const std::string& field) {
+  if (scene.frame.kind() != FrameKind::kGeocentric) {
+    return {{field + "pattern", "an orbit needs a geocentric frame; allowed here: strips"}};
+  }
+  if (!(flight.inclination_rad > 0.0 && flight.inclination_rad < 180.0 * kRadPerDeg)) {
+    return {{field + "inclination_deg", "must be given, above 0 and below 180"}};
+  }
+  if (Given(flight.speed_mps) && !Positive(flight.speed_mps)) {
+    return {{field + "speed_mps", "must be positive"}};
+  }
+  if (Given(flight.overlap_1)) {
+    return {{field + "overlap", "is for strips only; give spacing_m"}};
+  }
+  if (flight.count > 1 && !std::isfinite(flight.spacing_m)) {
+    return {{field + "spacing_m", "must be given where count is above 1"}};
+  }
+  if (!flight.aim_m.allFinite()) return {{field + "aim_m", "must be finite"}};
+  const bool by_swath = flight.swath.kind == SwathKind::kLookAngle && !Given(flight.aim_look_rad);
+  if (!by_swath && !(flight.aim_look_rad >= 0.0 && flight.aim_look_rad < 80.0 * kRadPerDeg)) {
+    return {{field + "aim_look_deg", "must be given for this swath, at least 0 and below 80"}};
+  }
+  return std::nullopt;
+}
+
+Problem FindFlightProblem(const Scene& scene, const SceneFlight& flight, const std::string& field) {
+  if (flight.id.empty()) return {{field + "id", "must not be empty"}};
+  if (flight.count < 1 || flight.count > kMostPasses) {
+    return {{field + "count", "must be from 1 to " + std::to_string(kMostPasses)}};
+  }
+  if (!Positive(flight.height_m)) return {{field + "height_m", "must be given and positive"}};
+  if (!Positive(flight.length_m)) return {{field + "length_m", "must be given and positive"}};
+  if (!Positive(flight.state_spacing_s)) return {{field + "state_spacing_s", "must be positive"}};
+  if (!std::isfinite(flight.start_s)) return {{field + "start_s", "must be finite"}};
+  if (!(std::abs(flight.squint_rad) < kLargestSquint_rad)) {
+    return {{field + "squint_deg", "must be between -60 and 60"}};
+  }
+  const auto [near, far] = flight.swath.limits;
+  if (!(NotNegative(near) && std::isfinite(far) && near < far)) {
+    return {{field + "swath",
+             "needs 0 <= near < far, as swath_look_deg, swath_ground_m or "
+             "swath_slant_m"}};
+  }
+  if (flight.swath.kind == SwathKind::kLookAngle && !(far < 90.0 * kRadPerDeg)) {
+    return {{field + "swath_look_deg", "must be below 90"}};
+  }
+  if (scene.looks.doppler && !Positive(flight.wavelength_m)) {
+    return {{field + "wavelength_m", "must be given and positive for Doppler looks"}};
+  }
+  if (Given(flight.range_sigma_m) && !Positive(flight.range_sigma_m)) {
+    return {{field + "range_sigma_m", "must be positive"}};
+  }
+  if (Given(flight.azimuth_sigma_m) && !Positive(flight.azimuth_sigma_m)) {
+    return {{field + "azimuth_sigma_m", "must be positive"}};
+  }
+  return flight.pattern == SceneFlight::Pattern::kStrips ? FindStripsProblem(flight, field)
+                                                         : FindOrbitProblem(scene, flight, field);
+}
+
+Problem FindFlightsProblem(const Scene& scene) {
+  if (scene.flights.empty()) return {{"flight", "needs one [[flight]] at least"}};
+  std::set<std::string> ids;
+  for (std::size_t i = 0; i < scene.flights.size(); ++i) {
+    const SceneFlight& flight = scene.flights[i];
+    const std::string field = "flight." + std::to_string(i) + ".";
+    if (Problem problem = FindFlightProblem(scene, flight, field)) return problem;
+    for (std::size_t k = 1; k <= flight.count; ++k) {
+      const std::string id = flight.count == 1 ? flight.id : flight.id + std::to_string(k);
+      if (!ids.insert(id).second) return {{field + "id", "makes the pass id " + id + " twice"}};
+    }
+  }
+  return std::nullopt;
+}
+
+Problem FindNavigationProblem(const SceneNavigation& navigation) {
+  using Process = SceneNavigation::Process;
+  const std::string field = "navigation.";
+  const std::string bound = "must be zero or positive";
+  if (!AllNotNegative(navigation.constant_sigma_m)) return {{field + "constant_sigma_m", bound}};
+  if (!AllNotNegative(navigation.drift_sigma_m)) return {{field + "drift_sigma_m", bound}};
+  if (!AllNotNegative(navigation.process_sigma_m)) return {{field + "process_sigma_m", bound}};
+  if (navigation.process != Process::kNone && !Positive(navigation.knot_spacing_s)) {
+    return {{field + "knot_spacing_s", "must be given and positive for a process"}};
+  }
+  if (navigation.process == Process::kGaussMarkov && !Positive(navigation.correlation_time_s)) {
+    return {{field + "correlation_time_s", "must be given and positive for gauss-markov"}};
+  }
+  if (!NotNegative(navigation.range_bias_sigma_m)) return {{field + "range_bias_sigma_m", bound}};
+  if (!NotNegative(navigation.range_scale_sigma_1)) {
+    return {{field + "range_scale_sigma_ppm", bound}};
+  }
+  if (!NotNegative(navigation.time_bias_sigma_s)) return {{field + "time_bias_sigma_s", bound}};
+  if (!NotNegative(navigation.squint_bias_sigma_rad)) {
+    return {{field + "squint_bias_sigma_deg", bound}};
+  }
+  return std::nullopt;
+}
+
+Problem FindLooksProblem(const SceneLooks& looks) {
+  if (!Positive(looks.range_sigma_m)) {
+    return {{"looks.range_sigma_m", "must be given and positive"}};
+  }
+  if (!Positive(looks.azimuth.azimuth)) {
+    return {{"looks.azimuth_sigma_m", "must be given and positive (or azimuth_sigma_s)"}};
+  }
+  if (!NotNegative(looks.noise_scale_1)) return {{"looks.noise_scale", "must be zero or positive"}};
+  if (!(looks.blunder_fraction_1 >= 0.0 && looks.blunder_fraction_1 < 1.0)) {
+    return {{"looks.blunder_fraction", "must be at least 0 and below 1"}};
+  }
+  if (!NotNegative(looks.blunder_size_1)) {
+    return {{"looks.blunder_size", "must be zero or positive, in sigmas"}};
+  }
+  return std::nullopt;
+}
+
+Problem FindPointsProblem(const Scene& scene) {
+  const ScenePoints& points = scene.points;
+  if (points.count > kMostPoints) return {{"points.count", "must not exceed 100 million"}};
+  const auto grows = [](const std::array<double, 2>& interval_m) {
+    return std::isfinite(interval_m[0]) && std::isfinite(interval_m[1]) &&
+           interval_m[0] < interval_m[1];
+  };
+  if (!grows(points.east_m)) return {{"points.east_m", "must be given as [from, to], from < to"}};
+  if (!grows(points.north_m)) return {{"points.north_m", "must be given as [from, to], from < to"}};
+  if (!std::isfinite(scene.terrain.height_m)) return {{"terrain.height_m", "must be finite"}};
+  if (!NotNegative(scene.terrain.relief_m)) {
+    return {{"terrain.relief_m", "must be zero or positive"}};
+  }
+  if (!Positive(scene.terrain.correlation_m)) {
+    return {{"terrain.correlation_m", "must be positive"}};
+  }
+  return std::nullopt;
+}
+
+Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
+  using Layout = SceneControl::Layout;
+  if (known.layout == Layout::kNone) return std::nullopt;
+  if (known.count < 1 || known.count > kMostPoints) {
+    return {{field + "count", "must be 1 at least"}};
+  }
+  if (known.layout == Layout::kCorners && known.count > 4) {
+    return {{field + "count", "must not exceed 4 for corners; allowed: perimeter, grid, ..."}};
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (known.held[axis] && !Positive(known.sigma_m[axis])) {
+      return {{field + "sigma_m", "must be given and positive for every component held"}};
+    }
+  }
+  if (!known.held[0] && !known.held[1] && !known.held[2]) {
+    return {{field + "components", "must name one of e, n, u at least"}};
+  }
+  if (!(known.inset_1 >= 0.0 && known.inset_1 < 0.5)) {
+    return {{field + "inset", "must be at least 0 and below 0.5"}};
+  }
+  if (!NotNegative(known.noise_scale_1)) {
+    return {{field + "noise_scale", "must be zero or positive"}};
+  }
+  if (!NotNegative(known.approximate_sigma_m)) {
+    return {{field + "approximate_sigma_m", "must be zero or positive"}};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SceneProblem> FindProblem(const Scene& scene) {
+  if (scene.name.empty()) return {{"name", "must not be empty"}};
+  if (scene.frame.kind() == FrameKind::kGeocentric &&
+      !(std::abs(scene.centre.lat_rad) <= 90.0 * kRadPerDeg &&
+        std::isfinite(scene.centre.lon_rad))) {
+    return {{"frame.centre_lat_deg", "must be between -90 and 90, with a finite longitude"}};
+  }
+  if (Given(scene.rotation_rad_per_s) && !std::isfinite(scene.rotation_rad_per_s)) {
+    return {{"frame.rotation_rad_per_s", "must be finite"}};
+  }
+  if (Problem problem = FindFlightsProblem(scene)) return problem;
+  if (Problem problem = FindNavigationProblem(scene.navigation)) return problem;
+  if (Problem problem = FindLooksProblem(scene.looks)) return problem;
+  if (Problem problem = FindPointsProblem(scene)) return problem;
+  if (Problem problem = FindKnownProblem(scene.control, "control.")) return problem;
+  return FindKnownProblem(scene.check, "check.");
+}
+
+void Validate(const Scene& scene) {
+  if (const Problem problem = FindProblem(scene)) {
+    throw InputError(problem->field, problem->problem);
+  }
+}
+
+Eigen::Vector3d FrameFromPlane(const Scene& scene,
+                               const Eigen::Vector2d& plane_m,
+                               double height_m) {
+  if (scene.frame.kind() == FrameKind::kLocal) return {plane_m.x(), plane_m.y(), height_m};
+  const Eigen::Vector3d origin_m =
+      scene.frame.FrameFromGeodetic({scene.centre.lat_rad, scene.centre.lon_rad, 0.0});
+  const Eigen::Matrix3d enu_from_frame = scene.frame.EnuFromFrame(origin_m);
+  const Eigen::Vector3d tangent_m(plane_m.x(), plane_m.y(), 0.0);
+  return scene.frame.AtHeight(origin_m + enu_from_frame.transpose() * tangent_m, height_m);
+}
+
+}  // namespace sarblock

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/scene_file.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/units.h"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::HasSubstr;
+
+const char kText[] = R"(format = "sarblock-scene 1"
+name = "two"
+seed = 5
+[[flight]]
+id = "A"
+heading_deg = 90
+height_m = 9100
+length_m = 21000
+speed_mps = 173
+swath_look_deg = [31.5, 67]
+[looks]
+range_sigma_m = 0.7
+azimuth_sigma_s = 0.01
+[points]
+count = 7
+east_m = [700, 19700]
+north_m = [13100, 24900]
+[control]
+count = 2
+sigma_m = [1, 2, 3]
+components = ["u"]
+[adjust]
+robust = "huber"
+[adjust.correction.range]
+bias_sigma_m = 5.0
+)";
+
+std::string MessageOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  try {
+    (void)ParseScene(text, "two.toml", overrides);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string Replaced(const std::string& from, const std::string& to) {
+  std::string text = kText;
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(SceneFileTest, ReadsEveryTable) {
+  const Scene scene = ParseScene(kText, "two.toml");
+  EXPECT_EQ(scene.name, "two");
+  EXPECT_EQ(scene.seed, 5u);
+  ASSERT_EQ(scene.flights.size(), 1u);
+  EXPECT_DOUBLE_EQ(scene.flights[0].swath.limits[0], 31.5 * kRadPerDeg);
+  EXPECT_EQ(scene.looks.azimuth.azimuth_unit, AzimuthUnit::kSeconds);
+  EXPECT_EQ(scene.looks.azimuth.azimuth, 0.01);
+  EXPECT_EQ(scene.points.count, 7u);
+  EXPECT_EQ(scene.control.layout, SceneControl::Layout::kCorners);
+  EXPECT_EQ(scene.control.held, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(scene.check.layout, SceneControl::Layout::kNone);
+}
+
+TEST(SceneFileTest, PassesTheAdjustTableOnAsText) {
+  const Scene scene = ParseScene(kText, "two.toml", {"adjust.robust=cauchy"});
+  EXPECT_THAT(scene.adjust_toml, HasSubstr("[adjust]"));
+  EXPECT_THAT(scene.adjust_toml, HasSubstr("[adjust.correction.range]"));
+  EXPECT_THAT(scene.adjust_toml, HasSubstr("bias_sigma_m = 5.0"));
+  EXPECT_THAT(scene.adjust_toml, HasSubstr("cauchy"));
+  EXPECT_THAT(scene.adjust_toml, testing::Not(HasSubstr("huber")));
+}
+
+TEST(SceneFileTest, TakesOverridesOfKeysNewKeysAndListElements) {
+  const Scene scene = ParseScene(kText,
+                                 "two.toml",
+                                 {"points.count=11",
+                                  "flight.0.height_m=8000.5",
+                                  "points.east_m.1=19000",
+                                  "terrain.kind=rolling",
+                                  "terrain.relief_m=40"});
+  EXPECT_EQ(scene.points.count, 11u);
+  EXPECT_EQ(scene.flights[0].height_m, 8000.5);
+  EXPECT_EQ(scene.points.east_m[1], 19000.0);
+  EXPECT_EQ(scene.terrain.kind, SceneTerrain::Kind::kRolling);
+  EXPECT_EQ(scene.terrain.relief_m, 40.0);
+}
+
+TEST(SceneFileTest, CountsPointsFromADensity) {  // 19.0 km x 11.8 km x 0.5 = 112.1
+  const Scene scene = ParseScene(Replaced("count = 7", "density_per_km2 = 0.5"), "two.toml");
+  EXPECT_EQ(scene.points.count, 112u);
+}
+
+TEST(SceneFileTest, NamesFileLineAndFieldOfAnError) {
+  EXPECT_EQ(MessageOf(Replaced("height_m = 9100", "height_m = -9100")),
+            "two.toml:7: flight.0.height_m: must be given and positive");
+  EXPECT_THAT(MessageOf(Replaced("length_m = 21000", "length_m = \"long\"")),
+              HasSubstr("two.toml:8: flight.0.length_m: must be a number"));
+  // A key that does not stand: the line of its table.
+  EXPECT_THAT(MessageOf(Replaced("length_m = 21000", "")),
+              HasSubstr("two.toml:4: flight.0.length"));
+  EXPECT_THAT(MessageOf(Replaced("count = 7", "count = 7.5")),
+              HasSubstr("two.toml:15: points.count: must be a whole number"));
+  EXPECT_THAT(MessageOf(Replaced("[31.5, 67]", "[31.5]")),
+              HasSubstr("two.toml:10: flight.0.swath_look_deg: must be a list of 2 numbers"));
+  EXPECT_THAT(MessageOf(Replaced("seed = 5", "seed = ")), HasSubstr("two.toml:3: "));
+  EXPECT_THAT(MessageOf(Replaced("sarblock-scene 1", "sarblock-scene 2")),
+              HasSubstr("two.toml:1: format: "));
+}
+
+TEST(SceneFileTest, RefusesUnknownKeysWithTheNearestOne) {
+  EXPECT_THAT(MessageOf(Replaced("speed_mps", "sped_mps")),
+              testing::AllOf(HasSubstr("two.toml:9: flight.0.sped_mps: "),
+                             HasSubstr("did you mean speed_mps?")));
+  EXPECT_THAT(MessageOf(std::string(kText) + "[terain]\nrelief_m = 3\n"),
+              HasSubstr("did you mean terrain?"));
+  EXPECT_THAT(MessageOf(kText, {"points.conut=3"}), HasSubstr("points.conut"));
+}
+
+TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
+  EXPECT_THAT(MessageOf(Replaced("id = \"A\"", "id = \"A\"\nlook = \"up\"")),
+              HasSubstr("two.toml:6: flight.0.look: 'up' is not known, allowed are left, right"));
+  EXPECT_THAT(
+      MessageOf(Replaced("azimuth_sigma_s = 0.01", "azimuth_sigma_s = 0.01\nazimuth_sigma_m = 1")),
+      HasSubstr("two.toml:13: looks.azimuth_sigma_s: cannot stand beside"));
+  EXPECT_THAT(MessageOf(Replaced("swath_look_deg", "swath_ground_m = [1, 2]\nswath_look_deg")),
+              HasSubstr("flight.0.swath: stands twice"));
+  EXPECT_THAT(MessageOf(Replaced("components = [\"u\"]", "components = [\"h\"]")),
+              HasSubstr("control.components: allowed are e, n, u"));
+  EXPECT_THAT(MessageOf(kText, {"points.count"}), HasSubstr("KEY=VALUE"));
+  EXPECT_THAT(MessageOf(kText, {"flight.3.count=1"}), HasSubstr("no element 3"));
+}
+
+TEST(SceneFileTest, RefusesAFileThatIsNotThere) {
+  EXPECT_THROW((void)ReadScene("no/such/scene.toml"), InputError);
+  EXPECT_THROW((void)ReadScene(SARBLOCK_DATASETS), InputError);  // a folder
+}
+
+}  // namespace
+}  // namespace sarblock
