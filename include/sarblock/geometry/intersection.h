@@ -47,7 +47,7 @@ struct Intersection {
 };
 
 struct IntersectionOptions {
-  int max_iterations = 50;
+  int max_iterations = 100;
   /// Below this reciprocal condition of the column-scaled whitened Jacobian the point counts as not
   /// determined (touching or coinciding circles).
   double min_reciprocal_condition = 1e-9;
