@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geometry/sight_scene.h"
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -231,6 +232,49 @@ TEST(IntersectTest, IsInvariantUnderAShift) {
   const Intersection there = Intersect(sights, Frame::Local());
   EXPECT_LT((there.position_m - shift - here.position_m).norm(), 4e-9);  // 2 units of 1e7 m
   EXPECT_EQ(there.covariance_m2, here.covariance_m2);
+}
+
+// Second route: the covariance at the solution by dense matrices, weights of that place. The looks
+// contradict by decametres, so that weights of the start would differ by 1e-3.
+TEST(IntersectTest, CovarianceHasTheWeightsOfTheSolution) {
+  View near, far;
+  near.squint_rad = 0.6;
+  far.look_rad = 0.9;
+  far.squint_rad = -0.5;
+  const Eigen::Vector3d p(812.5, -273.75, 91.0);
+  std::array<Sight, 2> sights = {SightOf(p, near), SightOf(p, far)};
+  for (Sight& sight : sights) {
+    sight.range_sigma_m = 37.0;
+    sight.azimuth_in_seconds = true;
+    sight.azimuth_sigma = 0.31;
+  }
+  sights[0].antenna_m[0] += 91.25;
+  sights[1].range_m += 48.5;
+  const Intersection result = Intersect(sights, Frame::Local());
+  ASSERT_EQ(result.outcome, kDetermined);
+  Eigen::Matrix<double, 4, 3> jacobian;
+  Eigen::Vector4d errors;
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    const Sight& sight = sights[static_cast<std::size_t>(k)];
+    LookEquations look;
+    ASSERT_TRUE(EvaluateLookEquations(
+        result.position_m, sight.antenna_m, sight.velocity_mps, sight.cone, 0.0, &look));
+    const Whitening w = WhitenTime(sight.range_sigma_m,
+                                   sight.azimuth_sigma,
+                                   LookTimeRates(result.position_m,
+                                                 sight.antenna_m,
+                                                 sight.velocity_mps,
+                                                 sight.acceleration_mps2,
+                                                 sight.cone));
+    jacobian.row(2 * k) = w.w00 * look.drho_dp;
+    jacobian.row(2 * k + 1) = w.w10 * look.drho_dp + w.w11 * look.ded_dp;
+    errors.segment<2>(2 * k) = w.Apply(look.rho_m - sight.range_m, look.doppler_error_m);
+  }
+  const Eigen::Matrix3d covariance_m2 = (jacobian.transpose() * jacobian).inverse();
+  // The last step may move the point by parts of a metre after the weights were formed: 1e-4.
+  EXPECT_LT((result.covariance_m2 - covariance_m2).norm(), 1e-4 * covariance_m2.norm());
+  EXPECT_NEAR(result.weighted_square_sum, errors.squaredNorm(), 1e-4 * errors.squaredNorm());
+  EXPECT_GT(errors.squaredNorm(), 0.5);
 }
 
 }  // namespace
