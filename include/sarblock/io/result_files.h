@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/result.h"
+#include "sarblock/io/atomic_file.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sarblock {
+
+/// What a result folder says about the run beside the result itself.
+struct ResultContext {
+  std::string command = "adjust";     ///< adjust, intersect or predict
+  std::vector<std::string> warnings;  ///< of reading the block; the result's own come after
+  /// Points above which points.geojson leaves out the ellipses' polygons (1.2 kB each) and keeps
+  /// their numbers; the summary then has a warning.
+  std::size_t ellipse_limit = 100000;
+  Compression compression = Compression::kNone;  ///< of the tables
+  std::vector<StageCost> stages;                 ///< before the result's own, such as `read`
+};
+
+/// Factor on every covariance that is written or printed: sigma0_squared with
+/// `scale_by_posterior`, if there is one; else 1.
+[[nodiscard]] double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result);
+
+/// Content of summary.json (docs/formats.md), a newline at the end. Figures that do not exist
+/// (NaN) are null.
+[[nodiscard]] std::string SummaryJson(const Block& block,
+                                      const AdjustOptions& options,
+                                      const AdjustResult& result,
+                                      const ResultContext& context);
+
+/// Writes a result folder: summary.json, points.csv, passes.csv, passes_covariance.csv,
+/// residuals.csv, pairs.csv (if pairs were asked for), trajectories.csv, points.geojson
+/// (geocentric frames). Each file appears whole or not at all, summary.json last. Returns the
+/// summary that was written; its stages end with `write`, the cost of this call.
+/// Positions in frame axes [m]; standard deviations and covariances in east, north, up, times
+/// CovarianceFactor(); angles in degrees. What was not computed is an empty cell.
+std::string WriteResult(const std::filesystem::path& folder,
+                        const Block& block,
+                        const AdjustOptions& options,
+                        const AdjustResult& result,
+                        const ResultContext& context);
+
+}  // namespace sarblock

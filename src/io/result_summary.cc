@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/stage_timer.h"
+#include "sarblock/core/version.h"
+#include "sarblock/io/adjust_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <sstream>
+
+#include "adjust_reader.h"
+#include "path_writer.h"
+#include "result_tables.h"
+#include <nlohmann/json.hpp>
+#include <toml++/toml.h>
+
+namespace sarblock {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* NameOf(AdjustStatus status) {
+  switch (status) {
+    case AdjustStatus::kConverged:
+      return "converged";
+    case AdjustStatus::kNotConverged:
+      return "not_converged";
+    case AdjustStatus::kIntersected:
+      return "intersected";
+    case AdjustStatus::kPredicted:
+      return "predicted";
+  }
+  return "";
+}
+
+// The [adjust] table that held for this run, key by key.
+Json Configuration(const AdjustOptions& options) {
+  const toml::table table = toml::parse(DumpAdjustTable(options));
+  std::ostringstream text;
+  text << toml::json_formatter{*table.get("adjust")};
+  Json configuration = Json::parse(text.str());
+  configuration["threads"] = options.threads;
+  return configuration;
+}
+
+Json Counts(const Block& block, const AdjustResult& result) {
+  Json counts = {{"passes", block.passes.size()},
+                 {"points", block.points.size()},
+                 {"looks", block.looks.size()},
+                 {"parameters", result.parameter_count},
+                 {"observations", result.observation_count},
+                 {"redundancy", result.redundancy()},
+                 {"looks_used", result.looks_used},
+                 {"looks_not_evaluated", result.looks_not_evaluated}};
+  for (const PointRole role : {PointRole::kTie, PointRole::kControl, PointRole::kCheck}) {
+    counts[std::string(NameOf(role)) + "_points"] =
+        std::count(block.points.role.begin(), block.points.role.end(), role);
+  }
+  counts["point_status"] = Json::object();
+  for (const PointStatus status : result.points.status) {
+    Json& count = counts["point_status"][sarblock::NameOf(status)];
+    count = count.is_null() ? 1 : count.get<int>() + 1;
+  }
+  return counts;
+}
+
+Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
+  if (std::isnan(result.sigma0_squared)) return nullptr;
+  return {{"value", result.sigma0_squared * result.redundancy()},
+          {"lower", result.chi_square.lower},
+          {"upper", result.chi_square.upper},
+          {"level", options.test_level},
+          {"passed", result.chi_square_passed}};
+}
+
+Json CheckPoints(const std::vector<CheckResult>& checks) {
+  double sum = 0.0;
+  int components = 0;
+  for (const CheckResult& check : checks) {
+    if (std::isnan(check.chi_square)) continue;
+    sum += check.chi_square;
+    components += check.components;
+  }
+  return {{"points", checks.size()}, {"components", components}, {"chi_square", sum}};
+}
+
+// A stage that ran more than once has the sum of its times.
+Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
+  Json stages = Json::object();
+  for (const std::vector<StageCost>* list : lists) {
+    for (const StageCost& cost : *list) {
+      Json& stage = stages[cost.stage];
+      const double before_s = stage.is_null() ? 0.0 : stage["wall_s"].get<double>();
+      stage = {{"wall_s", before_s + cost.wall_s}, {"peak_mib", cost.peak_mib}};
+    }
+  }
+  return stages;
+}
+
+}  // namespace
+
+double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result) {
+  return options.scale_by_posterior && std::isfinite(result.sigma0_squared) ? result.sigma0_squared
+                                                                            : 1.0;
+}
+
+namespace {
+
+std::string Summary(const Block& block,
+                    const AdjustOptions& options,
+                    const AdjustResult& result,
+                    const ResultContext& context,
+                    const std::vector<StageCost>& written) {
+  Json summary;
+  summary["format"] = "sarblock-result 1";
+  summary["version"] = Version();
+  summary["command"] = context.command;
+  summary["block"] = block.name;
+  summary["status"] = NameOf(result.status);
+  summary["accepted"] = result.accepted;
+  summary["counts"] = Counts(block, result);
+  summary["iterations"] = result.iterations;
+  summary["initial_cost"] = result.initial_cost;
+  summary["final_cost"] = result.final_cost;
+  summary["gradient"] = result.gradient;
+  summary["remaining_step"] = result.remaining_step;
+  summary["sigma0_squared"] = result.sigma0_squared;
+  summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
+  summary["chi_square"] = ChiSquare(options, result);
+  if (!result.checks.empty()) summary["check_points"] = CheckPoints(result.checks);
+  summary["covariance"] = NameIn(options.covariance);
+  summary["condition"] = result.condition;
+  summary["stages"] = Stages({&context.stages, &result.stages, &written});
+  summary["warnings"] = context.warnings;
+  for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
+  summary["configuration"] = Configuration(options);
+  return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string SummaryJson(const Block& block,
+                        const AdjustOptions& options,
+                        const AdjustResult& result,
+                        const ResultContext& context) {
+  return Summary(block, options, result, context, {});
+}
+
+std::string WriteResult(const std::filesystem::path& folder,
+                        const Block& block,
+                        const AdjustOptions& options,
+                        const AdjustResult& result,
+                        const ResultContext& context) {
+  MakeFolder(folder);
+  const ResultView view{block, options, result, context, CovarianceFactor(options, result)};
+  const char* const ending = context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
+  const auto table = [&](const std::string& name) { return folder / (name + ending); };
+  const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
+  std::vector<StageCost> written;
+  ResultContext said = context;
+  {
+    const StageTimer timer("write", &written);
+    WritePointTable(table("points"), view);
+    WriteParameterTable(table("passes"), view);
+    WriteParameterCovariance(table("passes_covariance"), view);
+    WriteResidualTable(table("residuals"), view);
+    if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
+    const bool corrected = !result.corrected_paths.empty();
+    WritePaths(table("trajectories"),
+               block,
+               corrected ? result.corrected_paths : NominalPaths(block),
+               context.compression);
+    if (geocentric) WriteGeoJson(folder / "points.geojson", view);
+  }
+  if (geocentric && result.points.status.size() > context.ellipse_limit) {
+    said.warnings.push_back(
+        "points.geojson has the numbers of the error ellipses but not their "
+        "polygons, there are more than " +
+        std::to_string(context.ellipse_limit) + " points");
+  }
+  const std::string summary = Summary(block, options, result, said, written);
+  AtomicFile out(folder / "summary.json");
+  out.Write(summary);
+  out.Commit();
+  return summary;
+}
+
+}  // namespace sarblock

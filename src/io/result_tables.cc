@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "result_tables.h"
+
+#include "sarblock/core/units.h"
+#include "sarblock/io/csv_writer.h"
+
+#include <cmath>
+
+namespace sarblock {
+namespace {
+
+void WriteCovariance(const SymmetricEnu& covariance_m2, double factor, CsvWriter* out) {
+  for (const double element_m2 : covariance_m2) out->Number(factor * element_m2);
+}
+
+// Check points' errors by point; `next` walks result.checks, which is sorted by point.
+void WriteCheck(const std::vector<CheckResult>& checks,
+                std::uint32_t point,
+                std::size_t* next,
+                CsvWriter* out) {
+  while (*next < checks.size() && checks[*next].point < point) ++*next;
+  if (*next == checks.size() || checks[*next].point != point) {
+    out->Empty(4);
+    return;
+  }
+  const CheckResult& check = checks[*next];
+  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check.error_enu_m[k]);
+  out->Number(check.chi_square);
+}
+
+}  // namespace
+
+const char* NameOf(PointRole role) {
+  switch (role) {
+    case PointRole::kTie:
+      return "tie";
+    case PointRole::kControl:
+      return "control";
+    case PointRole::kCheck:
+      return "check";
+  }
+  return "";
+}
+
+void WritePointTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"point",
+                 "role",
+                 "status",
+                 "looks",
+                 "x_m",
+                 "y_m",
+                 "z_m",
+                 "lat_deg",
+                 "lon_deg",
+                 "h_m",
+                 "sigma_e_m",
+                 "sigma_n_m",
+                 "sigma_u_m",
+                 "cov_en_m2",
+                 "cov_eu_m2",
+                 "cov_nu_m2",
+                 "intersection_deg",
+                 "sigma_leberl_across_m",
+                 "sigma_leberl_up_m",
+                 "redundancy",
+                 "error_e_m",
+                 "error_n_m",
+                 "error_u_m",
+                 "chi_square_3",
+                 "reason"},
+                view.context.compression);
+  const PointResults& points = view.result.points;
+  const bool geocentric = view.block.frame.kind() == FrameKind::kGeocentric;
+  std::size_t next_check = 0;
+  for (std::uint32_t i = 0; i < points.status.size(); ++i) {
+    out.Text(view.block.points.ids[i]).Text(NameOf(view.block.points.role[i]));
+    out.Text(NameOf(points.status[i])).Integer(points.looks[i]);
+    const Eigen::Vector3d& p = points.position_m[i];
+    const bool known = p.allFinite();
+    if (known) {
+      out.Number(p.x()).Number(p.y()).Number(p.z());
+    } else {
+      out.Empty(3);
+    }
+    if (known && geocentric) {
+      const Geodetic place = view.block.frame.GeodeticFromFrame(p);
+      out.Number(place.lat_rad * kDegPerRad).Number(place.lon_rad * kDegPerRad).Number(place.h_m);
+    } else {
+      out.Empty(3);
+    }
+    if (points.covariance_m2.empty()) {
+      out.Empty(6);
+    } else {
+      const SymmetricEnu& c = points.covariance_m2[i];
+      for (std::size_t k = 0; k < 3; ++k) out.Number(std::sqrt(view.factor * c[k]));
+      for (std::size_t k = 3; k < 6; ++k) out.Number(view.factor * c[k]);
+    }
+    out.Number(points.intersection_rad.empty() ? kNotGiven
+                                               : points.intersection_rad[i] * kDegPerRad);
+    out.Empty(2);
+    out.Number(points.redundancy.empty() ? kNotGiven : points.redundancy[i]);
+    WriteCheck(view.result.checks, i, &next_check, &out);
+    out.Text(points.reason.empty() ? std::string_view() : points.reason[i]);
+    out.EndRow();
+  }
+  out.Commit();
+}
+
+void WriteParameterTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(
+      file,
+      {"pass", "parameter", "unit", "value", "sigma", "prior_sigma", "significance", "kept"},
+      view.context.compression);
+  for (const ParameterResult& parameter : view.result.parameters) {
+    const double sigma = std::sqrt(view.factor) * parameter.sigma;
+    out.Text(parameter.owner).Text(parameter.name).Text(parameter.unit).Number(parameter.value);
+    out.Number(sigma).Number(parameter.prior_sigma);
+    out.Number(sigma > 0.0 ? std::abs(parameter.value) / sigma : kNotGiven);
+    out.Empty().EndRow();
+  }
+  out.Commit();
+}
+
+void WriteParameterCovariance(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"pass_a", "parameter_a", "pass_b", "parameter_b", "covariance"},
+                view.context.compression);
+  for (const ParameterCovariance& entry : view.result.parameter_covariance) {
+    const ParameterResult& a = view.result.parameters[entry.a];
+    const ParameterResult& b = view.result.parameters[entry.b];
+    out.Text(a.owner).Text(a.name).Text(b.owner).Text(b.name);
+    out.Number(view.factor * entry.covariance).EndRow();
+  }
+  out.Commit();
+}
+
+void WriteResidualTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"pass",
+                 "point",
+                 "range_residual_m",
+                 "azimuth_residual_m",
+                 "range_redundancy",
+                 "azimuth_redundancy",
+                 "range_w",
+                 "azimuth_w",
+                 "range_mdb_m",
+                 "azimuth_mdb_m",
+                 "range_influence_m",
+                 "azimuth_influence_m",
+                 "weight",
+                 "rejected"},
+                view.context.compression);
+  const Block& block = view.block;
+  const LookResults& looks = view.result.looks;
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      out.Text(block.passes[block.looks.pass[i]].id).Text(block.points.ids[point]);
+      out.Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
+      out.Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
+      out.Empty(8);
+      const bool rejected =
+          looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
+      out.Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
+      out.Integer(rejected ? 1 : 0).EndRow();
+    }
+  }
+  out.Commit();
+}
+
+void WritePairTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"point_a",
+                 "point_b",
+                 "de_m",
+                 "dn_m",
+                 "du_m",
+                 "cov_ee_m2",
+                 "cov_nn_m2",
+                 "cov_uu_m2",
+                 "cov_en_m2",
+                 "cov_eu_m2",
+                 "cov_nu_m2",
+                 "leberl_ee_m2",
+                 "leberl_nn_m2",
+                 "leberl_uu_m2",
+                 "leberl_en_m2",
+                 "leberl_eu_m2",
+                 "leberl_nu_m2"},
+                view.context.compression);
+  for (const PairResult& pair : view.result.pairs) {
+    out.Text(view.block.points.ids[pair.a]).Text(view.block.points.ids[pair.b]);
+    for (Eigen::Index k = 0; k < 3; ++k) out.Number(pair.difference_enu_m[k]);
+    WriteCovariance(pair.covariance_m2, view.factor, &out);
+    out.Empty(6).EndRow();
+  }
+  out.Commit();
+}
+
+}  // namespace sarblock

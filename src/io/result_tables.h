@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/io/result_files.h"
+
+#include <filesystem>
+
+namespace sarblock {
+
+/// What the writers of the single files of a result share.
+struct ResultView {
+  const Block& block;
+  const AdjustOptions& options;
+  const AdjustResult& result;
+  const ResultContext& context;
+  double factor = 1.0;  ///< on covariances
+};
+
+/// "tie", "control" or "check".
+[[nodiscard]] const char* NameOf(PointRole role);
+
+void WritePointTable(const std::filesystem::path& file, const ResultView& view);
+void WriteParameterTable(const std::filesystem::path& file, const ResultView& view);
+void WriteParameterCovariance(const std::filesystem::path& file, const ResultView& view);
+void WriteResidualTable(const std::filesystem::path& file, const ResultView& view);
+void WritePairTable(const std::filesystem::path& file, const ResultView& view);
+void WriteGeoJson(const std::filesystem::path& file, const ResultView& view);
+
+}  // namespace sarblock

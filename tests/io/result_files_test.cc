@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/result_files.h"
+
+#include "sarblock/core/units.h"
+#include "sarblock/io/block_files.h"
+#include "sarblock/io/csv_reader.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "io/io_fixture.h"
+#include <Eigen/LU>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr std::string_view kToml =
+    "format = \"sarblock-block 1\"\nname = \"tiny\"\n[frame]\nkind = \"geocentric\"\n"
+    "ellipsoid = \"WGS84\"\n[sigma]\nrange_m = 1.5\nazimuth_m = 2.5\n"
+    "[[pass]]\nid = \"A\"\nlook = \"left\"\n[[pass]]\nid = \"B\"\nlook = \"left\"\n";
+constexpr std::string_view kPaths =
+    "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
+    "A,0,7000000,0,0,0,7500,0\nA,40,7000000,300000,0,0,7500,0\n"
+    "B,0,7000000,0,9000,0,7500,0\nB,40,7000000,300000,9000,0,7500,0\n";
+constexpr std::string_view kLooks =
+    "pass,point,time_s,range_m,rejected\nA,P,12.5,800000,0\nB,P,12.5,800100,1\n"
+    "A,\"Q,1\",13.5,800200,\n";
+constexpr std::string_view kPoints =
+    "point,role,x_m,y_m,z_m\nP,check,6371000.5,95000.25,1000.125\n";
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+class ResultFilesTest : public test::FolderTest {
+ protected:
+  ResultFilesTest() : block_(ReadBlockTexts({kToml, kPaths, kLooks, kPoints}).block) {
+    options_.test_level = 0.975;
+    options_.pairs = PairChoice::kAll;
+    result_.status = AdjustStatus::kConverged;
+    result_.accepted = true;
+    PointResults& points = result_.points;
+    points.status = {PointStatus::kAdjusted, PointStatus::kTooFewLooks};
+    points.reason = {"", "one look"};
+    points.looks = {1, 1};
+    points.position_m = {Eigen::Vector3d(6371000.5, 95000.25, 1000.125),
+                         Eigen::Vector3d::Constant(kNan)};
+    points.covariance_m2 = {SymmetricEnu{9.0, 4.0, 2.25, 1.5, -0.5, 0.25},
+                            SymmetricEnu{kNan, kNan, kNan, kNan, kNan, kNan}};
+    points.intersection_rad = {0.375, kNan};
+    result_.parameters = {{"A", "range.bias", "m", -3.5, 0.5, 20.0},
+                          {"B", "range.bias", "m", 1.25, kNan, kNan}};
+    result_.parameter_covariance = {{0, 0, 0.25}, {0, 1, -0.125}};
+    result_.pairs = {{0, 1, Eigen::Vector3d(1.5, -2.5, 3.5), {1, 2, 3, 0.1, 0.2, 0.3}}};
+    result_.looks.range_residual_m = {0.75, kNan, -0.25};
+    result_.looks.azimuth_residual_m = {-1.75, kNan, 0.5};
+    result_.looks.weight = {0.5f, 0.0f, 1.0f};
+    result_.checks = {{0, Eigen::Vector3d(0.5, kNan, -1.5), 3.75, 2}};
+    result_.observation_count = 17;
+    result_.parameter_count = 9;
+    result_.sigma0_squared = 4.0;
+    result_.chi_square = {2.5, 17.5};
+    result_.stages = {{"solve", 0.25, 80.0}, {"solve", 0.5, 90.0}};
+    result_.warnings = {"of the result"};
+    context_.warnings = {"of reading"};
+    context_.stages = {{"read", 0.125, 40.0}};
+  }
+  // The cells of a row of a table, by column.
+  std::vector<std::string> Row(const std::string& table,
+                               std::size_t row,
+                               const std::vector<CsvColumn>& columns) const {
+    CsvReader reader(folder_ / table, columns);
+    for (std::size_t i = 0; i <= row; ++i) EXPECT_TRUE(reader.Next());
+    std::vector<std::string> cells;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      EXPECT_TRUE(reader.Has(i)) << columns[i].name;
+      cells.emplace_back(reader.Text(i));
+    }
+    return cells;
+  }
+
+  Block block_;
+  AdjustOptions options_;
+  AdjustResult result_;
+  ResultContext context_;
+};
+
+TEST_F(ResultFilesTest, WritesEveryFileOfTheContract) {
+  WriteResult(folder_, block_, options_, result_, context_);
+  for (const char* name : {"summary.json",
+                           "points.csv",
+                           "passes.csv",
+                           "passes_covariance.csv",
+                           "residuals.csv",
+                           "pairs.csv",
+                           "trajectories.csv",
+                           "points.geojson"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  }
+  EXPECT_EQ(FileCount(), 8u);
+}
+
+TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
+  WriteResult(folder_, block_, options_, result_, context_);
+  EXPECT_THAT(Row("points.csv",
+                  0,
+                  {{"point"},
+                   {"role"},
+                   {"status"},
+                   {"looks"},
+                   {"x_m"},
+                   {"sigma_e_m"},
+                   {"sigma_n_m"},
+                   {"sigma_u_m"},
+                   {"cov_en_m2"},
+                   {"cov_eu_m2"},
+                   {"cov_nu_m2"},
+                   {"error_e_m"},
+                   {"error_n_m"},
+                   {"error_u_m"},
+                   {"chi_square_3"},
+                   {"sigma_leberl_across_m"},
+                   {"sigma_leberl_up_m"},
+                   {"redundancy"}}),
+              ElementsAre("P",
+                          "check",
+                          "adjusted",
+                          "1",
+                          "6371000.5",
+                          "3",
+                          "2",
+                          "1.5",
+                          "1.5",
+                          "-0.5",
+                          "0.25",
+                          "0.5",
+                          "",
+                          "-1.5",
+                          "3.75",
+                          "",
+                          "",
+                          ""));
+  CsvReader reader(folder_ / "points.csv",
+                   std::vector<CsvColumn>{{"lat_deg"}, {"lon_deg"}, {"h_m"}, {"intersection_deg"}});
+  ASSERT_TRUE(reader.Next());
+  const Eigen::Vector3d back_m = block_.frame.FrameFromGeodetic(
+      {reader.Number(0) * kRadPerDeg, reader.Number(1) * kRadPerDeg, reader.Number(2)});
+  // Two roundings of degrees at 6.4e6 m: 2e-9 m each.
+  EXPECT_LE((back_m - result_.points.position_m[0]).norm(), 1e-8);
+  EXPECT_DOUBLE_EQ(reader.Number(3), 21.485917317405873);  // 0.375 rad
+}
+
+TEST_F(ResultFilesTest, PointsNotSolvedHaveEmptyCellsAndAReason) {
+  WriteResult(folder_, block_, options_, result_, context_);
+  EXPECT_THAT(Row("points.csv",
+                  1,
+                  {{"point"},
+                   {"role"},
+                   {"x_m"},
+                   {"lat_deg"},
+                   {"sigma_e_m"},
+                   {"cov_nu_m2"},
+                   {"intersection_deg"},
+                   {"chi_square_3"},
+                   {"reason"}}),
+              ElementsAre("Q,1", "tie", "", "", "", "", "", "", "one look"));
+}
+
+TEST_F(ResultFilesTest, ParametersHaveSignificance) {
+  WriteResult(folder_, block_, options_, result_, context_);
+  EXPECT_EQ(Content(folder_ / "passes.csv"),
+            "pass,parameter,unit,value,sigma,prior_sigma,significance,kept\n"
+            "A,range.bias,m,-3.5,0.5,20,7,\nB,range.bias,m,1.25,,,,\n");
+  EXPECT_EQ(Content(folder_ / "passes_covariance.csv"),
+            "pass_a,parameter_a,pass_b,parameter_b,covariance\n"
+            "A,range.bias,A,range.bias,0.25\nA,range.bias,B,range.bias,-0.125\n");
+}
+
+TEST_F(ResultFilesTest, ThePosteriorFactorScalesEveryCovarianceAndNoPrior) {  // sigma0 = 2
+  options_.scale_by_posterior = true;
+  WriteResult(folder_, block_, options_, result_, context_);
+  EXPECT_THAT(Row("points.csv", 0, {{"sigma_e_m"}, {"cov_en_m2"}, {"chi_square_3"}}),
+              ElementsAre("6", "6", "3.75"));
+  EXPECT_THAT(Row("passes.csv", 0, {{"sigma"}, {"prior_sigma"}, {"significance"}}),
+              ElementsAre("1", "20", "3.5"));
+  EXPECT_THAT(Row("passes_covariance.csv", 1, {{"covariance"}}), ElementsAre("-0.5"));
+  EXPECT_THAT(Row("pairs.csv", 0, {{"cov_ee_m2"}, {"cov_nu_m2"}, {"de_m"}}),
+              ElementsAre("4", "1.2", "1.5"));
+  result_.sigma0_squared = kNan;
+  EXPECT_EQ(CovarianceFactor(options_, result_), 1.0);
+}
+
+TEST_F(ResultFilesTest, ResidualsStandByLook) {
+  WriteResult(folder_, block_, options_, result_, context_);
+  const std::vector<CsvColumn> columns{{"pass"},
+                                       {"point"},
+                                       {"range_residual_m"},
+                                       {"azimuth_residual_m"},
+                                       {"range_w"},
+                                       {"weight"},
+                                       {"rejected"}};
+  EXPECT_THAT(Row("residuals.csv", 0, columns),
+              ElementsAre("A", "P", "0.75", "-1.75", "", "0.5", "0"));
+  EXPECT_THAT(Row("residuals.csv", 1, columns), ElementsAre("B", "P", "", "", "", "0", "1"));
+  EXPECT_THAT(Row("residuals.csv", 2, columns),
+              ElementsAre("A", "Q,1", "-0.25", "0.5", "", "1", "0"));
+}
+
+TEST_F(ResultFilesTest, TrajectoriesCanBeUsedAsInput) {  // round trip
+  for (const Pass& pass : block_.passes) {
+    std::vector<StateVector> states = pass.path.states();
+    for (StateVector& state : states) state.position_m.z() += 1.0 / 3.0;
+    result_.corrected_paths.emplace_back(std::move(states));
+  }
+  WriteResult(folder_, block_, options_, result_, context_);
+  const std::string paths = Content(folder_ / "trajectories.csv");
+  const Block again = ReadBlockTexts({kToml, paths, kLooks, kPoints}).block;
+  EXPECT_EQ(again.passes[1].path.states()[1].position_m,
+            Eigen::Vector3d(7000000, 300000, 9000.0 + 1.0 / 3.0));
+}
+
+TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
+  const std::string text = WriteResult(folder_, block_, options_, result_, context_);
+  EXPECT_EQ(text, Content(folder_ / "summary.json"));
+  const json summary = json::parse(text);
+  for (const char* key : {"format",
+                          "version",
+                          "block",
+                          "status",
+                          "accepted",
+                          "counts",
+                          "iterations",
+                          "initial_cost",
+                          "final_cost",
+                          "gradient",
+                          "sigma0_squared",
+                          "chi_square",
+                          "covariance",
+                          "condition",
+                          "stages",
+                          "warnings",
+                          "configuration"}) {
+    EXPECT_TRUE(summary.contains(key)) << key;
+  }
+  EXPECT_EQ(summary["block"], "tiny");
+  EXPECT_EQ(summary["status"], "converged");
+  const json& counts = summary["counts"];
+  EXPECT_EQ(counts["passes"], 2);
+  EXPECT_EQ(counts["points"], 2);
+  EXPECT_EQ(counts["looks"], 3);
+  EXPECT_EQ(counts["parameters"], 9);
+  EXPECT_EQ(counts["observations"], 17);
+  EXPECT_EQ(counts["redundancy"], 8);
+  EXPECT_EQ(counts["point_status"]["adjusted"], 1);
+  EXPECT_EQ(summary["chi_square"]["value"], 32.0);
+  EXPECT_EQ(summary["chi_square"]["level"], 0.975);
+  EXPECT_EQ(summary["chi_square"]["lower"], 2.5);
+  EXPECT_TRUE(summary["condition"].is_null());
+  EXPECT_EQ(summary["stages"]["read"]["wall_s"], 0.125);
+  EXPECT_EQ(summary["stages"]["solve"]["wall_s"], 0.75);
+  EXPECT_EQ(summary["stages"]["solve"]["peak_mib"], 90.0);
+  EXPECT_TRUE(summary["stages"].contains("write"));
+  EXPECT_EQ(summary["warnings"], json::array({"of reading", "of the result"}));
+  EXPECT_EQ(summary["configuration"]["pairs"], "all");
+  EXPECT_EQ(summary["configuration"]["test_level"], 0.975);
+}
+
+TEST_F(ResultFilesTest, EllipsesAreDrawnInTrueSize) {  // closed form: area of the 36-gon
+  WriteResult(folder_, block_, options_, result_, context_);
+  const json geo = json::parse(Content(folder_ / "points.geojson"));
+  EXPECT_EQ(geo["type"], "FeatureCollection");
+  ASSERT_EQ(geo["features"].size(), 2u);  // the point that is not solved has none
+  const json& point = geo["features"][0];
+  EXPECT_EQ(point["geometry"]["type"], "Point");
+  EXPECT_EQ(point["properties"]["point"], "P");
+  EXPECT_EQ(point["properties"]["sigma_e_m"], 3.0);
+  const json& ring = geo["features"][1]["geometry"]["coordinates"][0];
+  ASSERT_EQ(ring.size(), 37u);
+  EXPECT_EQ(ring.front(), ring.back());
+  const Eigen::Vector3d centre_m = result_.points.position_m[0];
+  const Eigen::Matrix3d enu_from_frame = block_.frame.EnuFromFrame(centre_m);
+  const Geodetic centre = block_.frame.GeodeticFromFrame(centre_m);
+  Eigen::Matrix2d inverse;
+  inverse << 9.0, 1.5, 1.5, 4.0;
+  inverse = inverse.inverse().eval();
+  double twice_area_m2 = 0.0;
+  std::vector<Eigen::Vector2d> corners;
+  for (const json& vertex : ring) {
+    const Eigen::Vector3d p_m = block_.frame.FrameFromGeodetic(
+        {vertex[1].get<double>() * kRadPerDeg, vertex[0].get<double>() * kRadPerDeg, centre.h_m});
+    const Eigen::Vector2d enu_m = (enu_from_frame * (p_m - centre_m)).head<2>();
+    // On the 1-sigma ellipse; 1e-12 degrees are 1e-7 m of its 2 to 3 m.
+    EXPECT_NEAR(enu_m.dot(inverse * enu_m), 1.0, 1e-6);
+    corners.push_back(enu_m);
+  }
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+    twice_area_m2 += corners[i].x() * corners[i + 1].y() - corners[i].y() * corners[i + 1].x();
+  }
+  // 18 sin(10 deg) sqrt(det); positive: counter-clockwise.
+  EXPECT_NEAR(0.5 * twice_area_m2, 18.0 * std::sin(10.0 * kRadPerDeg) * std::sqrt(33.75), 1e-5);
+}
+
+TEST_F(ResultFilesTest, ManyPointsHaveNumbersButNoPolygons) {
+  context_.ellipse_limit = 1;
+  const json summary = json::parse(WriteResult(folder_, block_, options_, result_, context_));
+  const json geo = json::parse(Content(folder_ / "points.geojson"));
+  EXPECT_EQ(geo["features"].size(), 1u);
+  EXPECT_NEAR(geo["features"][0]["properties"]["ellipse_major_m"].get<double>(),
+              std::sqrt(6.5 + std::hypot(2.5, 1.5)),
+              1e-12);
+  EXPECT_THAT(summary["warnings"][1].get<std::string>(), HasSubstr("points.geojson"));
+}
+
+TEST_F(ResultFilesTest, AResultWithoutCovarianceOrResidualsIsWrittenToo) {
+  AdjustResult bare;
+  bare.status = AdjustStatus::kPredicted;
+  bare.points.status = {PointStatus::kNotSeen, PointStatus::kNotSeen};
+  bare.points.looks = {0, 0};
+  bare.points.position_m.assign(2, Eigen::Vector3d::Constant(kNan));
+  options_.pairs = PairChoice::kNone;
+  const json summary = json::parse(WriteResult(folder_, block_, options_, bare, context_));
+  EXPECT_EQ(summary["status"], "predicted");
+  EXPECT_TRUE(summary["chi_square"].is_null());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "pairs.csv"));
+  EXPECT_THAT(Row("residuals.csv", 1, {{"range_residual_m"}, {"rejected"}}), ElementsAre("", "1"));
+  EXPECT_EQ(json::parse(Content(folder_ / "points.geojson"))["features"].size(), 0u);
+}
+
+}  // namespace
+}  // namespace sarblock
