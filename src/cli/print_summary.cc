@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "print_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "sarblock/core/units.h"
+
+namespace sarblock::cli {
+namespace {
+
+using Out = std::back_insert_iterator<std::string>;
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return kNotGiven;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+const char* Verdict(const AdjustResult& result) {
+  switch (result.status) {
+    case AdjustStatus::kConverged: return "adjusted, accepted";
+    case AdjustStatus::kNotConverged: return "NOT CONVERGED, not accepted";
+    case AdjustStatus::kIntersected: return "intersected, flight paths held";
+    case AdjustStatus::kPredicted: return "predicted from geometry and weights";
+  }
+  return "";
+}
+
+void PrintTest(const AdjustResult& result, const AdjustOptions& options, Out out) {
+  const double f = result.redundancy();
+  if (std::isnan(result.sigma0_squared)) return;
+  fmt::format_to(out,
+                 "  variance factor s0^2 {:.4f}, {:g} % acceptance {:.4f} to {:.4f}: {}\n",
+                 result.sigma0_squared,
+                 100.0 * options.test_level,
+                 result.chi_square.lower / f,
+                 result.chi_square.upper / f,
+                 result.chi_square_passed ? "passed" : "FAILED");
+}
+
+void PrintSigmas(const Block& block, const AdjustResult& result, double factor, Out out) {
+  if (result.points.covariance_m2.empty()) return;
+  std::array<std::vector<double>, 3> sigma_m;
+  std::array<std::size_t, 3> worst{};
+  std::array<double, 3> largest{};
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    if (!IsSolved(result.points.status[point])) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double sigma = factor * std::sqrt(result.points.covariance_m2[point][i]);
+      sigma_m[i].push_back(sigma);
+      if (sigma > largest[i]) {
+        largest[i] = sigma;
+        worst[i] = point;
+      }
+    }
+  }
+  const bool local = block.frame.kind() == FrameKind::kLocal;
+  fmt::format_to(out,
+                 "  sigma of points [m]  {:>12} {:>12} {:>12}\n",
+                 local ? "x" : "east",
+                 local ? "y" : "north",
+                 local ? "z" : "up");
+  fmt::format_to(out,
+                 "    median             {:12.4g} {:12.4g} {:12.4g}\n",
+                 Median(sigma_m[0]),
+                 Median(sigma_m[1]),
+                 Median(sigma_m[2]));
+  fmt::format_to(out,
+                 "    largest            {:12.4g} {:12.4g} {:12.4g}   at {}, {}, {}\n",
+                 largest[0],
+                 largest[1],
+                 largest[2],
+                 block.points.ids[worst[0]],
+                 block.points.ids[worst[1]],
+                 block.points.ids[worst[2]]);
+}
+
+void PrintChecks(const AdjustResult& result, Out out) {
+  if (result.checks.empty()) return;
+  std::array<double, 3> square{};
+  std::array<std::size_t, 3> count{};
+  double chi_square = 0.0, components = 0.0;
+  for (const CheckResult& check : result.checks) {
+    for (int i = 0; i < 3; ++i) {
+      const auto axis = static_cast<std::size_t>(i);
+      if (std::isnan(check.error_enu_m[i])) continue;
+      square[axis] += check.error_enu_m[i] * check.error_enu_m[i];
+      ++count[axis];
+    }
+    if (std::isnan(check.chi_square)) continue;
+    chi_square += check.chi_square;
+    components += check.components;
+  }
+  const auto rms = [&](std::size_t i) {
+    return count[i] == 0 ? kNotGiven : std::sqrt(square[i] / static_cast<double>(count[i]));
+  };
+  fmt::format_to(out,
+                 "  {:4} check points rms {:12.4g} {:12.4g} {:12.4g}",
+                 result.checks.size(),
+                 rms(0),
+                 rms(1),
+                 rms(2));
+  if (components > 0.0) {
+    fmt::format_to(out, "   chi-square {:.2f} a component (1 expected)", chi_square / components);
+  }
+  fmt::format_to(out, "\n");
+}
+
+void PrintCorrections(const AdjustResult& result, double factor, Out out) {
+  if (result.parameters.empty()) return;
+  std::vector<const ParameterResult*> order;
+  for (const ParameterResult& p : result.parameters) {
+    if (!std::isnan(p.sigma)) order.push_back(&p);
+  }
+  const auto significance = [&](const ParameterResult* p) {
+    return std::abs(p->value) / (factor * p->sigma);
+  };
+  std::sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
+    return significance(a) > significance(b);
+  });
+  constexpr std::size_t kShown = 6;
+  if (!order.empty()) {
+    fmt::format_to(out, "  corrections, the most significant of {}:\n", order.size());
+  }
+  for (std::size_t i = 0; i < std::min(kShown, order.size()); ++i) {
+    fmt::format_to(out,
+                   "    {:<16} {:<20} {:12.6g} +- {:.3g} {} ({:.1f} sigma)\n",
+                   order[i]->owner,
+                   order[i]->name,
+                   order[i]->value,
+                   factor * order[i]->sigma,
+                   order[i]->unit,
+                   significance(order[i]));
+  }
+}
+
+}  // namespace
+
+std::string DescribeResult(const Block& block,
+                           const AdjustOptions& options,
+                           const AdjustResult& result,
+                           double sigma_factor_1) {
+  std::string text;
+  const Out out(text);
+  const auto solved = std::count_if(
+      result.points.status.begin(), result.points.status.end(), [](auto s) { return IsSolved(s); });
+  fmt::format_to(out, "{}: {}\n", block.name, Verdict(result));
+  fmt::format_to(out,
+                 "  passes {}, points {} ({} solved), looks {} ({} used)\n",
+                 block.passes.size(),
+                 block.points.size(),
+                 solved,
+                 block.looks.size(),
+                 result.looks_used);
+  fmt::format_to(out,
+                 "  observations {}, parameters {}, redundancy {:.0f}\n",
+                 result.observation_count,
+                 result.parameter_count,
+                 result.redundancy());
+  if (result.status == AdjustStatus::kConverged || result.status == AdjustStatus::kNotConverged) {
+    fmt::format_to(out,
+                   "  iterations {}, cost {:.6g} -> {:.6g}, step left {:.1e} sigma\n",
+                   result.iterations,
+                   result.initial_cost,
+                   result.final_cost,
+                   result.remaining_step);
+  }
+  PrintTest(result, options, out);
+  if (!result.parameters.empty()) {
+    fmt::format_to(out, "  condition of the reduced matrix {:.2g}\n", result.condition);
+  }
+  PrintSigmas(block, result, sigma_factor_1, out);
+  PrintChecks(result, out);
+  PrintCorrections(result, sigma_factor_1, out);
+  for (const std::string& warning : result.warnings) {
+    fmt::format_to(out, "  warning: {}\n", warning);
+  }
+  return text;
+}
+
+std::string DescribeBlock(const Block& block) {
+  std::string text;
+  const Out out(text);
+  const bool local = block.frame.kind() == FrameKind::kLocal;
+  fmt::format_to(out,
+                 "{}: {} frame{}{}\n",
+                 block.name,
+                 local ? "local" : "geocentric",
+                 local ? "" : ", ellipsoid ",
+                 local ? "" : block.frame.ellipsoid().name);
+  std::array<std::size_t, 3> roles{};
+  for (const PointRole role : block.points.role) ++roles[static_cast<std::size_t>(role)];
+  std::vector<std::size_t> looks_of_pass(block.passes.size(), 0);
+  std::size_t rejected = 0;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    ++looks_of_pass[block.looks.pass[i]];
+    rejected += block.looks.rejected(i) ? 1U : 0U;
+  }
+  fmt::format_to(out,
+                 "  points {}: {} tie, {} control, {} check\n  looks {}, {} rejected\n",
+                 block.points.size(),
+                 roles[0],
+                 roles[1],
+                 roles[2],
+                 block.looks.size(),
+                 rejected);
+  std::vector<std::size_t> histogram;
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    const std::size_t looks = block.looks.offsets[point + 1] - block.looks.offsets[point];
+    if (histogram.size() <= looks) histogram.resize(looks + 1, 0);
+    ++histogram[looks];
+  }
+  fmt::format_to(out, "  looks a point:");
+  for (std::size_t looks = 0; looks < histogram.size(); ++looks) {
+    if (histogram[looks] > 0) fmt::format_to(out, "  {} x {}", histogram[looks], looks);
+  }
+  fmt::format_to(out, "\n  {:<20} {:<6} {:>8} {:>8} {:>14} {:>14}\n", "pass", "look", "states",
+                 "looks", "start_s", "end_s");
+  constexpr std::size_t kShown = 40;
+  for (std::size_t i = 0; i < std::min(kShown, block.passes.size()); ++i) {
+    const Pass& pass = block.passes[i];
+    fmt::format_to(out,
+                   "  {:<20} {:<6} {:8} {:8} {:14.6f} {:14.6f}\n",
+                   pass.id,
+                   pass.side == LookSide::kLeft ? "left" : "right",
+                   pass.path.states().size(),
+                   looks_of_pass[i],
+                   pass.start_s,
+                   pass.end_s);
+  }
+  if (block.passes.size() > kShown) {
+    fmt::format_to(out, "  and {} passes more\n", block.passes.size() - kShown);
+  }
+  return text;
+}
+
+}  // namespace sarblock::cli

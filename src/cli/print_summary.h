@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "sarblock/adjust/result.h"
+#include "sarblock/block/block.h"
+
+namespace sarblock::cli {
+
+/// The result in about twenty lines for people: verdict, counts, global test, sigmas, check points,
+/// largest corrections, warnings. Standard deviations are multiplied by `sigma_factor_1`.
+[[nodiscard]] std::string DescribeResult(const Block& block,
+                                         const AdjustOptions& options,
+                                         const AdjustResult& result,
+                                         double sigma_factor_1);
+
+/// What a block holds: passes, points by role, looks, looks a point, what will not work.
+[[nodiscard]] std::string DescribeBlock(const Block& block);
+
+}  // namespace sarblock::cli

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session.h"
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "sarblock/core/parallel.h"
+#include "sarblock/io/atomic_file.h"
+
+namespace sarblock::cli {
+namespace {
+
+std::atomic<bool> g_interrupted{false};
+
+void OnInterrupt(int) {
+  if (!g_interrupted.exchange(true)) return;
+  RemoveOpenTemporaryFiles();
+  _exit(kNotAccepted);
+}
+
+/// A bar on standard error, shown only on a terminal and only for work of over two seconds.
+class TerminalProgress final : public ProgressSink {
+ public:
+  explicit TerminalProgress(bool visible) : visible_(visible) {}
+  ~TerminalProgress() override { Clear(); }
+
+  void Update(std::string_view stage,
+              std::size_t done,
+              std::size_t total,
+              std::string_view detail) override {
+    if (!visible_) return;
+    using Seconds = std::chrono::duration<double>;
+    const auto now = std::chrono::steady_clock::now();
+    if (stage != stage_) {
+      stage_ = stage;
+      stage_begin_ = now;
+    }
+    constexpr double kQuiet_s = 2.0, kEvery_s = 0.1;
+    if (Seconds(now - begin_).count() < kQuiet_s) return;
+    if (Seconds(now - last_).count() < kEvery_s && done != total) return;
+    last_ = now;
+    std::string line = fmt::format("{:<14}", stage);
+    if (total > 0) {
+      const double part = static_cast<double>(done) / static_cast<double>(total);
+      constexpr int kWidth = 30;
+      const int filled = static_cast<int>(part * kWidth);
+      line += fmt::format(
+          "[{:=<{}}{:{}}] {:3.0f} %", "", filled, "", kWidth - filled, 100.0 * part);
+      const double spent_s = Seconds(now - stage_begin_).count();
+      if (done > 0 && done < total) {
+        line += fmt::format("  {:.0f} s left", spent_s * (1.0 - part) / part);
+      }
+    }
+    if (!detail.empty()) line += fmt::format("  {}", detail);
+    fmt::print(stderr, "\r\033[K{}", line);
+    std::fflush(stderr);
+    shown_ = true;
+  }
+
+  [[nodiscard]] bool Cancelled() const override { return g_interrupted.load(); }
+
+ private:
+  void Clear() {
+    if (shown_) fmt::print(stderr, "\r\033[K");
+  }
+  bool visible_;
+  bool shown_ = false;
+  std::string stage_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point stage_begin_ = begin_;
+  std::chrono::steady_clock::time_point last_ = begin_;
+};
+
+}  // namespace
+
+int Session::Threads() const { return threads > 0 ? threads : AvailableCores(); }
+
+void Session::Say(const std::string& line) const {
+  if (!quiet) fmt::print(stderr, "{}\n", line);
+}
+
+void AddGlobalOptions(CLI::App* app, Session* session) {
+  app->add_option("--threads", session->threads, "Threads to use (0: all cores)")
+      ->check(CLI::Range(0, 1024));
+  app->add_flag("--quiet,-q", session->quiet, "No messages, no progress bar");
+  app->add_flag("--json", session->json, "Summary as JSON on standard output, nothing else there");
+  app->add_option("--set", session->set, "Override one key, KEY=VALUE; may be repeated")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false);
+  app->add_flag("--dump-config", session->dump_config, "Print the effective configuration and end");
+}
+
+void MakeProgress(Session* session) {
+  session->progress =
+      std::make_unique<TerminalProgress>(!session->quiet && isatty(STDERR_FILENO) == 1);
+}
+
+void InstallInterruptHandler() {
+  struct sigaction action {};
+  action.sa_handler = OnInterrupt;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+}  // namespace sarblock::cli

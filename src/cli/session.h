@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "sarblock/core/progress.h"
+
+namespace sarblock::cli {
+
+/// Exit codes (interface.md).
+enum ExitCode : int {
+  kAccepted = 0,
+  kNotAccepted = 1,
+  kWrongUsage = 2,
+  kBadInput = 3,
+  kUndetermined = 4,
+  kInternalError = 5,
+};
+
+/// What every command understands.
+struct Session {
+  int threads = 0;  ///< 0: all cores
+  bool quiet = false;
+  bool json = false;
+  bool dump_config = false;
+  std::vector<std::string> set;
+  std::unique_ptr<ProgressSink> progress;  ///< a bar on a terminal, else silent
+  std::function<int()> run;                ///< set by the command that was chosen
+
+  [[nodiscard]] int Threads() const;
+  /// A line for people on standard error, unless quiet.
+  void Say(const std::string& line) const;
+};
+
+/// Adds the global options; the bar is made by MakeProgress once they are parsed.
+void AddGlobalOptions(CLI::App* app, Session* session);
+void MakeProgress(Session* session);
+
+/// Ctrl-C asks the running work to end between steps; a second one ends at once. Temporary files
+/// are removed both ways.
+void InstallInterruptHandler();
+
+}  // namespace sarblock::cli

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "print_summary.h"
+#include "sarblock/core/parallel.h"
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/block_files.h"
+#include "sarblock/io/scene_file.h"
+#include "sarblock/simulate/simulate.h"
+
+namespace sarblock::cli {
+namespace {
+
+struct Arguments {
+  std::string scene;
+  std::string out;
+  bool gzip = false;
+};
+
+int Run(const Arguments& arguments, const Session& session) {
+  if (session.dump_config) {
+    fmt::print("{}\n", EffectiveSceneText(arguments.scene, session.set));
+    return kAccepted;
+  }
+  const ThreadLimit limit(session.Threads());
+  const Scene scene = ReadScene(arguments.scene, session.set);
+  const SimulatedBlock simulated = Simulate(scene, session.progress.get());
+  std::vector<std::string> passes;
+  for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
+  const AdjustOptions adjust = ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);
+  WriteBlock(arguments.out,
+             simulated.block,
+             adjust,
+             &simulated.truth,
+             arguments.gzip ? Compression::kGzip : Compression::kNone);
+  if (session.json) {
+    const nlohmann::json summary = {{"format", "sarblock-simulation 1"},
+                                    {"block", arguments.out},
+                                    {"scene", scene.name},
+                                    {"seed", scene.seed},
+                                    {"passes", simulated.block.passes.size()},
+                                    {"points", simulated.block.points.size()},
+                                    {"looks", simulated.block.looks.size()}};
+    fmt::print("{}\n", summary.dump(2));
+  } else {
+    fmt::print("{}: {} passes, {} points, {} looks written to {}\n",
+               scene.name,
+               simulated.block.passes.size(),
+               simulated.block.points.size(),
+               simulated.block.looks.size(),
+               arguments.out);
+  }
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddSimulate(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app->add_subcommand("simulate", "Make a block with known truth from a scene");
+  command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
+  command->add_option("-o,--output", arguments->out, "Folder of the block to write")
+      ->required();
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->callback(
+      [=] { session->run = [=] { return Run(*arguments, *session); }; });
+}
+
+}  // namespace sarblock::cli

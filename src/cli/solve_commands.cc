@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "print_summary.h"
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/block_files.h"
+#include "sarblock/io/result_files.h"
+
+namespace sarblock::cli {
+namespace {
+
+struct Arguments {
+  std::string block;
+  std::string out;
+  bool strict = false;
+  bool gzip = false;
+};
+
+/// What differs between the three commands.
+struct Solver {
+  const char* name;
+  const char* help;
+  Measurements measurements;
+  std::function<AdjustResult(const BlockFile&, const std::string& folder, ProgressSink*)> solve;
+};
+
+PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
+  if (file.adjust.pairs != PairChoice::kList) return {};
+  return ReadPairs(folder, file.adjust.pairs_file, file.block);
+}
+
+/// With --strict: check points all together inside their chi-square acceptance.
+bool ChecksPass(const AdjustResult& result, double level) {
+  double sum = 0.0, components = 0.0;
+  for (const CheckResult& check : result.checks) {
+    if (std::isnan(check.chi_square)) continue;
+    sum += check.chi_square;
+    components += check.components;
+  }
+  return components == 0.0 || sum <= ChiSquareQuantile(level, components);
+}
+
+int Run(const Solver& solver, const Arguments& arguments, const Session& session) {
+  std::vector<StageCost> reading;
+  BlockFile file;
+  {
+    const StageTimer timer("read", &reading);
+    ReadOptions read;
+    read.measurements = solver.measurements;
+    read.set_overrides = session.set;
+    read.progress = session.progress.get();
+    file = ReadBlock(arguments.block, read);
+  }
+  file.adjust.threads = session.Threads();
+  if (session.dump_config) {
+    fmt::print("{}", DumpAdjustTable(file.adjust));
+    return kAccepted;
+  }
+  AdjustResult result = solver.solve(file, arguments.block, session.progress.get());
+  result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
+  const bool passed = !arguments.strict || ((result.chi_square_passed ||
+                                             std::isnan(result.sigma0_squared)) &&
+                                            ChecksPass(result, file.adjust.test_level));
+  result.accepted = result.accepted && passed;
+  ResultContext context;
+  context.command = solver.name;
+  context.warnings = file.warnings;
+  context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
+  const std::string summary =
+      WriteResult(arguments.out, file.block, file.adjust, result, context);
+  if (session.json) {
+    fmt::print("{}", summary);
+  } else {
+    for (const std::string& warning : file.warnings) session.Say("sarblock: warning: " + warning);
+    fmt::print("{}",
+               DescribeResult(file.block,
+                              file.adjust,
+                              result,
+                              std::sqrt(CovarianceFactor(file.adjust, result))));
+    if (!passed) fmt::print("  NOT ACCEPTED: a test failed (--strict)\n");
+    fmt::print("  written to {}\n", arguments.out);
+  }
+  return result.accepted ? kAccepted : kNotAccepted;
+}
+
+void AddSolver(CLI::App* app, Session* session, Solver solver) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app->add_subcommand(solver.name, solver.help);
+  command->add_option("block", arguments->block, "Folder of the block")->required();
+  command->add_option("-o,--output", arguments->out, "Folder of the result to write")->required();
+  command->add_flag("--strict",
+                    arguments->strict,
+                    "Not accepted either if the global test or the check points fail");
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->callback([=] {
+    session->run = [=] { return Run(solver, *arguments, *session); };
+  });
+}
+
+}  // namespace
+
+void AddAdjust(CLI::App* app, Session* session) {
+  AddSolver(app,
+            session,
+            {"adjust",
+             "Adjust a block: positions, flight-path corrections, exact covariances",
+             Measurements::kRequired,
+             [](const BlockFile& file, const std::string& folder, ProgressSink* progress) {
+               return Adjust(file.block, file.adjust, PairsOf(file, folder), progress);
+             }});
+}
+
+void AddIntersect(CLI::App* app, Session* session) {
+  AddSolver(app,
+            session,
+            {"intersect",
+             "Intersect every point alone, flight paths held, with its covariance",
+             Measurements::kRequired,
+             [](const BlockFile& file, const std::string&, ProgressSink* progress) {
+               return IntersectBlock(file.block, file.adjust, progress);
+             }});
+}
+
+void AddPredict(CLI::App* app, Session* session) {
+  AddSolver(app,
+            session,
+            {"predict",
+             "Covariance from geometry and weights alone, no measured values needed",
+             Measurements::kOptional,
+             [](const BlockFile& file, const std::string& folder, ProgressSink* progress) {
+               const Truth truth = ReadTruth(folder, file.block);
+               return Predict(
+                   file.block, file.adjust, truth.points_m, PairsOf(file, folder), progress);
+             }});
+}
+
+}  // namespace sarblock::cli
