@@ -142,7 +142,11 @@ bool ReadParameter(const TomlTable& table,
                    PriorSigma* prior_sigma) {
   const auto flag = table.Find(name);
   const auto sigma = table.Find(sigma_name);
-  if (sigma) *prior_sigma = sigma->Positive() * unit;
+  if (sigma) {
+    *prior_sigma = sigma->Positive() * unit;
+    if (*prior_sigma == 0.0)
+      sigma->Fail("is too small, a number that is not 0 in SI units is allowed");
+  }
   if (flag && !flag->Flag() && sigma) {
     flag->Fail("is false, yet " + std::string(sigma_name) +
                " is given; only one of both may stand");

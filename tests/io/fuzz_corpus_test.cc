@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Replays the fuzzers' corpus: nothing but InputError may come of a file (fuzz_targets.h aborts).
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "fuzz/fuzz_targets.h"
+#include "io/io_fixture.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+class FuzzCorpusTest : public test::FolderTest {
+ protected:
+  static std::vector<std::string> Corpus(const std::string& name) {
+    std::vector<std::string> texts;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::filesystem::path(SARBLOCK_FUZZ_CORPUS) / name)) {
+      texts.push_back(Content(entry.path()));
+    }
+    return texts;
+  }
+};
+
+TEST_F(FuzzCorpusTest, TablesAreReadOrRefused) {
+  const std::vector<std::string> texts = Corpus("csv");
+  EXPECT_GE(texts.size(), 20u);
+  for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::Csv(text));
+}
+
+TEST_F(FuzzCorpusTest, BlockTablesAreReadOrRefused) {
+  const std::vector<std::string> texts = Corpus("block_toml");
+  EXPECT_GE(texts.size(), 20u);
+  for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::BlockToml(text));
+}
+
+}  // namespace
+}  // namespace sarblock
