@@ -97,13 +97,22 @@ void RequireOffered(const AdjustOptions& options) {
 }
 
 void RequireSolvable(const AdjustmentProblem& problem) {
-  const std::size_t points = problem.block.points.size();
+  // Control points are known anyway: a block in which none of the others can be solved has no
+  // answer, however well its control fits.
+  const Block& block = problem.block;
+  const std::size_t points = block.points.size();
+  const bool only_control = std::all_of(block.points.role.begin(),
+                                        block.points.role.end(),
+                                        [](PointRole role) { return role == PointRole::kControl; });
   std::map<std::string, std::vector<std::string>> by_reason;
   for (std::size_t point = 0; point < points; ++point) {
+    const bool counts = only_control || block.points.role[point] != PointRole::kControl;
+    if (!counts) continue;
     if (problem.Solves(point)) return;
-    by_reason[problem.point_reason[point]].emplace_back(problem.block.points.ids[point]);
+    by_reason[problem.point_reason[point]].emplace_back(block.points.ids[point]);
   }
-  std::string text = "no point of the block can be determined";
+  std::string text = only_control ? "no point of the block can be determined"
+                                  : "no tie or check point of the block can be determined";
   std::vector<std::string> names;
   for (const auto& [reason, ids] : by_reason) {
     text += "; " + ids.front();
