@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/problem.h"
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+
+namespace sarblock::test {
+
+/// All whitened equations of a block as one dense matrix, written without the elimination of
+/// points: columns three a solved point (in order), then the corrections; rows looks, control,
+/// priors. The second route of covariance and reduced system.
+struct DenseEquations {
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd residual;
+  std::vector<int> column_of_point;  ///< -1 where not solved
+  int first_correction = 0;
+};
+
+[[nodiscard]] DenseEquations MakeDenseEquations(const AdjustmentProblem& problem,
+                                                const BlockState& state);
+
+/// (J'J)^-1 by a QR factorisation in extended precision of J with unit columns.
+[[nodiscard]] Eigen::MatrixXd DenseCovariance(const Eigen::MatrixXd& jacobian);
+
+/// The frame-axes 3 x 3 matrix of an east-north-up one at p.
+[[nodiscard]] Eigen::Matrix3d FrameFromEnu(const Frame& frame,
+                                           const Eigen::Vector3d& p_m,
+                                           const SymmetricEnu& enu_m2);
+
+}  // namespace sarblock::test
