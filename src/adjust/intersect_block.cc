@@ -3,6 +3,8 @@
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/parallel.h"
 
+#include <algorithm>
+
 #include "solution.h"
 
 namespace sarblock {
@@ -23,6 +25,8 @@ PointStatus StatusOf(IntersectionOutcome outcome) {
   switch (outcome) {
     case IntersectionOutcome::kDetermined:
       return PointStatus::kIntersected;
+    case IntersectionOutcome::kCirclesDoNotMeet:
+      return PointStatus::kApart;
     case IntersectionOutcome::kTooFewLooks:
       return PointStatus::kTooFewLooks;
     default:
@@ -49,6 +53,7 @@ AdjustResult IntersectBlock(const Block& block,
   const bool wanted = options.covariance != CovarianceLevel::kNone;
   if (wanted) result.points.covariance_m2.resize(points);
   std::vector<double> square_sum(points, 0.0);
+  std::vector<Eigen::Vector3d> compromise_m(points);
   {
     const StageTimer timer("solve", &result.stages);
     Step(progress, "intersect", 0, points);
@@ -67,6 +72,9 @@ AdjustResult IntersectBlock(const Block& block,
             if (wanted) result.points.covariance_m2[point].fill(kNaN);
             const Intersection met = Intersect(sights, block.frame);
             problem.point_status[point] = StatusOf(met.outcome);
+            if (met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {
+              compromise_m[point] = met.position_m;
+            }
             if (met.outcome != IntersectionOutcome::kDetermined) {
               problem.LeaveOut(point, problem.point_status[point], Explain(met.outcome));
               continue;
@@ -80,11 +88,19 @@ AdjustResult IntersectBlock(const Block& block,
           }
         });
   }
-  RequireSolvable(problem);
+  const bool some_apart =
+      std::count(problem.point_status.begin(), problem.point_status.end(), PointStatus::kApart) > 0;
+  if (!some_apart) RequireSolvable(problem);
   double total = 0.0;
   for (const double s : square_sum) total += s;
-  result.accepted = true;
   FinishResult(problem, state, options, total, &result);
+  // Circles that stay apart have a best place, but no standard deviation that describes it.
+  for (std::size_t point = 0; point < points; ++point) {
+    if (problem.point_status[point] == PointStatus::kApart) {
+      result.points.position_m[point] = compromise_m[point];
+    }
+  }
+  result.accepted = result.looks_used > 0;
   return result;
 }
 

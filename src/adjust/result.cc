@@ -15,6 +15,8 @@ const char* NameOf(PointStatus status) {
       return "not-seen";
     case PointStatus::kTooFewLooks:
       return "too-few-looks";
+    case PointStatus::kApart:
+      return "circles-apart";
     case PointStatus::kUndetermined:
       return "undetermined";
   }

@@ -57,6 +57,14 @@ void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
   for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
     result->looks.rejected[i] = problem.look_used[i] == 0 ? 1 : 0;
   }
+  // Looks of a point that is left out were not rejected; they have no residual.
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (problem.Solves(point)) continue;
+    const auto& offsets = problem.block.looks.offsets;
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      result->looks.rejected[i] = problem.block.looks.rejected(i) ? 1 : 0;
+    }
+  }
 }
 
 }  // namespace

@@ -198,12 +198,13 @@ Intersection Intersect(std::span<const Sight> sights,
   if (!pool.Prefer(settled) || any_open) {
     return finish(IntersectionOutcome::kNotConverged);
   }
+  // Place goes before fit: where path errors keep the circles apart, the mirror solution above the
+  // antennas may fit better by chance and is still not the point. A point that floats along a
+  // circle is on no particular side: only determined ones are judged.
+  pool.Prefer([&](const Candidate& c) { return !c.determined || (right_side(c) && below(c)); });
   if (!pool.Prefer([&](const Candidate& c) { return Fits(c, sights.size()); })) {
-    pool.Prefer(right_side);
-    pool.Prefer(below);
     return finish(IntersectionOutcome::kCirclesDoNotMeet);
   }
-  // A point that floats along a circle is on no particular side: sides judge determined ones only.
   if (!pool.Prefer([&](const Candidate& c) { return !c.determined || right_side(c); })) {
     return finish(IntersectionOutcome::kWrongSide);
   }

@@ -19,11 +19,13 @@ namespace sarblock {
 
 /// What became of a point.
 enum class PointStatus : std::uint8_t {
-  kAdjusted,      ///< solved in the adjustment
-  kIntersected,   ///< solved alone, flight paths held
-  kPredicted,     ///< covariance only, geometry from truth or approximate coordinates
-  kNotSeen,       ///< no look that counts
-  kTooFewLooks,   ///< fewer equations than unknowns
+  kAdjusted,     ///< solved in the adjustment
+  kIntersected,  ///< solved alone, flight paths held
+  kPredicted,    ///< covariance only, geometry from truth or approximate coordinates
+  kNotSeen,      ///< no look that counts
+  kTooFewLooks,  ///< fewer equations than unknowns
+  kApart,        ///< intersected alone: its circles do not meet within their noise; the position is
+                 ///< a compromise without a covariance
   kUndetermined,  ///< equations enough, but a direction is not determined; see `reason`
 };
 [[nodiscard]] const char* NameOf(PointStatus status);  ///< "adjusted", "undetermined", ...
