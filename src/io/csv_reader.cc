@@ -38,15 +38,19 @@ std::string Count(std::size_t count, const std::string& noun) {
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, std::span<const CsvColumn> columns)
-    : CsvReader(file.string(), Source::Open(file), columns) {}
+    : CsvReader(file.string(), Source::Open(file), kBufferBytes, columns) {}
 
 CsvReader::CsvReader(std::string name, std::string_view text, std::span<const CsvColumn> columns)
-    : CsvReader(std::move(name), Source::InMemory(text), columns) {}
+    : CsvReader(std::move(name),
+                Source::InMemory(text),
+                std::min(text.size() + 1, kBufferBytes),
+                columns) {}
 
 CsvReader::CsvReader(std::string name,
                      std::unique_ptr<Source> source,
+                     std::size_t buffer_bytes,
                      std::span<const CsvColumn> columns)
-    : file_(std::move(name)), source_(std::move(source)), buffer_(kBufferBytes) {
+    : file_(std::move(name)), source_(std::move(source)), buffer_(buffer_bytes) {
   ReadHeader(columns);
 }
 

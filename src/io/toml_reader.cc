@@ -38,6 +38,28 @@ const char* TypeOf(const toml::node& node) {
   }
 }
 
+// toml++ 3.3 takes it for granted that a name follows the bracket of a table header (an assertion
+// in its parser); a line such as "[= 1.5" must not reach it.
+void RefuseNamelessHeaders(std::string_view text, const std::string& file) {
+  constexpr std::string_view kBlank = " \t";
+  constexpr std::string_view kNoName = "=.,:;!@$%^&*()<>/?|\\~`";
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    std::string_view rest = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(rest.size() + 1, text.size()));
+    const auto skip = [&rest](std::string_view characters) {
+      rest.remove_prefix(std::min(rest.find_first_not_of(characters), rest.size()));
+    };
+    skip(kBlank);
+    if (!rest.starts_with('[')) continue;
+    rest.remove_prefix(1);
+    if (rest.starts_with('[')) rest.remove_prefix(1);
+    skip(kBlank);
+    if (!rest.empty() && kNoName.find(rest.front()) != std::string_view::npos) {
+      throw InputError(FilePlace{file, line, ""}, "is not valid TOML: a table header needs a name");
+    }
+  }
+}
+
 }  // namespace
 
 std::string Listed(const std::vector<std::string>& names) {
@@ -70,6 +92,7 @@ std::string TomlText(std::string_view text) {
 }
 
 toml::table ParseToml(std::string_view text, const std::string& file) {
+  RefuseNamelessHeaders(text, file);
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {

@@ -83,6 +83,7 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInBlockToml) {
        "needed"},
       {{"name = \"small\"", "name = \"small"},
        "block.toml:2: is not valid TOML: Error while parsing string: "},
+      {{"[frame]", "[= 1.5"}, "block.toml:3: is not valid TOML: a table header needs a name"},
       {{"name = \"small\"", "nam = \"small\""},
        "block.toml:2: nam: the key is not known, format, name, frame, sigma, adjust or pass is "
        "allowed; did you mean name?"},

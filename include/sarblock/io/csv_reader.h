@@ -74,7 +74,10 @@ class CsvReader {
  private:
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
 
-  CsvReader(std::string name, std::unique_ptr<Source> source, std::span<const CsvColumn> columns);
+  CsvReader(std::string name,
+            std::unique_ptr<Source> source,
+            std::size_t buffer_bytes,
+            std::span<const CsvColumn> columns);
   void ReadHeader(std::span<const CsvColumn> columns);
   [[nodiscard]] bool NextLine(std::string_view* line);
   [[nodiscard]] bool Refill();
