@@ -10,7 +10,7 @@ void FillChecks(const Block& block, AdjustResult* result) {
   for (const KnownPosition& known : block.points.known) {
     const std::size_t point = known.point;
     if (block.points.role[point] != PointRole::kCheck) continue;
-    if (!IsSolved(result->points.status[point])) continue;
+    if (!result->points.position_m[point].allFinite()) continue;
     CheckResult check;
     check.point = known.point;
     const Eigen::Vector3d error_m =
@@ -24,7 +24,8 @@ void FillChecks(const Block& block, AdjustResult* result) {
       held[static_cast<std::size_t>(check.components++)] = i;
     }
     check.chi_square = kNotGiven;
-    if (!result->points.covariance_m2.empty() && check.components > 0) {
+    if (!result->points.covariance_m2.empty() && IsSolved(result->points.status[point]) &&
+        check.components > 0) {
       const SymmetricEnu& q = result->points.covariance_m2[point];
       Eigen::Matrix3d full;
       full << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];

@@ -50,10 +50,10 @@ AdjustResult IntersectBlock(const Block& block,
   state.start_m.assign(points, Eigen::Vector3d::Constant(kNaN));
   state.displacement_m.assign(points, Eigen::Vector3d::Zero());
   state.corrections.resize(0);
-  const bool wanted = options.covariance != CovarianceLevel::kNone;
+  const bool wanted = options.covariance != CovarianceLevel::kNone &&
+                      options.covariance != CovarianceLevel::kLeberl;
   if (wanted) result.points.covariance_m2.resize(points);
   std::vector<double> square_sum(points, 0.0);
-  std::vector<Eigen::Vector3d> compromise_m(points);
   {
     const StageTimer timer("solve", &result.stages);
     Step(progress, "intersect", 0, points);
@@ -72,8 +72,9 @@ AdjustResult IntersectBlock(const Block& block,
             if (wanted) result.points.covariance_m2[point].fill(kNaN);
             const Intersection met = Intersect(sights, block.frame);
             problem.point_status[point] = StatusOf(met.outcome);
+            // Circles that stay apart have a best place, but no sigma that describes it.
             if (met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {
-              compromise_m[point] = met.position_m;
+              state.start_m[point] = met.position_m;
             }
             if (met.outcome != IntersectionOutcome::kDetermined) {
               problem.LeaveOut(point, problem.point_status[point], Explain(met.outcome));
@@ -94,12 +95,6 @@ AdjustResult IntersectBlock(const Block& block,
   double total = 0.0;
   for (const double s : square_sum) total += s;
   FinishResult(problem, state, options, total, &result);
-  // Circles that stay apart have a best place, but no standard deviation that describes it.
-  for (std::size_t point = 0; point < points; ++point) {
-    if (problem.point_status[point] == PointStatus::kApart) {
-      result.points.position_m[point] = compromise_m[point];
-    }
-  }
   result.accepted = result.looks_used > 0;
   return result;
 }

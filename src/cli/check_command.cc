@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-#include <memory>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "commands.h"
-#include "print_summary.h"
 #include "sarblock/adjust/parameters.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
+
+#include <array>
+#include <memory>
+
+#include "commands.h"
+#include "print_summary.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
 namespace {
@@ -52,8 +52,7 @@ int Run(const std::string& folder, const Session& session) {
 
 void AddCheck(CLI::App* app, Session* session) {
   auto folder = std::make_shared<std::string>();
-  CLI::App* command =
-      app->add_subcommand("check", "Validate and describe a block, change nothing");
+  CLI::App* command = app->add_subcommand("check", "Validate and describe a block, change nothing");
   command->add_option("block", *folder, "Folder of the block")->required();
   command->callback([=] { session->run = [=] { return Run(*folder, *session); }; });
 }

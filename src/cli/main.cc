@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <exception>
+#include "sarblock/core/error.h"
+#include "sarblock/core/version.h"
 
-#include <fmt/format.h>
-#include <glog/logging.h>
+#include <exception>
 
 #include "commands.h"
 #include "leberl_command.h"
-#include "sarblock/core/error.h"
-#include "sarblock/core/version.h"
+#include <fmt/format.h>
+#include <glog/logging.h>
 
 int main(int argc, char** argv) {
   using namespace sarblock;

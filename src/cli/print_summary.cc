@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "print_summary.h"
 
+#include "sarblock/core/units.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
-
-#include "sarblock/core/units.h"
 
 namespace sarblock::cli {
 namespace {
@@ -24,10 +24,14 @@ double Median(std::vector<double> values) {
 
 const char* Verdict(const AdjustResult& result) {
   switch (result.status) {
-    case AdjustStatus::kConverged: return "adjusted, accepted";
-    case AdjustStatus::kNotConverged: return "NOT CONVERGED, not accepted";
-    case AdjustStatus::kIntersected: return "intersected, flight paths held";
-    case AdjustStatus::kPredicted: return "predicted from geometry and weights";
+    case AdjustStatus::kConverged:
+      return "adjusted, accepted";
+    case AdjustStatus::kNotConverged:
+      return "NOT CONVERGED, not accepted";
+    case AdjustStatus::kIntersected:
+      return "intersected, flight paths held";
+    case AdjustStatus::kPredicted:
+      return "predicted from geometry and weights";
   }
   return "";
 }
@@ -60,6 +64,7 @@ void PrintSigmas(const Block& block, const AdjustResult& result, double factor, 
       }
     }
   }
+  if (sigma_m[0].empty()) return;
   const bool local = block.frame.kind() == FrameKind::kLocal;
   fmt::format_to(out,
                  "  sigma of points [m]  {:>12} {:>12} {:>12}\n",
@@ -121,10 +126,26 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
   const auto significance = [&](const ParameterResult* p) {
     return std::abs(p->value) / (factor * p->sigma);
   };
+  constexpr std::size_t kShown = 6;
+  if (result.status == AdjustStatus::kPredicted) {
+    std::sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
+      return a->sigma > b->sigma;
+    });
+    fmt::format_to(out, "  corrections, the least certain of {}:\n", order.size());
+    for (std::size_t i = 0; i < std::min(kShown, order.size()); ++i) {
+      fmt::format_to(out,
+                     "    {:<16} {:<20} sigma {:.3g} {}, prior {:.3g}\n",
+                     order[i]->owner,
+                     order[i]->name,
+                     factor * order[i]->sigma,
+                     order[i]->unit,
+                     order[i]->prior_sigma);
+    }
+    return;
+  }
   std::sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
     return significance(a) > significance(b);
   });
-  constexpr std::size_t kShown = 6;
   if (!order.empty()) {
     fmt::format_to(out, "  corrections, the most significant of {}:\n", order.size());
   }
@@ -220,8 +241,14 @@ std::string DescribeBlock(const Block& block) {
   for (std::size_t looks = 0; looks < histogram.size(); ++looks) {
     if (histogram[looks] > 0) fmt::format_to(out, "  {} x {}", histogram[looks], looks);
   }
-  fmt::format_to(out, "\n  {:<20} {:<6} {:>8} {:>8} {:>14} {:>14}\n", "pass", "look", "states",
-                 "looks", "start_s", "end_s");
+  fmt::format_to(out,
+                 "\n  {:<20} {:<6} {:>8} {:>8} {:>14} {:>14}\n",
+                 "pass",
+                 "look",
+                 "states",
+                 "looks",
+                 "start_s",
+                 "end_s");
   constexpr std::size_t kShown = 40;
   for (std::size_t i = 0; i < std::min(kShown, block.passes.size()); ++i) {
     const Pass& pass = block.passes[i];

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session.h"
 
+#include "sarblock/core/parallel.h"
+#include "sarblock/io/atomic_file.h"
+
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -8,9 +11,6 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
-
-#include "sarblock/core/parallel.h"
-#include "sarblock/io/atomic_file.h"
 
 namespace sarblock::cli {
 namespace {
@@ -49,8 +49,8 @@ class TerminalProgress final : public ProgressSink {
       const double part = static_cast<double>(done) / static_cast<double>(total);
       constexpr int kWidth = 30;
       const int filled = static_cast<int>(part * kWidth);
-      line += fmt::format(
-          "[{:=<{}}{:{}}] {:3.0f} %", "", filled, "", kWidth - filled, 100.0 * part);
+      line +=
+          fmt::format("[{:=<{}}{:{}}] {:3.0f} %", "", filled, "", kWidth - filled, 100.0 * part);
       const double spent_s = Seconds(now - stage_begin_).count();
       if (done > 0 && done < total) {
         line += fmt::format("  {:.0f} s left", spent_s * (1.0 - part) / part);

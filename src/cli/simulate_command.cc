@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <memory>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "commands.h"
-#include "print_summary.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"
+
+#include <memory>
+
+#include "commands.h"
+#include "print_summary.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
 namespace {
@@ -63,11 +63,9 @@ void AddSimulate(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app->add_subcommand("simulate", "Make a block with known truth from a scene");
   command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
-  command->add_option("-o,--output", arguments->out, "Folder of the block to write")
-      ->required();
+  command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
-  command->callback(
-      [=] { session->run = [=] { return Run(*arguments, *session); }; });
+  command->callback([=] { session->run = [=] { return Run(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

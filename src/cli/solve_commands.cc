@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-#include <memory>
-
-#include <fmt/format.h>
-
-#include "commands.h"
-#include "print_summary.h"
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/result_files.h"
+
+#include <cmath>
+#include <memory>
+
+#include "commands.h"
+#include "print_summary.h"
+#include <fmt/format.h>
 
 namespace sarblock::cli {
 namespace {
@@ -63,25 +63,23 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
   }
   AdjustResult result = solver.solve(file, arguments.block, session.progress.get());
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
-  const bool passed = !arguments.strict || ((result.chi_square_passed ||
-                                             std::isnan(result.sigma0_squared)) &&
-                                            ChecksPass(result, file.adjust.test_level));
+  const bool passed =
+      !arguments.strict || ((result.chi_square_passed || std::isnan(result.sigma0_squared)) &&
+                            ChecksPass(result, file.adjust.test_level));
   result.accepted = result.accepted && passed;
   ResultContext context;
   context.command = solver.name;
   context.warnings = file.warnings;
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
-  const std::string summary =
-      WriteResult(arguments.out, file.block, file.adjust, result, context);
+  const std::string summary = WriteResult(arguments.out, file.block, file.adjust, result, context);
   if (session.json) {
     fmt::print("{}", summary);
   } else {
     for (const std::string& warning : file.warnings) session.Say("sarblock: warning: " + warning);
-    fmt::print("{}",
-               DescribeResult(file.block,
-                              file.adjust,
-                              result,
-                              std::sqrt(CovarianceFactor(file.adjust, result))));
+    fmt::print(
+        "{}",
+        DescribeResult(
+            file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))));
     if (!passed) fmt::print("  NOT ACCEPTED: a test failed (--strict)\n");
     fmt::print("  written to {}\n", arguments.out);
   }
@@ -97,9 +95,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                     arguments->strict,
                     "Not accepted either if the global test or the check points fail");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
-  command->callback([=] {
-    session->run = [=] { return Run(solver, *arguments, *session); };
-  });
+  command->callback([=] { session->run = [=] { return Run(solver, *arguments, *session); }; });
 }
 
 }  // namespace
