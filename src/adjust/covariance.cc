@@ -130,20 +130,31 @@ std::vector<ParameterCovariance> ParameterCovariances(const ReducedSystem& syste
   return out;
 }
 
-std::vector<PairResult> PairCovariances(
+std::vector<PairResult> PairDifferences(
     const AdjustmentProblem& problem,
     const BlockState& state,
-    const ReducedSystem* system,
-    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
-    ProgressSink* progress) {
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
   std::vector<PairResult> out;
   for (const auto& [a, b] : pairs) {
     if (!problem.Solves(a) || !problem.Solves(b)) continue;
     PairResult pair;
     pair.a = a;
     pair.b = b;
+    const Eigen::Vector3d a_m = state.Position(a);
+    pair.difference_enu_m = problem.block.frame.EnuFromFrame(a_m) * (state.Position(b) - a_m);
+    pair.covariance_m2.fill(kNaN);
     out.push_back(pair);
   }
+  return out;
+}
+
+std::vector<PairResult> PairCovariances(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const ReducedSystem* system,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+    ProgressSink* progress) {
+  std::vector<PairResult> out = PairDifferences(problem, state, pairs);
   constexpr std::size_t kPairsPerChunk = 32;
   const Eigen::Index n = problem.layout.size();
   Step(progress, "pairs", 0, out.size());
@@ -188,8 +199,6 @@ std::vector<PairResult> PairCovariances(
           const Eigen::Matrix3d& covariance = own[q - begin];
           pair.covariance_m2 =
               ToEnu(problem.block.frame, a_m, 0.5 * (covariance + covariance.transpose()));
-          pair.difference_enu_m =
-              problem.block.frame.EnuFromFrame(a_m) * (state.Position(pair.b) - a_m);
         }
       });
   Step(progress, "pairs", out.size(), out.size());

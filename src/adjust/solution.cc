@@ -2,6 +2,7 @@
 #include "solution.h"
 
 #include "sarblock/adjust/covariance.h"
+#include "sarblock/adjust/leberl_prediction.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
@@ -83,6 +84,7 @@ void FinishResult(const AdjustmentProblem& problem,
   if (measured) FillChecks(problem.block, result);
   MarkRejected(problem, result);
   WarnOfPoints(problem, result);
+  if (options.covariance != CovarianceLevel::kNone) FillLeberlPrediction(problem, state, result);
 }
 
 void RequireOffered(const AdjustOptions& options) {
@@ -91,7 +93,6 @@ void RequireOffered(const AdjustOptions& options) {
                      std::string("'") + value + "' is not available in this version");
   };
   if (options.corrections == CorrectionChoice::kAuto) refuse("corrections", "auto");
-  if (options.covariance == CovarianceLevel::kLeberl) refuse("covariance", "leberl");
   if (options.covariance == CovarianceLevel::kMonteCarlo) refuse("covariance", "montecarlo");
   if (options.datum == Datum::kInner) refuse("datum", "inner");
   if (options.variance_components == VarianceComponents::kRangeAzimuth) {
@@ -257,15 +258,19 @@ void FillCovariance(const AdjustmentProblem& problem,
       if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
     }
   }
-  result->points.covariance_m2 =
-      PointCovariances(problem, state, inverse ? &*inverse : nullptr, progress);
+  const bool rigorous = options.covariance != CovarianceLevel::kLeberl;
+  if (rigorous) {
+    result->points.covariance_m2 =
+        PointCovariances(problem, state, inverse ? &*inverse : nullptr, progress);
+  }
   if (options.pairs == PairChoice::kNone) return;
   const PointPairs wanted = options.pairs == PairChoice::kNeighbours
                                 ? NeighbourPairs(problem, state)
                             : options.pairs == PairChoice::kAll ? AllPairs(problem)
                                                                 : pairs;
   result->pairs =
-      PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress);
+      rigorous ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
+               : PairDifferences(problem, state, wanted);
 }
 
 void FillCorrectedPaths(const AdjustmentProblem& problem,

@@ -28,6 +28,16 @@ void WriteCheck(const std::vector<CheckResult>& checks,
   out->Number(check.chi_square);
 }
 
+void WriteLeberl(const PointResults& points, std::size_t i, CsvWriter* out) {
+  if (points.sigma_leberl_across_m.empty()) {
+    out->Empty(5);
+    return;
+  }
+  out->Number(points.sigma_leberl_across_m[i]).Number(points.sigma_leberl_up_m[i]);
+  out->Number(points.sigma_leberl_path_across_m[i]).Number(points.sigma_leberl_path_up_m[i]);
+  out->Number(points.leberl_across_azimuth_rad[i] * kDegPerRad);
+}
+
 }  // namespace
 
 const char* NameOf(PointRole role) {
@@ -63,6 +73,9 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
                  "intersection_deg",
                  "sigma_leberl_across_m",
                  "sigma_leberl_up_m",
+                 "sigma_leberl_path_across_m",
+                 "sigma_leberl_path_up_m",
+                 "leberl_across_azimuth_deg",
                  "redundancy",
                  "error_e_m",
                  "error_n_m",
@@ -98,7 +111,7 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
     }
     out.Number(points.intersection_rad.empty() ? kNotGiven
                                                : points.intersection_rad[i] * kDegPerRad);
-    out.Empty(2);
+    WriteLeberl(points, i, &out);
     out.Number(points.redundancy.empty() ? kNotGiven : points.redundancy[i]);
     WriteCheck(view.result.checks, i, &next_check, &out);
     out.Text(points.reason.empty() ? std::string_view() : points.reason[i]);
@@ -182,18 +195,17 @@ void WritePairTable(const std::filesystem::path& file, const ResultView& view) {
                  "cov_en_m2",
                  "cov_eu_m2",
                  "cov_nu_m2",
-                 "leberl_ee_m2",
-                 "leberl_nn_m2",
-                 "leberl_uu_m2",
-                 "leberl_en_m2",
-                 "leberl_eu_m2",
-                 "leberl_nu_m2"},
+                 "sigma_leberl_across_m",
+                 "sigma_leberl_up_m",
+                 "sigma_leberl_path_across_m",
+                 "sigma_leberl_path_up_m"},
                 view.context.compression);
   for (const PairResult& pair : view.result.pairs) {
     out.Text(view.block.points.ids[pair.a]).Text(view.block.points.ids[pair.b]);
     for (Eigen::Index k = 0; k < 3; ++k) out.Number(pair.difference_enu_m[k]);
     WriteCovariance(pair.covariance_m2, view.factor, &out);
-    out.Empty(6).EndRow();
+    out.Number(pair.sigma_leberl_across_m).Number(pair.sigma_leberl_up_m);
+    out.Number(pair.sigma_leberl_path_across_m).Number(pair.sigma_leberl_path_up_m).EndRow();
   }
   out.Commit();
 }

@@ -44,6 +44,12 @@ inline constexpr int kFullParameterCovariance = 1000;
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
     ProgressSink* progress);
 
+/// The differences alone, covariances NaN (level `leberl`).
+[[nodiscard]] std::vector<PairResult> PairDifferences(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
+
 /// Each solved point with its nearest solved neighbour, each pair once, ascending.
 [[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> NeighbourPairs(
     const AdjustmentProblem& problem, const BlockState& state);

@@ -44,6 +44,14 @@ struct PointResults {
   std::vector<SymmetricEnu> covariance_m2;  ///< empty at level `none`; NaN where not solved
   std::vector<double> intersection_rad;     ///< largest intersection angle; NaN below two looks
   std::vector<double> redundancy;           ///< of the point's looks; empty where not computed
+  /// Leberl (1979) for the best pair of looks of each point (leberl_prediction.h), across and up;
+  /// empty at level `none`, NaN where the geometry cannot be reduced to the paper's.
+  std::vector<double> sigma_leberl_across_m;       ///< by range noise, Eq. 25
+  std::vector<double> sigma_leberl_up_m;           ///< by range noise, Eq. 25
+  std::vector<double> sigma_leberl_path_across_m;  ///< by the priors of corrections, Eq. 14
+  std::vector<double> sigma_leberl_path_up_m;      ///< by the priors of corrections, Eq. 15
+  /// Direction of across, clockwise from north.
+  std::vector<double> leberl_across_azimuth_rad;
 };
 
 /// One estimated correction parameter.
@@ -69,6 +77,11 @@ struct PairResult {
   std::uint32_t b = 0;
   Eigen::Vector3d difference_enu_m = Eigen::Vector3d::Zero();
   SymmetricEnu covariance_m2{};
+  /// Leberl (1979) for the same difference, as in PointResults; NaN where not meaningful.
+  double sigma_leberl_across_m = std::numeric_limits<double>::quiet_NaN();
+  double sigma_leberl_up_m = std::numeric_limits<double>::quiet_NaN();
+  double sigma_leberl_path_across_m = std::numeric_limits<double>::quiet_NaN();
+  double sigma_leberl_path_up_m = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Residuals by look index of the block; NaN where the look or its point took no part.
