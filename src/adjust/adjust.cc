@@ -2,6 +2,7 @@
 #include "sarblock/adjust/adjust.h"
 
 #include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -45,7 +46,10 @@ SolveReport SolveRounds(const Weighting& weighting,
     SolveOptions solve;
     solve.max_iterations = std::max(1, options.max_iterations - total.iterations);
     solve.threads = options.threads;
-    const SolveReport report = SolveWithCeres(*problem, weighting, solve, state, progress);
+    const SolveReport report =
+        options.engine == Engine::kCeres
+            ? SolveWithCeres(*problem, weighting, solve, state, progress)
+            : SolveReduced(*problem, weighting, solve, state, progress);
     if (round == 0) total.initial_cost_1 = report.initial_cost_1;
     total.iterations += report.iterations;
     total.converged = report.converged;

@@ -92,7 +92,8 @@ void LinearisePoint(const AdjustmentProblem& problem,
   const Looks& looks = problem.block.looks;
   const Eigen::Index columns = 3 + rows->column_count + 1;
   const std::uint64_t begin = looks.offsets[point], end = looks.offsets[point + 1];
-  const Eigen::Index most = 2 * static_cast<Eigen::Index>(end - begin) + 3;
+  // Two rows a look, three of control, three of damping.
+  const Eigen::Index most = 2 * static_cast<Eigen::Index>(end - begin) + 6;
   if (rows->a.rows() < most || rows->a.cols() < columns) {
     rows->a.resize(std::max(most, rows->a.rows()), std::max(columns, rows->a.cols()));
   }
@@ -118,7 +119,23 @@ void LinearisePoint(const AdjustmentProblem& problem,
   for (const int block : rows->blocks) rows->slot_of_block[static_cast<std::size_t>(block)] = -1;
 }
 
-EliminatedPoint EliminatePoint(PointRows* rows) {
+Eigen::Vector3d DampPoint(double damping_1, PointRows* rows) {
+  Eigen::Vector3d square;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    square[k] = rows->a.col(k).head(rows->row_count).squaredNorm();
+  }
+  const double least = 1e-12 * square.maxCoeff();
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    square[k] = std::max(square[k], least);
+    rows->a(rows->row_count + k, k) = std::sqrt(damping_1 * square[k]);
+  }
+  rows->row_count += 3;
+  return square;
+}
+
+EliminatedPoint EliminatePoint(PointRows* rows) { return EliminateColumns(rows, 3); }
+
+EliminatedPoint EliminateColumns(PointRows* rows, Eigen::Index first_column) {
   const Eigen::Index m = rows->row_count, n = 3 + rows->column_count + 1;
   EliminatedPoint out;
   Eigen::MatrixXd& a = rows->a;
@@ -135,6 +152,7 @@ EliminatedPoint EliminatePoint(PointRows* rows) {
     auto v = a.col(k).segment(k + 1, m - k - 1);
     v /= v0;
     for (Eigen::Index c = k + 1; c < n; ++c) {
+      if (c == 3) c = first_column;
       auto x = a.col(c).segment(k + 1, m - k - 1);
       const double dot = tau * (a(k, c) + v.dot(x));
       a(k, c) -= dot;

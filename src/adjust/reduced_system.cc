@@ -88,6 +88,7 @@ struct Partial {
 void AddPoint(const AdjustmentProblem& problem,
               const BlockState& state,
               const Weighting& weighting,
+              double damping,
               std::size_t point,
               PointRows* rows,
               Eigen::MatrixXd* product,
@@ -111,14 +112,15 @@ void AddPoint(const AdjustmentProblem& problem,
           std::max(out->point_gradient, std::abs(rows->a.col(k).head(m).dot(e)) / length);
     }
   }
+  if (damping > 0.0) DampPoint(damping, rows);
   const EliminatedPoint eliminated = EliminatePoint(rows);
   if (!(eliminated.reciprocal_condition_1 >= kLeastPointCondition_1)) {
     out->weak.push_back({static_cast<std::uint32_t>(point), eliminated.reciprocal_condition_1});
     return;
   }
   out->point_step_square += rows->a.col(3 + n).head<3>().squaredNorm();
-  if (n == 0 || m <= 3) return;
-  const auto below = rows->a.block(3, 3, m - 3, n + 1);
+  if (n == 0 || rows->row_count <= 3) return;
+  const auto below = rows->a.block(3, 3, rows->row_count - 3, n + 1);
   product->noalias() = below.leftCols(n).transpose() * below;
   for (std::size_t i = 0; i < rows->blocks.size(); ++i) {
     const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[i])];
@@ -139,13 +141,15 @@ ReducedSystem::ReducedSystem(const AdjustmentProblem& problem)
 
 void ReducedSystem::Form(const BlockState& state,
                          const Weighting& weighting,
-                         ProgressSink* progress) {
+                         ProgressSink* progress,
+                         double damping_1) {
+  damping_1_ = damping_1;
   const std::size_t points = problem_.block.points.size();
   const std::size_t bytes = 1 + sizeof(double) * s_.values().size();
   const std::size_t partials = std::clamp<std::size_t>(
       std::min(kPartialBytes / bytes, points / kPointsPerChunk), 1, kMostPartials);
-  sarblock::Step(progress, "linearise", 0, points);
   std::vector<std::optional<Partial>> parts(partials);
+  sarblock::Step(progress, "linearise", 0, points);
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(s_);
@@ -153,7 +157,7 @@ void ReducedSystem::Form(const BlockState& state,
     Eigen::MatrixXd product;
     for (std::size_t point = begin; point < end; ++point) {
       if (problem_.Solves(point)) {
-        AddPoint(problem_, state, weighting, point, &rows, &product, &out);
+        AddPoint(problem_, state, weighting, damping_1, point, &rows, &product, &out);
       }
     }
   });
@@ -178,15 +182,21 @@ void ReducedSystem::Form(const BlockState& state,
     gradient_1_ = std::max(gradient_1_, part->point_gradient);
     looks_not_evaluated_ += part->not_evaluated;
   }
+  sarblock::Step(progress, "linearise", points, points);
   AddPriors(state);
+  if (damping_1 > 0.0) {
+    for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
+      const ParameterBlock& block = problem_.layout.blocks[b];
+      s_.Block(static_cast<int>(b), static_cast<int>(b)).diagonal() +=
+          damping_1 * full_diagonal_.segment(block.offset, block.size);
+    }
+  }
   for (Eigen::Index i = 0; i < full_gradient_.size(); ++i) {
     if (full_diagonal_[i] > 0.0) {
       gradient_1_ =
           std::max(gradient_1_, std::abs(full_gradient_[i]) / std::sqrt(full_diagonal_[i]));
     }
   }
-  factor_.reset();
-  sarblock::Step(progress, "linearise", points, points);
 }
 
 void ReducedSystem::AddPriors(const BlockState& state) {
@@ -232,6 +242,43 @@ void ReducedSystem::ThrowUndetermined(const Eigen::VectorXd& direction) const {
       names);
 }
 
+BlockSymmetricMatrix ReducedSystem::Scaled() {
+  BlockSymmetricMatrix scaled = s_;
+  for (int j = 0; j < scaled.block_count(); ++j) {
+    for (const int i : scaled.RowsOfColumn(j)) {
+      scaled.Block(i, j) = scale_.segment(scaled.offset(i), scaled.size(i)).asDiagonal() *
+                           scaled.Block(i, j) *
+                           scale_.segment(scaled.offset(j), scaled.size(j)).asDiagonal();
+    }
+  }
+  if (!factor_) {
+    std::vector<int> last;
+    for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
+      if (problem_.layout.blocks[b].shared) last.push_back(static_cast<int>(b));
+    }
+    factor_.emplace(scaled, last);
+  }
+  return scaled;
+}
+
+bool ReducedSystem::FactorDamped() {
+  if (s_.rows() == 0) return true;
+  scale_.resize(s_.rows());
+  for (int b = 0; b < s_.block_count(); ++b) {
+    const auto diagonal = s_.Block(b, b).diagonal();
+    for (int i = 0; i < s_.size(b); ++i) {
+      if (!(diagonal[i] > 0.0) || !std::isfinite(diagonal[i])) return false;
+      scale_[s_.offset(b) + i] = 1.0 / std::sqrt(diagonal[i]);
+    }
+  }
+  const BlockSymmetricMatrix scaled = Scaled();
+  return factor_->Factorize(scaled).positive_definite;
+}
+
+double ReducedSystem::Promised(const Eigen::VectorXd& dx) const {
+  return 0.5 * (-full_gradient_.dot(dx) + damping_1_ * dx.cwiseAbs2().dot(full_diagonal_));
+}
+
 void ReducedSystem::Factor() {
   const Eigen::Index n = s_.rows();
   condition_1_ = 1.0;
@@ -250,19 +297,7 @@ void ReducedSystem::Factor() {
       scale_[row] = 1.0 / std::sqrt(diagonal[i]);
     }
   }
-  BlockSymmetricMatrix scaled = s_;
-  for (int j = 0; j < scaled.block_count(); ++j) {
-    for (const int i : scaled.RowsOfColumn(j)) {
-      scaled.Block(i, j) = scale_.segment(scaled.offset(i), scaled.size(i)).asDiagonal() *
-                           scaled.Block(i, j) *
-                           scale_.segment(scaled.offset(j), scaled.size(j)).asDiagonal();
-    }
-  }
-  std::vector<int> last;
-  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
-    if (layout.blocks[b].shared) last.push_back(static_cast<int>(b));
-  }
-  factor_.emplace(scaled, last);
+  BlockSymmetricMatrix scaled = Scaled();
   if (!factor_->Factorize(scaled).positive_definite) {
     // Lift the null space a little to find the direction that has none.
     for (int b = 0; b < scaled.block_count(); ++b) {

@@ -101,7 +101,6 @@ void RequireOffered(const AdjustOptions& options) {
   if (options.variance_components == VarianceComponents::kPerPass) {
     refuse("variance_components", "per-pass");
   }
-  if (options.engine == Engine::kReduced) refuse("engine", "reduced");
   if (options.covariance_method == CovarianceMethod::kCeres) refuse("covariance_method", "ceres");
 }
 
@@ -167,6 +166,9 @@ void FillPoints(const AdjustmentProblem& problem, const BlockState& state, Adjus
     std::vector<Sight> sights;
     for (std::size_t point = begin; point < end; ++point) {
       out.looks[point] = static_cast<std::uint32_t>(problem.CountLooks(point));
+      if (problem.point_status[point] == PointStatus::kApart) {
+        out.position_m[point] = state.Position(point);
+      }
       if (!problem.Solves(point)) continue;
       out.position_m[point] = state.Position(point);
       sights.clear();

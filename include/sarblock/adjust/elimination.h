@@ -56,4 +56,12 @@ struct EliminatedPoint {
 /// Householder elimination in place: afterwards rows 0..2 of rows->a hold [R | T | c].
 [[nodiscard]] EliminatedPoint EliminatePoint(PointRows* rows);
 
+/// The same applied to J_p and the columns from `first_column` of rows->a on only (3 + column_count
+/// is the errors' column): a step of the point needs no T.
+[[nodiscard]] EliminatedPoint EliminateColumns(PointRows* rows, Eigen::Index first_column);
+
+/// Appends the damping of a point: rows sqrt(damping) |J_p column|. Returns the squared lengths of
+/// the columns of J_p before. A column that vanishes gets the length 1e-6 of the largest.
+Eigen::Vector3d DampPoint(double damping_1, PointRows* rows);
+
 }  // namespace sarblock

@@ -39,12 +39,21 @@ class ReducedSystem {
   /// Finds the pattern of S from the looks that take part.
   explicit ReducedSystem(const AdjustmentProblem& problem);
 
-  /// Forms S and its right-hand side at a state, priors included.
-  void Form(const BlockState& state, const Weighting& weighting, ProgressSink* progress);
+  /// Forms S and its right-hand side at a state, priors included, with `damping_1` times the
+  /// diagonal of J'J added to every unknown (0: none).
+  void Form(const BlockState& state,
+            const Weighting& weighting,
+            ProgressSink* progress,
+            double damping_1 = 0.0);
 
   /// Factors the scaled S. Throws UndeterminedError naming the parameters that move together in its
   /// null space where it is singular to rounding.
   void Factor();
+
+  /// Factors without looking for the null space; false where that fails. For damped systems.
+  [[nodiscard]] bool FactorDamped();
+  /// What the quadratic model promises of a step of the corrections, their own part.
+  [[nodiscard]] double Promised(const Eigen::VectorXd& dx) const;
 
   [[nodiscard]] double cost() const { return cost_1_; }
   [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
@@ -68,6 +77,7 @@ class ReducedSystem {
 
  private:
   void AddPriors(const BlockState& state);
+  [[nodiscard]] BlockSymmetricMatrix Scaled();
   void ThrowUndetermined(const Eigen::VectorXd& direction) const;
 
   const AdjustmentProblem& problem_;
@@ -78,6 +88,7 @@ class ReducedSystem {
   Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
   std::optional<BlockCholesky> factor_;
   std::vector<WeakPoint> weak_points_;
+  double damping_1_ = 0.0;
   double cost_1_ = 0.0;
   double gradient_1_ = 0.0;
   double point_step_square_1_ = 0.0;

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/reduced_engine.h"
+
+#include "sarblock/adjust/reduced_system.h"
+#include "sarblock/core/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 1024;
+constexpr double kFirstDamping_1 = 1e-4;
+constexpr double kLeastDamping_1 = 1e-12;
+constexpr double kMostDamping_1 = 1e12;
+constexpr double kStepSettled_1 = 1e-6;
+
+/// Step of every point for a step `dx` of the corrections, and what the quadratic model promises.
+struct PointSteps {
+  std::vector<Eigen::Vector3d> displacement_m;
+  double promised_1 = 0.0;
+};
+
+PointSteps SubstituteBack(const AdjustmentProblem& problem,
+                          const BlockState& state,
+                          const Weighting& weighting,
+                          double damping,
+                          const Eigen::VectorXd& dx) {
+  const std::size_t points = problem.block.points.size();
+  PointSteps out;
+  out.displacement_m = state.displacement_m;
+  std::vector<double> promised((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
+  ParallelForChunks(
+      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        PointRows rows;
+        Eigen::VectorXd local;
+        for (std::size_t point = begin; point < end; ++point) {
+          if (!problem.Solves(point)) continue;
+          LinearisePoint(problem, state, weighting, point, &rows);
+          const Eigen::Index n = rows.column_count;
+          local.resize(n);
+          for (std::size_t b = 0; b < rows.blocks.size(); ++b) {
+            const ParameterBlock& block =
+                problem.layout.blocks[static_cast<std::size_t>(rows.blocks[b])];
+            local.segment(rows.block_column[b], block.size) = dx.segment(block.offset, block.size);
+          }
+          const Eigen::Index m = rows.row_count;
+          const Eigen::Vector3d gradient =
+              rows.a.leftCols<3>().topRows(m).transpose() * rows.a.col(3 + n).head(m);
+          // The point's equations with the corrections' step moved to the right side.
+          rows.a.col(3 + n).head(m).noalias() += rows.a.block(0, 3, m, n) * local;
+          const Eigen::Vector3d diagonal = DampPoint(damping, &rows);
+          const EliminatedPoint eliminated = EliminateColumns(&rows, 3 + n);
+          const Eigen::Vector3d step =
+              -eliminated.r.triangularView<Eigen::Upper>().solve(rows.a.col(3 + n).head<3>());
+          if (!step.allFinite()) continue;
+          out.displacement_m[point] += step;
+          promised[chunk] += 0.5 * (-gradient.dot(step) + damping * step.cwiseAbs2().dot(diagonal));
+        }
+      });
+  for (const double part : promised) out.promised_1 += part;
+  return out;
+}
+
+}  // namespace
+
+SolveReport SolveReduced(const AdjustmentProblem& problem,
+                         const Weighting& weighting,
+                         const SolveOptions& options,
+                         BlockState* state,
+                         ProgressSink* progress) {
+  SolveReport report;
+  ReducedSystem system(problem);
+  double damping = kFirstDamping_1;
+  system.Form(*state, weighting, nullptr, damping);
+  report.initial_cost_1 = report.final_cost_1 = system.cost();
+  for (int trial = 0; trial < 4 * options.max_iterations; ++trial) {
+    Step(progress,
+         "solve",
+         static_cast<std::size_t>(report.iterations),
+         static_cast<std::size_t>(options.max_iterations),
+         "cost " + std::to_string(report.final_cost_1));
+    if (damping > kMostDamping_1) {
+      report.message = "no step lowers the cost";
+      return report;
+    }
+    if (!system.FactorDamped()) {
+      damping *= 10.0;
+      system.Form(*state, weighting, nullptr, damping);
+      continue;
+    }
+    const double left = system.RemainingStep();
+    if (left <= kStepSettled_1) {
+      report.converged = true;
+      report.message = "the step left is below 1e-6 sigmas";
+      return report;
+    }
+    if (report.iterations >= options.max_iterations) break;
+    const Eigen::VectorXd dx = system.Step();
+    PointSteps steps = SubstituteBack(problem, *state, weighting, damping, dx);
+    const double promised = steps.promised_1 + system.Promised(dx);
+    BlockState next;
+    next.displacement_m = std::move(steps.displacement_m);
+    next.corrections = state->corrections + dx;
+    next.start_m.swap(state->start_m);
+    const double next_damping = std::max(kLeastDamping_1, 0.1 * damping);
+    system.Form(next, weighting, nullptr, next_damping);
+    next.start_m.swap(state->start_m);
+    const double gain = report.final_cost_1 - system.cost();
+    // Rounding of the cost itself: a promise below it cannot be checked and is taken.
+    const double rounding = 1e-13 * report.final_cost_1 + 1e-12;
+    const bool better = system.looks_not_evaluated() == 0 && std::isfinite(system.cost()) &&
+                        (gain > 0.1 * promised || (promised < rounding && gain > -rounding));
+    if (better) {
+      state->displacement_m.swap(next.displacement_m);
+      state->corrections = next.corrections;
+      report.final_cost_1 = system.cost();
+      damping = next_damping;
+      ++report.iterations;
+    } else {
+      damping *= 10.0;
+      system.Form(*state, weighting, nullptr, damping);
+    }
+  }
+  report.message = "the limit of iterations was reached";
+  return report;
+}
+
+}  // namespace sarblock
