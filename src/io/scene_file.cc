@@ -10,21 +10,13 @@
 #include <sstream>
 #include <system_error>
 
+#include "ellipsoid_reader.h"
 #include "scene_table.h"
 
 namespace sarblock {
 namespace {
 
 constexpr char kFormat[] = "sarblock-scene 1";
-
-toml::table ParseToml(std::string_view text, const std::string& file) {
-  try {
-    return toml::parse(text, file);
-  } catch (const toml::parse_error& error) {
-    throw InputError(FilePlace{file, error.source().begin.line, ""},
-                     std::string(error.description()));
-  }
-}
 
 std::string ReadText(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path)) {
@@ -148,7 +140,7 @@ SceneFlight ReadFlight(SceneTable table) {
   table.Number("azimuth_sigma_m", &flight.azimuth_sigma_m);
   table.Finish();
   if (swaths > 1) {
-    throw InputError(FilePlace{table.file(), 0, table.prefix() + "swath"},
+    throw InputError(table.PlaceOf("swath"),
                      "stands twice; give one of swath_look_deg, swath_ground_m, swath_slant_m");
   }
   return flight;
@@ -181,14 +173,11 @@ SceneLooks ReadLooks(SceneTable table) {
   SceneLooks looks;
   table.Number("range_sigma_m", &looks.range_sigma_m);
   table.Number("azimuth_sigma_m", &looks.azimuth.azimuth);
-  if (table.Has("azimuth_sigma_s")) {
-    const toml::node* node = table.Take("azimuth_sigma_s");
-    if (table.Has("azimuth_sigma_m")) {
-      table.Fail(*node, "azimuth_sigma_s", "cannot stand beside azimuth_sigma_m");
-    }
+  if (const auto seconds = table.Take("azimuth_sigma_s")) {
+    if (table.Has("azimuth_sigma_m")) seconds->Fail("cannot stand beside azimuth_sigma_m");
+    looks.azimuth.azimuth = seconds->Number();
     looks.azimuth.azimuth_unit = AzimuthUnit::kSeconds;
   }
-  table.Number("azimuth_sigma_s", &looks.azimuth.azimuth);
   table.Number("noise_scale", &looks.noise_scale_1);
   table.Number("blunder_fraction", &looks.blunder_fraction_1);
   table.Number("blunder_size", &looks.blunder_size_1);
@@ -221,24 +210,20 @@ ScenePoints ReadPoints(SceneTable table) {
   table.Count("count", &points.count);
   table.Numbers("east_m", &points.east_m);
   table.Numbers("north_m", &points.north_m);
-  if (table.Has("density_per_km2")) {
-    const toml::node* node = table.Take("density_per_km2");
-    if (table.Has("count")) table.Fail(*node, "density_per_km2", "cannot stand beside count");
-    double density = 0.0;
-    table.Number("density_per_km2", &density);
+  if (const auto given = table.Take("density_per_km2")) {
+    if (table.Has("count")) given->Fail("cannot stand beside count");
+    const double density = given->Number();
     const double area_km2 =
         (points.east_m[1] - points.east_m[0]) * (points.north_m[1] - points.north_m[0]) * 1e-6;
     const double count = density * area_km2;
     if (!(density >= 0.0 && count >= 0.0 && count < 1e9)) {
-      table.Fail(*node, "density_per_km2", "must be 0 or more and give fewer than 1e9 points");
+      given->Fail("must be 0 or more and give fewer than 1e9 points");
     }
     points.count = static_cast<std::size_t>(count + 0.5);
   }
   table.Choice<Pattern>(
       "pattern", {{"random", Pattern::kRandom}, {"grid", Pattern::kGrid}}, &points.pattern);
   table.Count("min_looks", &points.min_looks);
-  // Named for messages about unknown keys.
-  (void)table.Take("density_per_km2");
   table.Finish();
   return points;
 }
@@ -258,16 +243,12 @@ SceneControl ReadKnown(SceneTable table, SceneControl::Layout default_layout) {
   table.Count("count", &known.count);
   if (known.count == 0) known.layout = Layout::kNone;
   table.Numbers("sigma_m", &known.sigma_m);
-  if (table.Has("components")) {
+  if (const auto components = table.Take("components")) {
     known.held = {false, false, false};
-    const toml::node* node = table.Take("components");
-    for (const std::string& name : table.Texts("components")) {
-      const std::size_t axis = name == "e" ? 0 : name == "n" ? 1 : name == "u" ? 2 : 3;
-      if (axis == 3) table.Fail(*node, "components", "allowed are e, n, u");
-      known.held[axis] = true;
+    for (const TomlValue& name : components->Entries()) {
+      known.held[name.OneOf({"e", "n", "u"})] = true;
     }
   }
-  (void)table.Take("components");
   table.Number("inset", &known.inset_1);
   table.Number("noise_scale", &known.noise_scale_1);
   table.Number("approximate_sigma_m", &known.approximate_sigma_m);
@@ -279,29 +260,10 @@ void ReadFrame(SceneTable table, Scene* scene) {
   std::string kind = "local";
   table.Choice<std::string>("kind", {{"local", "local"}, {"geocentric", "geocentric"}}, &kind);
   Ellipsoid ellipsoid;
-  if (const toml::node* node = table.Take("ellipsoid")) {
-    if (const toml::table* numbers = node->as_table()) {
-      SceneTable inner(*numbers, table.prefix() + "ellipsoid.", table.file());
-      inner.Number("a_m", &ellipsoid.a_m);
-      inner.Number("f", &ellipsoid.flattening);
-      inner.Finish();
-    } else {
-      std::string name;
-      table.Text("ellipsoid", &name);
-      try {
-        ellipsoid = NamedEllipsoid(name);
-      } catch (const InputError& error) {
-        table.Fail(*node, "ellipsoid", error.what());
-      }
-    }
-    try {
-      sarblock::Validate(ellipsoid);
-    } catch (const InputError& error) {
-      table.Fail(*node, "ellipsoid", error.what());
-    }
+  if (const auto given = table.Take("ellipsoid")) {
+    ellipsoid = ReadEllipsoid(*given);
   } else if (kind == "geocentric") {
-    throw InputError(FilePlace{table.file(), 0, table.prefix() + "ellipsoid"},
-                     "must be given for a geocentric frame");
+    throw InputError(table.PlaceOf("ellipsoid"), "must be given for a geocentric frame");
   }
   if (kind == "geocentric") scene->frame = Frame::Geocentric(ellipsoid);
   table.Number("centre_lat_deg", &scene->centre.lat_rad, kRadPerDeg);
@@ -321,8 +283,8 @@ FilePlace PlaceOfField(const toml::table& root, const std::string& file, const s
     node = child;
     rest.remove_prefix(std::min(dot + 1, rest.size()));
   }
-  FilePlace place = PlaceOf(*node, file, field);
-  if (node == &root) place.line = 0;
+  FilePlace place = TomlValue(*node, field).Place();
+  if (node->source().path == nullptr || node == &root) place = {file, 0, field};
   return place;
 }
 
@@ -332,7 +294,7 @@ Scene ParseScene(std::string_view text,
                  const std::string& file,
                  const std::vector<std::string>& overrides) {
   const toml::table root = Effective(text, file, overrides);
-  SceneTable table(root, "", file);
+  SceneTable table{TomlTable(root, "")};
   Scene scene;
   std::string format;
   table.Text("format", &format);
@@ -343,32 +305,22 @@ Scene ParseScene(std::string_view text,
   table.Text("name", &scene.name);
   table.Text("purpose", &scene.purpose);
   table.Count("seed", &scene.seed);
-  const auto inner = [&](const toml::table& child, const std::string& key) {
-    return SceneTable(child, key + ".", file);
-  };
-  if (const toml::table* t = table.Table("frame")) ReadFrame(inner(*t, "frame"), &scene);
-  if (const toml::array* flights = table.Tables("flight")) {
-    for (std::size_t i = 0; i < flights->size(); ++i) {
-      scene.flights.push_back(
-          ReadFlight(inner(*flights->get(i)->as_table(), "flight." + std::to_string(i))));
-    }
+  if (auto frame = table.Table("frame")) ReadFrame(std::move(*frame), &scene);
+  for (SceneTable& flight : table.Tables("flight")) {
+    scene.flights.push_back(ReadFlight(std::move(flight)));
   }
-  if (const toml::table* t = table.Table("navigation")) {
-    scene.navigation = ReadNavigation(inner(*t, "navigation"));
+  if (auto t = table.Table("navigation")) scene.navigation = ReadNavigation(std::move(*t));
+  if (auto t = table.Table("looks")) scene.looks = ReadLooks(std::move(*t));
+  if (auto t = table.Table("terrain")) scene.terrain = ReadTerrain(std::move(*t));
+  if (auto t = table.Table("points")) scene.points = ReadPoints(std::move(*t));
+  if (auto t = table.Table("control")) {
+    scene.control = ReadKnown(std::move(*t), SceneControl::Layout::kCorners);
   }
-  if (const toml::table* t = table.Table("looks")) scene.looks = ReadLooks(inner(*t, "looks"));
-  if (const toml::table* t = table.Table("terrain")) {
-    scene.terrain = ReadTerrain(inner(*t, "terrain"));
+  if (auto t = table.Table("check")) {
+    scene.check = ReadKnown(std::move(*t), SceneControl::Layout::kRandom);
   }
-  if (const toml::table* t = table.Table("points")) scene.points = ReadPoints(inner(*t, "points"));
-  if (const toml::table* t = table.Table("control")) {
-    scene.control = ReadKnown(inner(*t, "control"), SceneControl::Layout::kCorners);
-  }
-  if (const toml::table* t = table.Table("check")) {
-    scene.check = ReadKnown(inner(*t, "check"), SceneControl::Layout::kRandom);
-  }
-  if (const toml::table* t = table.Table("adjust")) {
-    scene.adjust_toml = ToText(toml::table{{"adjust", *t}});
+  if (const auto adjust = table.Take("adjust")) {
+    scene.adjust_toml = ToText(toml::table{{"adjust", TomlTable(*adjust).table()}});
   }
   table.Finish();
   if (const auto problem = FindProblem(scene)) {

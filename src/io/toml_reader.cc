@@ -142,6 +142,13 @@ int TomlValue::Integer(int lowest, int highest) const {
   return static_cast<int>(*integer);
 }
 
+std::uint64_t TomlValue::Count() const {
+  const auto integer = node_->value_exact<std::int64_t>();
+  if (!integer) Fail(std::string("is ") + TypeOf(*node_) + ", an integer of 0 or more is needed");
+  if (*integer < 0) Fail(std::to_string(*integer) + " is not allowed, an integer of 0 or more is");
+  return static_cast<std::uint64_t>(*integer);
+}
+
 std::vector<TomlValue> TomlValue::Entries() const {
   const toml::array* array = node_->as_array();
   if (array == nullptr) Fail(std::string("is ") + TypeOf(*node_) + ", a list [...] is needed");

@@ -31,6 +31,7 @@ class TomlValue {
   [[nodiscard]] double Number() const;  ///< integer or real, finite
   [[nodiscard]] double Positive() const;
   [[nodiscard]] int Integer(int lowest, int highest) const;
+  [[nodiscard]] std::uint64_t Count() const;             ///< an integer of 0 or more
   [[nodiscard]] std::vector<TomlValue> Entries() const;  ///< of an array, keys `key[0]`, ...
   /// Index of the text in `names`; refuses others, naming all and the nearest.
   [[nodiscard]] std::size_t OneOf(const std::vector<std::string>& names) const;

@@ -4,6 +4,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
 #include "sarblock/flight/track_axes.h"
+#include "sarblock/geometry/cone_time.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +12,6 @@
 #include <functional>
 #include <string_view>
 
-#include "cone_time.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -96,7 +96,8 @@ Orbit AimOrbit(const Scene& scene,
                    std::atan2(std::sin(u) * std::cos(orbit.inclination_rad), std::cos(u));
   const auto miss = [&](const Orbit& trial) -> Eigen::Vector2d {
     const Motion motion = MotionOf(trial.At(0.0));
-    return {EvaluateCone(motion, aim_m, flight.squint_rad).doppler_error_m / trial.radius_m,
+    return {EvaluateCone(motion, aim_m, Cone{.squint_rad = flight.squint_rad}).doppler_error_m /
+                trial.radius_m,
             LookAngle(scene.frame, motion, aim_m, static_cast<int>(flight.side)) - look_rad};
   };
   constexpr double kStep_rad = 1e-6;

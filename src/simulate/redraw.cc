@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
+#include "sarblock/geometry/cone_time.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
 #include <optional>
 #include <string>
 
-#include "cone_time.h"
 #include "streams.h"
 
 namespace sarblock {
@@ -39,8 +39,8 @@ void SolveLook(const Scene& scene,
   const double true_squint_rad =
       simulated->squint_rad[pass] + simulated->errors[pass].squint_bias_rad;
   // From the nominal time, never from an earlier draw: the last bits must not depend on history.
-  const std::optional<double> time_s =
-      SolveConeTime(paths[pass], p_m, true_squint_rad, exact.nominal_time_s[look]);
+  const std::optional<double> time_s = SolveConeTime(
+      paths[pass], p_m, Cone{.squint_rad = true_squint_rad}, exact.nominal_time_s[look]);
   const std::optional<Motion> motion = time_s ? paths[pass].At(*time_s) : std::nullopt;
   if (!motion) {
     throw InputError("navigation",

@@ -3,12 +3,12 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/flight/track_axes.h"
+#include "sarblock/geometry/cone_time.h"
 #include "sarblock/simulate/terrain.h"
 
 #include <cmath>
 #include <optional>
 
-#include "cone_time.h"
 #include "nominal_paths.h"
 #include "place_points.h"
 
@@ -46,8 +46,8 @@ std::optional<double> PlannedTime(const Frame& frame,
     return std::nullopt;
   }
   const Pass& pass = planned.pass;
-  const std::optional<double> time_s =
-      FindConeTime(pass.path, p_m, planned.squint_rad, pass.start_s, pass.end_s);
+  const std::optional<double> time_s = FindConeTime(
+      pass.path, p_m, Cone{.squint_rad = planned.squint_rad}, pass.start_s, pass.end_s);
   if (!time_s) return std::nullopt;
   const std::optional<Motion> motion = pass.path.At(*time_s);
   if (!motion || !InSwath(frame, planned, *motion, p_m)) return std::nullopt;

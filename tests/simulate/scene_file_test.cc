@@ -103,14 +103,17 @@ TEST(SceneFileTest, NamesFileLineAndFieldOfAnError) {
   EXPECT_EQ(MessageOf(Replaced("height_m = 9100", "height_m = -9100")),
             "two.toml:7: flight.0.height_m: must be given and positive");
   EXPECT_THAT(MessageOf(Replaced("length_m = 21000", "length_m = \"long\"")),
-              HasSubstr("two.toml:8: flight.0.length_m: must be a number"));
+              HasSubstr("two.toml:8: flight.0.length_m: is a text, a number is needed"));
   // A key that does not stand: the line of its table.
   EXPECT_THAT(MessageOf(Replaced("length_m = 21000", "")),
               HasSubstr("two.toml:4: flight.0.length"));
-  EXPECT_THAT(MessageOf(Replaced("count = 7", "count = 7.5")),
-              HasSubstr("two.toml:15: points.count: must be a whole number"));
-  EXPECT_THAT(MessageOf(Replaced("[31.5, 67]", "[31.5]")),
-              HasSubstr("two.toml:10: flight.0.swath_look_deg: must be a list of 2 numbers"));
+  EXPECT_THAT(
+      MessageOf(Replaced("count = 7", "count = 7.5")),
+      HasSubstr("two.toml:15: points.count: is a number, an integer of 0 or more is needed"));
+  EXPECT_THAT(
+      MessageOf(Replaced("[31.5, 67]", "[31.5]")),
+      HasSubstr(
+          "two.toml:10: flight.0.swath_look_deg: is a list of 1, a list of 2 numbers is needed"));
   EXPECT_THAT(MessageOf(Replaced("seed = 5", "seed = ")), HasSubstr("two.toml:3: "));
   EXPECT_THAT(MessageOf(Replaced("sarblock-scene 1", "sarblock-scene 2")),
               HasSubstr("two.toml:1: format: "));
@@ -127,14 +130,14 @@ TEST(SceneFileTest, RefusesUnknownKeysWithTheNearestOne) {
 
 TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
   EXPECT_THAT(MessageOf(Replaced("id = \"A\"", "id = \"A\"\nlook = \"up\"")),
-              HasSubstr("two.toml:6: flight.0.look: 'up' is not known, allowed are left, right"));
+              HasSubstr("two.toml:6: flight.0.look: 'up' is not known, left or right is allowed"));
   EXPECT_THAT(
       MessageOf(Replaced("azimuth_sigma_s = 0.01", "azimuth_sigma_s = 0.01\nazimuth_sigma_m = 1")),
       HasSubstr("two.toml:13: looks.azimuth_sigma_s: cannot stand beside"));
   EXPECT_THAT(MessageOf(Replaced("swath_look_deg", "swath_ground_m = [1, 2]\nswath_look_deg")),
               HasSubstr("flight.0.swath: stands twice"));
   EXPECT_THAT(MessageOf(Replaced("components = [\"u\"]", "components = [\"h\"]")),
-              HasSubstr("control.components: allowed are e, n, u"));
+              HasSubstr("control.components[0]: 'h' is not known, e, n or u is allowed"));
   EXPECT_THAT(MessageOf(kText, {"points.count"}), HasSubstr("KEY=VALUE"));
   EXPECT_THAT(MessageOf(kText, {"flight.3.count=1"}), HasSubstr("no element 3"));
 }

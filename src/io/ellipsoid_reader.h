@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/geodesy/ellipsoid.h"
+
+#include "toml_reader.h"
+
+namespace sarblock {
+
+/// The `ellipsoid` of a block's or a scene's frame: a name, or { a_m = ..., f = ... }.
+[[nodiscard]] Ellipsoid ReadEllipsoid(const TomlValue& value);
+
+}  // namespace sarblock
