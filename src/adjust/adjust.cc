@@ -46,10 +46,9 @@ SolveReport SolveRounds(const Weighting& weighting,
     SolveOptions solve;
     solve.max_iterations = std::max(1, options.max_iterations - total.iterations);
     solve.threads = options.threads;
-    const SolveReport report =
-        options.engine == Engine::kCeres
-            ? SolveWithCeres(*problem, weighting, solve, state, progress)
-            : SolveReduced(*problem, weighting, solve, state, progress);
+    const SolveReport report = options.engine == Engine::kCeres
+                                   ? SolveWithCeres(*problem, weighting, solve, state, progress)
+                                   : SolveReduced(*problem, weighting, solve, state, progress);
     if (round == 0) total.initial_cost_1 = report.initial_cost_1;
     total.iterations += report.iterations;
     total.converged = report.converged;

@@ -35,53 +35,65 @@ void CollectBlocks(const AdjustmentProblem& problem, std::size_t point, PointRow
   }
 }
 
-void AddLook(const AdjustmentProblem& problem,
-             const BlockState& state,
-             const Weighting& weighting,
-             std::size_t point,
-             std::size_t look,
-             PointRows* rows) {
-  LookColumns columns;
-  problem.model.ColumnsOf(look, &columns);
-  std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  GatherColumns(problem.layout, columns, state.corrections, local.data());
-  LookEvaluation evaluation;
-  if (!problem.model.Evaluate(
-          look,
-          columns,
-          state.start_m[point],
-          state.displacement_m[point],
-          std::span<const double>(local).first(static_cast<std::size_t>(columns.column_count)),
-          &evaluation)) {
-    ++rows->looks_not_evaluated;
-    return;
-  }
-  const Whitening& w = problem.whitening[look];
-  const Eigen::Vector2d e = w.Apply(evaluation.error_m[0], evaluation.error_m[1]);
-  const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, e.squaredNorm());
-  const double root = std::sqrt(robust.weight_1);
-  rows->cost_1 += 0.5 * robust.loss_1;
+void AddLook(const WhitenedLook& look, const ParameterLayout& layout, PointRows* rows) {
+  rows->cost_1 += look.cost_1;
   const int r = rows->row_count;
   rows->row_count += 2;
-  const auto put = [&](int column, double range, double doppler) {
-    rows->a(r, column) = root * (w.w00 * range);
-    rows->a(r + 1, column) = root * (w.w10 * range + w.w11 * doppler);
-  };
-  for (int c = 0; c < 3; ++c) put(c, evaluation.by_point(0, c), evaluation.by_point(1, c));
-  int local_column = 0;
-  for (int b = 0; b < columns.block_count; ++b) {
-    const std::size_t block = static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)]);
+  rows->a.block<2, 3>(r, 0) = look.by_point;
+  std::size_t local = 0;
+  for (int b = 0; b < look.columns.block_count; ++b) {
+    const auto block = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)]);
     const int first = 3 + rows->slot_of_block[block];
-    for (int c = 0; c < problem.layout.blocks[block].size; ++c, ++local_column) {
-      put(first + c,
-          evaluation.by_columns(0, local_column),
-          evaluation.by_columns(1, local_column));
+    for (int c = 0; c < layout.blocks[block].size; ++c, ++local) {
+      rows->a(r, first + c) = look.range_row[local];
+      rows->a(r + 1, first + c) = look.doppler_row[local];
     }
   }
-  put(3 + rows->column_count, evaluation.error_m[0], evaluation.error_m[1]);
+  rows->a.block<2, 1>(r, 3 + rows->column_count) = look.error_1;
 }
 
 }  // namespace
+
+bool EvaluateWhitened(const AdjustmentProblem& problem,
+                      const BlockState& state,
+                      const Weighting& weighting,
+                      std::size_t point,
+                      std::size_t look,
+                      WhitenedLook* out) {
+  problem.model.ColumnsOf(look, &out->columns);
+  const auto columns = static_cast<std::size_t>(out->columns.column_count);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  GatherColumns(problem.layout, out->columns, state.corrections, local.data());
+  LookEvaluation at;
+  if (!problem.model.Evaluate(look,
+                              out->columns,
+                              state.start_m[point],
+                              state.displacement_m[point],
+                              std::span<const double>(local).first(columns),
+                              &at)) {
+    return false;
+  }
+  Whitening w = problem.whitening[look];
+  out->error_1 = w.Apply(at.error_m[0], at.error_m[1]);
+  const double square = out->error_1.squaredNorm();
+  out->cost_1 = 0.5 * square;
+  if (weighting.loss != RobustLoss::kNone) {
+    const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, square);
+    const double root = std::sqrt(robust.weight_1);
+    w = {root * w.w00, root * w.w10, root * w.w11};
+    out->error_1 *= root;
+    out->cost_1 = 0.5 * robust.loss_1;
+  }
+  out->by_point.row(0) = w.w00 * at.by_point.row(0);
+  out->by_point.row(1) = w.w10 * at.by_point.row(0) + w.w11 * at.by_point.row(1);
+  for (std::size_t c = 0; c < columns; ++c) {
+    const double range = at.by_columns(0, static_cast<Eigen::Index>(c));
+    const double doppler = at.by_columns(1, static_cast<Eigen::Index>(c));
+    out->range_row[c] = w.w00 * range;
+    out->doppler_row[c] = w.w10 * range + w.w11 * doppler;
+  }
+  return true;
+}
 
 void LinearisePoint(const AdjustmentProblem& problem,
                     const BlockState& state,
@@ -92,8 +104,7 @@ void LinearisePoint(const AdjustmentProblem& problem,
   const Looks& looks = problem.block.looks;
   const Eigen::Index columns = 3 + rows->column_count + 1;
   const std::uint64_t begin = looks.offsets[point], end = looks.offsets[point + 1];
-  // Two rows a look, three of control, three of damping.
-  const Eigen::Index most = 2 * static_cast<Eigen::Index>(end - begin) + 6;
+  const Eigen::Index most = 2 * static_cast<Eigen::Index>(end - begin) + 3;
   if (rows->a.rows() < most || rows->a.cols() < columns) {
     rows->a.resize(std::max(most, rows->a.rows()), std::max(columns, rows->a.cols()));
   }
@@ -101,8 +112,14 @@ void LinearisePoint(const AdjustmentProblem& problem,
   rows->row_count = 0;
   rows->cost_1 = 0.0;
   rows->looks_not_evaluated = 0;
+  WhitenedLook look;
   for (std::uint64_t i = begin; i < end; ++i) {
-    if (problem.look_used[i] != 0) AddLook(problem, state, weighting, point, i, rows);
+    if (problem.look_used[i] == 0) continue;
+    if (EvaluateWhitened(problem, state, weighting, point, i, &look)) {
+      AddLook(look, problem.layout, rows);
+    } else {
+      ++rows->looks_not_evaluated;
+    }
   }
   if (problem.control_of[point] >= 0) {
     const ControlEquations& control =
@@ -119,23 +136,7 @@ void LinearisePoint(const AdjustmentProblem& problem,
   for (const int block : rows->blocks) rows->slot_of_block[static_cast<std::size_t>(block)] = -1;
 }
 
-Eigen::Vector3d DampPoint(double damping_1, PointRows* rows) {
-  Eigen::Vector3d square;
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    square[k] = rows->a.col(k).head(rows->row_count).squaredNorm();
-  }
-  const double least = 1e-12 * square.maxCoeff();
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    square[k] = std::max(square[k], least);
-    rows->a(rows->row_count + k, k) = std::sqrt(damping_1 * square[k]);
-  }
-  rows->row_count += 3;
-  return square;
-}
-
-EliminatedPoint EliminatePoint(PointRows* rows) { return EliminateColumns(rows, 3); }
-
-EliminatedPoint EliminateColumns(PointRows* rows, Eigen::Index first_column) {
+EliminatedPoint EliminatePoint(PointRows* rows) {
   const Eigen::Index m = rows->row_count, n = 3 + rows->column_count + 1;
   EliminatedPoint out;
   Eigen::MatrixXd& a = rows->a;
@@ -152,7 +153,6 @@ EliminatedPoint EliminateColumns(PointRows* rows, Eigen::Index first_column) {
     auto v = a.col(k).segment(k + 1, m - k - 1);
     v /= v0;
     for (Eigen::Index c = k + 1; c < n; ++c) {
-      if (c == 3) c = first_column;
       auto x = a.col(c).segment(k + 1, m - k - 1);
       const double dot = tau * (a(k, c) + v.dot(x));
       a(k, c) -= dot;

@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "thin_point.h"
+
 namespace sarblock {
 namespace {
 
 constexpr std::size_t kPointsPerChunk = 1024;
-constexpr double kFirstDamping_1 = 1e-4;
+constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
 constexpr double kStepSettled_1 = 1e-6;
@@ -33,30 +35,32 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
   std::vector<double> promised((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
   ParallelForChunks(
       points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        PointRows rows;
-        Eigen::VectorXd local;
+        ThinPoint thin;
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem.Solves(point)) continue;
-          LinearisePoint(problem, state, weighting, point, &rows);
-          const Eigen::Index n = rows.column_count;
-          local.resize(n);
-          for (std::size_t b = 0; b < rows.blocks.size(); ++b) {
-            const ParameterBlock& block =
-                problem.layout.blocks[static_cast<std::size_t>(rows.blocks[b])];
-            local.segment(rows.block_column[b], block.size) = dx.segment(block.offset, block.size);
+          FactorThin(problem, state, weighting, damping, point, &thin);
+          // The corrections' step moves to the right side: e + J_c dx.
+          for (int k = 0; k < thin.look_count; ++k) {
+            const WhitenedLook& look = thin.looks[static_cast<std::size_t>(k)];
+            double range = 0.0, doppler = 0.0;
+            std::size_t local = 0;
+            for (int b = 0; b < look.columns.block_count; ++b) {
+              const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(
+                  look.columns.block[static_cast<std::size_t>(b)])];
+              for (int c = 0; c < block.size; ++c, ++local) {
+                range += look.range_row[local] * dx[block.offset + c];
+                doppler += look.doppler_row[local] * dx[block.offset + c];
+              }
+            }
+            thin.e[static_cast<std::size_t>(2 * k)] += range;
+            thin.e[static_cast<std::size_t>(2 * k + 1)] += doppler;
           }
-          const Eigen::Index m = rows.row_count;
-          const Eigen::Vector3d gradient =
-              rows.a.leftCols<3>().topRows(m).transpose() * rows.a.col(3 + n).head(m);
-          // The point's equations with the corrections' step moved to the right side.
-          rows.a.col(3 + n).head(m).noalias() += rows.a.block(0, 3, m, n) * local;
-          const Eigen::Vector3d diagonal = DampPoint(damping, &rows);
-          const EliminatedPoint eliminated = EliminateColumns(&rows, 3 + n);
           const Eigen::Vector3d step =
-              -eliminated.r.triangularView<Eigen::Upper>().solve(rows.a.col(3 + n).head<3>());
+              -thin.r.triangularView<Eigen::Upper>().solve(Project(thin, thin.e));
           if (!step.allFinite()) continue;
           out.displacement_m[point] += step;
-          promised[chunk] += 0.5 * (-gradient.dot(step) + damping * step.cwiseAbs2().dot(diagonal));
+          promised[chunk] +=
+              0.5 * (-thin.gradient.dot(step) + damping * step.cwiseAbs2().dot(thin.square));
         }
       });
   for (const double part : promised) out.promised_1 += part;

@@ -9,6 +9,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "thin_point.h"
+
 namespace sarblock {
 namespace {
 
@@ -75,23 +77,35 @@ struct Partial {
       : s(pattern),
         right_side(Eigen::VectorXd::Zero(pattern.rows())),
         diagonal(right_side),
-        gradient(right_side) {
+        gradient(right_side),
+        eliminated(right_side) {
     s.SetZero();
   }
   BlockSymmetricMatrix s;
   Eigen::VectorXd right_side, diagonal, gradient;
+  Eigen::VectorXd eliminated;  // damped route: what elimination takes from the gradient
   std::vector<WeakPoint> weak;
   double cost = 0.0, point_step_square = 0.0, point_gradient = 0.0;
   int not_evaluated = 0;
 };
 
+/// block += factor a b', a and b as long as its rows and columns.
+void AddOuter(Eigen::Map<Eigen::MatrixXd>& block, const double* a, const double* b, double factor) {
+  const Eigen::Index rows = block.rows(), columns = block.cols();
+  double* out = block.data();
+  for (Eigen::Index j = 0; j < columns; ++j, out += rows) {
+    const double scale = factor * b[j];
+    for (Eigen::Index i = 0; i < rows; ++i) out[i] += scale * a[i];
+  }
+}
+
+/// One point by the complement of its Jacobian: no digit is lost to thin intersections.
 void AddPoint(const AdjustmentProblem& problem,
               const BlockState& state,
               const Weighting& weighting,
-              double damping,
               std::size_t point,
               PointRows* rows,
-              Eigen::MatrixXd* product,
+              Eigen::MatrixXd* scratch,
               Partial* out) {
   LinearisePoint(problem, state, weighting, point, rows);
   const Eigen::Index n = rows->column_count, m = rows->row_count;
@@ -103,7 +117,9 @@ void AddPoint(const AdjustmentProblem& problem,
     const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[b])];
     const auto part = jc.middleCols(rows->block_column[b], block.size);
     out->diagonal.segment(block.offset, block.size) += part.colwise().squaredNorm().transpose();
-    out->gradient.segment(block.offset, block.size) += part.transpose() * e;
+    for (int c = 0; c < block.size; ++c) {
+      out->gradient[block.offset + c] += part.col(c).dot(e);
+    }
   }
   for (Eigen::Index k = 0; k < 3; ++k) {
     const double length = rows->a.col(k).head(m).norm();
@@ -112,24 +128,126 @@ void AddPoint(const AdjustmentProblem& problem,
           std::max(out->point_gradient, std::abs(rows->a.col(k).head(m).dot(e)) / length);
     }
   }
-  if (damping > 0.0) DampPoint(damping, rows);
   const EliminatedPoint eliminated = EliminatePoint(rows);
   if (!(eliminated.reciprocal_condition_1 >= kLeastPointCondition_1)) {
     out->weak.push_back({static_cast<std::uint32_t>(point), eliminated.reciprocal_condition_1});
     return;
   }
   out->point_step_square += rows->a.col(3 + n).head<3>().squaredNorm();
-  if (n == 0 || rows->row_count <= 3) return;
-  const auto below = rows->a.block(3, 3, rows->row_count - 3, n + 1);
-  product->noalias() = below.leftCols(n).transpose() * below;
-  for (std::size_t i = 0; i < rows->blocks.size(); ++i) {
-    const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[i])];
-    out->right_side.segment(bi.offset, bi.size) +=
-        product->col(n).segment(rows->block_column[i], bi.size);
+  if (n == 0 || m <= 3) return;
+  // Rows of Q2' [J_c | e] as contiguous columns, then S += sum of their outer products, lower part.
+  *scratch = rows->a.block(3, 3, m - 3, n + 1).transpose();
+  for (std::size_t j = 0; j < rows->blocks.size(); ++j) {
+    const ParameterBlock& bj = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[j])];
+    for (std::size_t i = j; i < rows->blocks.size(); ++i) {
+      auto block = out->s.Block(rows->blocks[i], rows->blocks[j]);
+      for (Eigen::Index k = 0; k < m - 3; ++k) {
+        const double* row = scratch->col(k).data();
+        AddOuter(block, row + rows->block_column[i], row + rows->block_column[j], 1.0);
+      }
+    }
+    for (Eigen::Index k = 0; k < m - 3; ++k) {
+      const double* row = scratch->col(k).data();
+      for (int c = 0; c < bj.size; ++c) {
+        out->right_side[bj.offset + c] += row[rows->block_column[j] + c] * row[n];
+      }
+    }
+  }
+}
+
+/// Scratch of the damped route: T = Q' J_c by rows over the point's blocks.
+struct ThinColumns {
+  std::vector<int> blocks, block_column;
+  std::array<std::vector<double>, 3> t;
+};
+
+/// One damped point by its thin factor (thin_point.h).
+void AddThinPoint(const AdjustmentProblem& problem,
+                  const BlockState& state,
+                  const Weighting& weighting,
+                  double damping,
+                  std::size_t point,
+                  ThinPoint* thin,
+                  ThinColumns* columns,
+                  Partial* out) {
+  FactorThin(problem, state, weighting, damping, point, thin);
+  out->cost += thin->cost_1;
+  out->not_evaluated += thin->looks_not_evaluated;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    out->point_gradient =
+        std::max(out->point_gradient, std::abs(thin->gradient[k]) / std::sqrt(thin->square[k]));
+  }
+  const Eigen::Vector3d c = Project(*thin, thin->e);
+  out->point_step_square += c.squaredNorm();
+
+  std::vector<int>& blocks = columns->blocks;
+  blocks.clear();
+  for (int k = 0; k < thin->look_count; ++k) {
+    const LookColumns& look = thin->looks[static_cast<std::size_t>(k)].columns;
+    blocks.insert(blocks.end(), look.block.begin(), look.block.begin() + look.block_count);
+  }
+  std::sort(blocks.begin(), blocks.end());
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  columns->block_column.clear();
+  int width = 0;
+  for (const int block : blocks) {
+    columns->block_column.push_back(width);
+    width += problem.layout.blocks[static_cast<std::size_t>(block)].size;
+  }
+  for (std::vector<double>& row : columns->t) row.assign(static_cast<std::size_t>(width), 0.0);
+  const auto slot_of = [&](int block) {
+    return static_cast<std::size_t>(std::lower_bound(blocks.begin(), blocks.end(), block) -
+                                    blocks.begin());
+  };
+  const int m = thin->row_count;
+  for (int k = 0; k < thin->look_count; ++k) {
+    const WhitenedLook& look = thin->looks[static_cast<std::size_t>(k)];
+    const double* range = look.range_row.data();
+    const double* doppler = look.doppler_row.data();
+    int first = 0;
+    for (int b = 0; b < look.columns.block_count; ++b) {
+      const int id = look.columns.block[static_cast<std::size_t>(b)];
+      const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(id)];
+      const int at = columns->block_column[slot_of(id)];
+      for (int i = 0; i < block.size; ++i) {
+        const double r = range[first + i], d = doppler[first + i];
+        out->diagonal[block.offset + i] += r * r + d * d;
+        out->gradient[block.offset + i] += r * look.error_1[0] + d * look.error_1[1];
+        for (int axis = 0; axis < 3; ++axis) {
+          const double* q = thin->q.data() + axis * m + 2 * k;
+          columns->t[static_cast<std::size_t>(axis)][static_cast<std::size_t>(at + i)] +=
+              q[0] * r + q[1] * d;
+        }
+      }
+      // J_c' J_c of the look: pairs of its own blocks.
+      int other = 0;
+      for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
+        const int id2 = look.columns.block[static_cast<std::size_t>(b2)];
+        const int size2 = problem.layout.blocks[static_cast<std::size_t>(id2)].size;
+        if (id2 <= id) {
+          auto s = out->s.Block(id, id2);
+          AddOuter(s, range + first, range + other, 1.0);
+          AddOuter(s, doppler + first, doppler + other, 1.0);
+        }
+        other += size2;
+      }
+      first += block.size;
+    }
+  }
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(blocks[i])];
+    const auto ci = static_cast<std::size_t>(columns->block_column[i]);
     for (std::size_t j = 0; j <= i; ++j) {
-      const ParameterBlock& bj = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[j])];
-      out->s.Block(rows->blocks[i], rows->blocks[j]) +=
-          product->block(rows->block_column[i], rows->block_column[j], bi.size, bj.size);
+      auto s = out->s.Block(blocks[i], blocks[j]);
+      const auto cj = static_cast<std::size_t>(columns->block_column[j]);
+      for (const std::vector<double>& t : columns->t) AddOuter(s, &t[ci], &t[cj], -1.0);
+    }
+    for (int q = 0; q < bi.size; ++q) {
+      double sum = 0.0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        sum += columns->t[axis][ci + static_cast<std::size_t>(q)] * c[static_cast<int>(axis)];
+      }
+      out->eliminated[bi.offset + q] += sum;
     }
   }
 }
@@ -154,12 +272,18 @@ void ReducedSystem::Form(const BlockState& state,
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(s_);
     PointRows rows;
-    Eigen::MatrixXd product;
+    Eigen::MatrixXd scratch;
+    ThinPoint thin;
+    ThinColumns columns;
     for (std::size_t point = begin; point < end; ++point) {
-      if (problem_.Solves(point)) {
-        AddPoint(problem_, state, weighting, damping_1, point, &rows, &product, &out);
+      if (!problem_.Solves(point)) continue;
+      if (damping_1 > 0.0) {
+        AddThinPoint(problem_, state, weighting, damping_1, point, &thin, &columns, &out);
+      } else {
+        AddPoint(problem_, state, weighting, point, &rows, &scratch, &out);
       }
     }
+    if (damping_1 > 0.0) out.right_side = out.gradient - out.eliminated;
   });
   s_.SetZero();
   right_side_.setZero(s_.rows());

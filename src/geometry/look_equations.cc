@@ -15,7 +15,9 @@ struct SinTau {
 };
 
 SinTau SinTauOf(const Cone& cone, double speed_mps) {
-  if (cone.kind == Cone::Kind::kSquint) return {std::sin(cone.squint_rad), 0.0};
+  if (cone.kind == Cone::Kind::kSquint) {
+    return {cone.squint_rad == 0.0 ? 0.0 : std::sin(cone.squint_rad), 0.0};
+  }
   const double s = cone.closing_mps / speed_mps;
   return {s, -s / speed_mps};
 }
@@ -40,7 +42,9 @@ bool EvaluateLookEquations(const Eigen::Vector3d& p_m,
 
   // sin(tau + b) and its derivatives by b and by |v|.
   const double cos_given = std::sqrt((1.0 - given.value) * (1.0 + given.value));
-  const double sin_b = std::sin(squint_bias_rad), cos_b = std::cos(squint_bias_rad);
+  const bool biased = squint_bias_rad != 0.0;  // most blocks have none: spare the sine
+  const double sin_b = biased ? std::sin(squint_bias_rad) : 0.0;
+  const double cos_b = biased ? std::cos(squint_bias_rad) : 1.0;
   const double sin_tau = given.value * cos_b + cos_given * sin_b;
   const double cos_tau = cos_given * cos_b - given.value * sin_b;
   const double by_speed = given.by_speed == 0.0 ? 0.0 : given.by_speed * cos_tau / cos_given;
@@ -78,7 +82,7 @@ Whitening WhitenTime(double range_sigma_m, double time_sigma_s, const TimeRates&
   // Lower Cholesky factor [[l00, 0], [l10, l11]] of the covariance, written so that nothing
   // cancels: l11 = |d| sigma_t sigma_R / l00.
   const double r = rates.range_mps * time_sigma_s, d = rates.doppler_mps * time_sigma_s;
-  const double l00 = std::hypot(range_sigma_m, r);
+  const double l00 = std::sqrt(range_sigma_m * range_sigma_m + r * r);
   const double l10 = r * d / l00;
   const double l11 = std::abs(d) * (range_sigma_m / l00);
   Whitening w;

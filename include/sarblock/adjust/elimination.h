@@ -4,6 +4,7 @@
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/robust.h"
 
+#include <array>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,6 +16,25 @@ struct Weighting {
   RobustLoss loss = RobustLoss::kNone;
   double scale = 0.0;
 };
+
+/// One look at one state, whitened: its two equations are standard normal if the model is true.
+/// Under a robust loss both carry the square root of the look's weight.
+struct WhitenedLook {
+  LookColumns columns;
+  Eigen::Matrix<double, 2, 3> by_point;
+  Eigen::Vector2d error_1;
+  /// Rows of the Jacobian by the look's local columns; the first column_count are set.
+  std::array<double, ParameterLayout::kMaxLocalColumns> range_row, doppler_row;
+  double cost_1 = 0.0;  ///< half the squared length, robust loss applied
+};
+
+/// False where the model has no value at this state.
+[[nodiscard]] bool EvaluateWhitened(const AdjustmentProblem& problem,
+                                    const BlockState& state,
+                                    const Weighting& weighting,
+                                    std::size_t point,
+                                    std::size_t look,
+                                    WhitenedLook* out);
 
 /// All whitened equations of one point at one state:
 ///
@@ -56,12 +76,8 @@ struct EliminatedPoint {
 /// Householder elimination in place: afterwards rows 0..2 of rows->a hold [R | T | c].
 [[nodiscard]] EliminatedPoint EliminatePoint(PointRows* rows);
 
-/// The same applied to J_p and the columns from `first_column` of rows->a on only (3 + column_count
-/// is the errors' column): a step of the point needs no T.
-[[nodiscard]] EliminatedPoint EliminateColumns(PointRows* rows, Eigen::Index first_column);
-
-/// Appends the damping of a point: rows sqrt(damping) |J_p column|. Returns the squared lengths of
-/// the columns of J_p before. A column that vanishes gets the length 1e-6 of the largest.
-Eigen::Vector3d DampPoint(double damping_1, PointRows* rows);
+/// A column of J_p shorter than this part (squared) of the longest is damped as if it had that
+/// length.
+inline constexpr double kLeastColumnPart_1 = 1e-12;
 
 }  // namespace sarblock

@@ -19,7 +19,7 @@ namespace sarblock {
 
 /// Parameter blocks a look touches, in the order of its local columns.
 struct LookColumns {
-  std::array<int, ParameterLayout::kMaxLocalColumns> block{};  ///< parameter block
+  std::array<int, ParameterLayout::kMaxLocalColumns> block;  ///< the first block_count are set
   int block_count = 0;
   int column_count = 0;
 };
