@@ -39,7 +39,7 @@ struct SceneFlight {
   std::string id;  ///< of the pass if count is 1, else the stem of "id1", "id2", ...
   Pattern pattern = Pattern::kStrips;
   LookSide side = LookSide::kLeft;
-  double squint_rad = 0.0;  ///< > 0 looks forward (v.d > 0); |squint| < 60 deg
+  double squint_rad = 0.0;  ///< > 0 looks forward (v.d > 0); |squint| <= 60 deg
   SceneSwath swath;
   std::size_t count = 1;
   double spacing_m = kNotGiven;  ///< needed where count > 1 and no overlap is given

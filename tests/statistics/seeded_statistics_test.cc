@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Seeded statistics (docs/validation.md): over many draws of all random errors the normalised
+// errors of points, coordinate differences, check points and corrections and v'Pv follow
+// chi-square. Everything is drawn from what the adjustment is told: looks from their standard
+// deviations, flight paths from the priors, control from its covariance.
+//
+// Every acceptance region holds the sum of its test with 99.9 percent. Seeds are fixed, so a test
+// that passes once always passes; only where the worst of many points or parameters is tested does
+// the level allow for their number (Bonferroni).
+#include "sarblock/core/quantile.h"
+#include "sarblock/core/units.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "statistics/scene_statistics.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+constexpr double kLevel = 0.999;
+
+/// First of a variant's own seeds: no two variants of a run share random numbers. FNV-1a.
+std::uint64_t FirstSeedOf(const std::string& name) {
+  std::uint64_t seed = 14695981039346656037u;
+  for (const char c : name) seed = (seed ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  return seed;
+}
+
+/// A small variant of a shipped scene: the same flights, fewer points.
+struct Variant {
+  std::string name;
+  std::string scene;
+  std::vector<std::string> overrides;
+  bool azimuth_in_seconds = false;
+  double azimuth_s = 0.0;
+};
+
+void PrintTo(const Variant& variant, std::ostream* out) { *out << variant.name; }
+
+testing::AssertionResult Follows(const test::SquareSum& sum, double level) {
+  const Interval region = ChiSquareInterval(level, sum.degrees);
+  if (region.Contains(sum.value)) return testing::AssertionSuccess();
+  return testing::AssertionFailure()
+         << "mean " << sum.mean() << " outside " << region.lower / sum.degrees << " to "
+         << region.upper / sum.degrees << " (" << sum.degrees << " degrees of freedom)";
+}
+
+std::string Cell(const test::SquareSum& sum) {
+  if (sum.degrees == 0.0) return "- | ";
+  const Interval region = ChiSquareInterval(kLevel, sum.degrees);
+  char text[80];
+  std::snprintf(text,
+                sizeof text,
+                "%.3f (%.3f-%.3f) | ",
+                sum.mean(),
+                region.lower / sum.degrees,
+                region.upper / sum.degrees);
+  return text;
+}
+
+/// One row of the table in docs/validation.md.
+void PrintRow(const std::string& name, const test::SceneStatistics& sums) {
+  std::printf("| %s | %zu | %s%s%s%s%s\n",
+              name.c_str(),
+              sums.draws,
+              Cell(sums.point).c_str(),
+              Cell(sums.pair).c_str(),
+              Cell(sums.check).c_str(),
+              Cell(sums.corrections).c_str(),
+              Cell(sums.residuals).c_str());
+}
+
+class SeededStatisticsTest : public testing::TestWithParam<Variant> {};
+
+TEST_P(SeededStatisticsTest, NormalisedErrorsFollowChiSquare) {
+  const Variant& variant = GetParam();
+  Scene scene = test::ShippedScene(variant.scene, variant.overrides);
+  if (variant.azimuth_in_seconds) {
+    scene.looks.azimuth.azimuth = variant.azimuth_s;
+    scene.looks.azimuth.azimuth_unit = AzimuthUnit::kSeconds;
+  }
+  const test::SceneStatistics sums =
+      test::RunDraws(scene, test::DrawsAsked(), FirstSeedOf(variant.name));
+  PrintRow(variant.name, sums);
+  EXPECT_EQ(sums.accepted, sums.draws);
+  EXPECT_EQ(sums.unsolved, 0u);
+  EXPECT_TRUE(Follows(sums.point, kLevel));
+  EXPECT_TRUE(Follows(sums.pair, kLevel));
+  EXPECT_TRUE(Follows(sums.check, kLevel));
+  EXPECT_TRUE(Follows(sums.corrections, kLevel));
+  EXPECT_TRUE(Follows(sums.residuals, kLevel));
+  const auto each_level = [](std::size_t count) {
+    return 1.0 - (1.0 - kLevel) / static_cast<double>(count);
+  };
+  for (std::size_t i = 0; i < sums.each_point.size(); ++i) {
+    EXPECT_TRUE(Follows(sums.each_point[i], each_level(sums.each_point.size()))) << "tie " << i;
+  }
+  for (std::size_t i = 0; i < sums.each_parameter.size(); ++i) {
+    EXPECT_TRUE(Follows(sums.each_parameter[i], each_level(sums.each_parameter.size())))
+        << sums.parameters[i];
+  }
+}
+
+std::vector<Variant> ShippedVariants() {
+  std::vector<Variant> variants;
+  for (const std::string& scene : test::ShippedSceneNames()) {
+    if (scene == "single-flight-squint") continue;                               // must be refused
+    const bool large = scene == "block-12-strips" || scene == "venus-magellan";  // 14, 12 passes
+    variants.push_back(
+        {scene, scene, {large ? "points.count=60" : "points.count=30", "check.count=3"}});
+  }
+  return variants;
+}
+
+/// How the azimuth of a squinted variant is given.
+enum class Azimuth { kMetres, kSeconds, kDopplerAndSeconds };
+
+Variant SquintVariant(const std::string& scene,
+                      const std::string& flights,
+                      int squint_deg,
+                      Azimuth azimuth,
+                      double azimuth_s) {
+  const std::string squint = std::to_string(squint_deg);
+  Variant variant;
+  variant.name = flights + ", squint " + squint + " deg, azimuth in " +
+                 (azimuth == Azimuth::kMetres ? "m" : "s");
+  variant.scene = scene;
+  variant.overrides = {"points.count=30",
+                       "check.count=3",
+                       "flight.0.squint_deg=" + squint,
+                       "flight.1.squint_deg=" + squint};
+  if (azimuth == Azimuth::kDopplerAndSeconds) {
+    variant.name += ", Doppler centroids";
+    variant.overrides.emplace_back("looks.cone=doppler");
+  }
+  variant.azimuth_in_seconds = azimuth != Azimuth::kMetres;
+  variant.azimuth_s = azimuth_s;
+  return variant;
+}
+
+/// The aircraft pair of Leberl, the strips shifted and prolonged so that they still show the area.
+Variant AircraftVariant(int squint_deg, Azimuth azimuth) {
+  constexpr double kAlongPath_s = 0.9 / 180.0;  // 0.9 m
+  Variant variant =
+      SquintVariant("leberl-aircraft", "leberl-aircraft", squint_deg, azimuth, kAlongPath_s);
+  for (const std::string flight : {"flight.0.", "flight.1."}) {
+    variant.overrides.push_back(flight + "length_m=70000");
+  }
+  variant.overrides.emplace_back("flight.0.start_m=[-49000, 0]");
+  variant.overrides.emplace_back("flight.1.start_m=[-49000, 8000]");
+  return variant;
+}
+
+/// Ascending and descending orbit, lowered to 300 km: from 693 km a look angle of 35 degrees and a
+/// squint of 60 degrees pass the Earth by.
+Variant OrbitVariant(int squint_deg, Azimuth azimuth) {
+  constexpr double kAlongOrbit_s = 1.1 / 7700.0;  // 1.1 m
+  Variant variant = SquintVariant(
+      "earth-asc-desc", "earth-asc-desc from 300 km", squint_deg, azimuth, kAlongOrbit_s);
+  for (const std::string flight : {"flight.0.", "flight.1."}) {
+    variant.overrides.push_back(flight + "height_m=300000");
+    variant.overrides.push_back(flight + "length_m=250000");
+    variant.overrides.push_back(flight + "swath_look_deg=[20, 50]");
+  }
+  return variant;
+}
+
+std::vector<Variant> SquintVariants() {
+  std::vector<Variant> variants;
+  for (const Azimuth azimuth : {Azimuth::kMetres, Azimuth::kSeconds}) {
+    for (const int squint_deg : {0, 20, 60}) {
+      variants.push_back(AircraftVariant(squint_deg, azimuth));
+      variants.push_back(OrbitVariant(squint_deg, azimuth));
+    }
+  }
+  for (const int squint_deg : {20, 60}) {
+    variants.push_back(AircraftVariant(squint_deg, Azimuth::kDopplerAndSeconds));
+    variants.push_back(OrbitVariant(squint_deg, Azimuth::kDopplerAndSeconds));
+  }
+  return variants;
+}
+
+std::string TestName(const testing::TestParamInfo<Variant>& variant) {
+  std::string name = variant.param.name;
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped,
+                         SeededStatisticsTest,
+                         testing::ValuesIn(ShippedVariants()),
+                         TestName);
+INSTANTIATE_TEST_SUITE_P(Squint,
+                         SeededStatisticsTest,
+                         testing::ValuesIn(SquintVariants()),
+                         TestName);
+
+}  // namespace
+}  // namespace sarblock
