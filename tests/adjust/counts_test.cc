@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support/small_blocks.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+/// Twelve points in four passes, 48 looks; control of 3, 2 and 1 components; one check point.
+test::KnownBlock CountedBlock() {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  test::Hold(0, {0.2, 0.3, 0.4}, &known);
+  test::Hold(3, {0.2, 0.3, kNotGiven}, &known);
+  test::Hold(5, {kNotGiven, kNotGiven, 0.4}, &known);
+  test::Hold(8, {0.2, 0.2, 0.2}, &known, PointRole::kCheck);
+  test::AddNoise(12, 1.0, &known);
+  return known;
+}
+
+/// Three constants a pass, up with a prior; one range bias with a prior for all.
+AdjustOptions CountedOptions() {
+  PositionCorrection position;
+  position.prior_sigma_m[2] = {3.0};
+  RangeCorrection range;
+  range.bias = true;
+  range.bias_prior_sigma_m = 2.0;
+  AdjustOptions options;
+  options.corrections = CorrectionChoice::kGiven;
+  options.groups = {{"position", position, {}, false}, {"radar", range, {}, true}};
+  return options;
+}
+
+// Hand count: 2 * 48 looks + 3 + 2 + 1 control + 4 + 1 priors; 3 * 12 points + 12 + 1 corrections.
+TEST(CountsTest, AgreeWithThoseByHand) {
+  const test::KnownBlock known = CountedBlock();
+  const AdjustResult result = Adjust(known.block, CountedOptions());
+  EXPECT_TRUE(result.accepted);
+  EXPECT_EQ(result.looks_used, 48U);
+  EXPECT_EQ(result.observation_count, 107U);
+  EXPECT_EQ(result.parameter_count, 49U);
+  EXPECT_EQ(result.redundancy(), 58.0);
+  EXPECT_NEAR(result.sigma0_squared * 58.0, 2.0 * result.final_cost, 1e-9);
+  ASSERT_EQ(result.parameters.size(), 13U);
+  EXPECT_EQ(result.parameters[0].owner, "radar");
+  EXPECT_EQ(result.parameters[0].name, "range.bias");
+  EXPECT_EQ(result.parameters[0].prior_sigma, 2.0);
+  EXPECT_EQ(result.parameters[1].owner, "A1");
+  EXPECT_EQ(result.parameters[1].name, "position.along.0");
+  EXPECT_TRUE(std::isnan(result.parameters[1].prior_sigma));
+  EXPECT_LT(result.parameters[0].sigma, 2.0) << "the observations add to the prior";
+}
+
+// Withheld: the check point's coordinates change nothing but its own error.
+TEST(CountsTest, CheckPointsTakeNoPart) {
+  test::KnownBlock known = CountedBlock();
+  const AdjustResult before = Adjust(known.block, CountedOptions());
+  ASSERT_EQ(before.checks.size(), 1U);
+  EXPECT_EQ(before.checks[0].point, 8U);
+  EXPECT_EQ(before.checks[0].components, 3);
+  EXPECT_LT(before.checks[0].error_enu_m.norm(), 5.0);
+  const Eigen::Vector3d shift_m(3.7, -2.1, 1.9);
+  known.block.points.given_m[8] += shift_m;
+  const AdjustResult after = Adjust(known.block, CountedOptions());
+  for (std::size_t j = 0; j < 12; ++j) {
+    EXPECT_EQ(after.points.position_m[j], before.points.position_m[j]) << j;
+  }
+  EXPECT_LT((after.checks[0].error_enu_m + shift_m - before.checks[0].error_enu_m).norm(), 1e-9);
+  EXPECT_EQ(after.observation_count, before.observation_count);
+}
+
+TEST(CountsTest, PointsThatCannotBeKnownAreLeftOutWithTheirReason) {
+  test::KnownBlock known = CountedBlock();
+  const auto reject = [&known](std::size_t point, std::size_t pass) {
+    known.block.looks.flags[4 * point + pass] |= Looks::kRejected;
+  };
+  for (const std::size_t pass : {1U, 2U, 3U}) reject(1, pass);  // one look, no control
+  for (const std::size_t pass : {0U, 1U, 2U, 3U}) reject(2, pass);
+  for (const std::size_t pass : {0U, 2U, 3U}) reject(5, pass);  // one look and a height
+  const AdjustResult result = Adjust(known.block, CountedOptions());
+  EXPECT_EQ(result.points.status[1], PointStatus::kTooFewLooks);
+  EXPECT_THAT(result.points.reason[1], HasSubstr("one look"));
+  EXPECT_EQ(result.points.status[2], PointStatus::kNotSeen);
+  EXPECT_FALSE(result.points.reason[2].empty());
+  EXPECT_EQ(result.points.status[5], PointStatus::kAdjusted) << "2 equations and a height";
+  EXPECT_TRUE(result.points.reason[5].empty());
+  EXPECT_STREQ(NameOf(result.points.status[1]), "too-few-looks");
+  EXPECT_TRUE(result.points.position_m[1].array().isNaN().all());
+  EXPECT_TRUE(std::isnan(result.points.covariance_m2[2][0]));
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("2 of 12 points are not determined")));
+  // 36 looks of point 0, 3, 4, 6..11 and one of point 5; points 1 and 2 leave six unknowns.
+  EXPECT_EQ(result.looks_used, 37U);
+  EXPECT_EQ(result.observation_count, 74U + 6U + 5U);
+  EXPECT_EQ(result.parameter_count, 43U);
+  // Residuals of looks that count stand, those of points left out do not.
+  EXPECT_TRUE(std::isnan(result.looks.range_residual_m[4]));
+  EXPECT_TRUE(std::isfinite(result.looks.range_residual_m[0]));
+}
+
+TEST(CountsTest, ABlockWithoutAnyPointToSolveIsRefusedByName) {
+  test::BlockPlan plan = test::AircraftPlan();
+  plan.points = 3;
+  plan.looks_per_point = 1;
+  const test::KnownBlock known = test::MakeBlock(plan);
+  try {
+    static_cast<void>(Adjust(known.block, {}));
+    FAIL() << "three points of one look were solved";
+  } catch (const UndeterminedError& error) {
+    EXPECT_THAT(error.names(), testing::ElementsAre("P1", "P2", "P3"));
+    EXPECT_THAT(error.what(), HasSubstr("one look and no control"));
+  }
+}
+
+TEST(CountsTest, TwoLooksAndNoCorrectionsHaveRedundancyOne) {
+  test::BlockPlan plan = test::OrbitPlan();
+  plan.points = 7;
+  plan.looks_per_point = 2;
+  test::KnownBlock known = test::MakeBlock(plan);
+  test::AddNoise(3, 1.0, &known);
+  const AdjustResult result = Adjust(known.block, {});
+  EXPECT_EQ(result.redundancy(), 7.0);
+  EXPECT_EQ(result.observation_count, 28U);
+}
+
+// Fixed point: weights formed from time sigmas at the solution are those it was solved with, and
+// a second pass changes nothing; away from it they change by the order of the move over the range.
+TEST(WhiteningRoundsTest, SettleAtTheSolution) {
+  test::BlockPlan plan = test::AircraftPlan(31.0);
+  plan.sigma = {0.83, 7.3e-3, AzimuthUnit::kSeconds};
+  const test::KnownBlock known = test::MakeBlock(plan);
+  AdjustmentProblem problem(known.block, {});
+  BlockState state;
+  state.start_m = known.truth_m;
+  state.displacement_m.assign(12, Eigen::Vector3d(400.0, -300.0, 200.0));
+  EXPECT_EQ(UpdateWhitening(state, &problem), 1.0) << "from nothing";
+  EXPECT_EQ(UpdateWhitening(state, &problem), 0.0) << "nothing moved";
+  const Whitening off = problem.whitening[5];
+  state.displacement_m.assign(12, Eigen::Vector3d::Zero());
+  const double change = UpdateWhitening(state, &problem);
+  EXPECT_GT(change, 1e-4);
+  EXPECT_LT(change, 0.2);
+  // Closed form at the truth: covariance of (e_r, e_d) from the rates at the look.
+  const Whitening& w = problem.whitening[5];
+  const Motion motion = *known.block.passes[1].path.At(known.block.looks.time_s[5]);
+  const Eigen::Vector3d d_m = known.truth_m[1] - motion.position_m;
+  const double r_mps = -motion.velocity_mps.dot(d_m) / d_m.norm();
+  EXPECT_NEAR(w.w00, 1.0 / std::hypot(0.83, r_mps * 7.3e-3), 1e-12);
+  EXPECT_NE(w.w00, off.w00);
+}
+
+TEST(WhiteningRoundsTest, TheSolutionFromFarHasTheWeightsOfTheSolution) {
+  test::BlockPlan plan = test::AircraftPlan(31.0);
+  plan.sigma = {0.83, 7.3e-3, AzimuthUnit::kSeconds};
+  test::KnownBlock known = test::MakeBlock(plan);
+  test::AddNoise(8, 1.0, &known);
+  const AdjustResult near = Adjust(known.block, {});
+  for (std::size_t j = 0; j < 12; ++j) {
+    known.block.points.given_m[j] = known.truth_m[j] + Eigen::Vector3d(900.0, 1300.0, 700.0);
+  }
+  const AdjustResult far = Adjust(known.block, {});
+  ASSERT_TRUE(far.accepted);
+  for (std::size_t j = 0; j < 12; ++j) {
+    // Sigmas are about a metre: weights of the start would shift points by centimetres.
+    EXPECT_LT((far.points.position_m[j] - near.points.position_m[j]).norm(), 1e-5);
+    EXPECT_NEAR(far.points.covariance_m2[j][0],
+                near.points.covariance_m2[j][0],
+                1e-6 * near.points.covariance_m2[j][0]);
+  }
+}
+
+}  // namespace
+}  // namespace sarblock
