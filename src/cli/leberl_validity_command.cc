@@ -3,6 +3,7 @@
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/csv_writer.h"
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -22,7 +23,7 @@ double OrNaN(const std::optional<double>& value) {
 void WriteCase(const ValidityCase& of, CsvWriter* csv) {
   csv->Text(NameOf(of.source))
       .Text(of.arrangement == leberl::Arrangement::kSameSide ? "same-side" : "opposite-side")
-      .Number(of.look_rad * kDegPerRad)
+      .Number(std::round(of.look_rad * kDegPerRad * 1e9) / 1e9)  // 30, not 29.999999999999996
       .Number(of.base_ratio_1)
       .Number(of.terrain_ratio_1);
 }
@@ -43,7 +44,6 @@ int WriteValidity(const fs::path& folder, const Session& session) {
     map.Number(row.error_ratio_1).Number(OrNaN(row.relative_difference)).EndRow();
   }
   map.Commit();
-  const std::vector<ValidityLine> lines = ValidityLines(options);
   CsvWriter csv(folder / "validity_lines.csv",
                 {"source",
                  "arrangement",
@@ -53,7 +53,7 @@ int WriteValidity(const fs::path& folder, const Session& session) {
                  "error_ratio_1_percent",
                  "error_ratio_5_percent",
                  "error_ratio_20_percent"});
-  for (const ValidityLine& line : lines) {
+  for (const ValidityLine& line : ValidityLines(options)) {
     WriteCase(line.of, &csv);
     csv.Number(OrNaN(line.error_ratio_1_percent))
         .Number(OrNaN(line.error_ratio_5_percent))
@@ -61,12 +61,16 @@ int WriteValidity(const fs::path& folder, const Session& session) {
         .EndRow();
   }
   csv.Commit();
+  ValidityOptions fine = options;
+  fine.look_deg.clear();
+  for (int look_deg = 20; look_deg <= 70; ++look_deg) fine.look_deg.push_back(look_deg);
+  const std::vector<ValidityLine> curves = ValidityLines(fine);
   for (const auto& [source, name] : {std::pair{ValiditySource::kAcrossPosition, "dy0"},
                                      std::pair{ValiditySource::kUpPosition, "dz0"},
                                      std::pair{ValiditySource::kRange, "dr"}}) {
     for (const double terrain_ratio : options.terrain_ratio) {
       AtomicFile file(folder / fmt::format("validity_{}_z{:g}.svg", name, terrain_ratio));
-      file.Write(PlotValidity(lines, source, terrain_ratio));
+      file.Write(PlotValidity(curves, source, terrain_ratio));
       file.Commit();
     }
   }

@@ -13,9 +13,9 @@
 namespace sarblock::cli {
 namespace {
 
-constexpr double kWidth = 640.0, kHeight = 420.0, kLeft = 70.0, kTop = 40.0;
+constexpr double kWidth = 650.0, kHeight = 420.0, kLeft = 70.0, kTop = 40.0;
 constexpr double kPlotWidth = 430.0, kPlotHeight = 320.0;
-constexpr double kLowest = -5.0, kHighest = 0.0;  // log10 of error/H
+constexpr double kLowest = -4.0, kHighest = 0.0;  // log10 of error/H
 constexpr std::array<const char*, 6> kColours = {
     "#4477aa", "#66ccee", "#228833", "#ccbb44", "#ee6677", "#aa3377"};
 
@@ -30,7 +30,7 @@ constexpr std::array<Level, 3> kLevels = {{{&ValidityLine::error_ratio_1_percent
 
 double Y(double log_ratio) {
   const double part = (kHighest - log_ratio) / (kHighest - kLowest);
-  return kTop + kPlotHeight * std::clamp(part, 0.0, 1.0);
+  return kTop + kPlotHeight * part;
 }
 
 }  // namespace
@@ -58,7 +58,9 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
       "height=\"{1}\" font-family=\"sans-serif\" font-size=\"12\">\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
-      "<text x=\"{2}\" y=\"22\">Error {3} at which the first order is off, z/H = {4}</text>\n",
+      "<text x=\"{2}\" y=\"22\">Size of {3} at which the first order is off by 1, 5 and 20 %; "
+      "point "
+      "at z/H = {4}</text>\n",
       kWidth,
       kHeight,
       kLeft,
@@ -94,24 +96,32 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
                  kLeft + kPlotWidth / 2,
                  kTop + kPlotHeight + 38,
                  kTop + kPlotHeight / 2);
+  const double lowest_ratio = std::pow(10.0, kLowest);
+  bool terrain_exceeds = false;
   for (std::size_t b = 0; b < bases.size(); ++b) {
     const char* colour = kColours[b % kColours.size()];
     for (const Level& level : kLevels) {
       std::string path;
       leberl::Arrangement side = leberl::Arrangement::kSameSide;
+      bool begins = true;
       for (const ValidityLine* line : chosen) {
         if (line->of.base_ratio_1 != bases[b]) continue;
         const std::optional<double>& ratio = line->*level.ratio;
-        // 0: terrain alone exceeds the level; the line leaves the plot. It also breaks where the
-        // point passes from between the stations to one side of them.
-        if (!ratio || *ratio <= 0.0) continue;
-        const bool begins = path.empty() || line->of.arrangement != side;
+        // The line breaks where terrain alone exceeds the level (0), outside the plot, and where
+        // the point passes from between the stations to one side of them.
+        if (!ratio || *ratio < lowest_ratio || *ratio > 1.0) {
+          begins = true;
+          terrain_exceeds = terrain_exceeds || (ratio && *ratio == 0.0);
+          continue;
+        }
+        begins = begins || line->of.arrangement != side;
         side = line->of.arrangement;
         fmt::format_to(std::back_inserter(path),
                        "{}{:.2f} {:.2f}",
                        begins ? "M" : "L",
                        x(line->of.look_rad * kDegPerRad),
                        Y(std::log10(*ratio)));
+        begins = false;
       }
       fmt::format_to(out,
                      "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\" "
@@ -128,7 +138,7 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
                    bases[b]);
   }
   for (std::size_t k = 0; k < kLevels.size(); ++k) {
-    const double y = kTop + 160 + 18.0 * static_cast<double>(k);
+    const double y = kTop + 130 + 18.0 * static_cast<double>(k);
     fmt::format_to(out,
                    "<path d=\"M{0} {1}h36\" stroke=\"black\" stroke-dasharray=\"{2}\"/>"
                    "<text x=\"{3}\" y=\"{4}\">{5}</text>\n",
@@ -138,6 +148,17 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
                    kLeft + kPlotWidth + 58,
                    y + 4,
                    kLevels[k].name);
+  }
+  std::vector<const char*> notes = {"Left of a gap:", "opposite-side,", "right: same-side."};
+  if (terrain_exceeds) {
+    notes.insert(notes.end(), {"", "No line: terrain", "alone exceeds it."});
+  }
+  for (std::size_t k = 0; k < notes.size(); ++k) {
+    fmt::format_to(out,
+                   "<text x=\"{}\" y=\"{}\" font-size=\"11\">{}</text>\n",
+                   kLeft + kPlotWidth + 14,
+                   kTop + 234 + 15.0 * static_cast<double>(k),
+                   notes[k]);
   }
   return svg + "</svg>\n";
 }

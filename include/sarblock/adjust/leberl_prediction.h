@@ -10,7 +10,7 @@ namespace sarblock {
 /// pair of looks alone: no other look, no control, no redundancy. docs/theory/leberl.md, section 8.
 ///
 /// Best pair: among the pairs of looks that leberl::ReducePair reduces to B, H, y, the one with the
-/// smallest sigma_y^2 + sigma_z^2 of Eq. 25 with the looks' own range sigmas. Above 16 looks only
+/// smallest sigma_y^2 + sigma_z^2 of Eq. 25 with the looks' own range sigmas. Above 6 looks only
 /// pairs with the first look or the one seen under the most different angle are tried.
 ///
 /// Noise (points.sigma_leberl_*): Eq. 25. Path (points.sigma_leberl_path_*): Eq. 14 and 15, one
