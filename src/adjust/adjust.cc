@@ -42,6 +42,13 @@ SolveReport SolveRounds(const Weighting& weighting,
                         BlockState* state,
                         ProgressSink* progress) {
   SolveReport total;
+  // A redescending loss has many minima: it starts from the solution of a convex one.
+  if (weighting.loss == RobustLoss::kTukey) {
+    AdjustOptions convex = options;
+    convex.robust = RobustLoss::kHuber;
+    convex.robust_scale = 0.0;
+    total = SolveRounds({convex.robust, RobustScale(convex)}, convex, problem, state, progress);
+  }
   for (int round = 0; round < kMostRounds; ++round) {
     SolveOptions solve;
     solve.max_iterations = std::max(1, options.max_iterations - total.iterations);
@@ -49,7 +56,7 @@ SolveReport SolveRounds(const Weighting& weighting,
     const SolveReport report = options.engine == Engine::kCeres
                                    ? SolveWithCeres(*problem, weighting, solve, state, progress)
                                    : SolveReduced(*problem, weighting, solve, state, progress);
-    if (round == 0) total.initial_cost_1 = report.initial_cost_1;
+    if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
     total.iterations += report.iterations;
     total.converged = report.converged;
     total.final_cost_1 = report.final_cost_1;

@@ -52,6 +52,15 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
   Check(states);
   spacing_s_ = EqualSpacing_s(states);
   states_ = std::move(states);
+  curvature_.reserve(states_.size() - 1);
+  for (std::size_t k = 0; k + 1 < states_.size(); ++k) {
+    const StateVector& from = states_[k];
+    const StateVector& to = states_[k + 1];
+    const double h = to.time_s - from.time_s;
+    const Eigen::Vector3d mean = (to.position_m - from.position_m) / h;
+    curvature_.push_back({(3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h,
+                          (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h)});
+  }
 }
 
 std::optional<Motion> FlightPath::At(double time_s) const {
@@ -70,15 +79,12 @@ std::optional<Motion> FlightPath::At(double time_s) const {
     k = static_cast<std::size_t>(later - states_.begin()) - 1;
   }
   const StateVector& from = states_[k];
-  const StateVector& to = states_[k + 1];
   // Everything relative to the state before: differences of times and of positions are (nearly)
   // exact, so only the final sum rounds at the size of the coordinates (docs/theory/flight_path.md,
   // eqs. (1) to (3)).
-  const double h = to.time_s - from.time_s;
   const double x = time_s - from.time_s;
-  const Eigen::Vector3d mean = (to.position_m - from.position_m) / h;
-  const Eigen::Vector3d c2 = (3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h;
-  const Eigen::Vector3d c3 = (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h);
+  const Eigen::Vector3d& c2 = curvature_[k].second;
+  const Eigen::Vector3d& c3 = curvature_[k].third;
   Motion motion;
   motion.position_m = from.position_m + x * (from.velocity_mps + x * (c2 + x * c3));
   motion.velocity_mps = from.velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);

@@ -328,7 +328,8 @@ void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
   Eigen::RowVector3d left = row;
   double last = error;
   for (Eigen::Index i = 0; i < 3; ++i) {
-    const double norm = std::hypot(r(i, i), left[i]);
+    // Whitened rows are far from the ends of the number range: no hypot is needed.
+    const double norm = std::sqrt(r(i, i) * r(i, i) + left[i] * left[i]);
     if (norm == 0.0) {
       continue;
     }
@@ -343,7 +344,7 @@ void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
     z[i] = c * above + s * last;
     last = c * last - s * above;
   }
-  rest = std::hypot(rest, last);
+  rest = std::sqrt(rest * rest + last * last);
 }
 
 Candidate Refine(std::span<const Sight> sights,

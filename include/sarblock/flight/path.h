@@ -47,6 +47,11 @@ class FlightPath {
 
  private:
   std::vector<StateVector> states_;
+  /// Coefficients of (t - t_k)^2 and (t - t_k)^3 of each piece.
+  struct Curvature {
+    Eigen::Vector3d second, third;
+  };
+  std::vector<Curvature> curvature_;
   double spacing_s_ = 0.0;  // > 0 where the times are equally spaced: index without a search
 };
 
