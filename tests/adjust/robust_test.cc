@@ -138,7 +138,8 @@ TEST(GrossErrorTest, RobustLossesRecoverTheTruthWithinItsSigmas) {
   for (const RobustLoss loss : kLosses) {
     errors.options.robust = loss;
     const AdjustResult result = Adjust(errors.known.block, errors.options);
-    EXPECT_TRUE(result.accepted) << static_cast<int>(loss);
+    EXPECT_TRUE(result.accepted) << static_cast<int>(loss)
+                                 << testing::PrintToString(result.warnings);
     EXPECT_LT(WorstPoint(errors, result), bound) << static_cast<int>(loss);
     EXPECT_TRUE(result.chi_square_passed) << static_cast<int>(loss);
     const std::set<std::size_t> dropped = Dropped(result);
@@ -168,7 +169,7 @@ TEST(GrossErrorTest, TukeyLosesNoPointToTheBlunderOfOneLook) {
   GrossErrors errors = MakeGrossErrors(1.0, true);
   errors.options.robust = RobustLoss::kTukey;
   const AdjustResult result = Adjust(errors.known.block, errors.options);
-  EXPECT_TRUE(result.accepted);
+  EXPECT_TRUE(result.accepted) << testing::PrintToString(result.warnings);
   for (std::size_t j = 0; j < errors.known.truth_m.size(); ++j) {
     EXPECT_EQ(result.points.status[j], PointStatus::kAdjusted) << result.points.reason[j];
   }
