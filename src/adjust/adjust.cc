@@ -42,16 +42,18 @@ SolveReport SolveRounds(const Weighting& weighting,
                         BlockState* state,
                         ProgressSink* progress) {
   SolveReport total;
-  // A redescending loss has many minima: it starts from the solution of a convex one.
+  // A redescending loss has many minima: it starts from the solution of a convex one, which has an
+  // allowance of iterations of its own.
   if (weighting.loss == RobustLoss::kTukey) {
     AdjustOptions convex = options;
     convex.robust = RobustLoss::kHuber;
     convex.robust_scale = 0.0;
     total = SolveRounds({convex.robust, RobustScale(convex)}, convex, problem, state, progress);
   }
+  const int allowed = total.iterations + options.max_iterations;
   for (int round = 0; round < kMostRounds; ++round) {
     SolveOptions solve;
-    solve.max_iterations = std::max(1, options.max_iterations - total.iterations);
+    solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
     const SolveReport report = options.engine == Engine::kCeres
                                    ? SolveWithCeres(*problem, weighting, solve, state, progress)
@@ -62,8 +64,7 @@ SolveReport SolveRounds(const Weighting& weighting,
     total.final_cost_1 = report.final_cost_1;
     total.message = report.message;
     const double change = UpdateWhitening(*state, problem);
-    if (!report.converged || change <= kWhiteningSettled_1 ||
-        total.iterations >= options.max_iterations) {
+    if (!report.converged || change <= kWhiteningSettled_1 || total.iterations >= allowed) {
       break;
     }
   }
@@ -169,7 +170,8 @@ AdjustResult Adjust(const Block& block,
     square_sum = 2.0 * system->cost();
     result.condition = system->Condition();
   }
-  const bool converged = solve.converged && result.remaining_step <= kRemainingStepAccepted_1 &&
+  // What counts is the step that is left at the end, not what the solver says of itself.
+  const bool converged = result.remaining_step <= kRemainingStepAccepted_1 &&
                          system->looks_not_evaluated() == 0;
   result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
   result.accepted = converged;

@@ -28,8 +28,8 @@ inline constexpr double kRemainingStepAccepted_1 = 1e-3;
 /// Under a robust loss the looks whose whitened length exceeds the 99.9 percent point of chi-square
 /// with 2 degrees of freedom are dropped after the solution; v'Pv, redundancy and covariance are
 /// those of the looks kept, without the loss.
-/// Accepted means: the solver converged, and the Newton step that is left is below
-/// kRemainingStepAccepted_1.
+/// Accepted means: every look has a value at the solution, the reduced matrix is regular, and the
+/// Newton step that is left is below kRemainingStepAccepted_1.
 ///
 /// `pairs` is used with options.pairs == kList. Throws UndeterminedError where the block as a whole
 /// or its corrections are not determined, InputError for options that do not fit the block,
