@@ -141,7 +141,13 @@ AdjustResult Adjust(const Block& block,
   }
   const StageTimer timer("covariance", &result.stages);
   std::optional<ReducedSystem> system;
-  FormDetermined(state, weighting, &problem, &system, progress);
+  if (options.robust == RobustLoss::kNone) {
+    FormDetermined(state, weighting, &problem, &system, progress);
+  } else {
+    // A point that lost the weight of all its looks is named below, with the looks dropped.
+    system.emplace(problem);
+    system->Form(state, weighting, progress);
+  }
   system->Factor();
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost_1;
