@@ -209,8 +209,10 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   solver.max_num_iterations = options.max_iterations;
   solver.num_threads = options.threads;
   solver.logging_type = ceres::SILENT;
-  // Stop on the last digits: acceptance looks at the step that is left, in sigmas.
-  solver.function_tolerance = 1e-14;
+  // Stop on the last digits: acceptance looks at the step that is left, in sigmas. Rounding of
+  // positions of 7e6 m can keep the cost moving by more than 1e-14 of itself: 4 of 4000 seeded
+  // draws of orbits squinted by 60 degrees never stopped at that bound.
+  solver.function_tolerance = 1e-12;
   solver.parameter_tolerance = 1e-13;
   solver.gradient_tolerance = 0.0;
   solver.max_num_consecutive_invalid_steps = 20;
