@@ -196,6 +196,29 @@ TEST_F(ResultFilesTest, ThePosteriorFactorScalesEveryCovarianceAndNoPrior) {  //
   EXPECT_EQ(CovarianceFactor(options_, result_), 1.0);
 }
 
+TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled) {
+  options_.scale_by_posterior = true;  // sigma0 = 2
+  PointResults& points = result_.points;
+  points.sigma_leberl_across_m = {3.5, kNan};
+  points.sigma_leberl_up_m = {4.5, kNan};
+  points.sigma_leberl_path_across_m = {5.5, kNan};
+  points.sigma_leberl_path_up_m = {kNan, kNan};
+  points.leberl_across_azimuth_rad = {0.375, kNan};
+  result_.pairs[0].sigma_leberl_across_m = 6.5;
+  result_.pairs[0].sigma_leberl_path_up_m = 7.5;
+  WriteResult(folder_, block_, options_, result_, context_);
+  const std::vector<CsvColumn> columns{{"sigma_leberl_across_m"},
+                                       {"sigma_leberl_up_m"},
+                                       {"sigma_leberl_path_across_m"},
+                                       {"sigma_leberl_path_up_m"}};
+  EXPECT_THAT(Row("points.csv", 0, columns), ElementsAre("3.5", "4.5", "5.5", ""));
+  EXPECT_THAT(Row("points.csv", 1, columns), ElementsAre("", "", "", ""));
+  EXPECT_THAT(Row("pairs.csv", 0, columns), ElementsAre("6.5", "", "", "7.5"));
+  CsvReader reader(folder_ / "points.csv", std::vector<CsvColumn>{{"leberl_across_azimuth_deg"}});
+  ASSERT_TRUE(reader.Next());
+  EXPECT_DOUBLE_EQ(reader.Number(0), 21.485917317405873);  // 0.375 rad
+}
+
 TEST_F(ResultFilesTest, ResidualsStandByLook) {
   WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<CsvColumn> columns{{"pass"},
