@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two routes to one solution, on every shipped scene: the reduced normal equations and Ceres.
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/scene_file.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+std::vector<std::string> SceneFiles() {
+  std::vector<std::string> files;
+  const auto folder = std::filesystem::path(SARBLOCK_DATASETS) / "scenes";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".toml") files.push_back(entry.path().stem());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The scene with at most 120 tie points, what differs between the engines being no matter of size.
+struct SceneBlock {
+  Block block;
+  AdjustOptions options;
+};
+SceneBlock Simulated(const std::string& name) {
+  const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / (name + ".toml");
+  const Scene scene = ReadScene(file, {"points.count=120", "check.count=10"});
+  SceneBlock made;
+  made.block = Simulate(scene).block;
+  std::vector<std::string> ids;
+  for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
+  made.options = ReadAdjustTable(scene.adjust_toml, name, ids);
+  return made;
+}
+
+AdjustResult Solved(const SceneBlock& made, Engine engine) {
+  AdjustOptions options = made.options;
+  options.engine = engine;
+  return Adjust(made.block, options);
+}
+
+/// False for a point of two looks of which a loss takes weight: beyond its scale Huber's loss is
+/// linear, so that the misclosure may lie in either look at the same cost.
+bool Unique(const Block& block, const AdjustResult& result, std::size_t point) {
+  const auto begin = block.looks.offsets[point], end = block.looks.offsets[point + 1];
+  if (result.looks.weight.empty() || end - begin > 2) return true;
+  return std::all_of(result.looks.weight.begin() + static_cast<std::ptrdiff_t>(begin),
+                     result.looks.weight.begin() + static_cast<std::ptrdiff_t>(end),
+                     [](float weight) { return weight >= 1.0F; });
+}
+
+/// Largest distance of two solutions in sigmas: of a point sqrt(d' Q^-1 d), of a correction
+/// |d|/sigma.
+double LargestShift_1(const Block& block, const AdjustResult& a, const AdjustResult& b) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.points.status.size(); ++i) {
+    if (!IsSolved(a.points.status[i]) || !Unique(block, a, i)) continue;
+    const SymmetricEnu& q = a.points.covariance_m2[i];
+    Eigen::Matrix3d covariance;
+    covariance << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+    const Eigen::Vector3d shift_m = block.frame.EnuFromFrame(a.points.position_m[i]) *
+                                    (a.points.position_m[i] - b.points.position_m[i]);
+    largest = std::max(largest, std::sqrt(shift_m.dot(covariance.llt().solve(shift_m))));
+  }
+  for (std::size_t k = 0; k < a.parameters.size(); ++k) {
+    largest = std::max(
+        largest, std::abs(a.parameters[k].value - b.parameters[k].value) / a.parameters[k].sigma);
+  }
+  return largest;
+}
+
+/// Largest difference of two covariances, each element by its own sigmas.
+double LargestCovarianceError_1(const AdjustResult& a, const AdjustResult& b) {
+  constexpr std::size_t kRow[] = {0, 1, 2, 0, 0, 1}, kColumn[] = {0, 1, 2, 1, 2, 2};
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.points.status.size(); ++i) {
+    if (!IsSolved(a.points.status[i])) continue;
+    const SymmetricEnu& p = a.points.covariance_m2[i];
+    const SymmetricEnu& q = b.points.covariance_m2[i];
+    for (std::size_t k = 0; k < 6; ++k) {
+      largest = std::max(largest, std::abs(p[k] - q[k]) / std::sqrt(p[kRow[k]] * p[kColumn[k]]));
+    }
+  }
+  for (std::size_t k = 0; k < a.parameters.size(); ++k) {
+    largest = std::max(largest, std::abs(a.parameters[k].sigma / b.parameters[k].sigma - 1.0));
+  }
+  return largest;
+}
+
+void ExpectSame(const Block& block,
+                const AdjustResult& reduced,
+                const AdjustResult& ceres,
+                double slowness_1,
+                double covariance_1) {
+  ASSERT_TRUE(reduced.accepted);
+  ASSERT_TRUE(ceres.accepted);
+  ASSERT_EQ(reduced.points.status, ceres.points.status);
+  ASSERT_EQ(reduced.looks.rejected, ceres.looks.rejected);
+  // Each is within its last Newton step of the minimum; twice that, for what is not quadratic.
+  const double left_1 = 2.0 * (reduced.remaining_step + ceres.remaining_step);
+  EXPECT_LT(LargestShift_1(block, reduced, ceres), slowness_1 * left_1 + 1e-8);
+  EXPECT_LT(left_1, 2e-4);
+  EXPECT_LT(LargestCovarianceError_1(reduced, ceres), covariance_1);
+  EXPECT_NEAR(reduced.final_cost, ceres.final_cost, 1e-9 * ceres.final_cost);
+}
+
+class EnginesTest : public testing::TestWithParam<std::string> {};
+
+TEST_P(EnginesTest, GiveTheSamePositionsAndCovariances) {
+  const SceneBlock made = Simulated(GetParam());
+  if (GetParam() == "single-flight-squint") {  // neither may answer
+    for (const Engine engine : {Engine::kReduced, Engine::kCeres}) {
+      EXPECT_THROW(static_cast<void>(Solved(made, engine)), UndeterminedError);
+    }
+    return;
+  }
+  ExpectSame(made.block, Solved(made, Engine::kReduced), Solved(made, Engine::kCeres), 1.0, 1e-6);
+}
+
+// Scenes with points of three and more looks.
+TEST(RobustEnginesTest, GiveTheSameUnderRobustLosses) {
+  for (const std::string name : {"block-12-strips", "earth-same-side", "venus-magellan"}) {
+    SceneBlock made = Simulated(name);
+    made.options.max_iterations = 1000;
+    for (const RobustLoss loss : {RobustLoss::kHuber, RobustLoss::kCauchy}) {
+      SCOPED_TRACE(name + (loss == RobustLoss::kHuber ? " huber" : " cauchy"));
+      made.options.robust = loss;
+      // Reweighting converges linearly: the way left is tens of last steps.
+      ExpectSame(
+          made.block, Solved(made, Engine::kReduced), Solved(made, Engine::kCeres), 100.0, 1e-6);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         EnginesTest,
+                         testing::ValuesIn(SceneFiles()),
+                         [](const auto& scene) {
+                           std::string name = scene.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace sarblock
