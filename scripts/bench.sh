@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Measures and prints a CSV:  scripts/bench.sh NAME
 #   commands   wall time and peak memory of simulate, check and adjust for 1e3, 1e4 and 1e5 points
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips

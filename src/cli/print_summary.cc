@@ -123,6 +123,7 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
   for (const ParameterResult& p : result.parameters) {
     if (!std::isnan(p.sigma)) order.push_back(&p);
   }
+  if (order.empty()) return;
   const auto significance = [&](const ParameterResult* p) {
     return std::abs(p->value) / (factor * p->sigma);
   };
@@ -134,21 +135,21 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
     fmt::format_to(out, "  corrections, the least certain of {}:\n", order.size());
     for (std::size_t i = 0; i < std::min(kShown, order.size()); ++i) {
       fmt::format_to(out,
-                     "    {:<16} {:<20} sigma {:.3g} {}, prior {:.3g}\n",
+                     "    {:<16} {:<20} sigma {:.3g} {}{}\n",
                      order[i]->owner,
                      order[i]->name,
                      factor * order[i]->sigma,
                      order[i]->unit,
-                     order[i]->prior_sigma);
+                     std::isnan(order[i]->prior_sigma)
+                         ? std::string(", no prior")
+                         : fmt::format(", prior {:.3g}", order[i]->prior_sigma));
     }
     return;
   }
   std::sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
     return significance(a) > significance(b);
   });
-  if (!order.empty()) {
-    fmt::format_to(out, "  corrections, the most significant of {}:\n", order.size());
-  }
+  fmt::format_to(out, "  corrections, the most significant of {}:\n", order.size());
   for (std::size_t i = 0; i < std::min(kShown, order.size()); ++i) {
     fmt::format_to(out,
                    "    {:<16} {:<20} {:12.6g} +- {:.3g} {} ({:.1f} sigma)\n",

@@ -83,8 +83,8 @@ std::optional<Motion> FlightPath::At(double time_s) const {
   // exact, so only the final sum rounds at the size of the coordinates (docs/theory/flight_path.md,
   // eqs. (1) to (3)).
   const double x = time_s - from.time_s;
-  const Eigen::Vector3d& c2 = curvature_[k].second;
-  const Eigen::Vector3d& c3 = curvature_[k].third;
+  const Eigen::Vector3d& c2 = curvature_[k].second_mps2;
+  const Eigen::Vector3d& c3 = curvature_[k].third_mps3;
   Motion motion;
   motion.position_m = from.position_m + x * (from.velocity_mps + x * (c2 + x * c3));
   motion.velocity_mps = from.velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);

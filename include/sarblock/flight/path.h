@@ -49,7 +49,7 @@ class FlightPath {
   std::vector<StateVector> states_;
   /// Coefficients of (t - t_k)^2 and (t - t_k)^3 of each piece.
   struct Curvature {
-    Eigen::Vector3d second, third;
+    Eigen::Vector3d second_mps2, third_mps3;
   };
   std::vector<Curvature> curvature_;
   double spacing_s_ = 0.0;  // > 0 where the times are equally spaced: index without a search
