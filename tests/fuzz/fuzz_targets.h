@@ -5,6 +5,7 @@
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/csv_reader.h"
+#include "sarblock/io/scene_file.h"
 
 #include <array>
 #include <cstdlib>
@@ -79,6 +80,21 @@ inline void BlockToml(std::string_view text) {
     } catch (const InputError&) {
       std::abort();
     }
+  });
+}
+
+/// The text as a scene; what is accepted has the numbers that a simulation relies on, and its
+/// [adjust] reaches the block as TOML that parses.
+inline void SceneToml(std::string_view text) {
+  AllowInputError([&] {
+    const Scene scene = ParseScene(text, "scene.toml");
+    Check(!scene.flights.empty());
+    for (const SceneFlight& flight : scene.flights) {
+      Check(flight.count > 0 && flight.height_m > 0.0 && flight.length_m > 0.0);
+      Check(flight.swath.limits[0] < flight.swath.limits[1]);
+    }
+    Check(scene.points.east_m[0] <= scene.points.east_m[1]);
+    static_cast<void>(ReadAdjustTable(scene.adjust_toml, "adjust", {}));
   });
 }
 

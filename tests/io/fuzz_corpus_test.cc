@@ -36,5 +36,20 @@ TEST_F(FuzzCorpusTest, BlockTablesAreReadOrRefused) {
   for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::BlockToml(text));
 }
 
+TEST_F(FuzzCorpusTest, ScenesAreReadOrRefused) {
+  const std::vector<std::string> texts = Corpus("scene");
+  EXPECT_GE(texts.size(), 20u);
+  std::size_t read = 0;
+  for (const std::string& text : texts) {
+    EXPECT_NO_THROW(fuzz::SceneToml(text));
+    try {
+      static_cast<void>(ParseScene(text, "scene.toml"));
+      ++read;
+    } catch (const InputError&) {
+    }
+  }
+  EXPECT_GE(read, 12u);  // the shipped scenes stand in the corpus
+}
+
 }  // namespace
 }  // namespace sarblock
