@@ -76,7 +76,7 @@ Problem FindFlightProblem(const Scene& scene, const SceneFlight& flight, const s
   if (!Positive(flight.state_spacing_s)) return {{field + "state_spacing_s", "must be positive"}};
   if (!std::isfinite(flight.start_s)) return {{field + "start_s", "must be finite"}};
   if (!(std::abs(flight.squint_rad) <= kLargestSquint_rad)) {
-    return {{field + "squint_deg", "must be between -60 and 60"}};
+    return {{field + "squint_deg", "must be from -60 to 60"}};
   }
   const auto [near, far] = flight.swath.limits;
   if (!(NotNegative(near) && std::isfinite(far) && near < far)) {
