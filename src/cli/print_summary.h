@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "sarblock/adjust/result.h"
 #include "sarblock/block/block.h"
+
+#include <string>
 
 namespace sarblock::cli {
 

@@ -112,7 +112,8 @@ TEST(BlockOfStripsTest, SeesEveryPointAsOftenAsItsOverlapSays) {
     }
     const bool west = p_m.x() >= 2000 && p_m.x() <= 14000;
     const bool east = p_m.x() >= 46000 && p_m.x() <= 58000;
-    EXPECT_EQ(looks.offsets[i + 1] - looks.offsets[i], strips + (west ? 1u : 0u) + (east ? 1u : 0u));
+    EXPECT_EQ(looks.offsets[i + 1] - looks.offsets[i],
+              strips + (west ? 1u : 0u) + (east ? 1u : 0u));
     if (p_m.y() > 25000 && p_m.y() < 65800) {
       interior += 1.0;
       interior_looks += static_cast<double>(strips);
