@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/result_files.h"
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
+#include <system_error>
 
 #include "commands.h"
 #include "print_summary.h"
@@ -60,6 +63,12 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
   if (session.dump_config) {
     fmt::print("{}", DumpAdjustTable(file.adjust));
     return kAccepted;
+  }
+  std::error_code ignored;
+  if (std::filesystem::equivalent(arguments.block, arguments.out, ignored)) {
+    throw InputError(arguments.out,
+                     "is the folder of the block, whose tables the result would overwrite; any "
+                     "other folder is allowed");
   }
   AdjustResult result = solver.solve(file, arguments.block, session.progress.get());
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
