@@ -25,7 +25,7 @@ double Median(std::vector<double> values) {
 const char* Verdict(const AdjustResult& result) {
   switch (result.status) {
     case AdjustStatus::kConverged:
-      return "adjusted, accepted";
+      return result.accepted ? "adjusted, accepted" : "adjusted, not accepted";
     case AdjustStatus::kNotConverged:
       return "NOT CONVERGED, not accepted";
     case AdjustStatus::kIntersected:
