@@ -146,6 +146,28 @@ std::string SummaryJson(const Block& block,
   return Summary(block, options, result, context, {});
 }
 
+namespace {
+
+// An earlier result in the same folder leaves nothing beside this one that could be taken for it.
+void RemoveStaleTables(const std::filesystem::path& folder,
+                       Compression compression,
+                       bool pairs,
+                       bool geocentric) {
+  std::error_code ignored;
+  const char* const other = compression == Compression::kGzip ? ".csv" : ".csv.gz";
+  for (const char* name :
+       {"points", "passes", "passes_covariance", "residuals", "pairs", "trajectories"}) {
+    std::filesystem::remove(folder / (std::string(name) + other), ignored);
+  }
+  if (!pairs) {
+    std::filesystem::remove(folder / "pairs.csv", ignored);
+    std::filesystem::remove(folder / "pairs.csv.gz", ignored);
+  }
+  if (!geocentric) std::filesystem::remove(folder / "points.geojson", ignored);
+}
+
+}  // namespace
+
 std::string WriteResult(const std::filesystem::path& folder,
                         const Block& block,
                         const AdjustOptions& options,
@@ -156,6 +178,7 @@ std::string WriteResult(const std::filesystem::path& folder,
   const char* const ending = context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
   const auto table = [&](const std::string& name) { return folder / (name + ending); };
   const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
+  RemoveStaleTables(folder, context.compression, options.pairs != PairChoice::kNone, geocentric);
   std::vector<StageCost> written;
   ResultContext said = context;
   {
