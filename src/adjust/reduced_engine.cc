@@ -67,6 +67,18 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
   return out;
 }
 
+/// Why a solution stopped early. Looks without a value refuse steps: that is said, its cure is not
+/// more iterations.
+std::string WhyStopped(const char* reason, int refused) {
+  std::string text = reason;
+  if (refused > 0) {
+    text += "; " + std::to_string(refused) +
+            " steps were refused because looks have no value there (a flight path too short for a "
+            "time bias, or a sight line that does not come from above)";
+  }
+  return text;
+}
+
 }  // namespace
 
 SolveReport SolveReduced(const AdjustmentProblem& problem,
@@ -77,6 +89,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   SolveReport report;
   ReducedSystem system(problem);
   double damping = kFirstDamping_1;
+  int refused = 0;
   system.Form(*state, weighting, nullptr, damping);
   report.initial_cost_1 = report.final_cost_1 = system.cost();
   for (int trial = 0; trial < 4 * options.max_iterations; ++trial) {
@@ -86,7 +99,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
          static_cast<std::size_t>(options.max_iterations),
          "cost " + std::to_string(report.final_cost_1));
     if (damping > kMostDamping_1) {
-      report.message = "no step lowers the cost";
+      report.message = WhyStopped("no step lowers the cost", refused);
       return report;
     }
     if (!system.FactorDamped()) {
@@ -123,11 +136,12 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       damping = next_damping;
       ++report.iterations;
     } else {
+      if (system.looks_not_evaluated() > 0) ++refused;
       damping *= 10.0;
       system.Form(*state, weighting, nullptr, damping);
     }
   }
-  report.message = "the limit of iterations was reached";
+  report.message = WhyStopped("the limit of iterations was reached", refused);
   return report;
 }
 
