@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/start_values.h"
+#include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 
 #include <algorithm>
@@ -39,6 +40,9 @@ PointStatus StatusOf(IntersectionOutcome outcome) {
 AdjustResult IntersectBlock(const Block& block,
                             const AdjustOptions& options,
                             ProgressSink* progress) {
+  if (options.covariance == CovarianceLevel::kMonteCarlo) {
+    throw InputError("adjust.covariance", "'montecarlo' is not available in this version");
+  }
   const ThreadLimit limit(options.threads);
   AdjustResult result;
   result.status = AdjustStatus::kIntersected;
@@ -94,6 +98,11 @@ AdjustResult IntersectBlock(const Block& block,
   if (!some_apart) RequireSolvable(problem);
   double total = 0.0;
   for (const double s : square_sum) total += s;
+  if (options.pairs != PairChoice::kNone) {
+    Warn(&result,
+         "pairs are not formed by intersect: its points are independent, the covariance of a "
+         "difference is the sum of theirs");
+  }
   FinishResult(problem, state, options, total, &result);
   result.accepted = result.looks_used > 0;
   return result;
