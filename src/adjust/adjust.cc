@@ -71,17 +71,17 @@ SolveReport SolveRounds(const Weighting& weighting,
   return total;
 }
 
-/// Drops the looks that a robust solution found far off; returns how many.
-std::size_t DropOutliers(const AdjustResult& result, AdjustmentProblem* problem) {
+/// Drops the looks that a robust solution found far off; returns which.
+std::vector<std::size_t> DropOutliers(const AdjustResult& result, AdjustmentProblem* problem) {
   const double limit = ChiSquareQuantile(kKeepProbability_1, 2.0);
-  std::size_t dropped = 0;
+  std::vector<std::size_t> dropped;
   for (std::size_t i = 0; i < problem->look_used.size(); ++i) {
     if (problem->look_used[i] == 0) continue;
     const Eigen::Vector2d w = problem->whitening[i].Apply(result.looks.range_residual_m[i],
                                                           result.looks.azimuth_residual_m[i]);
     if (w.squaredNorm() <= limit) continue;
     problem->look_used[i] = 0;
-    ++dropped;
+    dropped.push_back(i);
   }
   return dropped;
 }
@@ -162,12 +162,13 @@ AdjustResult Adjust(const Block& block,
   }
   FillResiduals(problem, state, weighting, &result);
   double square_sum = 2.0 * system->cost();
+  std::vector<std::size_t> dropped;
   if (options.robust != RobustLoss::kNone) {
-    const std::size_t dropped = DropOutliers(result, &problem);
+    dropped = DropOutliers(result, &problem);
     LeaveOutStarved(&problem);
-    if (dropped > 0) {
+    if (!dropped.empty()) {
       Warn(&result,
-           std::to_string(dropped) +
+           std::to_string(dropped.size()) +
                " looks were dropped as outliers after the robust "
                "solution");
     }
@@ -192,6 +193,8 @@ AdjustResult Adjust(const Block& block,
   FillCovariance(problem, state, *system, options, pairs, progress, &result);
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, &result);
+  // Also where the point went with them.
+  for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
   return result;
 }
 
