@@ -53,6 +53,33 @@ void WarnOfPoints(const AdjustmentProblem& problem, AdjustResult* result) {
   }
 }
 
+/// A standard deviation beyond this part of the shortest range leaves a direction open: no linear
+/// statement holds there (the intersection of a point alone refuses it at the same part).
+constexpr double kMaxDeviationPart_1 = 0.5;
+
+void WarnOfOpenPoints(const AdjustmentProblem& problem, AdjustResult* result) {
+  if (result->points.covariance_m2.empty()) return;
+  const Looks& looks = problem.block.looks;
+  std::size_t open = 0, first = 0;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    double shortest_m = std::numeric_limits<double>::infinity();
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      if (problem.look_used[i] != 0) shortest_m = std::min(shortest_m, looks.range_m[i]);
+    }
+    const SymmetricEnu& c = result->points.covariance_m2[point];
+    if (std::sqrt(c[0] + c[1] + c[2]) <= kMaxDeviationPart_1 * shortest_m) continue;
+    if (open++ == 0) first = point;
+  }
+  if (open == 0) return;
+  Warn(result,
+       std::to_string(open) +
+           " points have a standard deviation of more than half their range, the first is " +
+           std::string(problem.block.points.ids[first]) +
+           ": a direction is open (zero base, touching circles or corrections without a datum), "
+           "their positions and sigmas cannot be used");
+}
+
 void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
   result->looks.rejected.resize(problem.look_used.size());
   for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
@@ -84,6 +111,7 @@ void FinishResult(const AdjustmentProblem& problem,
   if (measured) FillChecks(problem.block, result);
   MarkRejected(problem, result);
   WarnOfPoints(problem, result);
+  WarnOfOpenPoints(problem, result);
   if (options.covariance != CovarianceLevel::kNone) FillLeberlPrediction(problem, state, result);
 }
 
