@@ -3,6 +3,7 @@
 # Measures and prints a CSV:  scripts/bench.sh NAME
 #   commands   wall time and peak memory of simulate, check and adjust for 1e3, 1e4 and 1e5 points
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
+#   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
 #   engines    reduced engine against Ceres on the same blocks, interleaved
 # Needs a Release build (scripts/demo.sh makes one). Machines are noisy: compare rows of one run.
 set -euo pipefail
@@ -69,6 +70,13 @@ elif name == "stages":
         for stage, cost in result["stages"].items():
             print(f"{points},{counts['looks']},{counts['passes']},{result['iterations']},{stage},"
                   f"{cost['wall_s']:.3f},{cost['peak_mib']:.0f}")
+elif name == "reading":
+    print("points,looks,observations_mb,check_wall_s,mb_per_s,peak_mib")
+    for points in (100000, 1000000):
+        folder, _ = block(points)
+        size = os.path.getsize(f"{folder}/observations.csv") / 1e6
+        wall, peak, text = run("check", folder, "--json")
+        print(f"{points},{json.loads(text)['looks']},{size:.0f},{wall:.2f},{size / wall:.0f},{peak:.0f}")
 elif name == "engines":
     print("points,engine,iterations,solve_s,s_per_iteration,peak_mib,sigma0_squared")
     for points in (1000, 10000, 100000):
@@ -81,5 +89,5 @@ elif name == "engines":
                       f"{solve['wall_s'] / result['iterations']:.5f},{solve['peak_mib']:.0f},"
                       f"{result['sigma0_squared']:.12f}")
 else:
-    sys.exit("bench.sh: NAME is commands, stages or engines")
+    sys.exit("bench.sh: NAME is commands, stages, reading or engines")
 PY

@@ -178,8 +178,10 @@ AdjustResult Adjust(const Block& block,
     result.condition = system->Condition();
   }
   // What counts is the step that is left at the end, not what the solver says of itself.
-  const bool converged =
-      result.remaining_step <= kRemainingStepAccepted_1 && system->looks_not_evaluated() == 0;
+  const bool converged = result.remaining_step <= (options.robust == RobustLoss::kNone
+                                                       ? kRemainingStepAccepted_1
+                                                       : kRemainingRobustStepAccepted_1) &&
+                         system->looks_not_evaluated() == 0;
   result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
   result.accepted = converged;
   if (!converged) Warn(&result, "not converged: " + solve.message);

@@ -77,12 +77,14 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
   out->error_1 = w.Apply(at.error_m[0], at.error_m[1]);
   const double square = out->error_1.squaredNorm();
   out->cost_1 = 0.5 * square;
+  out->radial_1 = 1.0;
   if (weighting.loss != RobustLoss::kNone) {
     const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, square);
     const double root = std::sqrt(robust.weight_1);
     w = {root * w.w00, root * w.w10, root * w.w11};
     out->error_1 *= root;
     out->cost_1 = 0.5 * robust.loss_1;
+    out->radial_1 = robust.radial_1;
   }
   out->by_point.row(0) = w.w00 * at.by_point.row(0);
   out->by_point.row(1) = w.w10 * at.by_point.row(0) + w.w11 * at.by_point.row(1);

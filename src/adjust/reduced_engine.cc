@@ -17,6 +17,7 @@ constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
 constexpr double kStepSettled_1 = 1e-6;
+constexpr double kNear_1 = 0.5;
 
 /// Step of every point for a step `dx` of the corrections, and what the quadratic model promises.
 struct PointSteps {
@@ -82,11 +83,13 @@ std::string WhyStopped(const char* reason, int refused) {
 }  // namespace
 
 SolveReport SolveReduced(const AdjustmentProblem& problem,
-                         const Weighting& weighting,
+                         const Weighting& asked,
                          const SolveOptions& options,
                          BlockState* state,
                          ProgressSink* progress) {
   SolveReport report;
+  // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
+  Weighting weighting = asked;
   ReducedSystem system(problem);
   double damping = kFirstDamping_1;
   int refused = 0;
@@ -108,6 +111,11 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       continue;
     }
     const double left = system.RemainingStep();
+    if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear_1) {
+      weighting.second_order = true;
+      system.Form(*state, weighting, nullptr, damping);
+      continue;
+    }
     if (left <= kStepSettled_1) {
       report.converged = true;
       report.message = "the step left is below 1e-6 sigmas";

@@ -303,6 +303,41 @@ void FillCovariance(const AdjustmentProblem& problem,
                : PairDifferences(problem, state, wanted);
 }
 
+namespace {
+
+/// Times of a corrected path's states: the nominal ones, and within the strip as many more as cubic
+/// interpolation needs to follow a spline (its knots and seven between) or a polynomial of a degree
+/// above 3.
+std::vector<double> CorrectedStateTimes(const AdjustmentProblem& problem, std::size_t pass) {
+  const Pass& source = problem.block.passes[pass];
+  std::vector<double> times_s;
+  for (const StateVector& state : source.path.states()) times_s.push_back(state.time_s);
+  const double span_s = source.end_s - source.start_s;
+  double step_s = span_s;
+  for (const SplineTerm& term : problem.layout.passes[pass].splines) {
+    step_s = std::min(step_s, term.spline.spacing_s() / 8.0);
+  }
+  for (const PolynomialTerm& term : problem.layout.passes[pass].polynomials) {
+    if (term.degree > 3) step_s = std::min(step_s, span_s / (8.0 * (term.degree + 1)));
+  }
+  if (!(step_s < span_s)) return times_s;
+  const auto steps = static_cast<std::size_t>(std::lround(span_s / step_s));
+  for (std::size_t k = 0; k <= steps; ++k) {
+    const double time_s =
+        source.start_s + span_s * static_cast<double>(k) / static_cast<double>(steps);
+    if (time_s > source.path.start_s() && time_s < source.path.end_s()) times_s.push_back(time_s);
+  }
+  std::sort(times_s.begin(), times_s.end());
+  const double least_gap_s = 1e-6 * step_s;
+  times_s.erase(
+      std::unique(
+          times_s.begin(), times_s.end(), [&](double a, double b) { return b - a <= least_gap_s; }),
+      times_s.end());
+  return times_s;
+}
+
+}  // namespace
+
 void FillCorrectedPaths(const AdjustmentProblem& problem,
                         const BlockState& state,
                         AdjustResult* result) {
@@ -321,11 +356,11 @@ void FillCorrectedPaths(const AdjustmentProblem& problem,
       }
     }
     std::vector<StateVector> states;
-    for (const StateVector& nominal_state : nominal.states()) {
+    for (const double path_s : CorrectedStateTimes(problem, pass)) {
       // The path read at t + b_t: the state of nominal time t belongs to measured time t - b_t.
-      const double measured_s = nominal_state.time_s - bias_s;
-      const auto corrected = problem.model.CorrectedMotionAtPathTime(
-          pass, measured_s, nominal_state.time_s, state.corrections);
+      const double measured_s = path_s - bias_s;
+      const auto corrected =
+          problem.model.CorrectedMotionAtPathTime(pass, measured_s, path_s, state.corrections);
       if (!corrected) continue;
       states.push_back({measured_s, corrected->motion.position_m, corrected->motion.velocity_mps});
     }

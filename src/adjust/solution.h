@@ -54,7 +54,8 @@ void FillParameters(const AdjustmentProblem& problem,
                     const BlockState& state,
                     AdjustResult* result);
 /// Corrected paths: states at the nominal times less the time bias, so that reading them at the
-/// measured times gives the path the adjustment used.
+/// measured times gives the path the adjustment used; more states where a spline or a polynomial of
+/// a high degree needs them.
 void FillCorrectedPaths(const AdjustmentProblem& problem,
                         const BlockState& state,
                         AdjustResult* result);

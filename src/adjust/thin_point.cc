@@ -29,6 +29,27 @@ void FactorColumns(int m, double* q, Eigen::Matrix3d* r) {
   }
 }
 
+/// Second-order weighting of a look under a robust loss (after Triggs et al. 2000, with a floor):
+/// rows keep their weight across the residual and get the loss's own curvature along it; the errors
+/// are rescaled so that the gradient stays what it is.
+void BendAlongResidual(WhitenedLook* look) {
+  const double square = look->error_1.squaredNorm();
+  if (look->radial_1 == 1.0 || !(square > 0.0)) return;
+  const double root = std::sqrt(look->radial_1);
+  const double take = (1.0 - root) / square;
+  const double e0 = look->error_1[0], e1 = look->error_1[1];
+  const auto bend = [&](double& range, double& doppler) {
+    const double along = take * (e0 * range + e1 * doppler);
+    range -= along * e0;
+    doppler -= along * e1;
+  };
+  for (Eigen::Index c = 0; c < 3; ++c) bend(look->by_point(0, c), look->by_point(1, c));
+  for (std::size_t c = 0; c < static_cast<std::size_t>(look->columns.column_count); ++c) {
+    bend(look->range_row[c], look->doppler_row[c]);
+  }
+  look->error_1 /= root;
+}
+
 }  // namespace
 
 void FactorThin(const AdjustmentProblem& problem,
@@ -51,6 +72,7 @@ void FactorThin(const AdjustmentProblem& problem,
       continue;
     }
     out->cost_1 += look.cost_1;
+    if (weighting.second_order) BendAlongResidual(&look);
     ++out->look_count;
   }
   ControlEvaluation control;

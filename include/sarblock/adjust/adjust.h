@@ -18,6 +18,9 @@ using PointPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
 /// Largest Newton step left, in sigmas over all unknowns together, that is still a solution.
 inline constexpr double kRemainingStepAccepted_1 = 1e-3;
+/// The same under a robust loss, whose kinks (Huber) or flat places (two looks that contradict each
+/// other) let the last steps shrink slowly: far below what the loss itself costs in efficiency.
+inline constexpr double kRemainingRobustStepAccepted_1 = 0.1;
 
 /// The adjustment of a block (model.md, sections 5 to 7): start values, Levenberg-Marquardt,
 /// acceptance, covariance, residuals, check points, global test.
@@ -29,7 +32,8 @@ inline constexpr double kRemainingStepAccepted_1 = 1e-3;
 /// with 2 degrees of freedom are dropped after the solution; v'Pv, redundancy and covariance are
 /// those of the looks kept, without the loss.
 /// Accepted means: every look has a value at the solution, the reduced matrix is regular, and the
-/// Newton step that is left is below kRemainingStepAccepted_1.
+/// Newton step that is left is below kRemainingStepAccepted_1 (kRemainingRobustStepAccepted_1 under
+/// a loss).
 ///
 /// `pairs` is used with options.pairs == kList. Throws UndeterminedError where the block as a whole
 /// or its corrections are not determined, InputError for options that do not fit the block,

@@ -15,6 +15,8 @@ namespace sarblock {
 struct Weighting {
   RobustLoss loss = RobustLoss::kNone;
   double scale = 0.0;
+  /// The solver's last steps under a loss: take its curvature along the residual for what it is.
+  bool second_order = false;
 };
 
 /// One look at one state, whitened: its two equations are standard normal if the model is true.
@@ -25,7 +27,8 @@ struct WhitenedLook {
   Eigen::Vector2d error_1;
   /// Rows of the Jacobian by the look's local columns; the first column_count are set.
   std::array<double, ParameterLayout::kMaxLocalColumns> range_row, doppler_row;
-  double cost_1 = 0.0;  ///< half the squared length, robust loss applied
+  double cost_1 = 0.0;    ///< half the squared length, robust loss applied
+  double radial_1 = 1.0;  ///< RobustValue::radial_1
 };
 
 /// False where the model has no value at this state.

@@ -118,6 +118,7 @@ struct AdjustResult {
   LookResults looks;
   std::vector<CheckResult> checks;
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
+                                            ///< and where a correction needs more
 
   std::size_t observation_count = 0;  ///< two a look, control components, priors
   std::size_t parameter_count = 0;    ///< three a solved point, corrections

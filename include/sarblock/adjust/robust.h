@@ -5,6 +5,8 @@
 
 namespace sarblock {
 
+inline constexpr double kLeastRadialCurvature_1 = 0.05;
+
 /// Scale of a loss in sigmas: options.robust_scale, or the loss's own default where that is 0.
 [[nodiscard]] double RobustScale(const AdjustOptions& options);
 
@@ -15,6 +17,9 @@ namespace sarblock {
 struct RobustValue {
   double loss_1 = 0.0;
   double weight_1 = 1.0;
+  /// Curvature along the residual over the weight, (rho' + 2 s rho'') / rho', not below
+  /// kLeastRadialCurvature_1: reweighting alone takes it for 1 and creeps.
+  double radial_1 = 1.0;
 };
 [[nodiscard]] RobustValue EvaluateLoss(RobustLoss loss, double scale, double square_1);
 
