@@ -6,6 +6,7 @@
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
+#include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -71,6 +72,89 @@ SolveReport SolveRounds(const Weighting& weighting,
   return total;
 }
 
+/// Sights of a point's looks on the corrected paths.
+std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
+                            const BlockState& state,
+                            std::size_t point) {
+  std::vector<Sight> sights;
+  const auto& offsets = problem.block.looks.offsets;
+  for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    if (const auto sight = problem.model.SightOf(i, state.corrections)) sights.push_back(*sight);
+  }
+  return sights;
+}
+
+/// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
+/// solution, above the antennas or on the side they do not look to. Control points are held.
+std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
+                                    const BlockState& state,
+                                    ProgressSink* progress) {
+  ReducedSystem system(problem);
+  system.Form(state, {}, progress);
+  const std::size_t points = problem.block.points.size();
+  std::vector<std::uint8_t> lost(points, 0);
+  for (const WeakPoint& weak : system.weak_points()) lost[weak.point] = 1;
+  ParallelForChunks(points, 1024, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem.Solves(point) || problem.control_of[point] >= 0 || lost[point] != 0) continue;
+      const Eigen::Vector3d p_m = state.Position(point);
+      for (const Sight& sight : SightsOf(problem, state, point)) {
+        if (!LiesWhereItLooks(problem.block.frame, sight, p_m)) lost[point] = 1;
+      }
+    }
+  });
+  std::vector<std::size_t> out;
+  for (std::size_t point = 0; point < points; ++point) {
+    if (lost[point] != 0) out.push_back(point);
+  }
+  return out;
+}
+
+/// Starts lost points again from the intersection on the corrected paths and solves once more; what
+/// is still lost then is left out by name.
+void RecoverLostPoints(const Weighting& weighting,
+                       const AdjustOptions& options,
+                       AdjustmentProblem* problem,
+                       BlockState* state,
+                       SolveReport* solve,
+                       ProgressSink* progress) {
+  std::vector<std::size_t> lost = LostPoints(*problem, *state, progress);
+  // Each round also mends the corrections that lost points have pulled at.
+  for (int round = 0; round < 3 && !lost.empty(); ++round) {
+    for (const std::size_t point : lost) {
+      const Intersection met = Intersect(SightsOf(*problem, *state, point), problem->block.frame);
+      if (met.outcome == IntersectionOutcome::kTooFewLooks) continue;
+      state->start_m[point] = met.position_m;
+      state->displacement_m[point].setZero();
+    }
+    const SolveReport before = *solve;
+    *solve = SolveRounds(weighting, options, problem, state, progress);
+    solve->iterations += before.iterations;
+    solve->initial_cost_1 = before.initial_cost_1;
+    lost = LostPoints(*problem, *state, progress);
+  }
+  bool left_out = false;
+  for (const std::size_t point : lost) {
+    const std::vector<Sight> sights = SightsOf(*problem, *state, point);
+    const bool mirrored = std::any_of(sights.begin(), sights.end(), [&](const Sight& sight) {
+      return !LiesWhereItLooks(problem->block.frame, sight, state->Position(point));
+    });
+    if (!mirrored || problem->control_of[point] >= 0) continue;  // weak points are named later
+    problem->LeaveOut(point,
+                      PointStatus::kUndetermined,
+                      "its looks meet only above the antennas or on the side they do not look to");
+    left_out = true;
+  }
+  if (left_out) {
+    RequireSolvable(*problem);
+    const SolveReport before = *solve;
+    *solve = SolveRounds(weighting, options, problem, state, progress);
+    solve->iterations += before.iterations;
+    solve->initial_cost_1 = before.initial_cost_1;
+  }
+}
+
 /// Drops the looks that a robust solution found far off; returns which.
 std::vector<std::size_t> DropOutliers(const AdjustResult& result, AdjustmentProblem* problem) {
   const double limit = ChiSquareQuantile(kKeepProbability_1, 2.0);
@@ -128,16 +212,20 @@ AdjustResult Adjust(const Block& block,
                " looks have no value in the model at the start and are left out: " +
                NameLooks(block, start.looks_not_evaluated));
     }
+    RequireSolvable(problem);
     std::optional<ReducedSystem> system;
-    FormDetermined(state, {}, &problem, &system, progress);
-    // A singular block is refused before anything is solved with it.
-    system->Factor();
+    system.emplace(problem);
+    system->Form(state, {}, progress);
+    // A singular block is refused before anything is solved with it. Points that are weak at the
+    // start only are judged at the solution.
+    if (system->weak_points().empty()) system->Factor();
   }
   const Weighting weighting{options.robust, RobustScale(options)};
   SolveReport solve;
   {
     const StageTimer timer("solve", &result.stages);
     solve = SolveRounds(weighting, options, &problem, &state, progress);
+    RecoverLostPoints(weighting, options, &problem, &state, &solve, progress);
   }
   const StageTimer timer("covariance", &result.stages);
   std::optional<ReducedSystem> system;

@@ -132,6 +132,13 @@ void RequireOffered(const AdjustOptions& options) {
   if (options.covariance_method == CovarianceMethod::kCeres) refuse("covariance_method", "ceres");
 }
 
+bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
+  const TrackAxes axes =
+      TrackAxesOf(frame, {sight.antenna_m, sight.velocity_mps, sight.acceleration_mps2, {}});
+  const Eigen::Vector3d in_track = axes.axes_1.transpose() * (p_m - sight.antenna_m);
+  return in_track[1] * sight.side > 0.0 && in_track[2] < 0.0;
+}
+
 void RequireSolvable(const AdjustmentProblem& problem) {
   // Control points are known anyway: a block in which none of the others can be solved has no
   // answer, however well its control fits.

@@ -13,6 +13,11 @@ namespace sarblock {
 /// Steps that adjustment, prediction and intersection share: from a problem at its final state to
 /// the result.
 
+/// True where p lies on the side the antenna looks to and below it: a mirror solution does not.
+[[nodiscard]] bool LiesWhereItLooks(const Frame& frame,
+                                    const Sight& sight,
+                                    const Eigen::Vector3d& p_m);
+
 /// Throws UndeterminedError unless something can be solved at all.
 void RequireSolvable(const AdjustmentProblem& problem);
 /// Forms the reduced system at a state, leaving out the points whose own equations turn out rank

@@ -2,21 +2,16 @@
 #include "sarblock/adjust/start_values.h"
 
 #include "sarblock/core/parallel.h"
-#include "sarblock/flight/track_axes.h"
 
 #include <algorithm>
 #include <optional>
+
+#include "solution.h"
 
 namespace sarblock {
 namespace {
 
 constexpr std::size_t kPointsPerChunk = 512;
-
-bool OnLookSide(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
-  const TrackAxes axes =
-      TrackAxesOf(frame, {sight.antenna_m, sight.velocity_mps, sight.acceleration_mps2, {}});
-  return axes.axes_1.col(1).dot(p_m - sight.antenna_m) * sight.side > 0.0;
-}
 
 /// What one point starts with.
 struct PointStart {
@@ -51,7 +46,9 @@ PointStart StartOf(const AdjustmentProblem& problem,
   const Eigen::Vector3d& given_m = block.points.given_m[point];
   // A check point's coordinates are withheld, its start values too.
   if (given_m.allFinite() && block.points.role[point] != PointRole::kCheck) {
-    const auto sees = [&](const Sight& sight) { return OnLookSide(block.frame, sight, given_m); };
+    const auto sees = [&](const Sight& sight) {
+      return LiesWhereItLooks(block.frame, sight, given_m);
+    };
     if (control != nullptr || std::all_of(sights.begin(), sights.end(), sees)) {
       out.position_m = given_m;
       return out;
