@@ -78,7 +78,7 @@ TEST_P(GoodSceneTest, ConvergesFromStartErrorsOfKilometres) {
   for (std::size_t j = 0; j < block.points.size(); ++j) {
     if (block.points.role[j] != PointRole::kTie) continue;
     const double angle_rad = 1.7 * static_cast<double>(j);
-    const Eigen::Vector3d enu_m(3500.0 * std::cos(angle_rad), 3500.0 * std::sin(angle_rad), 900.0);
+    const Eigen::Vector3d enu_m(4920.0 * std::cos(angle_rad), 4920.0 * std::sin(angle_rad), 900.0);
     block.points.given_m[j] =
         simulated.truth.points_m[j] +
         block.frame.EnuFromFrame(simulated.truth.points_m[j]).transpose() * enu_m;
