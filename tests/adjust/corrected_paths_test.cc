@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 
-#include "support/small_blocks.h"
 #include <array>
 
+#include "support/small_blocks.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
