@@ -16,12 +16,6 @@ namespace {
 constexpr std::size_t kPointsPerChunk = 1024;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
-  const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
-  const Eigen::Matrix3d c = e * m * e.transpose();
-  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
-}
-
 /// C over the blocks of a point, gathered from the selected inverse.
 void GatherInverse(const BlockSymmetricMatrix& inverse, const PointRows& rows, Eigen::MatrixXd* c) {
   c->resize(rows.column_count, rows.column_count);
@@ -68,6 +62,12 @@ void Scatter(const AdjustmentProblem& problem,
 }
 
 }  // namespace
+
+SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
+  const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
+  const Eigen::Matrix3d c = e * m * e.transpose();
+  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
+}
 
 std::vector<SymmetricEnu> PointCovariances(const AdjustmentProblem& problem,
                                            const BlockState& state,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/covariance.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -13,14 +14,6 @@ namespace {
 
 constexpr std::size_t kPointsPerChunk = 512;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-SymmetricEnu InEnu(const Frame& frame,
-                   const Eigen::Vector3d& p_m,
-                   const Eigen::Matrix3d& frame_m2) {
-  const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
-  const Eigen::Matrix3d c = e * frame_m2 * e.transpose();
-  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
-}
 
 PointStatus StatusOf(IntersectionOutcome outcome) {
   switch (outcome) {
@@ -88,7 +81,7 @@ AdjustResult IntersectBlock(const Block& block,
             square_sum[point] = met.weighted_square_sum;
             if (wanted) {
               result.points.covariance_m2[point] =
-                  InEnu(block.frame, met.position_m, met.covariance_m2);
+                  ToEnu(block.frame, met.position_m, met.covariance_m2);
             }
           }
         });

@@ -13,6 +13,11 @@
 
 namespace sarblock {
 
+/// A covariance in frame axes [m2] as east, north, up at p.
+[[nodiscard]] SymmetricEnu ToEnu(const Frame& frame,
+                                 const Eigen::Vector3d& p_m,
+                                 const Eigen::Matrix3d& covariance_m2);
+
 /// Covariance of every solved point in east-north-up at the point, exact marginals of the whole
 /// adjustment: with the elimination of the point (elimination.h)
 ///
