@@ -92,6 +92,30 @@ struct LookResults {
   std::vector<std::uint8_t> rejected;      ///< by the file or by the robust loss; empty: the file's
 };
 
+/// Reliability of looks, by look index of the block, component 0 the range and 1 the azimuth (along
+/// track, or time where it was given in seconds); NaN where the look took no part. What alpha and
+/// power of a test make of them (minimal detectable blunder delta0 sigma / sqrt(r), its influence
+/// delta0 / sqrt(r) times shift) is for the reader. docs/theory/quality.md.
+struct LookQuality {
+  /// r = 1 - a C a' of the component in units of its sigma: what of an error shows in its residual.
+  std::array<std::vector<float>, 2> redundancy_1;
+  /// Standardised residual v / (sigma sqrt(r)); NaN where r vanishes.
+  std::array<std::vector<float>, 2> w_1;
+  /// Length of the shift of the point by an error of one sigma in the component.
+  std::array<std::vector<float>, 2> shift_m;
+  [[nodiscard]] bool empty() const { return redundancy_1[0].empty(); }
+};
+
+/// The same for one held component of a control point.
+struct ControlQuality {
+  std::uint32_t point = 0;
+  int component = 0;  ///< 0 east, 1 north, 2 up
+  double residual_m = 0.0;
+  double redundancy_1 = 0.0;
+  double w_1 = 0.0;
+  double shift_m = 0.0;
+};
+
 /// Error of a check point against its known position, east-north-up.
 struct CheckResult {
   std::uint32_t point = 0;
@@ -116,6 +140,8 @@ struct AdjustResult {
   std::vector<ParameterCovariance> parameter_covariance;
   std::vector<PairResult> pairs;
   LookResults looks;
+  LookQuality quality;  ///< empty where not computed
+  std::vector<ControlQuality> control_quality;
   std::vector<CheckResult> checks;
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more
