@@ -52,44 +52,52 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
   Check(states);
   spacing_s_ = EqualSpacing_s(states);
   states_ = std::move(states);
-  curvature_.reserve(states_.size() - 1);
+  pieces_.reserve(states_.size() - 1);
   for (std::size_t k = 0; k + 1 < states_.size(); ++k) {
     const StateVector& from = states_[k];
     const StateVector& to = states_[k + 1];
     const double h = to.time_s - from.time_s;
     const Eigen::Vector3d mean = (to.position_m - from.position_m) / h;
-    curvature_.push_back({(3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h,
-                          (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h)});
+    pieces_.push_back({from.time_s,
+                       to.time_s,
+                       from.position_m,
+                       from.velocity_mps,
+                       (3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h,
+                       (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h)});
   }
 }
 
-std::optional<Motion> FlightPath::At(double time_s) const {
-  if (states_.empty() || !(time_s >= start_s() && time_s <= end_s())) return std::nullopt;
-  const std::size_t last = states_.size() - 2;
-  std::size_t k = 0;
+bool FlightPath::Evaluate(double time_s, Motion* out) const {
+  if (states_.empty() || !(time_s >= start_s() && time_s <= end_s())) return false;
+  const Piece* piece = nullptr;
   if (spacing_s_ > 0.0) {
-    k = std::min(last, static_cast<std::size_t>((time_s - start_s()) / spacing_s_));
-    while (k > 0 && time_s < states_[k].time_s) --k;
-    while (k < last && time_s >= states_[k + 1].time_s) ++k;
+    const std::size_t last = pieces_.size() - 1;
+    std::size_t k = std::min(last, static_cast<std::size_t>((time_s - start_s()) / spacing_s_));
+    while (k > 0 && time_s < pieces_[k].start_s) --k;
+    while (k < last && time_s >= pieces_[k].end_s) ++k;
+    piece = &pieces_[k];
   } else {
-    const auto later = std::upper_bound(
-        states_.begin() + 1, states_.end() - 1, time_s, [](double t_s, const StateVector& state) {
-          return t_s < state.time_s;
+    piece = &*std::upper_bound(
+        pieces_.begin(), pieces_.end() - 1, time_s, [](double t_s, const Piece& candidate) {
+          return t_s < candidate.end_s;
         });
-    k = static_cast<std::size_t>(later - states_.begin()) - 1;
   }
-  const StateVector& from = states_[k];
   // Everything relative to the state before: differences of times and of positions are (nearly)
   // exact, so only the final sum rounds at the size of the coordinates (docs/theory/flight_path.md,
   // eqs. (1) to (3)).
-  const double x = time_s - from.time_s;
-  const Eigen::Vector3d& c2 = curvature_[k].second_mps2;
-  const Eigen::Vector3d& c3 = curvature_[k].third_mps3;
-  Motion motion;
-  motion.position_m = from.position_m + x * (from.velocity_mps + x * (c2 + x * c3));
-  motion.velocity_mps = from.velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);
-  motion.acceleration_mps2 = 2.0 * c2 + (6.0 * x) * c3;
-  motion.jerk_mps3 = 6.0 * c3;
+  const double x = time_s - piece->start_s;
+  const Eigen::Vector3d& c2 = piece->second_mps2;
+  const Eigen::Vector3d& c3 = piece->third_mps3;
+  out->position_m = piece->position_m + x * (piece->velocity_mps + x * (c2 + x * c3));
+  out->velocity_mps = piece->velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);
+  out->acceleration_mps2 = 2.0 * c2 + (6.0 * x) * c3;
+  out->jerk_mps3 = 6.0 * c3;
+  return true;
+}
+
+std::optional<Motion> FlightPath::At(double time_s) const {
+  std::optional<Motion> motion(std::in_place);
+  if (!Evaluate(time_s, &*motion)) motion.reset();
   return motion;
 }
 

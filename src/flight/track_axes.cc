@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A vector that moves, with its first two time derivatives.
+// A vector that moves, with its first two time derivatives; kSecond: the second one is wanted.
+template <bool kSecond>
 struct Moving {
   Vector3d value;
   Vector3d first;
@@ -19,31 +20,44 @@ struct Moving {
 
 // v/|v|. With n = |v| and u = v/n: n' = u.v', u' = (v' - u n')/n, n'' = u'.v' + u.v'' and
 // u'' = (v'' - u n'' - 2 u' n')/n.
-Moving Normalised(const Moving& v) {
+template <bool kSecond>
+Moving<kSecond> Normalised(const Moving<kSecond>& v) {
   const double n = v.value.norm();
-  Moving u;
+  Moving<kSecond> u;
   u.value = v.value / n;
   const double n1 = u.value.dot(v.first);
   u.first = (v.first - u.value * n1) / n;
-  const double n2 = u.first.dot(v.first) + u.value.dot(v.second);
-  u.second = (v.second - u.value * n2 - 2.0 * n1 * u.first) / n;
+  if constexpr (kSecond) {
+    const double n2 = u.first.dot(v.first) + u.value.dot(v.second);
+    u.second = (v.second - u.value * n2 - 2.0 * n1 * u.first) / n;
+  }
   return u;
 }
 
 // z - u (u.z), the part of z at right angles to the unit vector u.
-Moving Rejected(const Moving& z, const Moving& u) {
+template <bool kSecond>
+Moving<kSecond> Rejected(const Moving<kSecond>& z, const Moving<kSecond>& u) {
   const double c = u.value.dot(z.value);
   const double c1 = u.first.dot(z.value) + u.value.dot(z.first);
-  const double c2 = u.second.dot(z.value) + 2.0 * u.first.dot(z.first) + u.value.dot(z.second);
-  return {z.value - c * u.value,
-          z.first - c1 * u.value - c * u.first,
-          z.second - c2 * u.value - 2.0 * c1 * u.first - c * u.second};
+  Moving<kSecond> out;
+  out.value = z.value - c * u.value;
+  out.first = z.first - c1 * u.value - c * u.first;
+  if constexpr (kSecond) {
+    const double c2 = u.second.dot(z.value) + 2.0 * u.first.dot(z.first) + u.value.dot(z.second);
+    out.second = z.second - c2 * u.value - 2.0 * c1 * u.first - c * u.second;
+  }
+  return out;
 }
 
-Moving Cross(const Moving& a, const Moving& b) {
-  return {a.value.cross(b.value),
-          a.first.cross(b.value) + a.value.cross(b.first),
-          a.second.cross(b.value) + 2.0 * a.first.cross(b.first) + a.value.cross(b.second)};
+template <bool kSecond>
+Moving<kSecond> Cross(const Moving<kSecond>& a, const Moving<kSecond>& b) {
+  Moving<kSecond> out;
+  out.value = a.value.cross(b.value);
+  out.first = a.first.cross(b.value) + a.value.cross(b.first);
+  if constexpr (kSecond) {
+    out.second = a.second.cross(b.value) + 2.0 * a.first.cross(b.first) + a.value.cross(b.second);
+  }
+  return out;
 }
 
 TrackAxes Undefined() {
@@ -51,24 +65,35 @@ TrackAxes Undefined() {
   return {.axes_1 = nan, .rate = nan, .acceleration = nan};
 }
 
-}  // namespace
-
-TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion) {
+template <bool kSecond>
+TrackAxes Axes(const Frame& frame, const Motion& motion) {
   constexpr double kSmallestSine_1 = 1e-6;
   if (!(motion.velocity_mps.norm() > 0.0)) return Undefined();
   const VerticalMotion vertical =
       frame.VerticalAlong(motion.position_m, motion.velocity_mps, motion.acceleration_mps2);
-  const Moving along =
-      Normalised({motion.velocity_mps, motion.acceleration_mps2, motion.jerk_mps3});
-  const Moving upright = Rejected({vertical.up_1, vertical.rate, vertical.acceleration}, along);
+  using Vector = Moving<kSecond>;
+  const Vector along =
+      Normalised(Vector{motion.velocity_mps, motion.acceleration_mps2, motion.jerk_mps3});
+  const Vector upright =
+      Rejected(Vector{vertical.up_1, vertical.rate, vertical.acceleration}, along);
   if (!(upright.value.norm() > kSmallestSine_1)) return Undefined();
-  const Moving up = Normalised(upright);
-  const Moving across = Cross(up, along);
+  const Vector up = Normalised(upright);
+  const Vector across = Cross(up, along);
   TrackAxes axes;
   axes.axes_1 << along.value, across.value, up.value;
   axes.rate << along.first, across.first, up.first;
-  axes.acceleration << along.second, across.second, up.second;
+  if constexpr (kSecond) axes.acceleration << along.second, across.second, up.second;
   return axes;
+}
+
+}  // namespace
+
+TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion) {
+  return Axes<true>(frame, motion);
+}
+
+TrackAxes TrackAxesWithRate(const Frame& frame, const Motion& motion) {
+  return Axes<false>(frame, motion);
 }
 
 }  // namespace sarblock

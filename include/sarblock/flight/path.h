@@ -41,17 +41,21 @@ class FlightPath {
   /// Position, velocity, acceleration and jerk; at a state those of the piece that begins there
   /// (at the last state, of the last piece). Rounding: 2e-9 m for coordinates of 7e6 m.
   [[nodiscard]] std::optional<Motion> At(double time_s) const;
+  /// The same without a copy, for inner loops; false outside.
+  [[nodiscard]] bool Evaluate(double time_s, Motion* out) const;
   [[nodiscard]] double start_s() const { return states_.front().time_s; }
   [[nodiscard]] double end_s() const { return states_.back().time_s; }
   [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }
 
  private:
-  std::vector<StateVector> states_;
-  /// Coefficients of (t - t_k)^2 and (t - t_k)^3 of each piece.
-  struct Curvature {
-    Eigen::Vector3d second_mps2, third_mps3;
+  /// One cubic: everything that a time within it needs, side by side in memory.
+  struct Piece {
+    double start_s = 0.0, end_s = 0.0;
+    Eigen::Vector3d position_m, velocity_mps;
+    Eigen::Vector3d second_mps2, third_mps3;  ///< coefficients of (t - t_k)^2 and (t - t_k)^3
   };
-  std::vector<Curvature> curvature_;
+  std::vector<StateVector> states_;
+  std::vector<Piece> pieces_;
   double spacing_s_ = 0.0;  // > 0 where the times are equally spaced: index without a search
 };
 

@@ -27,4 +27,8 @@ struct TrackAxes {
 /// angle to the vertical above 1e-6); outside the axes are NaN.
 [[nodiscard]] TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion);
 
+/// Axes and rate alone, the acceleration left zero: half the work, for where no second derivative
+/// is asked for.
+[[nodiscard]] TrackAxes TrackAxesWithRate(const Frame& frame, const Motion& motion);
+
 }  // namespace sarblock
