@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   app.fallthrough();
   cli::AddGlobalOptions(&app, &session);
   cli::AddSimulate(&app, &session);
+  cli::AddImport(&app, &session);
   cli::AddCheck(&app, &session);
   cli::AddIntersect(&app, &session);
   cli::AddPredict(&app, &session);

@@ -2,6 +2,7 @@
 #include "sarblock/core/units.h"
 
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include "block_reader.h"
@@ -20,10 +21,14 @@ enum {
   kRangeSigma,
   kAzimuthSigma,
   kTimeSigma,
-  kRejected
+  kRejected,
+  kLine,
+  kPixel,
+  kLineSigma,
+  kPixelSigma
 };
 
-std::array<CsvColumn, 10> Columns(Measurements measurements) {
+std::array<CsvColumn, 14> Columns(Measurements measurements) {
   const CsvNeed measured =
       measurements == Measurements::kRequired ? CsvNeed::kRequired : CsvNeed::kOptional;
   return {{{"pass", CsvNeed::kRequired},
@@ -35,7 +40,19 @@ std::array<CsvColumn, 10> Columns(Measurements measurements) {
            {"range_sigma_m"},
            {"azimuth_sigma_m"},
            {"time_sigma_s"},
-           {"rejected"}}};
+           {"rejected"},
+           {"line"},
+           {"pixel"},
+           {"line_sigma_px"},
+           {"pixel_sigma_px"}}};
+}
+
+// The table, with columns for what was measured: time and range, or line and pixel.
+CsvReader OpenLooks(const BlockReading& reading) {
+  CsvReader reader = reading.source.Require("observations", Columns(Measurements::kOptional));
+  const bool image = reader.Has(kLine) && reader.Has(kPixel);
+  if (image || reading.options.measurements == Measurements::kOptional) return reader;
+  return reading.source.Require("observations", Columns(Measurements::kRequired));
 }
 
 // Appends to a column that begins to exist with its first value other than `standard`.
@@ -46,16 +63,49 @@ void Append(double value, double standard, std::size_t row, std::vector<double>*
   column->push_back(value);
 }
 
-double ReadTime(const CsvReader& reader, const Pass& pass, Measurements measurements) {
-  const double time_s =
-      measurements == Measurements::kRequired ? reader.RequiredNumber(kTime) : reader.Number(kTime);
-  if (time_s < pass.path.start_s() || time_s > pass.path.end_s()) {
-    reader.Fail(kTime,
-                NumberText(time_s) + " is outside the flight path of pass " + Quoted(pass.id) +
+// Time and range as they stand; NaN where a plan gives none.
+RadarCoordinates ReadRadar(const CsvReader& reader, Measurements measurements) {
+  const bool required = measurements == Measurements::kRequired;
+  const RadarCoordinates radar{required ? reader.RequiredNumber(kTime) : reader.Number(kTime),
+                               PositiveNumber(reader, kRange)};
+  if (required && std::isnan(radar.range_m)) reader.Fail(kRange, "is empty, a number is needed");
+  return radar;
+}
+
+RadarCoordinates ReadImage(const CsvReader& reader, const Pass& pass) {
+  for (const std::size_t column : {kTime, kRange}) {
+    if (reader.Given(column)) {
+      reader.Fail(column, "stands beside line and pixel, one of both is allowed");
+    }
+  }
+  if (!pass.image) {
+    reader.Fail(kLine,
+                "pass " + Quoted(pass.id) +
+                    " has no [pass.image] in block.toml, which line and pixel need");
+  }
+  const ImageCoordinates image{reader.RequiredNumber(kLine), reader.RequiredNumber(kPixel)};
+  const auto radar = RadarFromImage(*pass.image, image);
+  if (!radar) {
+    reader.Fail(kPixel,
+                NumberText(image.pixel_px) + " has no slant range in the image of pass " +
+                    Quoted(pass.id) + ": ranges must be above 0 and grow with the pixel there");
+  }
+  return *radar;
+}
+
+RadarCoordinates ReadMeasured(const CsvReader& reader,
+                              const Pass& pass,
+                              Measurements measurements) {
+  const bool image = reader.Given(kLine) || reader.Given(kPixel);
+  const RadarCoordinates radar = image ? ReadImage(reader, pass) : ReadRadar(reader, measurements);
+  if (radar.time_s < pass.path.start_s() || radar.time_s > pass.path.end_s()) {
+    reader.Fail(image ? kLine : kTime,
+                (image ? "time " : "") + NumberText(radar.time_s) +
+                    " is outside the flight path of pass " + Quoted(pass.id) +
                     ", which goes from " + NumberText(pass.path.start_s()) + " to " +
                     NumberText(pass.path.end_s()) + " s");
   }
-  return time_s;
+  return radar;
 }
 
 double ReadSquint(const CsvReader& reader) {
@@ -96,32 +146,71 @@ double ReadCone(const CsvReader& reader, const Pass& pass, double time_s, std::u
   return doppler ? ReadDoppler(reader, pass, time_s) : squint ? ReadSquint(reader) : 0.0;
 }
 
+// The one number above 0 that the row gives among `columns`; its column, or nothing.
+std::optional<std::size_t> OneOfColumns(const CsvReader& reader,
+                                        std::initializer_list<std::size_t> columns,
+                                        double* value) {
+  std::optional<std::size_t> found;
+  for (const std::size_t column : columns) {
+    const double number = PositiveNumber(reader, column);
+    if (std::isnan(number)) continue;
+    if (found) {
+      reader.Fail(column,
+                  "stands beside " + reader.Place(*found).field + ", one of both is allowed");
+    }
+    found = column;
+    *value = number;
+  }
+  return found;
+}
+
+const ImageGrid& RequireImage(const CsvReader& reader, const Pass& pass, std::size_t column) {
+  if (!pass.image) {
+    reader.Fail(column,
+                "pass " + Quoted(pass.id) +
+                    " has no [pass.image] in block.toml, which a standard deviation in pixels "
+                    "needs");
+  }
+  return *pass.image;
+}
+
 double ReadAzimuthSigma(const CsvReader& reader, const Pass& pass, std::uint8_t* flags) {
-  const double metres = PositiveNumber(reader, kAzimuthSigma);
-  const double seconds = PositiveNumber(reader, kTimeSigma);
-  if (!std::isnan(metres) && !std::isnan(seconds)) {
-    reader.Fail(kTimeSigma, "stands beside azimuth_sigma_m, one of both is allowed");
-  }
-  if (!std::isnan(seconds)) {
-    *flags |= Looks::kAzimuthSeconds;
-    return seconds;
-  }
-  if (std::isnan(metres) && std::isnan(pass.sigma.azimuth)) {
+  double sigma = kNotGiven;
+  const auto column = OneOfColumns(reader, {kAzimuthSigma, kTimeSigma, kLineSigma}, &sigma);
+  if (!column && std::isnan(pass.sigma.azimuth)) {
     reader.Fail(kAzimuthSigma,
                 "no standard deviation of azimuth: neither this row, pass " + Quoted(pass.id) +
                     " nor [sigma] of block.toml gives one");
   }
-  return metres;
+  if (column == kLineSigma) sigma *= RequireImage(reader, pass, kLineSigma).line_interval_s;
+  if (column == kTimeSigma || column == kLineSigma) *flags |= Looks::kAzimuthSeconds;
+  return sigma;
 }
 
-double ReadRangeSigma(const CsvReader& reader, const Pass& pass) {
-  const double sigma_m = PositiveNumber(reader, kRangeSigma);
-  if (std::isnan(sigma_m) && std::isnan(pass.sigma.range_m)) {
+double ReadRangeSigma(const CsvReader& reader,
+                      const Pass& pass,
+                      double pass_pixel_sigma_px,
+                      const RadarCoordinates& radar) {
+  double sigma = kNotGiven;
+  auto column = OneOfColumns(reader, {kRangeSigma, kPixelSigma}, &sigma);
+  if (!column && !std::isnan(pass_pixel_sigma_px)) {
+    column = kPixelSigma;
+    sigma = pass_pixel_sigma_px;
+  }
+  if (!column && std::isnan(pass.sigma.range_m)) {
     reader.Fail(kRangeSigma,
                 "no standard deviation of range: neither this row, pass " + Quoted(pass.id) +
                     " nor [sigma] of block.toml gives one");
   }
-  return sigma_m;
+  if (column != kPixelSigma) return sigma;
+  const auto pixel_m = SlantRangePerPixel_m(RequireImage(reader, pass, kPixelSigma), radar);
+  if (!pixel_m) {
+    reader.Fail(kPixelSigma,
+                "the size of a pixel of this look is not known: its range is not given or not in "
+                "the image of pass " +
+                    Quoted(pass.id));
+  }
+  return sigma * *pixel_m;
 }
 
 bool ReadRejected(const CsvReader& reader) {
@@ -146,7 +235,7 @@ void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32
     }
   }
   if (second == std::numeric_limits<std::size_t>::max()) return;
-  CsvReader reader = reading.source.Require("observations", Columns(reading.options.measurements));
+  CsvReader reader = OpenLooks(reading);
   std::size_t first_line = 0;
   for (std::size_t row = 0; row <= second && reader.Next(); ++row) {
     if (row == first) first_line = reader.line();
@@ -161,7 +250,7 @@ void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32
 
 void ReadLooks(BlockReading* reading) {
   const Measurements measurements = reading->options.measurements;
-  CsvReader reader = reading->source.Require("observations", Columns(measurements));
+  CsvReader reader = OpenLooks(*reading);
   WarnOfUnknownColumns(reader, &reading->result.warnings);
   Block& block = reading->result.block;
   Points& points = block.points;
@@ -177,16 +266,14 @@ void ReadLooks(BlockReading* reading) {
       points.given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
     }
     std::uint8_t flags = ReadRejected(reader) ? Looks::kRejected : 0;
-    const double time_s = ReadTime(reader, pass, measurements);
-    const double range_m = PositiveNumber(reader, kRange);
-    if (measurements == Measurements::kRequired && std::isnan(range_m)) {
-      reader.Fail(kRange, "is empty, a number is needed");
-    }
-    Append(ReadCone(reader, pass, time_s, &flags), 0.0, row, &looks.cone);
-    Append(ReadRangeSigma(reader, pass), kNotGiven, row, &looks.range_sigma_m);
+    const RadarCoordinates radar = ReadMeasured(reader, pass, measurements);
+    const double pixel_sigma_px = reading->pixel_sigma_px[pass_index];
+    Append(ReadCone(reader, pass, radar.time_s, &flags), 0.0, row, &looks.cone);
+    Append(
+        ReadRangeSigma(reader, pass, pixel_sigma_px, radar), kNotGiven, row, &looks.range_sigma_m);
     Append(ReadAzimuthSigma(reader, pass, &flags), kNotGiven, row, &looks.azimuth_sigma);
-    looks.time_s.push_back(time_s);
-    looks.range_m.push_back(range_m);
+    looks.time_s.push_back(radar.time_s);
+    looks.range_m.push_back(radar.range_m);
     looks.pass.push_back(pass_index);
     looks.flags.push_back(flags);
     point_of_look.push_back(point);

@@ -70,7 +70,7 @@ class TextSource final : public BlockSource {
 };
 
 BlockFile Read(const BlockSource& source, const ReadOptions& options) {
-  BlockReading reading{source, options, {}, {}, {}, {}};
+  BlockReading reading{source, options, {}, {}, {}, {}, {}};
   ReadBlockToml(&reading);
   ReadTrajectories(&reading);
   ReadPoints(&reading);

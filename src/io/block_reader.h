@@ -43,6 +43,8 @@ struct BlockReading {
   IdTable pass_ids;
   std::vector<FilePlace> pass_places;                               ///< by pass: its `id` key
   std::vector<std::optional<std::array<double, 2>>> strip_spans_s;  ///< by pass, where given
+  /// By pass: standard deviation of range in pixels of a ground presentation; NaN: none.
+  std::vector<double> pixel_sigma_px;
 };
 
 void ReadBlockToml(BlockReading* reading);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "adjust_reader.h"
+#include "block_image.h"
 #include "block_reader.h"
 #include "ellipsoid_reader.h"
 #include "number.h"
@@ -43,6 +44,33 @@ void ReadSigma(const TomlTable& table, const std::string& infix, LookSigma* sigm
   }
 }
 
+// The raster of the pass. Standard deviations in pixels become those of the pass, but for pixels of
+// a ground presentation, whose size in range differs from look to look.
+void ReadImage(const TomlTable& table, Pass* pass, BlockReading* reading) {
+  PixelSigma sigma;
+  if (const auto image = table.Find("image")) {
+    pass->image = ReadImageTable(TomlTable(*image), &sigma);
+    const auto refuse_both = [&table](bool in_pixels, const char* key, const char* pixel_key) {
+      const auto other = table.Find(key);
+      if (in_pixels && other) {
+        other->Fail(std::string("stands beside image.") + pixel_key + ", one of both is allowed");
+      }
+    };
+    refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_m", "line_sigma_px");
+    refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_s", "line_sigma_px");
+    refuse_both(!std::isnan(sigma.pixel_px), "range_sigma_m", "pixel_sigma_px");
+    if (!std::isnan(sigma.line_px)) {
+      pass->sigma.azimuth = sigma.line_px * pass->image->line_interval_s;
+      pass->sigma.azimuth_unit = AzimuthUnit::kSeconds;
+    }
+    if (pass->image->presentation == Presentation::kSlant && !std::isnan(sigma.pixel_px)) {
+      pass->sigma.range_m = sigma.pixel_px * pass->image->range_spacing_m;
+      sigma.pixel_px = kNotGiven;
+    }
+  }
+  reading->pixel_sigma_px.push_back(sigma.pixel_px);
+}
+
 void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* reading) {
   table.RefuseOthers({"id",
                       "look",
@@ -51,7 +79,9 @@ void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* r
                       "azimuth_sigma_m",
                       "azimuth_sigma_s",
                       "start_s",
-                      "end_s"});
+                      "end_s",
+                      "epoch_utc",
+                      "image"});
   Pass pass;
   const TomlValue id = table.Require("id", "the name of the pass");
   pass.id = id.Text();
@@ -72,6 +102,8 @@ void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* r
   if (const auto value = table.FindPositive("wavelength_m")) pass.wavelength_m = *value;
   pass.sigma = standard;
   ReadSigma(table, "_sigma", &pass.sigma);
+  if (const auto value = table.Find("epoch_utc")) pass.epoch_utc = value->Text();
+  ReadImage(table, &pass, reading);
   std::optional<std::array<double, 2>> span_s;
   const auto start = table.Find("start_s"), end = table.Find("end_s");
   if (start || end) {

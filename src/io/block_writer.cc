@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "adjust_reader.h"
+#include "block_image.h"
 #include "number.h"
 #include "path_writer.h"
 
@@ -82,6 +83,8 @@ std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
     if (!one_sigma) AppendSigma(pass.sigma, "_sigma", &text);
     text += "start_s = " + NumberText(pass.start_s) + "\n";
     text += "end_s = " + NumberText(pass.end_s) + "\n";
+    if (!pass.epoch_utc.empty()) text += "epoch_utc = " + TomlText(pass.epoch_utc) + "\n";
+    if (pass.image) text += ImageTableText(*pass.image);
   }
   return text;
 }

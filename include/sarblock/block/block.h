@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/block/image_grid.h"
 #include "sarblock/core/id_table.h"
 #include "sarblock/flight/path.h"
 #include "sarblock/geodesy/frame.h"
@@ -38,9 +39,11 @@ struct Pass {
   LookSide side = LookSide::kLeft;
   double wavelength_m = kNotGiven;  ///< needed for Doppler input only
   FlightPath path;
-  LookSigma sigma;       ///< what a look takes that gives none; [sigma] already applied
-  double start_s = 0.0;  ///< strip-normalised time -1 (model.md, section 3)
-  double end_s = 0.0;    ///< strip-normalised time +1; start_s < end_s
+  LookSigma sigma;                 ///< what a look takes that gives none; [sigma] already applied
+  double start_s = 0.0;            ///< strip-normalised time -1 (model.md, section 3)
+  double end_s = 0.0;              ///< strip-normalised time +1; start_s < end_s
+  std::string epoch_utc;           ///< what time_s = 0 is, for people ("2022-10-16T01:50:44Z")
+  std::optional<ImageGrid> image;  ///< the raster, for looks given by line and pixel
 };
 
 /// All looks of a block in flat arrays, sorted by point and, within a point, by pass index.

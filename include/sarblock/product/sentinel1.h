@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/image_grid.h"
+#include "sarblock/geodesy/frame.h"
+#include "sarblock/product/utc_time.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// One state vector as a product or an orbit file gives it: earth-fixed axes, velocities relative
+/// to the turning Earth.
+struct OrbitState {
+  UtcTime time;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+};
+
+/// One point of a geolocation grid: what the processor says of one pixel.
+struct GeolocationGridPoint {
+  int line = 0;
+  int pixel = 0;
+  UtcTime time;                ///< zero-Doppler azimuth time
+  double slant_range_m = 0.0;  ///< one way: c/2 times slantRangeTime
+  Geodetic place;              ///< WGS84
+  std::size_t file_line = 0;   ///< of its element
+};
+
+/// Ground range polynomial of a product, see GroundRangePolynomial.
+struct ProductGroundRange {
+  UtcTime time;
+  double origin_m = 0.0;             ///< gr0
+  std::vector<double> coefficients;  ///< grsrCoefficients, m^(1-k)
+};
+
+/// What a Sentinel-1 annotation file (SLC or GRD) says of geometry. Names and meanings: Sentinel-1
+/// Product Specification, S1-RS-MDA-52-7441.
+struct Sentinel1Product {
+  std::string file;
+  std::string mission, swath, polarisation;  ///< S1A, IW2, VV
+  std::string orbit_source;                  ///< Auxiliary, Downlink, ...
+  double wavelength_m = 0.0;                 ///< c / radarFrequency
+  UtcTime first_line, last_line;
+  Presentation presentation = Presentation::kSlant;
+  double line_interval_s = 0.0;
+  double near_range_m = 0.0;     ///< kSlant: c/2 slantRangeTime; kGround: 0
+  double range_spacing_m = 0.0;  ///< kSlant: c/2 / rangeSamplingRate; kGround: rangePixelSpacing
+  std::vector<ProductGroundRange> ground_range;
+  std::vector<UtcTime> bursts;  ///< azimuthTime of each; empty for images in one piece
+  int lines_per_burst = 0;
+  std::vector<OrbitState> orbit;           ///< two or more, times increasing
+  std::vector<GeolocationGridPoint> grid;  ///< by line, then pixel
+};
+
+/// Reads an annotation. What it lacks or what makes no sense throws InputError with file, line and
+/// element. Slant range products with bursts are taken as one image of bursts.
+[[nodiscard]] Sentinel1Product ParseSentinel1(std::string_view text, const std::string& file);
+
+/// An orbit file (Earth Explorer `List_of_OSVs`: AUX_RESORB, AUX_POEORB, AUX_PREORB).
+struct OrbitFile {
+  std::string file;
+  std::string mission;  ///< as its header names it: Sentinel-1A
+  std::vector<OrbitState> states;
+};
+/// Reads the UTC times of an orbit file; earth-fixed only.
+[[nodiscard]] OrbitFile ParseOrbitFile(std::string_view text, const std::string& file);
+
+}  // namespace sarblock

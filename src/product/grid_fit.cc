@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grid_fit.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/geometry/look_equations.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+namespace sarblock {
+namespace {
+
+struct Misfit {
+  double range_m = 0.0;
+  double along_m = 0.0;
+  double range_per_height_1 = 0.0;  // d e_r / d height
+};
+
+Misfit MisfitAt(const Motion& motion,
+                const Eigen::Vector3d& p_m,
+                const Eigen::Vector3d& up,
+                double range_m) {
+  LookEquations equations;
+  if (!EvaluateLookEquations(
+          p_m, motion.position_m, motion.velocity_mps, Cone{}, 0.0, &equations)) {
+    return {kNotGiven, kNotGiven, kNotGiven};
+  }
+  return {equations.rho_m - range_m, equations.doppler_error_m, equations.drho_dp.dot(up)};
+}
+
+// The change of height that makes the range fit, if the point then fits altogether: Newton's method
+// on a nearly linear function.
+std::optional<double> HeightChange(const Motion& motion,
+                                   const GridFit& fit,
+                                   const Eigen::Vector3d& up,
+                                   double range_m,
+                                   double max_misfit_m) {
+  constexpr double kMost_m = 9000.0;  // more than the relief of the Earth's land is no height error
+  double change_m = 0.0;
+  for (int step = 0; step < 10; ++step) {
+    const Misfit at = MisfitAt(motion, fit.position_m + change_m * up, up, range_m);
+    if (!(std::abs(at.range_per_height_1) > 0.05)) return std::nullopt;  // grazing: no say
+    change_m -= at.range_m / at.range_per_height_1;
+    if (!(std::abs(change_m) < kMost_m)) return std::nullopt;
+  }
+  const Misfit end = MisfitAt(motion, fit.position_m + change_m * up, up, range_m);
+  const bool fits = std::abs(end.range_m) < max_misfit_m && std::abs(end.along_m) < max_misfit_m;
+  return fits ? std::optional<double>(change_m) : std::nullopt;
+}
+
+LookSide SideOf(const Motion& motion, const Frame& frame, const Eigen::Vector3d& p_m) {
+  const Eigen::Vector3d left = frame.VerticalAt(motion.position_m).up_1.cross(motion.velocity_mps);
+  return left.dot(p_m - motion.position_m) > 0.0 ? LookSide::kLeft : LookSide::kRight;
+}
+
+void Widen(double value, bool first, double (&bounds)[2]) {
+  bounds[0] = first ? value : std::min(bounds[0], value);
+  bounds[1] = first ? value : std::max(bounds[1], value);
+}
+
+}  // namespace
+
+std::vector<GridFit> FitGrid(const Sentinel1Product& product,
+                             const Frame& frame,
+                             const FlightPath& path,
+                             const UtcTime& epoch,
+                             double max_misfit_m) {
+  std::vector<GridFit> fits;
+  for (const GeolocationGridPoint& point : product.grid) {
+    GridFit fit;
+    fit.time_s = SecondsBetween(epoch, point.time);
+    const auto motion = path.At(fit.time_s);
+    if (!motion) {
+      throw InputError(
+          FilePlace{product.file, point.file_line, "geolocationGridPoint.azimuthTime"},
+          fmt::format("{:.6f} s after {} is outside the orbit, which goes from {:.6f} to {:.6f} s",
+                      fit.time_s,
+                      UtcText(epoch),
+                      path.start_s(),
+                      path.end_s()));
+    }
+    fit.position_m = frame.FrameFromGeodetic(point.place);
+    fit.side = SideOf(*motion, frame, fit.position_m);
+    const Eigen::Vector3d up = frame.VerticalAt(fit.position_m).up_1;
+    const Misfit misfit = MisfitAt(*motion, fit.position_m, up, point.slant_range_m);
+    fit.range_error_m = misfit.range_m;
+    fit.along_error_m = misfit.along_m;
+    const bool range_fits = std::abs(misfit.range_m) <= max_misfit_m;
+    const bool along_fits = std::abs(misfit.along_m) <= max_misfit_m;
+    if (!range_fits || !along_fits) {
+      const auto change_m = HeightChange(*motion, fit, up, point.slant_range_m, max_misfit_m);
+      fit.fault = change_m ? GridFault::kHeight : GridFault::kPosition;
+      fit.height_change_m = change_m.value_or(0.0);
+    }
+    fits.push_back(fit);
+  }
+  return fits;
+}
+
+std::vector<FaultyRow> FaultyRowsOf(const Sentinel1Product& product,
+                                    const std::vector<GridFit>& fits) {
+  std::vector<FaultyRow> rows;
+  std::size_t row = 0;
+  for (std::size_t begin = 0, end = 0; begin < fits.size(); begin = end) {
+    const int line = product.grid[begin].line;
+    while (end < fits.size() && product.grid[end].line == line) ++end;
+    ++row;
+    for (const GridFault fault : {GridFault::kPosition, GridFault::kHeight}) {
+      FaultyRow faulty{.file = product.file, .fault = fault, .line = line, .row = row};
+      faulty.of = end - begin;
+      for (std::size_t i = begin; i < end; ++i) {
+        if (fits[i].fault != fault) continue;
+        const bool first = faulty.points++ == 0;
+        if (first) faulty.file_line = product.grid[i].file_line;
+        Widen(fits[i].along_error_m, first, faulty.along_m);
+        Widen(fits[i].range_error_m, first, faulty.range_m);
+        Widen(fits[i].height_change_m, first, faulty.height_m);
+      }
+      if (faulty.points > 0) rows.push_back(std::move(faulty));
+    }
+  }
+  return rows;
+}
+
+std::string Describe(const FaultyRow& row) {
+  const auto span = [](const double(&bounds)[2]) {
+    return fmt::format("{:.1f} to {:.1f} m", bounds[0], bounds[1]);
+  };
+  std::string text = fmt::format(
+      "{}:{}: geolocationGrid line {} (row {}): {} of {} points do not fit the orbit, along track "
+      "by "
+      "{}, in range by {}",
+      row.file,
+      row.file_line,
+      row.line,
+      row.row,
+      row.points,
+      row.of,
+      span(row.along_m),
+      span(row.range_m));
+  if (row.fault == GridFault::kPosition) return text + "; their looks are rejected";
+  return text + "; heights changed by " + span(row.height_m) +
+         " would fit, so their heights are not used";
+}
+
+}  // namespace sarblock

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/product/utc_time.h"
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+
+namespace sarblock {
+namespace {
+
+constexpr std::int64_t kDay_s = 86400;
+
+struct Leap {
+  int year;
+  unsigned month;  // of its first day on
+  int tai_minus_utc_s;
+};
+// IERS Bulletin C, 1972 to 2017.
+constexpr std::array<Leap, 28> kLeaps{
+    {{1972, 1, 10}, {1972, 7, 11}, {1973, 1, 12}, {1974, 1, 13}, {1975, 1, 14}, {1976, 1, 15},
+     {1977, 1, 16}, {1978, 1, 17}, {1979, 1, 18}, {1980, 1, 19}, {1981, 7, 20}, {1982, 7, 21},
+     {1983, 7, 22}, {1985, 7, 23}, {1988, 1, 24}, {1990, 1, 25}, {1991, 1, 26}, {1992, 7, 27},
+     {1993, 7, 28}, {1994, 7, 29}, {1996, 1, 30}, {1997, 7, 31}, {1999, 1, 32}, {2006, 1, 33},
+     {2009, 1, 34}, {2012, 7, 35}, {2015, 7, 36}, {2017, 1, 37}}};
+
+std::int64_t DaysSince1970(std::chrono::year_month_day date) {
+  return std::chrono::sys_days(date).time_since_epoch().count();
+}
+
+std::int64_t StartDay(const Leap& leap) {
+  return DaysSince1970(std::chrono::year(leap.year) / std::chrono::month(leap.month) / 1);
+}
+
+// TAI - UTC on a day, or nothing before 1972.
+std::optional<std::int64_t> Offset_s(std::int64_t day) {
+  for (auto leap = kLeaps.rbegin(); leap != kLeaps.rend(); ++leap) {
+    if (day >= StartDay(*leap)) return leap->tai_minus_utc_s;
+  }
+  return std::nullopt;
+}
+
+// Reads `digits` digits at the front of the text and the character behind them.
+bool TakeNumber(std::string_view* text, std::size_t digits, char behind, int* value) {
+  if (text->size() < digits) return false;
+  const char* const end = text->data() + digits;
+  if (text->front() < '0' || text->front() > '9') return false;
+  const auto [stop, error] = std::from_chars(text->data(), end, *value);
+  if (error != std::errc() || stop != end) return false;
+  text->remove_prefix(digits);
+  if (behind == '\0') return true;
+  if (text->empty() || text->front() != behind) return false;
+  text->remove_prefix(1);
+  return true;
+}
+
+bool TakeFraction(std::string_view text, double* fraction_s) {
+  *fraction_s = 0.0;
+  if (text.empty()) return true;
+  if (text.size() < 2 || text.front() != '.' || text[1] < '0' || text[1] > '9') return false;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] =
+      std::from_chars(text.data(), end, *fraction_s, std::chars_format::fixed);
+  return error == std::errc() && stop == end && *fraction_s < 1.0;
+}
+
+}  // namespace
+
+std::optional<UtcTime> ParseUtc(std::string_view text) {
+  if (text.starts_with("UTC=")) text.remove_prefix(4);
+  if (text.ends_with('Z')) text.remove_suffix(1);
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  UtcTime time;
+  if (!TakeNumber(&text, 4, '-', &year) || !TakeNumber(&text, 2, '-', &month) ||
+      !TakeNumber(&text, 2, 'T', &day) || !TakeNumber(&text, 2, ':', &hour) ||
+      !TakeNumber(&text, 2, ':', &minute) || !TakeNumber(&text, 2, '\0', &second) ||
+      !TakeFraction(text, &time.fraction_s)) {
+    return std::nullopt;
+  }
+  const std::chrono::year_month_day date(std::chrono::year(year),
+                                         std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day)));
+  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+  const std::int64_t days = DaysSince1970(date);
+  const auto offset_s = Offset_s(days);
+  if (!offset_s) return std::nullopt;
+  const bool leap_second = second == 60;
+  if (leap_second && (hour != 23 || minute != 59 || Offset_s(days + 1) == offset_s)) {
+    return std::nullopt;
+  }
+  time.tai_whole = days * kDay_s + hour * 3600 + minute * 60 + second + *offset_s;
+  return time;
+}
+
+double SecondsBetween(const UtcTime& from, const UtcTime& to) {
+  return static_cast<double>(to.tai_whole - from.tai_whole) + (to.fraction_s - from.fraction_s);
+}
+
+UtcTime WholeSecond(const UtcTime& time) { return {time.tai_whole, 0.0}; }
+
+std::string UtcText(const UtcTime& time) {
+  std::int64_t utc_s = time.tai_whole - kLeaps.front().tai_minus_utc_s;
+  std::int64_t extra_s = 0;
+  for (const Leap& leap : kLeaps) {
+    const std::int64_t start_s = StartDay(leap) * kDay_s;
+    if (time.tai_whole - leap.tai_minus_utc_s >= start_s) {
+      utc_s = time.tai_whole - leap.tai_minus_utc_s;
+    } else if (&leap != &kLeaps.front() && time.tai_whole - leap.tai_minus_utc_s == start_s - 1) {
+      utc_s = start_s - 1;  // the leap second itself is 23:59:60
+      extra_s = 1;
+    }
+  }
+  const std::int64_t day = utc_s >= 0 ? utc_s / kDay_s : (utc_s - kDay_s + 1) / kDay_s;
+  const std::int64_t rest_s = utc_s - day * kDay_s;
+  const std::chrono::year_month_day date{std::chrono::sys_days(std::chrono::days(day))};
+  std::array<char, 96> text;
+  std::snprintf(text.data(),
+                text.size(),
+                "%04d-%02u-%02uT%02d:%02d:%02dZ",
+                static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()),
+                static_cast<unsigned>(date.day()),
+                static_cast<int>(rest_s / 3600),
+                static_cast<int>(rest_s / 60 % 60),
+                static_cast<int>(rest_s % 60 + extra_s));
+  return text.data();
+}
+
+}  // namespace sarblock

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Looks given by line and pixel, standard deviations in lines and pixels.
+#include "sarblock/core/error.h"
+#include "sarblock/io/block_files.h"
+
+#include <cmath>
+#include <string>
+
+#include "io/io_fixture.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kHead =
+    "format = \"sarblock-block 1\"\n"              // 1
+    "[frame]\nkind = \"local\"\n"                  // 2, 3
+    "[sigma]\nrange_m = 1.25\nazimuth_m = 0.75\n"  // 4 to 6
+    "[[pass]]\nid = \"A\"\nlook = \"left\"\n";     // 7 to 9
+const std::string kSlant =
+    "[pass.image]\npresentation = \"slant\"\nfirst_line_s = 1.5\nline_interval_s = 0.004\n"
+    "near_range_m = 8500.5\nrange_spacing_m = 2.5\n";
+const std::string kGround =
+    "[pass.image]\npresentation = \"ground\"\nfirst_line_s = 1.5\nline_interval_s = 0.004\n"
+    "range_spacing_m = 4.0\nground_range = [8500.5, 0.25, 1e-5]\n";
+const std::string kPaths =
+    "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
+    "A,0,0,0,8000.5,210.5,0,0\nA,30.25,6367.6,0,8000.5,210.5,0,0\n";
+
+BlockFile Read(const std::string& image, const std::string& looks) {
+  return ReadBlockTexts({kHead + image, kPaths, looks, std::nullopt});
+}
+std::string ErrorOf(const std::string& image, const std::string& looks) {
+  return test::MessageOf<InputError>([&] { return Read(image, looks); });
+}
+
+TEST(ImageLooksTest, LineAndPixelBecomeTimeAndRange) {  // hand arithmetic
+  const std::string looks =
+      "pass,point,line,pixel,time_s,range_m\nA,P,100.5,40.25,,\nA,Q,,,2.5,9000\n";
+  const Block slant = Read(kSlant, looks).block;
+  EXPECT_DOUBLE_EQ(slant.looks.time_s[0], 1.902);
+  EXPECT_DOUBLE_EQ(slant.looks.range_m[0], 8601.125);
+  EXPECT_EQ(slant.looks.time_s[1], 2.5);
+  EXPECT_EQ(slant.looks.range_m[1], 9000.0);
+  const Block ground = Read(kGround, "pass,point,line,pixel\nA,P,100.5,40.25\n").block;
+  EXPECT_DOUBLE_EQ(ground.looks.range_m[0], 8500.5 + 0.25 * 161.0 + 1e-5 * 161.0 * 161.0);
+}
+
+TEST(ImageLooksTest, StandardDeviationsInPixelsBecomeMetresAndSeconds) {  // hand arithmetic
+  const std::string looks =
+      "pass,point,line,pixel,line_sigma_px,pixel_sigma_px\nA,P,100.5,40.25,,\nA,Q,90,30,0.5,0.25\n";
+  const std::string sigma = "line_sigma_px = 0.125\npixel_sigma_px = 0.3\n";
+  const Block slant = Read(kSlant + sigma, looks).block;
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(0).range_m, 0.75);
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(0).azimuth, 0.0005);
+  EXPECT_EQ(slant.SigmaOf(0).azimuth_unit, AzimuthUnit::kSeconds);
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(1).range_m, 0.625);
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(1).azimuth, 0.002);
+  const Block ground =
+      Read(kGround + sigma, looks).block;  // dR/dg = 0.25 + 2e-5 g at 161 and 120 m
+  EXPECT_NEAR(ground.SigmaOf(0).range_m, 0.3 * 4.0 * 0.25322, 1e-12);
+  EXPECT_NEAR(ground.SigmaOf(1).range_m, 0.25 * 4.0 * 0.2524, 1e-12);
+}
+
+class ImageFilesTest : public test::FolderTest {};
+
+TEST_F(ImageFilesTest, WrittenRastersReadBackToTheSame) {  // round trip, equal to the last bit
+  const std::string bursts =
+      "epoch_utc = \"2022-10-16T01:50:44Z\"\n"
+      "[pass.image]\npresentation = \"slant\"\nburst_start_s = [0.1, 2.857]\nlines_per_burst = "
+      "700\n"
+      "line_interval_s = 0.0020555\nnear_range_m = 8500.5\nrange_spacing_m = 2.3\n";
+  const std::string polynomials =
+      "[pass.image]\npresentation = \"ground\"\nfirst_line_s = 0.1\nline_interval_s = 0.0020555\n"
+      "near_range_m = -3.5\nrange_spacing_m = 10\n"
+      "[[pass.image.ground_range]]\ntime_s = 0.3\norigin_m = 1.5\ncoefficients = [8500.1, 0.3, "
+      "1e-7]\n"
+      "[[pass.image.ground_range]]\ntime_s = 9.3\ncoefficients = [8501.7, 0.31]\n";
+  for (const std::string& image : {bursts, polynomials}) {
+    const BlockFile file = Read(image, "pass,point,line,pixel\nA,P,100.5,40.25\n");
+    WriteBlock(folder_ / "block", file.block, file.adjust);
+    const Block again = ReadBlock(folder_ / "block").block;
+    const ImageGrid &a = *file.block.passes[0].image, &b = *again.passes[0].image;
+    EXPECT_EQ(again.passes[0].epoch_utc, file.block.passes[0].epoch_utc);
+    EXPECT_EQ(a.presentation, b.presentation);
+    EXPECT_EQ(a.first_line_s, b.first_line_s);
+    EXPECT_EQ(a.line_interval_s, b.line_interval_s);
+    EXPECT_EQ(a.near_range_m, b.near_range_m);
+    EXPECT_EQ(a.range_spacing_m, b.range_spacing_m);
+    EXPECT_EQ(a.burst_start_s, b.burst_start_s);
+    EXPECT_EQ(a.lines_per_burst, b.lines_per_burst);
+    ASSERT_EQ(a.ground_range.size(), b.ground_range.size());
+    for (std::size_t k = 0; k < a.ground_range.size(); ++k) {
+      EXPECT_EQ(a.ground_range[k].time_s, b.ground_range[k].time_s);
+      EXPECT_EQ(a.ground_range[k].origin_m, b.ground_range[k].origin_m);
+      EXPECT_EQ(a.ground_range[k].coefficients, b.ground_range[k].coefficients);
+    }
+    EXPECT_EQ(again.looks.time_s, file.block.looks.time_s);
+    EXPECT_EQ(again.looks.range_m, file.block.looks.range_m);
+  }
+}
+
+TEST(ImageLooksTest, RefusesWhatContradictsItself) {
+  const std::string header = "pass,point,line,pixel,time_s,range_m,line_sigma_px,time_sigma_s\n";
+  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,2,3,,,\n"),
+              HasSubstr("observations.csv:2: time_s: stands beside line and pixel"));
+  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,,,,,\n"), HasSubstr(":2: pixel: is empty"));
+  EXPECT_THAT(ErrorOf("", header + "A,P,1,2,,,,\n"),
+              HasSubstr(":2: line: pass 'A' has no [pass.image] in block.toml"));
+  EXPECT_THAT(ErrorOf("", header + "A,P,,,3,9000,0.5,\n"),
+              HasSubstr(":2: line_sigma_px: pass 'A' has no [pass.image]"));
+  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,2,,,0.5,0.001\n"),
+              HasSubstr(":2: line_sigma_px: stands beside time_sigma_s, one of both is allowed"));
+  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,-1000,2,,,,\n"),
+              HasSubstr(":2: line: time -2.5 is outside the flight path of pass 'A'"));
+  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,-9000,,,,\n"),
+              HasSubstr(":2: pixel: -9000 has no slant range in the image of pass 'A'"));
+  EXPECT_THAT(ErrorOf(kSlant, "pass,point,line\nA,P,1\n"),
+              HasSubstr("observations.csv:1: time_s: the column is missing"));
+}
+
+TEST(ImageLooksTest, RefusesRastersThatCannotBe) {
+  const std::string looks = "pass,point,line,pixel\nA,P,1,2\n";
+  const auto change = [&looks](std::string image, const std::string& from, const std::string& to) {
+    const std::size_t at = image.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return ErrorOf(image.replace(at, from.size(), to), looks);
+  };
+  EXPECT_THAT(change(kSlant, "\"slant\"", "\"slan\""),
+              HasSubstr("block.toml:11: pass[0].image.presentation: 'slan' is not known"));
+  EXPECT_THAT(change(kSlant, "0.004", "-0.004"),
+              HasSubstr(":13: pass[0].image.line_interval_s: -0.004 is not allowed"));
+  EXPECT_THAT(change(kSlant, "near_range_m = 8500.5\n", ""),
+              HasSubstr("pass[0].image.near_range_m: is missing"));
+  EXPECT_THAT(change(kSlant, "first_line_s = 1.5\n", ""),
+              HasSubstr("pass[0].image.first_line_s: is missing"));
+  EXPECT_THAT(change(kSlant, "near_range_m", "near_m"),
+              HasSubstr(":14: pass[0].image.near_m: the key is not known"));
+  EXPECT_THAT(change(kGround, "[8500.5, 0.25, 1e-5]", "[8500.5]"),
+              HasSubstr(":15: pass[0].image.ground_range[0].coefficients: 1 given, two or more"));
+  EXPECT_THAT(change(kGround, "[8500.5, 0.25, 1e-5]", "[8500.5, \"a\"]"),
+              HasSubstr(":15: pass[0].image.ground_range[1]: is a text, a number is needed"));
+  EXPECT_THAT(change(kGround, "ground_range = [8500.5, 0.25, 1e-5]\n", ""),
+              HasSubstr("pass[0].image.ground_range: is missing"));
+  EXPECT_THAT(ErrorOf("range_sigma_m = 0.5\n" + kSlant + "pixel_sigma_px = 0.5\n", looks),
+              HasSubstr(":10: pass[0].range_sigma_m: stands beside image.pixel_sigma_px"));
+}
+
+}  // namespace
+}  // namespace sarblock
