@@ -72,10 +72,10 @@ TEST(ImageGridTest, RangeIsLinearInTimeBetweenPolynomials) {  // hand arithmetic
   grid.line_interval_s = 0.5;
   grid.ground_range = {{1.0, 0.0, {8e5, 0.5}}, {3.0, 100.0, {8.1e5, 0.7}}};
   const auto range_m = [&grid](double line) { return RadarFromImage(grid, {line, 20.0})->range_m; };
-  EXPECT_DOUBLE_EQ(range_m(0.0), 800100.0);             // before the first: the first
-  EXPECT_DOUBLE_EQ(range_m(2.0), 800100.0);             // t = 1
+  EXPECT_DOUBLE_EQ(range_m(0.0), 800100.0);                 // before the first: the first
+  EXPECT_DOUBLE_EQ(range_m(2.0), 800100.0);                 // t = 1
   EXPECT_DOUBLE_EQ(range_m(3.0), 800100.0 + 9970.0 / 4.0);  // t = 1.5, of 800100 and 810070
-  EXPECT_DOUBLE_EQ(range_m(9.0), 810070.0);             // after the last: the last
+  EXPECT_DOUBLE_EQ(range_m(9.0), 810070.0);                 // after the last: the last
 }
 
 TEST(ImageGridTest, ImageToRadarAndBackIsTheSamePixel) {  // round trip; 1e-9 pixel is the promise
