@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
+#include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/product/import_block.h"
 
@@ -107,8 +108,15 @@ int Run(const Arguments& arguments, const Session& session) {
     orbits.push_back(ParseOrbitFile(ReadText(file), file));
   }
   const ImportedBlock imported = ImportProducts(products, orbits, arguments.options);
-  AdjustOptions adjust;
-  adjust.corrections = CorrectionChoice::kGiven;  // none is given yet: --set adds what is wanted
+  std::vector<std::string> ids;
+  for (const Pass& pass : imported.block.passes) ids.push_back(pass.id);
+  // "given" with no table: nothing is corrected until --set, here or later, adds a group.
+  const AdjustOptions adjust =
+      ReadAdjustTable("[adjust]\ncorrections = \"given\"\n", "import", ids, session.set);
+  if (session.dump_config) {
+    fmt::print("{}", DumpAdjustTable(adjust));
+    return kAccepted;
+  }
   WriteBlock(arguments.out,
              imported.block,
              adjust,

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 const std::vector<std::string>& Commands() {
   static const std::vector<std::string> commands = {
-      "simulate", "check", "intersect", "predict", "adjust", "leberl"};
+      "simulate", "import", "check", "intersect", "predict", "adjust", "leberl"};
   return commands;
 }
 
