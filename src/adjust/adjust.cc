@@ -87,10 +87,12 @@ std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
 
 /// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
 /// solution, above the antennas or on the side they do not look to. Control points are held.
+/// `system` is formed at the state.
 std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
                                     const BlockState& state,
+                                    std::optional<ReducedSystem>* formed,
                                     ProgressSink* progress) {
-  ReducedSystem system(problem);
+  ReducedSystem& system = formed->emplace(problem);
   system.Form(state, {}, progress);
   const std::size_t points = problem.block.points.size();
   std::vector<std::uint8_t> lost(points, 0);
@@ -112,14 +114,16 @@ std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
 }
 
 /// Starts lost points again from the intersection on the corrected paths and solves once more; what
-/// is still lost then is left out by name.
+/// is still lost then is left out by name. `system` is the reduced system, without a loss, at the
+/// solution, or nothing where points were left out.
 void RecoverLostPoints(const Weighting& weighting,
                        const AdjustOptions& options,
                        AdjustmentProblem* problem,
                        BlockState* state,
                        SolveReport* solve,
+                       std::optional<ReducedSystem>* system,
                        ProgressSink* progress) {
-  std::vector<std::size_t> lost = LostPoints(*problem, *state, progress);
+  std::vector<std::size_t> lost = LostPoints(*problem, *state, system, progress);
   // Each round also mends the corrections that lost points have pulled at.
   for (int round = 0; round < 3 && !lost.empty(); ++round) {
     for (const std::size_t point : lost) {
@@ -132,7 +136,7 @@ void RecoverLostPoints(const Weighting& weighting,
     *solve = SolveRounds(weighting, options, problem, state, progress);
     solve->iterations += before.iterations;
     solve->initial_cost_1 = before.initial_cost_1;
-    lost = LostPoints(*problem, *state, progress);
+    lost = LostPoints(*problem, *state, system, progress);
   }
   bool left_out = false;
   for (const std::size_t point : lost) {
@@ -152,6 +156,7 @@ void RecoverLostPoints(const Weighting& weighting,
     *solve = SolveRounds(weighting, options, problem, state, progress);
     solve->iterations += before.iterations;
     solve->initial_cost_1 = before.initial_cost_1;
+    system->reset();
   }
 }
 
@@ -222,15 +227,17 @@ AdjustResult Adjust(const Block& block,
   }
   const Weighting weighting{options.robust, RobustScale(options)};
   SolveReport solve;
+  std::optional<ReducedSystem> system;
   {
     const StageTimer timer("solve", &result.stages);
     solve = SolveRounds(weighting, options, &problem, &state, progress);
-    RecoverLostPoints(weighting, options, &problem, &state, &solve, progress);
+    RecoverLostPoints(weighting, options, &problem, &state, &solve, &system, progress);
   }
   const StageTimer timer("covariance", &result.stages);
-  std::optional<ReducedSystem> system;
   if (options.robust == RobustLoss::kNone) {
-    FormDetermined(state, weighting, &problem, &system, progress);
+    if (!system || !system->weak_points().empty()) {
+      FormDetermined(state, weighting, &problem, &system, progress);
+    }
   } else {
     // A point that lost the weight of all its looks is named below, with the looks dropped.
     system.emplace(problem);

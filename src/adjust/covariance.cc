@@ -2,6 +2,7 @@
 #include "sarblock/adjust/covariance.h"
 
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/point_sweep.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 
@@ -13,91 +14,34 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 1024;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// C over the blocks of a point, gathered from the selected inverse.
-void GatherInverse(const BlockSymmetricMatrix& inverse, const PointRows& rows, Eigen::MatrixXd* c) {
-  c->resize(rows.column_count, rows.column_count);
-  for (std::size_t i = 0; i < rows.blocks.size(); ++i) {
-    const int bi = rows.blocks[i], ri = rows.block_column[i];
-    for (std::size_t j = 0; j <= i; ++j) {
-      const int bj = rows.blocks[j], rj = rows.block_column[j];
-      const auto block = inverse.Block(bi, bj);
-      c->block(ri, rj, block.rows(), block.cols()) = block;
-      if (i != j) c->block(rj, ri, block.cols(), block.rows()) = block.transpose();
-    }
-  }
-}
-
-/// R^-1 and R^-1 T of a point at the state, looks unweighted by any loss.
-struct PointFactor {
-  Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();
-  Eigen::MatrixXd y;  // R^-1 T, 3 x columns
-};
-
-void FactorPoint(const AdjustmentProblem& problem,
-                 const BlockState& state,
-                 std::size_t point,
-                 PointRows* rows,
-                 PointFactor* out) {
-  LinearisePoint(problem, state, {}, point, rows);
-  const EliminatedPoint eliminated = EliminatePoint(rows);
-  const auto r = eliminated.r.triangularView<Eigen::Upper>();
-  out->r_inverse = r.solve(Eigen::Matrix3d::Identity());
-  out->y = out->r_inverse * rows->a.block(0, 3, 3, rows->column_count);
-}
-
-/// Y spread over the whole vector of corrections: C Y' needs full columns.
-void Scatter(const AdjustmentProblem& problem,
-             const PointRows& rows,
-             const Eigen::MatrixXd& y,
-             Eigen::Ref<Eigen::MatrixXd> full) {
+/// R^-1 of a point, and (R^-1 T)' spread over the whole vector of corrections unless `full` has no
+/// column: C (R^-1 T)' needs full columns.
+Eigen::Matrix3d PointColumnsOf(const AdjustmentProblem& problem,
+                               const BlockState& state,
+                               std::size_t point,
+                               PointFactor* factor,
+                               PointColumns* columns,
+                               Eigen::Ref<Eigen::MatrixXd> full) {
+  FactorPoint(problem, state, {}, 0.0, point, factor);
+  const Eigen::Matrix3d r_inverse =
+      factor->r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+  if (full.cols() == 0) return r_inverse;
+  ProjectColumns(problem, *factor, columns);
+  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> t(
+      columns->t.data(), 3, columns->width);
   full.setZero();
-  for (std::size_t b = 0; b < rows.blocks.size(); ++b) {
-    const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(rows.blocks[b])];
+  for (std::size_t b = 0; b < columns->blocks.size(); ++b) {
+    const ParameterBlock& block =
+        problem.layout.blocks[static_cast<std::size_t>(columns->blocks[b])];
     full.middleRows(block.offset, block.size) =
-        y.middleCols(rows.block_column[b], block.size).transpose();
+        (r_inverse * t.middleCols(columns->begin[b], block.size)).transpose();
   }
+  return r_inverse;
 }
 
 }  // namespace
-
-SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
-  const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
-  const Eigen::Matrix3d c = e * m * e.transpose();
-  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
-}
-
-std::vector<SymmetricEnu> PointCovariances(const AdjustmentProblem& problem,
-                                           const BlockState& state,
-                                           const BlockSymmetricMatrix* inverse,
-                                           ProgressSink* progress) {
-  const std::size_t points = problem.block.points.size();
-  std::vector<SymmetricEnu> out(points);
-  Step(progress, "covariance", 0, points);
-  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-    PointRows rows;
-    PointFactor factor;
-    Eigen::MatrixXd c, yc;
-    for (std::size_t point = begin; point < end; ++point) {
-      if (!problem.Solves(point)) {
-        out[point].fill(kNaN);
-        continue;
-      }
-      FactorPoint(problem, state, point, &rows, &factor);
-      Eigen::Matrix3d covariance = factor.r_inverse * factor.r_inverse.transpose();
-      if (inverse != nullptr && rows.column_count > 0) {
-        GatherInverse(*inverse, rows, &c);
-        yc.noalias() = factor.y * c;
-        covariance.noalias() += yc * factor.y.transpose();
-      }
-      out[point] = ToEnu(problem.block.frame, state.Position(point), covariance);
-    }
-  });
-  Step(progress, "covariance", points, points);
-  return out;
-}
 
 std::vector<ParameterCovariance> ParameterCovariances(const ReducedSystem& system,
                                                       const BlockSymmetricMatrix& inverse) {
@@ -161,22 +105,25 @@ std::vector<PairResult> PairCovariances(
   ParallelForChunks(
       out.size(), kPairsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
         const auto count = static_cast<Eigen::Index>(end - begin);
-        PointRows rows;
         PointFactor factor;
+        PointColumns columns_of_point;
         // Two sets of three columns a pair, Y_a' and Y_b', solved together.
         const bool coupled = system != nullptr && n > 0;
-        Eigen::MatrixXd columns(coupled ? n : 0, coupled ? 6 * count : 0);
+        Eigen::MatrixXd columns(coupled ? n : 0, 6 * count);
         std::vector<Eigen::Matrix3d> own(static_cast<std::size_t>(count));
         for (std::size_t q = begin; q < end; ++q) {
           const auto local = static_cast<Eigen::Index>(q - begin);
           Eigen::Matrix3d& sum = own[q - begin];
           sum.setZero();
           for (const Eigen::Index side : {0, 1}) {
-            FactorPoint(problem, state, side == 0 ? out[q].a : out[q].b, &rows, &factor);
-            sum += factor.r_inverse * factor.r_inverse.transpose();
-            if (coupled) {
-              Scatter(problem, rows, factor.y, columns.middleCols(6 * local + 3 * side, 3));
-            }
+            const Eigen::Matrix3d r_inverse =
+                PointColumnsOf(problem,
+                               state,
+                               side == 0 ? out[q].a : out[q].b,
+                               &factor,
+                               &columns_of_point,
+                               columns.middleCols(6 * local + 3 * side, coupled ? 3 : 0));
+            sum += r_inverse * r_inverse.transpose();
           }
         }
         Eigen::MatrixXd solved;

@@ -3,53 +3,97 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace sarblock {
 namespace {
 
-/// Distinct blocks of a point's looks and where their columns start.
-void CollectBlocks(const AdjustmentProblem& problem, std::size_t point, PointRows* rows) {
-  const Looks& looks = problem.block.looks;
-  rows->slot_of_block.resize(problem.layout.blocks.size(), -1);
-  rows->blocks.clear();
-  LookColumns columns;
-  for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-    if (problem.look_used[i] == 0) continue;
-    problem.model.ColumnsOf(i, &columns);
-    for (int b = 0; b < columns.block_count; ++b) {
-      const int block = columns.block[static_cast<std::size_t>(b)];
-      int& slot = rows->slot_of_block[static_cast<std::size_t>(block)];
-      if (slot < 0) {
-        slot = 0;
-        rows->blocks.push_back(block);
+/// Classical Gram-Schmidt, each column twice: orthogonal to rounding, no heap, no pivoting.
+void FactorColumns(int m, double* q, Eigen::Matrix3d* r) {
+  r->setZero();
+  for (int k = 0; k < 3; ++k) {
+    double* qk = q + k * m;
+    for (int pass = 0; pass < 2; ++pass) {
+      for (int j = 0; j < k; ++j) {
+        const double* qj = q + j * m;
+        double dot = 0.0;
+        for (int i = 0; i < m; ++i) dot += qj[i] * qk[i];
+        for (int i = 0; i < m; ++i) qk[i] -= dot * qj[i];
+        (*r)(j, k) += dot;
       }
     }
-  }
-  std::sort(rows->blocks.begin(), rows->blocks.end());
-  rows->block_column.clear();
-  rows->column_count = 0;
-  for (const int block : rows->blocks) {
-    rows->slot_of_block[static_cast<std::size_t>(block)] = rows->column_count;
-    rows->block_column.push_back(rows->column_count);
-    rows->column_count += problem.layout.blocks[static_cast<std::size_t>(block)].size;
+    double square = 0.0;
+    for (int i = 0; i < m; ++i) square += qk[i] * qk[i];
+    const double length = std::sqrt(square);
+    (*r)(k, k) = length;
+    const double inverse = length > 0.0 ? 1.0 / length : 0.0;
+    for (int i = 0; i < m; ++i) qk[i] *= inverse;
   }
 }
 
-void AddLook(const WhitenedLook& look, const ParameterLayout& layout, PointRows* rows) {
-  rows->cost_1 += look.cost_1;
-  const int r = rows->row_count;
-  rows->row_count += 2;
-  rows->a.block<2, 3>(r, 0) = look.by_point;
-  std::size_t local = 0;
-  for (int b = 0; b < look.columns.block_count; ++b) {
-    const auto block = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)]);
-    const int first = 3 + rows->slot_of_block[block];
-    for (int c = 0; c < layout.blocks[block].size; ++c, ++local) {
-      rows->a(r, first + c) = look.range_row[local];
-      rows->a(r + 1, first + c) = look.doppler_row[local];
-    }
+/// Second-order weighting of a look under a robust loss (after Triggs et al. 2000, with a floor):
+/// rows keep their weight across the residual and get the loss's own curvature along it; the errors
+/// are rescaled so that the gradient stays what it is.
+void BendAlongResidual(WhitenedLook* look) {
+  const double square = look->error_1.squaredNorm();
+  if (look->radial_1 == 1.0 || !(square > 0.0)) return;
+  const double root = std::sqrt(look->radial_1);
+  const double take = (1.0 - root) / square;
+  const double e0 = look->error_1[0], e1 = look->error_1[1];
+  const auto bend = [&](double& range, double& doppler) {
+    const double along = take * (e0 * range + e1 * doppler);
+    range -= along * e0;
+    doppler -= along * e1;
+  };
+  for (Eigen::Index c = 0; c < 3; ++c) bend(look->by_point(0, c), look->by_point(1, c));
+  for (std::size_t c = 0; c < static_cast<std::size_t>(look->columns.column_count); ++c) {
+    bend(look->row[0][c], look->row[1][c]);
   }
-  rows->a.block<2, 1>(r, 3 + rows->column_count) = look.error_1;
+  look->error_1 /= root;
+}
+
+double ReciprocalCondition(const Eigen::Matrix3d& r, const Eigen::Vector3d& square) {
+  if (!(square.minCoeff() > 0.0)) return 0.0;
+  const Eigen::Matrix3d scaled = r * square.cwiseSqrt().cwiseInverse().asDiagonal();
+  if (!(scaled.diagonal().cwiseAbs().minCoeff() > 0.0)) return 0.0;
+  const Eigen::Matrix3d inverse =
+      scaled.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+  return 1.0 / (scaled.norm() * inverse.norm());
+}
+
+/// Fetches the flight paths of the point that most likely comes next.
+void PrefetchPaths(const Block& block, std::size_t point) {
+  const Looks& looks = block.looks;
+  if (point + 1 >= looks.offsets.size()) return;
+  for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+    block.passes[looks.pass[i]].path.Prefetch(looks.time_s[i]);
+  }
+}
+
+/// Evaluates the looks of a point into out->looks.
+void EvaluateLooks(const AdjustmentProblem& problem,
+                   const BlockState& state,
+                   const Weighting& weighting,
+                   std::size_t point,
+                   PointFactor* out) {
+  const Looks& looks = problem.block.looks;
+  const std::size_t begin = looks.offsets[point], end = looks.offsets[point + 1];
+  PrefetchPaths(problem.block, point + 1);
+  if (out->looks.size() < end - begin) out->looks.resize(end - begin);
+  out->look_count = 0;
+  out->looks_not_evaluated = 0;
+  out->cost_1 = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    WhitenedLook& look = out->looks[static_cast<std::size_t>(out->look_count)];
+    if (!EvaluateWhitened(problem, state, weighting, point, i, &look)) {
+      ++out->looks_not_evaluated;
+      continue;
+    }
+    out->cost_1 += look.cost_1;
+    if (weighting.second_order) BendAlongResidual(&look);
+    ++out->look_count;
+  }
 }
 
 }  // namespace
@@ -60,6 +104,7 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                       std::size_t point,
                       std::size_t look,
                       WhitenedLook* out) {
+  out->look = look;
   problem.model.ColumnsOf(look, &out->columns);
   const auto columns = static_cast<std::size_t>(out->columns.column_count);
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
@@ -74,6 +119,7 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
     return false;
   }
   Whitening w = problem.whitening[look];
+  out->error_m = at.error_m;
   out->error_1 = w.Apply(at.error_m[0], at.error_m[1]);
   const double square = out->error_1.squaredNorm();
   out->cost_1 = 0.5 * square;
@@ -91,88 +137,168 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
   for (std::size_t c = 0; c < columns; ++c) {
     const double range = at.by_columns(0, static_cast<Eigen::Index>(c));
     const double doppler = at.by_columns(1, static_cast<Eigen::Index>(c));
-    out->range_row[c] = w.w00 * range;
-    out->doppler_row[c] = w.w10 * range + w.w11 * doppler;
+    out->row[0][c] = w.w00 * range;
+    out->row[1][c] = w.w10 * range + w.w11 * doppler;
   }
   return true;
 }
 
-void LinearisePoint(const AdjustmentProblem& problem,
-                    const BlockState& state,
-                    const Weighting& weighting,
-                    std::size_t point,
-                    PointRows* rows) {
-  CollectBlocks(problem, point, rows);
-  const Looks& looks = problem.block.looks;
-  const Eigen::Index columns = 3 + rows->column_count + 1;
-  const std::uint64_t begin = looks.offsets[point], end = looks.offsets[point + 1];
-  const Eigen::Index most = 2 * static_cast<Eigen::Index>(end - begin) + 3;
-  if (rows->a.rows() < most || rows->a.cols() < columns) {
-    rows->a.resize(std::max(most, rows->a.rows()), std::max(columns, rows->a.cols()));
-  }
-  rows->a.topLeftCorner(most, columns).setZero();
-  rows->row_count = 0;
-  rows->cost_1 = 0.0;
-  rows->looks_not_evaluated = 0;
-  WhitenedLook look;
-  for (std::uint64_t i = begin; i < end; ++i) {
-    if (problem.look_used[i] == 0) continue;
-    if (EvaluateWhitened(problem, state, weighting, point, i, &look)) {
-      AddLook(look, problem.layout, rows);
-    } else {
-      ++rows->looks_not_evaluated;
-    }
-  }
+void FactorPoint(const AdjustmentProblem& problem,
+                 const BlockState& state,
+                 const Weighting& weighting,
+                 double damping_1,
+                 std::size_t point,
+                 PointFactor* out) {
+  EvaluateLooks(problem, state, weighting, point, out);
+  ControlEvaluation control;
+  int control_rows = 0;
   if (problem.control_of[point] >= 0) {
-    const ControlEquations& control =
+    const ControlEquations& equations =
         problem.control[static_cast<std::size_t>(problem.control_of[point])];
-    const ControlEvaluation at = EvaluateControl(
-        problem.block.frame, control, state.start_m[point], state.displacement_m[point]);
-    for (int i = 0; i < control.rows; ++i) {
-      rows->a.row(rows->row_count).head<3>() = at.by_point.row(i);
-      rows->a(rows->row_count, 3 + rows->column_count) = at.residual[i];
-      rows->cost_1 += 0.5 * at.residual[i] * at.residual[i];
-      ++rows->row_count;
+    control_rows = equations.rows;
+    control = EvaluateControl(
+        problem.block.frame, equations, state.start_m[point], state.displacement_m[point]);
+  }
+  const int m = 2 * out->look_count + control_rows + (damping_1 > 0.0 ? 3 : 0);
+  out->row_count = m;
+  out->q.assign(static_cast<std::size_t>(3 * m), 0.0);
+  out->e.assign(static_cast<std::size_t>(m), 0.0);
+  double* q = out->q.data();
+  double* e = out->e.data();
+  int row = 0;
+  for (int k = 0; k < out->look_count; ++k, row += 2) {
+    const WhitenedLook& look = out->looks[static_cast<std::size_t>(k)];
+    for (int c = 0; c < 3; ++c) {
+      q[c * m + row] = look.by_point(0, c);
+      q[c * m + row + 1] = look.by_point(1, c);
+    }
+    e[row] = look.error_1[0];
+    e[row + 1] = look.error_1[1];
+  }
+  for (int k = 0; k < control_rows; ++k, ++row) {
+    for (int c = 0; c < 3; ++c) q[c * m + row] = control.by_point(k, c);
+    e[row] = control.residual[k];
+    out->cost_1 += 0.5 * control.residual[k] * control.residual[k];
+  }
+  for (int c = 0; c < 3; ++c) {
+    double square = 0.0, gradient = 0.0;
+    for (int i = 0; i < row; ++i) {
+      square += q[c * m + i] * q[c * m + i];
+      gradient += q[c * m + i] * e[i];
+    }
+    out->square[c] = square;
+    out->gradient[c] = gradient;
+  }
+  if (damping_1 > 0.0) {
+    const double least = kLeastColumnPart_1 * out->square.maxCoeff();
+    for (int c = 0; c < 3; ++c) {
+      out->square[c] = std::max(out->square[c], least);
+      q[c * m + row + c] = std::sqrt(damping_1 * out->square[c]);
     }
   }
-  for (const int block : rows->blocks) rows->slot_of_block[static_cast<std::size_t>(block)] = -1;
+  FactorColumns(m, q, &out->r);
+  out->reciprocal_condition_1 =
+      m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square);
 }
 
-EliminatedPoint EliminatePoint(PointRows* rows) {
-  const Eigen::Index m = rows->row_count, n = 3 + rows->column_count + 1;
-  EliminatedPoint out;
-  Eigen::MatrixXd& a = rows->a;
-  Eigen::Vector3d scale;
-  for (Eigen::Index k = 0; k < 3; ++k) scale[k] = a.col(k).head(m).norm();
-  for (Eigen::Index k = 0; k < 3 && k < m; ++k) {
-    const double below = a.col(k).segment(k + 1, m - k - 1).squaredNorm();
-    const double alpha = a(k, k);
-    const double norm = std::sqrt(alpha * alpha + below);
-    if (!(norm > 0.0)) continue;
-    const double beta = alpha > 0.0 ? -norm : norm;
-    const double v0 = alpha - beta;
-    const double tau = -v0 / beta;  // H = I - tau v v', v = (1, a_below / v0)
-    auto v = a.col(k).segment(k + 1, m - k - 1);
-    v /= v0;
-    for (Eigen::Index c = k + 1; c < n; ++c) {
-      auto x = a.col(c).segment(k + 1, m - k - 1);
-      const double dot = tau * (a(k, c) + v.dot(x));
-      a(k, c) -= dot;
-      x -= dot * v;
+Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows) {
+  Eigen::Vector3d out;
+  const int m = factor.row_count;
+  for (int c = 0; c < 3; ++c) {
+    double dot = 0.0;
+    for (int i = 0; i < m; ++i) {
+      dot += factor.q[static_cast<std::size_t>(c * m + i)] * rows[static_cast<std::size_t>(i)];
     }
-    a(k, k) = beta;
-    v.setZero();
-  }
-  out.r = a.topLeftCorner<3, 3>().triangularView<Eigen::Upper>();
-  if (m >= 3 && scale.minCoeff() > 0.0) {
-    const Eigen::Matrix3d scaled = out.r * scale.cwiseInverse().asDiagonal();
-    if (scaled.diagonal().cwiseAbs().minCoeff() > 0.0) {
-      const Eigen::Matrix3d inverse =
-          scaled.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
-      out.reciprocal_condition_1 = 1.0 / (scaled.norm() * inverse.norm());
-    }
+    out[c] = dot;
   }
   return out;
+}
+
+void ProjectColumns(const AdjustmentProblem& problem,
+                    const PointFactor& factor,
+                    PointColumns* columns) {
+  const ParameterLayout& layout = problem.layout;
+  if (columns->column_of_block.size() < layout.blocks.size()) {
+    columns->column_of_block.resize(layout.blocks.size());
+  }
+  std::vector<int>& blocks = columns->blocks;
+  blocks.clear();
+  for (int k = 0; k < factor.look_count; ++k) {
+    const LookColumns& look = factor.looks[static_cast<std::size_t>(k)].columns;
+    blocks.insert(blocks.end(), look.block.begin(), look.block.begin() + look.block_count);
+  }
+  std::sort(blocks.begin(), blocks.end());
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  columns->begin.clear();
+  columns->width = 0;
+  for (const int block : blocks) {
+    columns->begin.push_back(columns->width);
+    columns->column_of_block[static_cast<std::size_t>(block)] = columns->width;
+    columns->width += layout.blocks[static_cast<std::size_t>(block)].size;
+  }
+  const auto width = static_cast<std::size_t>(columns->width);
+  columns->t.assign(3 * width, 0.0);
+  const auto m = static_cast<std::size_t>(factor.row_count);
+  for (int k = 0; k < factor.look_count; ++k) {
+    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+    const double* range = look.row[0].data();
+    const double* doppler = look.row[1].data();
+    for (int b = 0; b < look.columns.block_count; ++b) {
+      const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)]);
+      const int size = layout.blocks[id].size;
+      double* t = columns->t.data() + columns->column_of_block[id];
+      for (std::size_t axis = 0; axis < 3; ++axis, t += width) {
+        const double* q = factor.q.data() + axis * m + 2 * static_cast<std::size_t>(k);
+        for (int i = 0; i < size; ++i) t[i] += q[0] * range[i] + q[1] * doppler[i];
+      }
+      range += size;
+      doppler += size;
+    }
+  }
+}
+
+void Complement(const AdjustmentProblem& problem,
+                const PointFactor& factor,
+                PointColumns* columns) {
+  const auto rows = static_cast<std::size_t>(factor.row_count);
+  const auto stride = static_cast<std::size_t>(columns->width) + 1;
+  columns->m.assign(rows * stride, 0.0);
+  double* m = columns->m.data();
+  for (int k = 0; k < factor.look_count; ++k) {
+    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+    const double* range = look.row[0].data();
+    const double* doppler = look.row[1].data();
+    double* row = m + 2 * static_cast<std::size_t>(k) * stride;
+    for (int b = 0; b < look.columns.block_count; ++b) {
+      const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)]);
+      const auto size = static_cast<std::size_t>(problem.layout.blocks[id].size);
+      double* at = row + columns->column_of_block[id];
+      std::copy_n(range, size, at);
+      std::copy_n(doppler, size, at + stride);
+      range += size;
+      doppler += size;
+    }
+  }
+  for (std::size_t i = 0; i < rows; ++i) m[i * stride + stride - 1] = factor.e[i];
+  std::vector<double>& t = columns->scratch;
+  for (int pass = 0; pass < 2; ++pass) {
+    t.assign(3 * stride, 0.0);
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double* row = m + i * stride;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double q = factor.q[axis * rows + i];
+        double* sum = t.data() + axis * stride;
+        for (std::size_t c = 0; c < stride; ++c) sum[c] += q * row[c];
+      }
+    }
+    for (std::size_t i = 0; i < rows; ++i) {
+      double* row = m + i * stride;
+      const Eigen::Vector3d q = factor.RowOfQ(static_cast<int>(i));
+      for (std::size_t c = 0; c < stride; ++c) {
+        row[c] -= q[0] * t[c] + q[1] * t[stride + c] + q[2] * t[2 * stride + c];
+      }
+    }
+  }
 }
 
 }  // namespace sarblock

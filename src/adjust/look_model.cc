@@ -81,21 +81,21 @@ struct PathEvaluation {
   std::array<TermBasis, ParameterLayout::kMaxSplines> spline;
 };
 
+/// `accelerated`: the corrected acceleration is wanted too.
 bool EvaluatePath(const Block& block,
                   const PassCorrections& corrections,
                   std::size_t pass,
                   double measured_s,
                   double path_s,
                   std::span<const double> x,
+                  bool accelerated,
                   PathEvaluation* out) {
-  const std::optional<Motion> nominal = block.passes[pass].path.At(path_s);
-  if (!nominal) return false;
-  out->motion = *nominal;
-  if (corrections.polynomials.empty() && corrections.splines.empty() &&
-      !corrections.NeedsTrackAxes()) {
-    return true;
+  if (!block.passes[pass].path.Evaluate(path_s, &out->motion)) return false;
+  if (corrections.NeedsTrackAxes()) {
+    out->axes = accelerated ? TrackAxesOf(block.frame, out->motion)
+                            : TrackAxesWithRate(block.frame, out->motion);
   }
-  if (corrections.NeedsTrackAxes()) out->axes = TrackAxesOf(block.frame, *nominal);
+  if (corrections.polynomials.empty() && corrections.splines.empty()) return true;
 
   AxisSums track, frame;
   const auto sums_of = [&](PositionCorrection::Axes axes) {
@@ -123,8 +123,10 @@ bool EvaluatePath(const Block& block,
   const TrackAxes& a = out->axes;
   out->motion.position_m += a.axes_1 * track.value + frame.value;
   out->motion.velocity_mps += a.rate * track.value + a.axes_1 * track.first + frame.first;
-  out->motion.acceleration_mps2 += a.acceleration * track.value + 2.0 * (a.rate * track.first) +
-                                   a.axes_1 * track.second + frame.second;
+  if (accelerated) {
+    out->motion.acceleration_mps2 += a.acceleration * track.value + 2.0 * (a.rate * track.first) +
+                                     a.axes_1 * track.second + frame.second;
+  }
   return out->motion.position_m.allFinite() && out->motion.velocity_mps.allFinite();
 }
 
@@ -211,7 +213,14 @@ bool LookModel::Evaluate(std::size_t look,
   const PassCorrections& c = layout_.passes[pass];
   const double measured_s = looks.time_s[look];
   PathEvaluation path;
-  if (!EvaluatePath(block_, c, pass, measured_s, measured_s + SumOf(c.time_bias, x), x, &path)) {
+  if (!EvaluatePath(block_,
+                    c,
+                    pass,
+                    measured_s,
+                    measured_s + SumOf(c.time_bias, x),
+                    x,
+                    !c.time_bias.empty(),
+                    &path)) {
     return false;
   }
   const Motion& motion = path.motion;
@@ -265,22 +274,28 @@ bool LookModel::Evaluate(std::size_t look,
     out->by_columns(0, column) = range;
     out->by_columns(1, column) = doppler;
   };
-  // A position parameter moves s by its axis times B and v by (axis B)'.
+  // A position parameter moves s by its axis times B and v by (axis B)': three numbers an axis
+  // serve all its degrees.
+  struct AxisPartials {
+    Eigen::RowVector3d range_by_s, doppler_by_value, doppler_by_rate;
+  };
+  const Eigen::RowVector3d doppler_by_s = -eq.ded_dp;
+  const AxisPartials frame{range_by_s, doppler_by_s, cone_by_v};
+  AxisPartials track;
+  if (c.NeedsTrackAxes()) {
+    track = {range_by_s * path.axes.axes_1,
+             doppler_by_s * path.axes.axes_1 + cone_by_v * path.axes.rate,
+             cone_by_v * path.axes.axes_1};
+  }
   const auto set_position = [&](PositionCorrection::Axes axes,
                                 const TermBasis& basis,
                                 int axis,
                                 std::size_t k,
                                 int column) {
-    if (axes == PositionCorrection::Axes::kFrame) {
-      set(column,
-          range_by_s[axis] * basis.value[k],
-          -eq.ded_dp[axis] * basis.value[k] + cone_by_v[axis] * basis.first[k]);
-      return;
-    }
-    const Eigen::Vector3d ds = path.axes.axes_1.col(axis) * basis.value[k];
-    const Eigen::Vector3d dv =
-        path.axes.rate.col(axis) * basis.value[k] + path.axes.axes_1.col(axis) * basis.first[k];
-    set(column, range_by_s.dot(ds), -eq.ded_dp.dot(ds) + cone_by_v.dot(dv));
+    const AxisPartials& by = axes == PositionCorrection::Axes::kFrame ? frame : track;
+    set(column,
+        by.range_by_s[axis] * basis.value[k],
+        by.doppler_by_value[axis] * basis.value[k] + by.doppler_by_rate[axis] * basis.first[k]);
   };
   for (std::size_t q = 0; q < c.polynomials.size(); ++q) {
     const PolynomialTerm& term = c.polynomials[q];
@@ -351,7 +366,7 @@ std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   GatherColumns(layout_, columns, x, local.data());
   PathEvaluation path;
-  if (!EvaluatePath(block_, layout_.passes[pass], pass, measured_s, path_s, local, &path)) {
+  if (!EvaluatePath(block_, layout_.passes[pass], pass, measured_s, path_s, local, true, &path)) {
     return std::nullopt;
   }
   return CorrectedMotion{path.motion, path_s};

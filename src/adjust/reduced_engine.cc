@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "thin_point.h"
-
 namespace sarblock {
 namespace {
 
@@ -36,32 +34,32 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
   std::vector<double> promised((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
   ParallelForChunks(
       points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        ThinPoint thin;
+        PointFactor factor;
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem.Solves(point)) continue;
-          FactorThin(problem, state, weighting, damping, point, &thin);
+          FactorPoint(problem, state, weighting, damping, point, &factor);
           // The corrections' step moves to the right side: e + J_c dx.
-          for (int k = 0; k < thin.look_count; ++k) {
-            const WhitenedLook& look = thin.looks[static_cast<std::size_t>(k)];
+          for (int k = 0; k < factor.look_count; ++k) {
+            const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
             double range = 0.0, doppler = 0.0;
             std::size_t local = 0;
             for (int b = 0; b < look.columns.block_count; ++b) {
               const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(
                   look.columns.block[static_cast<std::size_t>(b)])];
               for (int c = 0; c < block.size; ++c, ++local) {
-                range += look.range_row[local] * dx[block.offset + c];
-                doppler += look.doppler_row[local] * dx[block.offset + c];
+                range += look.row[0][local] * dx[block.offset + c];
+                doppler += look.row[1][local] * dx[block.offset + c];
               }
             }
-            thin.e[static_cast<std::size_t>(2 * k)] += range;
-            thin.e[static_cast<std::size_t>(2 * k + 1)] += doppler;
+            factor.e[static_cast<std::size_t>(2 * k)] += range;
+            factor.e[static_cast<std::size_t>(2 * k + 1)] += doppler;
           }
           const Eigen::Vector3d step =
-              -thin.r.triangularView<Eigen::Upper>().solve(Project(thin, thin.e));
+              -factor.r.triangularView<Eigen::Upper>().solve(Project(factor, factor.e));
           if (!step.allFinite()) continue;
           out.displacement_m[point] += step;
           promised[chunk] +=
-              0.5 * (-thin.gradient.dot(step) + damping * step.cwiseAbs2().dot(thin.square));
+              0.5 * (-factor.gradient.dot(step) + damping * step.cwiseAbs2().dot(factor.square));
         }
       });
   for (const double part : promised) out.promised_1 += part;

@@ -9,7 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "thin_point.h"
+#include "products.h"
 
 namespace sarblock {
 namespace {
@@ -89,166 +89,142 @@ struct Partial {
   int not_evaluated = 0;
 };
 
-/// block += factor a b', a and b as long as its rows and columns.
-void AddOuter(Eigen::Map<Eigen::MatrixXd>& block, const double* a, const double* b, double factor) {
-  const Eigen::Index rows = block.rows(), columns = block.cols();
-  double* out = block.data();
-  for (Eigen::Index j = 0; j < columns; ++j, out += rows) {
-    const double scale = factor * b[j];
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] += scale * a[i];
-  }
-}
-
-/// One point by the complement of its Jacobian: no digit is lost to thin intersections.
-void AddPoint(const AdjustmentProblem& problem,
-              const BlockState& state,
-              const Weighting& weighting,
-              std::size_t point,
-              PointRows* rows,
-              Eigen::MatrixXd* scratch,
-              Partial* out) {
-  LinearisePoint(problem, state, weighting, point, rows);
-  const Eigen::Index n = rows->column_count, m = rows->row_count;
-  out->cost += rows->cost_1;
-  out->not_evaluated += rows->looks_not_evaluated;
-  const auto jc = rows->a.block(0, 3, m, n);
-  const auto e = rows->a.col(3 + n).head(m);
-  for (std::size_t b = 0; b < rows->blocks.size(); ++b) {
-    const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[b])];
-    const auto part = jc.middleCols(rows->block_column[b], block.size);
-    out->diagonal.segment(block.offset, block.size) += part.colwise().squaredNorm().transpose();
-    for (int c = 0; c < block.size; ++c) {
-      out->gradient[block.offset + c] += part.col(c).dot(e);
-    }
-  }
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    const double length = rows->a.col(k).head(m).norm();
-    if (length > 0.0) {
-      out->point_gradient =
-          std::max(out->point_gradient, std::abs(rows->a.col(k).head(m).dot(e)) / length);
-    }
-  }
-  const EliminatedPoint eliminated = EliminatePoint(rows);
-  if (!(eliminated.reciprocal_condition_1 >= kLeastPointCondition_1)) {
-    out->weak.push_back({static_cast<std::uint32_t>(point), eliminated.reciprocal_condition_1});
-    return;
-  }
-  out->point_step_square += rows->a.col(3 + n).head<3>().squaredNorm();
-  if (n == 0 || m <= 3) return;
-  // Rows of Q2' [J_c | e] as contiguous columns, then S += sum of their outer products, lower part.
-  *scratch = rows->a.block(3, 3, m - 3, n + 1).transpose();
-  for (std::size_t j = 0; j < rows->blocks.size(); ++j) {
-    const ParameterBlock& bj = problem.layout.blocks[static_cast<std::size_t>(rows->blocks[j])];
-    for (std::size_t i = j; i < rows->blocks.size(); ++i) {
-      auto block = out->s.Block(rows->blocks[i], rows->blocks[j]);
-      for (Eigen::Index k = 0; k < m - 3; ++k) {
-        const double* row = scratch->col(k).data();
-        AddOuter(block, row + rows->block_column[i], row + rows->block_column[j], 1.0);
-      }
-    }
-    for (Eigen::Index k = 0; k < m - 3; ++k) {
-      const double* row = scratch->col(k).data();
-      for (int c = 0; c < bj.size; ++c) {
-        out->right_side[bj.offset + c] += row[rows->block_column[j] + c] * row[n];
-      }
-    }
-  }
-}
-
-/// Scratch of the damped route: T = Q' J_c by rows over the point's blocks.
-struct ThinColumns {
-  std::vector<int> blocks, block_column;
-  std::array<std::vector<double>, 3> t;
+/// Scratch of one range of points.
+struct PointScratch {
+  PointFactor factor;
+  PointColumns columns;
 };
 
-/// One damped point by its thin factor (thin_point.h).
-void AddThinPoint(const AdjustmentProblem& problem,
-                  const BlockState& state,
-                  const Weighting& weighting,
-                  double damping,
-                  std::size_t point,
-                  ThinPoint* thin,
-                  ThinColumns* columns,
-                  Partial* out) {
-  FactorThin(problem, state, weighting, damping, point, thin);
-  out->cost += thin->cost_1;
-  out->not_evaluated += thin->looks_not_evaluated;
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    out->point_gradient =
-        std::max(out->point_gradient, std::abs(thin->gradient[k]) / std::sqrt(thin->square[k]));
+/// S += sign sum_k x_k x_k' over the blocks of a point, lower part; x rows of `rows`, `stride`
+/// apart.
+void AddSquare(const PointColumns& columns,
+               const ParameterLayout& layout,
+               const std::vector<double>& rows,
+               std::size_t stride,
+               int terms,
+               double sign,
+               BlockSymmetricMatrix* s) {
+  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
+    const int bj = columns.blocks[j];
+    const int size_j = layout.blocks[static_cast<std::size_t>(bj)].size;
+    for (std::size_t i = j; i < columns.blocks.size(); ++i) {
+      auto block = s->Block(columns.blocks[i], bj);
+      AddProducts(block.data(),
+                  static_cast<int>(block.rows()),
+                  size_j,
+                  rows.data() + columns.begin[i],
+                  rows.data() + columns.begin[j],
+                  stride,
+                  terms,
+                  sign);
+    }
   }
-  const Eigen::Vector3d c = Project(*thin, thin->e);
-  out->point_step_square += c.squaredNorm();
+}
 
-  std::vector<int>& blocks = columns->blocks;
-  blocks.clear();
-  for (int k = 0; k < thin->look_count; ++k) {
-    const LookColumns& look = thin->looks[static_cast<std::size_t>(k)].columns;
-    blocks.insert(blocks.end(), look.block.begin(), look.block.begin() + look.block_count);
-  }
-  std::sort(blocks.begin(), blocks.end());
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-  columns->block_column.clear();
-  int width = 0;
-  for (const int block : blocks) {
-    columns->block_column.push_back(width);
-    width += problem.layout.blocks[static_cast<std::size_t>(block)].size;
-  }
-  for (std::vector<double>& row : columns->t) row.assign(static_cast<std::size_t>(width), 0.0);
-  const auto slot_of = [&](int block) {
-    return static_cast<std::size_t>(std::lower_bound(blocks.begin(), blocks.end(), block) -
-                                    blocks.begin());
-  };
-  const int m = thin->row_count;
-  for (int k = 0; k < thin->look_count; ++k) {
-    const WhitenedLook& look = thin->looks[static_cast<std::size_t>(k)];
-    const double* range = look.range_row.data();
-    const double* doppler = look.doppler_row.data();
+/// Diagonal and gradient of the corrections before elimination, and where `squares` the products
+/// J_c' J_c of each look's own blocks.
+void AddLooks(const PointFactor& factor,
+              const ParameterLayout& layout,
+              bool squares,
+              Partial* out) {
+  constexpr std::size_t kStride = ParameterLayout::kMaxLocalColumns;
+  for (int k = 0; k < factor.look_count; ++k) {
+    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
     int first = 0;
     for (int b = 0; b < look.columns.block_count; ++b) {
       const int id = look.columns.block[static_cast<std::size_t>(b)];
-      const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(id)];
-      const int at = columns->block_column[slot_of(id)];
+      const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(id)];
+      const double* range = look.row[0].data() + first;
+      const double* doppler = look.row[1].data() + first;
       for (int i = 0; i < block.size; ++i) {
-        const double r = range[first + i], d = doppler[first + i];
-        out->diagonal[block.offset + i] += r * r + d * d;
-        out->gradient[block.offset + i] += r * look.error_1[0] + d * look.error_1[1];
-        for (int axis = 0; axis < 3; ++axis) {
-          const double* q = thin->q.data() + axis * m + 2 * k;
-          columns->t[static_cast<std::size_t>(axis)][static_cast<std::size_t>(at + i)] +=
-              q[0] * r + q[1] * d;
-        }
+        out->diagonal[block.offset + i] += range[i] * range[i] + doppler[i] * doppler[i];
+        out->gradient[block.offset + i] +=
+            range[i] * look.error_1[0] + doppler[i] * look.error_1[1];
       }
-      // J_c' J_c of the look: pairs of its own blocks.
       int other = 0;
-      for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
+      for (int b2 = 0; squares && b2 < look.columns.block_count; ++b2) {
         const int id2 = look.columns.block[static_cast<std::size_t>(b2)];
-        const int size2 = problem.layout.blocks[static_cast<std::size_t>(id2)].size;
+        const int size2 = layout.blocks[static_cast<std::size_t>(id2)].size;
         if (id2 <= id) {
           auto s = out->s.Block(id, id2);
-          AddOuter(s, range + first, range + other, 1.0);
-          AddOuter(s, doppler + first, doppler + other, 1.0);
+          AddProducts(
+              s.data(), block.size, size2, range, look.row[0].data() + other, kStride, 2, 1.0);
         }
         other += size2;
       }
       first += block.size;
     }
   }
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(blocks[i])];
-    const auto ci = static_cast<std::size_t>(columns->block_column[i]);
-    for (std::size_t j = 0; j <= i; ++j) {
-      auto s = out->s.Block(blocks[i], blocks[j]);
-      const auto cj = static_cast<std::size_t>(columns->block_column[j]);
-      for (const std::vector<double>& t : columns->t) AddOuter(s, &t[ci], &t[cj], -1.0);
-    }
-    for (int q = 0; q < bi.size; ++q) {
-      double sum = 0.0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        sum += columns->t[axis][ci + static_cast<std::size_t>(q)] * c[static_cast<int>(axis)];
+}
+
+/// One point by the complement of its Jacobian: no digit is lost to thin intersections.
+void AddPoint(const ParameterLayout& layout, PointScratch* scratch, Partial* out) {
+  const PointFactor& factor = scratch->factor;
+  const PointColumns& columns = scratch->columns;
+  AddLooks(factor, layout, false, out);
+  const std::size_t stride = static_cast<std::size_t>(columns.width) + 1;
+  AddSquare(columns, layout, columns.m, stride, factor.row_count, 1.0, &out->s);
+  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
+    const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
+    for (int k = 0; k < factor.row_count; ++k) {
+      const double* row = columns.m.data() + static_cast<std::size_t>(k) * stride;
+      const double e = row[stride - 1];
+      for (int c = 0; c < block.size; ++c) {
+        out->right_side[block.offset + c] += row[columns.begin[j] + c] * e;
       }
-      out->eliminated[bi.offset + q] += sum;
     }
+  }
+}
+
+/// One damped point by J_c' J_c - T' T. That subtraction costs digits where a point takes most of
+/// what a correction's equations say; the solver only needs a good step.
+void AddDampedPoint(const ParameterLayout& layout, PointScratch* scratch, Partial* out) {
+  const PointFactor& factor = scratch->factor;
+  const PointColumns& columns = scratch->columns;
+  AddLooks(factor, layout, true, out);
+  const auto width = static_cast<std::size_t>(columns.width);
+  AddSquare(columns, layout, columns.t, width, 3, -1.0, &out->s);
+  const Eigen::Vector3d c = Project(factor, factor.e);
+  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
+    const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
+    const double* t = columns.t.data() + columns.begin[j];
+    for (int q = 0; q < block.size; ++q) {
+      out->eliminated[block.offset + q] += t[q] * c[0] +
+                                           t[width + static_cast<std::size_t>(q)] * c[1] +
+                                           t[2 * width + static_cast<std::size_t>(q)] * c[2];
+    }
+  }
+}
+
+/// Adds one point; one whose own equations are rank deficient is only named.
+void Add(const AdjustmentProblem& problem,
+         const BlockState& state,
+         const Weighting& weighting,
+         double damping_1,
+         std::size_t point,
+         PointScratch* scratch,
+         Partial* out) {
+  PointFactor& factor = scratch->factor;
+  FactorPoint(problem, state, weighting, damping_1, point, &factor);
+  out->cost += factor.cost_1;
+  out->not_evaluated += factor.looks_not_evaluated;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    if (!(factor.square[k] > 0.0)) continue;
+    out->point_gradient =
+        std::max(out->point_gradient, std::abs(factor.gradient[k]) / std::sqrt(factor.square[k]));
+  }
+  if (damping_1 == 0.0 && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
+    AddLooks(factor, problem.layout, false, out);
+    out->weak.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition_1});
+    return;
+  }
+  out->point_step_square += Project(factor, factor.e).squaredNorm();
+  ProjectColumns(problem, factor, &scratch->columns);
+  if (damping_1 > 0.0) {
+    AddDampedPoint(problem.layout, scratch, out);
+  } else {
+    Complement(problem, factor, &scratch->columns);
+    AddPoint(problem.layout, scratch, out);
   }
 }
 
@@ -271,17 +247,10 @@ void ReducedSystem::Form(const BlockState& state,
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(s_);
-    PointRows rows;
-    Eigen::MatrixXd scratch;
-    ThinPoint thin;
-    ThinColumns columns;
+    PointScratch scratch;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem_.Solves(point)) continue;
-      if (damping_1 > 0.0) {
-        AddThinPoint(problem_, state, weighting, damping_1, point, &thin, &columns, &out);
-      } else {
-        AddPoint(problem_, state, weighting, point, &rows, &scratch, &out);
-      }
+      Add(problem_, state, weighting, damping_1, point, &scratch, &out);
     }
     if (damping_1 > 0.0) out.right_side = out.gradient - out.eliminated;
   });

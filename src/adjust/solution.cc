@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/covariance.h"
 #include "sarblock/adjust/leberl_prediction.h"
+#include "sarblock/adjust/point_sweep.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
@@ -10,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+
+#include <Eigen/Geometry>
 
 namespace sarblock {
 namespace {
@@ -133,10 +136,13 @@ void RequireOffered(const AdjustOptions& options) {
 }
 
 bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
-  const TrackAxes axes =
-      TrackAxesOf(frame, {sight.antenna_m, sight.velocity_mps, sight.acceleration_mps2, {}});
-  const Eigen::Vector3d in_track = axes.axes_1.transpose() * (p_m - sight.antenna_m);
-  return in_track[1] * sight.side > 0.0 && in_track[2] < 0.0;
+  // The signs of the track components of d (model.md, section 2) need no axes of unit length.
+  const Eigen::Vector3d up_1 = frame.VerticalAt(sight.antenna_m).up_1;
+  const Eigen::Vector3d& v = sight.velocity_mps;
+  const Eigen::Vector3d d = p_m - sight.antenna_m;
+  const double across = up_1.cross(v).dot(d) * sight.side;
+  const double up = up_1.dot(d) * v.squaredNorm() - up_1.dot(v) * v.dot(d);
+  return across > 0.0 && up < 0.0;
 }
 
 void RequireSolvable(const AdjustmentProblem& problem) {
@@ -297,8 +303,11 @@ void FillCovariance(const AdjustmentProblem& problem,
   }
   const bool rigorous = options.covariance != CovarianceLevel::kLeberl;
   if (rigorous) {
-    result->points.covariance_m2 =
-        PointCovariances(problem, state, inverse ? &*inverse : nullptr, progress);
+    PointSweep sweep = SweepPoints(problem, state, inverse ? &*inverse : nullptr, true, progress);
+    result->control_quality = ControlQualities(problem, state, sweep.covariance_m2);
+    result->points.covariance_m2 = std::move(sweep.covariance_m2);
+    result->points.redundancy = std::move(sweep.redundancy);
+    result->quality = std::move(sweep.quality);
   }
   if (options.pairs == PairChoice::kNone) return;
   const PointPairs wanted = options.pairs == PairChoice::kNeighbours

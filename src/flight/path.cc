@@ -95,6 +95,14 @@ bool FlightPath::Evaluate(double time_s, Motion* out) const {
   return true;
 }
 
+void FlightPath::Prefetch(double time_s) const {
+  if (!(spacing_s_ > 0.0) || !(time_s >= start_s() && time_s <= end_s())) return;
+  const auto k = static_cast<std::size_t>((time_s - start_s()) / spacing_s_);
+  const Piece* piece = &pieces_[std::min(pieces_.size() - 1, k)];
+  __builtin_prefetch(piece);
+  __builtin_prefetch(&piece->second_mps2);
+}
+
 std::optional<Motion> FlightPath::At(double time_s) const {
   std::optional<Motion> motion(std::in_place);
   if (!Evaluate(time_s, &*motion)) motion.reset();

@@ -2,6 +2,7 @@
 #include "sarblock/adjust/covariance.h"
 
 #include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/point_sweep.h"
 
 #include <array>
 #include <cmath>
@@ -119,7 +120,7 @@ class CovarianceTest : public testing::TestWithParam<Case> {
 TEST_P(CovarianceTest, AgreesWithTheDenseInverse) {
   const test::DenseEquations dense = test::MakeDenseEquations(problem_, state_);
   const Eigen::MatrixXd q = test::DenseCovariance(dense.jacobian);
-  const auto points = PointCovariances(problem_, state_, &*inverse_, nullptr);
+  const auto points = SweepPoints(problem_, state_, &*inverse_, false, nullptr).covariance_m2;
   for (std::size_t j = 0; j < points.size(); ++j) {
     const Eigen::Matrix3d expected =
         q.block<3, 3>(dense.column_of_point[j], dense.column_of_point[j]);
@@ -169,7 +170,7 @@ TEST_P(CovarianceTest, AgreesWithCeres) {
     EXPECT_TRUE(covariance.GetCovarianceBlock(i, j, out.data()));
     return Eigen::Matrix3d(out);
   };
-  const auto points = PointCovariances(problem_, state_, &*inverse_, nullptr);
+  const auto points = SweepPoints(problem_, state_, &*inverse_, false, nullptr).covariance_m2;
   for (std::size_t j = 0; j < points.size(); ++j) {
     const double* p = state_.displacement_m[j].data();
     const Eigen::Matrix3d expected = block(p, p);
@@ -186,7 +187,7 @@ TEST_P(CovarianceTest, AgreesWithCeres) {
 // Closed form: with paths held every point is alone, (J_p' J_p)^-1 of its own rows.
 TEST_P(CovarianceTest, WithoutCorrectionsIsThatOfEachPointAlone) {
   const test::DenseEquations dense = test::MakeDenseEquations(problem_, state_);
-  const auto points = PointCovariances(problem_, state_, nullptr, nullptr);
+  const auto points = SweepPoints(problem_, state_, nullptr, false, nullptr).covariance_m2;
   const auto pairs = PairCovariances(problem_, state_, nullptr, {{2, 9}}, nullptr);
   std::vector<Eigen::Matrix3d> own;
   for (std::size_t j = 0; j < points.size(); ++j) {
@@ -205,7 +206,7 @@ TEST_P(CovarianceTest, LeavesOutPointsThatAreNotSolved) {
   system_->Form(state_, {}, nullptr);
   system_->Factor();
   const BlockSymmetricMatrix inverse = system_->SelectedInverse();
-  const auto points = PointCovariances(problem_, state_, &inverse, nullptr);
+  const auto points = SweepPoints(problem_, state_, &inverse, false, nullptr).covariance_m2;
   for (const double value : points[6]) EXPECT_TRUE(std::isnan(value));
   EXPECT_TRUE(std::isfinite(points[5][0]));
   EXPECT_EQ(PairCovariances(problem_, state_, &*system_, {{6, 1}, {1, 2}}, nullptr).size(), 1U);

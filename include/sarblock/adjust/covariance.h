@@ -13,24 +13,6 @@
 
 namespace sarblock {
 
-/// A covariance in frame axes [m2] as east, north, up at p.
-[[nodiscard]] SymmetricEnu ToEnu(const Frame& frame,
-                                 const Eigen::Vector3d& p_m,
-                                 const Eigen::Matrix3d& covariance_m2);
-
-/// Covariance of every solved point in east-north-up at the point, exact marginals of the whole
-/// adjustment: with the elimination of the point (elimination.h)
-///
-///     cov(p) = R^-1 (I + T C T') R^-T
-///
-/// C = S^-1 on the pattern of S (`inverse`), which holds every block a point needs. Without
-/// corrections (`inverse` null) or for flight paths held: R^-1 R^-T. NaN for points left out.
-/// model.md, section 7; docs/theory/covariance.md, eq. (6). Parallel over points.
-[[nodiscard]] std::vector<SymmetricEnu> PointCovariances(const AdjustmentProblem& problem,
-                                                         const BlockState& state,
-                                                         const BlockSymmetricMatrix* inverse,
-                                                         ProgressSink* progress);
-
 /// Covariances of corrections: the upper triangle of the whole matrix while there are at most
 /// kFullParameterCovariance corrections, else of parameters whose passes see common points.
 inline constexpr int kFullParameterCovariance = 1000;
@@ -38,8 +20,8 @@ inline constexpr int kFullParameterCovariance = 1000;
     const ReducedSystem& system, const BlockSymmetricMatrix& inverse);
 
 /// Differences b - a of the point pairs asked for, with exact covariances
-///     cov(p_a) + cov(p_b) - cov(p_a, p_b) - cov(p_a, p_b)',  cov(p_a, p_b) = R_a^-1 T_a C T_b'
-///     R_b^-T
+///     cov(p_a) + cov(p_b) - cov(p_a, p_b) - cov(p_a, p_b)'
+///     cov(p_a, p_b) = R_a^-1 T_a C T_b' R_b^-T
 /// in east-north-up axes at a. Pairs with a point that is not solved are left out. `system` null:
 /// flight paths held, points are independent.
 [[nodiscard]] std::vector<PairResult> PairCovariances(

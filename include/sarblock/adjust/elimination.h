@@ -5,6 +5,7 @@
 #include "sarblock/adjust/robust.h"
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,13 +23,16 @@ struct Weighting {
 /// One look at one state, whitened: its two equations are standard normal if the model is true.
 /// Under a robust loss both carry the square root of the look's weight.
 struct WhitenedLook {
+  std::size_t look = 0;  ///< index in the block
   LookColumns columns;
   Eigen::Matrix<double, 2, 3> by_point;
   Eigen::Vector2d error_1;
-  /// Rows of the Jacobian by the look's local columns; the first column_count are set.
-  std::array<double, ParameterLayout::kMaxLocalColumns> range_row, doppler_row;
-  double cost_1 = 0.0;    ///< half the squared length, robust loss applied
-  double radial_1 = 1.0;  ///< RobustValue::radial_1
+  /// Rows of the Jacobian, range then Doppler, by the look's local columns; the first column_count
+  /// of each are set.
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
+  Eigen::Vector2d error_m;  ///< e_r and e_d, unweighted
+  double cost_1 = 0.0;      ///< half the squared length, robust loss applied
+  double radial_1 = 1.0;    ///< RobustValue::radial_1
 };
 
 /// False where the model has no value at this state.
@@ -39,48 +43,74 @@ struct WhitenedLook {
                                     std::size_t look,
                                     WhitenedLook* out);
 
-/// All whitened equations of one point at one state:
+/// The equations of one point and the thin QR factorisation of their Jacobian by the point
+/// (docs/theory/covariance.md, eq. (22)):
 ///
-///     A = [ J_p | J_c | e ],   2 rows a look in use, then the rows of its control
+///     J_p = Q R,   c = Q' e;   two rows a look in use, the rows of its control, then, if damped,
+///                              three rows sqrt(damping J_p' J_p)
 ///
-/// with the columns of J_c those of the parameter blocks the point's looks touch. Under a robust
-/// loss the rows of a look carry the square root of its weight. This is what the solver, the
-/// covariance and the quality figures are made of. The storage is reused from point to point.
-struct PointRows {
-  Eigen::MatrixXd a;  ///< at least row_count x (3 + column_count + 1)
-  int row_count = 0;
-  int column_count = 0;           ///< of J_c
-  std::vector<int> blocks;        ///< distinct parameter blocks, ascending
-  std::vector<int> block_column;  ///< first column of each within J_c
-  double cost_1 = 0.0;            ///< half the square sum, robust loss applied
+/// J_c stays with the looks, each its own columns: this is what the solver, the covariance and the
+/// quality figures are made of. The storage is reused from point to point.
+struct PointFactor {
+  std::vector<WhitenedLook> looks;  ///< the first look_count are set; rows 2 k and 2 k + 1
+  int look_count = 0;
   int looks_not_evaluated = 0;
+  double cost_1 = 0.0;  ///< half the square sum, robust loss applied
 
-  std::vector<int> slot_of_block;  ///< scratch: by parameter block
-};
-
-/// Fills `rows` for a point that takes part. A look without a value at this state is counted and
-/// left out.
-void LinearisePoint(const AdjustmentProblem& problem,
-                    const BlockState& state,
-                    const Weighting& weighting,
-                    std::size_t point,
-                    PointRows* rows);
-
-/// What the elimination of a point leaves, docs/theory/covariance.md eq. (3)-(6): with the thin QR
-/// factorisation J_p = Q1 R and Q2 the orthogonal complement,
-///     R [3 x 3] upper, T = Q1' J_c [3 x columns], c = Q1' e,
-/// and in rows 3.. of rows->a the reduced equations Q2' [J_c | e].
-struct EliminatedPoint {
+  int row_count = 0;
+  std::vector<double> q;  ///< row_count x 3, column by column
+  std::vector<double> e;  ///< row_count
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();
-  /// 1 / condition of J_p with its columns scaled to unit length; 0 where a column vanishes.
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< J_p' e, undamped
+  Eigen::Vector3d square = Eigen::Vector3d::Zero();    ///< squared lengths of J_p's columns
+  /// 1 / condition of J_p with its columns scaled to unit length (Frobenius norms, so 1/3 at most);
+  /// 0 where a column vanishes or there are fewer than three rows; not computed when damped.
   double reciprocal_condition_1 = 0.0;
-};
 
-/// Householder elimination in place: afterwards rows 0..2 of rows->a hold [R | T | c].
-[[nodiscard]] EliminatedPoint EliminatePoint(PointRows* rows);
+  [[nodiscard]] Eigen::Vector3d RowOfQ(int row) const {
+    const auto i = static_cast<std::size_t>(row), m = static_cast<std::size_t>(row_count);
+    return {q[i], q[m + i], q[2 * m + i]};
+  }
+};
 
 /// A column of J_p shorter than this part (squared) of the longest is damped as if it had that
 /// length.
 inline constexpr double kLeastColumnPart_1 = 1e-12;
+
+/// Evaluates and factors the equations of a point that takes part. A look without a value at this
+/// state is counted and left out.
+void FactorPoint(const AdjustmentProblem& problem,
+                 const BlockState& state,
+                 const Weighting& weighting,
+                 double damping_1,
+                 std::size_t point,
+                 PointFactor* out);
+
+/// Q' of a vector of the point's rows.
+[[nodiscard]] Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows);
+
+/// J_c of a point over the distinct parameter blocks its looks touch.
+struct PointColumns {
+  std::vector<int> blocks;  ///< ascending
+  std::vector<int> begin;   ///< first column of each
+  int width = 0;            ///< columns of J_c
+  /// T = Q' J_c, 3 x width, row by row.
+  std::vector<double> t;
+  /// Row by row, row_count x (width + 1): the complement M = (I - Q Q') [J_c | e]; filled by
+  /// Complement.
+  std::vector<double> m;
+
+  std::vector<int> column_of_block;  ///< by parameter block; valid for those in `blocks`
+  std::vector<double> scratch;
+};
+
+/// Finds the blocks and T.
+void ProjectColumns(const AdjustmentProblem& problem,
+                    const PointFactor& factor,
+                    PointColumns* columns);
+
+/// Forms M after ProjectColumns, projected twice: what elimination leaves of the equations has the
+/// digits of J_c itself, however thin the intersection. The point adds M' M to S.
+void Complement(const AdjustmentProblem& problem, const PointFactor& factor, PointColumns* columns);
 
 }  // namespace sarblock

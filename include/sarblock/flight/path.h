@@ -43,13 +43,16 @@ class FlightPath {
   [[nodiscard]] std::optional<Motion> At(double time_s) const;
   /// The same without a copy, for inner loops; false outside.
   [[nodiscard]] bool Evaluate(double time_s, Motion* out) const;
+  /// Asks the memory for what Evaluate(time_s) will read: points seen by many long paths jump about
+  /// in them, and waiting for memory would take as long as all the arithmetic of a look.
+  void Prefetch(double time_s) const;
   [[nodiscard]] double start_s() const { return states_.front().time_s; }
   [[nodiscard]] double end_s() const { return states_.back().time_s; }
   [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }
 
  private:
-  /// One cubic: everything that a time within it needs, side by side in memory.
-  struct Piece {
+  /// One cubic: everything that a time within it needs, in two lines of the cache.
+  struct alignas(64) Piece {
     double start_s = 0.0, end_s = 0.0;
     Eigen::Vector3d position_m, velocity_mps;
     Eigen::Vector3d second_mps2, third_mps3;  ///< coefficients of (t - t_k)^2 and (t - t_k)^3
