@@ -18,6 +18,8 @@ namespace {
 
 /// A whitening element that changes less than this at the solution changes no digit that counts.
 constexpr double kWhiteningSettled_1 = 1e-7;
+/// Step left, in sigmas over all unknowns together, at which the weights are formed again.
+constexpr double kApproached_1 = 1.0;
 constexpr int kMostRounds = 5;
 /// Looks beyond this whitened square length are dropped after a robust solution.
 constexpr double kKeepProbability_1 = 0.999;
@@ -56,6 +58,9 @@ SolveReport SolveRounds(const Weighting& weighting,
     SolveOptions solve;
     solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
+    // The first round only has to come near enough for the weights.
+    const bool approach = round == 0 && options.engine != Engine::kCeres;
+    if (approach) solve.settled_1 = kApproached_1;
     const SolveReport report = options.engine == Engine::kCeres
                                    ? SolveWithCeres(*problem, weighting, solve, state, progress)
                                    : SolveReduced(*problem, weighting, solve, state, progress);
@@ -65,9 +70,8 @@ SolveReport SolveRounds(const Weighting& weighting,
     total.final_cost_1 = report.final_cost_1;
     total.message = report.message;
     const double change = UpdateWhitening(*state, problem);
-    if (!report.converged || change <= kWhiteningSettled_1 || total.iterations >= allowed) {
-      break;
-    }
+    const bool settled = !approach && change <= kWhiteningSettled_1;
+    if (!report.converged || settled || total.iterations >= allowed) break;
   }
   return total;
 }

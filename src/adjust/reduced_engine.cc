@@ -5,7 +5,10 @@
 #include "sarblock/core/parallel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <string>
 
 namespace sarblock {
 namespace {
@@ -14,7 +17,6 @@ constexpr std::size_t kPointsPerChunk = 1024;
 constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
-constexpr double kStepSettled_1 = 1e-6;
 constexpr double kNear_1 = 0.5;
 
 /// Step of every point for a step `dx` of the corrections, and what the quadratic model promises.
@@ -66,6 +68,12 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
   return out;
 }
 
+std::string Rounded(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1e", value);
+  return text.data();
+}
+
 /// Why a solution stopped early. Looks without a value refuse steps: that is said, its cure is not
 /// more iterations.
 std::string WhyStopped(const char* reason, int refused) {
@@ -91,6 +99,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   ReducedSystem system(problem);
   double damping = kFirstDamping_1;
   int refused = 0;
+  std::string left_text;
   system.Form(*state, weighting, nullptr, damping);
   report.initial_cost_1 = report.final_cost_1 = system.cost();
   for (int trial = 0; trial < 4 * options.max_iterations; ++trial) {
@@ -98,7 +107,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
          "solve",
          static_cast<std::size_t>(report.iterations),
          static_cast<std::size_t>(options.max_iterations),
-         "cost " + std::to_string(report.final_cost_1));
+         "cost " + std::to_string(report.final_cost_1) + left_text);
     if (damping > kMostDamping_1) {
       report.message = WhyStopped("no step lowers the cost", refused);
       return report;
@@ -109,14 +118,15 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       continue;
     }
     const double left = system.RemainingStep();
+    left_text = ", step left " + Rounded(left) + " sigmas";
     if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear_1) {
       weighting.second_order = true;
       system.Form(*state, weighting, nullptr, damping);
       continue;
     }
-    if (left <= kStepSettled_1) {
+    if (left <= options.settled_1) {
       report.converged = true;
-      report.message = "the step left is below 1e-6 sigmas";
+      report.message = "the step left is " + Rounded(left) + " sigmas";
       return report;
     }
     if (report.iterations >= options.max_iterations) break;

@@ -20,10 +20,10 @@ using internal::Candidate;
 
 // Looks of correct standard deviations are called contradictory once in a million points.
 constexpr double kMisfitProbability = 1e-6;
-// Its quantile for one degree of freedom, rounded down: below it no quantile has to be computed.
-constexpr double kSmallestLimit = 23.9;
 // Candidates closer than this part of the range are one solution reached twice.
 constexpr double kSamePointPart = 1e-6;
+// Refinement moves a start by the misfit of the looks, far less than this part of the range.
+constexpr double kClearPart = 0.05;
 constexpr std::size_t kMaxAllPairs = 16;
 
 void Require(bool holds, const char* field, const char* problem) {
@@ -64,28 +64,47 @@ double SideComponent(const Sight& sight, const Eigen::Vector3d& up_1, const Eige
 struct Placement {
   bool right_side = true;
   bool below = true;
+  bool clearly_misplaced = false;  // on a wrong side or above by more than kClearPart of the range
 };
 
 Placement PlacementOf(std::span<const Sight> sights,
-                      const Frame& frame,
+                      std::span<const Eigen::Vector3d> up_of_sight_1,
                       const Eigen::Vector3d& origin_m,
                       const Eigen::Vector3d& point_m) {
   Placement placement;
-  for (const Sight& sight : sights) {
-    const Eigen::Vector3d up_1 = frame.VerticalAt(sight.antenna_m).up_1;
+  for (std::size_t k = 0; k < sights.size(); ++k) {
+    const Sight& sight = sights[k];
+    const Eigen::Vector3d& up_1 = up_of_sight_1[k];
     const Eigen::Vector3d d_m = point_m - (sight.antenna_m - origin_m);
     placement.right_side = placement.right_side && SideComponent(sight, up_1, d_m) > 0.0;
     placement.below = placement.below && up_1.dot(d_m) < 0.0;
+    const double clear_m = kClearPart * sight.range_m;
+    placement.clearly_misplaced =
+        placement.clearly_misplaced ||
+        SideComponent(sight, up_1, d_m) < -clear_m * sight.velocity_mps.norm() ||
+        up_1.dot(d_m) > clear_m;
   }
   return placement;
 }
 
+// Largest v'Pv of looks that agree. Quantiles take microseconds: the usual ones are kept.
+double LargestMisfit(std::size_t looks) {
+  constexpr std::size_t kKept = 64;
+  const auto limit = [](std::size_t n) {
+    return ChiSquareQuantile(1.0 - kMisfitProbability, 2.0 * static_cast<double>(n) - 3.0);
+  };
+  static const std::array<double, kKept> kept = [&limit] {
+    std::array<double, kKept> out{};
+    for (std::size_t n = 2; n < kKept; ++n) {
+      out[n] = limit(n);
+    }
+    return out;
+  }();
+  return looks < kKept ? kept[looks] : limit(looks);
+}
+
 bool Fits(const Candidate& candidate, std::size_t looks) {
-  if (candidate.square_sum <= kSmallestLimit) {
-    return true;
-  }
-  const double redundancy = 2.0 * static_cast<double>(looks) - 3.0;
-  return candidate.square_sum <= ChiSquareQuantile(1.0 - kMisfitProbability, redundancy);
+  return candidate.square_sum <= LargestMisfit(looks);
 }
 
 // At most the two mirror solutions.
@@ -166,15 +185,39 @@ Intersection Intersect(std::span<const Sight> sights,
     return result;
   }
   const Eigen::Vector3d origin_m = sights[0].antenna_m;
-  const internal::Starts starts =
-      internal::ClosedStarts(sights, origin_m, frame.VerticalAt(origin_m).up_1);
+  std::vector<Eigen::Vector3d> up_1;
+  up_1.reserve(sights.size());
+  for (const Sight& sight : sights) {
+    up_1.push_back(frame.VerticalAt(sight.antenna_m).up_1);
+  }
+  const internal::Starts starts = internal::ClosedStarts(sights, origin_m, up_1[0]);
   // Half way between mirror solutions the basin of the other one begins.
   const double apart_m = (starts.point_m[1] - starts.point_m[0]).norm();
   const double max_step_m = starts.count == 2 ? 0.5 * apart_m : sights[0].range_m;
+  const auto refine = [&](std::size_t i) {
+    return internal::Refine(sights, origin_m, starts.point_m[i], max_step_m, options);
+  };
+  // Most points have one start where the antennas look and its mirror image clearly elsewhere. If
+  // the first leads to a firm solution in its place the mirror solution would be discarded below:
+  // it is not computed.
+  if (starts.count == 2) {
+    const Placement first = PlacementOf(sights, up_1, origin_m, starts.point_m[0]);
+    const Placement second = PlacementOf(sights, up_1, origin_m, starts.point_m[1]);
+    if (first.clearly_misplaced != second.clearly_misplaced) {
+      const Candidate candidate = refine(first.clearly_misplaced ? 1 : 0);
+      const Placement placement = PlacementOf(sights, up_1, origin_m, candidate.point_m);
+      if (candidate.converged && candidate.firmly && placement.right_side && placement.below) {
+        return ResultOf(sights,
+                        origin_m,
+                        candidate,
+                        Fits(candidate, sights.size()) ? IntersectionOutcome::kDetermined
+                                                       : IntersectionOutcome::kCirclesDoNotMeet);
+      }
+    }
+  }
   Pool pool;
   for (std::size_t i = 0; i < starts.count; ++i) {
-    const Candidate candidate =
-        internal::Refine(sights, origin_m, starts.point_m[i], max_step_m, options);
+    const Candidate candidate = refine(i);
     const double same_m = kSamePointPart * sights[0].range_m;
     if (pool.count == 0 || (candidate.point_m - pool.items[0].point_m).norm() > same_m) {
       pool.Add(candidate);
@@ -182,7 +225,7 @@ Intersection Intersect(std::span<const Sight> sights,
   }
 
   const auto placed = [&](const Candidate& c) {
-    return PlacementOf(sights, frame, origin_m, c.point_m);
+    return PlacementOf(sights, up_1, origin_m, c.point_m);
   };
   const auto right_side = [&](const Candidate& c) { return placed(c).right_side; };
   const auto below = [&](const Candidate& c) { return placed(c).below; };

@@ -21,6 +21,10 @@ constexpr double kStepSigmas = 1e-8;
 constexpr double kRangeRounding = 8.0 * std::numeric_limits<double>::epsilon();
 // Singular values below this part of the largest are rounding: no step is taken along them.
 constexpr double kSingularPart = 1e-13;
+// Above this reciprocal condition no singular value has to be computed.
+constexpr double kRegular = 1e-4;
+// A point determined with this margin in every criterion is firmly so.
+constexpr double kFirmMargin = 4.0;
 constexpr double kLeastDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
 constexpr std::size_t kStackSights = 64;
@@ -72,6 +76,8 @@ class Solver {
   Eigen::Matrix3d Curvature() const;
   bool Descend();
   void Judge();
+  bool FirmlyDetermined() const;
+  bool DeterminedAlong(const Eigen::Vector3d& step_m, double margin) const;
   double SecondOrder(const Eigen::Vector3d& step_m) const;
 
   std::span<const Sight> sights_;
@@ -153,6 +159,25 @@ Scaled Decompose(const Eigen::Matrix3d& r) {
   return scaled;
 }
 
+// R with unit columns, and its inverse where it has one.
+struct ScaledInverse {
+  Eigen::Vector3d inverse_norm_m = Eigen::Vector3d::Ones();
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
+  double reciprocal_condition = 0.0;  // Frobenius norms: below the ratio of singular values
+};
+
+ScaledInverse Invert(const Eigen::Matrix3d& r) {
+  ScaledInverse out;
+  out.inverse_norm_m = InverseColumnNorms(r);
+  const Eigen::Matrix3d unit = r * out.inverse_norm_m.asDiagonal();
+  if (!(unit.diagonal().cwiseAbs().minCoeff() > 0.0)) {
+    return out;
+  }
+  out.inverse = unit.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+  out.reciprocal_condition = 1.0 / (unit.norm() * out.inverse.norm());
+  return out;
+}
+
 // Half the second derivative of v'Pv that J'J leaves out: sum of e times the curvature of the
 // equations, (I - g g')/rho of the range and -sin(tau) times that of the cone.
 Eigen::Matrix3d Solver::Curvature() const {
@@ -172,6 +197,12 @@ Eigen::Matrix3d Solver::Curvature() const {
 }
 
 Solver::Step Solver::GaussNewtonStep() const {
+  // Far from singular every direction counts and R itself gives the step.
+  const ScaledInverse regular = Invert(triangle_.r);
+  if (regular.reciprocal_condition > kRegular) {
+    return {regular.inverse_norm_m.cwiseProduct(-(regular.inverse * triangle_.z)),
+            triangle_.z.norm()};
+  }
   const Scaled scaled = Decompose(triangle_.r);
   const Eigen::Vector3d& s = scaled.svd.singularValues();
   const Eigen::Vector3d projected = scaled.svd.matrixU().transpose() * triangle_.z;
@@ -284,29 +315,54 @@ double Solver::SecondOrder(const Eigen::Vector3d& step_m) const {
   return std::abs(sum);
 }
 
-void Solver::Judge() {
-  if (!Evaluate(at_.point_m, &triangle_)) {
-    return;
-  }
-  const Scaled scaled = Decompose(triangle_.r);
-  const Eigen::Vector3d& s = scaled.svd.singularValues();
-  at_.r = triangle_.r;
-  at_.square_sum = triangle_.SquareSum();
-  at_.determined = false;
-  if (!(s[2] > options_.min_reciprocal_condition * s[0])) {
-    return;
-  }
-  // One standard deviation along the worst determined direction.
-  const Eigen::Vector3d step_m =
-      scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV().col(2)) / s[2];
+bool Solver::DeterminedAlong(const Eigen::Vector3d& step_m, double margin) const {
   double shortest_m = std::numeric_limits<double>::infinity();
   for (const Sight& sight : sights_) {
     shortest_m = std::min(shortest_m, sight.range_m);
   }
-  if (step_m.norm() > kMaxDeviationPart * shortest_m) {
+  return margin * step_m.norm() <= kMaxDeviationPart * shortest_m &&
+         margin * SecondOrder(step_m) * kLeastMirrorDistance <= 1.0;
+}
+
+// One standard deviation along (nearly) the worst determined direction by inverse iteration on
+// R'R, where R is regular: a comfortable point needs no singular values to be told as one.
+bool Solver::FirmlyDetermined() const {
+  const ScaledInverse regular = Invert(triangle_.r);
+  if (!(regular.reciprocal_condition >
+        std::max(kRegular, kFirmMargin * options_.min_reciprocal_condition))) {
+    return false;
+  }
+  Eigen::Index longest = 0;
+  regular.inverse.rowwise().squaredNorm().maxCoeff(&longest);
+  Eigen::Vector3d v = Eigen::Vector3d::Unit(longest);
+  double growth = 1.0;
+  for (int i = 0; i < 4; ++i) {
+    v = regular.inverse * (regular.inverse.transpose() * v);
+    growth = v.norm();
+    v /= growth;
+  }
+  return DeterminedAlong(regular.inverse_norm_m.cwiseProduct(v) * std::sqrt(growth), kFirmMargin);
+}
+
+void Solver::Judge() {
+  if (!Evaluate(at_.point_m, &triangle_)) {
     return;
   }
-  at_.determined = SecondOrder(step_m) * kLeastMirrorDistance <= 1.0;
+  at_.r = triangle_.r;
+  at_.square_sum = triangle_.SquareSum();
+  at_.firmly = FirmlyDetermined();
+  at_.determined = at_.firmly;
+  if (at_.firmly) {
+    return;
+  }
+  const Scaled scaled = Decompose(triangle_.r);
+  const Eigen::Vector3d& s = scaled.svd.singularValues();
+  if (!(s[2] > options_.min_reciprocal_condition * s[0])) {
+    return;
+  }
+  // One standard deviation along the worst determined direction.
+  at_.determined =
+      DeterminedAlong(scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV().col(2)) / s[2], 1.0);
 }
 
 Candidate Solver::Run(const Eigen::Vector3d& start_m) {
@@ -333,8 +389,9 @@ void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
     if (norm == 0.0) {
       continue;
     }
-    const double c = r(i, i) / norm;
-    const double s = left[i] / norm;
+    const double inverse = 1.0 / norm;
+    const double c = r(i, i) * inverse;
+    const double s = left[i] * inverse;
     for (Eigen::Index k = i; k < 3; ++k) {
       const double above = r(i, k);
       r(i, k) = c * above + s * left[k];

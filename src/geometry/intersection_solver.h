@@ -29,6 +29,7 @@ struct Candidate {
   int iterations = 0;
   bool converged = false;
   bool determined = false;
+  bool firmly = false;  ///< determined by a wide margin
 };
 
 /// Gauss-Newton, then damped Newton, from a start point: weights from the start, formed again once

@@ -78,6 +78,8 @@ struct SolveReport {
 struct SolveOptions {
   int max_iterations = 50;
   int threads = 1;
+  /// Newton step left, in sigmas over all unknowns, at which the reduced engine is done.
+  double settled_1 = 1e-6;
 };
 
 /// Levenberg-Marquardt by Ceres, points eliminated first (dense or sparse Schur by the number of

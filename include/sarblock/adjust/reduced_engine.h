@@ -14,9 +14,9 @@ namespace sarblock {
 ///
 /// Damping (Marquardt 1963): lambda times the diagonal of J'J on every unknown, a tenth after a
 /// step that lowers the cost, tenfold after one that does not. Ends when the step that is left is
-/// below 1e-6 sigmas over all unknowns together, or below what the rounding of the cost can tell.
-/// The solution is that of SolveWithCeres to a small part of a sigma. Updates `state`. Throws
-/// Interrupted if the sink was cancelled.
+/// below options.settled_1 sigmas over all unknowns together, or below what the rounding of the
+/// cost can tell. The solution is that of SolveWithCeres to a small part of a sigma. Updates
+/// `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveReduced(const AdjustmentProblem& problem,
                                        const Weighting& weighting,
                                        const SolveOptions& options,
