@@ -31,7 +31,13 @@ void CheckOptions(const ImportOptions& options, std::size_t products) {
   positive(options.azimuth_sigma_m, "sigma-azimuth-m");
   positive(options.max_misfit_m, "max-misfit-m");
   positive(options.orbit_margin_s, "orbit-margin-s");
-  if (!(options.orbit_step_s >= 0.0)) throw InputError("orbit-step-s", "must not be negative");
+  constexpr double kShortestStep_s = 0.01;
+  if (options.orbit_step_s != 0.0 && !(options.orbit_step_s >= kShortestStep_s)) {
+    throw InputError(
+        "orbit-step-s",
+        fmt::format(
+            "{} is not allowed, 0 or {} and more is", options.orbit_step_s, kShortestStep_s));
+  }
   if (products == 0) throw InputError("products", "none given, one or more are needed");
   if (!options.pass_ids.empty() && options.pass_ids.size() != products) {
     throw InputError(
@@ -113,6 +119,22 @@ std::vector<StateVector> StatesOfFiles(const std::vector<OrbitFile>& orbits,
                                UtcText(product.first_line),
                                UtcText(product.last_line),
                                files));
+}
+
+// States 5 minutes apart leave the polynomial of degree 7 some 6 mm from a low orbit; farther ones
+// no longer tell where the satellite was.
+void RefuseGaps(const std::string& file, const std::vector<StateVector>& states) {
+  constexpr double kLongest_s = 300.0;
+  for (std::size_t k = 1; k < states.size(); ++k) {
+    const double gap_s = states[k].time_s - states[k - 1].time_s;
+    if (gap_s <= kLongest_s) continue;
+    throw InputError(FilePlace{file, 0, "orbit"},
+                     fmt::format("states {} and {} are {} s apart, {} s at most is allowed",
+                                 k,
+                                 k + 1,
+                                 gap_s,
+                                 kLongest_s));
+  }
 }
 
 ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
@@ -210,6 +232,7 @@ class Importer {
     const std::vector<StateVector> states =
         orbits_.empty() ? StatesFrom(product.orbit, epoch)
                         : StatesOfFiles(orbits_, product, epoch, options_.orbit_margin_s);
+    RefuseGaps(product.file, states);
     const double contradiction_mps = VelocityContradiction_mps(states);
     const bool through_states = options_.through == OrbitThrough::kStates;
     if (through_states && contradiction_mps > kContradiction_mps) {

@@ -234,6 +234,17 @@ TEST(ImportProductsTest, ContradictingVelocitiesAreWarnedOf) {
   EXPECT_GT(LargestErrors(swinging.block).along_m, 0.1);  // 0.008 / 7500 of 850 km is 0.9 m
 }
 
+TEST(ImportProductsTest, StatesTooFarApartAreRefused) {
+  Sentinel1Product product = Product(SyntheticAnnotation());
+  for (std::size_t k = 10; k < product.orbit.size(); ++k) product.orbit[k].time.tai_whole += 3600;
+  EXPECT_THAT(
+      test::MessageOf<InputError>([&] { return ImportProducts({product}, {}, {}); }),
+      HasSubstr("a.xml: orbit: states 10 and 11 are 3610 s apart, 300 s at most is allowed"));
+  ImportOptions fine;
+  fine.orbit_step_s = 1e-3;
+  EXPECT_THROW(static_cast<void>(Import(SyntheticAnnotation(), fine)), InputError);
+}
+
 TEST(ImportProductsTest, AGridOutsideTheOrbitIsRefused) {
   SyntheticAnnotation scene;
   scene.first_line_s = 105.0;
