@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "pixel_residuals.h"
+
 namespace sarblock {
 namespace {
 
@@ -149,22 +151,23 @@ void WriteParameterCovariance(const std::filesystem::path& file, const ResultVie
 }
 
 void WriteResidualTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"pass",
-                 "point",
-                 "range_residual_m",
-                 "azimuth_residual_m",
-                 "range_redundancy",
-                 "azimuth_redundancy",
-                 "range_w",
-                 "azimuth_w",
-                 "range_mdb_m",
-                 "azimuth_mdb_m",
-                 "range_influence_m",
-                 "azimuth_influence_m",
-                 "weight",
-                 "rejected"},
-                view.context.compression);
+  std::vector<std::string_view> columns{"pass",
+                                        "point",
+                                        "range_residual_m",
+                                        "azimuth_residual_m",
+                                        "range_redundancy",
+                                        "azimuth_redundancy",
+                                        "range_w",
+                                        "azimuth_w",
+                                        "range_mdb_m",
+                                        "azimuth_mdb_m",
+                                        "range_influence_m",
+                                        "azimuth_influence_m",
+                                        "weight",
+                                        "rejected"};
+  const PixelResiduals pixels(view);
+  pixels.AddColumns(&columns);
+  CsvWriter out(file, columns, view.context.compression);
   const Block& block = view.block;
   const LookResults& looks = view.result.looks;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
@@ -176,7 +179,9 @@ void WriteResidualTable(const std::filesystem::path& file, const ResultView& vie
       const bool rejected =
           looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
       out.Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
-      out.Integer(rejected ? 1 : 0).EndRow();
+      out.Integer(rejected ? 1 : 0);
+      pixels.Write(i, point, &out);
+      out.EndRow();
     }
   }
   out.Commit();

@@ -2,7 +2,10 @@
 // Looks given by line and pixel, standard deviations in lines and pixels.
 #include "sarblock/core/error.h"
 #include "sarblock/io/block_files.h"
+#include "sarblock/io/csv_reader.h"
+#include "sarblock/io/result_files.h"
 
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -101,6 +104,35 @@ TEST_F(ImageFilesTest, WrittenRastersReadBackToTheSame) {  // round trip, equal 
     EXPECT_EQ(again.looks.time_s, file.block.looks.time_s);
     EXPECT_EQ(again.looks.range_m, file.block.looks.range_m);
   }
+}
+
+// Hand arithmetic: a straight path at 210.5 m/s, so that e_d falls by that rate; half a line is
+// 0.5 * 0.004 s * 210.5 m/s = 0.421 m, a pixel 2.5 m. A pass without an image has empty cells.
+TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
+  const std::string second = "[[pass]]\nid = \"B\"\nlook = \"left\"\n";
+  const std::string paths =
+      kPaths + "B,0,0,0,8000.5,210.5,0,0\nB,30.25,6367.6,0,8000.5,210.5,0,0\n";
+  const std::string looks =
+      "pass,point,line,pixel,time_s,range_m\nA,P,100.5,40.25,,\nB,P,,,2.5,9000\n";
+  const BlockFile file = ReadBlockTexts({kHead + kSlant + second, paths, looks, std::nullopt});
+  AdjustResult result;
+  result.points.status = {PointStatus::kAdjusted};
+  result.points.reason = {""};
+  result.points.looks = {2};
+  result.points.position_m = {Eigen::Vector3d(402.5, 3000.25, 12.5)};
+  result.points.intersection_rad = {0.1};
+  result.looks.range_residual_m = {-0.625, 0.1};
+  result.looks.azimuth_residual_m = {0.421, 0.1};
+  WriteResult(folder_, file.block, file.adjust, result, ResultContext{});
+  constexpr std::array<CsvColumn, 3> columns{
+      {{"pass"}, {"line_residual_px"}, {"pixel_residual_px"}}};
+  CsvReader reader(folder_ / "residuals.csv", columns);
+  ASSERT_TRUE(reader.Next());
+  EXPECT_NEAR(reader.RequiredNumber(1), 0.5, 1e-12);
+  EXPECT_NEAR(reader.RequiredNumber(2), -0.25, 1e-12);
+  ASSERT_TRUE(reader.Next());
+  EXPECT_FALSE(reader.Given(1));
+  EXPECT_FALSE(reader.Given(2));
 }
 
 TEST(ImageLooksTest, RefusesWhatContradictsItself) {

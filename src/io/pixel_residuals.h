@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/io/csv_writer.h"
+
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "result_tables.h"
+
+namespace sarblock {
+
+/// The columns `line_residual_px` and `pixel_residual_px` of residuals.csv: the same residuals as
+/// steps of the image, computed minus measured. They stand there if a pass has an image; cells of
+/// looks of other passes are empty. docs/theory/image_coordinates.md, eq. (5).
+class PixelResiduals {
+ public:
+  explicit PixelResiduals(const ResultView& view);
+
+  void AddColumns(std::vector<std::string_view>* columns) const;
+  void Write(std::size_t look, std::size_t point, CsvWriter* out) const;
+
+ private:
+  const ResultView& view_;
+  bool present_ = false;
+};
+
+}  // namespace sarblock
