@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 
+#include "sarblock/adjust/block_structure.h"
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/start_values.h"
@@ -126,6 +127,7 @@ void RecoverLostPoints(const Weighting& weighting,
                        BlockState* state,
                        SolveReport* solve,
                        std::optional<ReducedSystem>* system,
+                       PointDefects* defects,
                        ProgressSink* progress) {
   std::vector<std::size_t> lost = LostPoints(*problem, *state, system, progress);
   // Each round also mends the corrections that lost points have pulled at.
@@ -142,8 +144,10 @@ void RecoverLostPoints(const Weighting& weighting,
     solve->initial_cost_1 = before.initial_cost_1;
     lost = LostPoints(*problem, *state, system, progress);
   }
-  bool left_out = false;
+  *defects = FindPointDefects(*problem, *state);
+  bool left_out = LeaveOutOpenPoints(*defects, problem);
   for (const std::size_t point : lost) {
+    if (!problem->Solves(point)) continue;
     const std::vector<Sight> sights = SightsOf(*problem, *state, point);
     const bool mirrored = std::any_of(sights.begin(), sights.end(), [&](const Sight& sight) {
       return !LiesWhereItLooks(problem->block.frame, sight, state->Position(point));
@@ -210,6 +214,8 @@ AdjustResult Adjust(const Block& block,
   AdjustmentProblem problem(
       block, options.corrections == CorrectionChoice::kGiven ? options.groups : none);
   BlockState state;
+  std::vector<std::string> structure;
+  PointDefects defects;
   {
     const StageTimer timer("start", &result.stages);
     StartReport start = ComputeStartValues(&problem, progress);
@@ -222,12 +228,18 @@ AdjustResult Adjust(const Block& block,
                NameLooks(block, start.looks_not_evaluated));
     }
     RequireSolvable(problem);
+    for (const Finding& finding : ExamineStructure(problem, state)) {
+      structure.push_back(finding.text);
+      Warn(&result, finding.text);
+    }
     std::optional<ReducedSystem> system;
     system.emplace(problem);
     system->Form(state, {}, progress);
     // A singular block is refused before anything is solved with it. Points that are weak at the
     // start only are judged at the solution.
-    if (system->weak_points().empty()) system->Factor();
+    if (system->weak_points().empty()) {
+      RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
+    }
   }
   const Weighting weighting{options.robust, RobustScale(options)};
   SolveReport solve;
@@ -235,7 +247,8 @@ AdjustResult Adjust(const Block& block,
   {
     const StageTimer timer("solve", &result.stages);
     solve = SolveRounds(weighting, options, &problem, &state, progress);
-    RecoverLostPoints(weighting, options, &problem, &state, &solve, &system, progress);
+    RecoverLostPoints(
+        weighting, options, &problem, &state, &solve, &system, &defects, progress);
   }
   const StageTimer timer("covariance", &result.stages);
   if (options.robust == RobustLoss::kNone) {
@@ -247,7 +260,7 @@ AdjustResult Adjust(const Block& block,
     system.emplace(problem);
     system->Form(state, weighting, progress);
   }
-  system->Factor();
+  RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost_1;
   result.final_cost = system->cost();
@@ -272,7 +285,7 @@ AdjustResult Adjust(const Block& block,
                "solution");
     }
     FormDetermined(state, {}, &problem, &system, progress);
-    system->Factor();
+    RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
     square_sum = 2.0 * system->cost();
     result.condition = system->Condition();
   }
@@ -285,15 +298,11 @@ AdjustResult Adjust(const Block& block,
   result.accepted = converged;
   if (!converged) Warn(&result, "not converged: " + solve.message);
 
-  if (result.condition > 1e10) {
-    Warn(&result,
-         "the corrections are nearly undetermined: condition of the scaled reduced matrix " +
-             std::to_string(result.condition));
-  }
+  WarnOfWeakDirections(system->rank(), &result);
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, options, pairs, progress, &result);
   FillCorrectedPaths(problem, state, &result);
-  FinishResult(problem, state, options, square_sum, &result);
+  FinishResult(problem, state, options, square_sum, defects, &result);
   // Also where the point went with them.
   for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
   return result;

@@ -97,7 +97,7 @@ AdjustResult IntersectBlock(const Block& block,
          "pairs are not formed by intersect: its points are independent, the covariance of a "
          "difference is the sum of theirs");
   }
-  FinishResult(problem, state, options, total, &result);
+  FinishResult(problem, state, options, total, {}, &result);
   result.accepted = result.looks_used > 0;
   return result;
 }

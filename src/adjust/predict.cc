@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/block_structure.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -141,14 +142,22 @@ AdjustResult Predict(const Block& block,
   }
   const StageTimer timer("covariance", &result.stages);
   UpdateWhitening(state, &problem);
+  const PointDefects defects = FindPointDefects(problem, state);
+  LeaveOutOpenPoints(defects, &problem);
   std::optional<ReducedSystem> system;
   FormDetermined(state, {}, &problem, &system, progress);
-  system->Factor();
+  std::vector<std::string> structure;
+  for (const Finding& finding : ExamineStructure(problem, state)) {
+    structure.push_back(finding.text);
+    Warn(&result, finding.text);
+  }
+  RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
+  WarnOfWeakDirections(system->rank(), &result);
   result.condition = system->Condition();
   result.accepted = true;
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, options, pairs, progress, &result);
-  FinishResult(problem, state, options, kNotGiven, &result);
+  FinishResult(problem, state, options, kNotGiven, defects, &result);
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};
   return result;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/reduced_system.h"
 
-#include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 
 #include <algorithm>
@@ -311,30 +310,6 @@ void ReducedSystem::AddPriors(const BlockState& state) {
   }
 }
 
-void ReducedSystem::ThrowUndetermined(const Eigen::VectorXd& direction) const {
-  const double most = direction.cwiseAbs().maxCoeff();
-  std::vector<std::pair<double, int>> share;
-  for (Eigen::Index i = 0; i < direction.size(); ++i) {
-    if (std::abs(direction[i]) >= 0.1 * most) {
-      share.emplace_back(-std::abs(direction[i]), static_cast<int>(i));
-    }
-  }
-  std::sort(share.begin(), share.end());
-  std::vector<std::string> names;
-  std::string text;
-  for (const auto& [weight, row] : share) {
-    names.push_back(problem_.layout.Describe(row));
-    if (names.size() <= 12) text += (text.empty() ? "" : ", ") + names.back();
-  }
-  if (names.size() > 12) text += " and " + std::to_string(names.size() - 12) + " more";
-  throw UndeterminedError(
-      "the block does not determine its corrections: these move together without changing any "
-      "observation: " +
-          text +
-          "; add control points or a prior standard deviation, or leave a correction group out",
-      names);
-}
-
 BlockSymmetricMatrix ReducedSystem::Scaled() {
   BlockSymmetricMatrix scaled = s_;
   for (int j = 0; j < scaled.block_count(); ++j) {
@@ -372,10 +347,10 @@ double ReducedSystem::Promised(const Eigen::VectorXd& dx) const {
   return 0.5 * (-full_gradient_.dot(dx) + damping_1_ * dx.cwiseAbs2().dot(full_diagonal_));
 }
 
-void ReducedSystem::Factor() {
+const RankReport& ReducedSystem::FactorAndAnalyse(const BlockState* state) {
   const Eigen::Index n = s_.rows();
-  condition_1_ = 1.0;
-  if (n == 0) return;
+  rank_ = {};
+  if (n == 0) return rank_;
   scale_.resize(n);
   const ParameterLayout& layout = problem_.layout;
   for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
@@ -383,28 +358,18 @@ void ReducedSystem::Factor() {
     for (int i = 0; i < layout.blocks[b].size; ++i) {
       const int row = layout.blocks[b].offset + i;
       // A diagonal that elimination reduced to rounding belongs to a parameter of its own null
-      // direction.
-      if (!(diagonal[i] > 1e-14 * full_diagonal_[row]) || !std::isfinite(diagonal[i])) {
-        ThrowUndetermined(Eigen::VectorXd::Unit(n, row));
-      }
-      scale_[row] = 1.0 / std::sqrt(diagonal[i]);
+      // direction: scaled by what it was before, it stays as small as it is.
+      const bool own = diagonal[i] > 1e-14 * full_diagonal_[row] && std::isfinite(diagonal[i]);
+      const double unit = own ? diagonal[i] : full_diagonal_[row] > 0.0 ? full_diagonal_[row] : 1.0;
+      scale_[row] = 1.0 / std::sqrt(unit);
     }
   }
-  BlockSymmetricMatrix scaled = Scaled();
-  if (!factor_->Factorize(scaled).positive_definite) {
-    // Lift the null space a little to find the direction that has none.
-    for (int b = 0; b < scaled.block_count(); ++b) {
-      scaled.Block(b, b).diagonal().array() += 1e-9;
-    }
-    if (!factor_->Factorize(scaled).positive_definite) {
-      ThrowUndetermined(Eigen::VectorXd::Ones(n));
-    }
-    ThrowUndetermined(factor_->SmallestEigenpair().vector);
-  }
-  const BlockCholesky::EigenPair least = factor_->SmallestEigenpair();
-  if (!(least.value > kLeastEigenvalue_1)) ThrowUndetermined(least.vector);
-  condition_1_ = factor_->ConditionEstimate(scaled);
+  const BlockSymmetricMatrix scaled = Scaled();
+  rank_ = AnalyseRank(problem_, scaled, scale_, state, &*factor_);
+  return rank_;
 }
+
+void ReducedSystem::Factor() { RequireRegular(problem_, FactorAndAnalyse()); }
 
 Eigen::MatrixXd ReducedSystem::SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const {
   Eigen::MatrixXd x = scale_.asDiagonal() * b;

@@ -39,23 +39,6 @@ void CountAndTest(const AdjustmentProblem& problem,
   result->chi_square_passed = result->chi_square.Contains(square_sum);
 }
 
-void WarnOfPoints(const AdjustmentProblem& problem, AdjustResult* result) {
-  std::size_t left_out = 0;
-  std::string first;
-  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
-    if (problem.Solves(point)) continue;
-    if (left_out++ == 0) {
-      first =
-          std::string(problem.block.points.ids[point]) + " (" + problem.point_reason[point] + ")";
-    }
-  }
-  if (left_out > 0) {
-    Warn(result,
-         std::to_string(left_out) + " of " + std::to_string(problem.block.points.size()) +
-             " points are not determined and left out, the first is " + first);
-  }
-}
-
 /// A standard deviation beyond this part of the shortest range leaves a direction open: no linear
 /// statement holds there (the intersection of a point alone refuses it at the same part).
 constexpr double kMaxDeviationPart_1 = 0.5;
@@ -102,10 +85,21 @@ void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
 
 void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }
 
+void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result) {
+  for (const WeakDirection& direction : rank.nearly) {
+    if (direction.text.empty()) continue;
+    Warn(result, "nearly undetermined: " + direction.text);
+  }
+  if (rank.more || (!rank.nearly.empty() && rank.nearly.back().text.empty())) {
+    Warn(result, "more directions than were looked for or described are nearly undetermined");
+  }
+}
+
 void FinishResult(const AdjustmentProblem& problem,
                   const BlockState& state,
                   const AdjustOptions& options,
                   double square_sum_1,
+                  const PointDefects& defects,
                   AdjustResult* result) {
   CountAndTest(problem, options, square_sum_1, result);
   FillPoints(problem, state, result);
@@ -113,7 +107,7 @@ void FinishResult(const AdjustmentProblem& problem,
   if (measured && result->looks.range_residual_m.empty()) FillResiduals(problem, state, {}, result);
   if (measured) FillChecks(problem.block, result);
   MarkRejected(problem, result);
-  WarnOfPoints(problem, result);
+  for (const Finding& finding : DescribePoints(problem, defects)) Warn(result, finding.text);
   WarnOfOpenPoints(problem, result);
   if (options.covariance != CovarianceLevel::kNone) FillLeberlPrediction(problem, state, result);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/block_structure.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/reduced_system.h"
 
@@ -31,6 +32,8 @@ void FormDetermined(const BlockState& state,
 void RequireOffered(const AdjustOptions& options);
 
 void Warn(AdjustResult* result, const std::string& text);
+/// One warning for each nearly undetermined direction.
+void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result);
 
 /// The last step of all three: counts, global test, points, residuals (unless there already), check
 /// points, rejected looks, warnings of points left out. `square_sum_1` is v'Pv,
@@ -39,6 +42,7 @@ void FinishResult(const AdjustmentProblem& problem,
                   const BlockState& state,
                   const AdjustOptions& options,
                   double square_sum_1,
+                  const PointDefects& defects,
                   AdjustResult* result);
 /// Positions, status, counts of looks and angles.
 void FillPoints(const AdjustmentProblem& problem, const BlockState& state, AdjustResult* result);

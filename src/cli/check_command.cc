@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/parameters.h"
+#include "sarblock/adjust/block_structure.h"
+#include "sarblock/adjust/start_values.h"
+#include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 
@@ -14,6 +16,16 @@
 namespace sarblock::cli {
 namespace {
 
+/// What the adjustment would say of the block before it forms an equation.
+std::vector<Finding> Examine(AdjustmentProblem* problem, const Session& session) {
+  const StartReport start = ComputeStartValues(problem, session.progress.get());
+  const PointDefects defects = FindPointDefects(*problem, start.state);
+  LeaveOutOpenPoints(defects, problem);
+  std::vector<Finding> findings = ExamineStructure(*problem, start.state);
+  for (Finding& finding : DescribePoints(*problem, defects)) findings.push_back(std::move(finding));
+  return findings;
+}
+
 int Run(const std::string& folder, const Session& session) {
   ReadOptions read;
   read.set_overrides = session.set;
@@ -23,10 +35,14 @@ int Run(const std::string& folder, const Session& session) {
     fmt::print("{}", DumpAdjustTable(file.adjust));
     return kAccepted;
   }
-  const ParameterLayout layout = MakeParameterLayout(
-      file.block,
-      file.adjust.corrections == CorrectionChoice::kGiven ? file.adjust.groups
-                                                          : std::vector<CorrectionGroup>{});
+  const ThreadLimit limit(session.Threads());
+  AdjustmentProblem problem(file.block,
+                            file.adjust.corrections == CorrectionChoice::kGiven
+                                ? file.adjust.groups
+                                : std::vector<CorrectionGroup>{});
+  const int corrections = problem.layout.size();
+  std::vector<std::string> warnings = file.warnings;
+  for (const Finding& finding : Examine(&problem, session)) warnings.push_back(finding.text);
   if (session.json) {
     std::array<std::size_t, 3> roles{};
     for (const PointRole role : file.block.points.role) ++roles[static_cast<std::size_t>(role)];
@@ -38,13 +54,13 @@ int Run(const std::string& folder, const Session& session) {
                                     {"control", roles[1]},
                                     {"check", roles[2]},
                                     {"looks", file.block.looks.size()},
-                                    {"corrections", layout.size()},
-                                    {"warnings", file.warnings}};
+                                    {"corrections", corrections},
+                                    {"warnings", warnings}};
     fmt::print("{}\n", summary.dump(2));
     return kAccepted;
   }
-  fmt::print("{}  corrections {}\n", DescribeBlock(file.block), layout.size());
-  for (const std::string& warning : file.warnings) fmt::print("  warning: {}\n", warning);
+  fmt::print("{}  corrections {}\n", DescribeBlock(file.block), corrections);
+  for (const std::string& warning : warnings) fmt::print("  warning: {}\n", warning);
   return kAccepted;
 }
 

@@ -249,6 +249,8 @@ SceneControl ReadKnown(SceneTable table, SceneControl::Layout default_layout) {
       known.held[name.OneOf({"e", "n", "u"})] = true;
     }
   }
+  table.Numbers("east_m", &known.east_m);
+  table.Numbers("north_m", &known.north_m);
   table.Number("inset", &known.inset_1);
   table.Number("noise_scale", &known.noise_scale_1);
   table.Number("approximate_sigma_m", &known.approximate_sigma_m);

@@ -20,10 +20,11 @@ struct Area {
   }
 };
 
-Area AreaOf(const ScenePoints& points, double inset_1) {
-  const Eigen::Vector2d low_m(points.east_m[0], points.north_m[0]);
-  const Eigen::Vector2d size_m(points.east_m[1] - points.east_m[0],
-                               points.north_m[1] - points.north_m[0]);
+Area AreaOf(const std::array<double, 2>& east_m,
+            const std::array<double, 2>& north_m,
+            double inset_1) {
+  const Eigen::Vector2d low_m(east_m[0], north_m[0]);
+  const Eigen::Vector2d size_m(east_m[1] - east_m[0], north_m[1] - north_m[0]);
   return {low_m + inset_1 * size_m, (1.0 - 2.0 * inset_1) * size_m};
 }
 
@@ -102,7 +103,9 @@ void PlaceKnown(const Scene& scene,
                 PointRole role,
                 std::vector<PlacedPoint>* placed) {
   if (known.layout == SceneControl::Layout::kNone) return;
-  const Area area = AreaOf(scene.points, known.inset_1);
+  const Area area = AreaOf(std::isnan(known.east_m[0]) ? scene.points.east_m : known.east_m,
+                           std::isnan(known.north_m[0]) ? scene.points.north_m : known.north_m,
+                           known.inset_1);
   const bool control = role == PointRole::kControl;
   const StreamKind stream = control ? kControlPlaceStream : kCheckPlaceStream;
   for (std::size_t i = 0; i < known.count; ++i) {
@@ -121,7 +124,7 @@ std::vector<PlacedPoint> PlacePoints(const Scene& scene) {
   const std::size_t count = scene.points.count;
   if (count == 0) return placed;
   placed.reserve(placed.size() + count);
-  const Area area = AreaOf(scene.points, 0.0);
+  const Area area = AreaOf(scene.points.east_m, scene.points.north_m, 0.0);
   const Grid grid = GridFor(count, area);
   for (std::size_t i = 0; i < count; ++i) {
     Eigen::Vector2d plane_m;

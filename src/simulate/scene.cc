@@ -156,15 +156,16 @@ Problem FindLooksProblem(const SceneLooks& looks) {
   return std::nullopt;
 }
 
+bool Grows(const std::array<double, 2>& interval_m) {
+  return std::isfinite(interval_m[0]) && std::isfinite(interval_m[1]) &&
+         interval_m[0] < interval_m[1];
+}
+
 Problem FindPointsProblem(const Scene& scene) {
   const ScenePoints& points = scene.points;
   if (points.count > kMostPoints) return {{"points.count", "must not exceed 100 million"}};
-  const auto grows = [](const std::array<double, 2>& interval_m) {
-    return std::isfinite(interval_m[0]) && std::isfinite(interval_m[1]) &&
-           interval_m[0] < interval_m[1];
-  };
-  if (!grows(points.east_m)) return {{"points.east_m", "must be given as [from, to], from < to"}};
-  if (!grows(points.north_m)) return {{"points.north_m", "must be given as [from, to], from < to"}};
+  if (!Grows(points.east_m)) return {{"points.east_m", "must be given as [from, to], from < to"}};
+  if (!Grows(points.north_m)) return {{"points.north_m", "must be given as [from, to], from < to"}};
   if (!std::isfinite(scene.terrain.height_m)) return {{"terrain.height_m", "must be finite"}};
   if (!NotNegative(scene.terrain.relief_m)) {
     return {{"terrain.relief_m", "must be zero or positive"}};
@@ -191,6 +192,15 @@ Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
   }
   if (!known.held[0] && !known.held[1] && !known.held[2]) {
     return {{field + "components", "must name one of e, n, u at least"}};
+  }
+  const auto given = [](const std::array<double, 2>& interval_m) {
+    return !std::isnan(interval_m[0]) || !std::isnan(interval_m[1]);
+  };
+  if (given(known.east_m) && !Grows(known.east_m)) {
+    return {{field + "east_m", "must be [from, to], from < to"}};
+  }
+  if (given(known.north_m) && !Grows(known.north_m)) {
+    return {{field + "north_m", "must be [from, to], from < to"}};
   }
   if (!(known.inset_1 >= 0.0 && known.inset_1 < 0.5)) {
     return {{field + "inset", "must be at least 0 and below 0.5"}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/sparse/block_cholesky.h"
+#include "sarblock/sparse/least_eigenpairs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -158,21 +159,7 @@ BlockCholesky::EigenPair BlockCholesky::SmallestEigenpair() const {
 }
 
 double BlockCholesky::ConditionEstimate(const BlockSymmetricMatrix& matrix) const {
-  constexpr int kSteps = 200;
-  constexpr double kRelativeChange = 1e-3;
-  VectorXd x = StartVector(matrix.rows());
-  double largest = 0.0;
-  for (int step = 0; step < kSteps && x.size() > 0; ++step) {
-    const VectorXd next = matrix.Multiply(x);
-    const double value = x.dot(next);
-    x = next.normalized();
-    const double change = std::abs(value - largest);
-    largest = value;
-    if (change <= kRelativeChange * value) {
-      break;
-    }
-  }
-  return x.size() > 0 ? largest / SmallestEigenpair().value : 1.0;
+  return matrix.rows() > 0 ? LargestEigenvalue(matrix) / SmallestEigenpair().value : 1.0;
 }
 
 }  // namespace sarblock

@@ -131,7 +131,7 @@ std::vector<std::string> NamesOfRefusal(AdjustmentProblem* problem, const BlockS
   try {
     system.Factor();
   } catch (const UndeterminedError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("add control points or a prior"));
+    EXPECT_THAT(error.what(), HasSubstr("; removed by "));
     return error.names();
   }
   return {};

@@ -2,6 +2,7 @@
 // Factor, selected inverse and solves of the reduced normal matrix: passes of `parameters` each in
 // a strips x segments x sides grid, paired within two steps. Run by hand; results in docs.
 #include "sarblock/sparse/block_cholesky.h"
+#include "sarblock/sparse/least_eigenpairs.h"
 
 #include <cstddef>
 #include <random>
@@ -46,6 +47,15 @@ void SelectedInverse(benchmark::State& state) {
   }
 }
 
+void LeastSix(benchmark::State& state) {
+  const BlockSymmetricMatrix matrix = PassGrid(state);
+  BlockCholesky cholesky(matrix);
+  benchmark::DoNotOptimize(cholesky.Factorize(matrix));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(FindLeastEigenpairs(matrix, cholesky).values.sum());
+  }
+}
+
 void SolveColumns(benchmark::State& state) {
   const BlockSymmetricMatrix matrix = PassGrid(state);
   BlockCholesky cholesky(matrix);
@@ -78,6 +88,7 @@ void Sizes(benchmark::internal::Benchmark* benchmark) {
 BENCHMARK(Analyse)->Apply(Sizes);
 BENCHMARK(Factorize)->Apply(Sizes);
 BENCHMARK(SelectedInverse)->Apply(Sizes);
+BENCHMARK(LeastSix)->Apply(Sizes);
 BENCHMARK(SolveColumns)->Args({50, 20, 6, 1})->Args({50, 20, 6, 64})->Unit(benchmark::kMillisecond);
 BENCHMARK(LookUpBlocks)->Args({50, 20, 6})->Args({60, 20, 6});
 

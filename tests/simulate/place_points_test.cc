@@ -14,8 +14,13 @@ namespace {
 using Layout = SceneControl::Layout;
 
 /// True plan positions of the control points, in file order.
-std::vector<Eigen::Vector2d> ControlOf(Layout layout, std::size_t count, double inset) {
+std::vector<Eigen::Vector2d> ControlOf(Layout layout,
+                                       std::size_t count,
+                                       double inset,
+                                       const std::array<double, 2>& east_m = {kNotGiven,
+                                                                              kNotGiven}) {
   Scene scene = test::SmallScene();  // area 19000 m x 11800 m from (700, 13100)
+  scene.control.east_m = east_m;
   scene.control.layout = layout;
   scene.control.count = count;
   scene.control.sigma_m = {0.3, 0.3, 0.4};
@@ -39,6 +44,10 @@ void ExpectAt(const std::vector<Eigen::Vector2d>& control_m,
 
 TEST(PlacePointsTest, PutsControlIntoTheCornersDiagonalFirst) {  // hand values
   ExpectAt(ControlOf(Layout::kCorners, 3, 0.1), {{2600, 14280}, {17800, 23720}, {17800, 14280}});
+}
+
+TEST(PlacePointsTest, FillsAnAreaOfItsOwnWithControl) {  // hand values: 3000 m wide from 1700
+  ExpectAt(ControlOf(Layout::kCorners, 2, 0.1, {1700.0, 4700.0}), {{2000, 14280}, {4400, 23720}});
 }
 
 TEST(PlacePointsTest, WalksThePerimeterInEqualSteps) {

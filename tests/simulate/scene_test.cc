@@ -58,6 +58,12 @@ TEST(SceneTest, NamesTheFieldOfEveryProblem) {
          s->control.layout = SceneControl::Layout::kCorners;
          s->control.count = 5;
        }},
+      {"control.north_m",
+       [](Scene* s) {
+         s->control.layout = SceneControl::Layout::kGrid;
+         s->control.sigma_m = {1, 1, 1};
+         s->control.north_m = {14300.0, 14100.0};
+       }},
       {"check.inset",
        [](Scene* s) {
          s->check.layout = SceneControl::Layout::kRandom;

@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/elimination.h"
 #include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/sparse/block_cholesky.h"
 
@@ -22,9 +23,6 @@ struct WeakPoint {
 
 /// Smallest reciprocal condition of a point's scaled Jacobian that still counts as determined.
 inline constexpr double kLeastPointCondition_1 = 1e-10;
-/// Least eigenvalue of the reduced matrix scaled to unit diagonal that still counts as regular; its
-/// own rounding is about 1e-15.
-inline constexpr double kLeastEigenvalue_1 = 1e-13;
 
 /// The reduced normal equations of the corrections, points eliminated (model.md, section 7;
 /// docs/theory/covariance.md, eq. (3)-(8)):
@@ -46,8 +44,12 @@ class ReducedSystem {
             ProgressSink* progress,
             double damping_1 = 0.0);
 
-  /// Factors the scaled S. Throws UndeterminedError naming the parameters that move together in its
-  /// null space where it is singular to rounding.
+  /// Factors the scaled S and tells what it does not determine. Only a regular report leaves a
+  /// factor to work with. `state`, where given, lets the report name the points that move.
+  [[nodiscard]] const RankReport& FactorAndAnalyse(const BlockState* state = nullptr);
+  /// The report of the last of these.
+  [[nodiscard]] const RankReport& rank() const { return rank_; }
+  /// The same; throws UndeterminedError in the words of the report unless it is regular.
   void Factor();
 
   /// Factors without looking for the null space; false where that fails. For damped systems.
@@ -67,7 +69,7 @@ class ReducedSystem {
   /// Length of the whole Newton step left, in sigmas: sqrt(g' H^-1 g) over all unknowns.
   [[nodiscard]] double RemainingStep() const;
   /// Condition of the scaled S (ratio of its extreme eigenvalues); 1 without corrections.
-  [[nodiscard]] double Condition() const { return condition_1_; }
+  [[nodiscard]] double Condition() const { return rank_.condition_1; }
 
   /// S^-1 on the pattern of S, unscaled: covariances of corrections of passes that see common
   /// points.
@@ -78,7 +80,6 @@ class ReducedSystem {
  private:
   void AddPriors(const BlockState& state);
   [[nodiscard]] BlockSymmetricMatrix Scaled();
-  void ThrowUndetermined(const Eigen::VectorXd& direction) const;
 
   const AdjustmentProblem& problem_;
   BlockSymmetricMatrix s_;
@@ -87,12 +88,12 @@ class ReducedSystem {
   Eigen::VectorXd full_gradient_;  // before elimination
   Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
   std::optional<BlockCholesky> factor_;
+  RankReport rank_;
   std::vector<WeakPoint> weak_points_;
   double damping_1_ = 0.0;
   double cost_1_ = 0.0;
   double gradient_1_ = 0.0;
   double point_step_square_1_ = 0.0;
-  double condition_1_ = 1.0;
   int looks_not_evaluated_ = 0;
 };
 

@@ -120,6 +120,9 @@ struct SceneControl {
   std::size_t count = 4;
   std::array<double, 3> sigma_m{};  ///< e, n, u; > 0 where held
   std::array<bool, 3> held{true, true, true};
+  /// Area of the layout in the scene plane, from, to; not given: that of the tie points.
+  std::array<double, 2> east_m{kNotGiven, kNotGiven};
+  std::array<double, 2> north_m{kNotGiven, kNotGiven};
   double inset_1 = 0.1;        ///< from the area's edge, part of its width and height
   double noise_scale_1 = 1.0;  ///< as in SceneLooks
   double approximate_sigma_m = 100.0;
