@@ -232,6 +232,7 @@ AdjustResult Adjust(const Block& block,
       structure.push_back(finding.text);
       Warn(&result, finding.text);
     }
+    RequireCovarianceMethod(problem, options);
     std::optional<ReducedSystem> system;
     system.emplace(problem);
     system->Form(state, {}, progress);

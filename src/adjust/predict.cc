@@ -145,6 +145,7 @@ AdjustResult Predict(const Block& block,
   const PointDefects defects = FindPointDefects(problem, state);
   LeaveOutOpenPoints(defects, &problem);
   std::optional<ReducedSystem> system;
+  RequireCovarianceMethod(problem, options);
   FormDetermined(state, {}, &problem, &system, progress);
   std::vector<std::string> structure;
   for (const Finding& finding : ExamineStructure(problem, state)) {
