@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "blunder_search.h"
 #include "solution.h"
 
 namespace sarblock {
@@ -118,11 +119,22 @@ std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
   return out;
 }
 
+/// Solves once more and counts its iterations with those before.
+void SolveOnce(const AdjustOptions& options,
+               AdjustmentProblem* problem,
+               BlockState* state,
+               SolveReport* solve,
+               ProgressSink* progress) {
+  const SolveReport before = *solve;
+  *solve = SolveRounds({options.robust, RobustScale(options)}, options, problem, state, progress);
+  solve->iterations += before.iterations;
+  solve->initial_cost_1 = before.initial_cost_1;
+}
+
 /// Starts lost points again from the intersection on the corrected paths and solves once more; what
 /// is still lost then is left out by name. `system` is the reduced system, without a loss, at the
 /// solution, or nothing where points were left out.
-void RecoverLostPoints(const Weighting& weighting,
-                       const AdjustOptions& options,
+void RecoverLostPoints(const AdjustOptions& options,
                        AdjustmentProblem* problem,
                        BlockState* state,
                        SolveReport* solve,
@@ -138,10 +150,7 @@ void RecoverLostPoints(const Weighting& weighting,
       state->start_m[point] = met.position_m;
       state->displacement_m[point].setZero();
     }
-    const SolveReport before = *solve;
-    *solve = SolveRounds(weighting, options, problem, state, progress);
-    solve->iterations += before.iterations;
-    solve->initial_cost_1 = before.initial_cost_1;
+    SolveOnce(options, problem, state, solve, progress);
     lost = LostPoints(*problem, *state, system, progress);
   }
   *defects = FindPointDefects(*problem, *state);
@@ -160,10 +169,7 @@ void RecoverLostPoints(const Weighting& weighting,
   }
   if (left_out) {
     RequireSolvable(*problem);
-    const SolveReport before = *solve;
-    *solve = SolveRounds(weighting, options, problem, state, progress);
-    solve->iterations += before.iterations;
-    solve->initial_cost_1 = before.initial_cost_1;
+    SolveOnce(options, problem, state, solve, progress);
     system->reset();
   }
 }
@@ -248,8 +254,17 @@ AdjustResult Adjust(const Block& block,
   {
     const StageTimer timer("solve", &result.stages);
     solve = SolveRounds(weighting, options, &problem, &state, progress);
-    RecoverLostPoints(
-        weighting, options, &problem, &state, &solve, &system, &defects, progress);
+    RecoverLostPoints(options, &problem, &state, &solve, &system, &defects, progress);
+  }
+  if (options.quality.snooping != Snooping::kNone) {
+    const StageTimer timer("snooping", &result.stages);
+    const auto again = [&](RobustLoss loss) {
+      AdjustOptions with_loss = options;
+      with_loss.robust = loss;
+      SolveOnce(with_loss, &problem, &state, &solve, progress);
+    };
+    system.reset();
+    result.snooping = SearchBlunders(options, again, &problem, &state, progress);
   }
   const StageTimer timer("covariance", &result.stages);
   if (options.robust == RobustLoss::kNone) {
@@ -306,6 +321,7 @@ AdjustResult Adjust(const Block& block,
   FinishResult(problem, state, options, square_sum, defects, &result);
   // Also where the point went with them.
   for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
+  FillReasons(problem, dropped, &result);
   return result;
 }
 

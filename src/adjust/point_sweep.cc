@@ -2,6 +2,7 @@
 #include "sarblock/adjust/point_sweep.h"
 
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/reliability.h"
 #include "sarblock/core/parallel.h"
 
 #include <cmath>
@@ -19,8 +20,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Variance that corrections give to an equation of unit variance, above which the short form of
 /// the look's leverage loses more digits than a float holds: then the complement is used.
 constexpr double kLargeLeverage_1 = 1e6;
-/// A redundancy below this is rounding.
-constexpr double kLeastRedundancy_1 = 1e-9;
 
 /// Everything about one point at the solution; storage reused from point to point.
 struct PointState {

@@ -23,6 +23,24 @@ const char* NameOf(PointStatus status) {
   return "undetermined";
 }
 
+const char* NameOf(RejectReason reason) {
+  switch (reason) {
+    case RejectReason::kNone:
+      return "";
+    case RejectReason::kGiven:
+      return "given";
+    case RejectReason::kNoValue:
+      return "no-value";
+    case RejectReason::kRobust:
+      return "robust";
+    case RejectReason::kBlunder:
+      return "blunder";
+    case RejectReason::kSuspect:
+      return "suspect";
+  }
+  return "";
+}
+
 bool IsSolved(PointStatus status) {
   return status == PointStatus::kAdjusted || status == PointStatus::kIntersected ||
          status == PointStatus::kPredicted;

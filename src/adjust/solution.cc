@@ -127,6 +127,11 @@ void RequireOffered(const AdjustOptions& options) {
   if (options.variance_components == VarianceComponents::kPerPass) {
     refuse("variance_components", "per-pass");
   }
+  if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
+    throw InputError("adjust.quality.snooping",
+                     "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
+                     "\"none\" is allowed with it, and snooping = \"robust\" starts from one");
+  }
   if (options.covariance_method == CovarianceMethod::kCeres &&
       options.covariance != CovarianceLevel::kBlock) {
     throw InputError("adjust.covariance_method",

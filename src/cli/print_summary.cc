@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "print_summary.h"
 
+#include "sarblock/adjust/quality_summary.h"
 #include "sarblock/core/units.h"
 
 #include <algorithm>
@@ -86,11 +87,52 @@ void PrintSigmas(const Block& block, const AdjustResult& result, double factor, 
                  block.points.ids[worst[2]]);
 }
 
-void PrintChecks(const AdjustResult& result, Out out) {
+void PrintQuality(const Block& block,
+                  const AdjustOptions& options,
+                  const AdjustResult& result,
+                  Out out) {
+  if (!result.quality.empty()) {
+    const QualitySummary summary = SummariseQuality(block, options, result);
+    const ReliabilityFigures& figures = summary.figures;
+    fmt::format_to(
+        out,
+        "  tests of {} observations, level {:.3g} each, {:.3g} all: critical |w| {:.2f}, "
+        "delta0 {:.2f}\n",
+        figures.tests,
+        figures.alpha_one_1,
+        figures.alpha_all_1,
+        figures.critical_w_1,
+        figures.delta0_1);
+    fmt::format_to(
+        out,
+        "    above it {} range, {} azimuth, {} control; {:.1f} expected by chance; {} of "
+        "{} looks cannot be localised (two looks a point)\n",
+        summary.looks_above[0],
+        summary.looks_above[1],
+        summary.control_above,
+        figures.alpha_one_1 * static_cast<double>(figures.tests),
+        summary.looks_not_localisable,
+        summary.looks_tested[0]);
+  }
+  if (!result.snooping) return;
+  const std::vector<BlunderFinding>& findings = result.snooping->findings;
+  fmt::format_to(out,
+                 "  search for blunders: {} findings in {} rounds\n",
+                 findings.size(),
+                 result.snooping->rounds);
+  constexpr std::size_t kShown = 10;
+  for (std::size_t i = 0; i < std::min(kShown, findings.size()); ++i) {
+    fmt::format_to(out, "    {}\n", DescribeFinding(block, findings[i]));
+  }
+  if (findings.size() > kShown) {
+    fmt::format_to(out, "    and {} more in summary.json\n", findings.size() - kShown);
+  }
+}
+
+void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (result.checks.empty()) return;
   std::array<double, 3> square{};
   std::array<std::size_t, 3> count{};
-  double chi_square = 0.0, components = 0.0;
   for (const CheckResult& check : result.checks) {
     for (int i = 0; i < 3; ++i) {
       const auto axis = static_cast<std::size_t>(i);
@@ -98,23 +140,18 @@ void PrintChecks(const AdjustResult& result, Out out) {
       square[axis] += check.error_enu_m[i] * check.error_enu_m[i];
       ++count[axis];
     }
-    if (std::isnan(check.chi_square)) continue;
-    chi_square += check.chi_square;
-    components += check.components;
   }
   const auto rms = [&](std::size_t i) {
     return count[i] == 0 ? kNotGiven : std::sqrt(square[i] / static_cast<double>(count[i]));
   };
   fmt::format_to(out,
-                 "  {:4} check points rms {:12.4g} {:12.4g} {:12.4g}",
+                 "  {:4} check points rms {:12.4g} {:12.4g} {:12.4g}\n",
                  result.checks.size(),
                  rms(0),
                  rms(1),
                  rms(2));
-  if (components > 0.0) {
-    fmt::format_to(out, "   chi-square {:.2f} a component (1 expected)", chi_square / components);
-  }
-  fmt::format_to(out, "\n");
+  const std::string verdict = DescribeChecks(SummariseChecks(result.checks, level), level);
+  if (!verdict.empty()) fmt::format_to(out, "    {}\n", verdict);
 }
 
 void PrintCorrections(const AdjustResult& result, double factor, Out out) {
@@ -198,7 +235,8 @@ std::string DescribeResult(const Block& block,
     fmt::format_to(out, "  condition of the reduced matrix {:.2g}\n", result.condition);
   }
   PrintSigmas(block, result, sigma_factor_1, out);
-  PrintChecks(result, out);
+  PrintChecks(result, options.test_level, out);
+  PrintQuality(block, options, result, out);
   PrintCorrections(result, sigma_factor_1, out);
   for (const std::string& warning : result.warnings) {
     fmt::format_to(out, "  warning: {}\n", warning);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/quality_summary.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
@@ -22,6 +23,7 @@ struct Arguments {
   std::string out;
   bool strict = false;
   bool gzip = false;
+  std::string rejections;
 };
 
 /// What differs between the three commands.
@@ -37,15 +39,10 @@ PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
   return ReadPairs(folder, file.adjust.pairs_file, file.block);
 }
 
-/// With --strict: check points all together inside their chi-square acceptance.
+/// With --strict: check points all together not worse than predicted.
 bool ChecksPass(const AdjustResult& result, double level) {
-  double sum = 0.0, components = 0.0;
-  for (const CheckResult& check : result.checks) {
-    if (std::isnan(check.chi_square)) continue;
-    sum += check.chi_square;
-    components += check.components;
-  }
-  return components == 0.0 || sum <= ChiSquareQuantile(level, components);
+  const CheckSummary summary = SummariseChecks(result.checks, level);
+  return summary.components == 0 || summary.chi_square <= summary.chi_square_interval.upper;
 }
 
 int Run(const Solver& solver, const Arguments& arguments, const Session& session) {
@@ -59,6 +56,9 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
     read.progress = session.progress.get();
     file = ReadBlock(arguments.block, read);
   }
+  if (!arguments.rejections.empty()) {
+    file.adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
+  }
   file.adjust.threads = session.Threads();
   if (session.dump_config) {
     fmt::print("{}", DumpAdjustTable(file.adjust));
@@ -69,6 +69,12 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
     throw InputError(arguments.out,
                      "is the folder of the block, whose tables the result would overwrite; any "
                      "other folder is allowed");
+  }
+  if (!file.adjust.rejections_file.empty()) {
+    const std::size_t rejected =
+        ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
+    session.Say(
+        fmt::format("sarblock: {} looks left out by {}", rejected, file.adjust.rejections_file));
   }
   AdjustResult result = solver.solve(file, arguments.block, session.progress.get());
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
@@ -104,6 +110,10 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                     arguments->strict,
                     "Not accepted either if the global test or the check points fail");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_option("--rejections",
+                      arguments->rejections,
+                      "Leave out the looks with rejected = 1 in this table, such as residuals.csv "
+                      "of a result");
   command->callback([=] { session->run = [=] { return Run(solver, *arguments, *session); }; });
 }
 

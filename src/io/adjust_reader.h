@@ -19,6 +19,9 @@ const std::vector<std::string>& Names(Datum);
 const std::vector<std::string>& Names(Engine);
 const std::vector<std::string>& Names(CovarianceMethod);
 const std::vector<std::string>& Names(VarianceComponents);
+const std::vector<std::string>& Names(BlunderTest);
+const std::vector<std::string>& Names(FamilyWise);
+const std::vector<std::string>& Names(Snooping);
 const std::vector<std::string>& Names(PairChoice);  ///< kList has no name: it is a file's
 
 template <typename Enum>

@@ -35,8 +35,24 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
   {"covariance_method", "text", "auto, reduced, ceres", "auto",
    "How the covariance is formed; ceres is the slow second route, up to 10,000 unknowns."},
   {"test_level", "number", "above 0, below 1", "0.95", "Probability of the global test."},
+  {"rejections", "text", "a CSV file with columns pass, point, rejected", "none",
+   "Looks to leave out beside those of the block, such as residuals.csv of an earlier result."},
+  {"quality", "table", "the keys of quality below", "all as below",
+   "Tests of single observations and the search for blunders."},
   {"correction", "table", "position, velocity, range, time, squint, troposphere", "none",
    "Correction groups; each a table, or an array of tables for several of a kind."},
+  {"quality.alpha", "number", "above 0, below power", "0.001",
+   "Level of the test of one observation, or of all together with family_wise."},
+  {"quality.power", "number", "above alpha, below 1", "0.8",
+   "Probability with which a minimal detectable blunder is found."},
+  {"quality.family_wise", "text", "none, sidak, bonferroni", "none",
+   "Make alpha the level of all tests of a solution together."},
+  {"quality.test", "text", "w, tau", "w",
+   "Test with the standard deviations as given, or with their common factor estimated."},
+  {"quality.snooping", "text", "none, iterative, robust", "none",
+   "Search for blunders and leave them out: from the least-squares solution or from a robust one."},
+  {"quality.separation", "number", "above 0, below 1", "0.95",
+   "Probability that the wrong look is among those that are named."},
   {"correction.position.basis", "text", "polynomial, spline", "polynomial",
    "Functions of time of the antenna's displacement: Legendre polynomials or a cubic B-spline."},
   {"correction.position.degree", "integer", "0 to 15", "0", "Highest Legendre degree."},
@@ -90,6 +106,39 @@ void ReadName(const TomlTable& table, std::string_view key, Enum* value) {
   if (const auto given = table.Find(key)) *value = static_cast<Enum>(given->OneOf(Names(*value)));
 }
 
+/// A number between 0 and `below`, both excluded.
+void ReadPart(const TomlTable& table, std::string_view key, double below, double* part_1) {
+  const auto value = table.Find(key);
+  if (!value) return;
+  *part_1 = value->Positive();
+  if (*part_1 < below) return;
+  value->Fail(NumberText(*part_1) + " is not allowed, a number below " + NumberText(below) + " is");
+}
+
+QualityOptions ReadQuality(const TomlTable& table) {
+  table.RefuseOthers(OptionKeys("quality."));
+  QualityOptions options;
+  ReadPart(table, "power", 1.0, &options.power_1);
+  ReadPart(table, "alpha", options.power_1, &options.alpha_1);
+  if (!(options.alpha_1 < options.power_1)) {
+    table.Require("power", "").Fail("must be above alpha, which is " + NumberText(options.alpha_1));
+  }
+  ReadPart(table, "separation", 1.0, &options.separation_1);
+  ReadName(table, "family_wise", &options.family_wise);
+  ReadName(table, "test", &options.test);
+  ReadName(table, "snooping", &options.snooping);
+  return options;
+}
+
+std::string DumpQuality(const QualityOptions& options) {
+  return "[adjust.quality]\nalpha = " + NumberText(options.alpha_1) +
+         "\npower = " + NumberText(options.power_1) +
+         "\nfamily_wise = " + TomlText(NameIn(options.family_wise)) +
+         "\ntest = " + TomlText(NameIn(options.test)) +
+         "\nsnooping = " + TomlText(NameIn(options.snooping)) +
+         "\nseparation = " + NumberText(options.separation_1) + "\n";
+}
+
 void ReadPairs(const TomlValue& value, AdjustOptions* options) {
   const std::string text = value.Text();
   if (text.ends_with(".csv") || text.ends_with(".csv.gz")) {
@@ -140,6 +189,18 @@ const std::vector<std::string>& Names(CovarianceMethod) {
 }
 const std::vector<std::string>& Names(VarianceComponents) {
   static const std::vector<std::string> names{"none", "range-azimuth", "per-pass"};
+  return names;
+}
+const std::vector<std::string>& Names(BlunderTest) {
+  static const std::vector<std::string> names{"w", "tau"};
+  return names;
+}
+const std::vector<std::string>& Names(FamilyWise) {
+  static const std::vector<std::string> names{"none", "sidak", "bonferroni"};
+  return names;
+}
+const std::vector<std::string>& Names(Snooping) {
+  static const std::vector<std::string> names{"none", "iterative", "robust"};
   return names;
 }
 const std::vector<std::string>& Names(PairChoice) {
@@ -198,12 +259,9 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   if (const auto value = table.Find("max_iterations")) {
     options.max_iterations = value->Integer(1, 100000);
   }
-  if (const auto value = table.Find("test_level")) {
-    options.test_level = value->Positive();
-    if (!(options.test_level < 1.0)) {
-      value->Fail(NumberText(options.test_level) + " is not allowed, a number below 1 is");
-    }
-  }
+  ReadPart(table, "test_level", 1.0, &options.test_level);
+  if (const auto value = table.Find("rejections")) options.rejections_file = value->Text();
+  if (const auto value = table.Find("quality")) options.quality = ReadQuality(TomlTable(*value));
   return options;
 }
 
@@ -234,7 +292,8 @@ std::string DumpAdjustTable(const AdjustOptions& options) {
   line("engine", TomlText(NameIn(options.engine)));
   line("covariance_method", TomlText(NameIn(options.covariance_method)));
   line("test_level", NumberText(options.test_level));
-  return text + DumpCorrections(options.groups);
+  if (!options.rejections_file.empty()) line("rejections", TomlText(options.rejections_file));
+  return text + DumpQuality(options.quality) + DumpCorrections(options.groups);
 }
 
 }  // namespace sarblock

@@ -213,15 +213,6 @@ double ReadRangeSigma(const CsvReader& reader,
   return sigma * *pixel_m;
 }
 
-bool ReadRejected(const CsvReader& reader) {
-  const std::string_view text = reader.Text(kRejected);
-  if (text == "1") return true;
-  if (!text.empty() && text != "0") {
-    reader.Fail(kRejected, Quoted(text) + " is not allowed, 0 or 1 is");
-  }
-  return false;
-}
-
 // A point seen twice by a pass is refused. The lines are looked up only then, in a second scan.
 void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32_t>& old_of_new) {
   const Block& block = reading.result.block;
@@ -265,7 +256,7 @@ void ReadLooks(BlockReading* reading) {
       points.role.push_back(PointRole::kTie);
       points.given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
     }
-    std::uint8_t flags = ReadRejected(reader) ? Looks::kRejected : 0;
+    std::uint8_t flags = ReadRejected(reader, kRejected) ? Looks::kRejected : 0;
     const RadarCoordinates radar = ReadMeasured(reader, pass, measurements);
     const double pixel_sigma_px = reading->pixel_sigma_px[pass_index];
     Append(ReadCone(reader, pass, radar.time_s, &flags), 0.0, row, &looks.cone);

@@ -131,6 +131,24 @@ std::uint32_t FindPass(const CsvReader& reader, std::size_t column, const IdTabl
   return pass;
 }
 
+std::uint32_t FindPoint(const CsvReader& reader, std::size_t column, const IdTable& ids) {
+  const std::string_view id = reader.Id(column);
+  const std::uint32_t point = ids.Find(id);
+  if (point == IdTable::kNone) {
+    reader.Fail(column, "the block has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
+  }
+  return point;
+}
+
+bool ReadRejected(const CsvReader& reader, std::size_t column) {
+  const std::string_view text = reader.Text(column);
+  if (text == "1") return true;
+  if (!text.empty() && text != "0") {
+    reader.Fail(column, Quoted(text) + " is not allowed, 0 or 1 is");
+  }
+  return false;
+}
+
 double PositiveNumber(const CsvReader& reader, std::size_t column) {
   const double value = reader.Number(column);
   if (value <= 0.0) {

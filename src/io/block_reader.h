@@ -58,6 +58,12 @@ void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* war
 [[nodiscard]] std::uint32_t FindPass(const CsvReader& reader,
                                      std::size_t column,
                                      const IdTable& pass_ids);
+/// Index of the point a cell names, in the same way.
+[[nodiscard]] std::uint32_t FindPoint(const CsvReader& reader,
+                                      std::size_t column,
+                                      const IdTable& ids);
+/// The column `rejected`: true for 1, false for 0 or an empty cell.
+[[nodiscard]] bool ReadRejected(const CsvReader& reader, std::size_t column);
 /// A number above 0, or NaN for an empty cell.
 [[nodiscard]] double PositiveNumber(const CsvReader& reader, std::size_t column);
 

@@ -4,19 +4,9 @@
 
 #include "block_reader.h"
 #include "number.h"
-#include "toml_reader.h"
 
 namespace sarblock {
 namespace {
-
-std::uint32_t FindPoint(const CsvReader& reader, std::size_t column, const IdTable& ids) {
-  const std::string_view id = reader.Id(column);
-  const std::uint32_t point = ids.Find(id);
-  if (point == IdTable::kNone) {
-    reader.Fail(column, "the block has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
-  }
-  return point;
-}
 
 void ReadTruePoints(const std::filesystem::path& file, const Block& block, Truth* truth) {
   constexpr std::array<CsvColumn, 4> columns{{{"point", CsvNeed::kRequired},

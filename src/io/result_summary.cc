@@ -10,6 +10,7 @@
 
 #include "adjust_reader.h"
 #include "path_writer.h"
+#include "result_quality.h"
 #include "result_tables.h"
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
@@ -73,17 +74,6 @@ Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
           {"passed", result.chi_square_passed}};
 }
 
-Json CheckPoints(const std::vector<CheckResult>& checks) {
-  double sum = 0.0;
-  int components = 0;
-  for (const CheckResult& check : checks) {
-    if (std::isnan(check.chi_square)) continue;
-    sum += check.chi_square;
-    components += check.components;
-  }
-  return {{"points", checks.size()}, {"components", components}, {"chi_square", sum}};
-}
-
 // A stage that ran more than once has the sum of its times.
 Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
   Json stages = Json::object();
@@ -127,7 +117,11 @@ std::string Summary(const Block& block,
   summary["sigma0_squared"] = result.sigma0_squared;
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
-  if (!result.checks.empty()) summary["check_points"] = CheckPoints(result.checks);
+  if (!result.checks.empty()) {
+    summary["check_points"] = CheckPointsJson(result.checks, options.test_level);
+  }
+  if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
+  if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
   summary["covariance"] = NameIn(options.covariance);
   summary["condition"] = result.condition;
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
@@ -152,16 +146,26 @@ namespace {
 void RemoveStaleTables(const std::filesystem::path& folder,
                        Compression compression,
                        bool pairs,
+                       bool control,
                        bool geocentric) {
   std::error_code ignored;
   const char* const other = compression == Compression::kGzip ? ".csv" : ".csv.gz";
-  for (const char* name :
-       {"points", "passes", "passes_covariance", "residuals", "pairs", "trajectories"}) {
+  for (const char* name : {"points",
+                           "passes",
+                           "passes_covariance",
+                           "residuals",
+                           "control_quality",
+                           "pairs",
+                           "trajectories"}) {
     std::filesystem::remove(folder / (std::string(name) + other), ignored);
   }
   if (!pairs) {
     std::filesystem::remove(folder / "pairs.csv", ignored);
     std::filesystem::remove(folder / "pairs.csv.gz", ignored);
+  }
+  if (!control) {
+    std::filesystem::remove(folder / "control_quality.csv", ignored);
+    std::filesystem::remove(folder / "control_quality.csv.gz", ignored);
   }
   if (!geocentric) std::filesystem::remove(folder / "points.geojson", ignored);
 }
@@ -178,7 +182,9 @@ std::string WriteResult(const std::filesystem::path& folder,
   const char* const ending = context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
   const auto table = [&](const std::string& name) { return folder / (name + ending); };
   const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
-  RemoveStaleTables(folder, context.compression, options.pairs != PairChoice::kNone, geocentric);
+  const bool control = !result.control_quality.empty();
+  RemoveStaleTables(
+      folder, context.compression, options.pairs != PairChoice::kNone, control, geocentric);
   std::vector<StageCost> written;
   ResultContext said = context;
   {
@@ -187,6 +193,7 @@ std::string WriteResult(const std::filesystem::path& folder,
     WriteParameterTable(table("passes"), view);
     WriteParameterCovariance(table("passes_covariance"), view);
     WriteResidualTable(table("residuals"), view);
+    if (control) WriteControlTable(table("control_quality"), view);
     if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
     const bool corrected = !result.corrected_paths.empty();
     WritePaths(table("trajectories"),

@@ -6,7 +6,6 @@
 
 #include <cmath>
 
-#include "pixel_residuals.h"
 
 namespace sarblock {
 namespace {
@@ -146,43 +145,6 @@ void WriteParameterCovariance(const std::filesystem::path& file, const ResultVie
     const ParameterResult& b = view.result.parameters[entry.b];
     out.Text(a.owner).Text(a.name).Text(b.owner).Text(b.name);
     out.Number(view.factor * entry.covariance).EndRow();
-  }
-  out.Commit();
-}
-
-void WriteResidualTable(const std::filesystem::path& file, const ResultView& view) {
-  std::vector<std::string_view> columns{"pass",
-                                        "point",
-                                        "range_residual_m",
-                                        "azimuth_residual_m",
-                                        "range_redundancy",
-                                        "azimuth_redundancy",
-                                        "range_w",
-                                        "azimuth_w",
-                                        "range_mdb_m",
-                                        "azimuth_mdb_m",
-                                        "range_influence_m",
-                                        "azimuth_influence_m",
-                                        "weight",
-                                        "rejected"};
-  const PixelResiduals pixels(view);
-  pixels.AddColumns(&columns);
-  CsvWriter out(file, columns, view.context.compression);
-  const Block& block = view.block;
-  const LookResults& looks = view.result.looks;
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-      out.Text(block.passes[block.looks.pass[i]].id).Text(block.points.ids[point]);
-      out.Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
-      out.Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
-      out.Empty(8);
-      const bool rejected =
-          looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
-      out.Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
-      out.Integer(rejected ? 1 : 0);
-      pixels.Write(i, point, &out);
-      out.EndRow();
-    }
   }
   out.Commit();
 }

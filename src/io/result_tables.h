@@ -23,6 +23,7 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view);
 void WriteParameterTable(const std::filesystem::path& file, const ResultView& view);
 void WriteParameterCovariance(const std::filesystem::path& file, const ResultView& view);
 void WriteResidualTable(const std::filesystem::path& file, const ResultView& view);
+void WriteControlTable(const std::filesystem::path& file, const ResultView& view);
 void WritePairTable(const std::filesystem::path& file, const ResultView& view);
 void WriteGeoJson(const std::filesystem::path& file, const ResultView& view);
 

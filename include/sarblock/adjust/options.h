@@ -18,6 +18,21 @@ enum class Engine { kAuto, kCeres, kReduced };
 enum class CovarianceMethod { kAuto, kReduced, kCeres };
 enum class PairChoice { kNone, kNeighbours, kAll, kList };
 enum class VarianceComponents { kNone, kRangeAzimuth, kPerPass };
+enum class BlunderTest { kW, kTau };
+enum class FamilyWise { kNone, kSidak, kBonferroni };
+enum class Snooping { kNone, kIterative, kRobust };
+
+/// The `[adjust.quality]` table: tests of single observations and the search for blunders
+/// (docs/theory/quality.md).
+struct QualityOptions {
+  double alpha_1 = 0.001;  ///< level of a test, or of all together with `family_wise`
+  double power_1 = 0.80;   ///< with which a minimal detectable blunder is found
+  FamilyWise family_wise = FamilyWise::kNone;
+  BlunderTest test = BlunderTest::kW;  ///< kTau where the standard deviations are known but for a
+                                       ///< common factor
+  Snooping snooping = Snooping::kNone;
+  double separation_1 = 0.95;  ///< probability of naming no wrong look, see blunder_search.h
+};
 
 /// The `[adjust]` table of a block (interface.md). Defaults as there.
 struct AdjustOptions {
@@ -35,8 +50,11 @@ struct AdjustOptions {
   int max_iterations = 50;
   Engine engine = Engine::kAuto;
   CovarianceMethod covariance_method = CovarianceMethod::kAuto;
-  double test_level = 0.95;  ///< of the global (chi-square) test, two-sided
-  int threads = 1;           ///< set by the command line, not by the table
+  QualityOptions quality;
+  std::string rejections_file;  ///< CSV with columns pass, point, rejected, such as residuals.csv
+                                ///< of a result, relative to the block; empty: none
+  double test_level = 0.95;     ///< of the global (chi-square) test, two-sided
+  int threads = 1;              ///< set by the command line, not by the table
 };
 
 }  // namespace sarblock

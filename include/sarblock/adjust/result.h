@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -84,12 +85,53 @@ struct PairResult {
   double sigma_leberl_path_up_m = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// Why a look was left out.
+enum class RejectReason : std::uint8_t {
+  kNone,
+  kGiven,    ///< by the block's file or a list of rejections
+  kNoValue,  ///< the model has no value for it
+  kRobust,   ///< far off in a robust solution
+  kBlunder,  ///< the search for blunders located it
+  kSuspect,  ///< one of the looks that the search found to contradict each other
+};
+[[nodiscard]] const char* NameOf(RejectReason reason);  ///< "", "given", "no-value", ...
+
 /// Residuals by look index of the block; NaN where the look or its point took no part.
 struct LookResults {
   std::vector<double> range_residual_m;    ///< e_r at the solution (model.md, section 4)
   std::vector<double> azimuth_residual_m;  ///< e_d at the solution
   std::vector<float> weight;               ///< robust weight, 1 without a loss; empty: all 1
   std::vector<std::uint8_t> rejected;      ///< by the file or by the robust loss; empty: the file's
+  std::vector<RejectReason> reason;        ///< empty: not known
+};
+
+/// One contradiction that the search for blunders found: a look, or several (or a known position)
+/// of one point among which the residuals cannot choose.
+struct BlunderFinding {
+  enum class Action : std::uint8_t {
+    kRejected,         ///< its looks were left out
+    kPointLeftOut,     ///< the point, too little was left of it
+    kControlReleased,  ///< the point's known position was left out
+    kKept,             ///< reported only, see `note`
+    kReadmitted,       ///< found innocent once the others were out
+  };
+  std::uint32_t point = 0;
+  int round = 0;                     ///< of the search, from 1
+  double w_1 = 0.0;                  ///< the largest standardised residual
+  bool azimuth = false;              ///< ... of which component of looks[0]
+  std::vector<std::uint64_t> looks;  ///< by look index, the most probable first
+  bool control = false;              ///< the point's known position is among the suspects
+  Action action = Action::kKept;
+  std::string note;  ///< why it was kept
+  /// One observation alone is named.
+  [[nodiscard]] bool located() const { return looks.size() + (control ? 1U : 0U) == 1U; }
+};
+
+/// What the search for blunders did (blunder_search.h).
+struct SnoopingReport {
+  int rounds = 0;                        ///< solutions that were tested
+  std::vector<BlunderFinding> findings;  ///< in the order found
+  std::vector<std::uint64_t> robust;     ///< looks left out after the robust start for good
 };
 
 /// Reliability of looks, by look index of the block, component 0 the range and 1 the azimuth (along
@@ -142,6 +184,7 @@ struct AdjustResult {
   LookResults looks;
   LookQuality quality;  ///< empty where not computed
   std::vector<ControlQuality> control_quality;
+  std::optional<SnoopingReport> snooping;
   std::vector<CheckResult> checks;
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more

@@ -61,6 +61,15 @@ struct BlockTexts {
 [[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> ReadPairs(
     const std::filesystem::path& folder, const std::string& file, const Block& block);
 
+/// Marks the looks that a table names (columns pass, point, rejected; other columns are ignored) as
+/// rejected in `block`: residuals.csv of a result starts an adjustment from what that one left out.
+/// Looks with 0 or an empty cell stay as they are. A relative name counts from `folder`. Refuses a
+/// pass or point the block does not have, and a look it does not have. Returns the number of looks
+/// newly rejected.
+std::size_t ApplyRejections(const std::filesystem::path& folder,
+                            const std::string& file,
+                            Block* block);
+
 /// Writes a block folder; ReadBlock gives the same block back, to the last bit but for squint
 /// angles (degrees in the file: one unit in the last place). The same block gives the same bytes.
 /// Tables of the other compression and, without `truth`, an older truth are removed.

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "result_quality.h"
+
+#include "sarblock/adjust/quality_summary.h"
+
+#include "adjust_reader.h"
+
+namespace sarblock {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* ComponentName(bool azimuth) { return azimuth ? "azimuth" : "range"; }
+
+Json WorstJson(const Block& block, const QualitySummary& summary) {
+  Json worst = Json::array();
+  for (const TestedLook& look : summary.worst) {
+    worst.push_back({{"pass", block.passes[block.looks.pass[look.look]].id},
+                     {"point", std::string(block.points.ids[look.point])},
+                     {"component", ComponentName(look.azimuth)},
+                     {"w", look.w_1},
+                     {"redundancy", look.redundancy_1}});
+  }
+  return worst;
+}
+
+}  // namespace
+
+Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustResult& result) {
+  const QualitySummary summary = SummariseQuality(block, options, result);
+  const ReliabilityFigures& figures = summary.figures;
+  return {
+      {"alpha", options.quality.alpha_1},
+      {"power", options.quality.power_1},
+      {"family_wise", NameIn(options.quality.family_wise)},
+      {"test", NameIn(options.quality.test)},
+      {"tests", figures.tests},
+      {"alpha_one", figures.alpha_one_1},
+      {"alpha_all", figures.alpha_all_1},
+      {"critical_w", figures.critical_w_1},
+      {"critical_tau", figures.critical_tau_1},
+      {"delta0", figures.delta0_1},
+      {"median_redundancy",
+       {{"range", summary.median_redundancy_1[0]}, {"azimuth", summary.median_redundancy_1[1]}}},
+      {"above_critical",
+       {{"range", summary.looks_above[0]},
+        {"azimuth", summary.looks_above[1]},
+        {"control", summary.control_above}}},
+      {"expected_above", figures.alpha_one_1 * static_cast<double>(figures.tests)},
+      {"looks_not_localisable", summary.looks_not_localisable},
+      {"worst", WorstJson(block, summary)}};
+}
+
+Json SnoopingJson(const Block& block, const SnoopingReport& report) {
+  Json findings = Json::array();
+  for (const BlunderFinding& finding : report.findings) {
+    Json passes = Json::array();
+    for (const std::uint64_t look : finding.looks) {
+      passes.push_back(block.passes[block.looks.pass[look]].id);
+    }
+    findings.push_back({{"round", finding.round},
+                        {"point", std::string(block.points.ids[finding.point])},
+                        {"passes", passes},
+                        {"control", finding.control},
+                        {"component", ComponentName(finding.azimuth)},
+                        {"w", finding.w_1},
+                        {"located", finding.located()},
+                        {"action", NameOf(finding.action)},
+                        {"note", finding.note}});
+  }
+  return {{"rounds", report.rounds},
+          {"left_out_by_robust_start", report.robust.size()},
+          {"findings", findings}};
+}
+
+Json CheckPointsJson(const std::vector<CheckResult>& checks, double level) {
+  const CheckSummary summary = SummariseChecks(checks, level);
+  Json json = {{"points", summary.points},
+               {"components", summary.components},
+               {"chi_square", summary.chi_square}};
+  if (summary.components == 0) return json;
+  json["lower"] = summary.chi_square_interval.lower;
+  json["upper"] = summary.chi_square_interval.upper;
+  json["level"] = level;
+  json["realistic"] = summary.realistic();
+  json["error_ratio"] = summary.error_ratio_1;
+  json["points_outside"] = summary.points_outside;
+  json["says"] = DescribeChecks(summary, level);
+  return json;
+}
+
+}  // namespace sarblock
