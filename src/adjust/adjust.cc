@@ -2,8 +2,10 @@
 #include "sarblock/adjust/adjust.h"
 
 #include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/montecarlo.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/variance_components.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
@@ -38,7 +40,8 @@ std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks)
   return text;
 }
 
-/// Solves and repeats while the weights still move with the solution.
+}  // namespace
+
 SolveReport SolveRounds(const Weighting& weighting,
                         const AdjustOptions& options,
                         AdjustmentProblem* problem,
@@ -75,6 +78,8 @@ SolveReport SolveRounds(const Weighting& weighting,
   }
   return total;
 }
+
+namespace {
 
 /// Sights of a point's looks on the corrected paths.
 std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
@@ -197,6 +202,35 @@ void LeaveOutStarved(AdjustmentProblem* problem) {
   }
 }
 
+/// Variance components from a solved state; weights and state follow.
+void EstimateComponents(const Weighting& weighting,
+                        const AdjustOptions& options,
+                        AdjustmentProblem* problem,
+                        BlockState* state,
+                        SolveReport* solve,
+                        AdjustResult* result,
+                        ProgressSink* progress) {
+  VarianceSteps steps;
+  steps.solve = [&] {
+    const SolveReport before = *solve;
+    *solve = SolveRounds(weighting, options, problem, state, progress);
+    solve->iterations += before.iterations;
+    solve->initial_cost_1 = before.initial_cost_1;
+  };
+  if (weighting.loss != RobustLoss::kNone) {
+    steps.drop_outliers = [&] {
+      AdjustResult residuals;
+      FillResiduals(*problem, *state, {}, &residuals);
+      DropOutliers(residuals, problem);
+      LeaveOutStarved(problem);
+    };
+  }
+  const StageTimer timer("variance_components", &result->stages);
+  result->variance_components =
+      EstimateVarianceComponents(options, steps, problem, state, progress);
+  WarnOfComponents(*result->variance_components, result);
+}
+
 }  // namespace
 
 AdjustResult Adjust(const Block& block,
@@ -236,6 +270,9 @@ AdjustResult Adjust(const Block& block,
     const StageTimer timer("solve", &result.stages);
     solve = SolveRounds(weighting, options, &problem, &state, progress);
     RecoverLostPoints(weighting, options, &problem, &state, &solve, &system, progress);
+  }
+  if (options.variance_components != VarianceComponents::kNone) {
+    EstimateComponents(weighting, options, &problem, &state, &solve, &result, progress);
   }
   const StageTimer timer("covariance", &result.stages);
   if (options.robust == RobustLoss::kNone) {
@@ -292,6 +329,11 @@ AdjustResult Adjust(const Block& block,
   }
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, options, pairs, progress, &result);
+  if (options.covariance == CovarianceLevel::kMonteCarlo) {
+    const StageTimer repeated("montecarlo", &result.stages);
+    result.montecarlo =
+        RunMonteCarlo(problem, state, weighting, options, result.points.covariance_m2, progress);
+  }
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, &result);
   // Also where the point went with them.

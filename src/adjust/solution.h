@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/reduced_system.h"
 
@@ -18,6 +19,13 @@ namespace sarblock {
                                     const Sight& sight,
                                     const Eigen::Vector3d& p_m);
 
+/// Solves and repeats while the weights still move with the solution.
+[[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
+                                      const AdjustOptions& options,
+                                      AdjustmentProblem* problem,
+                                      BlockState* state,
+                                      ProgressSink* progress);
+
 /// Throws UndeterminedError unless something can be solved at all.
 void RequireSolvable(const AdjustmentProblem& problem);
 /// Forms the reduced system at a state, leaving out the points whose own equations turn out rank
@@ -30,7 +38,19 @@ void FormDetermined(const BlockState& state,
 /// Refuses options that this build does not offer, by name.
 void RequireOffered(const AdjustOptions& options);
 
+/// v'Pv against chi-square of the redundancy, two-sided; NaN without redundancy.
+[[nodiscard]] GlobalTest TestGlobally(const AdjustmentProblem& problem,
+                                      double level,
+                                      double square_sum_1);
+
+/// For commands that adjust nothing: refuses `montecarlo` and says that variance components are not
+/// estimated.
+void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustResult* result);
+
 void Warn(AdjustResult* result, const std::string& text);
+
+/// Says which variance components were held and whether the others settled.
+void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result);
 
 /// The last step of all three: counts, global test, points, residuals (unless there already), check
 /// points, rejected looks, warnings of points left out. `square_sum_1` is v'Pv,

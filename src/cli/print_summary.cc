@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "print_realism.h"
 #include <fmt/format.h>
 
 namespace sarblock::cli {
@@ -193,11 +194,13 @@ std::string DescribeResult(const Block& block,
                    result.final_cost,
                    result.remaining_step);
   }
+  text += DescribeVarianceComponents(result);
   PrintTest(result, options, out);
   if (!result.parameters.empty()) {
     fmt::format_to(out, "  condition of the reduced matrix {:.2g}\n", result.condition);
   }
   PrintSigmas(block, result, sigma_factor_1, out);
+  text += DescribeMonteCarlo(result);
   PrintChecks(result, out);
   PrintCorrections(result, sigma_factor_1, out);
   for (const std::string& warning : result.warnings) {

@@ -10,6 +10,7 @@
 
 #include "adjust_reader.h"
 #include "path_writer.h"
+#include "result_realism.h"
 #include "result_tables.h"
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
@@ -128,6 +129,10 @@ std::string Summary(const Block& block,
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
   if (!result.checks.empty()) summary["check_points"] = CheckPoints(result.checks);
+  if (result.variance_components) {
+    summary["variance_components"] = VarianceComponentsSection(options, result);
+  }
+  if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
   summary["covariance"] = NameIn(options.covariance);
   summary["condition"] = result.condition;
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
@@ -152,16 +157,25 @@ namespace {
 void RemoveStaleTables(const std::filesystem::path& folder,
                        Compression compression,
                        bool pairs,
+                       bool montecarlo,
                        bool geocentric) {
   std::error_code ignored;
   const char* const other = compression == Compression::kGzip ? ".csv" : ".csv.gz";
-  for (const char* name :
-       {"points", "passes", "passes_covariance", "residuals", "pairs", "trajectories"}) {
+  for (const char* name : {"points",
+                           "passes",
+                           "passes_covariance",
+                           "residuals",
+                           "pairs",
+                           "trajectories",
+                           "montecarlo"}) {
     std::filesystem::remove(folder / (std::string(name) + other), ignored);
   }
   if (!pairs) {
     std::filesystem::remove(folder / "pairs.csv", ignored);
     std::filesystem::remove(folder / "pairs.csv.gz", ignored);
+  }
+  for (const char* name : {"montecarlo.csv", "montecarlo.csv.gz"}) {
+    if (!montecarlo) std::filesystem::remove(folder / name, ignored);
   }
   if (!geocentric) std::filesystem::remove(folder / "points.geojson", ignored);
 }
@@ -178,7 +192,11 @@ std::string WriteResult(const std::filesystem::path& folder,
   const char* const ending = context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
   const auto table = [&](const std::string& name) { return folder / (name + ending); };
   const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
-  RemoveStaleTables(folder, context.compression, options.pairs != PairChoice::kNone, geocentric);
+  RemoveStaleTables(folder,
+                    context.compression,
+                    options.pairs != PairChoice::kNone,
+                    result.montecarlo.has_value(),
+                    geocentric);
   std::vector<StageCost> written;
   ResultContext said = context;
   {
@@ -188,6 +206,7 @@ std::string WriteResult(const std::filesystem::path& folder,
     WriteParameterCovariance(table("passes_covariance"), view);
     WriteResidualTable(table("residuals"), view);
     if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
+    if (result.montecarlo) WriteMonteCarloTable(table("montecarlo"), view);
     const bool corrected = !result.corrected_paths.empty();
     WritePaths(table("trajectories"),
                block,
