@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -15,7 +16,16 @@
 namespace sarblock {
 namespace {
 
-constexpr int kMostIterations = 50;
+constexpr int kMostIterations = 100;
+/// Iterations after which components that hinder the others from settling are looked for.
+constexpr int kPatience = 15;
+/// Redundancy a look below which there is none but for rounding.
+constexpr double kNoRedundancy_1 = 1e-6;
+/// Of Helmert's step: where few looks tell a variance the whole step overshoots, nearly to the
+/// other side.
+constexpr double kDamping_1 = 0.6;
+/// Largest factor on a variance in one step.
+constexpr double kMostStep_1 = 100.0;
 /// Of the standard deviation of a variance: a step this small changes no digit that counts.
 constexpr double kStepLeft_1 = 0.01;
 /// Helmert's equations take over once no variance changes by more than this part.
@@ -110,42 +120,64 @@ struct HelmertStep {
   }
 };
 
-/// Solves them, holding one by one the components that they do not determine well enough.
-HelmertStep SolveHelmert(const VarianceSums& sums, std::vector<VarianceComponent>* components) {
-  for (;;) {
-    HelmertStep out;
-    out.index = Estimated(*components);
-    const auto n = static_cast<Eigen::Index>(out.index.size());
-    const Eigen::MatrixXd h = sums.helmert_1(out.index, out.index);
-    const Eigen::VectorXd excess = (sums.square_1 - sums.redundancy_1)(out.index);
-    // Scaled to unit diagonal; a component without any redundancy has no equation.
-    const Eigen::VectorXd scale =
-        h.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * h * scale.asDiagonal();
-    const Eigen::LDLT<Eigen::MatrixXd> factor(scaled);
-    const Eigen::MatrixXd inverse =
-        scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal();
-    out.step_1 = inverse * excess;
-    out.deviation_1 = (2.0 * inverse.diagonal()).cwiseSqrt();
-    Eigen::Index worst = -1;
-    double most = kMostVarianceDeviation_1;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double deviation = std::isfinite(out.deviation_1[i]) ? out.deviation_1[i] : HUGE_VAL;
-      if (deviation > most) {
-        most = deviation;
-        worst = i;
-      }
-    }
-    if (worst < 0) return out;
-    VarianceComponent& held =
-        (*components)[static_cast<std::size_t>(out.index[static_cast<std::size_t>(worst)])];
-    const double redundancy = sums.redundancy_1[out.index[static_cast<std::size_t>(worst)]];
-    held.estimated = false;
-    held.note = "held: its redundancy of " + std::to_string(redundancy) + " in " +
-                std::to_string(held.looks) +
-                " looks, shared with the other components, leaves its "
-                "variance uncertain by more than half of itself";
+HelmertStep SolveHelmert(const VarianceSums& sums,
+                         const std::vector<VarianceComponent>& components) {
+  HelmertStep out;
+  out.index = Estimated(components);
+  const auto n = static_cast<Eigen::Index>(out.index.size());
+  const Eigen::MatrixXd h = sums.helmert_1(out.index, out.index);
+  const Eigen::VectorXd excess = (sums.square_1 - sums.redundancy_1)(out.index);
+  const Eigen::VectorXd scale = h.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * h * scale.asDiagonal());
+  const Eigen::MatrixXd inverse =
+      scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal();
+  out.step_1 = inverse * excess;
+  out.deviation_1 = (2.0 * inverse.diagonal()).cwiseSqrt();
+  for (double& deviation : out.deviation_1) {
+    if (!std::isfinite(deviation)) deviation = HUGE_VAL;
   }
+  return out;
+}
+
+void Hold(double redundancy, VarianceComponent* component) {
+  component->estimated = false;
+  std::array<char, 200> text;
+  std::snprintf(text.data(),
+                text.size(),
+                "held: a redundancy of %.3g in %zu looks, shared with the other components, leaves "
+                "its variance uncertain by more than half of itself",
+                redundancy,
+                component->looks);
+  component->note = text.data();
+}
+
+/// Holds what can have no estimate whatever the weights are.
+void HoldHopeless(const VarianceSums& sums, std::vector<VarianceComponent>* components) {
+  for (std::size_t k = 0; k < components->size(); ++k) {
+    VarianceComponent& component = (*components)[k];
+    const double redundancy = sums.redundancy_1[static_cast<Eigen::Index>(k)];
+    const bool some = redundancy > kNoRedundancy_1 * static_cast<double>(component.looks);
+    if (component.estimated && !some) Hold(redundancy, &component);
+  }
+}
+
+/// Holds the components that are not told well enough, the worst first. True if there was one.
+bool HoldUncertain(const VarianceSums& sums, std::vector<VarianceComponent>* components) {
+  for (bool any = false;; any = true) {
+    const HelmertStep helmert = SolveHelmert(sums, *components);
+    Eigen::Index worst = 0;
+    if (helmert.index.empty() || helmert.deviation_1.maxCoeff(&worst) <= kMostVarianceDeviation_1) {
+      return any;
+    }
+    const Eigen::Index k = helmert.index[static_cast<std::size_t>(worst)];
+    Hold(sums.redundancy_1[k], &(*components)[static_cast<std::size_t>(k)]);
+  }
+}
+
+bool AllAsGiven(const std::vector<VarianceComponent>& components) {
+  return std::all_of(components.begin(), components.end(), [](const VarianceComponent& c) {
+    return c.factor_1 == 1.0;
+  });
 }
 
 /// One step of the variances; held ones go back to what was given.
@@ -159,8 +191,8 @@ void Advance(const VarianceSums& sums,
   for (std::size_t i = 0; i < helmert.index.size(); ++i) {
     const Eigen::Index k = helmert.index[i];
     (*components)[static_cast<std::size_t>(k)].factor_1 *=
-        near ? 1.0 + helmert.step_1[static_cast<Eigen::Index>(i)]
-             : sums.square_1[k] / sums.redundancy_1[k];
+        near ? 1.0 + kDamping_1 * helmert.step_1[static_cast<Eigen::Index>(i)]
+             : std::clamp(sums.square_1[k] / sums.redundancy_1[k], 1.0 / kMostStep_1, kMostStep_1);
   }
 }
 
@@ -257,6 +289,7 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
       component_of[pass][static_cast<std::size_t>(components[k].component)] = static_cast<int>(k);
     }
   }
+  int last_hold = 0;
   for (;; ++report.iterations) {
     Step(progress,
          "variance components",
@@ -274,22 +307,30 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
       FillSigmaBefore(*problem, component_of, &components);
     }
     if (steps.drop_outliers) participation.Restore();
-    const std::size_t held_before = Estimated(components).size();
     for (std::size_t k = 0; k < components.size(); ++k) {
       components[k].looks = sums.looks[k];
       components[k].redundancy_1 = sums.redundancy_1[static_cast<Eigen::Index>(k)];
     }
-    const HelmertStep helmert = SolveHelmert(sums, &components);
+    HoldHopeless(sums, &components);
+    // The weights given may be wrong by any factor, and with them what they leave of redundancy:
+    // only where the iteration ends, or does not, is it known what can be told.
+    HelmertStep helmert = SolveHelmert(sums, components);
+    bool settled = helmert.Settled();
+    if (settled || report.iterations - last_hold >= kPatience) {
+      if (HoldUncertain(sums, &components)) {
+        last_hold = report.iterations;
+        helmert = SolveHelmert(sums, components);
+        settled = helmert.index.empty() && AllAsGiven(components);
+      }
+    }
     for (VarianceComponent& component : components) component.factor_deviation_1 = kNaN;
     for (std::size_t i = 0; i < helmert.index.size(); ++i) {
       VarianceComponent& component = components[static_cast<std::size_t>(helmert.index[i])];
       component.factor_deviation_1 =
           component.factor_1 * helmert.deviation_1[static_cast<Eigen::Index>(i)];
     }
-    // A component held only now has still to go back to its factor 1.
-    const bool same_held = report.iterations == 0 || helmert.index.size() == held_before;
-    report.converged = helmert.Settled() && same_held;
-    if (report.converged || report.iterations == kMostIterations) return report;
+    report.converged = settled;
+    if (settled || report.iterations == kMostIterations) return report;
     Advance(sums, helmert, &components);
     ScaleProblem(components, *state, problem);
     steps.solve();

@@ -11,7 +11,7 @@
 
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -197,15 +197,15 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 3, 60);
   Block told = known.block;
   told.passes[1].sigma.range_m /= 3.0;
-  told.passes[2].sigma.range_m /= 3.0;
+  told.passes[3].sigma.range_m /= 3.0;
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
-  options.variance_groups = {{told.passes[1].id, told.passes[2].id}};
+  options.variance_groups = {{told.passes[1].id, told.passes[3].id}};
   const AdjustResult grouped = Adjust(told, options);
   ASSERT_TRUE(grouped.variance_components && grouped.accepted);
   const auto& two = grouped.variance_components->components;
   ASSERT_EQ(two.size(), 4U);
-  EXPECT_EQ(two[0].group, told.passes[1].id + "+" + told.passes[2].id);
+  EXPECT_EQ(two[0].group, told.passes[1].id + "+" + told.passes[3].id);
   EXPECT_NEAR(two[0].factor_1, 9.0, 3.3 * two[0].factor_deviation_1);
   for (const std::size_t k : {1U, 2U, 3U}) {
     EXPECT_NEAR(two[k].factor_1, 1.0, 3.3 * two[k].factor_deviation_1) << k;
@@ -216,8 +216,9 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   ASSERT_TRUE(each.variance_components && each.accepted);
   ASSERT_EQ(each.variance_components->components.size(), 8U);
   for (const VarianceComponent& c : each.variance_components->components) {
-    const bool planted = c.component == 0 && (c.passes[0] == 1 || c.passes[0] == 2);
-    EXPECT_NEAR(c.factor_1, planted ? 9.0 : 1.0, 3.3 * c.factor_deviation_1) << c.group;
+    const bool planted = c.component == 0 && (c.passes[0] == 1 || c.passes[0] == 3);
+    EXPECT_NEAR(c.factor_1, planted ? 9.0 : 1.0, 3.3 * c.factor_deviation_1)
+        << c.group << " " << c.component << " " << c.note;
   }
 }
 
@@ -240,7 +241,8 @@ TEST(VarianceComponentsTest, WithoutRedundancyKeepTheirFactorAndAreNamed) {
   }
   EXPECT_THAT(result.warnings,
               testing::Contains(HasSubstr("2 of 2 variance components keep the variance given")));
-  EXPECT_EQ(result.sigma0_squared, result.variance_components->before.sigma0_squared);
+  // The solution is that of the variances given, to the solver's last step.
+  EXPECT_NEAR(result.sigma0_squared, result.variance_components->before.sigma0_squared, 1e-6);
 }
 
 // Outliers do not inflate the variances of a robust adjustment.
