@@ -194,7 +194,7 @@ TEST(VarianceComponentsTest, DoNotDependOnTheVariancesGiven) {
 
 // Statistics of one seed: each group its own.
 TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
-  test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 3, 60);
+  test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 3, 160);
   Block told = known.block;
   told.passes[1].sigma.range_m /= 3.0;
   told.passes[3].sigma.range_m /= 3.0;
