@@ -273,6 +273,7 @@ AdjustResult Adjust(const Block& block,
   }
   if (options.variance_components != VarianceComponents::kNone) {
     EstimateComponents(weighting, options, &problem, &state, &solve, &result, progress);
+    system.reset();  // formed with the weights before
   }
   const StageTimer timer("covariance", &result.stages);
   if (options.robust == RobustLoss::kNone) {

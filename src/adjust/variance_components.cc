@@ -21,6 +21,8 @@ constexpr int kMostIterations = 100;
 constexpr int kPatience = 15;
 /// Redundancy a look below which there is none but for rounding.
 constexpr double kNoRedundancy_1 = 1e-6;
+/// A variance that moves by more than this is running away, to zero or beyond all bounds.
+constexpr double kMostFactor_1 = 1e6;
 /// Of Helmert's step: where few looks tell a variance the whole step overshoots, nearly to the
 /// other side.
 constexpr double kDamping_1 = 0.6;
@@ -151,13 +153,15 @@ void Hold(double redundancy, VarianceComponent* component) {
   component->note = text.data();
 }
 
-/// Holds what can have no estimate whatever the weights are.
+/// Holds what can have no estimate whatever the weights are, and what runs away.
 void HoldHopeless(const VarianceSums& sums, std::vector<VarianceComponent>* components) {
   for (std::size_t k = 0; k < components->size(); ++k) {
     VarianceComponent& component = (*components)[k];
     const double redundancy = sums.redundancy_1[static_cast<Eigen::Index>(k)];
     const bool some = redundancy > kNoRedundancy_1 * static_cast<double>(component.looks);
-    if (component.estimated && !some) Hold(redundancy, &component);
+    const bool bounded =
+        component.factor_1 > 1.0 / kMostFactor_1 && component.factor_1 < kMostFactor_1;
+    if (component.estimated && !(some && bounded)) Hold(redundancy, &component);
   }
 }
 
@@ -174,9 +178,10 @@ bool HoldUncertain(const VarianceSums& sums, std::vector<VarianceComponent>* com
   }
 }
 
-bool AllAsGiven(const std::vector<VarianceComponent>& components) {
+/// A component that was held on the way has still to go back to the variance given.
+bool HeldAsGiven(const std::vector<VarianceComponent>& components) {
   return std::all_of(components.begin(), components.end(), [](const VarianceComponent& c) {
-    return c.factor_1 == 1.0;
+    return c.estimated || c.factor_1 == 1.0;
   });
 }
 
@@ -320,7 +325,7 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
       if (HoldUncertain(sums, &components)) {
         last_hold = report.iterations;
         helmert = SolveHelmert(sums, components);
-        settled = helmert.index.empty() && AllAsGiven(components);
+        settled = helmert.Settled();
       }
     }
     for (VarianceComponent& component : components) component.factor_deviation_1 = kNaN;
@@ -329,8 +334,8 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
       component.factor_deviation_1 =
           component.factor_1 * helmert.deviation_1[static_cast<Eigen::Index>(i)];
     }
-    report.converged = settled;
-    if (settled || report.iterations == kMostIterations) return report;
+    report.converged = settled && HeldAsGiven(components);
+    if (report.converged || report.iterations == kMostIterations) return report;
     Advance(sums, helmert, &components);
     ScaleProblem(components, *state, problem);
     steps.solve();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/point_sweep.h"
 #include "sarblock/adjust/variance_components.h"
 #include "sarblock/core/parallel.h"
 
@@ -39,46 +40,33 @@ struct Partial {
   std::vector<Eigen::MatrixXd> normals;  // M_k = B' E_k B, over all corrections
 };
 
-/// Components of the rows of a point in the order of LinearisePoint; -1 for control.
-void ComponentsOfRows(const Sweep& sweep,
-                      std::size_t point,
-                      int row_count,
-                      std::vector<int>* component,
-                      std::vector<std::size_t>* looks) {
-  component->clear();
-  looks->clear();
-  const Looks& all = sweep.problem.block.looks;
-  for (std::size_t i = all.offsets[point]; i < all.offsets[point + 1]; ++i) {
-    if (sweep.problem.look_used[i] == 0) continue;
-    looks->push_back(i);
-    for (const int k : sweep.component_of[all.pass[i]]) component->push_back(k);
-  }
-  component->resize(static_cast<std::size_t>(row_count), -1);
-}
+/// Everything about one point; storage reused from point to point.
+struct PointState {
+  PointFactor factor;
+  PointColumns columns;
+  std::vector<int> component;  // by row, -1 for control
+};
 
-/// Turns the two whitened rows of each look to its measured components, range and azimuth. Both
-/// describe the same two standard normal errors, so this is a rotation: the range's direction is
-/// W (1, 0)' made unit (docs/theory/variance_components.md, eq. (2)).
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Turns the two whitened rows of each look to its measured components, range and azimuth.
 void TurnToMeasured(const AdjustmentProblem& problem,
-                    const std::vector<std::size_t>& looks,
+                    const PointFactor& factor,
                     Eigen::Ref<Eigen::MatrixXd> rows) {
-  for (std::size_t k = 0; k < looks.size(); ++k) {
-    const Whitening& w = problem.whitening[looks[k]];
-    const Eigen::Vector2d u = Eigen::Vector2d(w.w00, w.w10).normalized();
-    const auto r = static_cast<Eigen::Index>(2 * k);
-    const Eigen::RowVectorXd range = u.x() * rows.row(r) + u.y() * rows.row(r + 1);
-    rows.row(r + 1) = u.x() * rows.row(r + 1) - u.y() * rows.row(r);
-    rows.row(r) = range;
+  for (int k = 0; k < factor.look_count; ++k) {
+    const std::size_t look = factor.looks[static_cast<std::size_t>(k)].look;
+    rows.middleRows<2>(2 * k) =
+        (ToComponents(problem.whitening[look]) * rows.middleRows<2>(2 * k)).eval();
   }
 }
 
 /// C over the parameter blocks of a point.
-Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const PointRows& rows) {
-  Eigen::MatrixXd c(rows.column_count, rows.column_count);
-  for (std::size_t i = 0; i < rows.blocks.size(); ++i) {
+Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const PointColumns& columns) {
+  Eigen::MatrixXd c(columns.width, columns.width);
+  for (std::size_t i = 0; i < columns.blocks.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
-      const auto block = inverse.Block(rows.blocks[i], rows.blocks[j]);
-      const int ri = rows.block_column[i], rj = rows.block_column[j];
+      const auto block = inverse.Block(columns.blocks[i], columns.blocks[j]);
+      const int ri = columns.begin[i], rj = columns.begin[j];
       c.block(ri, rj, block.rows(), block.cols()) = block;
       c.block(rj, ri, block.cols(), block.rows()) = block.transpose();
     }
@@ -88,58 +76,62 @@ Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const PointRows& row
 
 /// normals += b' b of one row over the blocks of its point.
 void AddNormals(const AdjustmentProblem& problem,
-                const PointRows& rows,
+                const PointColumns& columns,
                 const Eigen::RowVectorXd& b,
                 Eigen::MatrixXd* normals) {
-  for (std::size_t i = 0; i < rows.blocks.size(); ++i) {
-    const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(rows.blocks[i])];
-    for (std::size_t j = 0; j < rows.blocks.size(); ++j) {
-      const ParameterBlock& bj = problem.layout.blocks[static_cast<std::size_t>(rows.blocks[j])];
+  for (std::size_t i = 0; i < columns.blocks.size(); ++i) {
+    const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(columns.blocks[i])];
+    for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
+      const ParameterBlock& bj = problem.layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
       normals->block(bi.offset, bj.offset, bi.size, bj.size).noalias() +=
-          b.segment(rows.block_column[i], bi.size).transpose() *
-          b.segment(rows.block_column[j], bj.size);
+          b.segment(columns.begin[i], bi.size).transpose() * b.segment(columns.begin[j], bj.size);
     }
   }
 }
 
-void AddPoint(const Sweep& sweep,
-              std::size_t point,
-              PointRows* rows,
-              std::vector<int>* component,
-              std::vector<std::size_t>* looks,
-              Partial* out) {
-  LinearisePoint(sweep.problem, sweep.state, {}, point, rows);
-  if (rows->looks_not_evaluated > 0) return;  // not a solution: the adjustment is refused anyway
-  const Eigen::Index m = rows->row_count, n = rows->column_count;
-  ComponentsOfRows(sweep, point, rows->row_count, component, looks);
-  TurnToMeasured(sweep.problem, *looks, rows->a.topLeftCorner(m, 3 + n + 1));
-  const Eigen::MatrixXd a = rows->a.topLeftCorner(m, 3 + n + 1);
-  const Eigen::Matrix3d r = EliminatePoint(rows).r;
-  const Eigen::MatrixXd q =
-      r.transpose().triangularView<Eigen::Lower>().solve(a.leftCols<3>().transpose()).transpose();
+void AddPoint(const Sweep& sweep, std::size_t point, PointState* at, Partial* out) {
+  const PointFactor& factor = at->factor;
+  FactorPoint(sweep.problem, sweep.state, {}, 0.0, point, &at->factor);
+  const Eigen::Index m = factor.row_count;
+  at->component.clear();
+  for (int k = 0; k < factor.look_count; ++k) {
+    const std::size_t look = factor.looks[static_cast<std::size_t>(k)].look;
+    for (const int c : sweep.component_of[sweep.problem.block.looks.pass[look]]) {
+      at->component.push_back(c);
+    }
+  }
+  at->component.resize(static_cast<std::size_t>(m), -1);
+  Eigen::MatrixXd q = Eigen::Map<const Eigen::MatrixXd>(factor.q.data(), m, 3);
+  Eigen::MatrixXd v = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), m);
+  TurnToMeasured(sweep.problem, factor, q);
+  TurnToMeasured(sweep.problem, factor, v);
   // R = P - B C B' within the point; P projects on what the point leaves open, B = P J_c.
   const Eigen::MatrixXd p = Eigen::MatrixXd::Identity(m, m) - q * q.transpose();
   Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(m, m), b;
-  if (n > 0) {
-    b = a.middleCols(3, n) - q * rows->a.block(0, 3, 3, n);
-    shared = b * Gather(*sweep.inverse, *rows) * b.transpose();
+  if (sweep.inverse) {
+    ProjectColumns(sweep.problem, factor, &at->columns);
+    Complement(sweep.problem, factor, &at->columns);
+    const Eigen::Index n = at->columns.width;
+    b = Eigen::Map<const RowMajor>(at->columns.m.data(), m, n + 1).leftCols(n);
+    TurnToMeasured(sweep.problem, factor, b);
+    shared = b * Gather(*sweep.inverse, at->columns) * b.transpose();
   }
   VarianceSums& sums = out->sums;
   for (Eigen::Index i = 0; i < m; ++i) {
-    const int k = (*component)[static_cast<std::size_t>(i)];
+    const int k = at->component[static_cast<std::size_t>(i)];
     if (k < 0) continue;
     ++sums.looks[static_cast<std::size_t>(k)];
-    sums.square_1[k] += a(i, 3 + n) * a(i, 3 + n);
+    sums.square_1[k] += v(i, 0) * v(i, 0);
     sums.redundancy_1[k] += p(i, i) - shared(i, i);
     for (Eigen::Index j = 0; j < m; ++j) {
-      const int l = (*component)[static_cast<std::size_t>(j)];
+      const int l = at->component[static_cast<std::size_t>(j)];
       if (l < 0) continue;
       // The square of `shared` is a part of the sum over all pairs of points, added at the end.
       sums.helmert_1(k, l) += sweep.couples ? p(i, j) * (p(i, j) - 2.0 * shared(i, j))
                                             : (p(i, j) - shared(i, j)) * (p(i, j) - shared(i, j));
     }
     if (sweep.couples) {
-      AddNormals(sweep.problem, *rows, b.row(i), &out->normals[static_cast<std::size_t>(k)]);
+      AddNormals(sweep.problem, at->columns, b.row(i), &out->normals[static_cast<std::size_t>(k)]);
     }
   }
 }
@@ -179,11 +171,9 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(sweep);
-    PointRows rows;
-    std::vector<int> component;
-    std::vector<std::size_t> looks;
+    PointState at;
     for (std::size_t point = begin; point < end; ++point) {
-      if (problem.Solves(point)) AddPoint(sweep, point, &rows, &component, &looks, &out);
+      if (problem.Solves(point)) AddPoint(sweep, point, &at, &out);
     }
   });
   Partial total(sweep);
