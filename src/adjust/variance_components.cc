@@ -16,13 +16,13 @@
 namespace sarblock {
 namespace {
 
-constexpr int kMostIterations = 100;
+constexpr int kMostIterations = 200;
 /// Iterations after which components that hinder the others from settling are looked for.
 constexpr int kPatience = 15;
 /// Redundancy a look below which there is none but for rounding.
 constexpr double kNoRedundancy_1 = 1e-6;
 /// A variance that moves by more than this is running away, to zero or beyond all bounds.
-constexpr double kMostFactor_1 = 1e6;
+constexpr double kMostFactor_1 = 1e12;
 /// Of Helmert's step: where few looks tell a variance the whole step overshoots, nearly to the
 /// other side.
 constexpr double kDamping_1 = 0.6;
@@ -165,17 +165,18 @@ void HoldHopeless(const VarianceSums& sums, std::vector<VarianceComponent>* comp
   }
 }
 
-/// Holds the components that are not told well enough, the worst first. True if there was one.
-bool HoldUncertain(const VarianceSums& sums, std::vector<VarianceComponent>* components) {
-  for (bool any = false;; any = true) {
-    const HelmertStep helmert = SolveHelmert(sums, *components);
-    Eigen::Index worst = 0;
-    if (helmert.index.empty() || helmert.deviation_1.maxCoeff(&worst) <= kMostVarianceDeviation_1) {
-      return any;
-    }
-    const Eigen::Index k = helmert.index[static_cast<std::size_t>(worst)];
-    Hold(sums.redundancy_1[k], &(*components)[static_cast<std::size_t>(k)]);
+/// Holds the component that is told worst, if that is not well enough. One at a time: once it is
+/// back at what was given, the others may be told. True if there was one.
+bool HoldWorst(const VarianceSums& sums,
+               const HelmertStep& helmert,
+               std::vector<VarianceComponent>* components) {
+  Eigen::Index worst = 0;
+  if (helmert.index.empty() || helmert.deviation_1.maxCoeff(&worst) <= kMostVarianceDeviation_1) {
+    return false;
   }
+  const Eigen::Index k = helmert.index[static_cast<std::size_t>(worst)];
+  Hold(sums.redundancy_1[k], &(*components)[static_cast<std::size_t>(k)]);
+  return true;
 }
 
 /// A component that was held on the way has still to go back to the variance given.
@@ -322,7 +323,7 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
     HelmertStep helmert = SolveHelmert(sums, components);
     bool settled = helmert.Settled();
     if (settled || report.iterations - last_hold >= kPatience) {
-      if (HoldUncertain(sums, &components)) {
+      if (HoldWorst(sums, helmert, &components)) {
         last_hold = report.iterations;
         helmert = SolveHelmert(sums, components);
         settled = helmert.Settled();
