@@ -3,8 +3,10 @@
 
 #include "sarblock/adjust/block_structure.h"
 #include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/montecarlo.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/variance_components.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
@@ -40,7 +42,8 @@ std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks)
   return text;
 }
 
-/// Solves and repeats while the weights still move with the solution.
+}  // namespace
+
 SolveReport SolveRounds(const Weighting& weighting,
                         const AdjustOptions& options,
                         AdjustmentProblem* problem,
@@ -77,6 +80,8 @@ SolveReport SolveRounds(const Weighting& weighting,
   }
   return total;
 }
+
+namespace {
 
 /// Sights of a point's looks on the corrected paths.
 std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
@@ -207,6 +212,35 @@ void LeaveOutStarved(AdjustmentProblem* problem) {
   }
 }
 
+/// Variance components from a solved state; weights and state follow.
+void EstimateComponents(const Weighting& weighting,
+                        const AdjustOptions& options,
+                        AdjustmentProblem* problem,
+                        BlockState* state,
+                        SolveReport* solve,
+                        AdjustResult* result,
+                        ProgressSink* progress) {
+  VarianceSteps steps;
+  steps.solve = [&] {
+    const SolveReport before = *solve;
+    *solve = SolveRounds(weighting, options, problem, state, progress);
+    solve->iterations += before.iterations;
+    solve->initial_cost_1 = before.initial_cost_1;
+  };
+  if (weighting.loss != RobustLoss::kNone) {
+    steps.drop_outliers = [&] {
+      AdjustResult residuals;
+      FillResiduals(*problem, *state, {}, &residuals);
+      DropOutliers(residuals, problem);
+      LeaveOutStarved(problem);
+    };
+  }
+  const StageTimer timer("variance_components", &result->stages);
+  result->variance_components =
+      EstimateVarianceComponents(options, steps, problem, state, progress);
+  WarnOfComponents(*result->variance_components, result);
+}
+
 }  // namespace
 
 AdjustResult Adjust(const Block& block,
@@ -266,6 +300,10 @@ AdjustResult Adjust(const Block& block,
     system.reset();
     result.snooping = SearchBlunders(options, again, &problem, &state, progress);
   }
+  if (options.variance_components != VarianceComponents::kNone) {
+    EstimateComponents(weighting, options, &problem, &state, &solve, &result, progress);
+    system.reset();  // formed with the weights before
+  }
   const StageTimer timer("covariance", &result.stages);
   if (options.robust == RobustLoss::kNone) {
     if (!system || !system->weak_points().empty()) {
@@ -317,6 +355,11 @@ AdjustResult Adjust(const Block& block,
   WarnOfWeakDirections(system->rank(), &result);
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, options, pairs, progress, &result);
+  if (options.covariance == CovarianceLevel::kMonteCarlo) {
+    const StageTimer repeated("montecarlo", &result.stages);
+    result.montecarlo =
+        RunMonteCarlo(problem, state, weighting, options, result.points.covariance_m2, progress);
+  }
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
   // Also where the point went with them.

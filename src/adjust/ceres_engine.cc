@@ -155,7 +155,9 @@ PriorCost::PriorCost(const ParameterLayout& layout, int block)
   const ParameterBlock& b = layout.blocks[static_cast<std::size_t>(block)];
   for (int i = 0; i < b.size; ++i) {
     const Parameter& parameter = layout.parameters[static_cast<std::size_t>(b.offset + i)];
-    if (parameter.has_prior()) rows_.emplace_back(i, 1.0 / parameter.prior_sigma);
+    if (parameter.has_prior()) {
+      rows_.push_back({i, 1.0 / parameter.prior_sigma, parameter.prior_value});
+    }
   }
   set_num_residuals(static_cast<int>(rows_.size()));
   mutable_parameter_block_sizes()->push_back(size_);
@@ -166,8 +168,8 @@ bool PriorCost::Evaluate(double const* const* blocks, double* residuals, double*
     std::fill_n(jacobians[0], static_cast<std::size_t>(size_) * rows_.size(), 0.0);
   }
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const auto [index, weight] = rows_[r];
-    residuals[r] = weight * blocks[0][index];
+    const auto [index, weight, value] = rows_[r];
+    residuals[r] = weight * (blocks[0][index] - value);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       jacobians[0][r * static_cast<std::size_t>(size_) + static_cast<std::size_t>(index)] = weight;
     }

@@ -34,11 +34,9 @@ PointStatus StatusOf(IntersectionOutcome outcome) {
 AdjustResult IntersectBlock(const Block& block,
                             const AdjustOptions& options,
                             ProgressSink* progress) {
-  if (options.covariance == CovarianceLevel::kMonteCarlo) {
-    throw InputError("adjust.covariance", "'montecarlo' is not available in this version");
-  }
   const ThreadLimit limit(options.threads);
   AdjustResult result;
+  RefuseRepetition(options, "intersect", &result);
   result.status = AdjustStatus::kIntersected;
   AdjustmentProblem problem(block, {});
   problem.control.clear();

@@ -159,6 +159,16 @@ bool EvaluateMapping(const Vertical& vertical,
 
 }  // namespace
 
+LookSigma LookModel::SigmaOf(std::size_t look) const {
+  LookSigma sigma = block_.SigmaOf(look);
+  if (!sigma_factor_1_.empty()) {
+    const std::array<double, 2>& factor = sigma_factor_1_[block_.looks.pass[look]];
+    sigma.range_m *= factor[0];
+    sigma.azimuth *= factor[1];
+  }
+  return sigma;
+}
+
 Cone LookModel::ConeOf(std::size_t look) const {
   Cone cone;
   const Looks& looks = block_.looks;
@@ -336,7 +346,7 @@ bool LookModel::Evaluate(std::size_t look,
 Whitening LookModel::WhiteningOf(std::size_t look,
                                  const Eigen::Vector3d& p_m,
                                  const Motion& motion) const {
-  const LookSigma sigma = block_.SigmaOf(look);
+  const LookSigma sigma = SigmaOf(look);
   const TimeRates rates = LookTimeRates(
       p_m, motion.position_m, motion.velocity_mps, motion.acceleration_mps2, ConeOf(look));
   return sigma.azimuth_unit == AzimuthUnit::kSeconds
@@ -377,7 +387,7 @@ std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd&
   const std::size_t pass = looks.pass[look];
   const std::optional<CorrectedMotion> corrected = CorrectedMotionAt(pass, looks.time_s[look], x);
   if (!corrected) return std::nullopt;
-  const LookSigma sigma = block_.SigmaOf(look);
+  const LookSigma sigma = SigmaOf(look);
   Sight sight;
   sight.antenna_m = corrected->motion.position_m;
   sight.velocity_mps = corrected->motion.velocity_mps;

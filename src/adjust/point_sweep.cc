@@ -79,17 +79,6 @@ void FactorAt(const AdjustmentProblem& problem,
   MultiplyByInverse(problem, *inverse, p);
 }
 
-/// The whitened rows of a look mix the components where squint or a turning path couples them; this
-/// rotation gives the errors of range and azimuth in their own sigmas (docs/theory/quality.md).
-Eigen::Matrix2d ToComponents(const Whitening& w) {
-  const double l11 = 1.0 / w.w11, l10 = -w.w10 / (w.w00 * w.w11);
-  const double length = std::hypot(l10, l11);
-  const double c = l11 / length, s = l10 / length;
-  Eigen::Matrix2d rotation;
-  rotation << c, -s, s, c;
-  return rotation;
-}
-
 /// J_c Y' and J_c C J_c' of one look over its own columns.
 struct LookProducts {
   Eigen::Matrix<double, 2, 3> with_point = Eigen::Matrix<double, 2, 3>::Zero();
@@ -235,6 +224,15 @@ void Prepare(std::size_t points, std::size_t looks, bool quality, PointSweep* ou
 }
 
 }  // namespace
+
+Eigen::Matrix2d ToComponents(const Whitening& w) {
+  const double l11 = 1.0 / w.w11, l10 = -w.w10 / (w.w00 * w.w11);
+  const double length = std::hypot(l10, l11);
+  const double c = l11 / length, s = l10 / length;
+  Eigen::Matrix2d rotation;
+  rotation << c, -s, s, c;
+  return rotation;
+}
 
 SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
   const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);

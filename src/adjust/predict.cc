@@ -114,6 +114,7 @@ AdjustResult Predict(const Block& block,
   RequireOffered(options);
   const ThreadLimit limit(options.threads);
   AdjustResult result;
+  RefuseRepetition(options, "predict", &result);
   result.status = AdjustStatus::kPredicted;
   const std::vector<Eigen::Vector3d> known_m = CompletePositions(block, positions_m);
   const Block filled = FillMeasurements(block, known_m);

@@ -66,9 +66,11 @@ ControlEvaluation EvaluateControl(const Frame& frame,
   return out;
 }
 
-AdjustmentProblem::AdjustmentProblem(const Block& source,
-                                     const std::vector<CorrectionGroup>& groups)
-    : block(source), layout(MakeParameterLayout(source, groups)), model(source, layout) {
+AdjustmentProblem::AdjustmentProblem(const Block& source, const std::vector<CorrectionGroup>& asked)
+    : block(source),
+      groups(asked),
+      layout(MakeParameterLayout(source, groups)),
+      model(source, layout) {
   const std::size_t points = block.points.size(), looks = block.looks.size();
   look_used.resize(looks);
   for (std::size_t i = 0; i < looks; ++i) look_used[i] = block.looks.rejected(i) ? 0 : 1;

@@ -300,7 +300,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
       const Parameter& parameter = layout.parameters[static_cast<std::size_t>(row)];
       if (!parameter.has_prior()) continue;
       const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
-      const double x = state.corrections[row];
+      const double x = state.corrections[row] - parameter.prior_value;
       s_.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
       right_side_[row] += weight * x;
       full_diagonal_[row] += weight;

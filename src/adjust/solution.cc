@@ -29,15 +29,15 @@ void CountAndTest(const AdjustmentProblem& problem,
   result->looks_used = counts.looks;
   result->observation_count = counts.observations;
   result->parameter_count = counts.parameters;
-  const double redundancy = result->redundancy();
   if (std::isnan(square_sum)) return;  // a prediction has no residuals to test
-  if (!(redundancy > 0.0)) {
+  const GlobalTest test = TestGlobally(problem, options.test_level, square_sum);
+  if (std::isnan(test.sigma0_squared)) {
     Warn(result, "no redundancy: the variance factor and its test do not exist");
     return;
   }
-  result->sigma0_squared = square_sum / redundancy;
-  result->chi_square = ChiSquareInterval(options.test_level, redundancy);
-  result->chi_square_passed = result->chi_square.Contains(square_sum);
+  result->sigma0_squared = test.sigma0_squared;
+  result->chi_square = test.chi_square;
+  result->chi_square_passed = test.passed;
 }
 
 /// A standard deviation beyond this part of the shortest range leaves a direction open: no linear
@@ -84,6 +84,18 @@ void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
 
 }  // namespace
 
+GlobalTest TestGlobally(const AdjustmentProblem& problem, double level, double square_sum_1) {
+  const ProblemCounts counts = CountProblem(problem);
+  GlobalTest test;
+  test.redundancy_1 =
+      static_cast<double>(counts.observations) - static_cast<double>(counts.parameters);
+  if (!(test.redundancy_1 > 0.0)) return test;
+  test.sigma0_squared = square_sum_1 / test.redundancy_1;
+  test.chi_square = ChiSquareInterval(level, test.redundancy_1);
+  test.passed = test.chi_square.Contains(square_sum_1);
+  return test;
+}
+
 void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }
 
 void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result) {
@@ -119,14 +131,7 @@ void RequireOffered(const AdjustOptions& options) {
                      std::string("'") + value + "' is not available in this version");
   };
   if (options.corrections == CorrectionChoice::kAuto) refuse("corrections", "auto");
-  if (options.covariance == CovarianceLevel::kMonteCarlo) refuse("covariance", "montecarlo");
   if (options.datum == Datum::kInner) refuse("datum", "inner");
-  if (options.variance_components == VarianceComponents::kRangeAzimuth) {
-    refuse("variance_components", "range-azimuth");
-  }
-  if (options.variance_components == VarianceComponents::kPerPass) {
-    refuse("variance_components", "per-pass");
-  }
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",
                      "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
@@ -147,6 +152,17 @@ void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptio
                    "'ceres' is for blocks of at most " + std::to_string(kMostCeresUnknowns) +
                        " unknowns, this one has " + std::to_string(unknowns) +
                        "; allowed: auto, reduced");
+}
+
+void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustResult* result) {
+  if (options.covariance == CovarianceLevel::kMonteCarlo) {
+    throw InputError("adjust.covariance",
+                     std::string("'montecarlo' repeats an adjustment, which ") + command +
+                         " does not make; none, leberl, intersection or block is allowed");
+  }
+  if (options.variance_components != VarianceComponents::kNone) {
+    Warn(result, std::string("variance components are not estimated by ") + command);
+  }
 }
 
 bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
@@ -345,8 +361,9 @@ void FillCovariance(const AdjustmentProblem& problem,
     FillCovarianceByCeres(problem, state, options, pairs, result);
     return;
   }
-  const bool block_level =
-      options.covariance == CovarianceLevel::kBlock && problem.layout.size() > 0;
+  const bool block_level = (options.covariance == CovarianceLevel::kBlock ||
+                            options.covariance == CovarianceLevel::kMonteCarlo) &&
+                           problem.layout.size() > 0;
   std::optional<BlockSymmetricMatrix> inverse;
   if (block_level) {
     inverse = system.SelectedInverse();

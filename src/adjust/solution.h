@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/block_structure.h"
+#include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/reduced_system.h"
 
@@ -19,6 +20,13 @@ namespace sarblock {
                                     const Sight& sight,
                                     const Eigen::Vector3d& p_m);
 
+/// Solves and repeats while the weights still move with the solution.
+[[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
+                                      const AdjustOptions& options,
+                                      AdjustmentProblem* problem,
+                                      BlockState* state,
+                                      ProgressSink* progress);
+
 /// Throws UndeterminedError unless something can be solved at all.
 void RequireSolvable(const AdjustmentProblem& problem);
 /// Forms the reduced system at a state, leaving out the points whose own equations turn out rank
@@ -33,9 +41,21 @@ void RequireOffered(const AdjustOptions& options);
 /// Refuses a block too large for the method asked for (ceres_covariance.h).
 void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options);
 
+/// v'Pv against chi-square of the redundancy, two-sided; NaN without redundancy.
+[[nodiscard]] GlobalTest TestGlobally(const AdjustmentProblem& problem,
+                                      double level,
+                                      double square_sum_1);
+
+/// For commands that adjust nothing: refuses `montecarlo` and says that variance components are not
+/// estimated.
+void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustResult* result);
+
 void Warn(AdjustResult* result, const std::string& text);
 /// One warning for each nearly undetermined direction.
 void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result);
+
+/// Says which variance components were held and whether the others settled.
+void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result);
 
 /// The last step of all three: counts, global test, points, residuals (unless there already), check
 /// points, rejected looks, warnings of points left out. `square_sum_1` is v'Pv,

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "print_realism.h"
 #include <fmt/format.h>
 
 namespace sarblock::cli {
@@ -230,11 +231,13 @@ std::string DescribeResult(const Block& block,
                    result.final_cost,
                    result.remaining_step);
   }
+  text += DescribeVarianceComponents(result);
   PrintTest(result, options, out);
   if (!result.parameters.empty()) {
     fmt::format_to(out, "  condition of the reduced matrix {:.2g}\n", result.condition);
   }
   PrintSigmas(block, result, sigma_factor_1, out);
+  text += DescribeMonteCarlo(result);
   PrintChecks(result, options.test_level, out);
   PrintQuality(block, options, result, out);
   PrintCorrections(result, sigma_factor_1, out);

@@ -29,7 +29,12 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
   {"scale_by_posterior", "flag", "true, false", "false",
    "Scale all printed standard deviations by the a-posteriori sigma0."},
   {"variance_components", "text", "none, range-azimuth, per-pass", "none",
-   "Estimate the variances of range and of azimuth from the residuals."},
+   "Estimate the variances of range and of azimuth from the residuals, of all passes or of each."},
+  {"variance_groups", "list", "lists of pass ids", "one group of all passes",
+   "With range-azimuth: passes that share their variances; those named in none share theirs."},
+  {"montecarlo_runs", "integer", "30 to 1000000", "200",
+   "Adjustments with noise drawn anew that covariance = montecarlo makes."},
+  {"montecarlo_seed", "integer", "0 or more", "1", "Seed of these draws."},
   {"max_iterations", "integer", "1 to 100000", "50", "Iterations after which the solver gives up."},
   {"engine", "text", "auto, ceres, reduced", "auto", "The solver."},
   {"covariance_method", "text", "auto, reduced, ceres", "auto",
@@ -159,6 +164,16 @@ void ReadPairs(const TomlValue& value, AdjustOptions* options) {
              DidYouMean(NearestName(text, names)));
 }
 
+std::string GroupsText(const std::vector<std::vector<std::string>>& groups) {
+  std::string text;
+  for (const std::vector<std::string>& ids : groups) {
+    std::string group;
+    for (const std::string& id : ids) group += (group.empty() ? "" : ", ") + TomlText(id);
+    text += (text.empty() ? "[" : ", [") + group + "]";
+  }
+  return "[" + text + "]";
+}
+
 }  // namespace
 
 // clang-format off
@@ -254,6 +269,17 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   ReadName(table, "covariance_method", &options.covariance_method);
   if (const auto value = table.FindPositive("robust_scale")) options.robust_scale = *value;
   if (const auto value = table.Find("pairs")) ReadPairs(*value, &options);
+  if (const auto value = table.Find("variance_groups")) {
+    for (const TomlValue& group : value->Entries()) {
+      std::vector<std::string>& ids = options.variance_groups.emplace_back();
+      for (const TomlValue& id : group.Entries()) ids.push_back(pass_ids[id.OneOf(pass_ids)]);
+      if (ids.empty()) group.Fail("is empty, at least one pass id is needed");
+    }
+  }
+  if (const auto value = table.Find("montecarlo_runs")) {
+    options.montecarlo_runs = value->Integer(30, 1000000);
+  }
+  if (const auto value = table.Find("montecarlo_seed")) options.montecarlo_seed = value->Count();
   if (const auto value = table.Find("scale_by_posterior"))
     options.scale_by_posterior = value->Flag();
   if (const auto value = table.Find("max_iterations")) {
@@ -288,6 +314,11 @@ std::string DumpAdjustTable(const AdjustOptions& options) {
   line("datum", TomlText(NameIn(options.datum)));
   line("scale_by_posterior", options.scale_by_posterior ? "true" : "false");
   line("variance_components", TomlText(NameIn(options.variance_components)));
+  if (!options.variance_groups.empty()) {
+    line("variance_groups", GroupsText(options.variance_groups));
+  }
+  line("montecarlo_runs", std::to_string(options.montecarlo_runs));
+  line("montecarlo_seed", std::to_string(options.montecarlo_seed));
   line("max_iterations", std::to_string(options.max_iterations));
   line("engine", TomlText(NameIn(options.engine)));
   line("covariance_method", TomlText(NameIn(options.covariance_method)));

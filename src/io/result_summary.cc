@@ -11,6 +11,7 @@
 #include "adjust_reader.h"
 #include "path_writer.h"
 #include "result_quality.h"
+#include "result_realism.h"
 #include "result_tables.h"
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
@@ -122,6 +123,10 @@ std::string Summary(const Block& block,
   }
   if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
   if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
+  if (result.variance_components) {
+    summary["variance_components"] = VarianceComponentsSection(options, result);
+  }
+  if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
   summary["covariance"] = NameIn(options.covariance);
   summary["condition"] = result.condition;
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
@@ -142,11 +147,11 @@ std::string SummaryJson(const Block& block,
 
 namespace {
 
-// An earlier result in the same folder leaves nothing beside this one that could be taken for it.
+// An earlier result in the same folder leaves nothing beside this one that could be taken for it:
+// no table in the other compression, and none of those that this result has not.
 void RemoveStaleTables(const std::filesystem::path& folder,
                        Compression compression,
-                       bool pairs,
-                       bool control,
+                       const std::vector<const char*>& absent,
                        bool geocentric) {
   std::error_code ignored;
   const char* const other = compression == Compression::kGzip ? ".csv" : ".csv.gz";
@@ -156,16 +161,14 @@ void RemoveStaleTables(const std::filesystem::path& folder,
                            "residuals",
                            "control_quality",
                            "pairs",
-                           "trajectories"}) {
+                           "trajectories",
+                           "montecarlo"}) {
     std::filesystem::remove(folder / (std::string(name) + other), ignored);
   }
-  if (!pairs) {
-    std::filesystem::remove(folder / "pairs.csv", ignored);
-    std::filesystem::remove(folder / "pairs.csv.gz", ignored);
-  }
-  if (!control) {
-    std::filesystem::remove(folder / "control_quality.csv", ignored);
-    std::filesystem::remove(folder / "control_quality.csv.gz", ignored);
+  for (const char* name : absent) {
+    for (const char* ending : {".csv", ".csv.gz"}) {
+      std::filesystem::remove(folder / (std::string(name) + ending), ignored);
+    }
   }
   if (!geocentric) std::filesystem::remove(folder / "points.geojson", ignored);
 }
@@ -183,8 +186,11 @@ std::string WriteResult(const std::filesystem::path& folder,
   const auto table = [&](const std::string& name) { return folder / (name + ending); };
   const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
   const bool control = !result.control_quality.empty();
-  RemoveStaleTables(
-      folder, context.compression, options.pairs != PairChoice::kNone, control, geocentric);
+  std::vector<const char*> absent;
+  if (!control) absent.push_back("control_quality");
+  if (options.pairs == PairChoice::kNone) absent.push_back("pairs");
+  if (!result.montecarlo) absent.push_back("montecarlo");
+  RemoveStaleTables(folder, context.compression, absent, geocentric);
   std::vector<StageCost> written;
   ResultContext said = context;
   {
@@ -195,6 +201,7 @@ std::string WriteResult(const std::filesystem::path& folder,
     WriteResidualTable(table("residuals"), view);
     if (control) WriteControlTable(table("control_quality"), view);
     if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
+    if (result.montecarlo) WriteMonteCarloTable(table("montecarlo"), view);
     const bool corrected = !result.corrected_paths.empty();
     WritePaths(table("trajectories"),
                block,

@@ -46,6 +46,7 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
       "[adjust]\ncorrections = \"auto\"\nrobust = \"tukey\"\nrobust_scale = 4.25\n"
       "covariance = \"montecarlo\"\npairs = \"mine.csv\"\ndatum = \"inner\"\n"
       "scale_by_posterior = true\nvariance_components = \"per-pass\"\nmax_iterations = 17\n"
+      "montecarlo_runs = 70\nmontecarlo_seed = 9\nvariance_groups = [[\"A1\"], [\"A2\"]]\n"
       "engine = \"reduced\"\ncovariance_method = \"ceres\"\ntest_level = 0.875\n");
   EXPECT_EQ(options.corrections, CorrectionChoice::kAuto);
   EXPECT_EQ(options.robust, RobustLoss::kTukey);
@@ -56,6 +57,9 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
   EXPECT_EQ(options.datum, Datum::kInner);
   EXPECT_TRUE(options.scale_by_posterior);
   EXPECT_EQ(options.variance_components, VarianceComponents::kPerPass);
+  EXPECT_EQ(options.montecarlo_runs, 70);
+  EXPECT_EQ(options.montecarlo_seed, 9U);
+  EXPECT_THAT(options.variance_groups, ElementsAre(ElementsAre("A1"), ElementsAre("A2")));
   EXPECT_EQ(options.max_iterations, 17);
   EXPECT_EQ(options.engine, Engine::kReduced);
   EXPECT_EQ(options.covariance_method, CovarianceMethod::kCeres);
@@ -91,6 +95,7 @@ TEST(AdjustTableTest, ConvertsTheUnitsOfTheFile) {  // hand values
 
 constexpr const char* kRich =
     "[adjust]\nrobust = \"cauchy\"\nrobust_scale = 2.125\n"
+    "variance_groups = [[\"B7\", \"A1\"], [\"A2\"]]\nmontecarlo_seed = 12\n"
     "[[adjust.correction.position]]\nbasis = \"spline\"\nknot_spacing_s = 7.3\n"
     "sigma_m = [1.1, \"none\", 3.3]\npasses = [\"A1\"]\n"
     "[[adjust.correction.position]]\ndegree = 3\ncomponents = [\"up\", \"across\"]\n"

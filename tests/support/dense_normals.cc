@@ -63,7 +63,7 @@ DenseEquations MakeDenseEquations(const AdjustmentProblem& problem, const BlockS
     const Parameter& parameter = problem.layout.parameters[static_cast<std::size_t>(i)];
     if (!parameter.has_prior()) continue;
     out.jacobian(row, columns + i) = 1.0 / parameter.prior_sigma;
-    out.residual[row] = state.corrections[i] / parameter.prior_sigma;
+    out.residual[row] = (state.corrections[i] - parameter.prior_value) / parameter.prior_sigma;
     ++row;
   }
   out.jacobian.conservativeResize(row, all);

@@ -48,14 +48,19 @@ class ControlCost final : public ceres::CostFunction {
   const ControlEquations& control_;
 };
 
-/// Priors c / sigma of the parameters of one block that have one.
+/// Priors (c - c0) / sigma of the parameters of one block that have one.
 class PriorCost final : public ceres::CostFunction {
  public:
   PriorCost(const ParameterLayout& layout, int block);
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
 
  private:
-  std::vector<std::pair<int, double>> rows_;  // index in the block, 1 / sigma
+  struct Row {
+    int index;      // in the block
+    double weight;  // 1 / sigma
+    double value;   // c0
+  };
+  std::vector<Row> rows_;
   int size_;
 };
 

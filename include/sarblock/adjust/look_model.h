@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -57,6 +58,17 @@ class LookModel {
   [[nodiscard]] const Block& block() const { return block_; }
   [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
 
+  /// Standard deviations of a look: the block's times the factors of its pass.
+  [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
+  /// Factors on the standard deviations of range and azimuth by pass; empty: 1. The whitening does
+  /// not follow by itself (UpdateWhitening).
+  void ScaleSigmas(std::vector<std::array<double, 2>> factor_of_pass_1) {
+    sigma_factor_1_ = std::move(factor_of_pass_1);
+  }
+  [[nodiscard]] const std::vector<std::array<double, 2>>& sigma_factors() const {
+    return sigma_factor_1_;
+  }
+
   void ColumnsOf(std::size_t look, LookColumns* columns) const;
   /// The columns of a look of `pass` measured at `time_s`.
   void ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const;
@@ -94,6 +106,7 @@ class LookModel {
  private:
   const Block& block_;
   const ParameterLayout& layout_;
+  std::vector<std::array<double, 2>> sigma_factor_1_;
 };
 
 /// Local corrections of a look gathered from the block's vector x.

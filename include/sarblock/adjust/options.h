@@ -47,6 +47,10 @@ struct AdjustOptions {
   Datum datum = Datum::kGiven;
   bool scale_by_posterior = false;
   VarianceComponents variance_components = VarianceComponents::kNone;
+  /// kRangeAzimuth: pass ids that share their variances; empty: all passes together.
+  std::vector<std::vector<std::string>> variance_groups;
+  int montecarlo_runs = 200;
+  std::uint64_t montecarlo_seed = 1;
   int max_iterations = 50;
   Engine engine = Engine::kAuto;
   CovarianceMethod covariance_method = CovarianceMethod::kAuto;

@@ -18,6 +18,7 @@ struct Parameter {
   std::string name;   ///< "position.along.0", "range.bias", ...
   std::string unit;   ///< "m", "s", "rad", "1"
   PriorSigma prior_sigma = kNotGiven;
+  double prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
   [[nodiscard]] bool has_prior() const { return prior_sigma == prior_sigma; }
 };
 

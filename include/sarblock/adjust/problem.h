@@ -52,9 +52,10 @@ struct ControlEvaluation {
 /// The Ceres cost functions, the reduced normals, the covariance and the quality figures all read
 /// this one description.
 struct AdjustmentProblem {
-  AdjustmentProblem(const Block& block, const std::vector<CorrectionGroup>& groups);
+  AdjustmentProblem(const Block& source, const std::vector<CorrectionGroup>& asked);
 
   const Block& block;
+  std::vector<CorrectionGroup> groups;
   ParameterLayout layout;
   LookModel model;                        ///< refers to block and layout
   std::vector<std::uint8_t> look_used;    ///< by look: takes part

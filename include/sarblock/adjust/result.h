@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/adjust/component_result.h"
+#include "sarblock/adjust/montecarlo_result.h"
 #include "sarblock/adjust/options.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/quantile.h"
@@ -185,6 +187,9 @@ struct AdjustResult {
   LookQuality quality;  ///< empty where not computed
   std::vector<ControlQuality> control_quality;
   std::optional<SnoopingReport> snooping;
+  /// Empty where not asked for. Its test is that before, the one below that after.
+  std::optional<VarianceComponentReport> variance_components;
+  std::optional<MonteCarloReport> montecarlo;
   std::vector<CheckResult> checks;
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more

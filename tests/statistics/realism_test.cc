@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Seeded statistics (docs/validation.md) of variance components, whose true values are planted, and
+// of the Monte Carlo covariance on shipped scenes.
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/quantile.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "statistics/scene_statistics.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+constexpr double kLevel = 0.999;
+
+std::string NameOfScene(const std::string& scene, const std::string& suffix = "") {
+  std::string name = scene + suffix;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+/// Estimates of one component over the draws, as parts of the true variance.
+struct Estimates {
+  std::string name;
+  std::vector<double> ratio;      // estimated over true variance
+  std::vector<double> deviation;  // its stated standard deviation
+
+  [[nodiscard]] double Mean() const {
+    double sum = 0.0;
+    for (const double value : ratio) sum += value;
+    return sum / static_cast<double>(ratio.size());
+  }
+  [[nodiscard]] double MeanStatedVariance() const {
+    double sum = 0.0;
+    for (const double value : deviation) sum += value * value;
+    return sum / static_cast<double>(deviation.size());
+  }
+  [[nodiscard]] double EmpiricalVariance() const {
+    const double mean = Mean();
+    double sum = 0.0;
+    for (const double value : ratio) sum += (value - mean) * (value - mean);
+    return sum / (static_cast<double>(ratio.size()) - 1.0);
+  }
+};
+
+struct PlantedCase {
+  std::string scene;
+  VarianceComponents choice;
+};
+
+class PlantedVariancesTest : public testing::TestWithParam<PlantedCase> {};
+
+/// True standard deviations over those told: range and azimuth, another for every third pass when
+/// each pass has its own.
+std::array<double, 2> Planted(VarianceComponents choice, std::size_t pass) {
+  if (choice == VarianceComponents::kPerPass && pass % 3 == 0) return {1.0, 3.0};
+  return {2.0, 0.6};
+}
+
+// Mean of the estimates against the truth, and their scatter against the stated standard deviation:
+// a variance estimate of f degrees of freedom is f s^2 / sigma^2 ~ chi-square(f).
+TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
+  const PlantedCase& given = GetParam();
+  const Scene scene = test::ShippedScene(given.scene, {"points.count=60", "check.count=3"});
+  SimulatedBlock simulated = Simulate(scene);
+  AdjustOptions options = test::OptionsOf(scene, simulated.block);
+  options.variance_components = given.choice;
+  options.covariance = CovarianceLevel::kNone;
+  const std::size_t draws = test::DrawsAsked();
+  std::vector<Estimates> estimates;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    Redraw(scene, 7000 + draw, RedrawChoice{}, &simulated);
+    Block told = simulated.block;
+    for (std::size_t i = 0; i < told.passes.size(); ++i) {
+      told.passes[i].sigma.range_m /= Planted(given.choice, i)[0];
+      told.passes[i].sigma.azimuth /= Planted(given.choice, i)[1];
+    }
+    const AdjustResult result = Adjust(told, options);
+    ASSERT_TRUE(result.accepted && result.variance_components->converged);
+    const std::vector<VarianceComponent>& found = result.variance_components->components;
+    estimates.resize(found.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      const VarianceComponent& c = found[k];
+      ASSERT_TRUE(c.estimated) << c.group << " " << c.note;
+      const double root = Planted(given.choice, c.passes[0])[static_cast<std::size_t>(c.component)];
+      estimates[k].name = c.group + (c.component == 0 ? " range" : " azimuth");
+      estimates[k].ratio.push_back(c.factor_1 / (root * root));
+      estimates[k].deviation.push_back(c.factor_deviation_1 / (root * root));
+    }
+  }
+  const auto n = static_cast<double>(draws);
+  const double level = 1.0 - (1.0 - kLevel) / (2.0 * static_cast<double>(estimates.size()));
+  for (const Estimates& e : estimates) {
+    const double stated = e.MeanStatedVariance(), ratio = e.EmpiricalVariance() / stated;
+    // Scatter of a sample variance whose parent is chi-square of f = 2 / stated degrees: its excess
+    // kurtosis 12 / f widens that of a normal one by 1 + 6 / f.
+    const double degrees = (n - 1.0) / (1.0 + 3.0 * stated);
+    const Interval normal = ChiSquareInterval(level, degrees);
+    const double bound = NormalQuantile(0.5 + 0.5 * level) * std::sqrt(stated / n);
+    std::printf("| %s | %zu | %s | %.4f (%.4f-%.4f) | %.4f | %.3f (%.3f-%.3f) |\n",
+                given.scene.c_str(),
+                draws,
+                e.name.c_str(),
+                e.Mean(),
+                1.0 - bound,
+                1.0 + bound,
+                std::sqrt(stated),
+                std::sqrt(ratio),
+                std::sqrt(normal.lower / degrees),
+                std::sqrt(normal.upper / degrees));
+    EXPECT_NEAR(e.Mean(), 1.0, bound) << e.name;
+    EXPECT_TRUE(normal.Contains(degrees * ratio)) << e.name << " " << ratio;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Shipped,
+    PlantedVariancesTest,
+    testing::Values(PlantedCase{"block-12-strips", VarianceComponents::kRangeAzimuth},
+                    PlantedCase{"venus-magellan", VarianceComponents::kRangeAzimuth},
+                    PlantedCase{"block-12-strips", VarianceComponents::kPerPass}),
+    [](const auto& c) {
+      return NameOfScene(c.param.scene,
+                         c.param.choice == VarianceComponents::kPerPass ? "_per_pass" : "");
+    });
+
+class RepeatedNoiseTest : public testing::TestWithParam<std::string> {};
+
+// By point the runs are independent: chi-square and binomial, 99.9 percent for all points together
+// (Bonferroni). Of all points, means over the runs.
+TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
+  const Scene scene = test::ShippedScene(GetParam(), {"points.count=40", "check.count=3"});
+  const SimulatedBlock simulated = Simulate(scene);
+  AdjustOptions options = test::OptionsOf(scene, simulated.block);
+  options.covariance = CovarianceLevel::kMonteCarlo;
+  options.montecarlo_runs = static_cast<int>(std::max<std::size_t>(test::DrawsAsked(), 30));
+  const AdjustResult result = Adjust(simulated.block, options);
+  ASSERT_TRUE(result.accepted);
+  const MonteCarloReport& report = *result.montecarlo;
+  ASSERT_EQ(report.runs, options.montecarlo_runs);
+  ASSERT_EQ(report.points, simulated.block.points.size());
+  std::printf("| %s | %zu | %d | %.3f (%.3f-%.3f) |",
+              GetParam().c_str(),
+              report.points,
+              report.runs,
+              report.square_ratio.mean,
+              report.square_ratio.lower(),
+              report.square_ratio.upper());
+  for (const RunMean& c : report.coverage) {
+    std::printf(" %.2f (%.2f-%.2f) |", 100 * c.mean, 100 * c.lower(), 100 * c.upper());
+  }
+  std::printf(" %zu |\n", report.points_outside);
+  const double level = 1.0 - (1.0 - kLevel) / (4.0 * static_cast<double>(report.points));
+  const double runs = report.runs, z = NormalQuantile(0.5 + 0.5 * level);
+  for (std::size_t j = 0; j < report.points; ++j) {
+    EXPECT_TRUE(ChiSquareInterval(level, 3.0 * runs).Contains(3.0 * runs * report.square_1[j]));
+    for (std::size_t i = 0; i < 2; ++i) {  // of 99 percent too few runs are outside for the normal
+      const double p = MonteCarloReport::kLevels[i];
+      EXPECT_NEAR(report.inside[i][j], runs * p, z * std::sqrt(runs * p * (1.0 - p)) + 0.5);
+    }
+  }
+  const double most = NormalQuantile(0.5 + 0.5 * kLevel);
+  for (const RunMean& mean : {report.square_ratio,
+                              report.coverage[0],
+                              report.coverage[1],
+                              report.coverage[2],
+                              report.variance_ratio[0],
+                              report.variance_ratio[1],
+                              report.variance_ratio[2]}) {
+    EXPECT_NEAR(mean.mean, mean.expected, most * mean.standard_error);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Shipped,
+    RepeatedNoiseTest,
+    testing::Values("block-12-strips", "earth-asc-desc", "convergent-squint", "leberl-aircraft"),
+    [](const auto& scene) { return NameOfScene(scene.param); });
+
+}  // namespace
+}  // namespace sarblock
