@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/reduced_engine.h"
+#include "sarblock/adjust/selection.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -89,9 +90,8 @@ std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
   return sights;
 }
 
-/// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
-/// solution, above the antennas or on the side they do not look to. Control points are held.
-/// `system` is formed at the state.
+}  // namespace
+
 std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
                                     const BlockState& state,
                                     std::optional<ReducedSystem>* formed,
@@ -116,6 +116,8 @@ std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
   }
   return out;
 }
+
+namespace {
 
 /// Starts lost points again from the intersection on the corrected paths and solves once more; what
 /// is still lost then is left out by name. `system` is the reduced system, without a loss, at the
@@ -204,6 +206,9 @@ AdjustResult Adjust(const Block& block,
                     const PointPairs& pairs,
                     ProgressSink* progress) {
   RequireOffered(options);
+  if (options.corrections == CorrectionChoice::kAuto) {
+    return AdjustSelected(block, options, pairs, progress);
+  }
   const ThreadLimit limit(options.threads);
   AdjustResult result;
   const std::vector<CorrectionGroup> none;

@@ -123,7 +123,6 @@ void RequireOffered(const AdjustOptions& options) {
     throw InputError(std::string("adjust.") + key,
                      std::string("'") + value + "' is not available in this version");
   };
-  if (options.corrections == CorrectionChoice::kAuto) refuse("corrections", "auto");
   if (options.covariance == CovarianceLevel::kMonteCarlo) refuse("covariance", "montecarlo");
   if (options.datum == Datum::kInner) refuse("datum", "inner");
   if (options.variance_components == VarianceComponents::kRangeAzimuth) {

@@ -84,6 +84,20 @@ Json CheckPoints(const std::vector<CheckResult>& checks) {
   return {{"points", checks.size()}, {"components", components}, {"chi_square", sum}};
 }
 
+Json Selection(const SelectionReport& selection) {
+  Json kept = Json::array();
+  for (const CandidateResult& candidate : selection.candidates) {
+    if (candidate.kept)
+      kept.push_back({{"candidate", candidate.name}, {"passes", candidate.passes}});
+  }
+  return {{"candidates", selection.candidates.size()},
+          {"rounds", selection.rounds},
+          {"steps", selection.steps},
+          {"settled", selection.settled},
+          {"kept", kept},
+          {"model", DumpCorrections(selection.groups)}};
+}
+
 // A stage that ran more than once has the sum of its times.
 Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
   Json stages = Json::object();
@@ -130,6 +144,7 @@ std::string Summary(const Block& block,
   if (!result.checks.empty()) summary["check_points"] = CheckPoints(result.checks);
   summary["covariance"] = NameIn(options.covariance);
   summary["condition"] = result.condition;
+  if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
   summary["warnings"] = context.warnings;
   for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
@@ -152,16 +167,26 @@ namespace {
 void RemoveStaleTables(const std::filesystem::path& folder,
                        Compression compression,
                        bool pairs,
+                       bool selection,
                        bool geocentric) {
   std::error_code ignored;
   const char* const other = compression == Compression::kGzip ? ".csv" : ".csv.gz";
-  for (const char* name :
-       {"points", "passes", "passes_covariance", "residuals", "pairs", "trajectories"}) {
+  for (const char* name : {"points",
+                           "passes",
+                           "passes_covariance",
+                           "residuals",
+                           "pairs",
+                           "trajectories",
+                           "selection"}) {
     std::filesystem::remove(folder / (std::string(name) + other), ignored);
   }
   if (!pairs) {
     std::filesystem::remove(folder / "pairs.csv", ignored);
     std::filesystem::remove(folder / "pairs.csv.gz", ignored);
+  }
+  if (!selection) {
+    std::filesystem::remove(folder / "selection.csv", ignored);
+    std::filesystem::remove(folder / "selection.csv.gz", ignored);
   }
   if (!geocentric) std::filesystem::remove(folder / "points.geojson", ignored);
 }
@@ -178,7 +203,11 @@ std::string WriteResult(const std::filesystem::path& folder,
   const char* const ending = context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
   const auto table = [&](const std::string& name) { return folder / (name + ending); };
   const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
-  RemoveStaleTables(folder, context.compression, options.pairs != PairChoice::kNone, geocentric);
+  RemoveStaleTables(folder,
+                    context.compression,
+                    options.pairs != PairChoice::kNone,
+                    !result.selection.empty(),
+                    geocentric);
   std::vector<StageCost> written;
   ResultContext said = context;
   {
@@ -186,6 +215,7 @@ std::string WriteResult(const std::filesystem::path& folder,
     WritePointTable(table("points"), view);
     WriteParameterTable(table("passes"), view);
     WriteParameterCovariance(table("passes_covariance"), view);
+    if (!result.selection.empty()) WriteSelectionTable(table("selection"), view);
     WriteResidualTable(table("residuals"), view);
     if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
     const bool corrected = !result.corrected_paths.empty();

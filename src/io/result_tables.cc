@@ -52,6 +52,18 @@ const char* NameOf(PointRole role) {
   return "";
 }
 
+const char* NameOf(SelectionTest test) {
+  switch (test) {
+    case SelectionTest::kScore:
+      return "score";
+    case SelectionTest::kWald:
+      return "wald";
+    case SelectionTest::kNotTried:
+      return "";
+  }
+  return "";
+}
+
 void WritePointTable(const std::filesystem::path& file, const ResultView& view) {
   CsvWriter out(file,
                 {"point",
@@ -130,7 +142,42 @@ void WriteParameterTable(const std::filesystem::path& file, const ResultView& vi
     out.Text(parameter.owner).Text(parameter.name).Text(parameter.unit).Number(parameter.value);
     out.Number(sigma).Number(parameter.prior_sigma);
     out.Number(sigma > 0.0 ? std::abs(parameter.value) / sigma : kNotGiven);
-    out.Empty().EndRow();
+    out.Text(parameter.kept).EndRow();
+  }
+  out.Commit();
+}
+
+void WriteSelectionTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"candidate",
+                 "passes",
+                 "parameters",
+                 "test",
+                 "statistic",
+                 "f",
+                 "p",
+                 "delta_bic",
+                 "condition",
+                 "posterior_prior",
+                 "verdict",
+                 "reason",
+                 "step"},
+                view.context.compression);
+  for (const CandidateResult& candidate : view.result.selection.candidates) {
+    out.Text(candidate.name).Text(candidate.passes);
+    out.Integer(candidate.parameters).Text(NameOf(candidate.test));
+    out.Number(candidate.statistic_1).Number(candidate.f_1).Number(candidate.probability_1);
+    out.Number(candidate.delta_bic_1);
+    // An infinite condition has no number; the reason says what it means.
+    out.Number(std::isfinite(candidate.condition_1) ? candidate.condition_1 : kNotGiven);
+    out.Number(candidate.posterior_prior_1);
+    out.Text(candidate.kept ? "kept" : "dropped").Text(candidate.reason);
+    if (candidate.step > 0) {
+      out.Integer(candidate.step);
+    } else {
+      out.Empty();
+    }
+    out.EndRow();
   }
   out.Commit();
 }
