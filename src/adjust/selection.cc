@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/reduced_system.h"
+#include "sarblock/adjust/simplifications.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -424,6 +425,7 @@ AdjustResult AdjustSelected(const Block& block,
          "the choice of corrections still changed after " + std::to_string(report.rounds) +
              " rounds");
   }
+  report.simplifications = BoundSimplifications(block, result, options.selection.simplify_1);
   result.selection = std::move(report);
   return result;
 }

@@ -189,6 +189,13 @@ void PrintSelection(const SelectionReport& selection, Out out) {
                    c.f_1,
                    c.delta_bic_1);
   }
+  for (const SimplificationBound& bound : selection.simplifications) {
+    fmt::format_to(out,
+                   "  simplification {:<18} moves points by at most {:.2g} sigma: {}\n",
+                   bound.name,
+                   bound.fraction_1,
+                   bound.allowed ? "allowed, not taken" : "not allowed");
+  }
 }
 
 }  // namespace

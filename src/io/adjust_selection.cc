@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <utility>
 
 #include "adjust_reader.h"
 #include "number.h"
@@ -48,11 +49,12 @@ void ReadSelection(const TomlTable& table, bool groups, SelectionOptions* option
   if (const auto value = table.Find("mode")) {
     options->mode = static_cast<SelectionOptions::Mode>(value->OneOf(Names(options->mode)));
   }
-  if (const auto value = table.Find("significance")) {
-    options->significance_1 = value->Positive();
-    if (!(options->significance_1 < 1.0)) {
-      value->Fail(NumberText(options->significance_1) + " is not allowed, a number below 1 is");
-    }
+  for (const auto& [key, part] : {std::pair("significance", &options->significance_1),
+                                  std::pair("simplify", &options->simplify_1)}) {
+    const auto value = table.Find(key);
+    if (!value) continue;
+    *part = value->Positive();
+    if (!(*part < 1.0)) value->Fail(NumberText(*part) + " is not allowed, a number below 1 is");
   }
   if (const auto value = table.Find("candidates")) {
     if (groups) {
@@ -105,6 +107,7 @@ std::string DumpSelection(const AdjustOptions& options) {
   }
   line("max_condition", NumberText(selection.max_condition_1));
   line("max_posterior_prior", NumberText(selection.max_posterior_prior_1));
+  line("simplify", NumberText(selection.simplify_1));
   return text;
 }
 

@@ -53,6 +53,9 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
    "determinable."},
   {"selection.max_posterior_prior", "number", "above 0, at most 1", "0.9",
    "Ratio of posterior to prior standard deviation above which the observations add too little."},
+  {"selection.simplify", "number", "above 0, below 1", "0.01",
+   "Part of its standard deviation by which a simplification of the model may move a point and be "
+   "called allowed; docs/theory/selection.md."},
   {"correction", "table", "position, velocity, range, time, squint, troposphere", "none",
    "Correction groups; each a table, or an array of tables for several of a kind."},
   {"correction.position.basis", "text", "polynomial, spline", "polynomial",

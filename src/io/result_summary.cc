@@ -90,11 +90,18 @@ Json Selection(const SelectionReport& selection) {
     if (candidate.kept)
       kept.push_back({{"candidate", candidate.name}, {"passes", candidate.passes}});
   }
+  Json simplifications = Json::array();
+  for (const SimplificationBound& bound : selection.simplifications) {
+    simplifications.push_back({{"simplification", bound.name},
+                               {"fraction", bound.fraction_1},
+                               {"allowed", bound.allowed}});
+  }
   return {{"candidates", selection.candidates.size()},
           {"rounds", selection.rounds},
           {"steps", selection.steps},
           {"settled", selection.settled},
           {"kept", kept},
+          {"simplifications", simplifications},
           {"model", DumpCorrections(selection.groups)}};
 }
 
@@ -177,16 +184,18 @@ void RemoveStaleTables(const std::filesystem::path& folder,
                            "residuals",
                            "pairs",
                            "trajectories",
-                           "selection"}) {
+                           "selection",
+                           "simplifications"}) {
     std::filesystem::remove(folder / (std::string(name) + other), ignored);
   }
   if (!pairs) {
     std::filesystem::remove(folder / "pairs.csv", ignored);
     std::filesystem::remove(folder / "pairs.csv.gz", ignored);
   }
-  if (!selection) {
-    std::filesystem::remove(folder / "selection.csv", ignored);
-    std::filesystem::remove(folder / "selection.csv.gz", ignored);
+  for (const std::string name : {"selection", "simplifications"}) {
+    if (selection) break;
+    std::filesystem::remove(folder / (name + ".csv"), ignored);
+    std::filesystem::remove(folder / (name + ".csv.gz"), ignored);
   }
   if (!geocentric) std::filesystem::remove(folder / "points.geojson", ignored);
 }
@@ -215,7 +224,10 @@ std::string WriteResult(const std::filesystem::path& folder,
     WritePointTable(table("points"), view);
     WriteParameterTable(table("passes"), view);
     WriteParameterCovariance(table("passes_covariance"), view);
-    if (!result.selection.empty()) WriteSelectionTable(table("selection"), view);
+    if (!result.selection.empty()) {
+      WriteSelectionTable(table("selection"), view);
+      WriteSimplificationTable(table("simplifications"), view);
+    }
     WriteResidualTable(table("residuals"), view);
     if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
     const bool corrected = !result.corrected_paths.empty();

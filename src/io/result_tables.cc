@@ -182,6 +182,18 @@ void WriteSelectionTable(const std::filesystem::path& file, const ResultView& vi
   out.Commit();
 }
 
+void WriteSimplificationTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"simplification", "bound_m", "sigma_m", "fraction", "allowed", "taken"},
+                view.context.compression);
+  for (const SimplificationBound& bound : view.result.selection.simplifications) {
+    out.Text(bound.name).Number(bound.bound_m).Number(bound.sigma_m).Number(bound.fraction_1);
+    // The model has no switch for any of them yet.
+    out.Integer(bound.allowed ? 1 : 0).Integer(0).EndRow();
+  }
+  out.Commit();
+}
+
 void WriteParameterCovariance(const std::filesystem::path& file, const ResultView& view) {
   CsvWriter out(file,
                 {"pass_a", "parameter_a", "pass_b", "parameter_b", "covariance"},

@@ -26,6 +26,7 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view);
 void WriteParameterTable(const std::filesystem::path& file, const ResultView& view);
 void WriteParameterCovariance(const std::filesystem::path& file, const ResultView& view);
 void WriteSelectionTable(const std::filesystem::path& file, const ResultView& view);
+void WriteSimplificationTable(const std::filesystem::path& file, const ResultView& view);
 void WriteResidualTable(const std::filesystem::path& file, const ResultView& view);
 void WritePairTable(const std::filesystem::path& file, const ResultView& view);
 void WriteGeoJson(const std::filesystem::path& file, const ResultView& view);

@@ -272,7 +272,8 @@ TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
   const AdjustOptions options = Read(
       "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\nmode = \"per-pass\"\n"
       "significance = 0.0125\ncandidates = [\"range\", \"position\"]\nmax_degree = 2\n"
-      "knot_spacings_s = [7.5, 3]\nmax_condition = 3e5\nmax_posterior_prior = 0.75\n");
+      "knot_spacings_s = [7.5, 3]\nmax_condition = 3e5\nmax_posterior_prior = 0.75\n"
+      "simplify = 0.0625\n");
   const SelectionOptions& selection = options.selection;
   EXPECT_EQ(selection.mode, SelectionOptions::Mode::kPerPass);
   EXPECT_EQ(selection.significance_1, 0.0125);
@@ -282,6 +283,7 @@ TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
   EXPECT_EQ(*selection.knot_spacings_s, (std::vector<double>{7.5, 3.0}));
   EXPECT_EQ(selection.max_condition_1, 3e5);
   EXPECT_EQ(selection.max_posterior_prior_1, 0.75);
+  EXPECT_EQ(selection.simplify_1, 0.0625);
   const std::string dump = DumpAdjustTable(options);
   EXPECT_EQ(DumpAdjustTable(Read(dump)), dump);
   EXPECT_THAT(dump, testing::HasSubstr("knot_spacings_s = [7.5, 3"));

@@ -32,11 +32,12 @@ struct SelectionOptions {
   /// Kinds tried where no correction groups are given; indices of CorrectionGroup::model. Velocity
   /// errors act like a squint that differs from look to look and are tried only when asked for.
   std::vector<std::size_t> kinds{0, 2, 3, 4, 5};
-  int max_degree = 3;                                ///< of position polynomials
+  int max_degree = 3;                                  ///< of position polynomials
   std::optional<std::vector<double>> knot_spacings_s;  ///< not given: a quarter and an eighth of
                                                        ///< the longest strip
   double max_condition_1 = 1e8;        ///< beyond it a candidate is not determinable
   double max_posterior_prior_1 = 0.9;  ///< beyond it the observations add nothing to the prior
+  double simplify_1 = 0.01;  ///< part of its sigma by which a simplification may move a point
   static constexpr std::size_t kMostSpacings = 3;
 };
 

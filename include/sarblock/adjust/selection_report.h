@@ -35,13 +35,23 @@ struct CandidateResult {
   std::string reason;
 };
 
+/// What a simplification of the model would do to the points (simplifications.h).
+struct SimplificationBound {
+  std::string name{};             ///< "flat-frame", "fixed-track-axes", "uncoupled-squint", ...
+  double bound_m = kNotGiven;     ///< no point moves by more, at the point with the largest part
+  double sigma_m = kNotGiven;     ///< its standard deviation
+  double fraction_1 = kNotGiven;  ///< bound over sigma, the largest of all points
+  bool allowed = false;           ///< the part is below the limit
+};
+
 /// The outcome of a model selection.
 struct SelectionReport {
   std::vector<CandidateResult> candidates;  ///< every one, in the order of the candidate groups
   std::vector<CorrectionGroup> groups;      ///< the model chosen; may be empty
-  int rounds = 0;                           ///< linearisations
-  int steps = 0;                            ///< candidates that entered or were dropped
-  bool settled = true;                      ///< the last round changed nothing
+  std::vector<SimplificationBound> simplifications;  ///< empty without covariances
+  int rounds = 0;                                    ///< linearisations
+  int steps = 0;                                     ///< candidates that entered or were dropped
+  bool settled = true;                               ///< the last round changed nothing
   [[nodiscard]] bool empty() const { return candidates.empty(); }
 };
 

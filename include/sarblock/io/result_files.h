@@ -34,7 +34,7 @@ struct ResultContext {
                                       const ResultContext& context);
 
 /// Writes a result folder: summary.json, points.csv, passes.csv, passes_covariance.csv,
-/// residuals.csv, selection.csv (if corrections were chosen), pairs.csv (if pairs were asked for), trajectories.csv, points.geojson
+/// residuals.csv, selection.csv and simplifications.csv (if corrections were chosen), pairs.csv (if pairs were asked for), trajectories.csv, points.geojson
 /// (geocentric frames). Each file appears whole or not at all, summary.json last. Returns the
 /// summary that was written; its stages end with `write`, the cost of this call.
 /// Positions in frame axes [m]; standard deviations and covariances in east, north, up, times
