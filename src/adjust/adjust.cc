@@ -5,6 +5,7 @@
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/montecarlo.h"
 #include "sarblock/adjust/reduced_engine.h"
+#include "sarblock/adjust/selection.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/adjust/variance_components.h"
 #include "sarblock/core/error.h"
@@ -96,9 +97,8 @@ std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
   return sights;
 }
 
-/// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
-/// solution, above the antennas or on the side they do not look to. Control points are held.
-/// `system` is formed at the state.
+}  // namespace
+
 std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
                                     const BlockState& state,
                                     std::optional<ReducedSystem>* formed,
@@ -123,6 +123,8 @@ std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
   }
   return out;
 }
+
+namespace {
 
 /// Solves once more and counts its iterations with those before.
 void SolveOnce(const AdjustOptions& options,
@@ -248,6 +250,9 @@ AdjustResult Adjust(const Block& block,
                     const PointPairs& pairs,
                     ProgressSink* progress) {
   RequireOffered(options);
+  if (options.corrections == CorrectionChoice::kAuto) {
+    return AdjustSelected(block, options, pairs, progress);
+  }
   const ThreadLimit limit(options.threads);
   AdjustResult result;
   const std::vector<CorrectionGroup> none;

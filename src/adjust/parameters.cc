@@ -16,7 +16,7 @@ class LayoutBuilder {
  public:
   explicit LayoutBuilder(const Block& block) : block_(block) {
     layout_.passes.resize(block.passes.size());
-    kinds_of_.resize(block.passes.size());
+    own_of_.resize(block.passes.size());
     for (std::size_t i = 0; i < block.passes.size(); ++i) {
       const Pass& pass = block.passes[i];
       layout_.passes[i].middle_s = 0.5 * (pass.start_s + pass.end_s);
@@ -29,14 +29,14 @@ class LayoutBuilder {
     const std::vector<std::size_t> members = Members(group);
     if (!group.shared) {
       for (const std::size_t pass : members) {
-        for (const std::size_t kind : kinds_of_[pass]) {
-          if (kind != group.model.index()) continue;
+        for (const CorrectionGroup* other : own_of_[pass]) {
+          if (!Overlap(*other, group)) continue;
           throw InputError("correction." + group.name,
                            "pass " + block_.passes[pass].id +
                                " has two groups of this kind, at most one that is not shared is "
-                               "allowed");
+                               "allowed (for the position: one a component)");
         }
-        kinds_of_[pass].push_back(group.model.index());
+        own_of_[pass].push_back(&group);
       }
     }
     if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
@@ -273,10 +273,21 @@ class LayoutBuilder {
   ParameterLayout layout_;
   std::map<std::string, std::size_t> index_of_pass_;
   std::map<std::size_t, std::vector<const CorrectionGroup*>> own_groups_;
-  std::vector<std::vector<std::size_t>> kinds_of_;
+  std::vector<std::vector<const CorrectionGroup*>> own_of_;
 };
 
 }  // namespace
+
+bool Overlap(const CorrectionGroup& a, const CorrectionGroup& b) {
+  if (a.model.index() != b.model.index()) return false;
+  const auto* one = std::get_if<PositionCorrection>(&a.model);
+  const auto* two = std::get_if<PositionCorrection>(&b.model);
+  if (one == nullptr || one->axes != two->axes) return true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (one->components[axis] && two->components[axis]) return true;
+  }
+  return false;
+}
 
 bool PassCorrections::NeedsTrackAxes() const {
   if (!velocity_across.empty() || !velocity_up.empty()) return true;

@@ -112,6 +112,11 @@ AdjustResult Predict(const Block& block,
                      const PointPairs& pairs,
                      ProgressSink* progress) {
   RequireOffered(options);
+  if (options.corrections == CorrectionChoice::kAuto) {
+    throw InputError("adjust.corrections",
+                     "'auto' chooses by measured values, a prediction has none; 'given' or 'none' "
+                     "is allowed");
+  }
   const ThreadLimit limit(options.threads);
   AdjustResult result;
   RefuseRepetition(options, "predict", &result);

@@ -130,7 +130,6 @@ void RequireOffered(const AdjustOptions& options) {
     throw InputError(std::string("adjust.") + key,
                      std::string("'") + value + "' is not available in this version");
   };
-  if (options.corrections == CorrectionChoice::kAuto) refuse("corrections", "auto");
   if (options.datum == Datum::kInner) refuse("datum", "inner");
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",

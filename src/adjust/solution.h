@@ -20,6 +20,14 @@ namespace sarblock {
                                     const Sight& sight,
                                     const Eigen::Vector3d& p_m);
 
+/// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
+/// solution, above the antennas or on the side they do not look to. Control points are held.
+/// `formed` becomes the reduced system, without a loss, at the state.
+[[nodiscard]] std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
+                                                  const BlockState& state,
+                                                  std::optional<ReducedSystem>* formed,
+                                                  ProgressSink* progress);
+
 /// Solves and repeats while the weights still move with the solution.
 [[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
                                       const AdjustOptions& options,

@@ -200,6 +200,42 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
   }
 }
 
+/// One line a kept candidate.
+void PrintSelection(const SelectionReport& selection, Out out) {
+  if (selection.empty()) return;
+  const auto kept = std::count_if(selection.candidates.begin(),
+                                  selection.candidates.end(),
+                                  [](const CandidateResult& c) { return c.kept; });
+  fmt::format_to(out,
+                 "  corrections chosen: {} of {} candidates in {} steps, {} rounds\n",
+                 kept,
+                 selection.candidates.size(),
+                 selection.steps,
+                 selection.rounds);
+  constexpr int kShown = 12;
+  int shown = 0;
+  for (const CandidateResult& c : selection.candidates) {
+    if (!c.kept) continue;
+    if (++shown > kShown) {
+      fmt::format_to(out, "    and {} more, see selection.csv\n", kept - kShown);
+      break;
+    }
+    fmt::format_to(out,
+                   "    {:<28} {:<12.12} F {:<10.4g} delta BIC {:.4g}\n",
+                   c.name,
+                   c.passes,
+                   c.f_1,
+                   c.delta_bic_1);
+  }
+  for (const SimplificationBound& bound : selection.simplifications) {
+    fmt::format_to(out,
+                   "  simplification {:<18} moves points by at most {:.2g} sigma: {}\n",
+                   bound.name,
+                   bound.fraction_1,
+                   bound.allowed ? "allowed, not taken" : "not allowed");
+  }
+}
+
 }  // namespace
 
 std::string DescribeResult(const Block& block,
@@ -233,6 +269,7 @@ std::string DescribeResult(const Block& block,
   }
   text += DescribeVarianceComponents(result);
   PrintTest(result, options, out);
+  PrintSelection(result.selection, out);
   if (!result.parameters.empty()) {
     fmt::format_to(out, "  condition of the reduced matrix {:.2g}\n", result.condition);
   }

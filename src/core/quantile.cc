@@ -7,6 +7,7 @@
 #include <string>
 
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 
 namespace sarblock {
@@ -40,6 +41,19 @@ double ChiSquareProbability(double value, double degrees) {
     throw InputError("chi-square value", std::to_string(value) + " must be finite and at least 0");
   }
   return boost::math::cdf(distribution, value);
+}
+
+double FisherTailProbability(double value, double numerator, double denominator) {
+  for (const double degrees : {numerator, denominator}) {
+    if (!(std::isfinite(degrees) && degrees > 0.0)) {
+      throw InputError("degrees of freedom", std::to_string(degrees) + " must be greater than 0");
+    }
+  }
+  if (!(std::isfinite(value) && value >= 0.0)) {
+    throw InputError("F value", std::to_string(value) + " must be finite and at least 0");
+  }
+  const boost::math::fisher_f_distribution<double> distribution(numerator, denominator);
+  return boost::math::cdf(boost::math::complement(distribution, value));
 }
 
 double NormalQuantile(double probability) {

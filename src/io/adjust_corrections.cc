@@ -249,11 +249,12 @@ void RefuseOverlap(const std::vector<CorrectionGroup>& before,
            std::find(one.passes.begin(), one.passes.end(), id) != one.passes.end();
   };
   for (const CorrectionGroup& other : before) {
-    if (group.shared || other.shared || other.model.index() != group.model.index()) continue;
+    if (group.shared || other.shared || !Overlap(other, group)) continue;
     for (const std::string& id : pass_ids) {
       if (covers(group, id) && covers(other, id)) {
         value.Fail("pass " + Quoted(id) + " has a correction of this kind already (" + other.name +
-                   "); one that is not shared is allowed");
+                   "); one that is not shared is allowed" +
+                   (group.model.index() == 0 ? " for a component" : ""));
       }
     }
   }

@@ -22,6 +22,7 @@ const std::vector<std::string>& Names(VarianceComponents);
 const std::vector<std::string>& Names(BlunderTest);
 const std::vector<std::string>& Names(FamilyWise);
 const std::vector<std::string>& Names(Snooping);
+const std::vector<std::string>& Names(SelectionOptions::Mode);
 const std::vector<std::string>& Names(PairChoice);  ///< kList has no name: it is a file's
 
 template <typename Enum>
@@ -41,6 +42,11 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
 /// The groups of `[adjust.correction]`, kinds in the order of CorrectionKinds().
 std::vector<CorrectionGroup> ReadCorrections(const TomlTable& correction,
                                              const std::vector<std::string>& pass_ids);
+
+/// The `[adjust.selection]` table; `groups` where correction tables stand beside it.
+void ReadSelection(const TomlTable& table, bool groups, SelectionOptions* options);
+/// The same as TOML.
+std::string DumpSelection(const AdjustOptions& options);
 
 /// Last parts of the option table's keys that begin with `prefix` and have no further dot.
 std::vector<std::string> OptionKeys(std::string_view prefix);

@@ -44,6 +44,28 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
    "Looks to leave out beside those of the block, such as residuals.csv of an earlier result."},
   {"quality", "table", "the keys of quality below", "all as below",
    "Tests of single observations and the search for blunders."},
+  {"selection", "table", "the keys below", "their defaults",
+   "How corrections = auto chooses; docs/theory/selection.md. Correction tables beside it are the "
+   "candidates, with their priors."},
+  {"selection.mode", "text", "common, per-pass", "common",
+   "The same corrections for all passes, each with its own values, or every pass for itself."},
+  {"selection.significance", "number", "above 0, below 1", "0.05",
+   "Level of the F tests of one step, shared by all terms (Bonferroni)."},
+  {"selection.candidates", "list", "position, velocity, range, time, squint, troposphere",
+   "all but velocity", "Kinds that are tried, without priors; not beside correction tables."},
+  {"selection.max_degree", "integer", "0 to 15", "3",
+   "Highest degree tried for the position; above 3 no spline is tried."},
+  {"selection.knot_spacings_s", "list", "up to 3 numbers above 0, or empty",
+   "a quarter and an eighth of the longest strip",
+   "Splines tried where a component without a prior needs the highest degree."},
+  {"selection.max_condition", "number", "above 1", "1e8",
+   "How much of a variance may come from other unknowns before a candidate counts as not "
+   "determinable."},
+  {"selection.max_posterior_prior", "number", "above 0, at most 1", "0.9",
+   "Ratio of posterior to prior standard deviation above which the observations add too little."},
+  {"selection.simplify", "number", "above 0, below 1", "0.01",
+   "Part of its standard deviation by which a simplification of the model may move a point and be "
+   "called allowed; docs/theory/selection.md."},
   {"correction", "table", "position, velocity, range, time, squint, troposphere", "none",
    "Correction groups; each a table, or an array of tables for several of a kind."},
   {"quality.alpha", "number", "above 0, below power", "0.001",
@@ -222,6 +244,10 @@ const std::vector<std::string>& Names(PairChoice) {
   static const std::vector<std::string> names{"none", "neighbours", "all"};
   return names;
 }
+const std::vector<std::string>& Names(SelectionOptions::Mode) {
+  static const std::vector<std::string> names{"common", "per-pass"};
+  return names;
+}
 const std::vector<std::string>& CorrectionKinds() {
   static const std::vector<std::string> kinds{
       "position", "velocity", "range", "time", "squint", "troposphere"};
@@ -282,6 +308,9 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   if (const auto value = table.Find("montecarlo_seed")) options.montecarlo_seed = value->Count();
   if (const auto value = table.Find("scale_by_posterior"))
     options.scale_by_posterior = value->Flag();
+  if (const auto value = table.Find("selection")) {
+    ReadSelection(TomlTable(*value), !options.groups.empty(), &options.selection);
+  }
   if (const auto value = table.Find("max_iterations")) {
     options.max_iterations = value->Integer(1, 100000);
   }
@@ -324,7 +353,9 @@ std::string DumpAdjustTable(const AdjustOptions& options) {
   line("covariance_method", TomlText(NameIn(options.covariance_method)));
   line("test_level", NumberText(options.test_level));
   if (!options.rejections_file.empty()) line("rejections", TomlText(options.rejections_file));
-  return text + DumpQuality(options.quality) + DumpCorrections(options.groups);
+  text += DumpQuality(options.quality);
+  if (options.corrections == CorrectionChoice::kAuto) text += DumpSelection(options);
+  return text + DumpCorrections(options.groups);
 }
 
 }  // namespace sarblock

@@ -75,6 +75,27 @@ Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
           {"passed", result.chi_square_passed}};
 }
 
+Json Selection(const SelectionReport& selection) {
+  Json kept = Json::array();
+  for (const CandidateResult& candidate : selection.candidates) {
+    if (candidate.kept)
+      kept.push_back({{"candidate", candidate.name}, {"passes", candidate.passes}});
+  }
+  Json simplifications = Json::array();
+  for (const SimplificationBound& bound : selection.simplifications) {
+    simplifications.push_back({{"simplification", bound.name},
+                               {"fraction", bound.fraction_1},
+                               {"allowed", bound.allowed}});
+  }
+  return {{"candidates", selection.candidates.size()},
+          {"rounds", selection.rounds},
+          {"steps", selection.steps},
+          {"settled", selection.settled},
+          {"kept", kept},
+          {"simplifications", simplifications},
+          {"model", DumpCorrections(selection.groups)}};
+}
+
 // A stage that ran more than once has the sum of its times.
 Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
   Json stages = Json::object();
@@ -129,6 +150,7 @@ std::string Summary(const Block& block,
   if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
   summary["covariance"] = NameIn(options.covariance);
   summary["condition"] = result.condition;
+  if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
   summary["warnings"] = context.warnings;
   for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
@@ -162,7 +184,9 @@ void RemoveStaleTables(const std::filesystem::path& folder,
                            "control_quality",
                            "pairs",
                            "trajectories",
-                           "montecarlo"}) {
+                           "montecarlo",
+                           "selection",
+                           "simplifications"}) {
     std::filesystem::remove(folder / (std::string(name) + other), ignored);
   }
   for (const char* name : absent) {
@@ -190,6 +214,10 @@ std::string WriteResult(const std::filesystem::path& folder,
   if (!control) absent.push_back("control_quality");
   if (options.pairs == PairChoice::kNone) absent.push_back("pairs");
   if (!result.montecarlo) absent.push_back("montecarlo");
+  if (result.selection.empty()) {
+    absent.push_back("selection");
+    absent.push_back("simplifications");
+  }
   RemoveStaleTables(folder, context.compression, absent, geocentric);
   std::vector<StageCost> written;
   ResultContext said = context;
@@ -198,6 +226,10 @@ std::string WriteResult(const std::filesystem::path& folder,
     WritePointTable(table("points"), view);
     WriteParameterTable(table("passes"), view);
     WriteParameterCovariance(table("passes_covariance"), view);
+    if (!result.selection.empty()) {
+      WriteSelectionTable(table("selection"), view);
+      WriteSimplificationTable(table("simplifications"), view);
+    }
     WriteResidualTable(table("residuals"), view);
     if (control) WriteControlTable(table("control_quality"), view);
     if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);

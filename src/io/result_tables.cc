@@ -6,7 +6,6 @@
 
 #include <cmath>
 
-
 namespace sarblock {
 namespace {
 
@@ -49,6 +48,18 @@ const char* NameOf(PointRole role) {
       return "control";
     case PointRole::kCheck:
       return "check";
+  }
+  return "";
+}
+
+const char* NameOf(SelectionTest test) {
+  switch (test) {
+    case SelectionTest::kScore:
+      return "score";
+    case SelectionTest::kWald:
+      return "wald";
+    case SelectionTest::kNotTried:
+      return "";
   }
   return "";
 }
@@ -131,7 +142,54 @@ void WriteParameterTable(const std::filesystem::path& file, const ResultView& vi
     out.Text(parameter.owner).Text(parameter.name).Text(parameter.unit).Number(parameter.value);
     out.Number(sigma).Number(parameter.prior_sigma);
     out.Number(sigma > 0.0 ? std::abs(parameter.value) / sigma : kNotGiven);
-    out.Empty().EndRow();
+    out.Text(parameter.kept).EndRow();
+  }
+  out.Commit();
+}
+
+void WriteSelectionTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"candidate",
+                 "passes",
+                 "parameters",
+                 "test",
+                 "statistic",
+                 "f",
+                 "p",
+                 "delta_bic",
+                 "condition",
+                 "posterior_prior",
+                 "verdict",
+                 "reason",
+                 "step"},
+                view.context.compression);
+  for (const CandidateResult& candidate : view.result.selection.candidates) {
+    out.Text(candidate.name).Text(candidate.passes);
+    out.Integer(candidate.parameters).Text(NameOf(candidate.test));
+    out.Number(candidate.statistic_1).Number(candidate.f_1).Number(candidate.probability_1);
+    out.Number(candidate.delta_bic_1);
+    // An infinite condition has no number; the reason says what it means.
+    out.Number(std::isfinite(candidate.condition_1) ? candidate.condition_1 : kNotGiven);
+    out.Number(candidate.posterior_prior_1);
+    out.Text(candidate.kept ? "kept" : "dropped").Text(candidate.reason);
+    if (candidate.step > 0) {
+      out.Integer(candidate.step);
+    } else {
+      out.Empty();
+    }
+    out.EndRow();
+  }
+  out.Commit();
+}
+
+void WriteSimplificationTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"simplification", "bound_m", "sigma_m", "fraction", "allowed", "taken"},
+                view.context.compression);
+  for (const SimplificationBound& bound : view.result.selection.simplifications) {
+    out.Text(bound.name).Number(bound.bound_m).Number(bound.sigma_m).Number(bound.fraction_1);
+    // The model has no switch for any of them yet.
+    out.Integer(bound.allowed ? 1 : 0).Integer(0).EndRow();
   }
   out.Commit();
 }

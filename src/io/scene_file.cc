@@ -153,6 +153,7 @@ SceneNavigation ReadNavigation(SceneTable table) {
   SceneNavigation navigation;
   table.Numbers("constant_sigma_m", &navigation.constant_sigma_m);
   table.Numbers("drift_sigma_m", &navigation.drift_sigma_m);
+  table.Numbers("curvature_sigma_m", &navigation.curvature_sigma_m);
   table.Choice<Process>("process",
                         {{"none", Process::kNone},
                          {"random-walk", Process::kRandomWalk},

@@ -149,8 +149,10 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
   double shift_m = 0.0;
   double turn_mps = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    shift_m += navigation.constant_sigma_m[axis] + navigation.drift_sigma_m[axis];
-    turn_mps += navigation.drift_sigma_m[axis] * 2.0 / duration_s;
+    shift_m += navigation.constant_sigma_m[axis] + navigation.drift_sigma_m[axis] +
+               navigation.curvature_sigma_m[axis];
+    turn_mps += (navigation.drift_sigma_m[axis] + 3.0 * navigation.curvature_sigma_m[axis]) * 2.0 /
+                duration_s;
     if (navigation.process != SceneNavigation::Process::kNone) {
       shift_m += navigation.process_sigma_m[axis];
       turn_mps += navigation.process_sigma_m[axis] / navigation.knot_spacing_s;

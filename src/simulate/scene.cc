@@ -130,6 +130,7 @@ Problem FindNavigationProblem(const SceneNavigation& navigation) {
   const std::string bound = "must be zero or positive";
   if (!AllNotNegative(navigation.constant_sigma_m)) return {{field + "constant_sigma_m", bound}};
   if (!AllNotNegative(navigation.drift_sigma_m)) return {{field + "drift_sigma_m", bound}};
+  if (!AllNotNegative(navigation.curvature_sigma_m)) return {{field + "curvature_sigma_m", bound}};
   if (!AllNotNegative(navigation.process_sigma_m)) return {{field + "process_sigma_m", bound}};
   if (navigation.process != Process::kNone && !Positive(navigation.knot_spacing_s)) {
     return {{field + "knot_spacing_s", "must be given and positive for a process"}};

@@ -57,6 +57,10 @@ PassError DrawPassError(const SceneNavigation& navigation,
           DrawProcess(navigation, navigation.process_sigma_m[axis], spline, &random);
     }
   }
+  // Last of the pass's stream: scenes without curvature draw as they did.
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    error.curvature_m[axis] = navigation.curvature_sigma_m[axis] * random.Normal();
+  }
   RandomStream bias(seed, MixStream(kBiasStream, navigation.shared_biases ? 0 : pass_index));
   error.range_bias_m = navigation.range_bias_sigma_m * bias.Normal();
   error.range_scale_1 = navigation.range_scale_sigma_1 * bias.Normal();
@@ -74,7 +78,7 @@ TruePath::TruePath(const Frame& frame,
     return c[0] == 0.0 && c[1] == 0.0 && c[2] == 0.0;
   };
   if (!error.spline_m[0].empty()) spline_.emplace(pass.start_s, pass.end_s, knot_spacing_s);
-  nominal_ = zero(error.constant_m) && zero(error.drift_m) && !spline_;
+  nominal_ = zero(error.constant_m) && zero(error.drift_m) && zero(error.curvature_m) && !spline_;
 }
 
 std::optional<Motion> TruePath::At(double time_s) const {
@@ -85,8 +89,10 @@ std::optional<Motion> TruePath::At(double time_s) const {
   const double x = (time_s - pass_->start_s) * rate - 1.0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    c[axis] = error_->constant_m[i] + error_->drift_m[i] * x;
-    c_rate[axis] = error_->drift_m[i] * rate;
+    c[axis] = error_->constant_m[i] + error_->drift_m[i] * x +
+              error_->curvature_m[i] * (1.5 * x * x - 0.5);
+    c_rate[axis] = (error_->drift_m[i] + error_->curvature_m[i] * 3.0 * x) * rate;
+    c_acceleration[axis] = error_->curvature_m[i] * 3.0 * rate * rate;
   }
   if (spline_) {
     std::array<double, 4> value{}, first{}, second{};

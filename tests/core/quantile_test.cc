@@ -77,5 +77,17 @@ TEST(QuantileTest, RefusesWhatHasNoAnswer) {
   EXPECT_EQ(ChiSquareProbability(0.0, 3.0), 0.0);
 }
 
+// Closed forms: with two numerator degrees P(X > x) = (1 + 2 x / f)^(-f / 2); F(1, 1) is the square
+// of a Cauchy variable.
+TEST(QuantileTest, FisherTailAgreesWithClosedForms) {
+  EXPECT_NEAR(FisherTailProbability(3.7, 2.0, 10.0), std::pow(1.0 + 7.4 / 10.0, -5.0), 1e-15);
+  EXPECT_NEAR(FisherTailProbability(1.0, 1.0, 1.0), 0.5, 1e-15);
+  // Far in the tail, where 1 - P has no digits left.
+  const double far = std::pow(1.0 + 2.0 * 90.0 / 40.0, -20.0);
+  EXPECT_NEAR(FisherTailProbability(90.0, 2.0, 40.0) / far, 1.0, 1e-12);
+  EXPECT_THROW((void)FisherTailProbability(-1.0, 2.0, 3.0), InputError);
+  EXPECT_THROW((void)FisherTailProbability(1.0, 0.0, 3.0), InputError);
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -26,6 +26,7 @@ knows by name but does not offer, with a message that says so. What the groups d
 )";
 
 std::string Heading(std::string_view key) {
+  if (key.starts_with("selection.")) return "`selection`";
   const std::size_t begin = std::string_view("correction.").size();
   if (key.starts_with("quality.")) return "`quality`";
   if (!key.starts_with("correction.")) return "General";

@@ -273,5 +273,51 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsRead) {  // a value of a type no ke
   }
 }
 
+TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
+  const AdjustOptions options = Read(
+      "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\nmode = \"per-pass\"\n"
+      "significance = 0.0125\ncandidates = [\"range\", \"position\"]\nmax_degree = 2\n"
+      "knot_spacings_s = [7.5, 3]\nmax_condition = 3e5\nmax_posterior_prior = 0.75\n"
+      "simplify = 0.0625\n");
+  const SelectionOptions& selection = options.selection;
+  EXPECT_EQ(selection.mode, SelectionOptions::Mode::kPerPass);
+  EXPECT_EQ(selection.significance_1, 0.0125);
+  EXPECT_EQ(selection.kinds, (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(selection.max_degree, 2);
+  ASSERT_TRUE(selection.knot_spacings_s.has_value());
+  EXPECT_EQ(*selection.knot_spacings_s, (std::vector<double>{7.5, 3.0}));
+  EXPECT_EQ(selection.max_condition_1, 3e5);
+  EXPECT_EQ(selection.max_posterior_prior_1, 0.75);
+  EXPECT_EQ(selection.simplify_1, 0.0625);
+  const std::string dump = DumpAdjustTable(options);
+  EXPECT_EQ(DumpAdjustTable(Read(dump)), dump);
+  EXPECT_THAT(dump, testing::HasSubstr("knot_spacings_s = [7.5, 3"));
+}
+
+TEST(AdjustTableTest, RefusesWhatASelectionCannotHave) {
+  const std::string head = "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\n";
+  const auto says = [&](const std::string& line, const std::string& text) {
+    EXPECT_THAT(ErrorOf(head + line + "\n"), testing::HasSubstr(text)) << line;
+  };
+  says("mode = \"per-pas\"", "did you mean");
+  says("significance = 1.0", "a number below 1 is");
+  says("candidates = []", "is empty");
+  says("candidates = [\"time\", \"time\"]", "stands twice");
+  says("knot_spacings_s = [1, 2, 3, 4]", "at most 3");
+  says("max_condition = 1", "a number above 1 is");
+  says("max_posterior_prior = 1.5", "at most 1");
+  says("max_degre = 2", "max_degree");
+  EXPECT_THAT(ErrorOf(head + "candidates = [\"time\"]\n[adjust.correction.time]\nbias = true\n"),
+              testing::HasSubstr("stands beside correction tables"));
+}
+
+TEST(AdjustTableTest, PositionGroupsOfOnePassShareNoComponent) {
+  const std::string two =
+      "[[adjust.correction.position]]\ndegree = 2\ncomponents = [\"along\"]\n"
+      "[[adjust.correction.position]]\nbasis = \"spline\"\nknot_spacing_s = 4\ncomponents = ";
+  EXPECT_EQ(Read(two + "[\"up\"]\n").groups.size(), 2u);
+  EXPECT_THAT(ErrorOf(two + "[\"up\", \"along\"]\n"), testing::HasSubstr("for a component"));
+}
+
 }  // namespace
 }  // namespace sarblock

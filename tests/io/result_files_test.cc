@@ -106,6 +106,67 @@ TEST_F(ResultFilesTest, WritesEveryFileOfTheContract) {
   EXPECT_EQ(FileCount(), 8u);
 }
 
+TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
+  CandidateResult kept{"range.bias", "A B", 2, SelectionTest::kWald, 12.5, 6.25, 0.03125};
+  kept.delta_bic_1 = -4.5;
+  kept.condition_1 = 8.0;
+  kept.kept = true;
+  kept.step = 3;
+  kept.reason = "determinable, significant and pays";
+  CandidateResult dropped;
+  dropped.name = "time.bias";
+  dropped.passes = "all";
+  dropped.condition_1 = std::numeric_limits<double>::infinity();
+  dropped.reason = "not determinable";
+  result_.selection.candidates = {kept, dropped};
+  result_.selection.rounds = 2;
+  result_.selection.simplifications = {{"flat-frame", 0.5, 4.0, 0.125, false}};
+  result_.parameters[0].kept = "pays";
+  WriteResult(folder_, block_, options_, result_, context_);
+  const std::vector<CsvColumn> columns{{"candidate"},
+                                       {"passes"},
+                                       {"parameters"},
+                                       {"test"},
+                                       {"statistic"},
+                                       {"f"},
+                                       {"p"},
+                                       {"delta_bic"},
+                                       {"condition"},
+                                       {"posterior_prior"},
+                                       {"verdict"},
+                                       {"reason"},
+                                       {"step"}};
+  EXPECT_THAT(Row("selection.csv", 0, columns),
+              ElementsAre("range.bias",
+                          "A B",
+                          "2",
+                          "wald",
+                          "12.5",
+                          "6.25",
+                          "0.03125",
+                          "-4.5",
+                          "8",
+                          "",
+                          "kept",
+                          "determinable, significant and pays",
+                          "3"));
+  EXPECT_THAT(
+      Row("selection.csv", 1, columns),
+      ElementsAre(
+          "time.bias", "all", "0", "", "", "", "", "", "", "", "dropped", "not determinable", ""));
+  EXPECT_THAT(Row("simplifications.csv",
+                  0,
+                  {{"simplification"}, {"bound_m"}, {"sigma_m"}, {"fraction"}, {"allowed"}}),
+              ElementsAre("flat-frame", "0.5", "4", "0.125", "0"));
+  EXPECT_THAT(Row("passes.csv", 0, {{"parameter"}, {"kept"}}), ElementsAre("range.bias", "pays"));
+  EXPECT_THAT(SummaryJson(block_, options_, result_, context_),
+              testing::HasSubstr("\"rounds\": 2"));
+  // An earlier selection leaves nothing behind.
+  result_.selection = {};
+  WriteResult(folder_, block_, options_, result_, context_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "selection.csv"));
+}
+
 TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
   WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_THAT(Row("points.csv",

@@ -44,6 +44,8 @@ TEST(SceneTest, NamesTheFieldOfEveryProblem) {
       {"looks.range_sigma_m", [](Scene* s) { s->looks.range_sigma_m = kNotGiven; }},
       {"looks.azimuth_sigma_m", [](Scene* s) { s->looks.azimuth.azimuth = 0.0; }},
       {"looks.blunder_fraction", [](Scene* s) { s->looks.blunder_fraction_1 = 1.0; }},
+      {"navigation.curvature_sigma_m",
+       [](Scene* s) { s->navigation.curvature_sigma_m[1] = -2.0; }},
       {"navigation.drift_sigma_m", [](Scene* s) { s->navigation.drift_sigma_m[2] = -1.0; }},
       {"navigation.knot_spacing_s",
        [](Scene* s) { s->navigation.process = SceneNavigation::Process::kRandomWalk; }},

@@ -101,6 +101,7 @@ TEST(SimulateTest, TruePathIsTheNominalPathPlusTheErrorsInTrackAxes) {
   Scene scene = test::SmallScene();
   scene.navigation.constant_sigma_m = {3.0, 5.0, 7.0};
   scene.navigation.drift_sigma_m = {2.0, 4.0, 6.0};
+  scene.navigation.curvature_sigma_m = {9.0, 1.0, 8.0};
   const SimulatedBlock simulated = Simulate(scene);
   const Pass& pass = simulated.block.passes[1];
   const PassError& error = simulated.errors[1];
@@ -112,9 +113,12 @@ TEST(SimulateTest, TruePathIsTheNominalPathPlusTheErrorsInTrackAxes) {
   const Eigen::Vector3d shift_m = truth->position_m - nominal->position_m;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    EXPECT_NEAR(shift_m[axis], error.constant_m[i] + x * error.drift_m[i], 1e-9);
+    EXPECT_NEAR(shift_m[axis],
+                error.constant_m[i] + x * error.drift_m[i] +
+                    (3.0 * x * x - 1.0) / 2.0 * error.curvature_m[i],
+                1e-9);
     EXPECT_NEAR(truth->velocity_mps[axis] - nominal->velocity_mps[axis],
-                error.drift_m[i] * 2.0 * 173.0 / 21000.0,
+                (error.drift_m[i] + 3.0 * x * error.curvature_m[i]) * 2.0 * 173.0 / 21000.0,
                 1e-11);
   }
 }

@@ -72,4 +72,8 @@ struct CorrectionGroup {
   bool shared = false;              ///< one set of parameters for all of `passes`
 };
 
+/// True where two groups that are not shared cannot stand for one pass: both of one kind, position
+/// groups only where they have a component in common or stand in different axes.
+[[nodiscard]] bool Overlap(const CorrectionGroup& a, const CorrectionGroup& b);
+
 }  // namespace sarblock

@@ -3,7 +3,9 @@
 
 #include "sarblock/adjust/corrections.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,10 +36,32 @@ struct QualityOptions {
   double separation_1 = 0.95;  ///< probability of naming no wrong look, see blunder_search.h
 };
 
+/// How `corrections = "auto"` chooses (docs/theory/selection.md).
+struct SelectionOptions {
+  enum class Mode {
+    kCommon,   ///< the same corrections for all passes, each with values of its own
+    kPerPass,  ///< every pass for itself
+  };
+  Mode mode = Mode::kCommon;
+  double significance_1 = 0.05;  ///< level of the F tests of one step, all candidates together
+  /// Kinds tried where no correction groups are given; indices of CorrectionGroup::model. Velocity
+  /// errors act like a squint that differs from look to look and are tried only when asked for.
+  std::vector<std::size_t> kinds{0, 2, 3, 4, 5};
+  int max_degree = 3;                                  ///< of position polynomials
+  std::optional<std::vector<double>> knot_spacings_s;  ///< not given: a quarter and an eighth of
+                                                       ///< the longest strip
+  double max_condition_1 = 1e8;        ///< beyond it a candidate is not determinable
+  double max_posterior_prior_1 = 0.9;  ///< beyond it the observations add nothing to the prior
+  double simplify_1 = 0.01;  ///< part of its sigma by which a simplification may move a point
+  static constexpr std::size_t kMostSpacings = 3;
+};
+
 /// The `[adjust]` table of a block (interface.md). Defaults as there.
 struct AdjustOptions {
   CorrectionChoice corrections = CorrectionChoice::kNone;
-  std::vector<CorrectionGroup> groups;  ///< used when corrections == kGiven
+  std::vector<CorrectionGroup> groups;  ///< used when corrections == kGiven;
+                                        ///< with kAuto the candidates, if there are some
+  SelectionOptions selection;           ///< used when corrections == kAuto
   RobustLoss robust = RobustLoss::kNone;
   double robust_scale = 0.0;  ///< in sigmas; 0: 1.345 Huber, 2.385 Cauchy, 4.685 Tukey (95 percent
                               ///< efficiency at the normal distribution)

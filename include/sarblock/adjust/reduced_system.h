@@ -64,6 +64,14 @@ class ReducedSystem {
   /// Largest |g_i| / sqrt(H_ii) over points and corrections, dimensionless.
   [[nodiscard]] double gradient() const { return gradient_1_; }
 
+  /// S and g as formed, unscaled, priors included.
+  [[nodiscard]] const BlockSymmetricMatrix& matrix() const { return s_; }
+  [[nodiscard]] const Eigen::VectorXd& right_side() const { return right_side_; }
+  /// Diagonal of J'J of the corrections before points are eliminated, priors included.
+  [[nodiscard]] const Eigen::VectorXd& full_diagonal() const { return full_diagonal_; }
+  /// Square of the points' own Newton steps, in sigmas: twice what they would take off the cost.
+  [[nodiscard]] double point_step_square() const { return point_step_square_1_; }
+
   /// Newton step of the corrections, -S^-1 g; after Factor().
   [[nodiscard]] Eigen::VectorXd Step() const;
   /// Length of the whole Newton step left, in sigmas: sqrt(g' H^-1 g) over all unknowns.

@@ -4,6 +4,7 @@
 #include "sarblock/adjust/component_result.h"
 #include "sarblock/adjust/montecarlo_result.h"
 #include "sarblock/adjust/options.h"
+#include "sarblock/adjust/selection_report.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/quantile.h"
 #include "sarblock/core/stage_timer.h"
@@ -65,6 +66,7 @@ struct ParameterResult {
   double value = 0.0;
   double sigma = std::numeric_limits<double>::quiet_NaN();        ///< NaN where not computed
   double prior_sigma = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no prior
+  std::string kept{};  ///< why, in model selection; else empty
 };
 
 /// Covariance of two parameters (indices into `parameters`, a <= b).
@@ -211,6 +213,7 @@ struct AdjustResult {
   bool chi_square_passed = false;
   double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled reduced matrix
   std::vector<StageCost> stages;
+  SelectionReport selection;  ///< of `corrections = "auto"`, else empty
   std::vector<std::string> warnings;
 };
 

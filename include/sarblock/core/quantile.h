@@ -10,6 +10,10 @@ namespace sarblock {
 /// P(X <= value) of the chi-square distribution; value >= 0, degrees > 0.
 [[nodiscard]] double ChiSquareProbability(double value, double degrees);
 
+/// P(X > value) of Fisher's F distribution with `numerator` and `denominator` > 0 degrees of
+/// freedom; value >= 0. Keeps its digits in the tail.
+[[nodiscard]] double FisherTailProbability(double value, double numerator, double denominator);
+
 /// Quantile of the standard normal distribution, 0 < probability < 1.
 [[nodiscard]] double NormalQuantile(double probability);
 

@@ -71,6 +71,7 @@ struct SceneNavigation {
   std::array<double, 3> constant_sigma_m{};  ///< Legendre degree 0
   std::array<double, 3> drift_sigma_m{};     ///< Legendre degree 1: the error gained from the
                                              ///< middle of the strip to its end
+  std::array<double, 3> curvature_sigma_m{};  ///< Legendre degree 2: at the ends of the strip
   Process process = Process::kNone;
   std::array<double, 3> process_sigma_m{};  ///< Gauss-Markov: stationary; random walk: reached at
                                             ///< the end of the strip from 0 at its start

@@ -18,7 +18,8 @@ namespace sarblock {
 /// the nominal path and measurements gives the truth.
 struct PassError {
   std::array<double, 3> constant_m{};           ///< along, across, up
-  std::array<double, 3> drift_m{};              ///< times strip-normalised time
+  std::array<double, 3> drift_m{};              ///< times strip-normalised time x
+  std::array<double, 3> curvature_m{};          ///< times (3 x^2 - 1) / 2
   std::array<std::vector<double>, 3> spline_m;  ///< B-spline coefficients; empty: no process
   double range_bias_m = 0.0;
   double range_scale_1 = 0.0;

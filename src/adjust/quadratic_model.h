@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Figures of one candidate: a set of columns added to a model.
+struct CandidateFigures {
+  int columns = 0;
+  double statistic_1 = 0.0;  ///< what the columns take off the square sum
+  double f_1 = 0.0;
+  double probability_1 = 1.0;
+  double delta_bic_1 = 0.0;
+  double condition_1 = 0.0;        ///< infinite where the columns are not determined
+  double penalty_1 = 0.0;          ///< of the information criterion
+  double posterior_prior_1 = 0.0;  ///< NaN where a column has no prior
+  bool regular = false;            ///< determined, and redundancy is left
+};
+
+/// v'Pv as a quadratic function of all candidate corrections, points eliminated, and stepwise
+/// choice among its columns (docs/theory/selection.md, eqs. 1 to 9):
+///
+///     Omega(x) = constant - 2 b'x + x' S x
+///
+/// A model is a set of active columns, the others zero. Dense: one matrix of all columns; a step
+/// costs columns^2 times the columns added.
+class QuadraticModel {
+ public:
+  struct Data {
+    Eigen::MatrixXd s;  ///< symmetric, priors included
+    Eigen::VectorXd b;
+    double constant_1 = 0.0;
+    Eigen::VectorXd full_diagonal;  ///< before points are eliminated
+    Eigen::VectorXd prior_weight;   ///< 0: no prior
+    Eigen::VectorXd log_count;      ///< log of the equations that tell of a column
+    double redundancy_1 = 0.0;      ///< without any correction
+  };
+  explicit QuadraticModel(Data data);
+
+  /// Makes `active` the model. False where its matrix is singular.
+  [[nodiscard]] bool Reset(const std::vector<int>& active);
+  /// Adds columns that Score() found regular.
+  void Add(const std::vector<int>& columns);
+
+  [[nodiscard]] const std::vector<int>& active() const { return active_; }
+  [[nodiscard]] double square_sum() const { return omega_1_; }
+  [[nodiscard]] double redundancy() const { return redundancy_1_; }
+
+  /// Rao's score test of columns that are not active.
+  [[nodiscard]] CandidateFigures Score(const std::vector<int>& columns) const;
+  /// Inverse of the matrix of the active columns, in their order.
+  [[nodiscard]] Eigen::MatrixXd Covariance() const;
+  /// Wald's test of active columns: of leaving them out. `covariance` is Covariance().
+  [[nodiscard]] CandidateFigures Wald(const std::vector<int>& columns,
+                                      const Eigen::MatrixXd& covariance) const;
+  /// Having `in` against having `out`, the smaller space; one of both is active.
+  [[nodiscard]] CandidateFigures Exchange(const std::vector<int>& out,
+                                          const std::vector<int>& in) const;
+
+ private:
+  /// Tests columns with information `m` and gradient `g`, the others of the model eliminated,
+  /// against a model without them.
+  [[nodiscard]] CandidateFigures Test(const std::vector<int>& columns,
+                                      const Eigen::MatrixXd& m,
+                                      const Eigen::VectorXd& g,
+                                      double without_1,
+                                      double redundancy_1) const;
+  /// Redundancy that columns take.
+  [[nodiscard]] double Takes(const std::vector<int>& columns) const;
+
+  Data data_;
+  std::vector<int> active_;
+  Eigen::MatrixXd s_;  // Schur complement after the active columns
+  Eigen::VectorXd b_;
+  double omega_1_ = 0.0;
+  double redundancy_1_ = 0.0;
+};
+
+}  // namespace sarblock

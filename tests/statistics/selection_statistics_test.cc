@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Seeded statistics of the choice of corrections (docs/validation.md): over many draws of blocks
+// with flight errors of a known kind the points of the chosen model are as good as those of the
+// best fixed model, and their normalised errors follow chi-square.
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/quantile.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "statistics/scene_statistics.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+constexpr double kLevel = 0.999;
+/// What the chosen model may lose against the best fixed one, part of its error.
+constexpr double kMostLoss_1 = 0.10;
+
+struct FlightError {
+  std::string name;
+  std::vector<std::string> overrides;
+  std::uint64_t first_seed = 0;
+};
+
+void PrintTo(const FlightError& error, std::ostream* out) { *out << error.name; }
+
+/// Four strips and two across them, 300 tie and 20 check points.
+Scene StripsScene(const FlightError& error) {
+  std::vector<std::string> all{"flight.0.count=4",
+                               "flight.0.length_m=40000",
+                               "flight.1.length_m=27000",
+                               "flight.2.length_m=27000",
+                               "flight.2.start_m=[51000, 13000]",
+                               "points.count=300",
+                               "points.east_m=[1000, 39000]",
+                               "points.north_m=[16000, 37000]",
+                               "control.count=12",
+                               "check.count=20",
+                               "navigation.drift_sigma_m=[0, 0, 0]"};
+  all.insert(all.end(), error.overrides.begin(), error.overrides.end());
+  return test::ShippedScene("block-12-strips", all);
+}
+
+/// The fixed models: none, degrees 0 to 3 and the two splines that the selection may choose, all
+/// components alike.
+std::map<std::string, std::vector<CorrectionGroup>> FixedModels(const Block& block) {
+  std::map<std::string, std::vector<CorrectionGroup>> models{{"none", {}}};
+  double longest_s = 0.0;
+  for (const Pass& pass : block.passes) longest_s = std::max(longest_s, pass.end_s - pass.start_s);
+  const auto add = [&](const std::string& name, const PositionCorrection& position) {
+    CorrectionGroup group;
+    group.name = "position";
+    group.model = position;
+    models[name] = {group};
+  };
+  for (int degree = 0; degree <= 3; ++degree) {
+    PositionCorrection position;
+    position.degree = degree;
+    add("degree " + std::to_string(degree), position);
+  }
+  for (const double pieces : {4.0, 8.0}) {
+    PositionCorrection position;
+    position.basis = PositionCorrection::Basis::kSpline;
+    position.knot_spacing_s = longest_s / pieces;
+    add("spline " + std::to_string(static_cast<int>(pieces)), position);
+  }
+  return models;
+}
+
+/// Square sum of the check points' true errors; infinite where the model cannot be solved.
+double CheckSquare(const SimulatedBlock& simulated, const AdjustResult& result) {
+  double sum_m2 = 0.0;
+  for (const CheckResult& check : result.checks) {
+    sum_m2 += (result.points.position_m[check.point] - simulated.truth.points_m[check.point])
+                  .squaredNorm();
+  }
+  return sum_m2;
+}
+
+class SelectionStatisticsTest : public testing::TestWithParam<FlightError> {};
+
+TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
+  const FlightError& error = GetParam();
+  const Scene scene = StripsScene(error);
+  SimulatedBlock simulated = Simulate(scene);
+  const Block& block = simulated.block;
+  const std::map<std::string, std::vector<CorrectionGroup>> fixed = FixedModels(block);
+  AdjustOptions chosen;
+  chosen.corrections = CorrectionChoice::kAuto;
+  AdjustOptions given;
+  given.covariance = CovarianceLevel::kNone;
+
+  std::map<std::string, double> square_m2;
+  double chosen_m2 = 0.0, parameters = 0.0;
+  test::SquareSum check, residuals;
+  const std::size_t draws = test::DrawsAsked();
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    Redraw(scene, error.first_seed + draw, RedrawChoice{}, &simulated);
+    const AdjustResult result = Adjust(block, chosen);
+    ASSERT_TRUE(result.accepted) << draw;
+    chosen_m2 += CheckSquare(simulated, result);
+    parameters += static_cast<double>(result.parameters.size());
+    const CheckResult& one = result.checks[draw % result.checks.size()];
+    check.Add(one.chi_square, one.components);
+    residuals.Add(result.sigma0_squared * result.redundancy(), result.redundancy());
+    for (const auto& [name, groups] : fixed) {
+      given.corrections = groups.empty() ? CorrectionChoice::kNone : CorrectionChoice::kGiven;
+      given.groups = groups;
+      double& sum_m2 = square_m2[name];
+      try {
+        sum_m2 += CheckSquare(simulated, Adjust(block, given));
+      } catch (const UndeterminedError&) {
+        sum_m2 = std::numeric_limits<double>::infinity();
+      }
+    }
+  }
+  const auto best = std::min_element(
+      square_m2.begin(), square_m2.end(), [](auto& a, auto& b) { return a.second < b.second; });
+  const double count = static_cast<double>(draws * 20);
+  const double ratio = std::sqrt(chosen_m2 / best->second);
+  const Interval region = ChiSquareInterval(kLevel, check.degrees);
+  std::printf("| %s | %zu | %s, %.3f | %.3f | %.3f | %.0f | %.3f, %.3f to %.3f | %.3f |\n",
+              error.name.c_str(),
+              draws,
+              best->first.c_str(),
+              std::sqrt(best->second / count),
+              std::sqrt(chosen_m2 / count),
+              ratio,
+              parameters / static_cast<double>(draws),
+              check.mean(),
+              region.lower / check.degrees,
+              region.upper / check.degrees,
+              residuals.mean());
+  EXPECT_LT(ratio, 1.0 + kMostLoss_1) << best->first;
+  EXPECT_TRUE(region.Contains(check.value)) << check.mean();
+  const Interval left = ChiSquareInterval(kLevel, residuals.degrees);
+  EXPECT_TRUE(left.Contains(residuals.value)) << residuals.mean();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    FlightErrors,
+    SelectionStatisticsTest,
+    testing::Values(FlightError{"constant", {}, 510000},
+                    FlightError{"linear", {"navigation.drift_sigma_m=[6, 6, 6]"}, 520000},
+                    FlightError{"quadratic",
+                                {"navigation.drift_sigma_m=[6, 6, 6]",
+                                 "navigation.curvature_sigma_m=[6, 6, 6]"},
+                                530000},
+                    FlightError{"random walk",
+                                {"navigation.process=random-walk",
+                                 "navigation.process_sigma_m=[30, 30, 30]",
+                                 "navigation.knot_spacing_s=27.777777777777779"},
+                                540000}),
+    [](const testing::TestParamInfo<FlightError>& info) {
+      std::string name = info.param.name;
+      name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
+      return name;
+    });
+
+}  // namespace
+}  // namespace sarblock
