@@ -293,6 +293,21 @@ void ReducedSystem::Form(const BlockState& state,
 
 void ReducedSystem::AddPriors(const BlockState& state) {
   const ParameterLayout& layout = problem_.layout;
+  for (const HeldParameter& held : problem_.held) {
+    const Eigen::Index row = held.parameter;
+    const double weight = full_diagonal_[row];  // as much again as all its observations
+    const double off = state.corrections[row] - held.value;
+    for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+      const ParameterBlock& block = layout.blocks[b];
+      if (held.parameter < block.offset || held.parameter >= block.offset + block.size) continue;
+      const int i = held.parameter - block.offset;
+      s_.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
+    }
+    right_side_[row] += weight * off;
+    full_diagonal_[row] += weight;
+    full_gradient_[row] += weight * off;
+    cost_1_ += 0.5 * weight * off * off;
+  }
   for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
     const ParameterBlock& block = layout.blocks[b];
     for (int i = 0; i < block.size; ++i) {

@@ -48,6 +48,13 @@ struct ControlEvaluation {
                                                 const Eigen::Vector3d& start_m,
                                                 const Eigen::Vector3d& displacement_m);
 
+/// A correction held at a value, to give a floating block one solution among many: a minimal
+/// constraint (inner_datum.h). It is no observation.
+struct HeldParameter {
+  int parameter = 0;
+  double value = 0.0;
+};
+
 /// An adjustment before it is solved: the model, what takes part in it and with which weights.
 /// The Ceres cost functions, the reduced normals, the covariance and the quality figures all read
 /// this one description.
@@ -64,6 +71,7 @@ struct AdjustmentProblem {
   std::vector<Whitening> whitening;       ///< by look
   std::vector<ControlEquations> control;  ///< of control points, sorted by point
   std::vector<std::int32_t> control_of;   ///< by point: index into control, or -1
+  std::vector<HeldParameter> held;        ///< of a block without a datum
 
   AdjustmentProblem(const AdjustmentProblem&) = delete;
   AdjustmentProblem& operator=(const AdjustmentProblem&) = delete;
