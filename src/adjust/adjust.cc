@@ -261,6 +261,7 @@ AdjustResult Adjust(const Block& block,
   BlockState state;
   std::vector<std::string> structure;
   PointDefects defects;
+  bool floating = false;
   {
     const StageTimer timer("start", &result.stages);
     StartReport start = ComputeStartValues(&problem, progress);
@@ -281,6 +282,14 @@ AdjustResult Adjust(const Block& block,
     std::optional<ReducedSystem> system;
     system.emplace(problem);
     system->Form(state, {}, progress);
+    if (options.datum == Datum::kInner) {
+      floating = HoldIfFloating(state, &problem);
+      if (floating) {
+        system->Form(state, {}, progress);
+      } else {
+        Warn(&result, "control or priors give the block a datum: inner constraints change nothing");
+      }
+    }
     // A singular block is refused before anything is solved with it. Points that are weak at the
     // start only are judged at the solution.
     if (system->weak_points().empty()) {
@@ -308,6 +317,13 @@ AdjustResult Adjust(const Block& block,
   if (options.variance_components != VarianceComponents::kNone) {
     EstimateComponents(weighting, options, &problem, &state, &solve, &result, progress);
     system.reset();  // formed with the weights before
+  }
+  std::optional<DatumTransform> datum;
+  if (floating) {
+    const StageTimer timer("datum", &result.stages);
+    const auto again = [&] { SolveOnce(options, &problem, &state, &solve, progress); };
+    datum.emplace(SettleInnerDatum(options, again, &problem, &state));
+    system.reset();
   }
   const StageTimer timer("covariance", &result.stages);
   if (options.robust == RobustLoss::kNone) {
@@ -359,7 +375,7 @@ AdjustResult Adjust(const Block& block,
 
   WarnOfWeakDirections(system->rank(), &result);
   FillParameters(problem, state, &result);
-  FillCovariance(problem, state, *system, options, pairs, progress, &result);
+  FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   if (options.covariance == CovarianceLevel::kMonteCarlo) {
     const StageTimer repeated("montecarlo", &result.stages);
     result.montecarlo =

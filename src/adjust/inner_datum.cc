@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -16,6 +17,8 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kMostPartials = 16;
+/// A move of the datum by less than this changes no figure that is printed.
+constexpr double kDatumSettled_m = 1e-6;
 /// Datum points whose part of the null space is this near to dependent (ratio of the eigenvalues
 /// of G'E G scaled to unit diagonal) fix the datum no better than rounding does.
 constexpr double kLeastDatumEigenvalue_1 = 1e-12;
@@ -35,9 +38,9 @@ void FactorTerms(const AdjustmentProblem& problem,
   FactorPoint(problem, state, {}, 0.0, point, &out->factor);
   ProjectColumns(problem, out->factor, &out->columns);
   out->r_inverse = out->factor.r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
-  out->y = out->r_inverse *
-           Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>>(
-               out->columns.t.data(), 3, out->columns.width);
+  out->y =
+      out->r_inverse * Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>>(
+                           out->columns.t.data(), 3, out->columns.width);
 }
 
 /// R^-1 T x of a point for columns x over all corrections.
@@ -109,7 +112,8 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
   points_g_.setZero(3 * static_cast<Eigen::Index>(points), d);
   points_k_.setZero(3 * static_cast<Eigen::Index>(points), d);
 
-  const std::size_t per_part = std::max<std::size_t>(1024, (points + kMostPartials - 1) / kMostPartials);
+  const std::size_t per_part =
+      std::max<std::size_t>(1024, (points + kMostPartials - 1) / kMostPartials);
   std::vector<Sums> parts((points + per_part - 1) / per_part);
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Sums& sums = parts[part];
@@ -211,8 +215,8 @@ void DatumTransform::Transform(const AdjustmentProblem& problem,
 void DatumTransform::Transform(std::vector<ParameterCovariance>* covariance) const {
   for (ParameterCovariance& c : *covariance) {
     const auto ga = corrections_g_.row(c.a), gb = corrections_g_.row(c.b);
-    c.covariance += -ga.dot(corrections_k_.row(c.b)) - corrections_k_.row(c.a).dot(gb) +
-                    (ga * inner_).dot(gb);
+    c.covariance +=
+        -ga.dot(corrections_k_.row(c.b)) - corrections_k_.row(c.a).dot(gb) + (ga * inner_).dot(gb);
   }
 }
 
@@ -225,6 +229,70 @@ void DatumTransform::Transform(const AdjustmentProblem& problem,
                                            e * (G(pair.b) - G(pair.a)),
                                            e * (K(pair.b) - K(pair.a)),
                                            inner_));
+  }
+}
+
+void RequireInnerOffered(const AdjustOptions& options) {
+  if (options.datum != Datum::kInner) {
+    if (options.datum_points.empty()) return;
+    throw InputError("adjust.datum_points",
+                     "names points of an inner datum; datum = \"inner\" asks for one");
+  }
+  const auto refuse = [](const char* key, const char* value) {
+    throw InputError(std::string("adjust.") + key,
+                     std::string("'") + value + "' does not go with datum = \"inner\"");
+  };
+  if (options.engine == Engine::kCeres) refuse("engine", "ceres");
+  if (options.covariance_method == CovarianceMethod::kCeres) refuse("covariance_method", "ceres");
+  if (options.covariance == CovarianceLevel::kMonteCarlo) refuse("covariance", "montecarlo");
+  if (options.corrections == CorrectionChoice::kAuto) refuse("corrections", "auto");
+}
+
+std::vector<std::uint8_t> DatumPoints(const Block& block, const AdjustOptions& options) {
+  const std::size_t points = block.points.size();
+  if (options.datum_points.empty()) return std::vector<std::uint8_t>(points, 1);
+  std::vector<std::uint8_t> out(points, 0);
+  for (const std::string& id : options.datum_points) {
+    const std::uint32_t point = block.points.ids.Find(id);
+    if (point == IdTable::kNone) {
+      throw InputError("adjust.datum_points",
+                       "the block has no point '" + id + "', the nearest name is '" +
+                           block.points.ids.Nearest(id) + "'");
+    }
+    out[point] = 1;
+  }
+  return out;
+}
+
+bool HoldIfFloating(const BlockState& state, AdjustmentProblem* problem) {
+  problem->held.clear();
+  ReducedSystem open(*problem);
+  open.Form(state, {}, nullptr);
+  if (!open.weak_points().empty()) return false;  // judged by name where they stand
+  HoldDatum(open.NullSpace(), open.Unit(), state, problem);
+  return !problem->held.empty();
+}
+
+DatumTransform SettleInnerDatum(const AdjustOptions& options,
+                                const std::function<void()>& solve,
+                                AdjustmentProblem* problem,
+                                BlockState* state) {
+  constexpr int kMostRounds = 20;
+  const std::vector<std::uint8_t> in_datum = DatumPoints(problem->block, options);
+  for (int round = 1;; ++round) {
+    problem->held.clear();
+    ReducedSystem open(*problem);
+    open.Form(*state, {}, nullptr);
+    const Eigen::MatrixXd null_space = open.NullSpace();
+    HoldDatum(null_space, open.Unit(), *state, problem);
+    ReducedSystem system(*problem);
+    system.Form(*state, {}, nullptr);
+    system.Factor();
+    DatumTransform datum(*problem, *state, system, null_space, in_datum);
+    const double moved_m = datum.Move(*problem, state);
+    for (HeldParameter& held : problem->held) held.value = state->corrections[held.parameter];
+    if (moved_m <= kDatumSettled_m || round == kMostRounds) return datum;
+    solve();
   }
 }
 

@@ -158,12 +158,18 @@ AdjustResult Predict(const Block& block,
     structure.push_back(finding.text);
     Warn(&result, finding.text);
   }
+  std::optional<DatumTransform> datum;
+  if (options.datum == Datum::kInner && HoldIfFloating(state, &problem)) {
+    datum.emplace(SettleInnerDatum(
+        options, [] {}, &problem, &state));
+    system->Form(state, {}, progress);
+  }
   RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
   WarnOfWeakDirections(system->rank(), &result);
   result.condition = system->Condition();
   result.accepted = true;
   FillParameters(problem, state, &result);
-  FillCovariance(problem, state, *system, options, pairs, progress, &result);
+  FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   FinishResult(problem, state, options, kNotGiven, defects, &result);
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};

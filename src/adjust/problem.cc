@@ -131,6 +131,7 @@ double UpdateWhitening(const BlockState& state, AdjustmentProblem* problem) {
 
 ProblemCounts CountProblem(const AdjustmentProblem& problem) {
   ProblemCounts counts;
+  counts.defects = problem.held.size();
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     counts.parameters += 3;

@@ -2,6 +2,7 @@
 #include "sarblock/adjust/rank_analysis.h"
 
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/sparse/least_eigenpairs.h"
@@ -164,22 +165,24 @@ void AddMovedPoints(const Context& context,
       points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
         std::vector<Most>& most = parts[chunk];
         most.resize(report->size());
-        PointRows rows;
+        PointFactor factor;
+        PointColumns columns;
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem.Solves(point) || problem.control_of[point] >= 0) continue;
-          LinearisePoint(problem, *context.state, {}, point, &rows);
-          if (rows.column_count == 0) continue;
-          const EliminatedPoint eliminated = EliminatePoint(&rows);
-          if (!(eliminated.reciprocal_condition_1 >= 1e-10)) continue;
-          MatrixXd local(rows.column_count, count);
-          for (std::size_t b = 0; b < rows.blocks.size(); ++b) {
+          FactorPoint(problem, *context.state, {}, 0.0, point, &factor);
+          if (!(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) continue;
+          ProjectColumns(problem, factor, &columns);
+          if (columns.width == 0) continue;
+          MatrixXd local(columns.width, count);
+          for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
             const ParameterBlock& block =
-                problem.layout.blocks[static_cast<std::size_t>(rows.blocks[b])];
-            local.middleRows(rows.block_column[b], block.size) =
+                problem.layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
+            local.middleRows(columns.begin[b], block.size) =
                 directions.middleRows(block.offset, block.size);
           }
-          const MatrixXd moved = eliminated.r.triangularView<Eigen::Upper>().solve(
-              rows.a.block(0, 3, 3, rows.column_count) * local);
+          const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> t(
+              columns.t.data(), 3, columns.width);
+          const MatrixXd moved = factor.r.triangularView<Eigen::Upper>().solve(t * local);
           for (Index k = 0; k < count; ++k) {
             const double square = moved.col(k).squaredNorm();
             Most& best = most[static_cast<std::size_t>(k)];

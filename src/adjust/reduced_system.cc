@@ -2,6 +2,7 @@
 #include "sarblock/adjust/reduced_system.h"
 
 #include "sarblock/core/parallel.h"
+#include "sarblock/sparse/least_eigenpairs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,8 @@ constexpr std::size_t kPointsPerChunk = 1024;
 /// the threads.
 constexpr std::size_t kPartialBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostPartials = 16;
+/// Added to the unit diagonal of a singular S so that it can be factored.
+constexpr double kNullSpaceLift_1 = 1e-9;
 
 /// Pairs of blocks seen together: a bit table while it is small, else a hash set.
 class PairSet {
@@ -382,6 +385,26 @@ const RankReport& ReducedSystem::FactorAndAnalyse(const BlockState* state) {
   const BlockSymmetricMatrix scaled = Scaled();
   rank_ = AnalyseRank(problem_, scaled, scale_, state, &*factor_);
   return rank_;
+}
+
+Eigen::MatrixXd ReducedSystem::NullSpace() {
+  if (FactorAndAnalyse().regular()) return Eigen::MatrixXd(s_.rows(), 0);
+  const BlockSymmetricMatrix scaled = Scaled();
+  BlockSymmetricMatrix lifted = scaled;
+  for (int b = 0; b < lifted.block_count(); ++b) {
+    lifted.Block(b, b).diagonal().array() += kNullSpaceLift_1;
+  }
+  if (!factor_->Factorize(lifted).positive_definite) RequireRegular(problem_, rank_);
+  LeastEigenpairOptions options;
+  options.settle_below_1 = 10.0 * kLeastEigenvalue_1;
+  options.relative_change_1 = 1e-6;
+  for (options.count = 8;; options.count *= 2) {
+    const LeastEigenpairs pairs = FindLeastEigenpairs(scaled, *factor_, options);
+    Eigen::Index defects = 0;
+    while (defects < pairs.values.size() && pairs.values[defects] <= kLeastEigenvalue_1) ++defects;
+    if (defects == pairs.values.size() && defects < s_.rows()) continue;
+    return scale_.asDiagonal() * pairs.vectors.leftCols(defects);
+  }
 }
 
 void ReducedSystem::Factor() { RequireRegular(problem_, FactorAndAnalyse()); }

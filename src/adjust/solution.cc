@@ -29,6 +29,7 @@ void CountAndTest(const AdjustmentProblem& problem,
   result->looks_used = counts.looks;
   result->observation_count = counts.observations;
   result->parameter_count = counts.parameters;
+  result->datum_defects = counts.defects;
   if (std::isnan(square_sum)) return;  // a prediction has no residuals to test
   const GlobalTest test = TestGlobally(problem, options.test_level, square_sum);
   if (std::isnan(test.sigma0_squared)) {
@@ -87,8 +88,7 @@ void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
 GlobalTest TestGlobally(const AdjustmentProblem& problem, double level, double square_sum_1) {
   const ProblemCounts counts = CountProblem(problem);
   GlobalTest test;
-  test.redundancy_1 =
-      static_cast<double>(counts.observations) - static_cast<double>(counts.parameters);
+  test.redundancy_1 = counts.redundancy();
   if (!(test.redundancy_1 > 0.0)) return test;
   test.sigma0_squared = square_sum_1 / test.redundancy_1;
   test.chi_square = ChiSquareInterval(level, test.redundancy_1);
@@ -130,7 +130,7 @@ void RequireOffered(const AdjustOptions& options) {
     throw InputError(std::string("adjust.") + key,
                      std::string("'") + value + "' is not available in this version");
   };
-  if (options.datum == Datum::kInner) refuse("datum", "inner");
+  RequireInnerOffered(options);
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",
                      "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
@@ -351,6 +351,7 @@ void FillCovarianceByCeres(const AdjustmentProblem& problem,
 void FillCovariance(const AdjustmentProblem& problem,
                     const BlockState& state,
                     const ReducedSystem& system,
+                    const std::optional<DatumTransform>& datum,
                     const AdjustOptions& options,
                     const PointPairs& pairs,
                     ProgressSink* progress,
@@ -367,6 +368,7 @@ void FillCovariance(const AdjustmentProblem& problem,
   if (block_level) {
     inverse = system.SelectedInverse();
     result->parameter_covariance = ParameterCovariances(system, *inverse);
+    if (datum) datum->Transform(&result->parameter_covariance);
     for (const ParameterCovariance& c : result->parameter_covariance) {
       if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
     }
@@ -374,6 +376,12 @@ void FillCovariance(const AdjustmentProblem& problem,
   const bool rigorous = options.covariance != CovarianceLevel::kLeberl;
   if (rigorous) {
     PointSweep sweep = SweepPoints(problem, state, inverse ? &*inverse : nullptr, true, progress);
+    if (datum && block_level) {
+      datum->Transform(problem, state, &sweep.covariance_m2);
+      for (std::vector<float>& shift_m : sweep.quality.shift_m) {
+        std::fill(shift_m.begin(), shift_m.end(), std::numeric_limits<float>::quiet_NaN());
+      }
+    }
     result->control_quality = ControlQualities(problem, state, sweep.covariance_m2);
     result->points.covariance_m2 = std::move(sweep.covariance_m2);
     result->points.redundancy = std::move(sweep.redundancy);
@@ -384,6 +392,7 @@ void FillCovariance(const AdjustmentProblem& problem,
   result->pairs =
       rigorous ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
                : PairDifferences(problem, state, wanted);
+  if (datum && block_level) datum->Transform(problem, state, &result->pairs);
 }
 
 namespace {

@@ -4,6 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/block_structure.h"
 #include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/inner_datum.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/reduced_system.h"
 
@@ -82,9 +83,11 @@ void FillResiduals(const AdjustmentProblem& problem,
                    const Weighting& weighting,
                    AdjustResult* result);
 /// Values, sigmas, covariance of points, corrections and pairs at options.covariance.
+/// `datum`: of a floating block, whose covariances are transformed to it.
 void FillCovariance(const AdjustmentProblem& problem,
                     const BlockState& state,
                     const ReducedSystem& system,
+                    const std::optional<DatumTransform>& datum,
                     const AdjustOptions& options,
                     const PointPairs& pairs,
                     ProgressSink* progress,

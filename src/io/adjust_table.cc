@@ -26,6 +26,8 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
    "Point pairs whose coordinate difference and its covariance are written."},
   {"datum", "text", "given, inner", "given",
    "What holds a block without control: nothing, or inner constraints."},
+  {"datum_points", "list", "point ids", "all that are solved",
+   "With datum = inner: the points whose coordinates fix the datum."},
   {"scale_by_posterior", "flag", "true, false", "false",
    "Scale all printed standard deviations by the a-posteriori sigma0."},
   {"variance_components", "text", "none, range-azimuth, per-pass", "none",
@@ -186,12 +188,16 @@ void ReadPairs(const TomlValue& value, AdjustOptions* options) {
              DidYouMean(NearestName(text, names)));
 }
 
+std::string IdsText(const std::vector<std::string>& ids) {
+  std::string text;
+  for (const std::string& id : ids) text += (text.empty() ? "" : ", ") + TomlText(id);
+  return "[" + text + "]";
+}
+
 std::string GroupsText(const std::vector<std::vector<std::string>>& groups) {
   std::string text;
   for (const std::vector<std::string>& ids : groups) {
-    std::string group;
-    for (const std::string& id : ids) group += (group.empty() ? "" : ", ") + TomlText(id);
-    text += (text.empty() ? "[" : ", [") + group + "]";
+    text += (text.empty() ? "" : ", ") + IdsText(ids);
   }
   return "[" + text + "]";
 }
@@ -290,6 +296,9 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   ReadName(table, "robust", &options.robust);
   ReadName(table, "covariance", &options.covariance);
   ReadName(table, "datum", &options.datum);
+  if (const auto value = table.Find("datum_points")) {
+    for (const TomlValue& id : value->Entries()) options.datum_points.push_back(id.Text());
+  }
   ReadName(table, "variance_components", &options.variance_components);
   ReadName(table, "engine", &options.engine);
   ReadName(table, "covariance_method", &options.covariance_method);
@@ -341,6 +350,7 @@ std::string DumpAdjustTable(const AdjustOptions& options) {
   line("pairs",
        TomlText(options.pairs == PairChoice::kList ? options.pairs_file : NameIn(options.pairs)));
   line("datum", TomlText(NameIn(options.datum)));
+  if (!options.datum_points.empty()) line("datum_points", IdsText(options.datum_points));
   line("scale_by_posterior", options.scale_by_posterior ? "true" : "false");
   line("variance_components", TomlText(NameIn(options.variance_components)));
   if (!options.variance_groups.empty()) {

@@ -28,7 +28,8 @@ std::vector<CorrectionGroup> FreePosition(int degree) {
 /// A block without control and priors at a state near its solution, and its null space.
 struct Floating {
   explicit Floating(int degree)
-      : known(test::MakeBlock(test::AircraftPlan(7.3))), problem(known.block, FreePosition(degree)) {
+      : known(test::MakeBlock(test::AircraftPlan(7.3))),
+        problem(known.block, FreePosition(degree)) {
     state.start_m = known.truth_m;
     state.displacement_m.assign(known.truth_m.size(), {0.37, -0.29, 0.53});
     state.corrections.setConstant(problem.layout.size(), 0.11);

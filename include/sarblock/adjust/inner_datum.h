@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/adjust/options.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/adjust/result.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -72,5 +74,23 @@ class DatumTransform {
   // G with G'E G = I, K = C E G, both by unknown, and G'E C E G.
   Eigen::MatrixXd points_g_, points_k_, corrections_g_, corrections_k_, inner_;
 };
+
+/// Refuses options that do not go with an inner datum.
+void RequireInnerOffered(const AdjustOptions& options);
+
+/// By point: named by options.datum_points, or all where none is named. Throws InputError for a
+/// point the block does not have.
+[[nodiscard]] std::vector<std::uint8_t> DatumPoints(const Block& block,
+                                                    const AdjustOptions& options);
+
+/// Holds the datum at a state where the block has none (HoldDatum); false where it has one.
+[[nodiscard]] bool HoldIfFloating(const BlockState& state, AdjustmentProblem* problem);
+
+/// Moves a solved state to the inner datum, solving again by `solve` until it stays, and returns
+/// the transformation of covariances there. The problem's held parameters follow.
+[[nodiscard]] DatumTransform SettleInnerDatum(const AdjustOptions& options,
+                                              const std::function<void()>& solve,
+                                              AdjustmentProblem* problem,
+                                              BlockState* state);
 
 }  // namespace sarblock

@@ -69,6 +69,8 @@ struct AdjustOptions {
   PairChoice pairs = PairChoice::kNone;
   std::string pairs_file;  ///< kList: CSV with columns point_a, point_b, relative to the block
   Datum datum = Datum::kGiven;
+  /// kInner: ids of the points whose coordinates fix the datum; empty: all that are solved.
+  std::vector<std::string> datum_points;
   bool scale_by_posterior = false;
   VarianceComponents variance_components = VarianceComponents::kNone;
   /// kRangeAzimuth: pass ids that share their variances; empty: all passes together.

@@ -90,8 +90,8 @@ struct ParameterLayout {
 };
 
 /// Builds the layout. Throws InputError for an unknown pass, an empty group, priors of the wrong
-/// number, a degree above PositionCorrection::kMaxDegree or two groups for one pass that are both not
-/// shared and Overlap().
+/// number, a degree above PositionCorrection::kMaxDegree or two groups for one pass that are both
+/// not shared and Overlap().
 [[nodiscard]] ParameterLayout MakeParameterLayout(const Block& block,
                                                   const std::vector<CorrectionGroup>& groups);
 

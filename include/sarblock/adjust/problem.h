@@ -92,6 +92,10 @@ struct ProblemCounts {
   std::size_t looks = 0;
   std::size_t observations = 0;
   std::size_t parameters = 0;
+  std::size_t defects = 0;  ///< parameters held because nothing determines them
+  [[nodiscard]] double redundancy() const {
+    return static_cast<double>(observations + defects) - static_cast<double>(parameters);
+  }
 };
 [[nodiscard]] ProblemCounts CountProblem(const AdjustmentProblem& problem);
 

@@ -52,6 +52,12 @@ class ReducedSystem {
   /// The same; throws UndeterminedError in the words of the report unless it is regular.
   void Factor();
 
+  /// Directions of the corrections that nothing determines, as columns in the parameters' units;
+  /// n x 0 where S is regular. Leaves no factor to work with unless it is.
+  [[nodiscard]] Eigen::MatrixXd NullSpace();
+  /// Units of the parameters in which the scaled S has a unit diagonal; after a factorisation.
+  [[nodiscard]] const Eigen::VectorXd& Unit() const { return scale_; }
+
   /// Factors without looking for the null space; false where that fails. For damped systems.
   [[nodiscard]] bool FactorDamped();
   /// What the quadratic model promises of a step of the corrections, their own part.

@@ -198,10 +198,12 @@ struct AdjustResult {
 
   std::size_t observation_count = 0;  ///< two a look, control components, priors
   std::size_t parameter_count = 0;    ///< three a solved point, corrections
+  std::size_t datum_defects = 0;      ///< unknowns that an inner datum had to fix
   std::size_t looks_used = 0;
   std::size_t looks_not_evaluated = 0;  ///< left out because the model has no value there
   [[nodiscard]] double redundancy() const {
-    return static_cast<double>(observation_count) - static_cast<double>(parameter_count);
+    return static_cast<double>(observation_count) - static_cast<double>(parameter_count) +
+           static_cast<double>(datum_defects);
   }
   int iterations = 0;
   double initial_cost = 0.0;  ///< half the weighted square sum, robust loss applied

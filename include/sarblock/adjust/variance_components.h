@@ -57,7 +57,8 @@ struct VarianceSteps {
 /// Variance components by Foerstner's iteration, finished by Helmert's equations
 /// (docs/theory/variance_components.md, eq. (7)-(10)):
 ///
-///     sigma_k^2 <- sigma_k^2 v_k' P v_k / r_k,   then   sigma^2 <- sigma^2 (1 + 0.6 H^-1 (v'Pv - r))
+///     sigma_k^2 <- sigma_k^2 v_k' P v_k / r_k,   then   sigma^2 <- sigma^2 (1 + 0.6 H^-1 (v'Pv -
+///     r))
 ///
 /// the second only where no element falls below half: variances stay positive. Ends when the step
 /// left is below a hundredth of the standard deviation of each, which come from 2 H^-1. A
