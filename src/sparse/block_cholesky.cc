@@ -2,11 +2,16 @@
 #include "sarblock/sparse/block_cholesky.h"
 
 #include <algorithm>
-#include <cmath>
+#include <atomic>
+#include <memory>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "block_cholesky_impl.h"
 #include "dense_kernels.h"
+#include "front_schedule.h"
+#include "tiled_kernels.h"
 #include <glog/logging.h>
 
 namespace sarblock {
@@ -14,6 +19,7 @@ namespace {
 
 using sparse::Entry;
 using sparse::Front;
+using sparse::FrontMemory;
 using sparse::Run;
 
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
@@ -59,21 +65,12 @@ void ExtendAdd(const Front& child,
   }
 }
 
-std::ptrdiff_t UpdateSize(const Front& front) {
-  return static_cast<std::ptrdiff_t>(front.remaining) * front.remaining;
-}
+std::size_t UpdateSize(const Front& front) { return At(front.remaining) * At(front.remaining); }
 
-/// Doubles in waiting update matrices at the worst moment.
-std::size_t UpdateStackSize(const std::vector<Front>& fronts) {
-  std::ptrdiff_t top = 0, peak = 0;
-  for (const Front& front : fronts) {
-    peak = std::max(peak, top + UpdateSize(front));
-    for (const int child : front.children) {
-      top -= UpdateSize(fronts[At(child)]);
-    }
-    top += UpdateSize(front);
-  }
-  return static_cast<std::size_t>(peak);
+std::size_t AllUpdates(const std::vector<Front>& fronts) {
+  std::size_t sum = 0;
+  for (const Front& front : fronts) sum += FrontMemory::Rounded(UpdateSize(front));
+  return sum;
 }
 
 void ZeroLower(int n, double* a) {
@@ -81,6 +78,99 @@ void ZeroLower(int n, double* a) {
     std::fill_n(a + At(c) * At(n) + c, n - c, 0.0);
   }
 }
+
+/// One factorisation: every front into its panel, its update matrix handed to its parent.
+class FrontFactorisation {
+ public:
+  FrontFactorisation(const sparse::Symbolic& symbolic,
+                     std::span<const double> values,
+                     double* factor)
+      : symbolic_(symbolic),
+        values_(values),
+        factor_(factor),
+        memory_(AllUpdates(symbolic.fronts)),
+        updates_(symbolic.fronts.size()),
+        pivots_(symbolic.fronts.size()),
+        failed_front_(symbolic.fronts.size()) {}
+
+  BlockCholesky::Outcome Run() {
+    sparse::ForFronts(symbolic_.fronts, sparse::Walk::kUp, [this](std::size_t f) { Work(f); });
+    BlockCholesky::Outcome outcome;
+    outcome.smallest_pivot_ratio = 1.0;
+    const std::size_t end = std::min(symbolic_.fronts.size(), failed_front_ + 1);
+    for (std::size_t f = 0; f < end; ++f) {  // as if one front had followed the other
+      const Pivot& pivot = pivots_[f];
+      if (pivot.row < 0) continue;
+      if (outcome.smallest_pivot_row < 0 || pivot.ratio < outcome.smallest_pivot_ratio) {
+        outcome.smallest_pivot_ratio = pivot.ratio;
+        outcome.smallest_pivot_row = symbolic_.original_row[At(pivot.row)];
+      }
+    }
+    outcome.positive_definite = failed_front_ == symbolic_.fronts.size();
+    if (!outcome.positive_definite) {
+      outcome.failed_row = symbolic_.original_row[At(pivots_[failed_front_].row)];
+    }
+    return outcome;
+  }
+
+ private:
+  /// The least pivot of a front, or the one that failed, with ratio 0.
+  struct Pivot {
+    double ratio = 1.0;
+    int row = -1;  // in elimination order
+  };
+
+  void Work(std::size_t f) {
+    // Fronts before the failed one go on: a failure among them is the one to report.
+    if (f > failed_front_) return;
+    const Front& front = symbolic_.fronts[f];
+    const int height = front.height(), n = front.eliminated;
+    double* panel = factor_ + front.panel;
+    std::fill_n(panel, At(height) * At(n), 0.0);
+    Assemble(front, values_, panel);
+    std::vector<double> diagonal(At(n));
+    for (std::size_t k = 0; k < At(n); ++k) diagonal[k] = panel[k * (At(height) + 1)];
+    FrontMemory::Place update = memory_.Take(UpdateSize(front));
+    ZeroLower(front.remaining, update.get());
+    for (const int child : front.children) {
+      ExtendAdd(symbolic_.fronts[At(child)], updates_[At(child)].get(), front, panel, update.get());
+      updates_[At(child)].reset();
+    }
+    const int failed = dense::FactorPanel(height, n, panel, height);
+    RecordPivots(f, diagonal, panel, failed);
+    if (failed > 0) return;
+    dense::SubtractSquareTiled(
+        front.remaining, n, panel + n, height, update.get(), front.remaining);
+    updates_[f] = std::move(update);
+  }
+
+  void RecordPivots(std::size_t f,
+                    const std::vector<double>& diagonal,
+                    const double* panel,
+                    int failed) {
+    const Front& front = symbolic_.fronts[f];
+    Pivot& least = pivots_[f];
+    const int good = failed > 0 ? failed - 1 : front.eliminated;
+    for (int k = 0; k < good; ++k) {
+      const double pivot = panel[At(k) * (At(front.height()) + 1)];
+      const double ratio = pivot * pivot / diagonal[At(k)];
+      if (least.row < 0 || ratio < least.ratio) least = {ratio, front.first_row + k};
+    }
+    if (failed == 0) return;
+    least = {0.0, front.first_row + failed - 1};
+    std::size_t before = failed_front_;
+    while (f < before && !failed_front_.compare_exchange_weak(before, f)) {
+    }
+  }
+
+  const sparse::Symbolic& symbolic_;
+  std::span<const double> values_;
+  double* factor_;
+  FrontMemory memory_;
+  std::vector<FrontMemory::Place> updates_;  // waiting for their parents
+  std::vector<Pivot> pivots_;
+  std::atomic<std::size_t> failed_front_;  // the first in postorder
+};
 
 }  // namespace
 
@@ -105,62 +195,15 @@ BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matr
       << "the matrix has another pattern than the one analysed";
   const sparse::Symbolic& symbolic = impl.symbolic;
   impl.factored = false;
+  impl.least.reset();
   if (!impl.factor) {
-    impl.factor = std::make_unique_for_overwrite<double[]>(symbolic.factor_entries);
+    impl.factor_memory =
+        std::make_unique<FrontMemory>(FrontMemory::Rounded(symbolic.factor_entries));
+    impl.factor = impl.factor_memory->Take(symbolic.factor_entries);
   }
-  Outcome outcome;
-  outcome.smallest_pivot_ratio = 1.0;
-  // Update matrices wait for their parents on a stack: in postorder the children's are on its top.
-  const auto stack = std::make_unique_for_overwrite<double[]>(UpdateStackSize(symbolic.fronts));
-  double* top = stack.get();
-  std::vector<double> diagonal;
-  for (std::size_t f = 0; f < symbolic.fronts.size(); ++f) {
-    const Front& front = symbolic.fronts[f];
-    const int height = front.height(), n = front.eliminated;
-    const std::size_t step = At(height) + 1;
-    double* panel = impl.factor.get() + front.panel;
-    std::fill_n(panel, At(height) * At(n), 0.0);
-    Assemble(front, matrix.values(), panel);
-    diagonal.resize(At(n));
-    for (std::size_t k = 0; k < At(n); ++k) {
-      diagonal[k] = panel[k * step];
-    }
-    double* update = top;
-    ZeroLower(front.remaining, update);
-    double* bottom = top;
-    for (const int child : front.children) {
-      bottom -= UpdateSize(symbolic.fronts[At(child)]);
-    }
-    const double* child_update = bottom;
-    for (const int child : front.children) {
-      ExtendAdd(symbolic.fronts[At(child)], child_update, front, panel, update);
-      child_update += UpdateSize(symbolic.fronts[At(child)]);
-    }
-    const int failed = dense::Factor(n, panel, height);
-    const int good = failed > 0 ? failed - 1 : n;
-    for (int k = 0; k < good; ++k) {
-      const double pivot = panel[At(k) * step];
-      const double ratio = pivot * pivot / diagonal[At(k)];
-      if (outcome.smallest_pivot_row < 0 || ratio < outcome.smallest_pivot_ratio) {
-        outcome.smallest_pivot_ratio = ratio;
-        outcome.smallest_pivot_row = symbolic.original_row[At(front.first_row + k)];
-      }
-    }
-    if (failed > 0) {
-      outcome.failed_row = symbolic.original_row[At(front.first_row + failed - 1)];
-      outcome.smallest_pivot_row = outcome.failed_row;
-      outcome.smallest_pivot_ratio = 0.0;
-      return outcome;
-    }
-    dense::SolveRightTransposed(front.remaining, n, panel, height, panel + n, height);
-    dense::SubtractSquare(front.remaining, n, panel + n, height, update, front.remaining);
-    if (bottom != update) {  // over the children's
-      std::copy(update, update + UpdateSize(front), bottom);
-    }
-    top = bottom + UpdateSize(front);
-  }
-  impl.factored = true;
-  outcome.positive_definite = true;
+  FrontFactorisation factorisation(symbolic, matrix.values(), impl.factor.get());
+  const Outcome outcome = factorisation.Run();
+  impl.factored = outcome.positive_definite;
   return outcome;
 }
 

@@ -5,16 +5,22 @@
 
 #include <cstddef>
 #include <memory>
+#include <mutex>
+#include <optional>
 
 #include "symbolic.h"
+#include "workspace.h"
 
 namespace sarblock {
 
 struct BlockCholesky::Impl {
   std::shared_ptr<const BlockPattern> pattern;
   sparse::Symbolic symbolic;
-  std::unique_ptr<double[]> factor;  ///< the fronts' panels, column-major, lower part valid
+  std::unique_ptr<sparse::FrontMemory> factor_memory;
+  sparse::FrontMemory::Place factor;  ///< the fronts' panels, column-major, lower part valid
   bool factored = false;
+  std::mutex least_mutex;
+  std::optional<EigenPair> least;  ///< of the present factor, once asked for
 
   [[nodiscard]] const double* Panel(const sparse::Front& front) const {
     return factor.get() + front.panel;

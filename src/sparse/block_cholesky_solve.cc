@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <random>
 #include <vector>
 
 #include "block_cholesky_impl.h"
 #include "dense_kernels.h"
+#include <Eigen/Eigenvalues>
 #include <glog/logging.h>
 
 namespace sarblock {
@@ -116,6 +118,46 @@ VectorXd StartVector(Eigen::Index rows) {
   return x.normalized();
 }
 
+constexpr int kStarts = 4;
+constexpr int kKrylovVectors = 50;
+constexpr double kEigenvalueChange = 1e-6;
+
+/// Lanczos for the largest eigenvalue of the inverse (Golub, Van Loan, Matrix Computations, 10.1),
+/// every vector made orthogonal to all before it, from pair->vector. Replaces the pair by its best
+/// estimate; true where its value changes by less than kEigenvalueChange of itself.
+bool LanczosOnInverse(const BlockCholesky& factor, BlockCholesky::EigenPair* pair) {
+  const Eigen::Index n = pair->vector.size();
+  const Eigen::Index most = std::min<Eigen::Index>(kKrylovVectors, n);
+  MatrixXd basis(n, most);
+  MatrixXd projected = MatrixXd::Zero(most, most);
+  basis.col(0) = pair->vector;
+  double largest = 0.0;
+  bool settled = false;
+  for (Eigen::Index k = 0; k < most; ++k) {
+    VectorXd next = basis.col(k);
+    factor.Solve(next);
+    const auto known = basis.leftCols(k + 1);
+    projected(k, k) = basis.col(k).dot(next);
+    next -= known * (known.transpose() * next);
+    next -= known * (known.transpose() * next);  // twice is enough
+    const double left = next.norm();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(projected.topLeftCorner(k + 1, k + 1));
+    const double value = ritz.eigenvalues()[k];
+    const double change = std::abs(value - largest);
+    largest = value;
+    const bool complete = !(left > 1e-14 * value) || k + 1 == n;
+    settled = complete || (k > 0 && change <= kEigenvalueChange * value);
+    if (settled || k + 1 == most) {
+      pair->vector = (known * ritz.eigenvectors().col(k)).normalized();
+      pair->value = 1.0 / value;
+      break;
+    }
+    projected(k + 1, k) = projected(k, k + 1) = left;
+    basis.col(k + 1) = next / left;
+  }
+  return settled;
+}
+
 }  // namespace
 
 void BlockCholesky::Solve(Eigen::Ref<MatrixXd> b) const {
@@ -139,21 +181,14 @@ MatrixXd BlockCholesky::ForwardSolve(const Eigen::Ref<const MatrixXd>& b) const 
 
 BlockCholesky::EigenPair BlockCholesky::SmallestEigenpair() const {
   impl_->RequireFactor();
-  constexpr int kSteps = 200;
-  constexpr double kRelativeChange = 1e-6;
+  const std::lock_guard lock(impl_->least_mutex);
+  if (impl_->least) return *impl_->least;
   EigenPair pair;
   pair.vector = StartVector(impl_->pattern->rows());
-  for (int step = 0; step < kSteps && pair.vector.size() > 0; ++step) {
-    VectorXd next = pair.vector;
-    Solve(next);
-    const double value = 1.0 / pair.vector.dot(next);  // Rayleigh quotient of the inverse
-    pair.vector = next.normalized();
-    const double change = std::abs(value - pair.value);
-    pair.value = value;
-    if (change <= kRelativeChange * value) {
-      break;
-    }
+  for (int start = 0; start < kStarts && pair.vector.size() > 0; ++start) {
+    if (LanczosOnInverse(*this, &pair)) break;
   }
+  impl_->least = pair;
   return pair;
 }
 

@@ -182,6 +182,20 @@ void SubtractSquare(int n, int k, const double* a, int lda, double* c, int ldc) 
   }
 }
 
+void SubtractProductTransposed(
+    int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc) {
+  if (m > 0 && n > 0 && k > 0) {
+    dgemm_("N", "T", &m, &n, &k, &kMinusOne, a, &lda, b, &ldb, &kOne, c, &ldc, 1, 1);
+  }
+}
+
+void SubtractProduct(
+    int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc) {
+  if (m > 0 && n > 0 && k > 0) {
+    dgemm_("N", "N", &m, &n, &k, &kMinusOne, a, &lda, b, &ldb, &kOne, c, &ldc, 1, 1);
+  }
+}
+
 void NegativeSymmetricProduct(
     int m, int n, const double* s, int lds, const double* b, int ldb, double* c, int ldc) {
   if (m > 0 && n > 0) {

@@ -24,6 +24,12 @@ void SolveLeft(int n, int columns, const double* l, int ldl, double* b, int ldb)
 void SolveLeftTransposed(int n, int columns, const double* l, int ldl, double* b, int ldb);
 /// Lower triangle of c -= a a', a n x k.
 void SubtractSquare(int n, int k, const double* a, int lda, double* c, int ldc);
+/// c -= a b', a m x k, b n x k.
+void SubtractProductTransposed(
+    int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc);
+/// c -= a b, a m x k, b k x n.
+void SubtractProduct(
+    int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc);
 /// c = -s b with s symmetric m x m, b m x n.
 void NegativeSymmetricProduct(
     int m, int n, const double* s, int lds, const double* b, int ldb, double* c, int ldc);

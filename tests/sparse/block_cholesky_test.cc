@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/sparse/block_cholesky.h"
 
+#include "sarblock/core/parallel.h"
+
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -162,7 +165,7 @@ TEST(BlockCholeskyTest, SmallestEigenpairEqualsTheDenseDecomposition) {  // seco
   const auto pair = cholesky.SmallestEigenpair();
   const double least = dense.eigenvalues()[0];
   // The iteration stops at a change of 1e-6 per step; with the spectrum this dense at its lower
-  // end some hundred times that may be missing. The quotient never falls below the truth.
+  // end some hundred times that may be missing. A Ritz value never falls below the truth.
   EXPECT_NEAR(pair.value, least, 1e-4 * least);
   EXPECT_GE(pair.value, least * (1.0 - 1e-12));
   EXPECT_NEAR(pair.vector.norm(), 1.0, 1e-14);
@@ -206,6 +209,68 @@ TEST(BlockCholeskyTest, RepeatsBitByBit) {
       std::memcmp(
           inverse[0].values().data(), inverse[1].values().data(), inverse[0].values().size_bytes()),
       0);
+}
+
+/// A chain of wide blocks: fronts of several tiles.
+BlockSymmetricMatrix WideFronts(unsigned seed) {
+  std::mt19937_64 engine(seed);
+  return test::RandomPositive({310, 420, 280, 7}, test::Band(4, 1), 1.0, engine);
+}
+
+// Invariance: nothing depends on how many threads there are, on a tree of many fronts and on
+// fronts that are cut into tiles.
+TEST(BlockCholeskyTest, GivesTheSameBytesOnAnyNumberOfThreads) {
+  for (const BlockSymmetricMatrix& matrix : {RandomGrid(35), WideFronts(36)}) {
+    std::vector<MatrixXd> solved;
+    std::vector<BlockSymmetricMatrix> inverses;
+    std::vector<BlockCholesky::Outcome> outcomes;
+    for (const int threads : {1, 2, 3}) {
+      const ThreadLimit limit(threads);
+      BlockCholesky cholesky(matrix);
+      outcomes.push_back(cholesky.Factorize(matrix));
+      ASSERT_TRUE(outcomes.back().positive_definite);
+      solved.push_back(RandomColumns(matrix.rows(), 2, 37));
+      cholesky.Solve(solved.back());
+      inverses.push_back(cholesky.SelectedInverse());
+    }
+    for (const std::size_t k : {1, 2}) {
+      EXPECT_EQ(solved[0], solved[k]);
+      EXPECT_EQ(std::memcmp(inverses[0].values().data(),
+                            inverses[k].values().data(),
+                            inverses[0].values().size_bytes()),
+                0);
+      EXPECT_EQ(outcomes[0].smallest_pivot_ratio, outcomes[k].smallest_pivot_ratio);
+      EXPECT_EQ(outcomes[0].smallest_pivot_row, outcomes[k].smallest_pivot_row);
+    }
+  }
+}
+
+// Of several branches that fail at once the first in the order of elimination is named.
+TEST(BlockCholeskyTest, NamesTheSameFailureOnAnyNumberOfThreads) {
+  BlockSymmetricMatrix matrix = RandomGrid(38);
+  for (const int block : {3, 17, 29, 40}) matrix.Block(block, block)(0, 0) = -1.0;
+  std::vector<int> rows;
+  for (const int threads : {1, 2, 3}) {
+    const ThreadLimit limit(threads);
+    for (int repeat = 0; repeat < 20; ++repeat) {
+      BlockCholesky cholesky(matrix);
+      const BlockCholesky::Outcome outcome = cholesky.Factorize(matrix);
+      EXPECT_FALSE(outcome.positive_definite);
+      rows.push_back(outcome.failed_row);
+    }
+  }
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), rows.front()),
+            static_cast<std::ptrdiff_t>(rows.size()));
+}
+
+TEST(BlockCholeskyTest, FactorsFrontsOfSeveralTiles) {  // residual in the original equations
+  const BlockSymmetricMatrix matrix = WideFronts(39);
+  BlockCholesky cholesky(matrix);
+  ASSERT_TRUE(cholesky.Factorize(matrix).positive_definite);
+  const MatrixXd b = RandomColumns(matrix.rows(), 2, 40);
+  MatrixXd x = b;
+  cholesky.Solve(x);
+  EXPECT_LE((matrix.ToDense() * x - b).norm(), 1e-10);
 }
 
 TEST(BlockCholeskyTest, OneAnalysisServesManyMatrices) {

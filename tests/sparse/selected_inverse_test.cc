@@ -118,6 +118,12 @@ TEST(SelectedInverseTest, EqualsTheDenseInverseBelowAWideSupernode) {
   EXPECT_LE(LargestDifference(matrix), kTolerance);
 }
 
+TEST(SelectedInverseTest, EqualsTheDenseInverseOnFrontsOfSeveralTiles) {
+  std::mt19937_64 engine(19);
+  const auto matrix = test::RandomPositive({310, 420, 280}, test::Band(3, 1), 0.9, engine);
+  EXPECT_LE(LargestDifference(matrix), kTolerance);
+}
+
 TEST(SelectedInverseTest, HandlesDisconnectedPartsAndEmptyBlocks) {
   std::mt19937_64 engine(16);
   test::Pairs pairs = {{0, 1}, {1, 2}, {3, 5}, {5, 6}, {3, 6}, {8, 9}};  // 4 and 7 stand alone

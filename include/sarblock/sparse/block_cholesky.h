@@ -20,9 +20,13 @@ namespace sarblock {
 /// is a submatrix of the parent's Z (docs/theory/covariance.md). Work grows with the fill, never
 /// with the square of the matrix. Results do not depend on the number of threads.
 ///
+/// Threads: those ThreadLimit allows (core/parallel.h), over the branches of the elimination tree
+/// and over the tiles of large fronts.
+///
 /// Memory: factor_entries() doubles and, while factoring or inverting, the waiting fronts (about a
-/// third of the factor on a two-dimensional grid of passes). Constructing one restricts OpenBLAS,
-/// if that is the BLAS loaded, to one thread for the whole process.
+/// third of the factor on a two-dimensional grid of passes, more by one branch of the tree for each
+/// further thread). Constructing one restricts OpenBLAS, if that is the BLAS loaded, to one thread
+/// for the whole process; the threads above call it side by side.
 ///
 /// Diagonal blocks: only the lower triangle of S is read; SelectedInverse fills both.
 class BlockCholesky {
@@ -54,8 +58,9 @@ class BlockCholesky {
   /// Blocks of S^-1 on the pattern of S (exact, not an approximation).
   [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
 
-  /// Least eigenvalue of S and its unit eigenvector by inverse iteration on the factor, to a
-  /// relative change of 1e-6 or 200 steps. Deterministic start.
+  /// Least eigenvalue of S and its unit eigenvector by Lanczos iteration on the inverse, until the
+  /// value changes by less than 1e-6 of itself or after 200 solves. Deterministic start. Kept until
+  /// the next Factorize.
   struct EigenPair {
     double value = 0.0;
     Eigen::VectorXd vector;
