@@ -5,16 +5,34 @@
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
 #   engines    reduced engine against Ceres on the same blocks, interleaved
-# Needs a Release build (scripts/demo.sh makes one). Machines are noisy: compare rows of one run.
+#   growth     stages of adjust and exponents over points, passes, parameters, looks and threads
+#   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each
+#   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
+#   covariance all blocks of points and passes against ceres::Covariance
+#   machine    rates of memory and of the dense kernels on this machine
+# Needs a Release build (scripts/demo.sh makes one); covariance and machine the preset bench
+# (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
+# Machines are noisy: compare rows of one run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-program=build/release/src/cli/sarblock
+program=${SARBLOCK_PROGRAM:-build/release/src/cli/sarblock}
+bench=${SARBLOCK_BENCH:-build/bench/tests/benchmarks}
+case "${1:-}" in
+  machine) exec "$bench/machine_benchmark" ;;
+  covariance)
+    "$bench/covariance_benchmark"
+    for size in "1000 10" "10000 30"; do
+      # shellcheck disable=SC2086  # points and passes are two arguments
+      "$bench/covariance_benchmark" datasets/benchmarks/strips.toml $size 1
+    done
+    exit 0 ;;
+esac
 [ -x "$program" ] || { echo "bench.sh: build first: scripts/demo.sh" >&2; exit 2; }
-work=$(mktemp -d)
+work=$(mktemp -d -p "${SARBLOCK_WORK:-${TMPDIR:-/tmp}}")
 trap 'rm -rf "$work"' EXIT
 
 exec python3 - "$program" "$work" "${1:-}" <<'PY'
-import json, os, subprocess, sys, time
+import json, math, os, resource, shutil, subprocess, sys, time
 
 program, work, name = sys.argv[1:4]
 
@@ -51,7 +69,105 @@ def stages(folder, *extra):
     return json.loads(text)
 
 
-if name == "commands":
+def children_cpu_s():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def measured(folder, *extra):
+    """summary.json of an adjustment and the CPU seconds of all its threads."""
+    before = children_cpu_s()
+    result = stages(folder, *extra)
+    return result, children_cpu_s() - before
+
+
+def simulated(scene, folder, *sets):
+    items = [item for key in sets for item in ("--set", key)]
+    return run("simulate", f"datasets/benchmarks/{scene}.toml", "-o", folder, *items)
+
+
+def strip_sets(points, strips, overlap=0.6):
+    """A block of strips from both sides; its area grows with the strips."""
+    north = 13000 + 12000 * (1 - overlap) * (strips - 1) + 12000
+    return [f"points.count={points}", f"flight.0.count={strips}", f"flight.1.count={strips}",
+            f"flight.0.overlap={overlap}", f"flight.1.overlap={overlap}",
+            f"points.north_m=[13000, {north}]"]
+
+
+def parameters_set(degree):
+    sigmas = [10, 5] + [1] * (degree - 1)
+    return ["--set", f"adjust.correction.position.degree={degree}",
+            "--set", f"adjust.correction.position.sigma_m=[{sigmas}, {sigmas}, {sigmas}]"]
+
+
+def slope(pairs):
+    """Least squares exponent of y over x."""
+    logs = [(math.log(x), math.log(y)) for x, y in pairs if x > 0 and y > 0]
+    if len(logs) < 2:
+        return math.nan
+    mx = sum(x for x, _ in logs) / len(logs)
+    my = sum(y for _, y in logs) / len(logs)
+    return sum((x - mx) * (y - my) for x, y in logs) / sum((x - mx) ** 2 for x, _ in logs)
+
+
+def growth_family(family, cases):
+    """cases: value, scene overrides, options of adjust."""
+    seen = {}
+    for value, sets, extra in cases:
+        folder = f"{work}/growth"
+        simulated("strips", folder, *sets)
+        result, cpu = measured(folder, *extra)
+        rows = {stage: cost["wall_s"] for stage, cost in result["stages"].items()}
+        rows["cpu"] = cpu
+        peak = max(cost["peak_mib"] for cost in result["stages"].values())
+        counts = result["counts"]
+        for stage, seconds in rows.items():
+            print(f"{family},{value:g},{counts['points']},{counts['looks']},{counts['passes']},"
+                  f"{result['iterations']},{stage},{seconds:.4f},{peak:.0f},", flush=True)
+            seen.setdefault(stage, []).append((value, seconds))
+        seen.setdefault("solve/iteration", []).append((value, rows["solve"] / result["iterations"]))
+        seen.setdefault("peak_mib", []).append((value, peak))
+        shutil.rmtree(folder)
+    for stage, pairs in seen.items():
+        print(f"{family},,,,,,{stage},,,{slope(pairs):.2f}", flush=True)
+
+
+def network_row(folder, parameters, extra):
+    result, cpu = measured(folder, *extra)
+    counts, cost = result["counts"], result["stages"]
+    print(f"{counts['points']},{counts['looks']},{counts['passes']},{counts['passes'] * parameters},"
+          f"{result['iterations']},{result['accepted']},{cost['read']['wall_s']:.1f},"
+          f"{cost['start']['wall_s']:.1f},{cost['solve']['wall_s']:.1f},"
+          f"{cost['covariance']['wall_s']:.1f},{cost['write']['wall_s']:.1f},{cpu:.1f},"
+          f"{max(c['peak_mib'] for c in cost.values()):.0f}", flush=True)
+
+
+NETWORK_HEADER = ("points,looks,passes,unknowns,iterations,accepted,read_s,start_s,solve_s,"
+                  "covariance_s,write_s,cpu_s,peak_mib")
+
+if name == "growth":
+    print("family,value,points,looks,passes,iterations,stage,wall_s,peak_mib,exponent")
+    growth_family("points", [(n, strip_sets(n, 25), []) for n in (10000, 100000, 1000000)])
+    growth_family("passes", [(2 * n, strip_sets(100000, n), []) for n in (5, 15, 50, 150)])
+    growth_family("parameters", [(3 * (d + 1), strip_sets(30000, 25), parameters_set(d))
+                                 for d in (1, 3, 7)])
+    growth_family("looks", [(2 / (1 - o), strip_sets(30000, 25, o), []) for o in (0.0, 0.5, 0.75)])
+    growth_family("threads", [(t, strip_sets(100000, 25), ["--threads", str(t)]) for t in (1, 2)])
+elif name == "network":
+    print(NETWORK_HEADER)
+    simulated("network", f"{work}/network")
+    network_row(f"{work}/network", 6, [])
+    network_row(f"{work}/network", 24, parameters_set(7))
+elif name == "largest":
+    points = int(os.environ.get("SARBLOCK_POINTS", "11600000"))
+    wall, peak, _ = simulated(
+        "network", f"{work}/largest", f"points.count={points}", "flight.0.count=125",
+        "flight.1.count=125", "flight.0.segments=80", "flight.1.segments=80",
+        "points.east_m=[500, 400500]", "points.north_m=[13500, 917300]", "control.count=2000")
+    print(f"# simulate: {wall:.0f} s, {peak:.0f} MiB", file=sys.stderr, flush=True)
+    print(NETWORK_HEADER)
+    network_row(f"{work}/largest", 6, [])
+elif name == "commands":
     print("points,looks,command,wall_s,peak_mib")
     for points in (1000, 10000, 100000):
         folder, (wall, peak, _) = block(points)
@@ -89,5 +205,6 @@ elif name == "engines":
                       f"{solve['wall_s'] / result['iterations']:.5f},{solve['peak_mib']:.0f},"
                       f"{result['sigma0_squared']:.12f}")
 else:
-    sys.exit("bench.sh: NAME is commands, stages, reading or engines")
+    sys.exit("bench.sh: NAME is commands, stages, reading, engines, growth, network, largest, "
+             "covariance or machine")
 PY

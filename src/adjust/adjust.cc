@@ -222,6 +222,7 @@ AdjustResult Adjust(const Block& block,
                NameLooks(block, start.looks_not_evaluated));
     }
     RequireSolvable(problem);
+    RequireCovarianceMethod(problem, options);
     std::optional<ReducedSystem> system;
     system.emplace(problem);
     system->Form(state, {}, progress);

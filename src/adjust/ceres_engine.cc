@@ -34,20 +34,41 @@ class Loss final : public ceres::LossFunction {
   double scale_;
 };
 
-class ProgressCallback final : public ceres::IterationCallback {
+/// A step below this many sigmas was the last.
+constexpr double kStepSettled_1 = 3e-7;
+
+/// Reports each iteration and ends the solution at a step that no sigma notices. The relative
+/// changes of cost that Ceres looks at cannot tell: 1e-6 sigmas change a cost of a thousand by less
+/// than its rounding.
+class IterationWatch final : public ceres::IterationCallback {
  public:
-  ProgressCallback(ProgressSink* sink, int most) : sink_(sink), most_(most) {}
+  IterationWatch(ProgressSink* sink, int most, bool least_squares)
+      : sink_(sink), most_(most), least_squares_(least_squares) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    sink_->Update("solve",
-                  static_cast<std::size_t>(summary.iteration),
-                  static_cast<std::size_t>(most_),
-                  "cost " + std::to_string(summary.cost));
-    return sink_->Cancelled() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+    if (sink_ != nullptr) {
+      sink_->Update("solve",
+                    static_cast<std::size_t>(summary.iteration),
+                    static_cast<std::size_t>(most_),
+                    "cost " + std::to_string(summary.cost));
+      if (sink_->Cancelled()) return ceres::SOLVER_ABORT;
+    }
+    return least_squares_ && summary.iteration > 0 && summary.step_is_valid && Settled(summary)
+               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+               : ceres::SOLVER_CONTINUE;
   }
 
  private:
+  /// The linear model promises half the square of the step's length in sigmas. A cost that does not
+  /// move at all has no ratio to the promise: the step is then below the root of its rounding.
+  static bool Settled(const ceres::IterationSummary& summary) {
+    if (summary.cost_change == 0.0) return true;
+    const double promised_1 = summary.cost_change / summary.relative_decrease;
+    return 2.0 * promised_1 <= kStepSettled_1 * kStepSettled_1;
+  }
+
   ProgressSink* sink_;
   int most_;
+  bool least_squares_;
 };
 
 }  // namespace
@@ -209,10 +230,10 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   solver.max_num_iterations = options.max_iterations;
   solver.num_threads = options.threads;
   solver.logging_type = ceres::SILENT;
-  // Stop on the last digits: acceptance looks at the step that is left, in sigmas. Rounding of
-  // positions of 7e6 m can keep the cost moving by more than 1e-14 of itself: 4 of 4000 seeded
-  // draws of orbits squinted by 60 degrees never stopped at that bound.
-  solver.function_tolerance = 1e-12;
+  // Least squares end by IterationWatch. Reweighted ones converge linearly and end on the cost;
+  // rounding of positions of 7e6 m can keep that moving by more than 1e-14 of itself.
+  const bool least_squares = weighting.loss == RobustLoss::kNone;
+  solver.function_tolerance = least_squares ? 0.0 : 1e-12;
   solver.parameter_tolerance = 1e-13;
   solver.gradient_tolerance = 0.0;
   solver.max_num_consecutive_invalid_steps = 20;
@@ -232,16 +253,14 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
     }
     solver.linear_solver_ordering.reset(ordering);
   }
-  std::optional<ProgressCallback> callback;
-  if (progress != nullptr) {
-    callback.emplace(progress, options.max_iterations);
-    solver.callbacks.push_back(&*callback);
-  }
+  IterationWatch watch(progress, options.max_iterations, least_squares);
+  solver.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, ceres_problem.get(), &summary);
   if (summary.termination_type == ceres::USER_FAILURE) throw Interrupted("solve");
   SolveReport report;
-  report.converged = summary.termination_type == ceres::CONVERGENCE;
+  report.converged = summary.termination_type == ceres::CONVERGENCE ||
+                     summary.termination_type == ceres::USER_SUCCESS;
   report.iterations = summary.num_successful_steps;
   report.initial_cost_1 = summary.initial_cost;
   report.final_cost_1 = summary.final_cost;

@@ -142,6 +142,7 @@ AdjustResult Predict(const Block& block,
   const StageTimer timer("covariance", &result.stages);
   UpdateWhitening(state, &problem);
   std::optional<ReducedSystem> system;
+  RequireCovarianceMethod(problem, options);
   FormDetermined(state, {}, &problem, &system, progress);
   system->Factor();
   result.condition = system->Condition();

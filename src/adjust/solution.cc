@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solution.h"
 
+#include "sarblock/adjust/ceres_covariance.h"
 #include "sarblock/adjust/covariance.h"
 #include "sarblock/adjust/leberl_prediction.h"
 #include "sarblock/adjust/point_sweep.h"
@@ -132,7 +133,21 @@ void RequireOffered(const AdjustOptions& options) {
   if (options.variance_components == VarianceComponents::kPerPass) {
     refuse("variance_components", "per-pass");
   }
-  if (options.covariance_method == CovarianceMethod::kCeres) refuse("covariance_method", "ceres");
+  if (options.covariance_method == CovarianceMethod::kCeres &&
+      options.covariance != CovarianceLevel::kBlock) {
+    throw InputError("adjust.covariance_method",
+                     "'ceres' forms the covariance of level 'block' only; allowed: auto, reduced");
+  }
+}
+
+void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options) {
+  if (options.covariance_method != CovarianceMethod::kCeres) return;
+  const std::size_t unknowns = CountProblem(problem).parameters;
+  if (unknowns <= kMostCeresUnknowns) return;
+  throw InputError("adjust.covariance_method",
+                   "'ceres' is for blocks of at most " + std::to_string(kMostCeresUnknowns) +
+                       " unknowns, this one has " + std::to_string(unknowns) +
+                       "; allowed: auto, reduced");
 }
 
 bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
@@ -283,6 +298,42 @@ void FillParameters(const AdjustmentProblem& problem,
   }
 }
 
+namespace {
+
+PointPairs WantedPairs(const AdjustmentProblem& problem,
+                       const BlockState& state,
+                       const AdjustOptions& options,
+                       const PointPairs& listed) {
+  switch (options.pairs) {
+    case PairChoice::kNone:
+      return {};
+    case PairChoice::kNeighbours:
+      return NeighbourPairs(problem, state);
+    case PairChoice::kAll:
+      return AllPairs(problem);
+    case PairChoice::kList:
+      break;
+  }
+  return listed;
+}
+
+void FillCovarianceByCeres(const AdjustmentProblem& problem,
+                           const BlockState& state,
+                           const AdjustOptions& options,
+                           const PointPairs& pairs,
+                           AdjustResult* result) {
+  CeresCovariances found = CovariancesByCeres(
+      problem, state, WantedPairs(problem, state, options, pairs), options.threads);
+  result->points.covariance_m2 = std::move(found.points);
+  result->pairs = std::move(found.pairs);
+  result->parameter_covariance = std::move(found.parameters);
+  for (const ParameterCovariance& c : result->parameter_covariance) {
+    if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
+  }
+}
+
+}  // namespace
+
 void FillCovariance(const AdjustmentProblem& problem,
                     const BlockState& state,
                     const ReducedSystem& system,
@@ -291,6 +342,10 @@ void FillCovariance(const AdjustmentProblem& problem,
                     ProgressSink* progress,
                     AdjustResult* result) {
   if (options.covariance == CovarianceLevel::kNone) return;
+  if (options.covariance_method == CovarianceMethod::kCeres) {
+    FillCovarianceByCeres(problem, state, options, pairs, result);
+    return;
+  }
   const bool block_level =
       options.covariance == CovarianceLevel::kBlock && problem.layout.size() > 0;
   std::optional<BlockSymmetricMatrix> inverse;
@@ -310,10 +365,7 @@ void FillCovariance(const AdjustmentProblem& problem,
     result->quality = std::move(sweep.quality);
   }
   if (options.pairs == PairChoice::kNone) return;
-  const PointPairs wanted = options.pairs == PairChoice::kNeighbours
-                                ? NeighbourPairs(problem, state)
-                            : options.pairs == PairChoice::kAll ? AllPairs(problem)
-                                                                : pairs;
+  const PointPairs wanted = WantedPairs(problem, state, options, pairs);
   result->pairs =
       rigorous ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
                : PairDifferences(problem, state, wanted);

@@ -29,6 +29,8 @@ void FormDetermined(const BlockState& state,
                     ProgressSink* progress);
 /// Refuses options that this build does not offer, by name.
 void RequireOffered(const AdjustOptions& options);
+/// Refuses a block too large for the method asked for (ceres_covariance.h).
+void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options);
 
 void Warn(AdjustResult* result, const std::string& text);
 

@@ -121,6 +121,8 @@ SceneFlight ReadFlight(SceneTable table) {
     ++swaths;
   }
   table.Count("count", &flight.count);
+  table.Count("segments", &flight.segments);
+  table.Number("segment_spacing_m", &flight.segment_spacing_m);
   table.Number("spacing_m", &flight.spacing_m);
   table.Number("overlap", &flight.overlap_1);
   table.Number("height_m", &flight.height_m);

@@ -166,12 +166,12 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
 
 Pass MakePass(const Scene& scene,
               const SceneFlight& flight,
-              std::size_t k,
+              const std::string& id,
               const Trajectory& trajectory,
               double duration_s,
               double margin_s) {
   Pass pass;
-  pass.id = flight.count == 1 ? flight.id : flight.id + std::to_string(k + 1);
+  pass.id = id;
   pass.side = flight.side;
   pass.wavelength_m = flight.wavelength_m;
   pass.sigma = scene.looks.azimuth;
@@ -216,17 +216,22 @@ double GroundWidth(const SceneFlight& flight) {
   return ground(flight.swath.limits[1]) - ground(flight.swath.limits[0]);
 }
 
-/// Trajectory of strip k. Geocentric: the plane's straight line lifted to constant height; the
-/// velocity is a central difference over 2 s (error below 1e-6 m/s for aircraft).
-Trajectory StripTrajectory(const Scene& scene, const SceneFlight& flight, std::size_t k) {
+/// Trajectory of segment m of strip k. Geocentric: the plane's straight line lifted to constant
+/// height; the velocity is a central difference over 2 s (error below 1e-6 m/s for aircraft).
+Trajectory StripTrajectory(const Scene& scene,
+                           const SceneFlight& flight,
+                           std::size_t k,
+                           std::size_t m) {
   const Eigen::Vector2d ahead(std::sin(flight.heading_rad), std::cos(flight.heading_rad));
   const Eigen::Vector2d left(-ahead.y(), ahead.x());
   const double spacing_m = flight.count == 1 ? 0.0
                            : std::isnan(flight.overlap_1)
                                ? flight.spacing_m
                                : (1.0 - flight.overlap_1) * GroundWidth(flight);
+  const double segment_m = flight.segments == 1 ? 0.0 : flight.segment_spacing_m;
   const Eigen::Vector2d middle_m =
-      flight.start_m + static_cast<double>(k) * spacing_m * left + 0.5 * flight.length_m * ahead;
+      flight.start_m + static_cast<double>(k) * spacing_m * left +
+      (static_cast<double>(m) * segment_m + 0.5 * flight.length_m) * ahead;
   const Scene* s = &scene;  // outlives the trajectory, as does the flight
   const SceneFlight* f = &flight;
   return [s, f, ahead, middle_m](double since_middle_s) {
@@ -259,12 +264,13 @@ std::vector<PlannedPass> PlanPasses(const Scene& scene) {
                           (geocentric ? radius_m * scene.frame.ellipsoid().flattening : 0.0);
   for (const SceneFlight& flight : scene.flights) {
     const double range_m = FarRange(flight, radius_m, relief_m);
-    for (std::size_t k = 0; k < flight.count; ++k) {
+    for (std::size_t p = 0; p < flight.count * flight.segments; ++p) {
+      const std::size_t k = p / flight.segments, m = p % flight.segments;
       Trajectory trajectory;
       double duration_s = 0.0;
       double speed_mps = flight.speed_mps;
       if (flight.pattern == SceneFlight::Pattern::kStrips) {
-        trajectory = StripTrajectory(scene, flight, k);
+        trajectory = StripTrajectory(scene, flight, k, m);
         duration_s = flight.length_m / speed_mps;
       } else {
         if (body == nullptr && (std::isnan(speed_mps) || std::isnan(scene.rotation_rad_per_s))) {
@@ -293,7 +299,7 @@ std::vector<PlannedPass> PlanPasses(const Scene& scene) {
       const double margin_s =
           TimeMargin(scene, speed_mps, duration_s, range_m) + 2.0 * flight.state_spacing_s;
       PlannedPass pass;
-      pass.pass = MakePass(scene, flight, k, trajectory, duration_s, margin_s);
+      pass.pass = MakePass(scene, flight, PassId(flight, k, m), trajectory, duration_s, margin_s);
       pass.squint_rad = flight.squint_rad;
       pass.swath = flight.swath;
       pass.reach_m = range_m + 0.55 * speed_mps * duration_s;

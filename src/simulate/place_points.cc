@@ -114,28 +114,26 @@ void PlaceKnown(const Scene& scene,
 
 }  // namespace
 
-std::vector<PlacedPoint> PlacePoints(const Scene& scene) {
-  std::vector<PlacedPoint> placed;
-  PlaceKnown(scene, scene.control, PointRole::kControl, &placed);
-  PlaceKnown(scene, scene.check, PointRole::kCheck, &placed);
-  const std::size_t count = scene.points.count;
-  if (count == 0) return placed;
-  placed.reserve(placed.size() + count);
-  const Area area = AreaOf(scene.points, 0.0);
-  const Grid grid = GridFor(count, area);
-  for (std::size_t i = 0; i < count; ++i) {
-    Eigen::Vector2d plane_m;
-    if (scene.points.pattern == ScenePoints::Pattern::kGrid) {  // centres of cells
-      plane_m =
-          area.At((static_cast<double>(i % grid.columns) + 0.5) / static_cast<double>(grid.columns),
-                  (static_cast<double>(i / grid.columns) + 0.5) / static_cast<double>(grid.rows));
-    } else {
-      RandomStream random(scene.seed, MixStream(kTieStream, i));
-      plane_m = Random(area, &random);
-    }
-    placed.push_back({Numbered('T', i), PointRole::kTie, plane_m});
+PointPlan::PointPlan(const Scene& scene) : scene_(scene) {
+  PlaceKnown(scene, scene.control, PointRole::kControl, &known_);
+  PlaceKnown(scene, scene.check, PointRole::kCheck, &known_);
+}
+
+PlacedPoint PointPlan::At(std::size_t index) const {
+  if (index < known_.size()) return known_[index];
+  const std::size_t i = index - known_.size();
+  const Area area = AreaOf(scene_.points, 0.0);
+  Eigen::Vector2d plane_m;
+  if (scene_.points.pattern == ScenePoints::Pattern::kGrid) {  // centres of cells
+    const Grid grid = GridFor(scene_.points.count, area);
+    plane_m =
+        area.At((static_cast<double>(i % grid.columns) + 0.5) / static_cast<double>(grid.columns),
+                (static_cast<double>(i / grid.columns) + 0.5) / static_cast<double>(grid.rows));
+  } else {
+    RandomStream random(scene_.seed, MixStream(kTieStream, i));
+    plane_m = Random(area, &random);
   }
-  return placed;
+  return {Numbered('T', i), PointRole::kTie, plane_m};
 }
 
 }  // namespace sarblock

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
+#include "sarblock/core/parallel.h"
 #include "sarblock/core/random.h"
 #include "sarblock/geometry/cone_time.h"
 #include "sarblock/simulate/simulate.h"
@@ -12,6 +13,8 @@
 
 namespace sarblock {
 namespace {
+
+constexpr std::size_t kPointsPerChunk = 4096;
 
 void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
   const std::vector<Pass>& passes = simulated->block.passes;
@@ -74,19 +77,25 @@ void SolveLooks(const Scene& scene, SimulatedBlock* simulated) {
                        scene.navigation.knot_spacing_s);
   }
   const std::vector<std::uint64_t>& offsets = simulated->block.looks.offsets;
-  for (std::size_t point = 0; point + 1 < offsets.size(); ++point) {
-    for (std::uint64_t look = offsets[point]; look < offsets[point + 1]; ++look) {
-      SolveLook(scene, point, look, paths, simulated);
+  const auto solve = [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t point = begin; point < end; ++point) {
+      for (std::uint64_t look = offsets[point]; look < offsets[point + 1]; ++look) {
+        SolveLook(scene, point, look, paths, simulated);
+      }
     }
-  }
+  };
+  ParallelForChunks(offsets.size() - 1, kPointsPerChunk, solve);
 }
 
-/// Adds biases, noise and blunders to the exact looks.
-void Measure(const SceneLooks& scene, SimulatedBlock* simulated) {
+/// Adds biases, noise and blunders to the exact looks of points [first, last).
+void Measure(const SceneLooks& scene,
+             std::size_t first,
+             std::size_t last,
+             SimulatedBlock* simulated) {
   Block& block = simulated->block;
   const ExactLooks& exact = simulated->exact;
   const std::vector<std::uint64_t>& offsets = block.looks.offsets;
-  for (std::size_t point = 0; point + 1 < offsets.size(); ++point) {
+  for (std::size_t point = first; point < last; ++point) {
     const std::uint64_t point_stream = MixStream(kLookStream, point);
     for (std::uint64_t look = offsets[point]; look < offsets[point + 1]; ++look) {
       const std::uint32_t pass = block.looks.pass[look];
@@ -144,7 +153,13 @@ void Redraw(const Scene& scene,
     SolveLooks(scene, simulated);
   }
   if (choice.measurements) simulated->measurement_seed = seed;
-  if (choice.measurements || choice.navigation) Measure(scene.looks, simulated);
+  if (choice.measurements || choice.navigation) {
+    const std::size_t points = simulated->block.looks.offsets.size() - 1;
+    ParallelForChunks(
+        points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+          Measure(scene.looks, begin, end, simulated);
+        });
+  }
   if (choice.control) {
     simulated->control_seed = seed;
     DrawKnown(scene, simulated);

@@ -36,6 +36,14 @@ Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
   if (Given(flight.overlap_1) && Given(flight.spacing_m)) {
     return {{field + "overlap", "cannot stand beside spacing_m; give one of them"}};
   }
+  if (flight.segments < 1 || flight.segments > kMostPasses / flight.count) {
+    return {
+        {field + "segments",
+         "must be 1 at least, and not make more than " + std::to_string(kMostPasses) + " passes"}};
+  }
+  if (flight.segments > 1 && !Positive(flight.segment_spacing_m)) {
+    return {{field + "segment_spacing_m", "must be given and positive where segments is above 1"}};
+  }
   if (flight.count > 1 && !Given(flight.overlap_1) && !std::isfinite(flight.spacing_m)) {
     return {{field + "spacing_m", "must be given (or overlap) where count is above 1"}};
   }
@@ -55,6 +63,7 @@ Problem FindOrbitProblem(const Scene& scene, const SceneFlight& flight, const st
   if (Given(flight.overlap_1)) {
     return {{field + "overlap", "is for strips only; give spacing_m"}};
   }
+  if (flight.segments != 1) return {{field + "segments", "is for strips only"}};
   if (flight.count > 1 && !std::isfinite(flight.spacing_m)) {
     return {{field + "spacing_m", "must be given where count is above 1"}};
   }
@@ -107,8 +116,8 @@ Problem FindFlightsProblem(const Scene& scene) {
     const SceneFlight& flight = scene.flights[i];
     const std::string field = "flight." + std::to_string(i) + ".";
     if (Problem problem = FindFlightProblem(scene, flight, field)) return problem;
-    for (std::size_t k = 1; k <= flight.count; ++k) {
-      const std::string id = flight.count == 1 ? flight.id : flight.id + std::to_string(k);
+    for (std::size_t k = 0; k < flight.count * flight.segments; ++k) {
+      const std::string id = PassId(flight, k / flight.segments, k % flight.segments);
       if (!ids.insert(id).second) return {{field + "id", "makes the pass id " + id + " twice"}};
     }
   }
@@ -222,6 +231,13 @@ std::optional<SceneProblem> FindProblem(const Scene& scene) {
   if (Problem problem = FindPointsProblem(scene)) return problem;
   if (Problem problem = FindKnownProblem(scene.control, "control.")) return problem;
   return FindKnownProblem(scene.check, "check.");
+}
+
+std::string PassId(const SceneFlight& flight, std::size_t strip, std::size_t segment) {
+  std::string id = flight.id;
+  if (flight.count > 1) id += std::to_string(strip + 1);
+  if (flight.segments > 1) id += "-" + std::to_string(segment + 1);
+  return id;
 }
 
 void Validate(const Scene& scene) {

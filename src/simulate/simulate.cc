@@ -2,57 +2,19 @@
 #include "sarblock/simulate/simulate.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/flight/track_axes.h"
-#include "sarblock/geometry/cone_time.h"
+#include "sarblock/core/parallel.h"
 #include "sarblock/simulate/terrain.h"
 
-#include <cmath>
-#include <optional>
+#include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "nominal_paths.h"
 #include "place_points.h"
+#include "visibility.h"
 
 namespace sarblock {
 namespace {
-
-/// A planned pass and the sphere about the middle of its path that holds its strip.
-struct Reach {
-  const PlannedPass* planned;
-  Eigen::Vector3d middle_m;
-};
-
-bool InSwath(const Frame& frame,
-             const PlannedPass& planned,
-             const Motion& motion,
-             const Eigen::Vector3d& p_m) {
-  const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes_1;
-  const Eigen::Vector3d d = p_m - motion.position_m;
-  const double across_m = d.dot(axes.col(1)) * static_cast<double>(planned.pass.side);
-  if (!(across_m > 0.0)) return false;
-  double value = across_m;
-  if (planned.swath.kind == SwathKind::kSlantRange) value = d.norm();
-  if (planned.swath.kind == SwathKind::kLookAngle) {
-    value = std::atan2(across_m, -d.dot(axes.col(2)));
-  }
-  return planned.swath.limits[0] <= value && value <= planned.swath.limits[1];
-}
-
-/// Time of the planned look at p, or nothing where the strip does not show it.
-std::optional<double> PlannedTime(const Frame& frame,
-                                  const Reach& reach,
-                                  const Eigen::Vector3d& p_m) {
-  const PlannedPass& planned = *reach.planned;
-  if ((p_m - reach.middle_m).squaredNorm() > planned.reach_m * planned.reach_m) {
-    return std::nullopt;
-  }
-  const Pass& pass = planned.pass;
-  const std::optional<double> time_s = FindConeTime(
-      pass.path, p_m, Cone{.squint_rad = planned.squint_rad}, pass.start_s, pass.end_s);
-  if (!time_s) return std::nullopt;
-  const std::optional<Motion> motion = pass.path.At(*time_s);
-  if (!motion || !InSwath(frame, planned, *motion, p_m)) return std::nullopt;
-  return time_s;
-}
 
 void AppendKnown(const SceneControl& known, std::uint32_t point, Points* points) {
   KnownPosition position;
@@ -67,38 +29,42 @@ void AppendKnown(const SceneControl& known, std::uint32_t point, Points* points)
   points->known.push_back(position);
 }
 
-/// Places points on the terrain and lists their looks at the nominal times.
-void FillPointsAndLooks(const Scene& scene,
-                        const std::vector<PlannedPass>& planned,
-                        ProgressSink* progress,
-                        SimulatedBlock* out) {
-  const Terrain terrain(scene.terrain, scene.seed);
-  std::vector<Reach> reaches;
-  for (const PlannedPass& pass : planned) {
-    const auto middle = pass.pass.path.At(0.5 * (pass.pass.start_s + pass.pass.end_s));
-    if (!middle) throw InputError(pass.pass.id, "the strip lies outside its path");
-    reaches.push_back({&pass, middle->position_m});
-  }
-  Block& block = out->block;
-  const std::vector<PlacedPoint> placed = PlacePoints(scene);
-  std::vector<std::uint32_t> seen_by;
-  std::vector<double> times_s;
-  constexpr std::size_t kPointsPerStep = 16384;
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    if (i % kPointsPerStep == 0) Step(progress, "simulate", i, placed.size(), "points");
-    const PlacedPoint& point = placed[i];
+/// What a range of the planned points adds to the block.
+struct SeenPoints {
+  std::vector<PlacedPoint> points;
+  std::vector<Eigen::Vector3d> position_m;
+  std::vector<std::size_t> look_count;
+  std::vector<PlannedLook> looks;
+};
+
+SeenPoints SeePoints(const Scene& scene,
+                     const Terrain& terrain,
+                     const Visibility& visibility,
+                     const PointPlan& plan,
+                     std::size_t begin,
+                     std::size_t end) {
+  SeenPoints seen;
+  std::vector<PlannedLook> looks;
+  for (std::size_t i = begin; i < end; ++i) {
+    PlacedPoint point = plan.At(i);
     const Eigen::Vector3d p_m =
         FrameFromPlane(scene, point.plane_m, terrain.HeightAt(point.plane_m));
-    seen_by.clear();
-    times_s.clear();
-    for (std::size_t pass = 0; pass < reaches.size(); ++pass) {
-      if (const auto time_s = PlannedTime(block.frame, reaches[pass], p_m)) {
-        seen_by.push_back(static_cast<std::uint32_t>(pass));
-        times_s.push_back(*time_s);
-      }
-    }
+    visibility.LooksAt(p_m, &looks);
     // Nobody measures a tie point in one image; control is listed even where no image shows it.
-    if (point.role != PointRole::kControl && seen_by.size() < scene.points.min_looks) continue;
+    if (point.role != PointRole::kControl && looks.size() < scene.points.min_looks) continue;
+    seen.points.push_back(std::move(point));
+    seen.position_m.push_back(p_m);
+    seen.look_count.push_back(looks.size());
+    seen.looks.insert(seen.looks.end(), looks.begin(), looks.end());
+  }
+  return seen;
+}
+
+void Append(const Scene& scene, const SeenPoints& seen, SimulatedBlock* out) {
+  Block& block = out->block;
+  std::size_t look = 0;
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    const PlacedPoint& point = seen.points[i];
     const std::uint32_t index = block.points.ids.Append(point.id);
     block.points.role.push_back(point.role);
     block.points.given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
@@ -106,11 +72,35 @@ void FillPointsAndLooks(const Scene& scene,
       AppendKnown(
           point.role == PointRole::kControl ? scene.control : scene.check, index, &block.points);
     }
-    out->truth.points_m.push_back(p_m);
-    block.looks.pass.insert(block.looks.pass.end(), seen_by.begin(), seen_by.end());
+    out->truth.points_m.push_back(seen.position_m[i]);
+    for (std::size_t k = 0; k < seen.look_count[i]; ++k, ++look) {
+      block.looks.pass.push_back(seen.looks[look].pass);
+      out->exact.nominal_time_s.push_back(seen.looks[look].time_s);
+    }
     block.looks.offsets.push_back(block.looks.pass.size());
-    out->exact.nominal_time_s.insert(
-        out->exact.nominal_time_s.end(), times_s.begin(), times_s.end());
+  }
+}
+
+/// Places points on the terrain and lists their looks at the nominal times. A few ranges of points
+/// at a time, on all threads, appended in their order.
+void FillPointsAndLooks(const Scene& scene,
+                        const std::vector<PlannedPass>& planned,
+                        ProgressSink* progress,
+                        SimulatedBlock* out) {
+  constexpr std::size_t kPointsPerRange = 4096;
+  constexpr std::size_t kRangesPerStep = 32;
+  const Terrain terrain(scene.terrain, scene.seed);
+  const Visibility visibility(out->block.frame, planned);
+  const PointPlan plan(scene);
+  for (std::size_t first = 0; first < plan.size(); first += kPointsPerRange * kRangesPerStep) {
+    Step(progress, "simulate", first, plan.size(), "points");
+    const std::size_t count = std::min(plan.size() - first, kPointsPerRange * kRangesPerStep);
+    std::vector<SeenPoints> ranges((count + kPointsPerRange - 1) / kPointsPerRange);
+    ParallelForChunks(
+        count, kPointsPerRange, [&](std::size_t range, std::size_t begin, std::size_t end) {
+          ranges[range] = SeePoints(scene, terrain, visibility, plan, first + begin, first + end);
+        });
+    for (const SeenPoints& seen : ranges) Append(scene, seen, out);
   }
 }
 

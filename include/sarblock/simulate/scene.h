@@ -31,9 +31,9 @@ struct SceneSwath {
 ///
 /// kStrips: `count` parallel lines at constant height. In the scene plane (x east, y north;
 /// `local`: the frame's x, y) the first starts at start_m, the next `spacing_m` to the left of the
-/// heading, and so on. kOrbit: circular orbits about a geocentric body that rotates; pass k aims at
-/// the scene plane's point aim_m + (k - (count-1)/2) spacing_m east, which it sees at aim_look_rad
-/// at the middle of its time.
+/// heading, and so on; each line is flown in `segments` passes of length_m. kOrbit: circular orbits
+/// about a geocentric body that rotates; pass k aims at the scene plane's point aim_m + (k -
+/// (count-1)/2) spacing_m east, which it sees at aim_look_rad at the middle of its time.
 struct SceneFlight {
   enum class Pattern { kStrips, kOrbit };
   std::string id;  ///< of the pass if count is 1, else the stem of "id1", "id2", ...
@@ -43,6 +43,8 @@ struct SceneFlight {
   SceneSwath swath;
   std::size_t count = 1;
   double spacing_m = kNotGiven;  ///< needed where count > 1 and no overlap is given
+  std::size_t segments = 1;      ///< strips: passes that a line is cut into, one behind the other
+  double segment_spacing_m = kNotGiven;  ///< from start to start; needed where segments > 1
   double overlap_1 = kNotGiven;  ///< strips: part of the swath shared with the next, 0 <= . < 1
   double height_m = kNotGiven;   ///< > 0, above the datum (orbit: above the equatorial radius)
   double length_m = kNotGiven;   ///< > 0, imaged length on the ground
@@ -150,6 +152,10 @@ struct SceneProblem {
   std::string problem;
 };
 [[nodiscard]] std::optional<SceneProblem> FindProblem(const Scene& scene);
+
+/// Id of the pass of segment m of strip k, both from 0: the flight's id, then k + 1 where there are
+/// several strips, then "-" and m + 1 where there are several segments ("L3-7").
+[[nodiscard]] std::string PassId(const SceneFlight& flight, std::size_t strip, std::size_t segment);
 
 /// Throws InputError for the first problem.
 void Validate(const Scene& scene);

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// All 3 x 3 blocks of the points and all blocks of the passes: the reduced route against
+// ceres::Covariance (SPARSE_QR, SuiteSparse) on the same equations at the same linearisation point.
+//   covariance_benchmark SCENE.toml POINTS PASSES THREADS
+// Prints one row of a CSV (header: covariance_benchmark). Run by scripts/bench.sh covariance.
+#include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/covariance.h"
+#include "sarblock/adjust/reduced_system.h"
+#include "sarblock/core/parallel.h"
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/scene_file.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <ceres/covariance.h>
+
+namespace sarblock {
+namespace {
+
+/// Wall and CPU seconds of all threads since it was made.
+class Clock {
+ public:
+  [[nodiscard]] double Wall_s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_).count();
+  }
+  [[nodiscard]] double Cpu_s() const { return CpuNow_s() - cpu_s_; }
+
+ private:
+  static double CpuNow_s() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  }
+  std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
+  double cpu_s_ = CpuNow_s();
+};
+
+struct Covariances {
+  std::vector<SymmetricEnu> points;
+  std::vector<Eigen::MatrixXd> passes;  ///< by parameter block
+};
+
+Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state) {
+  ReducedSystem system(problem);
+  system.Form(state, {}, nullptr);
+  system.Factor();
+  const BlockSymmetricMatrix inverse = system.SelectedInverse();
+  Covariances out;
+  out.points = PointCovariances(problem, state, &inverse, nullptr);
+  for (int b = 0; b < inverse.block_count(); ++b) out.passes.emplace_back(inverse.Block(b, b));
+  return out;
+}
+
+/// Ceres as it would be called by hand: only the blocks wanted, no cross-covariances.
+class CeresRoute {
+ public:
+  CeresRoute(const AdjustmentProblem& problem, const BlockState& state, int threads)
+      : problem_(problem),
+        state_(state),
+        ceres_problem_(MakeCeresProblem(problem, {}, &state_)),
+        threads_(threads) {}
+
+  Covariances Run() {
+    ceres::Covariance::Options options;
+    options.algorithm_type = ceres::SPARSE_QR;
+    options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    options.num_threads = threads_;
+    ceres::Covariance covariance(options);
+    std::vector<const double*> wanted;
+    for (const Eigen::Vector3d& d : state_.displacement_m) wanted.push_back(d.data());
+    for (const ParameterBlock& block : problem_.layout.blocks) {
+      wanted.push_back(state_.corrections.data() + block.offset);
+    }
+    std::vector<std::pair<const double*, const double*>> pairs;
+    for (const double* block : wanted) pairs.emplace_back(block, block);
+    if (!covariance.Compute(pairs, ceres_problem_.get())) throw std::runtime_error("ceres failed");
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const auto get = [&covariance](const double* at, int size) {
+      RowMajor block(size, size);
+      covariance.GetCovarianceBlock(at, at, block.data());
+      return block;
+    };
+    Covariances out;
+    for (std::size_t j = 0; j < state_.displacement_m.size(); ++j) {
+      const Eigen::Matrix3d block = get(state_.displacement_m[j].data(), 3);
+      out.points.push_back(ToEnu(problem_.block.frame, state_.Position(j), block));
+    }
+    for (const ParameterBlock& block : problem_.layout.blocks) {
+      out.passes.emplace_back(get(state_.corrections.data() + block.offset, block.size));
+    }
+    return out;
+  }
+
+ private:
+  const AdjustmentProblem& problem_;
+  BlockState state_;
+  std::unique_ptr<ceres::Problem> ceres_problem_;
+  int threads_;
+};
+
+Eigen::Matrix3d MatrixOf(const SymmetricEnu& q) {
+  Eigen::Matrix3d m;
+  m << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+  return m;
+}
+
+void Compare(const std::string& scene_file, std::size_t points, std::size_t passes, int threads) {
+  const ThreadLimit limit(threads);
+  const std::size_t strips = passes / 2;  // of each side
+  const std::string north = std::to_string(13000 + 4800 * (strips - 1) + 12000);
+  const Scene scene = ReadScene(scene_file,
+                                {"points.count=" + std::to_string(points),
+                                 "flight.0.count=" + std::to_string(strips),
+                                 "flight.1.count=" + std::to_string(strips),
+                                 "points.north_m=[13000, " + north + "]"});
+  const SimulatedBlock simulated = Simulate(scene);
+  std::vector<std::string> ids;
+  for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
+  const AdjustOptions options = ReadAdjustTable(scene.adjust_toml, scene.name, ids);
+  AdjustmentProblem problem(simulated.block, options.groups);
+  BlockState state;
+  state.start_m = simulated.truth.points_m;
+  state.displacement_m.assign(state.start_m.size(), {0.7, -0.3, 0.9});
+  state.corrections.setConstant(problem.layout.size(), 0.13);
+  UpdateWhitening(state, &problem);
+
+  Covariances ours;
+  double ours_wall_s = std::numeric_limits<double>::infinity(), ours_cpu_s = ours_wall_s;
+  for (int repeat = 0; repeat < 7; ++repeat) {
+    const Clock clock;
+    ours = Reduced(problem, state);
+    ours_wall_s = std::min(ours_wall_s, clock.Wall_s());
+    ours_cpu_s = std::min(ours_cpu_s, clock.Cpu_s());
+  }
+  CeresRoute route(problem, state, threads);
+  const Clock clock;
+  const Covariances ceres = route.Run();
+  const double ceres_wall_s = clock.Wall_s(), ceres_cpu_s = clock.Cpu_s();
+
+  double point_difference_1 = 0.0, pass_difference_1 = 0.0;
+  for (std::size_t j = 0; j < ours.points.size(); ++j) {
+    const Eigen::Matrix3d expected = MatrixOf(ceres.points[j]);
+    point_difference_1 = std::max(point_difference_1,
+                                  (MatrixOf(ours.points[j]) - expected).norm() / expected.norm());
+  }
+  for (std::size_t b = 0; b < ours.passes.size(); ++b) {
+    const Eigen::MatrixXd mine = ours.passes[b].selfadjointView<Eigen::Lower>();
+    pass_difference_1 =
+        std::max(pass_difference_1, (mine - ceres.passes[b]).norm() / ceres.passes[b].norm());
+  }
+  std::printf("%zu,%zu,%zu,%d,%d,%.4f,%.4f,%.3f,%.3f,%.0f,%.0f,%.2e,%.2e\n",
+              simulated.block.points.size(),
+              simulated.block.passes.size(),
+              simulated.block.looks.size(),
+              problem.layout.size(),
+              threads,
+              ours_wall_s,
+              ours_cpu_s,
+              ceres_wall_s,
+              ceres_cpu_s,
+              ceres_wall_s / ours_wall_s,
+              ceres_cpu_s / ours_cpu_s,
+              point_difference_1,
+              pass_difference_1);
+}
+
+}  // namespace
+}  // namespace sarblock
+
+int main(int count, char** arguments) {
+  if (count != 5) {
+    std::puts(
+        "points,passes,looks,parameters,threads,ours_wall_s,ours_cpu_s,ceres_wall_s,ceres_cpu_s,"
+        "wall_ratio,cpu_ratio,largest_point_difference,largest_pass_difference");
+    return 0;
+  }
+  sarblock::Compare(
+      arguments[1], std::stoul(arguments[2]), std::stoul(arguments[3]), std::stoi(arguments[4]));
+  return 0;
+}
