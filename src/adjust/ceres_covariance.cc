@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/covariance.h"
+#include "sarblock/adjust/point_sweep.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>

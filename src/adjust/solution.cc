@@ -317,13 +317,15 @@ PointPairs WantedPairs(const AdjustmentProblem& problem,
   return listed;
 }
 
-void FillCovarianceByCeres(const AdjustmentProblem& problem,
-                           const BlockState& state,
-                           const AdjustOptions& options,
-                           const PointPairs& pairs,
-                           AdjustResult* result) {
-  CeresCovariances found = CovariancesByCeres(
-      problem, state, WantedPairs(problem, state, options, pairs), options.threads);
+/// Puts the covariances of the second route in the place of the reduced ones; the reliability of
+/// looks stays that of the reduced route.
+void ReplaceByCeres(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const PointPairs& pairs,
+                    int threads,
+                    AdjustResult* result) {
+  CeresCovariances found = CovariancesByCeres(problem, state, pairs, threads);
+  result->control_quality = ControlQualities(problem, state, found.points);
   result->points.covariance_m2 = std::move(found.points);
   result->pairs = std::move(found.pairs);
   result->parameter_covariance = std::move(found.parameters);
@@ -342,10 +344,6 @@ void FillCovariance(const AdjustmentProblem& problem,
                     ProgressSink* progress,
                     AdjustResult* result) {
   if (options.covariance == CovarianceLevel::kNone) return;
-  if (options.covariance_method == CovarianceMethod::kCeres) {
-    FillCovarianceByCeres(problem, state, options, pairs, result);
-    return;
-  }
   const bool block_level =
       options.covariance == CovarianceLevel::kBlock && problem.layout.size() > 0;
   std::optional<BlockSymmetricMatrix> inverse;
@@ -364,11 +362,16 @@ void FillCovariance(const AdjustmentProblem& problem,
     result->points.redundancy = std::move(sweep.redundancy);
     result->quality = std::move(sweep.quality);
   }
-  if (options.pairs == PairChoice::kNone) return;
   const PointPairs wanted = WantedPairs(problem, state, options, pairs);
-  result->pairs =
-      rigorous ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
-               : PairDifferences(problem, state, wanted);
+  if (options.pairs != PairChoice::kNone) {
+    result->pairs =
+        rigorous
+            ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
+            : PairDifferences(problem, state, wanted);
+  }
+  if (options.covariance_method == CovarianceMethod::kCeres) {
+    ReplaceByCeres(problem, state, wanted, options.threads, result);
+  }
 }
 
 namespace {
