@@ -7,6 +7,7 @@
 #include <array>
 #include <string>
 
+#include "ceres_finish.h"
 #include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/solver.h>
@@ -263,6 +264,9 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   SolveReport report;
   report.converged = summary.termination_type == ceres::CONVERGENCE ||
                      summary.termination_type == ceres::USER_SUCCESS;
+  if (report.converged && least_squares) {
+    FinishByNewton(problem, options.threads, ceres_problem.get(), state);
+  }
   report.iterations = summary.num_successful_steps;
   report.initial_cost_1 = summary.initial_cost;
   report.final_cost_1 = summary.final_cost;

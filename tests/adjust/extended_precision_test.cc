@@ -2,7 +2,8 @@
 // Digits of the covariance: the double route beside the same equations in 50 digits, over ever
 // shorter bases and ever weaker datums.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/covariance.h"
+#include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -81,7 +82,7 @@ Computed Compute(const Scenario& s) {
   EXPECT_TRUE(system.weak_points().empty());
   system.Factor();
   const BlockSymmetricMatrix inverse = system.SelectedInverse();
-  const auto points = PointCovariances(problem, state, &inverse, nullptr);
+  const auto points = SweepPoints(problem, state, &inverse, false, nullptr).covariance_m2;
   const test::ExtendedCovariance exact = test::CovarianceInFiftyDigits(problem, s.groups, state);
   Computed out;
   out.system_condition_1 = system.Condition();

@@ -4,7 +4,7 @@
 //   covariance_benchmark SCENE.toml POINTS PASSES THREADS
 // Prints one row of a CSV (header: covariance_benchmark). Run by scripts/bench.sh covariance.
 #include "sarblock/adjust/ceres_engine.h"
-#include "sarblock/adjust/covariance.h"
+#include "sarblock/adjust/point_sweep.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"
@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <ctime>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -56,7 +57,7 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state) {
   system.Factor();
   const BlockSymmetricMatrix inverse = system.SelectedInverse();
   Covariances out;
-  out.points = PointCovariances(problem, state, &inverse, nullptr);
+  out.points = SweepPoints(problem, state, &inverse, false, nullptr).covariance_m2;
   for (int b = 0; b < inverse.block_count(); ++b) out.passes.emplace_back(inverse.Block(b, b));
   return out;
 }

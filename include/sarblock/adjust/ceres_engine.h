@@ -87,7 +87,8 @@ struct SolveOptions {
   double settled_1 = 1e-6;
 };
 
-/// Levenberg-Marquardt by Ceres, points eliminated first (dense or sparse Schur by the number of
+/// Levenberg-Marquardt by Ceres until no sigma notices a step, the last digits by Newton steps on
+/// its Jacobian, points eliminated first (dense or sparse Schur by the number of
 /// corrections). Updates `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveWithCeres(const AdjustmentProblem& problem,
                                          const Weighting& weighting,
