@@ -31,7 +31,7 @@ const std::string kGround =
     "range_spacing_m = 4.0\nground_range = [8500.5, 0.25, 1e-5]\n";
 const std::string kPaths =
     "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
-    "A,0,0,0,8000.5,210.5,0,0\nA,30.25,6367.6,0,8000.5,210.5,0,0\n";
+    "A,0,0,0,8000.5,210.5,0,0\nA,30.25,6367.625,0,8000.5,210.5,0,0\n";
 
 BlockFile Read(const std::string& image, const std::string& looks) {
   return ReadBlockTexts({kHead + image, kPaths, looks, std::nullopt});
@@ -111,7 +111,7 @@ TEST_F(ImageFilesTest, WrittenRastersReadBackToTheSame) {  // round trip, equal 
 TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
   const std::string second = "[[pass]]\nid = \"B\"\nlook = \"left\"\n";
   const std::string paths =
-      kPaths + "B,0,0,0,8000.5,210.5,0,0\nB,30.25,6367.6,0,8000.5,210.5,0,0\n";
+      kPaths + "B,0,0,0,8000.5,210.5,0,0\nB,30.25,6367.625,0,8000.5,210.5,0,0\n";
   const std::string looks =
       "pass,point,line,pixel,time_s,range_m\nA,P,100.5,40.25,,\nB,P,,,2.5,9000\n";
   const BlockFile file = ReadBlockTexts({kHead + kSlant + second, paths, looks, std::nullopt});
