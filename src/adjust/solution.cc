@@ -126,10 +126,6 @@ void FinishResult(const AdjustmentProblem& problem,
 }
 
 void RequireOffered(const AdjustOptions& options) {
-  const auto refuse = [](const char* key, const char* value) {
-    throw InputError(std::string("adjust.") + key,
-                     std::string("'") + value + "' is not available in this version");
-  };
   RequireInnerOffered(options);
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/small_blocks.h"
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -107,7 +107,14 @@ TEST_F(ResultFilesTest, WritesEveryFileOfTheContract) {
 }
 
 TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
-  CandidateResult kept{"range.bias", "A B", 2, SelectionTest::kWald, 12.5, 6.25, 0.03125};
+  CandidateResult kept;
+  kept.name = "range.bias";
+  kept.passes = "A B";
+  kept.parameters = 2;
+  kept.test = SelectionTest::kWald;
+  kept.statistic_1 = 12.5;
+  kept.f_1 = 6.25;
+  kept.probability_1 = 0.03125;
   kept.delta_bic_1 = -4.5;
   kept.condition_1 = 8.0;
   kept.kept = true;
