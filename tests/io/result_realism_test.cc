@@ -29,7 +29,7 @@ class ResultRealismTest : public test::FolderTest {
                     "A,0,0,0,9000,100,0,0\nA,40,4000,0,9000,100,0,0\n"
                     "B,0,0,5000,9000,100,0,0\nB,40,4000,5000,9000,100,0,0\n",
                     "pass,point,time_s,range_m\nA,P,12.5,15000\nB,P,12.5,12000\nA,Q,13,15100\n",
-                    ""})
+                    {}})
                    .block) {
     result_.status = AdjustStatus::kConverged;
     PointResults& points = result_.points;

@@ -233,7 +233,7 @@ TEST(BlockCholeskyTest, GivesTheSameBytesOnAnyNumberOfThreads) {
       cholesky.Solve(solved.back());
       inverses.push_back(cholesky.SelectedInverse());
     }
-    for (const std::size_t k : {1, 2}) {
+    for (const std::size_t k : {std::size_t{1}, std::size_t{2}}) {
       EXPECT_EQ(solved[0], solved[k]);
       EXPECT_EQ(std::memcmp(inverses[0].values().data(),
                             inverses[k].values().data(),

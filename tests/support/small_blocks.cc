@@ -20,20 +20,21 @@ constexpr double kEarthRate_per_s = 7.292115e-5;
 constexpr double kGravity_m3_per_s2 = 3.986004418e14;
 constexpr double kWavelength_m = 0.0566;
 
-/// Straight flight at 173 m/s with a swing of some metres in y and z.
+/// Straight flight at 173 m/s with a swing of some metres in y and z unless `straight`.
 StateVector AircraftState(const PassPlan& plan, const Eigen::Vector3d& middle_m, double t_s) {
   const double heading = plan.heading_deg * kRadPerDeg, speed_mps = 173.4;
   const Eigen::Vector3d u(std::cos(heading), std::sin(heading), 0.0);
   const Eigen::Vector3d left(-u.y(), u.x(), 0.0);
   const double side = static_cast<double>(plan.side);
   const double a = 0.031, b = 0.043, phase = 1.3 * heading;
+  const double across_m = plan.straight ? 0.0 : 7.1, up_m = plan.straight ? 0.0 : 4.7;
   StateVector state;
   state.time_s = kMiddleTime_s + t_s;
   state.position_m = middle_m + u * (speed_mps * t_s) +
-                     left * (-side * plan.ground_range_m + 7.1 * std::sin(a * t_s + phase));
-  state.position_m.z() = plan.height_m + 4.7 * std::cos(b * t_s - phase);
-  state.velocity_mps = u * speed_mps + left * (7.1 * a * std::cos(a * t_s + phase));
-  state.velocity_mps.z() = -4.7 * b * std::sin(b * t_s - phase);
+                     left * (-side * plan.ground_range_m + across_m * std::sin(a * t_s + phase));
+  state.position_m.z() = plan.height_m + up_m * std::cos(b * t_s - phase);
+  state.velocity_mps = u * speed_mps + left * (across_m * a * std::cos(a * t_s + phase));
+  state.velocity_mps.z() = -up_m * b * std::sin(b * t_s - phase);
   return state;
 }
 

@@ -18,7 +18,8 @@ struct PassPlan {
   double ground_range_m = 0.0;  ///< from below the antenna to the middle of the area
   double height_m = 0.0;
   double squint_deg = 0.0;
-  bool doppler = false;  ///< the cone is written as a Doppler centroid [Hz]
+  bool doppler = false;   ///< the cone is written as a Doppler centroid [Hz]
+  bool straight = false;  ///< aircraft: without the swing of some metres
 };
 
 struct BlockPlan {
