@@ -91,10 +91,10 @@ struct RunSum {
   [[nodiscard]] RunMean Mean(int runs, double expected, double least_variance) const {
     const double n = runs;
     RunMean out;
-    out.expected = expected;
-    out.mean = sum / n;
-    const double variance = runs > 1 ? (square - sum * out.mean) / (n - 1.0) : least_variance;
-    out.standard_error = std::sqrt(std::max(variance, least_variance) / n);
+    out.expected_1 = expected;
+    out.mean_1 = sum / n;
+    const double variance = runs > 1 ? (square - sum * out.mean_1) / (n - 1.0) : least_variance;
+    out.standard_error_1 = std::sqrt(std::max(variance, least_variance) / n);
     return out;
   }
 };
@@ -198,24 +198,24 @@ std::string SentenceOf(const MonteCarloReport& report) {
                 verdict,
                 report.runs,
                 report.points,
-                ratio.mean,
+                ratio.mean_1,
                 ratio.lower(),
                 ratio.upper(),
-                100.0 * report.coverage[0].mean,
-                100.0 * report.coverage[1].mean,
-                100.0 * report.coverage[2].mean);
+                100.0 * report.coverage[0].mean_1,
+                100.0 * report.coverage[1].mean_1,
+                100.0 * report.coverage[2].mean_1);
   return text.data();
 }
 
 }  // namespace
 
 double RunMean::lower() const {
-  return mean - NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error;
+  return mean_1 - NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error_1;
 }
 double RunMean::upper() const {
-  return mean + NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error;
+  return mean_1 + NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error_1;
 }
-bool RunMean::Agrees() const { return lower() <= expected && expected <= upper(); }
+bool RunMean::Agrees() const { return lower() <= expected_1 && expected_1 <= upper(); }
 
 MonteCarloReport RunMonteCarlo(const AdjustmentProblem& problem,
                                const BlockState& state,

@@ -249,7 +249,7 @@ void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* resul
     Warn(result,
          std::to_string(held) + " of " + std::to_string(report.components.size()) +
              " variance components keep the variance given, the first is " + first +
-             ": too little redundancy to tell it");
+             ": too little redundancy to tell it beside the others; fewer groups tell more");
   }
   if (!report.converged) Warn(result, "the variance components did not settle");
 }

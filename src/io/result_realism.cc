@@ -21,8 +21,8 @@ Json TestSection(const GlobalTest& test, double level) {
 }
 
 Json MeanSection(const RunMean& mean) {
-  return {{"expected", mean.expected},
-          {"mean", mean.mean},
+  return {{"expected", mean.expected_1},
+          {"mean", mean.mean_1},
           {"lower", mean.lower()},
           {"upper", mean.upper()},
           {"agrees", mean.Agrees()}};

@@ -108,7 +108,7 @@ TEST(MonteCarloTest, DoesNotDependOnThreads) {
   EXPECT_EQ(one.montecarlo->sample_m2, two.montecarlo->sample_m2);
   EXPECT_EQ(one.montecarlo->square_1, two.montecarlo->square_1);
   EXPECT_EQ(one.montecarlo->inside, two.montecarlo->inside);
-  EXPECT_EQ(one.montecarlo->square_ratio.mean, two.montecarlo->square_ratio.mean);
+  EXPECT_EQ(one.montecarlo->square_ratio.mean_1, two.montecarlo->square_ratio.mean_1);
   options.montecarlo_seed = 18;
   const AdjustResult other = Adjust(known.block, options);
   EXPECT_NE(one.montecarlo->sample_m2, other.montecarlo->sample_m2);

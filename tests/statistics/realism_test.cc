@@ -149,11 +149,11 @@ TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
               GetParam().c_str(),
               report.points,
               report.runs,
-              report.square_ratio.mean,
+              report.square_ratio.mean_1,
               report.square_ratio.lower(),
               report.square_ratio.upper());
   for (const RunMean& c : report.coverage) {
-    std::printf(" %.2f (%.2f-%.2f) |", 100 * c.mean, 100 * c.lower(), 100 * c.upper());
+    std::printf(" %.2f (%.2f-%.2f) |", 100 * c.mean_1, 100 * c.lower(), 100 * c.upper());
   }
   std::printf(" %zu |\n", report.points_outside);
   const double level = 1.0 - (1.0 - kLevel) / (4.0 * static_cast<double>(report.points));
@@ -173,7 +173,7 @@ TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
                               report.variance_ratio[0],
                               report.variance_ratio[1],
                               report.variance_ratio[2]}) {
-    EXPECT_NEAR(mean.mean, mean.expected, most * mean.standard_error);
+    EXPECT_NEAR(mean.mean_1, mean.expected_1, most * mean.standard_error_1);
   }
 }
 

@@ -10,6 +10,9 @@
 
 namespace sarblock {
 
+/// A standard deviation whose unit stands beside it: metres, or seconds of azimuth time.
+using SigmaInUnit = double;
+
 /// One estimated variance: that of the ranges or of the azimuths of a group of passes
 /// (docs/theory/variance_components.md).
 struct VarianceComponent {
@@ -22,7 +25,7 @@ struct VarianceComponent {
   /// Standard deviation of factor_1; NaN where it was held.
   double factor_deviation_1 = std::numeric_limits<double>::quiet_NaN();
   /// Root mean square of the looks' standard deviations before, in `unit`; NaN where units mix.
-  double sigma_before = std::numeric_limits<double>::quiet_NaN();
+  SigmaInUnit sigma_before = std::numeric_limits<double>::quiet_NaN();
   std::string unit;        ///< "m" or "s"
   bool estimated = false;  ///< else held at factor 1, `note` says why
   std::string note;

@@ -12,9 +12,9 @@ namespace sarblock {
 /// A figure of one run, averaged over the runs: the runs are independent, the points of one are
 /// not. The interval holds the expectation with 99 percent (normal).
 struct RunMean {
-  double expected = 0.0;
-  double mean = 0.0;
-  double standard_error = 0.0;
+  double expected_1 = 0.0;
+  double mean_1 = 0.0;
+  double standard_error_1 = 0.0;
   [[nodiscard]] double lower() const;
   [[nodiscard]] double upper() const;
   /// True where the interval holds what is expected.

@@ -12,13 +12,16 @@
 
 namespace sarblock {
 
+/// What a prior says of a parameter, in the unit of the parameter.
+using PriorValue = double;
+
 /// One correction parameter of a block.
 struct Parameter {
   std::string owner;  ///< pass id, or the group's name where shared
   std::string name;   ///< "position.along.0", "range.bias", ...
   std::string unit;   ///< "m", "s", "rad", "1"
   PriorSigma prior_sigma = kNotGiven;
-  double prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
+  PriorValue prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
   [[nodiscard]] bool has_prior() const { return prior_sigma == prior_sigma; }
 };
 
