@@ -85,8 +85,10 @@ TEST(RealBlockTest, ARangeShiftedBy300MetresIsFoundInCabeus) {
   }
   EXPECT_GT(promised, 0U) << shifted;
   EXPECT_GT(located, 0U);
-  std::printf(
-      "shifted %zu, certain %zu, named %zu, located %zu\n", shifted, promised, named, located);
+  RecordProperty("shifted", static_cast<int>(shifted));
+  RecordProperty("named", static_cast<int>(named));
+}
+
 // Recorded numbers of real data: with 7 m for both the global test passes, but the looks are better
 // and the heights held worse than said. Closed form: at the end v'Pv = r.
 TEST(RealBlockTest, CabeusSaysWhatItsLooksAreWorth) {
