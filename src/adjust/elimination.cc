@@ -186,19 +186,19 @@ void FactorPoint(const AdjustmentProblem& problem,
       square += q[c * m + i] * q[c * m + i];
       gradient += q[c * m + i] * e[i];
     }
-    out->square[c] = square;
+    out->square_1[c] = square;
     out->gradient[c] = gradient;
   }
   if (damping_1 > 0.0) {
-    const double least = kLeastColumnPart_1 * out->square.maxCoeff();
+    const double least = kLeastColumnPart_1 * out->square_1.maxCoeff();
     for (int c = 0; c < 3; ++c) {
-      out->square[c] = std::max(out->square[c], least);
-      q[c * m + row + c] = std::sqrt(damping_1 * out->square[c]);
+      out->square_1[c] = std::max(out->square_1[c], least);
+      q[c * m + row + c] = std::sqrt(damping_1 * out->square_1[c]);
     }
   }
   FactorColumns(m, q, &out->r);
   out->reciprocal_condition_1 =
-      m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square);
+      m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square_1);
 }
 
 Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows) {

@@ -61,7 +61,7 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
           if (!step.allFinite()) continue;
           out.displacement_m[point] += step;
           promised[chunk] +=
-              0.5 * (-factor.gradient.dot(step) + damping * step.cwiseAbs2().dot(factor.square));
+              0.5 * (-factor.gradient.dot(step) + damping * step.cwiseAbs2().dot(factor.square_1));
         }
       });
   for (const double part : promised) out.promised_1 += part;

@@ -211,9 +211,9 @@ void Add(const AdjustmentProblem& problem,
   out->cost += factor.cost_1;
   out->not_evaluated += factor.looks_not_evaluated;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    if (!(factor.square[k] > 0.0)) continue;
+    if (!(factor.square_1[k] > 0.0)) continue;
     out->point_gradient =
-        std::max(out->point_gradient, std::abs(factor.gradient[k]) / std::sqrt(factor.square[k]));
+        std::max(out->point_gradient, std::abs(factor.gradient[k]) / std::sqrt(factor.square_1[k]));
   }
   if (damping_1 == 0.0 && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
     AddLooks(factor, problem.layout, false, out);

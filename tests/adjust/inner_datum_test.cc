@@ -203,9 +203,10 @@ TEST(InnerDatumTest, AdjustsAFloatingBlock) {
     mean += all.points.position_m[i] - block.points.given_m[i];
   }
   EXPECT_LT(mean.norm(), 1e-6);
+  // Both end within 1e-6 sigma of their solution, of some metre each.
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    EXPECT_NEAR(all.looks.range_residual_m[i], some.looks.range_residual_m[i], 1e-7);
-    EXPECT_NEAR(all.looks.azimuth_residual_m[i], some.looks.azimuth_residual_m[i], 1e-7);
+    EXPECT_NEAR(all.looks.range_residual_m[i], some.looks.range_residual_m[i], 1e-6);
+    EXPECT_NEAR(all.looks.azimuth_residual_m[i], some.looks.azimuth_residual_m[i], 1e-6);
     for (const std::size_t component : {std::size_t{0}, std::size_t{1}}) {
       EXPECT_NEAR(all.quality.redundancy_1[component][i],
                   some.quality.redundancy_1[component][i],

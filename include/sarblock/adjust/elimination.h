@@ -62,7 +62,7 @@ struct PointFactor {
   std::vector<double> e;  ///< row_count
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< J_p' e, undamped
-  Eigen::Vector3d square = Eigen::Vector3d::Zero();    ///< squared lengths of J_p's columns
+  Eigen::Vector3d square_1 = Eigen::Vector3d::Zero();  ///< squared lengths of J_p's columns
   /// 1 / condition of J_p with its columns scaled to unit length (Frobenius norms, so 1/3 at most);
   /// 0 where a column vanishes or there are fewer than three rows; not computed when damped.
   double reciprocal_condition_1 = 0.0;
