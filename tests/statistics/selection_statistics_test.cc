@@ -161,8 +161,8 @@ INSTANTIATE_TEST_SUITE_P(
                                  "navigation.process_sigma_m=[30, 30, 30]",
                                  "navigation.knot_spacing_s=27.777777777777779"},
                                 540000}),
-    [](const testing::TestParamInfo<FlightError>& error) {
-      std::string name = error.param.name;
+    [](const testing::TestParamInfo<FlightError>& at) {
+      std::string name = at.param.name;
       name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
       return name;
     });
