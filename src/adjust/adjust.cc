@@ -325,7 +325,8 @@ AdjustResult Adjust(const Block& block,
     datum.emplace(SettleInnerDatum(options, again, &problem, &state));
     system.reset();
   }
-  const StageTimer timer("covariance", &result.stages);
+  std::optional<StageTimer> timer;
+  timer.emplace("covariance", &result.stages);
   if (options.robust == RobustLoss::kNone) {
     if (!system || !system->weak_points().empty()) {
       FormDetermined(state, weighting, &problem, &system, progress);
@@ -347,10 +348,10 @@ AdjustResult Adjust(const Block& block,
          std::to_string(system->looks_not_evaluated()) +
              " looks have no value in the model at the solution");
   }
-  FillResiduals(problem, state, weighting, &result);
   double square_sum = 2.0 * system->cost();
   std::vector<std::size_t> dropped;
   if (options.robust != RobustLoss::kNone) {
+    FillResiduals(problem, state, weighting, &result);
     dropped = DropOutliers(result, &problem);
     LeaveOutStarved(&problem);
     if (!dropped.empty()) {
@@ -377,15 +378,17 @@ AdjustResult Adjust(const Block& block,
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   if (options.covariance == CovarianceLevel::kMonteCarlo) {
-    const StageTimer repeated("montecarlo", &result.stages);
+    timer.emplace("montecarlo", &result.stages);
     result.montecarlo =
         RunMonteCarlo(problem, state, weighting, options, result.points.covariance_m2, progress);
   }
+  timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
   // Also where the point went with them.
   for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
   FillReasons(problem, dropped, &result);
+  timer.reset();  // before the result is handed over
   return result;
 }
 
