@@ -82,7 +82,8 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
       told.passes[i].sigma.azimuth /= Planted(given.choice, i)[1];
     }
     const AdjustResult result = Adjust(told, options);
-    ASSERT_TRUE(result.accepted && result.variance_components->converged);
+    ASSERT_TRUE(result.accepted && result.variance_components->converged)
+        << draw << ' ' << testing::PrintToString(result.warnings);
     const std::vector<VarianceComponent>& found = result.variance_components->components;
     estimates.resize(found.size());
     for (std::size_t k = 0; k < found.size(); ++k) {
