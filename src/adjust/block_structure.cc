@@ -213,17 +213,18 @@ void ExaminePoints(const AdjustmentProblem& problem,
                    const BlockState& state,
                    const Island& island,
                    std::vector<Finding>* out) {
-  const std::vector<std::string> names = PointNames(problem.block, island.points);
+  const auto add = [&](const std::string& before, const std::string& after) {
+    std::vector<std::string> names = PointNames(problem.block, island.points);
+    out->push_back({before + ListNames(names) + after, std::move(names)});
+  };
   if (island.points.size() == 1) {
-    out->push_back({"a single point (" + names[0] + ") connects " +
-                        ListNames(NamesOf(problem.block, island.passes)) +
-                        ": it cannot determine corrections without a prior; it needs more points",
-                    names});
+    add("a single point (",
+        ") connects " + ListNames(NamesOf(problem.block, island.passes)) +
+            ": it cannot determine corrections without a prior; it needs more points");
   } else if (island.points.size() > 1 && island.free_axes >= 2 &&
              ExtentOf(state, island.points).OnLine()) {
-    out->push_back({"all points of " + island.name + " lie on one line (" + ListNames(names) +
-                        "): the tilt about it is open; it needs points beside the line",
-                    names});
+    add("all points of " + island.name + " lie on one line (",
+        "): the tilt about it is open; it needs points beside the line");
   }
 }
 
