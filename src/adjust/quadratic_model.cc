@@ -45,6 +45,12 @@ double LeastEigenvalue(const Eigen::LLT<Eigen::MatrixXd>& factor) {
 
 }  // namespace
 
+double ConditionOf(const Eigen::MatrixXd& scaled) {
+  const Eigen::LLT<Eigen::MatrixXd> factor(scaled);
+  if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  return 1.0 / LeastEigenvalue(factor);
+}
+
 QuadraticModel::QuadraticModel(Data data) : data_(std::move(data)) {
   CHECK(Reset({})) << "an empty model is never singular";
 }

@@ -20,6 +20,9 @@ struct CandidateFigures {
   bool regular = false;            ///< determined, and redundancy is left
 };
 
+/// 1 / least eigenvalue of a scaled symmetric matrix; infinite where it is not positive definite.
+[[nodiscard]] double ConditionOf(const Eigen::MatrixXd& scaled);
+
 /// v'Pv as a quadratic function of all candidate corrections, points eliminated, and stepwise
 /// choice among its columns (docs/theory/selection.md, eqs. 1 to 9):
 ///

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -113,6 +114,25 @@ class Selector {
     return active;
   }
 
+  /// Logarithm of the number of equations of looks that touch each column.
+  static Eigen::VectorXd LogCounts(const AdjustmentProblem& problem) {
+    std::vector<double> equations(problem.layout.blocks.size(), 0.0);
+    LookColumns columns;
+    for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
+      if (problem.look_used[i] == 0) continue;
+      problem.model.ColumnsOf(i, &columns);
+      for (int b = 0; b < columns.block_count; ++b) {
+        equations[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])] += 2.0;
+      }
+    }
+    Eigen::VectorXd out(problem.layout.size());
+    for (std::size_t b = 0; b < equations.size(); ++b) {
+      const ParameterBlock& block = problem.layout.blocks[b];
+      out.segment(block.offset, block.size).setConstant(std::log(std::max(2.0, equations[b])));
+    }
+    return out;
+  }
+
   /// All candidates in one system at the present solution.
   QuadraticModel Linearise() {
     AdjustmentProblem extended(block_, candidates_.extended);
@@ -140,6 +160,19 @@ class Selector {
     FormDetermined(state, weighting_, &extended, &system, progress_);
     Adopt(extended, problem_.get());
 
+    // What only the corrections found so far make determinable is not: the adjustment starts
+    // without them. A time bias and a shift along a straight path part where the path is bent.
+    std::optional<ReducedSystem> start;
+    if (!state.corrections.isZero(0.0)) {
+      BlockState uncorrected = state;
+      uncorrected.corrections.setZero();
+      start.emplace(extended);
+      start->Form(uncorrected, weighting_, progress_);
+    }
+    const ReducedSystem& nominal = start ? *start : *system;
+    nominal_s_ = nominal.matrix().ToDense();
+    nominal_diagonal_ = nominal.full_diagonal();
+
     QuadraticModel::Data data;
     data.s = system->matrix().ToDense();
     const Eigen::VectorXd& x = state.corrections;
@@ -149,7 +182,7 @@ class Selector {
                       2.0 * system->right_side().dot(x) + sx.dot(x);
     data.full_diagonal = system->full_diagonal();
     data.prior_weight.setZero(x.size());
-    data.log_count = Eigen::Map<const Eigen::VectorXd>(candidates_.log_count.data(), x.size());
+    data.log_count = LogCounts(extended);
     const ProblemCounts counts = CountProblem(*problem_);
     data.redundancy_1 =
         static_cast<double>(counts.observations) - static_cast<double>(counts.parameters);
@@ -198,7 +231,6 @@ class Selector {
     const std::size_t now = levels_[t];
     if (term.levels[level - 1].columns.empty()) return std::nullopt;
     if (term.levels[level - 1].spline) {
-      if (now < term.Degrees()) return std::nullopt;
       return model.Exchange(term.ColumnsAt(now), term.ColumnsAt(level));
     }
     std::vector<int> columns;
@@ -234,16 +266,48 @@ class Selector {
     return a.delta_bic_1 < b.delta_bic_1 - kEqual_1 * (1.0 + std::abs(a.delta_bic_1));
   }
 
-  /// One sweep of score tests; the best candidate that passes. Several degrees at once only where
-  /// no single one passes: a large step early takes what smaller ones explain better.
+  /// Condition of a model on the nominal paths, scaled as CandidateFigures::condition_1.
+  double NominalCondition(const std::vector<int>& active) const {
+    if (active.empty()) return 1.0;
+    const Eigen::VectorXd scale = nominal_diagonal_(active).cwiseSqrt().cwiseInverse();
+    if (!scale.allFinite()) return std::numeric_limits<double>::infinity();
+    return ConditionOf(scale.asDiagonal() * Eigen::MatrixXd(nominal_s_(active, active)) *
+                       scale.asDiagonal());
+  }
+
+  /// The same with one term at another level.
+  double NominalConditionWith(std::size_t t, std::size_t level) {
+    const std::size_t now = levels_[t];
+    levels_[t] = level;
+    const double condition_1 = NominalCondition(ActiveColumns());
+    levels_[t] = now;
+    return condition_1;
+  }
+
+  /// The best candidate that passes, on the nominal paths too.
   Move BestCandidate(const QuadraticModel& model, const Dropped& dropped) {
+    Dropped barred = dropped;
+    for (;;) {
+      Move best = Sweep(model, barred);
+      if (!best.found) return best;
+      const double condition_1 = NominalConditionWith(best.term, best.level);
+      if (condition_1 <= options_.selection.max_condition_1) return best;
+      barred.insert({best.term, best.level});
+      best.figures.condition_1 = condition_1;
+      rows_.Note(best.term, best.level, SelectionTest::kScore, best.figures);
+    }
+  }
+
+  /// One sweep of score tests. Several degrees at once only where no single one passes: a large
+  /// step early takes what smaller ones explain better.
+  Move Sweep(const QuadraticModel& model, const Dropped& dropped) {
     Move single, several;
     for (std::size_t t = 0; t < candidates_.terms.size(); ++t) {
       for (std::size_t level = levels_[t] + 1; level <= candidates_.terms[t].levels.size();
            ++level) {
         const std::optional<CandidateFigures> figures = Raise(model, t, level);
         if (!figures) continue;
-        rows_.Note(t, level, SelectionTest::kScore, *figures);
+        if (!dropped.contains({t, level})) rows_.Note(t, level, SelectionTest::kScore, *figures);
         if (dropped.contains({t, level}) || !PassesHere(*figures)) continue;
         const bool spline = candidates_.terms[t].levels[level - 1].spline;
         Move* best = spline || level == levels_[t] + 1 ? &single : &several;
@@ -312,6 +376,16 @@ class Selector {
     }
   }
 
+  /// What one step leads to: the next degree and the splines.
+  std::vector<std::size_t> NextLevels(std::size_t t) const {
+    const SelectionTerm& term = candidates_.terms[t];
+    std::vector<std::size_t> out;
+    for (std::size_t level = levels_[t] + 1; level <= term.levels.size(); ++level) {
+      if (level == levels_[t] + 1 || term.levels[level - 1].spline) out.push_back(level);
+    }
+    return out;
+  }
+
   /// Replaces the last step of one term by the next one of another where that pays more: the order
   /// of forward steps should not decide between corrections that say nearly the same. True where
   /// it did. For all passes alike only; pass by pass there are too many pairs.
@@ -330,16 +404,17 @@ class Selector {
       CHECK(less.Reset(ActiveColumns())) << "a model inside a regular one is singular";
       const CandidateFigures now = less.Score(columns);
       for (std::size_t other = 0; other < terms; ++other) {
-        const std::size_t level = kept[other] + 1;
-        if (other == t || level > candidates_.terms[other].levels.size()) continue;
-        if (candidates_.terms[other].levels[level - 1].spline) continue;
-        const std::optional<CandidateFigures> figures = Raise(less, other, level);
-        if (!figures || dropped.contains({other, level}) || !PassesHere(*figures)) continue;
-        const double gain_1 = now.delta_bic_1 - figures->delta_bic_1;
-        if (!PaysMore(*figures, now) || gain_1 <= best_gain_1) continue;
-        best = {other, level, *figures, true};
-        best_gain_1 = gain_1;
-        out = t;
+        if (other == t) continue;
+        for (const std::size_t level : NextLevels(other)) {
+          const std::optional<CandidateFigures> figures = Raise(less, other, level);
+          if (!figures || dropped.contains({other, level}) || !PassesHere(*figures)) continue;
+          const double gain_1 = now.delta_bic_1 - figures->delta_bic_1;
+          if (!PaysMore(*figures, now) || gain_1 <= best_gain_1) continue;
+          if (NominalConditionWith(other, level) > options_.selection.max_condition_1) continue;
+          best = {other, level, *figures, true};
+          best_gain_1 = gain_1;
+          out = t;
+        }
       }
       levels_ = kept;
     }
@@ -389,6 +464,8 @@ class Selector {
   Levels levels_;  // by term
   std::vector<std::size_t> spline_groups_;
   SelectionRows rows_;
+  Eigen::MatrixXd nominal_s_;  // of all candidates, paths not corrected
+  Eigen::VectorXd nominal_diagonal_;
   int step_ = 0;
   int swaps_ = 0;
 };

@@ -102,7 +102,8 @@ std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
         result.reason = why;
         if (why.empty()) result.reason = "another candidate of its term pays more";
       } else if (level.spline) {
-        result.reason = "not tried: the polynomials before it suffice, or hold as much";
+        result.reason =
+            "not tried: no component needs the highest degree, or a polynomial holds as much";
       } else {
         result.reason = "not tried";
       }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -156,7 +155,6 @@ class Lister {
       column_of_[layout.parameters[i].owner + "\n" + layout.parameters[i].name].push_back(
           static_cast<int>(i));
     }
-    out_.log_count.assign(layout.parameters.size(), 0.0);
     for (std::size_t g = 0; g < out_.groups.size(); ++g) ListGroup(g);
     return std::move(out_);
   }
@@ -205,20 +203,12 @@ class Lister {
     return scopes;
   }
 
-  /// Columns of one parameter name for all owners of a scope, their counts noted.
-  void AddColumns(const Scope& scope, const std::string& name, std::vector<int>* columns) {
+  /// Columns of one parameter name for all owners of a scope.
+  void AddColumns(const Scope& scope, const std::string& name, std::vector<int>* columns) const {
     for (const std::string& owner : scope.owners) {
       const auto found = column_of_.find(owner + "\n" + name);
       CHECK(found != column_of_.end()) << owner << " " << name;
       columns->push_back(found->second.front());
-    }
-    double all = 0.0;
-    for (const std::size_t pass : scope.passes) all += static_cast<double>(looks_[pass]);
-    for (std::size_t i = 0; i < scope.owners.size(); ++i) {
-      const bool own = scope.owners.size() == scope.passes.size();
-      const double looks = own ? static_cast<double>(looks_[scope.passes[i]]) : all;
-      const int column = (*columns)[columns->size() - scope.owners.size() + i];
-      out_.log_count[static_cast<std::size_t>(column)] = std::log(2.0 * looks);
     }
   }
 
@@ -232,14 +222,14 @@ class Lister {
   }
 
   /// Coefficients of a spline, whose number differs with the length of the strip.
-  void AddSplineColumns(const Scope& scope, const std::string& stem, std::vector<int>* columns) {
-    for (std::size_t i = 0; i < scope.owners.size(); ++i) {
-      Scope one{scope.label, {scope.passes}, {scope.owners[i]}};
-      if (scope.owners.size() == scope.passes.size()) one.passes = {scope.passes[i]};
+  void AddSplineColumns(const Scope& scope,
+                        const std::string& stem,
+                        std::vector<int>* columns) const {
+    for (const std::string& owner : scope.owners) {
       for (int q = 0;; ++q) {
         const std::string name = stem + "." + std::to_string(q);
-        if (!column_of_.contains(scope.owners[i] + "\n" + name)) break;
-        AddColumns(one, name, columns);
+        if (!column_of_.contains(owner + "\n" + name)) break;
+        AddColumns({{}, {}, {owner}}, name, columns);
       }
     }
   }

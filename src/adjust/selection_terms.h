@@ -44,7 +44,6 @@ struct Candidates {
   std::vector<SelectionTerm> terms;
   /// By column of the extended problem: what a parameter is called in a chosen model.
   std::vector<Parameter> parameters;
-  std::vector<double> log_count;  ///< by column: log of the equations that tell of it
 };
 
 /// Lists the candidates of `options` for the looks in use. Splines that may replace a polynomial
