@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string>
+
 #include "blunder_search.h"
+#include "solution.h"
 
 namespace sarblock {
 namespace {
@@ -8,6 +11,23 @@ bool LeavesOut(const BlunderFinding& finding) {
   return finding.action == BlunderFinding::Action::kRejected ||
          finding.action == BlunderFinding::Action::kPointLeftOut ||
          finding.action == BlunderFinding::Action::kControlReleased;
+}
+
+void WarnOfFindings(AdjustResult* result) {
+  std::size_t kept = 0;
+  for (const BlunderFinding& finding : result->snooping->findings) {
+    kept += finding.action == BlunderFinding::Action::kKept ? 1U : 0U;
+  }
+  if (kept > 0) {
+    Warn(result,
+         std::to_string(kept) +
+             " suspected blunders were kept in the adjustment, see the findings of the search");
+  }
+  if (result->snooping->rounds >= kMostSearchRounds) {
+    Warn(result,
+         "the search for blunders ended after " + std::to_string(result->snooping->rounds) +
+             " rounds and is not complete");
+  }
 }
 
 }  // namespace
@@ -36,6 +56,7 @@ void FillReasons(const AdjustmentProblem& problem,
       mark(look, finding.located() ? RejectReason::kBlunder : RejectReason::kSuspect);
     }
   }
+  WarnOfFindings(result);
 }
 
 }  // namespace sarblock

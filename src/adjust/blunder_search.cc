@@ -18,8 +18,6 @@
 namespace sarblock {
 namespace {
 
-/// Far more than any block that is fit to be adjusted needs.
-constexpr int kMostRounds = 200;
 /// Control points that hold a datum, and so stay.
 constexpr std::size_t kLeastControlPoints = 3;
 
@@ -259,7 +257,7 @@ bool Search::TakeCandidates() {
 
 void Search::Rounds() {
   TestSolution();
-  while (report_.rounds < kMostRounds && TakeCandidates()) {
+  while (report_.rounds < kMostSearchRounds && TakeCandidates()) {
     solve_(RobustLoss::kNone);
     TestSolution();
   }
@@ -307,7 +305,7 @@ void Search::StartRobust() {
 /// Looks that were left out, though within the critical value in the solution without them: the
 /// residual of a look left out scatters more than its measurement, never less.
 bool Search::Readmit() {
-  if (report_.rounds >= kMostRounds) return false;
+  if (report_.rounds >= kMostSearchRounds) return false;
   bool any = false;
   const auto try_look = [&](std::uint32_t point, std::uint64_t look) {
     if (readmitted_[look] != 0 || !problem_.Solves(point)) return;

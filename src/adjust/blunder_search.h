@@ -10,6 +10,9 @@
 
 namespace sarblock {
 
+/// Rounds after which the search ends, far more than a block that is fit to be adjusted needs.
+inline constexpr int kMostSearchRounds = 200;
+
 /// Solves `problem` from `state` under a loss, with the looks now in use; updates both.
 using SolveAgain = std::function<void(RobustLoss)>;
 

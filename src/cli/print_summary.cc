@@ -88,33 +88,34 @@ void PrintSigmas(const Block& block, const AdjustResult& result, double factor, 
                  block.points.ids[worst[2]]);
 }
 
+void PrintTests(const QualitySummary& summary, const AdjustResult& result, Out out) {
+  const ReliabilityFigures& figures = summary.figures;
+  fmt::format_to(out,
+                 "  tests of {} observations, level {:.3g} each, {:.3g} all: critical |w| {:.2f}, "
+                 "delta0 {:.2f}\n",
+                 figures.tests,
+                 figures.alpha_one_1,
+                 figures.alpha_all_1,
+                 figures.critical_w_1,
+                 figures.delta0_1);
+  if (result.status == AdjustStatus::kPredicted) return;  // nothing was measured
+  fmt::format_to(
+      out,
+      "    above it {} range, {} azimuth, {} control; {:.1f} expected by chance; {} of {} "
+      "looks cannot be localised (two looks a point)\n",
+      summary.looks_above[0],
+      summary.looks_above[1],
+      summary.control_above,
+      figures.alpha_one_1 * static_cast<double>(figures.tests),
+      summary.looks_not_localisable,
+      summary.looks_tested[0]);
+}
+
 void PrintQuality(const Block& block,
                   const AdjustOptions& options,
                   const AdjustResult& result,
                   Out out) {
-  if (!result.quality.empty()) {
-    const QualitySummary summary = SummariseQuality(block, options, result);
-    const ReliabilityFigures& figures = summary.figures;
-    fmt::format_to(
-        out,
-        "  tests of {} observations, level {:.3g} each, {:.3g} all: critical |w| {:.2f}, "
-        "delta0 {:.2f}\n",
-        figures.tests,
-        figures.alpha_one_1,
-        figures.alpha_all_1,
-        figures.critical_w_1,
-        figures.delta0_1);
-    fmt::format_to(
-        out,
-        "    above it {} range, {} azimuth, {} control; {:.1f} expected by chance; {} of "
-        "{} looks cannot be localised (two looks a point)\n",
-        summary.looks_above[0],
-        summary.looks_above[1],
-        summary.control_above,
-        figures.alpha_one_1 * static_cast<double>(figures.tests),
-        summary.looks_not_localisable,
-        summary.looks_tested[0]);
-  }
+  if (!result.quality.empty()) PrintTests(SummariseQuality(block, options, result), result, out);
   if (!result.snooping) return;
   const std::vector<BlunderFinding>& findings = result.snooping->findings;
   fmt::format_to(out,

@@ -2,7 +2,9 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/io/block_files.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -48,6 +50,43 @@ TEST(RealBlockTest, CabeusIsAcceptedWithResidualsOfSevenMetres) {
   EXPECT_EQ(result.redundancy(), 358.0);  // 574 + 147 - 354 - 9
   EXPECT_EQ(result.looks_used, 287U);
   EXPECT_TRUE(result.chi_square_passed);
+}
+
+// A blunder planted in real data: a range 300 m long among three, nine times its standard deviation
+// and more is found and located, and the adjustment is that without the look.
+TEST(RealBlockTest, ARangeShiftedBy300MetresIsFoundInCabeus) {
+  const fs::path folder = fs::path(SARBLOCK_SHARED_DATA) / "cabeus-minirf";
+  if (!fs::exists(folder)) GTEST_SKIP() << "no " << folder;
+  BlockFile file = ReadBlock(folder);
+  file.adjust.quality.snooping = Snooping::kIterative;
+  file.adjust.quality.family_wise = FamilyWise::kSidak;
+  const AdjustResult before = Adjust(file.block, file.adjust);
+  std::size_t shifted = 0, promised = 0, named = 0, located = 0;
+  for (std::uint64_t look = 0; look < file.block.looks.size(); look += 29) {
+    if (before.looks.rejected[look] != 0) continue;
+    const double sigma_m = file.block.SigmaOf(look).range_m;
+    const auto r_1 = static_cast<double>(before.quality.redundancy_1[0][look]);
+    ++shifted;
+    // Eight sigmas beyond a critical value of four and a half: power 0.9998.
+    const bool certain = 300.0 / sigma_m * std::sqrt(r_1) > 8.0;
+    promised += certain ? 1U : 0U;
+    file.block.looks.range_m[look] += 300.0;
+    const AdjustResult result = Adjust(file.block, file.adjust);
+    file.block.looks.range_m[look] -= 300.0;
+    bool in_finding = false;
+    for (const BlunderFinding& finding : result.snooping->findings) {
+      const bool here =
+          std::find(finding.looks.begin(), finding.looks.end(), look) != finding.looks.end();
+      in_finding = in_finding || here;
+      located += here && finding.located() ? 1U : 0U;
+    }
+    named += in_finding ? 1U : 0U;
+    EXPECT_TRUE(in_finding || !certain) << look << " r " << r_1 << " sigma " << sigma_m;
+  }
+  EXPECT_GT(promised, 0U) << shifted;
+  EXPECT_GT(located, 0U);
+  std::printf(
+      "shifted %zu, certain %zu, named %zu, located %zu\n", shifted, promised, named, located);
 }
 
 // An independent program's published answer for the same observations and weights: ISIS jigsaw,

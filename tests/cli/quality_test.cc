@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Search for blunders and re-run from its rejections, as a user does it.
+#include <string>
+
+#include "cli/cli_fixture.h"
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class QualityCommandTest : public test::CliTest {};
+
+// Round trip: what a search left out, left out from the start, gives the same adjustment.
+TEST_F(QualityCommandTest, ARunStartsFromTheRejectionsOfAnother) {
+  const Path block = Simulated("different-altitudes",
+                               "block",
+                               {"--set",
+                                "points.count=60",
+                                "--set",
+                                "looks.blunder_fraction=0.05",
+                                "--set",
+                                "looks.blunder_size=60",
+                                "--set",
+                                "looks.blunder_kind=azimuth"});
+  const test::ProgramRun run =
+      Run("adjust", block, "found", {"--set", "quality.snooping=iterative"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("search for blunders:"));
+  const json found = json::parse(Content(folder_ / "found/summary.json"));
+  ASSERT_FALSE(found["snooping"]["findings"].empty());
+  EXPECT_EQ(
+      Run("adjust", block, "again", {"--rejections", folder_ / "found/residuals.csv"}).exit_code,
+      0);
+  const json again = json::parse(Content(folder_ / "again/summary.json"));
+  EXPECT_EQ(again["counts"]["looks_used"], found["counts"]["looks_used"]);
+  EXPECT_LT(again["counts"]["looks_used"], again["counts"]["looks"]);
+  EXPECT_EQ(again["counts"]["redundancy"], found["counts"]["redundancy"]);
+  EXPECT_NEAR(again["sigma0_squared"].get<double>(), found["sigma0_squared"].get<double>(), 1e-6);
+  EXPECT_THAT(Content(folder_ / "again/residuals.csv"), HasSubstr(",1,given,"));
+  // Without either the blunders are in the variance factor.
+  EXPECT_EQ(Run("adjust", block, "plain").exit_code, 0);
+  const json plain = json::parse(Content(folder_ / "plain/summary.json"));
+  EXPECT_GT(plain["sigma0_squared"].get<double>(), 2.0 * found["sigma0_squared"].get<double>());
+}
+
+TEST_F(QualityCommandTest, LevelsThatMakeNoTestAreRefused) {
+  const Path block = Simulated("opposite-side", "block", {"--set", "points.count=12"});
+  const test::ProgramRun run = Run("adjust", block, "result", {"--set", "quality.alpha=0.9"});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err,
+              HasSubstr("adjust.quality.alpha: 0.9 is not allowed, a number below 0.8 is"));
+  EXPECT_EQ(Run("adjust", block, "result", {"--rejections", folder_ / "nowhere.csv"}).exit_code, 3);
+}
+
+}  // namespace
+}  // namespace sarblock

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Seeded statistics (docs/validation.md): blunders planted in one percent of the looks of a block
+// are found as often as their redundancy numbers promise, good looks are lost no more often than
+// the level of the tests allows, and no look is named where only one degree of freedom speaks.
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/reliability.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <vector>
+
+#include "statistics/scene_statistics.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+constexpr std::uint64_t kFirstSeed = 90210;
+constexpr double kFraction_1 = 0.01;
+
+/// Sums over the draws of one size of blunder.
+struct Tally {
+  std::size_t planted = 0;
+  double promised = 0.0;  ///< expectation of `named`
+  double variance = 0.0;  ///< of `named`
+  std::size_t named = 0;  ///< planted looks in a finding
+  std::size_t located = 0;
+  std::size_t wrongly_located = 0;  ///< good looks named alone in a point with a planted one
+  std::size_t false_findings = 0;   ///< in points without a planted look
+  std::size_t false_located = 0;    ///< ... that name one look
+  std::size_t alone_located = 0;    ///< claims where a tie point has two looks
+  std::size_t tests = 0;
+  std::size_t good_looks = 0;
+};
+
+std::size_t PointOf(const Looks& looks, std::uint64_t look) {
+  const auto after = std::upper_bound(looks.offsets.begin(), looks.offsets.end(), look);
+  return static_cast<std::size_t>(after - looks.offsets.begin()) - 1;
+}
+
+void AddFindings(const SimulatedBlock& simulated,
+                 const std::vector<std::uint32_t>& looks_of_point,
+                 const SnoopingReport& report,
+                 Tally* tally) {
+  const Block& block = simulated.block;
+  std::set<std::uint64_t> named, located;
+  for (const BlunderFinding& finding : report.findings) {
+    if (finding.action == BlunderFinding::Action::kReadmitted) continue;
+    const std::uint64_t begin = block.looks.offsets[finding.point];
+    const std::uint64_t end = block.looks.offsets[finding.point + 1];
+    const bool has_planted =
+        std::any_of(simulated.blunder.begin() + static_cast<std::ptrdiff_t>(begin),
+                    simulated.blunder.begin() + static_cast<std::ptrdiff_t>(end),
+                    [](std::uint8_t b) { return b != 0; });
+    const bool tie = block.points.role[finding.point] != PointRole::kControl;
+    named.insert(finding.looks.begin(), finding.looks.end());
+    if (!has_planted) ++tally->false_findings;
+    if (!finding.located() || finding.control) continue;
+    const std::uint64_t look = finding.looks[0];
+    if (simulated.blunder[look] != 0) located.insert(look);
+    if (simulated.blunder[look] == 0 && has_planted) ++tally->wrongly_located;
+    if (!has_planted) ++tally->false_located;
+    if (tie && looks_of_point[finding.point] == 2 && finding.round == 1) ++tally->alone_located;
+  }
+  for (std::uint64_t i = 0; i < simulated.blunder.size(); ++i) {
+    if (simulated.blunder[i] == 0) ++tally->good_looks;
+    if (simulated.blunder[i] == 0) continue;
+    tally->named += named.count(i);
+    tally->located += located.count(i);
+  }
+}
+
+class BlunderStatisticsTest : public testing::TestWithParam<double> {};
+
+TEST_P(BlunderStatisticsTest, FindsWhatItsRedundancyPromises) {
+  const double size_1 = GetParam();
+  Scene scene = test::ShippedScene("block-12-strips", {"points.count=150", "check.count=3"});
+  SimulatedBlock simulated = Simulate(scene);
+  AdjustOptions options = test::OptionsOf(scene, simulated.block);
+  const AdjustResult plain = Adjust(simulated.block, options);
+  options.quality.snooping = Snooping::kIterative;
+  scene.looks.blunder_fraction_1 = kFraction_1;
+  scene.looks.blunder_size_1 = size_1;
+  Tally tally;
+  for (std::size_t draw = 0; draw < test::DrawsAsked(); ++draw) {
+    const std::size_t component = draw % 2;
+    scene.looks.blunder_kind =
+        component == 0 ? SceneLooks::BlunderKind::kRange : SceneLooks::BlunderKind::kAzimuth;
+    Redraw(scene, kFirstSeed + draw, RedrawChoice{}, &simulated);
+    if (size_1 == 0.0) std::fill(simulated.blunder.begin(), simulated.blunder.end(), 0);
+    const AdjustResult result = Adjust(simulated.block, options);
+    ASSERT_TRUE(result.accepted);
+    const double critical_1 = MakeReliability(options.quality, 1, 100.0).critical_w_1;
+    for (std::uint64_t i = 0; i < simulated.blunder.size(); ++i) {
+      for (const std::vector<float>& w : plain.quality.w_1)
+        tally.tests += std::isnan(w[i]) ? 0U : 1U;
+      if (simulated.blunder[i] == 0) continue;
+      ++tally.planted;
+      const auto r_1 = static_cast<double>(plain.quality.redundancy_1[component][i]);
+      const double power = TestPower(size_1 * std::sqrt(std::max(0.0, r_1)), critical_1);
+      tally.promised += power;
+      tally.variance += power * (1.0 - power);
+    }
+    AddFindings(simulated, plain.points.looks, *result.snooping, &tally);
+  }
+  const auto planted = static_cast<double>(std::max<std::size_t>(tally.planted, 1));
+  std::printf(
+      "| %g | %zu | %.1f %% | %.1f %% | %.1f %% | %.1f %% | %.3f %% | %.3f %% |\n",
+      size_1,
+      tally.planted,
+      100.0 * tally.promised / planted,
+      100.0 * static_cast<double>(tally.named) / planted,
+      100.0 * static_cast<double>(tally.located) / planted,
+      100.0 * static_cast<double>(tally.wrongly_located) / planted,
+      100.0 * static_cast<double>(tally.false_findings) / static_cast<double>(tally.tests),
+      100.0 * static_cast<double>(tally.false_located) / static_cast<double>(tally.good_looks));
+  // One-sided bounds at 99.9 percent (3.09 standard deviations).
+  EXPECT_GE(static_cast<double>(tally.named), tally.promised - 3.09 * std::sqrt(tally.variance));
+  const double allowed = options.quality.alpha_1 * static_cast<double>(tally.tests);
+  EXPECT_LE(static_cast<double>(tally.false_findings), allowed + 3.09 * std::sqrt(allowed));
+  const double mistaken = (1.0 - options.quality.separation_1) * static_cast<double>(tally.named);
+  EXPECT_LE(static_cast<double>(tally.wrongly_located), mistaken + 3.09 * std::sqrt(mistaken));
+  EXPECT_EQ(tally.alone_located, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes,
+                         BlunderStatisticsTest,
+                         testing::Values(0.0, 5.0, 7.0, 10.0, 20.0, 50.0),
+                         [](const auto& size) {
+                           return "Sigmas" + std::to_string(static_cast<int>(size.param));
+                         });
+
+}  // namespace
+}  // namespace sarblock
