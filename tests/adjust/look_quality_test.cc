@@ -47,13 +47,15 @@ double AzimuthRate_mps(const Block& block, std::uint64_t look, const Eigen::Vect
 
 /// Definition: an error of one sigma in a measurement changes its own residual by r sigmas and the
 /// point by `shift_m`; the rest of the adjustment is done anew, by the solver. Nonlinearity and the
-/// floats of the figures leave 1e-4.
+/// floats of the figures leave 1e-4, one sigma of azimuth in time from the nominal path's speed
+/// instead of the corrected one's, metres in ten thousand, 1e-3.
 void ExpectTheAnswerOfTheSolver(const test::BlockPlan& plan, bool azimuth) {
   test::KnownBlock known = Held(plan);
   Block& block = known.block;
   const AdjustResult before = Adjust(block, Corrected());
   ASSERT_TRUE(before.accepted);
   const std::size_t k = azimuth ? 1 : 0;
+  const double tolerance = azimuth ? 1e-3 : 1e-4;
   for (const std::size_t point : {0U, 3U, 5U}) {
     const std::uint64_t look = block.looks.offsets[point] + 1;
     double& measured = azimuth ? block.looks.time_s[look] : block.looks.range_m[look];
@@ -76,10 +78,10 @@ void ExpectTheAnswerOfTheSolver(const test::BlockPlan& plan, bool azimuth) {
     };
     const auto r_1 = static_cast<double>(before.quality.redundancy_1[k][look]);
     const auto shift_m = static_cast<double>(before.quality.shift_m[k][look]);
-    EXPECT_NEAR(std::abs(v_1(after) - v_1(before)), r_1, 1e-4) << point;
+    EXPECT_NEAR(std::abs(v_1(after) - v_1(before)), r_1, tolerance) << point;
     EXPECT_NEAR((after.points.position_m[point] - before.points.position_m[point]).norm(),
                 shift_m,
-                1e-4 * std::max(1.0, shift_m))
+                tolerance * std::max(1.0, shift_m))
         << point;
   }
 }

@@ -21,7 +21,8 @@ namespace sarblock {
 [[nodiscard]] double TauOf(double w_1, const AdjustResult& result);
 
 /// Standard deviation of a look's azimuth in metres at the target; where it is given in seconds by
-/// the azimuth rate at `p_m` on the nominal path (the corrected one differs by parts in a million).
+/// the azimuth rate at `p_m` on the nominal path: to the relative change of the velocity by the
+/// corrections.
 [[nodiscard]] double AzimuthSigma_m(const Block& block,
                                     std::uint64_t look,
                                     const Eigen::Vector3d& p_m);
