@@ -36,11 +36,6 @@ struct Tally {
   std::size_t good_looks = 0;
 };
 
-std::size_t PointOf(const Looks& looks, std::uint64_t look) {
-  const auto after = std::upper_bound(looks.offsets.begin(), looks.offsets.end(), look);
-  return static_cast<std::size_t>(after - looks.offsets.begin()) - 1;
-}
-
 void AddFindings(const SimulatedBlock& simulated,
                  const std::vector<std::uint32_t>& looks_of_point,
                  const SnoopingReport& report,
