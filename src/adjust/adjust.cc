@@ -385,6 +385,10 @@ AdjustResult Adjust(const Block& block,
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
+  if (floating && !result.checks.empty()) {
+    result.checks.clear();
+    Warn(&result, "check points are not compared: their coordinates have another datum");
+  }
   // Also where the point went with them.
   for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
   FillReasons(problem, dropped, &result);

@@ -260,6 +260,9 @@ std::string DescribeResult(const Block& block,
                  result.observation_count,
                  result.parameter_count,
                  result.redundancy());
+  if (result.datum_defects > 0) {
+    fmt::format_to(out, "  inner datum for {} defects\n", result.datum_defects);
+  }
   if (result.status == AdjustStatus::kConverged || result.status == AdjustStatus::kNotConverged) {
     fmt::format_to(out,
                    "  iterations {}, cost {:.6g} -> {:.6g}, step left {:.1e} sigma\n",

@@ -51,6 +51,7 @@ Json Counts(const Block& block, const AdjustResult& result) {
                  {"looks", block.looks.size()},
                  {"parameters", result.parameter_count},
                  {"observations", result.observation_count},
+                 {"datum_defects", result.datum_defects},
                  {"redundancy", result.redundancy()},
                  {"looks_used", result.looks_used},
                  {"looks_not_evaluated", result.looks_not_evaluated}};
