@@ -6,8 +6,10 @@
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -51,15 +53,19 @@ struct Estimates {
 
 struct PlantedCase {
   std::string scene;
-  VarianceComponents choice;
+  std::string points;
+  bool grouped = false;  // every third pass has variances of its own
 };
+
+void PrintTo(const PlantedCase& given, std::ostream* out) {
+  *out << given.scene << (given.grouped ? ", two groups" : "");
+}
 
 class PlantedVariancesTest : public testing::TestWithParam<PlantedCase> {};
 
-/// True standard deviations over those told: range and azimuth, another for every third pass when
-/// each pass has its own.
-std::array<double, 2> Planted(VarianceComponents choice, std::size_t pass) {
-  if (choice == VarianceComponents::kPerPass && pass % 3 == 0) return {1.0, 3.0};
+/// True standard deviations of range and azimuth over those told.
+std::array<double, 2> Planted(bool grouped, std::size_t pass) {
+  if (grouped && pass % 3 == 0) return {1.0, 3.0};
   return {2.0, 0.6};
 }
 
@@ -67,10 +73,17 @@ std::array<double, 2> Planted(VarianceComponents choice, std::size_t pass) {
 // a variance estimate of f degrees of freedom is f s^2 / sigma^2 ~ chi-square(f).
 TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
   const PlantedCase& given = GetParam();
-  const Scene scene = test::ShippedScene(given.scene, {"points.count=60", "check.count=3"});
+  const Scene scene =
+      test::ShippedScene(given.scene, {"points.count=" + given.points, "check.count=3"});
   SimulatedBlock simulated = Simulate(scene);
   AdjustOptions options = test::OptionsOf(scene, simulated.block);
-  options.variance_components = given.choice;
+  options.variance_components = VarianceComponents::kRangeAzimuth;
+  if (given.grouped) {
+    std::vector<std::string>& group = options.variance_groups.emplace_back();
+    for (std::size_t i = 0; i < simulated.block.passes.size(); i += 3) {
+      group.push_back(simulated.block.passes[i].id);
+    }
+  }
   options.covariance = CovarianceLevel::kNone;
   const std::size_t draws = test::DrawsAsked();
   std::vector<Estimates> estimates;
@@ -78,8 +91,8 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
     Redraw(scene, 7000 + draw, RedrawChoice{}, &simulated);
     Block told = simulated.block;
     for (std::size_t i = 0; i < told.passes.size(); ++i) {
-      told.passes[i].sigma.range_m /= Planted(given.choice, i)[0];
-      told.passes[i].sigma.azimuth /= Planted(given.choice, i)[1];
+      told.passes[i].sigma.range_m /= Planted(given.grouped, i)[0];
+      told.passes[i].sigma.azimuth /= Planted(given.grouped, i)[1];
     }
     const AdjustResult result = Adjust(told, options);
     ASSERT_TRUE(result.accepted && result.variance_components->converged)
@@ -89,8 +102,12 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
     for (std::size_t k = 0; k < found.size(); ++k) {
       const VarianceComponent& c = found[k];
       ASSERT_TRUE(c.estimated) << c.group << " " << c.note;
-      const double root = Planted(given.choice, c.passes[0])[static_cast<std::size_t>(c.component)];
-      estimates[k].name = c.group + (c.component == 0 ? " range" : " azimuth");
+      const double root =
+          Planted(given.grouped, c.passes[0])[static_cast<std::size_t>(c.component)];
+      estimates[k].name = std::string(!given.grouped     ? "all"
+                                      : c.passes[0] == 0 ? "every third"
+                                                         : "others") +
+                          (c.component == 0 ? " range" : " azimuth");
       estimates[k].ratio.push_back(c.factor_1 / (root * root));
       estimates[k].deviation.push_back(c.factor_deviation_1 / (root * root));
     }
@@ -120,16 +137,14 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Shipped,
-    PlantedVariancesTest,
-    testing::Values(PlantedCase{"block-12-strips", VarianceComponents::kRangeAzimuth},
-                    PlantedCase{"venus-magellan", VarianceComponents::kRangeAzimuth},
-                    PlantedCase{"block-12-strips", VarianceComponents::kPerPass}),
-    [](const auto& c) {
-      return NameOfScene(c.param.scene,
-                         c.param.choice == VarianceComponents::kPerPass ? "_per_pass" : "");
-    });
+INSTANTIATE_TEST_SUITE_P(Shipped,
+                         PlantedVariancesTest,
+                         testing::Values(PlantedCase{"block-12-strips", "60"},
+                                         PlantedCase{"venus-magellan", "60"},
+                                         PlantedCase{"block-12-strips", "150", true}),
+                         [](const auto& c) {
+                           return NameOfScene(c.param.scene, c.param.grouped ? "_grouped" : "");
+                         });
 
 class RepeatedNoiseTest : public testing::TestWithParam<std::string> {};
 
