@@ -37,6 +37,8 @@ RunErrors AdjustRun(const AdjustmentProblem& problem,
   again.look_used = problem.look_used;
   again.point_status = problem.point_status;
   again.point_reason = problem.point_reason;
+  again.control_of = problem.control_of;  // without what was released as a blunder
+  again.held = problem.held;
   for (std::size_t i = 0; i < prior_values.size(); ++i) {
     again.layout.parameters[i].prior_value = prior_values[i];
   }

@@ -125,7 +125,7 @@ void RedrawSolution(const AdjustmentProblem& problem,
     block->looks.range_m[i] = exact.range_m[i] + problem.model.SigmaOf(i).range_m * random.Normal();
   }
   for (const ControlEquations& control : problem.control) {
-    if (!problem.Solves(control.point)) continue;
+    if (!problem.Solves(control.point) || problem.control_of[control.point] < 0) continue;
     RandomStream random(seed, StreamOf(run, kControlKind, control.point));
     const Eigen::Vector3d p_m = state.Position(control.point);
     block->points.given_m[control.point] =

@@ -97,6 +97,24 @@ TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
   EXPECT_THAT(large.sentence, testing::StartsWith("the stated covariance is too large"));
 }
 
+// A known position that was left out as a blunder is left out of the runs too: with it they would
+// scatter less than the covariance without it says.
+TEST(MonteCarloTest, RepeatsWhatTookPart) {
+  test::KnownBlock known = NoisyBlock();
+  for (const std::size_t point : {5U, 9U, 11U}) test::Hold(point, {0.2, 0.2, 0.2}, &known);
+  known.block.points.given_m[11] += Eigen::Vector3d(40.0, -30.0, 50.0);
+  AdjustOptions options = MonteCarloOptions(300);
+  options.quality.snooping = Snooping::kIterative;
+  const AdjustResult result = Adjust(known.block, options);
+  ASSERT_TRUE(result.snooping.has_value());
+  ASSERT_EQ(result.snooping->findings.size(), 1U);
+  ASSERT_EQ(result.snooping->findings[0].action, BlunderFinding::Action::kControlReleased);
+  ASSERT_EQ(result.snooping->findings[0].point, 11U);
+  EXPECT_TRUE(result.montecarlo->square_ratio.Agrees()) << result.montecarlo->sentence;
+  // Of the point itself: chi-square at 99.9 percent.
+  EXPECT_TRUE(ChiSquareInterval(0.999, 900.0).Contains(900.0 * result.montecarlo->square_1[11]));
+}
+
 // Invariance: the same bytes whatever the threads; other numbers for another seed.
 TEST(MonteCarloTest, DoesNotDependOnThreads) {
   const test::KnownBlock known = NoisyBlock();

@@ -160,6 +160,10 @@ TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
   EXPECT_NEAR(azimuth.factor_1, 0.25, 3.3 * azimuth.factor_deviation_1);
   EXPECT_LT(range.factor_deviation_1, 2.0) << "and it is told well";
   EXPECT_LT(azimuth.factor_deviation_1, 0.06);
+  // What the two share makes them less certain than each redundancy alone, 2 / r, would say.
+  for (const VarianceComponent& c : {range, azimuth}) {
+    EXPECT_GT(c.factor_deviation_1 / c.factor_1, 1.02 * std::sqrt(2.0 / c.redundancy_1));
+  }
   EXPECT_FALSE(report.before.passed);
   EXPECT_TRUE(result.chi_square_passed);
   EXPECT_NEAR(result.sigma0_squared, 1.0, 0.1);
