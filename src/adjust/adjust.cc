@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/block_structure.h"
 #include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/covariance.h"
 #include "sarblock/adjust/montecarlo.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/selection.h"
@@ -385,6 +386,9 @@ AdjustResult Adjust(const Block& block,
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
+  if (!result.points.covariance_m2.empty() && options.covariance == CovarianceLevel::kBlock) {
+    result.check_freedom_1 = CheckFreedom(problem, state, *system, result.checks);
+  }
   if (floating && !result.checks.empty()) {
     result.checks.clear();
     Warn(&result, "check points are not compared: their coordinates have another datum");

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/QR>
+
 namespace sarblock {
 namespace {
 
@@ -150,6 +152,74 @@ std::vector<PairResult> PairCovariances(
       });
   Step(progress, "pairs", out.size(), out.size());
   return out;
+}
+
+double CheckFreedom(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ReducedSystem& system,
+                    const std::vector<CheckResult>& checks) {
+  std::vector<const CheckResult*> used;
+  double components = 0.0;
+  for (const CheckResult& check : checks) {
+    if (!std::isfinite(check.chi_square)) continue;
+    used.push_back(&check);
+    components += check.components;
+  }
+  const std::size_t stride =
+      std::max<std::size_t>(1, (used.size() + kMostCheckPoints - 1) / kMostCheckPoints);
+  std::vector<const CheckResult*> part;
+  for (std::size_t i = 0; i < used.size(); i += stride) part.push_back(used[i]);
+  const auto count = static_cast<Eigen::Index>(part.size());
+  const Eigen::Index n = problem.layout.size();
+  if (count == 0 || n == 0) return components;
+
+  // By point: the directions known, Y = (R^-1 T)' along them, and Q_i.
+  Eigen::MatrixXd y(n, 3 * count);
+  std::vector<Eigen::MatrixXd> weight(part.size());
+  std::vector<Eigen::MatrixXd> own(part.size());
+  PointFactor factor;
+  PointColumns columns;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const std::uint32_t point = part[static_cast<std::size_t>(i)]->point;
+    const KnownPosition& known = *problem.block.points.FindKnown(point);
+    Eigen::Matrix3d direction = problem.block.frame.EnuFromFrame(state.Position(point));
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (!known.held[static_cast<std::size_t>(k)]) direction.row(k).setZero();
+    }
+    const Eigen::Matrix3d r_inverse =
+        PointColumnsOf(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
+    y.middleCols(3 * i, 3) *= direction.transpose();
+    own[static_cast<std::size_t>(i)] =
+        direction * r_inverse * r_inverse.transpose() * direction.transpose();
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      for (Eigen::Index l = 0; l < 3; ++l) {
+        if (known.held[static_cast<std::size_t>(k)] && known.held[static_cast<std::size_t>(l)]) {
+          own[static_cast<std::size_t>(i)](k, l) += known.covariance_enu_m2(k, l);
+        }
+      }
+    }
+  }
+  const Eigen::MatrixXd solved = system.SolveFor(y);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Eigen::Matrix3d q =
+        own[at] + y.middleCols(3 * i, 3).transpose() * solved.middleCols(3 * i, 3);
+    // Components that are not known have zero rows: the pseudo-inverse leaves them out.
+    weight[at] = q.completeOrthogonalDecomposition().pseudoInverse();
+  }
+  double of_part = 0.0, shared = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    of_part += part[static_cast<std::size_t>(i)]->components;
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const Eigen::Matrix3d cross =
+          y.middleCols(3 * i, 3).transpose() * solved.middleCols(3 * j, 3);
+      shared += 2.0 * (weight[static_cast<std::size_t>(i)] * cross *
+                       weight[static_cast<std::size_t>(j)] * cross.transpose())
+                          .trace();
+    }
+  }
+  const double scale = components / of_part;
+  return components * components / (components + shared * scale * scale);
 }
 
 std::vector<std::pair<std::uint32_t, std::uint32_t>> AllPairs(const AdjustmentProblem& problem,

@@ -117,10 +117,10 @@ QualitySummary SummariseQuality(const Block& block,
   return out;
 }
 
-CheckSummary SummariseChecks(const std::vector<CheckResult>& checks, double level) {
+CheckSummary SummariseChecks(const AdjustResult& result, double level) {
   CheckSummary out;
-  out.points = checks.size();
-  for (const CheckResult& check : checks) {
+  out.points = result.checks.size();
+  for (const CheckResult& check : result.checks) {
     if (std::isnan(check.chi_square)) continue;
     out.chi_square += check.chi_square;
     out.components += check.components;
@@ -129,7 +129,10 @@ CheckSummary SummariseChecks(const std::vector<CheckResult>& checks, double leve
   }
   if (out.components == 0) return out;
   const auto n = static_cast<double>(out.components);
-  out.chi_square_interval = ChiSquareInterval(level, n);
+  out.freedom_1 = std::isnan(result.check_freedom_1) ? n : result.check_freedom_1;
+  out.chi_square_interval = ChiSquareInterval(level, out.freedom_1);
+  out.chi_square_interval.lower *= n / out.freedom_1;
+  out.chi_square_interval.upper *= n / out.freedom_1;
   out.error_ratio_1 = std::sqrt(out.chi_square / n);
   out.error_ratio_interval_1 = {std::sqrt(out.chi_square_interval.lower / n),
                                 std::sqrt(out.chi_square_interval.upper / n)};
@@ -144,7 +147,8 @@ std::string DescribeChecks(const CheckSummary& summary, double level) {
                                          : "the predicted accuracy is too pessimistic";
   text += ": errors of check points are " + Short(summary.error_ratio_1) +
           " times as large as predicted, " + Short(summary.error_ratio_interval_1.lower) + " to " +
-          Short(summary.error_ratio_interval_1.upper) + " is expected (" + Percent(level) + "); " +
+          Short(summary.error_ratio_interval_1.upper) + " is expected (" + Percent(level) + ", " +
+          Short(summary.freedom_1) + " independent components); " +
           std::to_string(summary.points_outside) + " of " + std::to_string(summary.points) +
           " points are outside alone";
   return text;

@@ -152,7 +152,7 @@ void PrintChecks(const AdjustResult& result, double level, Out out) {
                  rms(0),
                  rms(1),
                  rms(2));
-  const std::string verdict = DescribeChecks(SummariseChecks(result.checks, level), level);
+  const std::string verdict = DescribeChecks(SummariseChecks(result, level), level);
   if (!verdict.empty()) fmt::format_to(out, "    {}\n", verdict);
 }
 

@@ -41,7 +41,7 @@ PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
 
 /// With --strict: check points all together not worse than predicted.
 bool ChecksPass(const AdjustResult& result, double level) {
-  const CheckSummary summary = SummariseChecks(result.checks, level);
+  const CheckSummary summary = SummariseChecks(result, level);
   return summary.components == 0 || summary.chi_square <= summary.chi_square_interval.upper;
 }
 

@@ -73,12 +73,13 @@ Json SnoopingJson(const Block& block, const SnoopingReport& report) {
           {"findings", findings}};
 }
 
-Json CheckPointsJson(const std::vector<CheckResult>& checks, double level) {
-  const CheckSummary summary = SummariseChecks(checks, level);
+Json CheckPointsJson(const AdjustResult& result, double level) {
+  const CheckSummary summary = SummariseChecks(result, level);
   Json json = {{"points", summary.points},
                {"components", summary.components},
                {"chi_square", summary.chi_square}};
   if (summary.components == 0) return json;
+  json["freedom"] = summary.freedom_1;
   json["lower"] = summary.chi_square_interval.lower;
   json["upper"] = summary.chi_square_interval.upper;
   json["level"] = level;

@@ -141,7 +141,7 @@ std::string Summary(const Block& block,
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
   if (!result.checks.empty()) {
-    summary["check_points"] = CheckPointsJson(result.checks, options.test_level);
+    summary["check_points"] = CheckPointsJson(result, options.test_level);
   }
   if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
   if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);

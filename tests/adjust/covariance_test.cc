@@ -228,6 +228,47 @@ INSTANTIATE_TEST_SUITE_P(Blocks,
                          });
 
 // Hand count: the nearest of four points on a line, each pair once.
+// Second route: the definition with the dense covariance of all points, its blocks along the known
+// directions (docs/theory/quality.md, eq. (17)).
+TEST_P(CovarianceTest, FreedomOfKnownPointsIsThatOfTheDenseCovariance) {
+  const test::DenseEquations dense = test::MakeDenseEquations(problem_, state_);
+  const Eigen::MatrixXd q = test::DenseCovariance(dense.jacobian);
+  std::vector<CheckResult> checks;
+  std::vector<Eigen::MatrixXd> direction, own;
+  for (const KnownPosition& known : problem_.block.points.known) {
+    CheckResult check;
+    check.point = known.point;
+    const Eigen::Matrix3d enu = problem_.block.frame.EnuFromFrame(state_.Position(known.point));
+    std::vector<int> held;
+    for (int k = 0; k < 3; ++k) {
+      if (known.held[static_cast<std::size_t>(k)]) held.push_back(k);
+    }
+    if (held.empty()) continue;
+    check.components = static_cast<int>(held.size());
+    direction.emplace_back(enu(held, Eigen::all));
+    own.emplace_back(known.covariance_enu_m2(held, held));
+    checks.push_back(check);
+  }
+  ASSERT_GE(checks.size(), 2U);
+  const auto block = [&](std::size_t i, std::size_t j) {
+    const auto row = dense.column_of_point[checks[i].point];
+    const auto column = dense.column_of_point[checks[j].point];
+    Eigen::MatrixXd out = direction[i] * q.block<3, 3>(row, column) * direction[j].transpose();
+    if (i == j) out += own[i];
+    return out;
+  };
+  double components = 0.0, sum = 0.0;
+  for (std::size_t i = 0; i < checks.size(); ++i) {
+    components += checks[i].components;
+    for (std::size_t j = 0; j < checks.size(); ++j) {
+      sum += (block(i, i).inverse() * block(i, j) * block(j, j).inverse() * block(j, i)).trace();
+    }
+  }
+  const double freedom = CheckFreedom(problem_, state_, *system_, checks);
+  EXPECT_NEAR(freedom, components * components / sum, 1e-7 * components);
+  EXPECT_LT(freedom, components);
+}
+
 TEST(NeighbourPairsTest, NamesEachNearestPairOnce) {
   test::BlockPlan plan = test::AircraftPlan();
   plan.points = 4;

@@ -53,10 +53,12 @@ struct QualitySummary {
                                               const AdjustResult& result);
 
 /// Check points together. The sum of their chi-squares has the expectation `components` if the
-/// predicted accuracy is realistic; the interval holds where they are independent of one another.
+/// predicted accuracy is realistic. The interval is that of a chi-square of `freedom` degrees,
+/// scaled to that expectation: errors of check points are correlated by the paths they share.
 struct CheckSummary {
   std::size_t points = 0;
   int components = 0;
+  double freedom_1 = 0.0;  ///< independent components they are worth
   double chi_square = 0.0;
   Interval chi_square_interval;    ///< two-sided at test_level
   std::size_t points_outside = 0;  ///< chi-square alone above the quantile at test_level
@@ -65,7 +67,7 @@ struct CheckSummary {
   Interval error_ratio_interval_1;
   [[nodiscard]] bool realistic() const { return chi_square_interval.Contains(chi_square); }
 };
-[[nodiscard]] CheckSummary SummariseChecks(const std::vector<CheckResult>& checks, double level);
+[[nodiscard]] CheckSummary SummariseChecks(const AdjustResult& result, double level);
 
 /// "The predicted accuracy is realistic: errors of check points are 1.04 times as large as
 /// predicted, 0.9 to 1.1 is allowed (95 %)."; empty without check points.

@@ -193,6 +193,8 @@ struct AdjustResult {
   std::optional<VarianceComponentReport> variance_components;
   std::optional<MonteCarloReport> montecarlo;
   std::vector<CheckResult> checks;
+  /// Independent components that the check points are worth (CheckFreedom); NaN: as many as known.
+  double check_freedom_1 = std::numeric_limits<double>::quiet_NaN();
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more
 
