@@ -97,6 +97,7 @@ MatrixXd MotionsInside(const Candidates& candidates, const MatrixXd& weak) {
   const MatrixXd q = qr.householderQ() * MatrixXd::Identity(weak.rows(), qr.rank());
   const Eigen::JacobiSVD<MatrixXd> svd(weak.transpose() * q, Eigen::ComputeThinV);
   const Index inside = (svd.singularValues().array() >= kInside_1).count();
+  if (inside == 0) return MatrixXd(candidates.columns.cols(), 0);
   MatrixXd part = qr.solve(q * svd.matrixV().leftCols(inside));
   MakeEchelon(&part);
   return part;
