@@ -30,9 +30,6 @@ struct FlightError {
   std::string name;
   std::vector<std::string> overrides;
   std::uint64_t first_seed = 0;
-  /// False for errors with parts of every size: some lie just below what pays and stay in the
-  /// residuals, whose square sum of thousands of degrees of freedom shows it.
-  bool residuals_follow = true;
 };
 
 void PrintTo(const FlightError& error, std::ostream* out) { *out << error.name; }
@@ -146,7 +143,6 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
               residuals.mean());
   EXPECT_LT(ratio, 1.0 + kMostLoss_1) << best->first;
   EXPECT_TRUE(region.Contains(check.value)) << check.mean();
-  if (!error.residuals_follow) return;
   const Interval left = ChiSquareInterval(kLevel, residuals.degrees);
   EXPECT_TRUE(left.Contains(residuals.value)) << residuals.mean();
 }
@@ -164,8 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
                                 {"navigation.process=random-walk",
                                  "navigation.process_sigma_m=[30, 30, 30]",
                                  "navigation.knot_spacing_s=27.777777777777779"},
-                                540000,
-                                false}),
+                                540000}),
     [](const testing::TestParamInfo<FlightError>& at) {
       std::string name = at.param.name;
       name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
