@@ -9,6 +9,7 @@
 #   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
 #   covariance all blocks of points and passes against ceres::Covariance
+#   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
 #   machine    rates of memory and of the dense kernels on this machine
 # Needs a Release build (scripts/demo.sh makes one); covariance and machine the preset bench
 # (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
@@ -32,7 +33,7 @@ work=$(mktemp -d -p "${SARBLOCK_WORK:-${TMPDIR:-/tmp}}")
 trap 'rm -rf "$work"' EXIT
 
 exec python3 - "$program" "$work" "${1:-}" <<'PY'
-import json, math, os, resource, shutil, subprocess, sys, time
+import json, math, os, resource, shutil, statistics, subprocess, sys, time
 
 program, work, name = sys.argv[1:4]
 
@@ -204,7 +205,27 @@ elif name == "engines":
                 print(f"{points},{engine},{result['iterations']},{solve['wall_s']:.4f},"
                       f"{solve['wall_s'] / result['iterations']:.5f},{solve['peak_mib']:.0f},"
                       f"{result['sigma0_squared']:.12f}")
+elif name == "selection":
+    folder = f"{work}/block"
+    run("simulate", "datasets/scenes/block-12-strips.toml", "-o", folder)
+    text = open(f"{folder}/block.toml").read()
+    begin, end = text.index("[adjust]"), text.index("[[pass]]")
+
+    def cpu_of(adjust):
+        with open(f"{folder}/block.toml", "w") as out:
+            out.write(text[:begin] + "[adjust]\n" + adjust + "\n" + text[end:])
+        result, cpu = measured(folder, "--threads", "1")
+        return result, cpu
+
+    chosen = cpu_of('corrections = "auto"')[0]["selection"]["model"]
+    auto, final = [], []
+    for _ in range(25):
+        auto.append(cpu_of('corrections = "auto"')[1])
+        final.append(cpu_of(chosen)[1])
+    auto_s, final_s = statistics.median(auto), statistics.median(final)
+    print("runs,auto_cpu_s,final_cpu_s,ratio")
+    print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
     sys.exit("bench.sh: NAME is commands, stages, reading, engines, growth, network, largest, "
-             "covariance or machine")
+             "covariance, selection or machine")
 PY
