@@ -24,19 +24,6 @@ Eigen::MatrixXd Part(const Eigen::MatrixXd& s,
   return s(rows, columns);
 }
 
-std::vector<int> Joined(std::initializer_list<const std::vector<int>*> sets) {
-  std::vector<int> all;
-  for (const std::vector<int>* set : sets) all.insert(all.end(), set->begin(), set->end());
-  return all;
-}
-
-/// begin, begin + 1, ...
-std::vector<int> Places(std::size_t begin, std::size_t count) {
-  std::vector<int> list(count);
-  std::iota(list.begin(), list.end(), static_cast<int>(begin));
-  return list;
-}
-
 /// Least eigenvalue by inverse iteration on a factor, never below the true one but for rounding.
 double LeastEigenvalue(const Eigen::LLT<Eigen::MatrixXd>& factor) {
   const Eigen::Index n = factor.rows();
@@ -64,32 +51,8 @@ double ConditionOf(const Eigen::MatrixXd& scaled) {
   return 1.0 / LeastEigenvalue(factor);
 }
 
-std::vector<int> WalkColumns::All() const { return Joined({&start, &steps}); }
-
 QuadraticModel::QuadraticModel(Data data) : data_(std::move(data)) {
   CHECK(Reset({})) << "an empty model is never singular";
-}
-
-QuadraticModel QuadraticModel::Reduced(const std::vector<int>& columns) const {
-  return QuadraticModel({Part(data_.s, columns, columns),
-                         data_.b(columns),
-                         data_.constant_1,
-                         data_.full_diagonal(columns),
-                         data_.prior_weight(columns),
-                         data_.log_count(columns),
-                         data_.redundancy_1});
-}
-
-std::vector<int> QuadraticModel::ActiveBut(
-    std::initializer_list<const std::vector<int>*> sets) const {
-  std::vector<int> out;
-  for (const int c : active_) {
-    const auto holds = [c](const std::vector<int>* set) {
-      return std::find(set->begin(), set->end(), c) != set->end();
-    };
-    if (std::none_of(sets.begin(), sets.end(), holds)) out.push_back(c);
-  }
-  return out;
 }
 
 double QuadraticModel::Takes(const std::vector<int>& columns) const {
@@ -153,26 +116,14 @@ CandidateFigures QuadraticModel::Test(const std::vector<int>& columns,
   out.statistic_1 = factor.matrixL().solve(scaled).squaredNorm();
 
   const Eigen::VectorXd prior = data_.prior_weight(columns);
-  // log det of information over prior information: the exact penalty where a prior is proper.
-  double log_det =
-      2.0 * factor.matrixLLT().diagonal().array().log().sum() - 2.0 * scale.array().log().sum();
-  std::vector<int> loose;  // places of columns without a prior
-  for (Eigen::Index i = 0; i < prior.size(); ++i) {
-    if (prior[i] > 0.0) {
-      log_det -= std::log(prior[i]);
-    } else {
-      loose.push_back(static_cast<int>(i));
-    }
-  }
-  if (loose.empty()) {
-    out.penalty_1 = log_det;
+  if (prior.minCoeff() > 0.0) {
+    // log det of information over prior information: the exact penalty where a prior is proper.
+    const double log_det =
+        2.0 * factor.matrixLLT().diagonal().array().log().sum() - 2.0 * scale.array().log().sum();
+    out.penalty_1 = log_det - prior.array().log().sum();
     out.posterior_prior_1 = std::exp(-0.5 * out.penalty_1 / k);
-  } else if (loose.size() == columns.size()) {
+  } else {
     out.penalty_1 = data_.log_count(columns).sum();
-  } else {  // a start without a prior and steps with one
-    const Eigen::LLT<Eigen::MatrixXd> part(Part(m, loose, loose));
-    out.penalty_1 = log_det - 2.0 * part.matrixLLT().diagonal().array().log().sum();
-    for (const int i : loose) out.penalty_1 += data_.log_count[columns[static_cast<std::size_t>(i)]];
   }
   const double left = redundancy_1 - Takes(columns);
   if (!(left > 0.0)) return out;
@@ -221,13 +172,33 @@ CandidateFigures QuadraticModel::Wald(const std::vector<int>& columns,
 CandidateFigures QuadraticModel::Exchange(const std::vector<int>& out,
                                           const std::vector<int>& in) const {
   // The few columns that matter as a model of their own.
-  const std::vector<int> base = ActiveBut({&out, &in});
-  QuadraticModel small = Reduced(Joined({&base, &out, &in}));
+  std::vector<int> base;
+  for (const int c : active_) {
+    const auto holds = [c](const std::vector<int>& set) {
+      return std::find(set.begin(), set.end(), c) != set.end();
+    };
+    if (!holds(out) && !holds(in)) base.push_back(c);
+  }
+  std::vector<int> all = base;
+  all.insert(all.end(), out.begin(), out.end());
+  all.insert(all.end(), in.begin(), in.end());
+  const auto places = [](std::size_t begin, std::size_t count) {
+    std::vector<int> list(count);
+    std::iota(list.begin(), list.end(), static_cast<int>(begin));
+    return list;
+  };
+  QuadraticModel small({Part(data_.s, all, all),
+                        data_.b(all),
+                        data_.constant_1,
+                        data_.full_diagonal(all),
+                        data_.prior_weight(all),
+                        data_.log_count(all),
+                        data_.redundancy_1});
   CandidateFigures figures;
   figures.condition_1 = std::numeric_limits<double>::infinity();
-  if (!small.Reset(Places(0, base.size()))) return figures;
-  const CandidateFigures less = small.Score(Places(base.size(), out.size()));
-  CandidateFigures more = small.Score(Places(base.size() + out.size(), in.size()));
+  if (!small.Reset(places(0, base.size()))) return figures;
+  const CandidateFigures less = small.Score(places(base.size(), out.size()));
+  CandidateFigures more = small.Score(places(base.size() + out.size(), in.size()));
   const int added = static_cast<int>(in.size()) - static_cast<int>(out.size());
   if (!more.regular || added <= 0) return more;
   // The larger space against the smaller one.

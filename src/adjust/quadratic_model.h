@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <initializer_list>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,20 +17,11 @@ struct CandidateFigures {
   double condition_1 = 0.0;        ///< infinite where the columns are not determined
   double penalty_1 = 0.0;          ///< of the information criterion
   double posterior_prior_1 = 0.0;  ///< NaN where a column has no prior
-  double step_variance_m2 = 0.0;   ///< of a walk, most likely; else 0
   bool regular = false;            ///< determined, and redundancy is left
 };
 
 /// 1 / least eigenvalue of a scaled symmetric matrix; infinite where it is not positive definite.
 [[nodiscard]] double ConditionOf(const Eigen::MatrixXd& scaled);
-
-/// The columns of a walk: its first coefficients, one a pass, and the steps.
-struct WalkColumns {
-  std::vector<int> start;
-  std::vector<int> steps;
-  std::vector<double> closer_1;  ///< variance of each step over that of the group
-  [[nodiscard]] std::vector<int> All() const;
-};
 
 /// v'Pv as a quadratic function of all candidate corrections, points eliminated, and stepwise
 /// choice among its columns (docs/theory/selection.md, eqs. 1 to 9):
@@ -72,20 +62,8 @@ class QuadraticModel {
   /// Having `in` against having `out`, the smaller space; one of both is active.
   [[nodiscard]] CandidateFigures Exchange(const std::vector<int>& out,
                                           const std::vector<int>& in) const;
-  /// Having a walk against having `out`; either may be active. The variance of its steps is the
-  /// most likely one. F is that of the walk's space, its steps free, against `below`.
-  [[nodiscard]] CandidateFigures Walk(const WalkColumns& walk,
-                                      const std::vector<int>& out,
-                                      const std::vector<int>& below) const;
-  /// Gives the steps of a walk a prior in place of what they have. Reset() where they are active.
-  void SetSteps(const WalkColumns& walk, double variance_m2);
 
  private:
-  /// The model of `columns` alone, in their order, nothing active.
-  [[nodiscard]] QuadraticModel Reduced(const std::vector<int>& columns) const;
-  /// Active columns that stand in none of the sets.
-  [[nodiscard]] std::vector<int> ActiveBut(
-      std::initializer_list<const std::vector<int>*> sets) const;
   /// Tests columns with information `m` and gradient `g`, the others of the model eliminated,
   /// against a model without them.
   [[nodiscard]] CandidateFigures Test(const std::vector<int>& columns,

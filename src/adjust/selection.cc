@@ -7,7 +7,6 @@
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
-#include "sarblock/core/quantile.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,11 +31,6 @@ constexpr int kMostRounds = 8;
 constexpr int kMostSwaps = 100;
 /// Relative difference of information criteria below which two candidates are one.
 constexpr double kEqual_1 = 1e-6;
-/// Sweeps over the walks of a model, which estimate the variance of each given the others'.
-constexpr int kStepSweeps = 3;
-/// Relative difference of variances of steps that no round is made for: their own standard
-/// deviation is many times that.
-constexpr double kSameVariance_1 = 0.05;
 
 class Selector {
  public:
@@ -59,17 +53,16 @@ class Selector {
       Step(progress_, "select", static_cast<std::size_t>(report.rounds), kMostRounds);
       candidates_ = MakeCandidates(*problem_, options_, spline_groups_);
       levels_.resize(candidates_.terms.size(), 0);
-      step_variance_m2_.resize(candidates_.terms.size(), 0.0);
       QuadraticModel model = Linearise();
       const bool changed = ChooseSteps(&model);
-      const bool wider = WantSplines(model);
+      const bool wider = WantSplines();
       if (changed) Refit();
       report.settled = !changed && !wider;
       if (report.settled || report.rounds == kMostRounds) TestKept(model);
     }
     report.steps = step_;
     report.candidates = rows_.Finish(candidates_, levels_, options_.selection);
-    report.groups = GroupsOf(block_, candidates_, levels_, step_variance_m2_);
+    report.groups = GroupsOf(block_, candidates_, levels_);
     return report;
   }
 
@@ -202,40 +195,18 @@ class Selector {
         data.prior_weight[i] = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
       }
     }
-    QuadraticModel model(std::move(data));
-    for (std::size_t t = 0; t < levels_.size(); ++t) {
-      if (IsWalk(t, levels_[t])) model.SetSteps(WalkOf(t, levels_[t]), step_variance_m2_[t]);
-    }
-    return model;
-  }
-
-  /// A level whose steps have a variance to be estimated.
-  bool IsWalk(std::size_t t, std::size_t level) const {
-    return level > 0 && !WalkOf(t, level).steps.empty();
-  }
-  const WalkColumns& WalkOf(std::size_t t, std::size_t level) const {
-    return candidates_.terms[t].levels[level - 1].walk_of;
+    return QuadraticModel(std::move(data));
   }
 
   /// Solves the block with the model chosen, from the former solution.
   void Refit() {
-    auto next = std::make_unique<AdjustmentProblem>(
-        block_, GroupsOf(block_, candidates_, levels_, step_variance_m2_));
+    auto next = std::make_unique<AdjustmentProblem>(block_, GroupsOf(block_, candidates_, levels_));
     Adopt(*problem_, next.get());
     std::map<std::string, double> value_of;
     for (int i = 0; i < problem_->layout.size(); ++i) {
       value_of[KeyOf(problem_->layout.parameters[static_cast<std::size_t>(i)])] =
           state_.corrections[i];
     }
-    // Coefficients of other functions have the same names.
-    solved_levels_.resize(levels_.size(), 0);
-    for (std::size_t t = 0; t < levels_.size(); ++t) {
-      if (Functions(t, levels_[t]) == Functions(t, solved_levels_[t])) continue;
-      for (const int column : candidates_.terms[t].ColumnsAt(levels_[t])) {
-        value_of.erase(KeyOf(candidates_.parameters[static_cast<std::size_t>(column)]));
-      }
-    }
-    solved_levels_ = levels_;
     state_.corrections = Eigen::VectorXd::Zero(next->layout.size());
     for (int i = 0; i < next->layout.size(); ++i) {
       const auto found = value_of.find(KeyOf(next->layout.parameters[static_cast<std::size_t>(i)]));
@@ -243,11 +214,6 @@ class Selector {
     }
     problem_ = std::move(next);
     Solve();
-  }
-
-  /// What a level is made of: polynomials (0), or one of the splines.
-  std::size_t Functions(std::size_t t, std::size_t level) const {
-    return level > 0 && candidates_.terms[t].levels[level - 1].spline ? level : 0;
   }
 
   struct Move {
@@ -264,10 +230,6 @@ class Selector {
     const SelectionTerm& term = candidates_.terms[t];
     const std::size_t now = levels_[t];
     if (term.levels[level - 1].columns.empty()) return std::nullopt;
-    if (IsWalk(t, level)) {
-      return model.Walk(
-          WalkOf(t, level), term.ColumnsAt(now), term.ColumnsAt(std::min(now, term.Degrees())));
-    }
     if (term.levels[level - 1].spline) {
       return model.Exchange(term.ColumnsAt(now), term.ColumnsAt(level));
     }
@@ -277,15 +239,6 @@ class Selector {
       columns.insert(columns.end(), add.begin(), add.end());
     }
     return model.Score(columns);
-  }
-
-  /// Takes a move; of a walk with the steps that its figures found.
-  void Enter(const Move& move, QuadraticModel* model) {
-    if (IsWalk(move.term, move.level)) {
-      step_variance_m2_[move.term] = move.figures.step_variance_m2;
-      model->SetSteps(WalkOf(move.term, move.level), move.figures.step_variance_m2);
-    }
-    Apply(move.term, move.level, model);
   }
 
   void Apply(std::size_t t, std::size_t level, QuadraticModel* model) {
@@ -378,10 +331,6 @@ class Selector {
       return {model.Wald(term.levels[now - 1].columns, covariance), now - 1};
     }
     const std::size_t below = term.Degrees();
-    if (IsWalk(t, now)) {
-      const std::vector<int> polynomial = term.ColumnsAt(below);
-      return {model.Walk(WalkOf(t, now), polynomial, polynomial), below};
-    }
     if (below == 0) return {model.Wald(term.levels[now - 1].columns, covariance), 0};
     return {model.Exchange(term.ColumnsAt(below), term.ColumnsAt(now)), below};
   }
@@ -411,11 +360,10 @@ class Selector {
       std::fill(levels_.begin(), levels_.end(), 0);
       CHECK(model->Reset({})) << "an empty model is never singular";
     }
-    const bool steps = EstimateSteps(model);
     for (;;) {
       for (Move best = BestCandidate(*model, dropped); best.found;
            best = BestCandidate(*model, dropped)) {
-        Enter(best, model);
+        Apply(best.term, best.level, model);
       }
       bool fewer = false;
       for (Move worst = WorstKept(*model); worst.found; worst = WorstKept(*model)) {
@@ -424,27 +372,8 @@ class Selector {
         fewer = true;
       }
       if (fewer) continue;
-      if (!SwapOne(dropped, model)) return steps || levels_ != before;
+      if (!SwapOne(dropped, model)) return levels_ != before;
     }
-  }
-
-  /// The variances of the steps of the walks in the model, one after the other; true where one
-  /// changed by more than it would matter.
-  bool EstimateSteps(QuadraticModel* model) {
-    bool changed = false;
-    for (int sweep = 0; sweep < kStepSweeps; ++sweep) {
-      for (std::size_t t = 0; t < levels_.size(); ++t) {
-        if (!IsWalk(t, levels_[t])) continue;
-        const WalkColumns& walk = WalkOf(t, levels_[t]);
-        const double next_m2 = model->Walk(walk, {}, {}).step_variance_m2;
-        if (!(next_m2 > 0.0)) continue;
-        if (std::abs(std::log(next_m2 / step_variance_m2_[t])) > kSameVariance_1) changed = true;
-        step_variance_m2_[t] = next_m2;
-        model->SetSteps(walk, next_m2);
-        CHECK(model->Reset(ActiveColumns())) << "a model inside a regular one is singular";
-      }
-    }
-    return changed;
   }
 
   /// What one step leads to: the next degree and the splines.
@@ -491,22 +420,17 @@ class Selector {
     }
     if (!best.found || ++swaps_ > kMostSwaps) return false;
     Apply(out, levels_[out] - 1, model);
-    Enter(best, model);
+    Apply(best.term, best.level, model);
     return true;
   }
 
-  /// Asks for splines where the highest degree was needed, or where the model leaves more in the
-  /// residuals than the global test allows; true where that is new.
-  bool WantSplines(const QuadraticModel& model) {
+  /// Asks for splines where the highest degree was needed; true where that is new.
+  bool WantSplines() {
     bool wider = false;
-    const double redundancy_1 = model.redundancy();
-    const bool misfit =
-        redundancy_1 > 0.0 &&
-        model.square_sum() > ChiSquareInterval(options_.test_level, redundancy_1).upper;
     for (std::size_t t = 0; t < candidates_.terms.size(); ++t) {
       const SelectionTerm& term = candidates_.terms[t];
       const bool has_splines = term.Degrees() > 0 && term.levels.size() > term.Degrees();
-      if (!has_splines || (levels_[t] < term.Degrees() && !misfit)) continue;
+      if (!has_splines || levels_[t] < term.Degrees()) continue;
       const bool formed = std::find(spline_groups_.begin(), spline_groups_.end(), term.group) !=
                           spline_groups_.end();
       if (formed) continue;
@@ -537,9 +461,7 @@ class Selector {
   std::unique_ptr<AdjustmentProblem> problem_;  // of the model chosen so far
   BlockState state_;                            // its solution
   Candidates candidates_;
-  Levels levels_;                         // by term
-  Levels solved_levels_;                  // of the problem
-  std::vector<double> step_variance_m2_;  // of walks, by term
+  Levels levels_;  // by term
   std::vector<std::size_t> spline_groups_;
   SelectionRows rows_;
   Eigen::MatrixXd nominal_s_;  // of all candidates, paths not corrected

@@ -96,9 +96,6 @@ std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
       if (result.kept) {
         result.reason =
             why.empty() ? "determinable, significant and pays" : "below a degree that is kept";
-        if (row.figures.step_variance_m2 > 0.0) {
-          result.reason += ", steps of " + Text(std::sqrt(row.figures.step_variance_m2)) + " m";
-        }
       } else if (contained) {
         result.reason = "contained in the spline that is kept";
       } else if (result.test == SelectionTest::kScore) {
@@ -106,8 +103,7 @@ std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
         if (why.empty()) result.reason = "another candidate of its term pays more";
       } else if (level.spline) {
         result.reason =
-            "not tried: polynomials leave no misfit and no component needs the highest degree, or "
-            "one holds as much";
+            "not tried: no component needs the highest degree, or a polynomial holds as much";
       } else {
         result.reason = "not tried";
       }
@@ -126,8 +122,7 @@ std::string KeptText(const SelectionReport& report,
   const std::string stem = parameter.substr(0, parameter.rfind('.'));
   for (const CandidateResult& candidate : report.candidates) {
     if (!candidate.kept) continue;
-    const bool spline = candidate.name.starts_with(stem + ".spline ") ||
-                        candidate.name.starts_with(stem + ".walk ");
+    const bool spline = candidate.name.starts_with(stem + ".spline ");
     if (candidate.name != parameter && !spline) continue;
     const std::string among = " " + candidate.passes + " ";
     if (candidate.passes != "all" && among.find(" " + owner + " ") == std::string::npos) continue;
