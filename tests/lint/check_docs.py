@@ -2,17 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Links and citations; run by ctest as lint/check_docs.
 
-Usage: check_docs.py [ROOT]. Prints `file:line: finding`; exit status 1 if there is one.
+Usage: check_docs.py [ROOT] [--update]. Prints `file:line: finding`; exit status 1 if there is one.
 
-Links      a relative link of a Markdown page names a file of the project.
+Links      a relative link of a Markdown page names a file of the project, and its anchor a heading.
+Code       a block after `<!-- code: FILE PART -->` is the part of FILE (below docs) between two lines
+           `// [PART]`, so that the page shows what the tests compile. --update writes the blocks.
 Citations  a page cited in a source (`docs/theory/observations.md, eq. (7)`) exists, and so do the
            equations cited, each numbered at the end of a line: `... (7)`.
 """
 import pathlib
 import re
 import sys
+import textwrap
 
-LINK = re.compile(r"\]\((?!https?:|mailto:|#)([^)#\s]+)(?:#[^)]*)?\)")
+LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]*)(?:#([^)\s]*))?\)")
+HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.M)
+FENCED = re.compile(r"^```.*?^```", re.M | re.S)
+CODE = re.compile(r"^<!-- code: (\S+) (\S+) -->\n+```\w*\n(.*?)^```", re.M | re.S)
 CITATION = re.compile(r"(docs/[\w/]+\.md)((?:,?\s+eqs?\.\s*(?:\(\d+\)(?:\s*(?:-|to|and|,)\s*)?)+)?)")
 NUMBER = re.compile(r"\((\d+)\)")
 NUMBERED = re.compile(r"\((\d+)\)\s*$", re.M)
@@ -27,11 +33,47 @@ def pages(root):
     return sorted([*root.glob("*.md"), *(root / "docs").rglob("*.md")])
 
 
+def anchors(path):
+    """The anchors of a page's headings, as GitHub makes them."""
+    found = set()
+    for heading in HEADING.findall(FENCED.sub("", path.read_text(encoding="utf-8"))):
+        heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)
+        slug = re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+        number = 0
+        while slug + (f"-{number}" if number else "") in found:
+            number += 1
+        found.add(slug + (f"-{number}" if number else ""))
+    return found
+
+
 def check_links(path, root):
     text = path.read_text(encoding="utf-8")
     for match in LINK.finditer(text):
-        if not (path.parent / match.group(1)).exists():
+        target = path.parent / match.group(1) if match.group(1) else path
+        if not target.exists():
             yield line_of(text, match.start()), f"'{match.group(1)}' does not exist"
+        elif match.group(2) and target.suffix == ".md" and match.group(2) not in anchors(target):
+            yield line_of(text, match.start()), f"{target.name} has no heading '#{match.group(2)}'"
+
+
+def part_of(path, name):
+    """The lines of a source between two markers, less their common indentation; None without."""
+    if not path.exists():
+        return None
+    parts = re.split(rf"^[ ]*// \[{re.escape(name)}\]\n", path.read_text(encoding="utf-8"), flags=re.M)
+    return textwrap.dedent(parts[1]) if len(parts) == 3 else None
+
+
+def check_code(path, root, update):
+    text = path.read_text(encoding="utf-8")
+    for match in reversed(list(CODE.finditer(text))):
+        part = part_of(root / "docs" / match.group(1), match.group(2))
+        if part is None:
+            yield line_of(text, match.start()), f"no part [{match.group(2)}] in {match.group(1)}"
+        elif part != match.group(3) and update:
+            path.write_text(text := text[:match.start(3)] + part + text[match.end(3):], "utf-8")
+        elif part != match.group(3):
+            yield line_of(text, match.start()), f"differs from [{match.group(2)}] in {match.group(1)}"
 
 
 def check_citations(path, root):
@@ -51,13 +93,16 @@ def check_citations(path, root):
 
 
 def main():
-    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    update = "--update" in sys.argv
+    arguments = [argument for argument in sys.argv[1:] if argument != "--update"]
+    root = pathlib.Path(arguments[0] if arguments else ".").resolve()
     if not (root / "docs").is_dir():
         print(f"{root} has no folder docs: give the project's root")
         return 2
-    sources = sorted(p for folder in ("include", "src", "tests")
+    sources = sorted(p for folder in ("include", "src", "tests", "docs")
                      for pattern in ("*.h", "*.cc") for p in (root / folder).rglob(pattern))
     found = [(p, *f) for p in pages(root) for f in check_links(p, root)]
+    found += [(p, *f) for p in pages(root) for f in check_code(p, root, update)]
     found += [(p, *f) for p in sources for f in check_citations(p, root)]
     for path, line, message in found:
         print(f"{path.relative_to(root)}:{line}: {message}")

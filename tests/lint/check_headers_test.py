@@ -87,6 +87,20 @@ class CheckDocsTest(CheckerTest):
     def test_finds_a_dead_link(self):
         self.expect_finding("docs/page.md", "text\n[a](b.md#c)\n", "docs/page.md:2: 'b.md'")
 
+    def test_finds_a_dead_anchor(self):
+        headings = "# A `b` (c), d\n\n## Two\n\n## Two\n"
+        self.expect_finding("docs/page.md", headings + "[x](#three)\n", "page.md has no heading '#three'")
+        self.assertEqual(self.check({"docs/page.md": headings + "[x](#a-b-c-d), [y](#two-1)\n",
+                                     "docs/other.md": "[x](page.md#two)\n"}), (0, ""))
+
+    def test_finds_code_that_differs_from_its_source(self):
+        page = "<!-- code: a.cc part -->\n\n```cpp\nint x = 1;\n```\n"
+        source = SPDX + "  // [part]\n  int x = {};\n  // [part]\n"
+        self.assertEqual(self.check({"docs/page.md": page, "docs/a.cc": source.format(1)}), (0, ""))
+        status, output = self.check({"docs/page.md": page, "docs/a.cc": source.format(2)})
+        self.assertEqual((status, output), (1, "docs/page.md:1: differs from [part] in a.cc\n"))
+        self.expect_finding("docs/page.md", page, "no part [part] in a.cc")
+
     def test_finds_a_citation_of_a_missing_page(self):
         self.expect_finding("src/core/a.cc", SPDX + "// docs/gone.md\n", "a.cc:2: docs/gone.md")
 
