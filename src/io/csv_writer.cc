@@ -4,9 +4,27 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "csv_cells.h"
 #include "number.h"
 
 namespace sarblock {
+
+void AppendCsvText(std::string_view text, std::string* row) {
+  const bool blank_end = !text.empty() && (text.front() == ' ' || text.front() == '\t' ||
+                                           text.back() == ' ' || text.back() == '\t');
+  const bool byte_order_mark = text.starts_with("\xEF\xBB\xBF");
+  if (!blank_end && !byte_order_mark && !text.starts_with('#') &&
+      text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    *row += text;
+    return;
+  }
+  *row += '"';
+  for (const char c : text) {
+    if (c == '"') *row += '"';
+    *row += c;
+  }
+  *row += '"';
+}
 
 CsvWriter::CsvWriter(const std::filesystem::path& file,
                      const std::vector<std::string_view>& columns,
@@ -22,20 +40,7 @@ void CsvWriter::Separate() {
 
 CsvWriter& CsvWriter::Text(std::string_view text) {
   Separate();
-  const bool blank_end = !text.empty() && (text.front() == ' ' || text.front() == '\t' ||
-                                           text.back() == ' ' || text.back() == '\t');
-  const bool byte_order_mark = text.starts_with("\xEF\xBB\xBF");
-  if (!blank_end && !byte_order_mark && !text.starts_with('#') &&
-      text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    row_ += text;
-    return *this;
-  }
-  row_ += '"';
-  for (const char c : text) {
-    if (c == '"') row_ += '"';
-    row_ += c;
-  }
-  row_ += '"';
+  AppendCsvText(text, &row_);
   return *this;
 }
 

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/study/study_table.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sarblock {
+
+enum class StudyStart {
+  kResume,   ///< keep what an earlier run of the same study finished
+  kRestart,  ///< remove it
+};
+
+/// What tells one study from another.
+struct StudyIdentity {
+  std::string name;  ///< of the table: NAME.csv
+  std::vector<StudyColumn> columns;
+  std::size_t tasks = 0;
+  std::string text;  ///< everything the rows are a function of: the effective study file, scenes
+};
+
+/// The rows of a study in a folder.
+///
+/// `NAME.csv` is the table. It grows as tasks finish, in the study's order: at every moment it
+/// holds whole rows, from the first on. `NAME.progress` beside it holds every finished task in the
+/// order they finished, after a line with a hash of the study (FNV-1a, 64 bits, of its text,
+/// columns and the program's version); it is what a later run resumes from. A record that a killed
+/// run left half written there is dropped.
+///
+/// kResume throws InputError where the folder holds rows of another study, and where NAME.csv
+/// stands there without NAME.progress; both modes where another process has the study open.
+class StudyRows final : public StudyStore {
+ public:
+  StudyRows(const std::filesystem::path& folder, StudyIdentity identity, StudyStart start);
+  ~StudyRows() override;
+
+  [[nodiscard]] const std::vector<StudyRow>* Find(std::size_t task) const override;
+  void Keep(std::size_t task, const std::vector<StudyRow>& rows) override;
+  /// Tasks taken over from an earlier run.
+  [[nodiscard]] std::size_t kept() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sarblock

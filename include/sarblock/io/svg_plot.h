@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sarblock {
+
+/// Plots as SVG text: the one way in which the program draws.
+///
+/// Six colours that the colour-blind tell apart (Paul Tol's bright scheme), each with a marker of
+/// its own, so that no plot relies on colour alone. Every text is escaped. No fonts, scripts,
+/// styles or identifiers: a plot stands alone as a file and may be put into a page with others.
+
+enum class PlotScale { kLinear, kLog };
+
+struct PlotAxis {
+  std::string label;
+  PlotScale scale = PlotScale::kLinear;
+  /// From, to; not given: of the data, to round numbers. kLog: both above 0.
+  std::optional<std::array<double, 2>> range;
+};
+
+enum class PlotMark { kLine, kMarkers, kBoth };
+enum class PlotDash { kSolid, kDashed, kDotted };
+
+/// A line or a set of markers.
+struct PlotSeries {
+  static constexpr std::size_t kColours = 6;
+  static constexpr std::size_t kBlack = kColours;  ///< a seventh, for what is no colour's
+
+  std::string name;  ///< in the legend; empty: not there
+  /// x, y in the order of the line. A value that is not finite (or not above 0 on a logarithmic
+  /// axis) leaves a gap. Without points the series stands in the legend alone.
+  std::vector<std::array<double, 2>> points;
+  /// By point, lower and upper end of a vertical bar; empty: none.
+  std::vector<std::array<double, 2>> bars;
+  PlotMark mark = PlotMark::kBoth;
+  PlotDash dash = PlotDash::kSolid;
+  std::size_t colour = 0;      ///< 0 to kBlack; larger numbers begin again at 0
+  bool in_its_colour = false;  ///< the legend's text in the colour, without a sample
+};
+
+struct Plot {
+  std::string title;
+  PlotAxis x;
+  PlotAxis y;
+  std::vector<PlotSeries> series;
+  std::vector<std::string> notes;  ///< lines below the legend
+};
+
+/// The plot as an SVG document; the same plot gives the same bytes. Without any point to show it
+/// has empty axes. Throws std::logic_error for a given range that is empty or, on a logarithmic
+/// axis, not positive.
+[[nodiscard]] std::string SvgOf(const Plot& plot);
+
+/// Text for XML: & < > " escaped, control characters as spaces.
+[[nodiscard]] std::string XmlText(std::string_view text);
+
+}  // namespace sarblock

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/svg_plot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace sarblock {
+namespace {
+
+constexpr double kLeft = 76.0, kTop = 40.0, kPlotWidth = 460.0, kPlotHeight = 320.0;
+constexpr double kHeight = 420.0, kGap = 14.0, kLine = 18.0, kSample = 36.0;
+constexpr double kCharacter = 6.7;  // of a text of 12 units, on the wide side
+constexpr std::array<const char*, PlotSeries::kColours + 1> kColour = {
+    "#4477aa", "#66ccee", "#228833", "#ccbb44", "#ee6677", "#aa3377", "#000000"};
+constexpr std::array<const char*, 3> kDashes = {"", "7,4", "2,3"};
+
+struct Tick {
+  double value;
+  bool labelled;
+};
+
+/// A value axis: places in 0..1 and ticks.
+class Axis {
+ public:
+  Axis(const PlotAxis& axis, double least, double most)
+      : log_(axis.scale == PlotScale::kLog), given_(axis.range.has_value()) {
+    if (given_) {
+      least = (*axis.range)[0];
+      most = (*axis.range)[1];
+      if (!(least < most) || (log_ && !(least > 0.0))) {
+        throw std::logic_error("a plot's axis has no range");
+      }
+    }
+    if (!(least <= most)) least = log_ ? 0.1 : 0.0, most = 1.0;  // nothing to show
+    begin_ = To(least);
+    end_ = To(most);
+    log_ ? MakeLogTicks() : MakeTicks();
+  }
+
+  [[nodiscard]] double To(double value) const { return log_ ? std::log10(value) : value; }
+  [[nodiscard]] bool Shows(double value) const {
+    return std::isfinite(value) && (!log_ || value > 0.0);
+  }
+  /// Part of the way along the axis.
+  [[nodiscard]] double Part(double value) const { return (To(value) - begin_) / (end_ - begin_); }
+  [[nodiscard]] const std::vector<Tick>& ticks() const { return ticks_; }
+
+ private:
+  void MakeTicks() {
+    if (begin_ == end_) {
+      const double half = begin_ == 0.0 ? 1.0 : 0.1 * std::abs(begin_);
+      begin_ -= half;
+      end_ += half;
+    }
+    const double raw = (end_ - begin_) / 6.0;
+    const double decade = std::pow(10.0, std::floor(std::log10(raw)));
+    const double step = decade * (raw > 5.0 * decade   ? 10.0
+                                  : raw > 2.0 * decade ? 5.0
+                                  : raw > decade       ? 2.0
+                                                       : 1.0);
+    if (!given_) {
+      begin_ = step * std::floor(begin_ / step + 1e-9);
+      end_ = step * std::ceil(end_ / step - 1e-9);
+    }
+    const double first = std::ceil(begin_ / step - 1e-9);
+    for (double i = first; i * step <= end_ + 1e-9 * step; i += 1.0) {
+      ticks_.push_back({i == 0.0 ? 0.0 : i * step, true});
+    }
+  }
+
+  void MakeLogTicks() {
+    if (!given_) {  // out to the next of 1, 2, 5
+      begin_ = Round(begin_, -1);
+      end_ = Round(end_, 1);
+    }
+    const double decades = end_ - begin_;
+    const int every = std::max(1, static_cast<int>(std::ceil(decades / 10.0)));
+    for (int d = static_cast<int>(std::floor(begin_)) - 1; d <= static_cast<int>(end_) + 1; ++d) {
+      for (int m = 1; m < 10; ++m) {
+        const double at = d + std::log10(static_cast<double>(m));
+        if (at < begin_ - 1e-9 || at > end_ + 1e-9) continue;
+        const bool main = m == 1 && d % every == 0;
+        const bool between = decades < 3.0 && (m == 2 || m == 5);
+        if (m == 1 || decades < 4.0) ticks_.push_back({m * std::pow(10.0, d), main || between});
+      }
+    }
+  }
+
+  static double Round(double log, int direction) {
+    const double decade = std::floor(log);
+    const std::array<double, 4> steps = {
+        decade, decade + std::log10(2.0), decade + std::log10(5.0), decade + 1.0};
+    if (direction < 0) {
+      double below = decade;
+      for (const double step : steps) {
+        if (step <= log + 1e-9) below = step;
+      }
+      return below - (log - below < 1e-9 ? 0.05 : 0.0);
+    }
+    for (const double step : steps) {
+      if (step >= log - 1e-9) return step + (step - log < 1e-9 ? 0.05 : 0.0);
+    }
+    return decade + 1.0;
+  }
+
+  bool log_;
+  bool given_;
+  double begin_ = 0.0, end_ = 1.0;
+  std::vector<Tick> ticks_;
+};
+
+Axis AxisOf(const Plot& plot, std::size_t coordinate) {
+  const PlotAxis& axis = coordinate == 0 ? plot.x : plot.y;
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  const auto add = [&](double value) {
+    if (!std::isfinite(value) || (axis.scale == PlotScale::kLog && value <= 0.0)) return;
+    least = std::min(least, value);
+    most = std::max(most, value);
+  };
+  for (const PlotSeries& series : plot.series) {
+    for (const auto& point : series.points) add(point[coordinate]);
+    if (coordinate == 0) continue;
+    for (const auto& bar : series.bars) add(bar[0]), add(bar[1]);
+  }
+  return {axis, least, most};
+}
+
+const char* ColourOf(const PlotSeries& series) { return kColour[series.colour % kColour.size()]; }
+
+/// A marker about x, y: one shape a colour.
+std::string Marker(double x, double y, const PlotSeries& series) {
+  const char* colour = ColourOf(series);
+  const auto path = [&](const char* shape) {
+    return fmt::format("<path d=\"M{:.2f} {:.2f}{}z\" fill=\"{}\"/>\n", x, y, shape, colour);
+  };
+  switch (series.colour % kColour.size()) {
+    case 1:
+      return path("m-3.2 -3.2h6.4v6.4h-6.4");
+    case 2:
+      return path("m0 -4.4l4 7h-8");
+    case 3:
+      return path("m0 -4.6l4.6 4.6l-4.6 4.6l-4.6 -4.6");
+    case 4:
+      return path("m0 4.4l4 -7h-8");
+    case 5:
+      return path("m-1.3 -4h2.6v2.7h2.7v2.6h-2.7v2.7h-2.6v-2.7h-2.7v-2.6h2.7");
+    default:
+      return fmt::format(
+          "<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3.4\" fill=\"{}\"/>\n", x, y, colour);
+  }
+}
+
+std::string Dashes(const PlotSeries& series) {
+  const char* dashes = kDashes[static_cast<std::size_t>(series.dash)];
+  return *dashes == '\0' ? "" : fmt::format(" stroke-dasharray=\"{}\"", dashes);
+}
+
+/// Lines, bars and markers inside the plot's frame, in its own coordinates.
+std::string DrawSeries(const PlotSeries& series, const Axis& x, const Axis& y) {
+  std::string path, marks;
+  bool begins = true;
+  for (std::size_t i = 0; i < series.points.size(); ++i) {
+    const auto& point = series.points[i];
+    if (!x.Shows(point[0]) || !y.Shows(point[1])) {
+      begins = true;
+      continue;
+    }
+    const double at_x = kPlotWidth * x.Part(point[0]);
+    const double at_y = kPlotHeight * (1.0 - y.Part(point[1]));
+    fmt::format_to(std::back_inserter(path), "{}{:.2f} {:.2f}", begins ? "M" : "L", at_x, at_y);
+    begins = false;
+    if (series.mark != PlotMark::kLine) marks += Marker(at_x, at_y, series);
+    if (i < series.bars.size() && y.Shows(series.bars[i][0]) && y.Shows(series.bars[i][1])) {
+      fmt::format_to(std::back_inserter(marks),
+                     "<path d=\"M{:.2f} {:.2f}V{:.2f}\" stroke=\"{}\"/>\n",
+                     at_x,
+                     kPlotHeight * (1.0 - y.Part(series.bars[i][0])),
+                     kPlotHeight * (1.0 - y.Part(series.bars[i][1])),
+                     ColourOf(series));
+    }
+  }
+  if (series.mark == PlotMark::kMarkers || path.empty()) return marks;
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"{}/>\n",
+                     path,
+                     ColourOf(series),
+                     Dashes(series)) +
+         marks;
+}
+
+std::string DrawGrid(const Axis& x, const Axis& y) {
+  std::string svg;
+  auto out = std::back_inserter(svg);
+  for (const Tick& tick : y.ticks()) {
+    const double at = kTop + kPlotHeight * (1.0 - y.Part(tick.value));
+    fmt::format_to(out,
+                   "<path d=\"M{} {:.2f}h{}\" stroke=\"{}\"/>\n",
+                   kLeft,
+                   at,
+                   kPlotWidth,
+                   tick.labelled ? "#cccccc" : "#eeeeee");
+    if (!tick.labelled) continue;
+    fmt::format_to(out,
+                   "<text x=\"{}\" y=\"{:.2f}\" text-anchor=\"end\">{:.4g}</text>\n",
+                   kLeft - 6,
+                   at + 4,
+                   tick.value);
+  }
+  for (const Tick& tick : x.ticks()) {
+    const double at = kLeft + kPlotWidth * x.Part(tick.value);
+    fmt::format_to(out,
+                   "<path d=\"M{:.2f} {}v{}\" stroke=\"{}\"/>\n",
+                   at,
+                   kTop,
+                   kPlotHeight,
+                   tick.labelled ? "#cccccc" : "#eeeeee");
+    if (!tick.labelled) continue;
+    fmt::format_to(out,
+                   "<text x=\"{:.2f}\" y=\"{}\" text-anchor=\"middle\">{:.4g}</text>\n",
+                   at,
+                   kTop + kPlotHeight + 16,
+                   tick.value);
+  }
+  return svg;
+}
+
+std::string DrawLegend(const Plot& plot, double* bottom) {
+  std::string svg;
+  auto out = std::back_inserter(svg);
+  const double left = kLeft + kPlotWidth + kGap;
+  double at = kTop + kGap;
+  for (const PlotSeries& series : plot.series) {
+    if (series.name.empty()) continue;
+    if (series.in_its_colour) {
+      fmt::format_to(out,
+                     "<text x=\"{}\" y=\"{}\" fill=\"{}\">{}</text>\n",
+                     left,
+                     at,
+                     ColourOf(series),
+                     XmlText(series.name));
+    } else {
+      if (series.mark != PlotMark::kMarkers) {
+        fmt::format_to(out,
+                       "<path d=\"M{} {}h{}\" stroke=\"{}\" stroke-width=\"1.6\"{}/>\n",
+                       left,
+                       at - 4,
+                       kSample,
+                       ColourOf(series),
+                       Dashes(series));
+      }
+      if (series.mark != PlotMark::kLine) svg += Marker(left + kSample / 2, at - 4, series);
+      fmt::format_to(
+          out, "<text x=\"{}\" y=\"{}\">{}</text>\n", left + kSample + 8, at, XmlText(series.name));
+    }
+    at += kLine;
+  }
+  at += kGap / 2;
+  for (const std::string& note : plot.notes) {
+    fmt::format_to(
+        out, "<text x=\"{}\" y=\"{}\" font-size=\"11\">{}</text>\n", left, at, XmlText(note));
+    at += 15.0;
+  }
+  *bottom = at;
+  return svg;
+}
+
+double WidthOf(const Plot& plot) {
+  double widest = 0.0;
+  for (const PlotSeries& series : plot.series) {
+    if (series.name.empty()) continue;
+    const double sample = series.in_its_colour ? 0.0 : kSample + 8;
+    widest = std::max(widest, sample + kCharacter * static_cast<double>(series.name.size()));
+  }
+  for (const std::string& note : plot.notes) {
+    widest = std::max(widest, 0.92 * kCharacter * static_cast<double>(note.size()));
+  }
+  const double title = kLeft + kCharacter * static_cast<double>(plot.title.size());
+  return std::ceil(std::max(kLeft + kPlotWidth + kGap + widest + kGap, title));
+}
+
+}  // namespace
+
+std::string XmlText(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+    }
+  }
+  return out;
+}
+
+std::string SvgOf(const Plot& plot) {
+  const Axis x = AxisOf(plot, 0), y = AxisOf(plot, 1);
+  double bottom = 0.0;
+  const std::string legend = DrawLegend(plot, &bottom);
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "height=\"{1}\" font-family=\"sans-serif\" font-size=\"12\">\n<title>{2}</title>\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
+      "<text x=\"{3}\" y=\"22\">{2}</text>\n",
+      WidthOf(plot),
+      std::max(kHeight, bottom + kGap),
+      XmlText(plot.title),
+      kLeft);
+  svg += DrawGrid(x, y);
+  fmt::format_to(
+      std::back_inserter(svg),
+      "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n"
+      "<text transform=\"translate(16 {}) rotate(-90)\" text-anchor=\"middle\">{}"
+      "</text>\n<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" overflow=\"hidden\">\n",
+      kLeft + kPlotWidth / 2,
+      kTop + kPlotHeight + 38,
+      XmlText(plot.x.label),
+      kTop + kPlotHeight / 2,
+      XmlText(plot.y.label),
+      kLeft,
+      kTop,
+      kPlotWidth,
+      kPlotHeight);
+  for (const PlotSeries& series : plot.series) svg += DrawSeries(series, x, y);
+  return svg + "</svg>\n" + legend + "</svg>\n";
+}
+
+}  // namespace sarblock
