@@ -57,7 +57,7 @@ TEST_F(StudyRowsTest, ALaterRunFindsEveryFinishedTaskAndDropsAHalfWrittenOne) {
   }
   const auto journal = folder_ / "squares.progress";
   const std::string whole = Content(journal);
-  for (const std::string& torn : {"task 1 rows 1\n1,1,on", "task 1 rows 1\n1,1,one\nend", "tas"}) {
+  for (const char* torn : {"task 1 rows 1\n1,1,on", "task 1 rows 1\n1,1,one\nend", "tas"}) {
     Put("squares.progress", whole + torn);
     StudyRows rows(folder_, Identity(), StudyStart::kResume);
     EXPECT_EQ(rows.kept(), 2u);
