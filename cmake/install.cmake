@@ -1,17 +1,35 @@
-# Installation: every module library with its headers, the program, and the package files that make
-# find_package(sarblock) work (tests/package is a consumer that proves it).
+# Installation: every module library with its headers, the program with its manual, completions,
+# documents and scenes, and the package files that make find_package(sarblock) work (tests/package is
+# a consumer that proves it). Components: sarblock (the program) and dev (the library).
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(sarblock_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/sarblock)
 get_property(sarblock_modules GLOBAL PROPERTY SARBLOCK_MODULES)
-install(TARGETS ${sarblock_modules} EXPORT sarblock-targets FILE_SET HEADERS)
-install(EXPORT sarblock-targets NAMESPACE sarblock:: DESTINATION ${sarblock_package_dir})
+install(TARGETS ${sarblock_modules} EXPORT sarblock-targets
+  ARCHIVE COMPONENT dev FILE_SET HEADERS COMPONENT dev)
+install(EXPORT sarblock-targets NAMESPACE sarblock:: DESTINATION ${sarblock_package_dir}
+  COMPONENT dev)
 
 if(TARGET sarblock)
-  install(TARGETS sarblock)
+  install(TARGETS sarblock RUNTIME COMPONENT sarblock)
+  install(DIRECTORY datasets/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/sarblock
+    COMPONENT sarblock FILES_MATCHING PATTERN "*.toml")
 endif()
-install(FILES LICENSE CHANGELOG.md README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+if(TARGET sarblock_manual)
+  set(manual ${PROJECT_BINARY_DIR}/manual)
+  install(FILES ${manual}/sarblock.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT sarblock)
+  install(FILES ${manual}/completion/sarblock
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT sarblock)
+  install(FILES ${manual}/completion/_sarblock
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT sarblock)
+  install(FILES ${manual}/completion/sarblock.fish
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT sarblock)
+endif()
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT licence)
+install(FILES CHANGELOG.md README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock
+  FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.cc")
 
 configure_package_config_file(cmake/sarblock-config.cmake.in sarblock-config.cmake
   INSTALL_DESTINATION ${sarblock_package_dir})
@@ -19,4 +37,4 @@ write_basic_package_version_file(sarblock-config-version.cmake COMPATIBILITY Sam
 install(FILES
   ${PROJECT_BINARY_DIR}/sarblock-config.cmake
   ${PROJECT_BINARY_DIR}/sarblock-config-version.cmake
-  DESTINATION ${sarblock_package_dir})
+  DESTINATION ${sarblock_package_dir} COMPONENT dev)

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "leberl_command.h"
+#include "manual.h"
 #include <fmt/format.h>
 #include <glog/logging.h>
 
@@ -31,6 +32,7 @@ int main(int argc, char** argv) {
   cli::AddPredict(&app, &session);
   cli::AddAdjust(&app, &session);
   cli::AddLeberl(&app, &session);
+  cli::AddManualOptions(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

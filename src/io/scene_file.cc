@@ -2,6 +2,7 @@
 #include "sarblock/io/scene_file.h"
 
 #include "sarblock/core/units.h"
+#include "sarblock/io/scene_keys.h"
 
 #include <cerrno>
 #include <charconv>
@@ -101,7 +102,7 @@ std::string ToText(const toml::table& table) {
   return stream.str();
 }
 
-SceneFlight ReadFlight(SceneTable table) {
+SceneFlight ReadFlight(SceneTable& table) {
   using Pattern = SceneFlight::Pattern;
   SceneFlight flight;
   table.Text("id", &flight.id);
@@ -148,7 +149,7 @@ SceneFlight ReadFlight(SceneTable table) {
   return flight;
 }
 
-SceneNavigation ReadNavigation(SceneTable table) {
+SceneNavigation ReadNavigation(SceneTable& table) {
   using Process = SceneNavigation::Process;
   SceneNavigation navigation;
   table.Numbers("constant_sigma_m", &navigation.constant_sigma_m);
@@ -171,7 +172,7 @@ SceneNavigation ReadNavigation(SceneTable table) {
   return navigation;
 }
 
-SceneLooks ReadLooks(SceneTable table) {
+SceneLooks ReadLooks(SceneTable& table) {
   using Blunder = SceneLooks::BlunderKind;
   SceneLooks looks;
   table.Number("range_sigma_m", &looks.range_sigma_m);
@@ -193,7 +194,7 @@ SceneLooks ReadLooks(SceneTable table) {
   return looks;
 }
 
-SceneTerrain ReadTerrain(SceneTable table) {
+SceneTerrain ReadTerrain(SceneTable& table) {
   using Kind = SceneTerrain::Kind;
   SceneTerrain terrain;
   table.Choice<Kind>(
@@ -207,7 +208,7 @@ SceneTerrain ReadTerrain(SceneTable table) {
   return terrain;
 }
 
-ScenePoints ReadPoints(SceneTable table) {
+ScenePoints ReadPoints(SceneTable& table) {
   using Pattern = ScenePoints::Pattern;
   ScenePoints points;
   table.Count("count", &points.count);
@@ -231,7 +232,7 @@ ScenePoints ReadPoints(SceneTable table) {
   return points;
 }
 
-SceneControl ReadKnown(SceneTable table, SceneControl::Layout default_layout) {
+SceneControl ReadKnown(SceneTable& table, SceneControl::Layout default_layout) {
   using Layout = SceneControl::Layout;
   SceneControl known;
   known.layout = default_layout;
@@ -261,7 +262,7 @@ SceneControl ReadKnown(SceneTable table, SceneControl::Layout default_layout) {
   return known;
 }
 
-void ReadFrame(SceneTable table, Scene* scene) {
+void ReadFrame(SceneTable& table, Scene* scene) {
   std::string kind = "local";
   table.Choice<std::string>("kind", {{"local", "local"}, {"geocentric", "geocentric"}}, &kind);
   Ellipsoid ellipsoid;
@@ -310,19 +311,19 @@ Scene ParseScene(std::string_view text,
   table.Text("name", &scene.name);
   table.Text("purpose", &scene.purpose);
   table.Count("seed", &scene.seed);
-  if (auto frame = table.Table("frame")) ReadFrame(std::move(*frame), &scene);
+  if (auto frame = table.Table("frame")) ReadFrame(*frame, &scene);
   for (SceneTable& flight : table.Tables("flight")) {
-    scene.flights.push_back(ReadFlight(std::move(flight)));
+    scene.flights.push_back(ReadFlight(flight));
   }
-  if (auto t = table.Table("navigation")) scene.navigation = ReadNavigation(std::move(*t));
-  if (auto t = table.Table("looks")) scene.looks = ReadLooks(std::move(*t));
-  if (auto t = table.Table("terrain")) scene.terrain = ReadTerrain(std::move(*t));
-  if (auto t = table.Table("points")) scene.points = ReadPoints(std::move(*t));
+  if (auto t = table.Table("navigation")) scene.navigation = ReadNavigation(*t);
+  if (auto t = table.Table("looks")) scene.looks = ReadLooks(*t);
+  if (auto t = table.Table("terrain")) scene.terrain = ReadTerrain(*t);
+  if (auto t = table.Table("points")) scene.points = ReadPoints(*t);
   if (auto t = table.Table("control")) {
-    scene.control = ReadKnown(std::move(*t), SceneControl::Layout::kCorners);
+    scene.control = ReadKnown(*t, SceneControl::Layout::kCorners);
   }
   if (auto t = table.Table("check")) {
-    scene.check = ReadKnown(std::move(*t), SceneControl::Layout::kRandom);
+    scene.check = ReadKnown(*t, SceneControl::Layout::kRandom);
   }
   if (const auto adjust = table.Take("adjust")) {
     scene.adjust_toml = ToText(toml::table{{"adjust", TomlTable(*adjust).table()}});
@@ -341,6 +342,28 @@ Scene ReadScene(const std::filesystem::path& path, const std::vector<std::string
 std::string EffectiveSceneText(const std::filesystem::path& path,
                                const std::vector<std::string>& overrides) {
   return ToText(Effective(ReadText(path), path.string(), overrides));
+}
+
+std::vector<std::string> SceneKeys() {
+  std::vector<std::string> keys = {"format", "name", "purpose", "seed"};
+  const toml::table empty;
+  // The readers are asked on an empty table: they ask for every key they know.
+  const auto add = [&](const std::string& table, const auto& read) {
+    SceneTable asked{TomlTable(empty, table)};
+    read(asked);
+    for (const std::string& key : asked.known()) keys.push_back(table + "." + key);
+  };
+  Scene scene;
+  add("frame", [&](SceneTable& table) { ReadFrame(table, &scene); });
+  add("flight.0", [](SceneTable& table) { ReadFlight(table); });
+  add("navigation", [](SceneTable& table) { ReadNavigation(table); });
+  add("looks", [](SceneTable& table) { ReadLooks(table); });
+  add("terrain", [](SceneTable& table) { ReadTerrain(table); });
+  add("points", [](SceneTable& table) { ReadPoints(table); });
+  for (const char* name : {"control", "check"}) {
+    add(name, [](SceneTable& table) { ReadKnown(table, SceneControl::Layout::kNone); });
+  }
+  return keys;
 }
 
 }  // namespace sarblock

@@ -58,6 +58,8 @@ class SceneTable {
   [[nodiscard]] std::vector<SceneTable> Tables(const std::string& key);
   /// Refuses keys never asked for.
   void Finish() const { table_.RefuseOthers(known_); }
+  /// Keys asked for so far.
+  [[nodiscard]] const std::vector<std::string>& known() const { return known_; }
 
  private:
   [[nodiscard]] static std::vector<double> NumbersOf(const TomlValue& value, std::size_t count);

@@ -7,24 +7,21 @@ import subprocess
 PLACEHOLDER = re.compile(r"^\[|\]$|\.\.\.|^<|^[A-Z][A-Z0-9_]*(?:\.\w+)?$|=[A-Z]+$")
 
 
-def _keys(page, heading, name_of):
-    """Keys in the first column of a page's tables, each after the names in the heading above."""
-    keys, tables = set(), [""]
-    if not page.exists():
-        return keys
-    for line in page.read_text(encoding="utf-8").splitlines():
+def scene_keys(root):
+    """Keys of a scene in the tables of docs/scenes.md, each after the tables its heading names."""
+    keys, tables = set(), []
+    for line in (root / "docs/scenes.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("#"):
-            tables = [name_of(table) + "." for table in re.findall(heading, line)] or [""]
+            tables = re.findall(r"`\[+(\w+)\]+`", line)
         elif line.startswith("| `"):
-            keys.update(table + key for key in re.findall(r"`([\w.]+)`", line.split("|")[1])
-                        for table in tables)
+            for key in re.findall(r"`(\w+)`", line.split("|")[1]):
+                keys.update(f"{'flight.0' if table == 'flight' else table}.{key}" for table in tables)
     return keys
 
 
 class Definitions:
-    def __init__(self, program, root):
-        """Commands and options as `--help` of the program tells them, keys of --set as the pages
-        do that other tests hold to the tables in the program."""
+    def __init__(self, program):
+        """Commands and options as `--help` tells them, keys of --set as `--dump-manual keys` does."""
         self.program = program
         options, top = self._help([])
         self.common = {**self._options(options), "-h": {"value": ""}, "--help": {"value": ""}}
@@ -37,12 +34,13 @@ class Definitions:
         self.options = {path: self._options(command["options"])
                         for path, command in self.commands.items()}
         self.every_option = set(self.common).union(*self.options.values())
-        adjust = _keys(root / "docs/adjust_options.md", r"`(.+)`", lambda table: table)
-        scene = _keys(root / "docs/scenes.md", r"`\[+(\w+)\]+`",
-                      lambda table: "flight.0" if table == "flight" else table)
+        self.common["--dump-manual"] = {"value": "FORMAT"}
+        keys = subprocess.run([program, "--dump-manual", "keys"], check=True, capture_output=True,
+                              text=True).stdout
         for path, command in self.commands.items():
-            command["set_keys"] = adjust | scene if path == "simulate" else adjust
-        self.every_key = adjust | scene
+            command["set_keys"] = {line.partition("\t")[2] for line in keys.splitlines()
+                                   if line.partition("\t")[0] == path}
+        self.every_key = set().union(*(command["set_keys"] for command in self.commands.values()))
 
     def _help(self, path):
         """Options and subcommands of one `--help`."""

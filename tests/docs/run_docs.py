@@ -3,9 +3,9 @@
 """Runs every command of the documentation; run by ctest as docs/commands.
 
 Usage: run_docs.py --program SARBLOCK [--root ROOT] [--scratch FOLDER] [--build BUILD]
-                   [--update] [PAGE...]
+                   [--examples FOLDER] [--update] [PAGE...]
 Prints `page:line: finding` and a summary; exit status 1 if there is a finding. --update writes
-the blocks marked `run: output` from what the program prints.
+docs/commands.md and the blocks marked `run: output` from what the program prints.
 
 A page's `sarblock` lines in code blocks run in order, in a folder of the page's own in which
 `datasets` and `../shared` are the project's, and must end with 0. So do inline commands that are
@@ -24,8 +24,9 @@ inline commands of the paragraph or table, that follows it:
 
 What names ../shared is left out where there is no such folder, and what needs its results. Lines
 of other programs (cmake, ctest, scripts/...) are not run: the script, the preset, the tests they
-name must exist. Options in inline code and keys of `--set` are held to what `--help` of the program
-tells and to the pages of keys."""
+name must exist. Programs of docs/examples are run where --examples says where they were built
+(ctest: docs/examples). Options in inline code, keys of `--set`, the keys in docs/scenes.md and all of
+docs/commands.md are held to what the program knows."""
 import argparse
 import fnmatch
 import os
@@ -39,7 +40,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import pages as markdown  # noqa: E402
-from definitions import Definitions  # noqa: E402
+from definitions import Definitions, scene_keys  # noqa: E402
 
 HARMLESS = {"cat", "cp", "cut", "echo", "grep", "gzip", "head", "ls", "mkdir", "mv", "sed", "sort",
             "tail", "wc", "zcat"}
@@ -101,14 +102,18 @@ class Runner:
     def __init__(self, arguments):
         self.root, self.scratch = arguments.root.resolve(), arguments.scratch.resolve()
         self.program = arguments.program.resolve()
-        self.definitions = Definitions(self.program, self.root)
+        self.definitions = Definitions(self.program)
         self.tests = Tests(arguments.build)
         self.update = arguments.update
         self.shared = self.root.parent / "shared"
-        self.counts = dict.fromkeys(("run", "long", "form", "without shared data", "others"), 0)
+        self.examples = arguments.examples.resolve() if arguments.examples else None
+        self.example_names = {path.stem for path in (self.root / "docs/examples").glob("*.cc")}
+        self.counts = dict.fromkeys(("run", "long", "form", "without shared data", "examples not built",
+                                     "others"), 0)
         self.findings = []
         self.environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1",
-                            "PATH": f"{self.program.parent}:{os.environ['PATH']}"}
+                            "PATH": ":".join(str(folder) for folder in (
+                                self.program.parent, self.examples, os.environ["PATH"]) if folder)}
 
     def find(self, page, line, message):
         self.findings.append(f"{page.name}:{line}: {message}")
@@ -203,6 +208,11 @@ class Runner:
                 self.command(page, line, text, kinds)
         elif words[0] in HARMLESS and "form" not in kinds:
             self.command(page, line, text, kinds)
+        elif words[0] in self.example_names and self.examples:
+            self.command(page, line, text, kinds)
+        elif words[0] in self.example_names:
+            self.counts["examples not built"] += 1
+            self.output = None
         elif words[0] in OTHERS or re.match(r"(?:scripts|build)/", words[0]):
             self.other(page, line, text)
 
@@ -281,6 +291,29 @@ class Runner:
                     and not self.tests.match_filter(word.partition("=")[2]):
                 self.find(page, line, f"no test matches '{word.partition('=')[2]}'")
 
+    # --- pages against what the program prints ---
+
+    def check_commands_page(self):
+        path = self.root / "docs/commands.md"
+        text = subprocess.run([self.program, "--dump-manual", "markdown"], check=True,
+                              capture_output=True, text=True).stdout
+        if path.exists() and path.read_text(encoding="utf-8") == text:
+            return
+        if self.update:
+            path.write_text(text, encoding="utf-8")
+        else:
+            self.findings.append("docs/commands.md:1: the options changed; write it again with\n"
+                                 "    sarblock --dump-manual markdown > docs/commands.md")
+
+    def check_scene_keys(self):
+        documented = scene_keys(self.root)
+        taken = {key for key in self.definitions.commands["simulate"]["set_keys"]
+                 if "." in key and not key.startswith("adjust.")}
+        for key in sorted(taken - documented):
+            self.findings.append(f"docs/scenes.md:1: the key {key} is missing")
+        for key in sorted(documented - taken):
+            self.findings.append(f"docs/scenes.md:1: no scene has a key {key}")
+
     def check_regexes(self, path):
         """Tables with a column REGEX: tests that `ctest -R` would run."""
         column = None
@@ -304,6 +337,7 @@ def main(argv=None):
                         default=pathlib.Path(__file__).resolve().parents[2])
     parser.add_argument("--scratch", type=pathlib.Path, default=pathlib.Path("build/docs"))
     parser.add_argument("--build", type=pathlib.Path)
+    parser.add_argument("--examples", type=pathlib.Path)
     parser.add_argument("--update", action="store_true",
                         default="SARBLOCK_UPDATE_DOCS" in os.environ)
     parser.add_argument("--seconds", action="store_true", help="print what each page takes")
@@ -312,7 +346,9 @@ def main(argv=None):
     runner = Runner(arguments)
     root = runner.root
     pages = [p.resolve() for p in arguments.pages]
-    if not pages:  # the whole book
+    if not pages:
+        runner.check_commands_page()
+        runner.check_scene_keys()  # the whole book
         pages = sorted([*root.glob("*.md"), *(root / "docs").rglob("*.md")])
     for page in pages:
         begin = time.monotonic()

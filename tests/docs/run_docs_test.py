@@ -15,22 +15,27 @@ import run_docs  # noqa: E402
 
 PROGRAM = """#!/bin/sh
 case "$*" in
-  --help) printf 'Options:\\n  -h,--help   Help\\n  --set TEXT  Key\\n\\nSubcommands:\\n  adjust  A\\n' ;;
+  *keys) printf 'adjust\\trobust\\nadjust\\tcorrection.position.degree\\nsimulate\\tpoints.count\\n' ;;
+  *markdown) printf '{}' ;;
+  --help) printf 'Options:\\n  -h,--help   Help\\n  --set TEXT  Key\\n\\nSubcommands:\\n'
+          printf '  adjust  A\\n  simulate  S\\n' ;;
+  simulate*) printf 'Options:\\n  -h,--help   Help\\n' ;;
   *--help) printf 'Positionals:\\n  block TEXT REQUIRED  B\\n\\nOptions:\\n  -h,--help   Help\\n'
            printf '  -o,--output TEXT REQUIRED  O\\n' ;;
   *) printf 'rms 1.234 m\\npoints 10\\n'; [ -d "$2" ] || exit 3 ;;
 esac
 """
-KEYS = "## General\n\n| `robust` |\n\n## `correction.position`\n\n| `degree` |\n"
+SCENES = "### `[points]`\n\n| key |\n| --- |\n| `count` |\n"
 
 
 class RunDocsTest(unittest.TestCase):
-    def check(self, page):
+    def check(self, page, scenes=SCENES, commands="{}"):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder) / "project"
             (root / "docs").mkdir(parents=True)
             (root / "datasets" / "block").mkdir(parents=True)
-            (root / "docs/adjust_options.md").write_text(KEYS, encoding="utf-8")
+            (root / "docs/commands.md").write_text(commands, encoding="utf-8")
+            (root / "docs/scenes.md").write_text(scenes, encoding="utf-8")
             (root / "docs/page.md").write_text(page, encoding="utf-8")
             (root / "CMakePresets.json").write_text('{"name": "dev"}', encoding="utf-8")
             program = pathlib.Path(folder) / "sarblock"
@@ -116,6 +121,19 @@ class RunDocsTest(unittest.TestCase):
 
     def test_finds_an_unknown_annotation(self):
         self.finds("<!-- run: lnog -->\n\n    sarblock adjust no -o r\n", "'lnog' is no annotation")
+
+    def test_holds_the_page_of_scenes_to_the_keys_of_a_scene(self):
+        status, output = self.check("", scenes=SCENES + "| `colour` |\n")
+        self.assertEqual(status, 1)
+        self.assertIn("docs/scenes.md:1: no scene has a key points.colour", output)
+        status, output = self.check("", scenes="text\n")
+        self.assertEqual(status, 1)
+        self.assertIn("the key points.count is missing", output)
+
+    def test_holds_the_page_of_commands_to_what_the_program_prints(self):
+        status, output = self.check("", commands="{ }")
+        self.assertEqual(status, 1)
+        self.assertIn("docs/commands.md:1: the options changed", output)
 
 
 if __name__ == "__main__":

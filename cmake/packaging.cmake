@@ -1,0 +1,68 @@
+# Debian packages: `cpack -G DEB` in a build folder makes sarblock (the program; our libraries are
+# inside it, others are depended on as dpkg-shlibdeps finds them) and libsarblock-dev.
+# tests/package/check_deb.py holds them to their contents, scripts/deb_test.sh installs them.
+find_program(GZIP gzip)
+if(NOT GZIP OR NOT EXISTS /etc/debian_version)
+  return()
+endif()
+
+# What only a package has: copyright and Debian changelog of each.
+set(debian ${PROJECT_BINARY_DIR}/debian)
+execute_process(COMMAND date --utc -R -d "${SARBLOCK_RELEASE_DATE} 12:00"
+  OUTPUT_VARIABLE SARBLOCK_CHANGELOG_DATE OUTPUT_STRIP_TRAILING_WHITESPACE)
+set(SARBLOCK_MAINTAINER
+  "sarblock maintainers <maintainers@users.noreply.h-seed-4c7fffa1.example>")
+foreach(package IN ITEMS sarblock libsarblock-dev)
+  set(component ${package})
+  if(package STREQUAL libsarblock-dev)
+    set(component dev)
+  endif()
+  configure_file(cmake/debian/changelog.in ${debian}/${package}/changelog.Debian @ONLY)
+  execute_process(COMMAND ${GZIP} -9nkf ${debian}/${package}/changelog.Debian)
+  install(FILES ${debian}/${package}/changelog.Debian.gz cmake/debian/copyright
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package}
+    COMPONENT ${component} EXCLUDE_FROM_ALL)
+endforeach()
+
+# The libraries that the developer's package needs are those that the build needs.
+file(STRINGS scripts/packages.txt lines)
+set(needed)
+set(section)
+foreach(line IN LISTS lines)
+  if(line MATCHES "^# (.*)")
+    set(section ${CMAKE_MATCH_1})
+  elseif(section STREQUAL "libraries" AND line)
+    list(APPEND needed ${line})
+  endif()
+endforeach()
+list(JOIN needed ", " needed)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME sarblock)
+set(CPACK_PACKAGE_VENDOR sarblock)
+set(CPACK_PACKAGE_CONTACT "${SARBLOCK_MAINTAINER}")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "stereo block adjustment for side-looking radar")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_COMPONENTS_ALL sarblock dev)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+
+set(CPACK_DEBIAN_SARBLOCK_PACKAGE_NAME sarblock)
+set(CPACK_DEBIAN_SARBLOCK_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_SARBLOCK_PACKAGE_SHLIBDEPS ON)
+set(CPACK_COMPONENT_SARBLOCK_DESCRIPTION
+"Takes what was measured in overlapping radar images, the flight paths as
+ recorded and the points that are known, and gives the most probable positions
+ of all points and corrections of all flight paths with their exact covariance.")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libsarblock-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${needed}")
+set(CPACK_COMPONENT_DEV_DESCRIPTION
+"Headers, static libraries and the CMake package of sarblock, for programs of
+ one's own: find_package(sarblock).")
+include(CPack)

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Content and control fields of the Debian packages; run by ctest as package/deb and by
+scripts/deb_test.sh.
+
+Usage: check_deb.py FOLDER                     the packages of a folder
+       check_deb.py FOLDER --cpack BUILD       makes them there first, from a complete build"""
+import gzip
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+PROGRAM_FILES = [
+    "usr/bin/sarblock", "usr/share/man/man1/sarblock.1.gz",
+    "usr/share/bash-completion/completions/sarblock", "usr/share/zsh/vendor-completions/_sarblock",
+    "usr/share/fish/vendor_completions.d/sarblock.fish", "usr/share/doc/sarblock/copyright",
+    "usr/share/doc/sarblock/changelog.Debian.gz", "usr/share/doc/sarblock/docs/tutorial.md",
+    "usr/share/sarblock/scenes/block-12-strips.toml"]
+LIBRARY_FILES = [
+    "usr/include/sarblock/adjust/adjust.h", "usr/lib/libsarblock_adjust.a",
+    "usr/lib/cmake/sarblock/sarblock-config.cmake", "usr/share/doc/libsarblock-dev/copyright",
+    "usr/share/doc/libsarblock-dev/changelog.Debian.gz"]
+
+
+def run(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def control(deb):
+    return dict(re.findall(r"^(\S+): (.*)$", run("dpkg-deb", "-f", str(deb)), re.M))
+
+
+def check(deb, files, fields, others):
+    """Findings: files that are missing or that belong to the other package, fields that differ."""
+    listed = run("dpkg-deb", "-c", str(deb)).splitlines()
+    names = {line.split()[5].removeprefix("./").rstrip("/"): line for line in listed}
+    for name in files:
+        if name not in names:
+            yield f"{name} is missing"
+    for name, line in names.items():
+        if name and not name.startswith("usr"):
+            yield f"{name} is outside /usr"
+        if any(re.fullmatch(other, name) for other in others):
+            yield f"{name} belongs to the other package"
+        if not re.match(r"[-dl]rw[-x]r-[-x]r-[-x] root/root", line):
+            yield f"{name}: permissions or owner are wrong: {line.split()[0]} {line.split()[1]}"
+    found = control(deb)
+    for field, pattern in fields.items():
+        if not re.search(pattern, found.get(field, "")):
+            yield f"{field}: '{found.get(field, '')}' does not match '{pattern}'"
+
+
+def check_program(deb):
+    yield from check(deb, PROGRAM_FILES, {
+        "Package": "^sarblock$", "Version": r"^\d+\.\d+\.\d+-1$", "Section": "^science$",
+        "Maintainer": r".+ <\S+@\S+>$", "Description": "stereo block adjustment",
+        # Found by dpkg-shlibdeps: the C library with a version, GeographicLib, BLAS.
+        "Depends": r"libc6 \(>= .*libgeographiclib.*libopenblas"}, [r"usr/include/.*", r".*\.a", r".*\.cmake"])
+    if "libsarblock" in control(deb).get("Depends", ""):
+        yield "the program must carry our libraries itself"
+    with tempfile.TemporaryDirectory() as folder:
+        run("dpkg-deb", "-x", str(deb), folder)
+        page = gzip.open(pathlib.Path(folder) / PROGRAM_FILES[1], "rt", encoding="utf-8").read()
+        if not page.startswith('.\\"') or ".SH EXIT STATUS" not in page:
+            yield "sarblock.1.gz is no manual page"
+        version = run(str(pathlib.Path(folder) / "usr/bin/sarblock"), "--version").split()[1]
+        if not control(deb)["Version"].startswith(version + "-"):
+            yield f"the program is version {version}, the package {control(deb)['Version']}"
+
+
+def check_library(deb):
+    yield from check(deb, LIBRARY_FILES, {
+        "Package": "^libsarblock-dev$", "Section": "^libdevel$",
+        "Depends": r"libceres-dev.*libeigen3-dev"}, [r"usr/bin/.*", r"usr/share/man/.*"])
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    if "--cpack" in sys.argv:
+        shutil.rmtree(folder, ignore_errors=True)
+        done = subprocess.run(["cpack", "-G", "DEB", "-B", str(folder)], cwd=sys.argv[3],
+                              capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            print(done.stdout + done.stderr)
+            return 1
+    debs = {control(deb)["Package"]: deb for deb in folder.glob("*.deb")}
+    if sorted(debs) != ["libsarblock-dev", "sarblock"]:
+        print(f"{folder}: packages {sorted(debs)}, not libsarblock-dev and sarblock")
+        return 1
+    findings = [*check_program(debs["sarblock"]), *check_library(debs["libsarblock-dev"])]
+    for finding in findings:
+        print(finding)
+    return 1 if findings else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
