@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "leberl_command.h"
 #include "manual.h"
+#include "report_command.h"
 #include <fmt/format.h>
 #include <glog/logging.h>
 
@@ -31,6 +32,7 @@ int main(int argc, char** argv) {
   cli::AddIntersect(&app, &session);
   cli::AddPredict(&app, &session);
   cli::AddAdjust(&app, &session);
+  cli::AddReport(&app, &session);
   cli::AddLeberl(&app, &session);
   cli::AddManualOptions(&app);
   try {

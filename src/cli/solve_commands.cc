@@ -13,6 +13,7 @@
 
 #include "commands.h"
 #include "print_summary.h"
+#include "report_command.h"
 #include <fmt/format.h>
 
 namespace sarblock::cli {
@@ -23,6 +24,7 @@ struct Arguments {
   std::string out;
   bool strict = false;
   bool gzip = false;
+  bool report = false;
   std::string rejections;
 };
 
@@ -76,13 +78,17 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
     session.Say(
         fmt::format("sarblock: {} looks left out by {}", rejected, file.adjust.rejections_file));
   }
+  ResultContext context;
+  {
+    const StageTimer timer("checksum", &reading);
+    context.inputs = ListInputFiles(arguments.block, file.adjust);
+  }
   AdjustResult result = solver.solve(file, arguments.block, session.progress.get());
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
   const bool passed =
       !arguments.strict || ((result.chi_square_passed || std::isnan(result.sigma0_squared)) &&
                             ChecksPass(result, file.adjust.test_level));
   result.accepted = result.accepted && passed;
-  ResultContext context;
   context.command = solver.name;
   context.warnings = file.warnings;
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
@@ -98,6 +104,7 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
     if (!passed) fmt::print("  NOT ACCEPTED: a test failed (--strict)\n");
     fmt::print("  written to {}\n", arguments.out);
   }
+  if (arguments.report) ReportResult(arguments.out, session);
   return result.accepted ? kAccepted : kNotAccepted;
 }
 
@@ -110,6 +117,8 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                     arguments->strict,
                     "Not accepted either if the global test or the check points fail");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_flag(
+      "--report", arguments->report, "Write report.html into the result's folder as well");
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, such as residuals.csv "

@@ -119,10 +119,17 @@ void WriteResidualTable(const std::filesystem::path& file, const ResultView& vie
 }
 
 void WriteControlTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(
-      file,
-      {"point", "component", "residual_m", "redundancy", "w", "tau", "mdb_m", "influence_m"},
-      view.context.compression);
+  CsvWriter out(file,
+                {"point",
+                 "component",
+                 "residual_m",
+                 "sigma_m",
+                 "redundancy",
+                 "w",
+                 "tau",
+                 "mdb_m",
+                 "influence_m"},
+                view.context.compression);
   const double delta0_1 = ReliabilityOf(view.options, view.result).delta0_1;
   const double scale_1 = std::sqrt(view.factor);
   for (const ControlQuality& control : view.result.control_quality) {
@@ -130,7 +137,7 @@ void WriteControlTable(const std::filesystem::path& file, const ResultView& view
     const double sigma_m = std::sqrt(known.covariance_enu_m2(control.component, control.component));
     out.Text(view.block.points.ids[control.point]);
     out.Text(kComponents[static_cast<std::size_t>(control.component)]);
-    out.Number(control.residual_m).Number(control.redundancy_1).Number(control.w_1);
+    out.Number(control.residual_m).Number(sigma_m).Number(control.redundancy_1).Number(control.w_1);
     out.Number(TauOf(control.w_1, view.result));
     out.Number(MinimalDetectable(delta0_1, scale_1 * sigma_m, control.redundancy_1));
     out.Number(Influence_m(delta0_1, scale_1 * control.shift_m, control.redundancy_1)).EndRow();

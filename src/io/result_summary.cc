@@ -67,6 +67,23 @@ Json Counts(const Block& block, const AdjustResult& result) {
   return counts;
 }
 
+Json FrameJson(const Frame& frame) {
+  if (frame.kind() == FrameKind::kLocal) return {{"kind", "local"}};
+  const Ellipsoid& ellipsoid = frame.ellipsoid();
+  return {{"kind", "geocentric"},
+          {"ellipsoid", ellipsoid.name},
+          {"a_m", ellipsoid.a_m},
+          {"f", ellipsoid.flattening}};
+}
+
+Json Inputs(const std::vector<InputFile>& files) {
+  Json inputs = Json::array();
+  for (const InputFile& file : files) {
+    inputs.push_back({{"file", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+  }
+  return inputs;
+}
+
 Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
   if (std::isnan(result.sigma0_squared)) return nullptr;
   return {{"value", result.sigma0_squared * result.redundancy()},
@@ -129,6 +146,7 @@ std::string Summary(const Block& block,
   summary["version"] = Version();
   summary["command"] = context.command;
   summary["block"] = block.name;
+  summary["frame"] = FrameJson(block.frame);
   summary["status"] = NameOf(result.status);
   summary["accepted"] = result.accepted;
   summary["counts"] = Counts(block, result);
@@ -155,6 +173,7 @@ std::string Summary(const Block& block,
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
   summary["warnings"] = context.warnings;
   for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
+  summary["inputs"] = Inputs(context.inputs);
   summary["configuration"] = Configuration(options);
   return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -185,6 +204,7 @@ void RemoveStaleTables(const std::filesystem::path& folder,
                            "control_quality",
                            "pairs",
                            "trajectories",
+                           "strips",
                            "montecarlo",
                            "selection",
                            "simplifications"}) {
@@ -231,6 +251,7 @@ std::string WriteResult(const std::filesystem::path& folder,
       WriteSelectionTable(table("selection"), view);
       WriteSimplificationTable(table("simplifications"), view);
     }
+    WriteStripTable(table("strips"), view);
     WriteResidualTable(table("residuals"), view);
     if (control) WriteControlTable(table("control_quality"), view);
     if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);

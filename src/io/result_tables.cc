@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_tables.h"
 
+#include "sarblock/adjust/held_covariance.h"
 #include "sarblock/core/units.h"
 #include "sarblock/io/csv_writer.h"
 
@@ -14,18 +15,40 @@ void WriteCovariance(const SymmetricEnu& covariance_m2, double factor, CsvWriter
 }
 
 // Check points' errors by point; `next` walks result.checks, which is sorted by point.
-void WriteCheck(const std::vector<CheckResult>& checks,
-                std::uint32_t point,
-                std::size_t* next,
-                CsvWriter* out) {
+void WriteCheck(const ResultView& view, std::uint32_t point, std::size_t* next, CsvWriter* out) {
+  const std::vector<CheckResult>& checks = view.result.checks;
   while (*next < checks.size() && checks[*next].point < point) ++*next;
   if (*next == checks.size() || checks[*next].point != point) {
-    out->Empty(4);
+    out->Empty(7);
     return;
   }
   const CheckResult& check = checks[*next];
   for (Eigen::Index k = 0; k < 3; ++k) out->Number(check.error_enu_m[k]);
   out->Number(check.chi_square);
+  const PointResults& points = view.result.points;
+  const KnownPosition* known = view.block.points.FindKnown(point);
+  if (points.covariance_m2.empty() || known == nullptr) {
+    out->Empty(3);
+    return;
+  }
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const auto axis = static_cast<std::size_t>(k);
+    out->Number(known->held[axis] ? std::sqrt(view.factor * points.covariance_m2[point][axis] +
+                                              known->covariance_enu_m2(k, k))
+                                  : kNotGiven);
+  }
+}
+
+void WriteHeld(const std::vector<SymmetricEnu>& held,
+               double factor,
+               std::size_t i,
+               CsvWriter* out) {
+  if (held.empty()) {
+    out->Empty(4);
+    return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) out->Number(std::sqrt(factor * held[i][k]));
+  out->Number(factor * held[i][3]);
 }
 
 void WriteLeberl(const PointResults& points, std::size_t i, CsvWriter* out) {
@@ -93,11 +116,19 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
                  "error_n_m",
                  "error_u_m",
                  "chi_square_3",
+                 "error_sigma_e_m",
+                 "error_sigma_n_m",
+                 "error_sigma_u_m",
+                 "sigma_held_e_m",
+                 "sigma_held_n_m",
+                 "sigma_held_u_m",
+                 "cov_held_en_m2",
                  "reason"},
                 view.context.compression);
   const PointResults& points = view.result.points;
   const bool geocentric = view.block.frame.kind() == FrameKind::kGeocentric;
   std::size_t next_check = 0;
+  const std::vector<SymmetricEnu> held = HeldCovariances(view.block, view.options, view.result);
   for (std::uint32_t i = 0; i < points.status.size(); ++i) {
     out.Text(view.block.points.ids[i]).Text(NameOf(view.block.points.role[i]));
     out.Text(NameOf(points.status[i])).Integer(points.looks[i]);
@@ -125,7 +156,8 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
                                                : points.intersection_rad[i] * kDegPerRad);
     WriteLeberl(points, i, &out);
     out.Number(points.redundancy.empty() ? kNotGiven : points.redundancy[i]);
-    WriteCheck(view.result.checks, i, &next_check, &out);
+    WriteCheck(view, i, &next_check, &out);
+    WriteHeld(held, view.factor, i, &out);
     out.Text(points.reason.empty() ? std::string_view() : points.reason[i]);
     out.EndRow();
   }

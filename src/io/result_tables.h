@@ -30,6 +30,7 @@ void WriteSimplificationTable(const std::filesystem::path& file, const ResultVie
 void WriteResidualTable(const std::filesystem::path& file, const ResultView& view);
 void WriteControlTable(const std::filesystem::path& file, const ResultView& view);
 void WritePairTable(const std::filesystem::path& file, const ResultView& view);
+void WriteStripTable(const std::filesystem::path& file, const ResultView& view);
 void WriteGeoJson(const std::filesystem::path& file, const ResultView& view);
 
 }  // namespace sarblock

@@ -114,6 +114,7 @@ TEST_F(ResultTest, AnAdjustmentLeavesEveryFileWithItsColumns) {
     if (std::string(scene) == "earth-same-side") expected.insert("points.geojson");
     for (const auto& [name, columns] : kColumns) expected.insert(name);
     expected.insert("control_quality.csv");
+    expected.insert("strips.csv");
     EXPECT_EQ(FilesOf(folder_ / result), expected);
     for (const auto& [name, columns] : kColumns) {
       const auto rows = test::RowsOf(Content(folder_ / result / name));

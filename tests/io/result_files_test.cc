@@ -100,10 +100,11 @@ TEST_F(ResultFilesTest, WritesEveryFileOfTheContract) {
                            "residuals.csv",
                            "pairs.csv",
                            "trajectories.csv",
+                           "strips.csv",
                            "points.geojson"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
   }
-  EXPECT_EQ(FileCount(), 8u);
+  EXPECT_EQ(FileCount(), 9u);
 }
 
 TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {

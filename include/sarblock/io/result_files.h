@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/result.h"
 #include "sarblock/io/atomic_file.h"
+#include "sarblock/io/input_files.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -15,6 +16,7 @@ namespace sarblock {
 struct ResultContext {
   std::string command = "adjust";     ///< adjust, intersect or predict
   std::vector<std::string> warnings;  ///< of reading the block; the result's own come after
+  std::vector<InputFile> inputs{};    ///< the files read, with their checksums
   /// Points above which points.geojson leaves out the ellipses' polygons (1.2 kB each) and keeps
   /// their numbers; the summary then has a warning.
   std::size_t ellipse_limit = 100000;
@@ -36,10 +38,10 @@ struct ResultContext {
 /// Writes a result folder: summary.json, points.csv, passes.csv, passes_covariance.csv,
 /// residuals.csv, control_quality.csv (with control), selection.csv and simplifications.csv (if
 /// corrections were chosen), pairs.csv and montecarlo.csv (if asked for), trajectories.csv,
-/// points.geojson (geocentric frames). Each file appears whole or not at all, summary.json last.
-/// Returns the summary that was written; its stages end with `write`, the cost of this call.
-/// Positions in frame axes [m]; standard deviations and covariances in east, north, up, times
-/// CovarianceFactor(); angles in degrees. What was not computed is an empty cell.
+/// strips.csv, points.geojson (geocentric frames). Each file appears whole or not at all,
+/// summary.json last. Returns the summary that was written; its stages end with `write`, the cost
+/// of this call. Positions in frame axes [m]; standard deviations and covariances in east, north,
+/// up, times CovarianceFactor(); angles in degrees. What was not computed is an empty cell.
 std::string WriteResult(const std::filesystem::path& folder,
                         const Block& block,
                         const AdjustOptions& options,

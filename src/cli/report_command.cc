@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report_command.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/report/report.h"
+
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock::cli {
+namespace {
+
+struct ReportArguments {
+  std::vector<std::string> folders;
+  std::string out;
+};
+
+int RunReport(const ReportArguments& arguments, const Session& session) {
+  ProgressSink* progress = session.progress.get();
+  const ReportFile report =
+      arguments.folders.size() == 1
+          ? WriteReport(arguments.folders[0], arguments.out, progress)
+          : WriteComparison(arguments.folders[0], arguments.folders[1], arguments.out, progress);
+  if (session.json) {
+    const nlohmann::json summary = {{"format", "sarblock-report 1"},
+                                    {"file", report.file.string()},
+                                    {"kind", report.kind},
+                                    {"verdict", report.verdict},
+                                    {"bytes", report.bytes}};
+    fmt::print("{}\n", summary.dump(2));
+  } else {
+    fmt::print("{} ({:.2f} MB)\n  written to {}\n",
+               report.verdict,
+               1e-6 * static_cast<double>(report.bytes),
+               report.file.string());
+  }
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddReport(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<ReportArguments>();
+  CLI::App* command = app->add_subcommand(
+      "report", "One HTML file that shows a result or a study, or two results side by side");
+  command
+      ->add_option("folders", arguments->folders, "Folder of a result or a study; or two results")
+      ->required()
+      ->expected(1, 2);
+  command->add_option("-o,--output",
+                      arguments->out,
+                      "File to write (report.html in the folder, comparison.html in the second)");
+  command->callback([=] { session->run = [=] { return RunReport(*arguments, *session); }; });
+}
+
+void ReportResult(const std::string& folder, const Session& session) {
+  const ReportFile report = WriteReport(folder, {}, session.progress.get());
+  if (!session.json) fmt::print("  report: {}\n", report.file.string());
+}
+
+}  // namespace sarblock::cli

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/report/html.h"
+#include "sarblock/report/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "charts.h"
+#include "sections.h"
+#include <fmt/format.h>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kMostKnownRows = 30;
+constexpr std::size_t kMostChecks = 400;  // in a chart
+
+std::vector<std::string> TestRow(const std::string& name, const GlobalTestFigures& test) {
+  return {name,
+          Shown(test.sigma0_squared),
+          Shown(test.lower / test.redundancy),
+          Shown(test.upper / test.redundancy),
+          ShownPercent(test.level),
+          ReadableCount(test.redundancy),
+          test.passed ? "passed" : "FAILED"};
+}
+
+PageTable VarianceTable(const ResultSummary& summary) {
+  PageTable table;
+  table.title = "Variance components";
+  table.columns = {{"group", false},
+                   {"component", false},
+                   {"looks", true},
+                   {"redundancy", true},
+                   {"factor of the variance", true},
+                   {"sigma before", true},
+                   {"sigma after", true},
+                   {"unit", false},
+                   {"note", false}};
+  for (const VarianceFigures& v : summary.variances) {
+    table.rows.push_back({v.group,
+                          v.component,
+                          ReadableCount(v.looks_1),
+                          Shown(v.redundancy),
+                          ShownWithSigma(v.factor_1, v.factor_sigma_1),
+                          Shown(v.sigma_before),
+                          ShownWithSigma(v.sigma_after, v.sigma_after_sigma),
+                          v.unit,
+                          v.estimated ? v.note : "held: " + v.note});
+  }
+  table.note =
+      "A factor that differs from 1 by more than three of its standard deviations says that the "
+      "looks of this group were weighted wrongly. All standard deviations of this result are those "
+      "with the weights estimated.";
+  return table;
+}
+
+void AddMonteCarlo(const MonteCarloFigures& runs, PageSection* section) {
+  PageTable table;
+  table.title = fmt::format("Repeated adjustments with drawn noise: {:.0f} runs", runs.runs_1);
+  table.columns = {{"figure", false},
+                   {"expected", true},
+                   {"mean", true},
+                   {"99 % interval of the mean", true},
+                   {"", false}};
+  for (const RunFigures& row : runs.rows) {
+    if (!row.agrees) table.marked.push_back(table.rows.size());
+    table.rows.push_back({row.name,
+                          Shown(row.expected_1),
+                          Shown(row.mean_1),
+                          Shown(row.lower) + " to " + Shown(row.upper),
+                          row.agrees ? "agrees" : "does not agree"});
+  }
+  table.note = runs.verdict;
+  section->items.emplace_back(std::move(table));
+}
+
+struct KnownFigure {
+  std::vector<double> sigma_m, error_m;
+  std::vector<std::string> names;
+};
+
+/// Errors of one component, ordered by their predicted standard deviation, between its curves.
+PageFigure ErrorFigure(const KnownFigure& known, const char* axis, std::size_t component) {
+  std::vector<std::size_t> order(known.error_m.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return known.sigma_m[a] < known.sigma_m[b];
+  });
+  XyChart chart;
+  chart.x.label = "check points, by predicted sigma";
+  chart.y.label = "error [m]";
+  ChartSeries two{"2 sigma predicted", "band", "sky", {}, {}, {}, {}, {}};
+  ChartSeries one{"1 sigma predicted", "band", "blue", {}, {}, {}, {}, {}};
+  ChartSeries errors{"error", "points", "ink", {}, {}, {}, {}, {}};
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    const std::size_t i = order[n];
+    const auto x = static_cast<double>(n + 1);
+    for (ChartSeries* series : {&two, &one}) {
+      const double k = series == &two ? 2.0 : 1.0;
+      series->x.push_back(x);
+      series->y.push_back(0.0);
+      series->low.push_back(-k * known.sigma_m[i]);
+      series->high.push_back(k * known.sigma_m[i]);
+    }
+    errors.x.push_back(x);
+    errors.y.push_back(known.error_m[i]);
+    errors.names.push_back(known.names[i]);
+  }
+  chart.series = {two, one, errors};
+  const std::string id = fmt::format("checks-{}", component);
+  return {id, fmt::format("Errors in {}", axis), "", "third", ChartJson(id, chart)};
+}
+
+void AddCheckItems(const ResultFolder& result, PageSection* section) {
+  const std::array<const char*, 3> axes = AxisNames(result.summary);
+  const ReportPoints& points = result.points;
+  if (result.summary.checks && !result.summary.checks->says.empty()) {
+    section->items.emplace_back(PageText{result.summary.checks->says, ""});
+  }
+  PageTable rms;
+  rms.title = "Check points: errors against what was predicted";
+  rms.columns = {{"component", false},
+                 {"points", true},
+                 {"mean error [m]", true},
+                 {"rms error [m]", true},
+                 {"rms predicted [m]", true},
+                 {"ratio", true}};
+  PageFigures figures;
+  for (std::size_t k = 0; k < 3; ++k) {
+    KnownFigure known;
+    double sum = 0.0, squares = 0.0, predicted = 0.0, n = 0.0;
+    for (const ReportPoints::Check& check : points.checks) {
+      if (std::isnan(check.error_m[k])) continue;
+      n += 1.0;
+      sum += check.error_m[k];
+      squares += check.error_m[k] * check.error_m[k];
+      predicted += check.sigma_m[k] * check.sigma_m[k];
+      if (known.error_m.size() < kMostChecks) {
+        known.error_m.push_back(check.error_m[k]);
+        known.sigma_m.push_back(check.sigma_m[k]);
+        known.names.emplace_back(points.ids[check.point]);
+      }
+    }
+    if (n == 0.0) continue;
+    rms.rows.push_back({axes[k],
+                        ReadableCount(n),
+                        Shown(sum / n, 3),
+                        Shown(std::sqrt(squares / n), 3),
+                        Shown(std::sqrt(predicted / n), 3),
+                        Shown(std::sqrt(squares / predicted), 3)});
+    if (known.error_m.size() > 1) figures.figures.push_back(ErrorFigure(known, axes[k], k));
+  }
+  rms.note = "Predicted: covariance of the adjusted point and that of the known position together.";
+  section->items.emplace_back(std::move(rms));
+  if (!figures.figures.empty()) {
+    section->items.emplace_back(std::move(figures));
+    section->items.emplace_back(
+        PageText{"About 68 of 100 errors should lie within one sigma and 95 within two.", "note"});
+  }
+}
+
+PageTable CheckTable(const ResultFolder& result) {
+  const std::array<const char*, 3> axes = AxisNames(result.summary);
+  std::vector<const ReportPoints::Check*> order;
+  for (const ReportPoints::Check& check : result.points.checks) order.push_back(&check);
+  std::sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
+    return a->chi_square > b->chi_square ||
+           (std::isnan(b->chi_square) && !std::isnan(a->chi_square));
+  });
+  PageTable table;
+  table.title = fmt::format("The {} check points farthest from what was predicted",
+                            std::min(order.size(), kMostKnownRows));
+  table.folded = true;
+  table.columns = {{"point", false}};
+  for (const char* axis : axes)
+    table.columns.push_back({std::string("error ") + axis + " [m]", true});
+  for (const char* axis : axes)
+    table.columns.push_back({std::string("sigma ") + axis + " [m]", true});
+  table.columns.push_back({"chi-square", true});
+  for (std::size_t i = 0; i < std::min(order.size(), kMostKnownRows); ++i) {
+    const ReportPoints::Check& check = *order[i];
+    std::vector<std::string> row{std::string(result.points.ids[check.point])};
+    for (const double error_m : check.error_m) row.push_back(Shown(error_m, 3));
+    for (const double sigma_m : check.sigma_m) row.push_back(Shown(sigma_m, 3));
+    row.push_back(Shown(check.chi_square, 3));
+    table.rows.push_back(std::move(row));
+  }
+  table.note =
+      "The chi-square of a point is the square of its error in units of its error ellipsoid: up to "
+      "three are expected of three known components.";
+  return table;
+}
+
+PageTable ControlTable(const ResultFolder& result) {
+  const std::array<const char*, 3> axes = AxisNames(result.summary);
+  std::vector<const ReportControl*> order;
+  for (const ReportControl& control : result.control) order.push_back(&control);
+  std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
+    return std::abs(a->w_1) > std::abs(b->w_1);
+  });
+  PageTable table;
+  table.title = "Control points: residuals against sigmas";
+  table.columns = {{"point", false},
+                   {"component", false},
+                   {"residual [m]", true},
+                   {"sigma given [m]", true},
+                   {"redundancy", true},
+                   {"w", true},
+                   {"minimal detectable blunder [m]", true},
+                   {"its influence [m]", true}};
+  const double critical = result.summary.tests ? result.summary.tests->critical_w_1 : kAbsent;
+  for (std::size_t i = 0; i < std::min(order.size(), kMostKnownRows); ++i) {
+    const ReportControl& c = *order[i];
+    if (std::abs(c.w_1) > critical) table.marked.push_back(i);
+    table.rows.push_back({c.point,
+                          axes[static_cast<std::size_t>(c.component)],
+                          Shown(c.residual_m, 3),
+                          Shown(c.sigma_m, 3),
+                          Shown(c.redundancy, 3),
+                          Shown(c.w_1, 3),
+                          Shown(c.mdb_m, 3),
+                          Shown(c.influence_m, 3)});
+  }
+  table.note = fmt::format(
+      "{} of {} components, the largest |w| first. Low redundancy: an error of this coordinate "
+      "would go into the block unseen, as far as its influence says.",
+      std::min(order.size(), kMostKnownRows),
+      order.size());
+  return table;
+}
+
+}  // namespace
+
+PageSection TestSection(const ResultFolder& result) {
+  PageSection section{"test", "Global test and variance components", {}};
+  const ResultSummary& summary = result.summary;
+  if (!summary.test.given()) {
+    section.items.emplace_back(
+        PageText{summary.status == "predicted"
+                     ? "A prediction has no residuals, so there is no variance factor to test."
+                     : "There is no redundancy, so there is no variance factor to test.",
+                 "note"});
+  } else {
+    PageTable table;
+    table.columns = {{"", false},
+                     {"variance factor s0\xc2\xb2", true},
+                     {"from", true},
+                     {"to", true},
+                     {"level", true},
+                     {"redundancy", true},
+                     {"", false}};
+    if (summary.test_before)
+      table.rows.push_back(TestRow("as weighted at first", *summary.test_before));
+    table.rows.push_back(
+        TestRow(summary.test_before ? "with variances estimated" : "all looks", summary.test));
+    if (!summary.test.passed) table.marked.push_back(table.rows.size() - 1);
+    table.note = summary.scaled_by_posterior
+                     ? "All standard deviations of this report are scaled by s0."
+                     : "All standard deviations of this report are those of the weights as given; "
+                       "with s0\xc2\xb2 taken into account they would be multiplied by " +
+                           Shown(std::sqrt(summary.test.sigma0_squared)) + ".";
+    section.items.emplace_back(std::move(table));
+  }
+  if (!summary.variances.empty()) {
+    section.items.emplace_back(VarianceTable(summary));
+  } else if (summary.status == "converged") {
+    section.items.emplace_back(
+        PageText{"Variance components of range and azimuth were not estimated (variance_components "
+                 "= \"range-azimuth\" or \"per-pass\" would).",
+                 "note"});
+  }
+  if (summary.montecarlo) AddMonteCarlo(*summary.montecarlo, &section);
+  return section;
+}
+
+PageSection KnownPointsSection(const ResultFolder& result) {
+  PageSection section{"known", "Control and check points", {}};
+  if (result.points.checks.empty()) {
+    section.items.emplace_back(PageText{
+        "There are no check points: no known position was kept out of the adjustment.", "note"});
+  } else {
+    AddCheckItems(result, &section);
+    section.items.emplace_back(CheckTable(result));
+  }
+  if (result.control.empty()) {
+    const bool some = result.summary.Count("control_points") > 0.0;
+    section.items.emplace_back(PageText{some
+                                            ? "The result holds no residuals of its control points."
+                                            : "There are no control points.",
+                                        "note"});
+  } else {
+    section.items.emplace_back(ControlTable(result));
+  }
+  return section;
+}
+
+}  // namespace sarblock

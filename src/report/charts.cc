@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "charts.h"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+namespace sarblock {
+namespace {
+
+using ChartValue = nlohmann::ordered_json;
+
+/// Five significant digits: finer than a pixel of any screen.
+ChartValue Rounded(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  if (value == 0.0) return 0;
+  const int places = 4 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  if (places > 300 || places < -300) return value;
+  const double scale = std::pow(10.0, std::abs(places));
+  const double rounded =
+      places >= 0 ? std::round(value * scale) / scale : std::round(value / scale) * scale;
+  if (rounded == std::round(rounded) && std::abs(rounded) < 1e15) {
+    return static_cast<std::int64_t>(rounded);
+  }
+  return rounded;
+}
+
+ChartValue List(const std::vector<double>& values) {
+  ChartValue out = ChartValue::array();
+  for (const double value : values) out.push_back(Rounded(value));
+  return out;
+}
+
+/// x and y one after the other in one flat list.
+ChartValue Flat(const ChartPlaces& places) {
+  ChartValue out = ChartValue::array();
+  for (const auto& place : places) {
+    out.push_back(Rounded(place[0]));
+    out.push_back(Rounded(place[1]));
+  }
+  return out;
+}
+
+ChartValue FlatLists(const std::vector<ChartPlaces>& lists) {
+  ChartValue out = ChartValue::array();
+  for (const ChartPlaces& list : lists) out.push_back(Flat(list));
+  return out;
+}
+
+ChartValue Lines(const std::vector<MapChart::Line>& lines) {
+  ChartValue out = ChartValue::array();
+  for (const MapChart::Line& line : lines) {
+    out.push_back({{"name", line.name}, {"xy", Flat(line.places)}});
+  }
+  return out;
+}
+
+ChartValue AxisJson(const ChartAxis& axis) {
+  ChartValue out = {{"label", axis.label}};
+  if (axis.logarithmic) out["log"] = true;
+  if (!std::isnan(axis.least)) out["min"] = Rounded(axis.least);
+  if (!std::isnan(axis.most)) out["max"] = Rounded(axis.most);
+  return out;
+}
+
+/// Ids of files need not be UTF-8: what is not becomes the replacement character.
+std::string Dump(const ChartValue& json) {
+  return json.dump(-1, ' ', false, ChartValue::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string ChartJson(const std::string& id, const XyChart& chart) {
+  ChartValue out = {{"id", id}, {"type", "xy"}, {"x", AxisJson(chart.x)}, {"y", AxisJson(chart.y)}};
+  out["series"] = ChartValue::array();
+  for (const ChartSeries& series : chart.series) {
+    ChartValue one = {{"label", series.label},
+                      {"style", series.style},
+                      {"color", series.color},
+                      {"x", List(series.x)},
+                      {"y", List(series.y)}};
+    if (!series.low.empty()) one["low"] = List(series.low);
+    if (!series.high.empty()) one["high"] = List(series.high);
+    if (!series.names.empty()) one["names"] = series.names;
+    out["series"].push_back(std::move(one));
+  }
+  return Dump(out);
+}
+
+std::string ChartJson(const std::string& id, const MapChart& chart) {
+  ChartValue out = {{"id", id}, {"type", "map"}, {"unit", chart.unit}};
+  out["tracks"] = Lines(chart.tracks);
+  out["swaths"] = Lines(chart.swaths);
+  out["points"] = Flat(chart.points);
+  out["names"] = chart.point_names;
+  out["values"] = ChartValue::array();
+  for (const MapChart::Value& value : chart.values) {
+    out["values"].push_back({{"label", value.label}, {"of", List(value.of_point)}});
+  }
+  out["shown"] = chart.shown;
+  out["log"] = chart.logarithmic;
+  out["control"] = Flat(chart.control);
+  out["controlNames"] = chart.control_names;
+  out["checks"] = Flat(chart.checks);
+  out["checkNames"] = chart.check_names;
+  out["ellipses"] = FlatLists(chart.ellipses);
+  out["errors"] = FlatLists(chart.errors);
+  out["magnified"] = Rounded(chart.magnified);
+  return Dump(out);
+}
+
+}  // namespace sarblock

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace sarblock {
+
+/// Charts as data for report.js: values with five significant digits, what is not a number as null.
+
+struct ChartAxis {
+  std::string label;
+  bool logarithmic = false;
+  double least = std::numeric_limits<double>::quiet_NaN();  ///< NaN: as the data are
+  double most = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// One series. `style`: "points", "line", "dash", "steps" (filled), "band" (between low and high),
+/// "bars" (points with a bar from low to high). `color`: a name of report.js.
+struct ChartSeries {
+  std::string label, style, color;
+  std::vector<double> x, y, low, high;
+  std::vector<std::string> names;  ///< of points, shown when pointed at; empty: none
+};
+
+struct XyChart {
+  ChartAxis x, y;
+  std::vector<ChartSeries> series;
+};
+[[nodiscard]] std::string ChartJson(const std::string& id, const XyChart& chart);
+
+using ChartPlaces = std::vector<std::array<double, 2>>;  ///< in the unit of the map
+
+/// A map with equal scales. Points are coloured by one of several values, each with its own scale.
+struct MapChart {
+  std::string unit;  ///< "km"
+  struct Line {
+    std::string name;
+    ChartPlaces places;
+  };
+  std::vector<Line> tracks, swaths;
+  ChartPlaces points;
+  std::vector<std::string> point_names;
+  struct Value {
+    std::string label;
+    std::vector<double> of_point;
+  };
+  std::vector<Value> values;
+  std::size_t shown = 0;    ///< of `values`, at first
+  bool logarithmic = true;  ///< colour scale
+  ChartPlaces control, checks;
+  std::vector<std::string> control_names, check_names;
+  std::vector<ChartPlaces> ellipses, errors;  ///< outlines, arrows; drawn `magnified` times
+  double magnified = 1.0;
+};
+[[nodiscard]] std::string ChartJson(const std::string& id, const MapChart& chart);
+
+}  // namespace sarblock

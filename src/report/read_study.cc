@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/csv_reader.h"
+#include "sarblock/io/table_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <iterator>
+
+#include "study_page.h"
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kMostPictureBytes = 1000000;
+constexpr std::size_t kMostStudyRows = 20000;
+
+struct StudyKind {
+  const char* name;
+  std::vector<CsvColumn> columns;  ///< the first is required
+};
+
+const std::vector<StudyKind>& Kinds() {
+  static const std::vector<StudyKind> kinds{{"densification",
+                                             {{"layout", CsvNeed::kRequired},
+                                              {"control_points", CsvNeed::kRequired},
+                                              {"tie_points"},
+                                              {"passes"},
+                                              {"median_sigma_e_m"},
+                                              {"median_sigma_n_m"},
+                                              {"median_sigma_u_m"},
+                                              {"max_sigma_h_m"},
+                                              {"max_sigma_u_m"},
+                                              {"montecarlo_rms_e_m"},
+                                              {"montecarlo_rms_n_m"},
+                                              {"montecarlo_rms_u_m"},
+                                              {"nees"},
+                                              {"runs"},
+                                              {"determined"}}},
+                                            {"tradeoff",
+                                             {{"stage", CsvNeed::kRequired},
+                                              {"choice", CsvNeed::kRequired},
+                                              {"points"},
+                                              {"looks"},
+                                              {"wall_s"},
+                                              {"peak_mib"},
+                                              {"speed_ratio"},
+                                              {"position_error_sigma"},
+                                              {"covariance_error"},
+                                              {"pareto"}}},
+                                            {"stability",
+                                             {{"family", CsvNeed::kRequired},
+                                              {"parameter"},
+                                              {"value"},
+                                              {"condition"},
+                                              {"outcome", CsvNeed::kRequired},
+                                              {"covariance_digits"},
+                                              {"position_digits"},
+                                              {"message"}}}};
+  return kinds;
+}
+
+std::vector<StudyPicture> ReadPictures(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& place : {folder, folder / "plots"}) {
+    if (!std::filesystem::is_directory(place)) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(place)) {
+      if (entry.is_regular_file() && entry.path().extension() == ".svg") {
+        files.push_back(entry.path());
+      }
+    }
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<StudyPicture> out;
+  std::size_t bytes = 0;
+  for (const std::filesystem::path& file : files) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string svg{std::istreambuf_iterator<char>(stream), {}};
+    if (bytes + svg.size() > kMostPictureBytes) continue;
+    bytes += svg.size();
+    out.push_back({file.stem().string(), std::move(svg)});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::size_t StudyTable::Column(const std::string& name) const {
+  return static_cast<std::size_t>(std::find(columns.begin(), columns.end(), name) -
+                                  columns.begin());
+}
+
+std::string StudyTable::Text(std::size_t row, const std::string& column) const {
+  const std::size_t at = Column(column);
+  return at == columns.size() ? "" : rows[row][at];
+}
+
+double StudyTable::Number(std::size_t row, const std::string& column) const {
+  const std::string text = Text(row, column);
+  double value = kAbsent;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? value : kAbsent;
+}
+
+std::vector<std::string> StudyTable::Values(const std::string& column) const {
+  std::vector<std::string> out;
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    std::string text = Text(row, column);
+    if (std::find(out.begin(), out.end(), text) == out.end()) out.push_back(std::move(text));
+  }
+  return out;
+}
+
+StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
+  StudyFolder out;
+  out.path = folder.string();
+  for (const StudyKind& kind : Kinds()) {
+    const auto file = FindTable(folder, kind.name);
+    if (!file) continue;
+    StudyTable table;
+    table.kind = kind.name;
+    CsvReader reader(*file, kind.columns);
+    std::vector<std::size_t> there;
+    for (std::size_t c = 0; c < kind.columns.size(); ++c) {
+      if (!reader.Has(c)) continue;
+      there.push_back(c);
+      table.columns.emplace_back(kind.columns[c].name);
+    }
+    while (reader.Next() && table.rows.size() < kMostStudyRows) {
+      std::vector<std::string> row;
+      for (const std::size_t c : there) row.emplace_back(reader.Text(c));
+      table.rows.push_back(std::move(row));
+    }
+    out.tables.push_back(std::move(table));
+  }
+  if (!out.tables.empty()) out.pictures = ReadPictures(folder);
+  return out;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/report/html.h"
+#include "sarblock/report/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "charts.h"
+#include "sections.h"
+#include <fmt/format.h>
+
+namespace sarblock {
+namespace {
+
+constexpr const char* kComponents[] = {"range", "azimuth"};
+constexpr double kHistogramEnd = 5.0;
+constexpr std::size_t kHistogramBins = 40;
+constexpr std::size_t kMostQuantiles = 600;
+
+double NormalDensity(double w) {
+  return std::exp(-0.5 * w * w) / std::sqrt(2.0 * std::numbers::pi);
+}
+
+PageFigure HistogramFigure(const std::vector<float>& w, std::size_t k) {
+  const Histogram histogram = CountInBins(w, -kHistogramEnd, kHistogramEnd, kHistogramBins);
+  const double bin = 2.0 * kHistogramEnd / static_cast<double>(kHistogramBins);
+  XyChart chart;
+  chart.x = {"standardised residual w", false, -kHistogramEnd, kHistogramEnd};
+  chart.y = {"looks", false, 0.0, kAbsent};
+  ChartSeries steps{"looks", "steps", k == 0 ? "blue" : "green", {}, {}, {}, {}, {}};
+  for (std::size_t b = 0; b < kHistogramBins; ++b) {
+    steps.x.push_back(-kHistogramEnd + bin * static_cast<double>(b));
+    steps.y.push_back(static_cast<double>(histogram.counts[b]));
+  }
+  steps.x.push_back(kHistogramEnd);
+  steps.y.push_back(0.0);
+  ChartSeries normal{"expected", "line", "ink", {}, {}, {}, {}, {}};
+  const auto total = static_cast<double>(histogram.total());
+  for (int i = 0; i <= 80; ++i) {
+    const double at = -kHistogramEnd + 2.0 * kHistogramEnd * i / 80.0;
+    normal.x.push_back(at);
+    normal.y.push_back(total * bin * NormalDensity(at));
+  }
+  chart.series = {steps, normal};
+  const std::size_t outside = histogram.below + histogram.above;
+  const std::string id = fmt::format("histogram-{}", kComponents[k]);
+  return {id,
+          Capital(kComponents[k]) + " residuals",
+          outside == 0 ? ""
+                       : fmt::format("{} beyond {} are counted in the outermost bins.",
+                                     ReadableCount(static_cast<double>(outside)),
+                                     kHistogramEnd),
+          "half",
+          ChartJson(id, chart)};
+}
+
+PageFigure QuantileFigure(const std::vector<float>& w, std::size_t k) {
+  XyChart chart;
+  chart.x.label = "normal quantile";
+  chart.y.label = "standardised residual w";
+  ChartSeries dots{"looks", "points", k == 0 ? "blue" : "green", {}, {}, {}, {}, {}};
+  for (const QuantilePoint& point : NormalQuantilePlot(w, kMostQuantiles)) {
+    dots.x.push_back(point.expected_1);
+    dots.y.push_back(point.value);
+  }
+  const double end = dots.x.empty() ? 3.0 : std::max(-dots.x.front(), dots.x.back());
+  ChartSeries line{"expected", "line", "ink", {-end, end}, {-end, end}, {}, {}, {}};
+  chart.series = {line, dots};
+  const std::string id = fmt::format("quantiles-{}", kComponents[k]);
+  return {id,
+          Capital(kComponents[k]) + " against the normal distribution",
+          "",
+          "half",
+          ChartJson(id, chart)};
+}
+
+struct Moments {
+  double mean = kAbsent, deviation = kAbsent, largest = kAbsent;
+};
+Moments MomentsOf(const std::vector<float>& values) {
+  double sum = 0.0, squares = 0.0, largest = 0.0;
+  for (const float value : values) {
+    const auto v = static_cast<double>(value);
+    sum += v;
+    squares += v * v;
+    largest = std::max(largest, std::abs(v));
+  }
+  const auto n = static_cast<double>(values.size());
+  if (n == 0.0) return {};
+  const double mean = sum / n;
+  return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean)), largest};
+}
+
+std::vector<double> Doubles(const std::vector<float>& values) {
+  return {values.begin(), values.end()};
+}
+
+PageTable ResidualTable(const ReportLooks& looks) {
+  PageTable table;
+  table.columns = {{"component", false},
+                   {"looks", true},
+                   {"rms residual [m]", true},
+                   {"mean w", true},
+                   {"deviation of w", true},
+                   {"largest |w|", true},
+                   {"median redundancy", true},
+                   {"median detectable blunder [m]", true},
+                   {"its median influence [m]", true}};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Moments residual = MomentsOf(looks.residual_m[k]);
+    const Moments w = MomentsOf(looks.w_1[k]);
+    table.rows.push_back({kComponents[k],
+                          ReadableCount(static_cast<double>(looks.residual_m[k].size())),
+                          Shown(std::hypot(residual.mean, residual.deviation), 3),
+                          Shown(w.mean, 2),
+                          Shown(w.deviation, 3),
+                          Shown(w.largest, 3),
+                          Shown(SampleQuantile(Doubles(looks.redundancy_1[k]), 0.5), 3),
+                          Shown(SampleQuantile(Doubles(looks.mdb_m[k]), 0.5), 3),
+                          Shown(SampleQuantile(Doubles(looks.influence_m[k]), 0.5), 3)});
+  }
+  table.note =
+      "w should have mean 0 and deviation 1. A deviation of range and of azimuth that differ from "
+      "1 in different ways call for variance components.";
+  return table;
+}
+
+PageTable LookTable(const std::vector<ReportLook>& looks, double critical) {
+  PageTable table;
+  table.columns = {{"pass", false},
+                   {"point", false},
+                   {"component", false},
+                   {"residual [m]", true},
+                   {"redundancy", true},
+                   {"w", true},
+                   {"minimal detectable blunder [m]", true},
+                   {"its influence on the point [m]", true}};
+  for (const ReportLook& look : looks) {
+    if (std::abs(look.w_1) > critical) table.marked.push_back(table.rows.size());
+    table.rows.push_back({look.pass,
+                          look.point,
+                          look.azimuth ? "azimuth" : "range",
+                          Shown(look.residual_m, 3),
+                          Shown(look.redundancy, 3),
+                          Shown(look.w_1, 3),
+                          Shown(look.mdb_m, 3),
+                          Shown(look.influence_m, 3)});
+  }
+  return table;
+}
+
+PageTable FindingTable(const ResultSummary& summary) {
+  constexpr std::size_t kRows = 40;
+  PageTable table;
+  table.title = "What the search for blunders found";
+  table.columns = {{"round", true},
+                   {"point", false},
+                   {"passes", false},
+                   {"component", false},
+                   {"w", true},
+                   {"located", false},
+                   {"done", false},
+                   {"note", false}};
+  for (std::size_t i = 0; i < std::min(kRows, summary.findings.size()); ++i) {
+    const FindingFigures& f = summary.findings[i];
+    table.rows.push_back({std::to_string(f.round),
+                          f.point,
+                          f.passes,
+                          f.component,
+                          Shown(f.w_1, 3),
+                          f.located ? "yes" : "no",
+                          f.action,
+                          f.note});
+  }
+  table.note =
+      fmt::format("{} findings in {:.0f} rounds{}.",
+                  summary.findings.size(),
+                  *summary.snooping_rounds,
+                  summary.findings.size() > kRows ? "; the others stand in summary.json" : "");
+  return table;
+}
+
+}  // namespace
+
+PageSection ResidualSection(const ResultFolder& result) {
+  PageSection section{"residuals", "Standardised residuals", {}};
+  const ReportLooks& looks = result.looks;
+  if (looks.w_1[0].empty() && looks.w_1[1].empty()) {
+    section.items.emplace_back(PageText{result.summary.status == "predicted"
+                                            ? "A prediction has no residuals: nothing was measured."
+                                            : "The result has no standardised residuals: they come "
+                                              "with a covariance of the adjustment.",
+                                        "note"});
+    if (!looks.residual_m[0].empty()) section.items.emplace_back(ResidualTable(looks));
+    return section;
+  }
+  PageFigures figures;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (looks.w_1[k].empty()) continue;
+    figures.figures.push_back(HistogramFigure(looks.w_1[k], k));
+    figures.figures.push_back(QuantileFigure(looks.w_1[k], k));
+  }
+  section.items.emplace_back(std::move(figures));
+  section.items.emplace_back(ResidualTable(looks));
+  return section;
+}
+
+PageSection WorstLooksSection(const ResultFolder& result) {
+  PageSection section{"worst", "Worst looks", {}};
+  const ReportLooks& looks = result.looks;
+  const auto& tests = result.summary.tests;
+  if (looks.worst.empty()) {
+    section.items.emplace_back(PageText{"No look was tested.", "note"});
+  } else {
+    if (tests) {
+      section.items.emplace_back(PageText{
+          fmt::format("{} observations were tested one by one at level {}: |w| above {} is rare. "
+                      "{:.0f} range, {:.0f} azimuth and {:.0f} control components are above it, {} "
+                      "are expected by chance. {} looks belong to points with one degree of "
+                      "freedom, where a blunder shows but cannot be located.",
+                      ReadableCount(tests->tests_1),
+                      Shown(tests->alpha_1, 2),
+                      Shown(tests->critical_w_1, 3),
+                      tests->above_1[0],
+                      tests->above_1[1],
+                      tests->above_1[2],
+                      Shown(tests->expected_above_1, 2),
+                      ReadableCount(tests->not_localisable_1)),
+          ""});
+    }
+    PageTable table = LookTable(looks.worst, tests ? tests->critical_w_1 : kAbsent);
+    table.note = fmt::format(
+        "The {} largest |w|; beyond the critical value they are marked. The minimal detectable "
+        "blunder is found with a power of {}; smaller ones may stay, and move the point by up to "
+        "the influence.",
+        looks.worst.size(),
+        ShownPercent(tests ? tests->power_1 : kAbsent));
+    section.items.emplace_back(std::move(table));
+  }
+  if (result.summary.snooping_rounds && !result.summary.findings.empty()) {
+    section.items.emplace_back(FindingTable(result.summary));
+  }
+  if (!looks.left_out.empty()) {
+    PageTable table;
+    table.title = "Looks that were left out";
+    table.columns = {
+        {"pass", false}, {"point", false}, {"reason", false}, {"largest residual [m]", true}};
+    for (const ReportLook& look : looks.left_out) {
+      table.rows.push_back({look.pass,
+                            look.point,
+                            look.reason,
+                            Shown(look.residual_m, 3) + (look.azimuth ? " azimuth" : " range")});
+    }
+    table.note = fmt::format(
+        "{} of {}, the largest residuals first. A list to use again: --rejections with "
+        "residuals.csv.",
+        looks.left_out.size(),
+        ReadableCount(static_cast<double>(looks.rejected)));
+    section.items.emplace_back(std::move(table));
+  }
+  return section;
+}
+
+}  // namespace sarblock
