@@ -26,7 +26,7 @@ python3 "$root/tests/package/check_deb.py" "$debs"
 
 if command -v lintian > /dev/null; then
   step "lintian"
-  lintian --no-tag-display-limit "$debs"/*.deb || true
+  lintian --tag-display-limit 0 "$debs"/*.deb || true
 fi
 
 if [[ ! -x $clean/usr/bin/apt-get ]]; then
