@@ -14,9 +14,12 @@
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 
 #include "blunder_search.h"
+#include "rounding.h"
 #include "solution.h"
 
 namespace sarblock {
@@ -182,6 +185,59 @@ void RecoverLostPoints(const AdjustOptions& options,
   }
 }
 
+/// Newton steps on the reduced system without damping, whose gradient keeps the digits that the
+/// solver's shorter sums lose on badly scaled blocks. Ends where the step is what the solver
+/// promises, no longer shrinks, or the iterations are used up. Returns all that is left, in sigmas:
+/// where large residuals meet bent equations each step is a fixed part of the one before, and many
+/// small ones are to come. The weights follow the state.
+double Polish(int max_iterations,
+              AdjustmentProblem* problem,
+              BlockState* state,
+              std::optional<ReducedSystem>* system,
+              SolveReport* solve,
+              ProgressSink* progress) {
+  constexpr int kMostSteps = 8;
+  // Few unknowns share what is left among them; a step of a small block costs nothing.
+  const double share_1 = 1e-3 * static_cast<double>(problem->block.points.size());
+  const double promised_1 = SolveOptions{}.settled_1 * std::clamp(share_1, 1e-2, 1.0);
+  double left = (*system)->RemainingStep(), contraction = 0.0;
+  for (int step = 0; step < kMostSteps; ++step) {
+    if (!(left > promised_1 && left < kApproached_1)) break;
+    BlockState next = AfterNewtonStep(*problem, *state, (*system)->Step());
+    UpdateWhitening(next, problem);
+    std::optional<ReducedSystem> after;
+    after.emplace(*problem);
+    after->Form(next, {}, progress);
+    const bool solvable = after->looks_not_evaluated() == 0 && after->weak_points().empty() &&
+                          after->FactorAndAnalyse(&next).regular();
+    const double left_after = solvable ? after->RemainingStep() : left;
+    if (left_after < left) contraction = left_after / left;
+    if (!(left_after < left) || solve->iterations >= max_iterations) {
+      UpdateWhitening(*state, problem);
+      break;
+    }
+    left = left_after;
+    *state = std::move(next);
+    system->emplace(std::move(*after));
+    ++solve->iterations;
+  }
+  return left > SolveOptions{}.settled_1 ? left / (1.0 - contraction) : left;
+}
+
+/// Standard deviations are those of the place where the solver stopped: what is still to go bends
+/// them by as much.
+void WarnOfSlowSteps(const AdjustmentProblem& problem, AdjustResult* result) {
+  constexpr double kTold_1 = 1e-5;
+  const auto points = static_cast<double>(problem.block.points.size());
+  if (result->remaining_step <= kTold_1 * std::sqrt(std::max(1.0, 1e-3 * points))) return;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1e", result->remaining_step);
+  Warn(result,
+       std::string("the last steps shrink slowly, ") + text.data() +
+           " sigmas are still to go: standard deviations may have fewer than six digits (residuals "
+           "too large for the curvature of thin intersections, or too few iterations)");
+}
+
 /// Drops the looks that a robust solution found far off; returns which.
 std::vector<std::size_t> DropOutliers(const AdjustResult& result, AdjustmentProblem* problem) {
   const double limit = ChiSquareQuantile(kKeepProbability_1, 2.0);
@@ -338,11 +394,14 @@ AdjustResult Adjust(const Block& block,
     system->Form(state, weighting, progress);
   }
   RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
+  result.remaining_step =
+      options.robust == RobustLoss::kNone && !floating
+          ? Polish(options.max_iterations, &problem, &state, &system, &solve, progress)
+          : system->RemainingStep();
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost_1;
   result.final_cost = system->cost();
   result.gradient = system->gradient();
-  result.remaining_step = system->RemainingStep();
   result.condition = system->Condition();
   if (system->looks_not_evaluated() > 0) {
     Warn(&result,
@@ -373,7 +432,11 @@ AdjustResult Adjust(const Block& block,
                          system->looks_not_evaluated() == 0;
   result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
   result.accepted = converged;
-  if (!converged) Warn(&result, "not converged: " + solve.message);
+  if (!converged) {
+    Warn(&result, "not converged: " + solve.message);
+  } else if (options.robust == RobustLoss::kNone) {
+    WarnOfSlowSteps(problem, &result);
+  }
 
   WarnOfWeakDirections(system->rank(), &result);
   FillParameters(problem, state, &result);
@@ -386,6 +449,7 @@ AdjustResult Adjust(const Block& block,
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
+  WarnOfRounding(problem, state, &result);
   if (!result.points.covariance_m2.empty() && options.covariance == CovarianceLevel::kBlock) {
     result.check_freedom_1 = CheckFreedom(problem, state, *system, result.checks);
   }

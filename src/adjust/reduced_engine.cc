@@ -18,6 +18,8 @@ constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
 constexpr double kNear_1 = 0.5;
+/// Steps that shrink to less than this part of the one before have nothing of note behind them.
+constexpr double kFastContraction_1 = 0.1;
 
 /// Step of every point for a step `dx` of the corrections, and what the quadratic model promises.
 struct PointSteps {
@@ -99,6 +101,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   ReducedSystem system(problem);
   double damping = kFirstDamping_1;
   int refused = 0;
+  double left_before = 0.0;  // at the last accepted step
   std::string left_text;
   system.Form(*state, weighting, nullptr, damping);
   report.initial_cost_1 = report.final_cost_1 = system.cost();
@@ -124,7 +127,12 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       system.Form(*state, weighting, nullptr, damping);
       continue;
     }
-    if (left <= options.settled_1) {
+    // Where large residuals meet bent equations each step is a fixed part of the one before: what
+    // is left is the sum of all to come. Steps that no longer shrink are rounding.
+    const double contraction = left_before > 0.0 ? left / left_before : 0.0;
+    const bool slow = contraction > kFastContraction_1 && contraction < 1.0;
+    const double to_come = slow ? left / (1.0 - contraction) : left;
+    if (to_come <= options.settled_1 || (left <= options.settled_1 && contraction >= 1.0)) {
       report.converged = true;
       report.message = "the step left is " + Rounded(left) + " sigmas";
       return report;
@@ -150,6 +158,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       state->corrections = next.corrections;
       report.final_cost_1 = system.cost();
       damping = next_damping;
+      left_before = left;
       ++report.iterations;
     } else {
       if (system.looks_not_evaluated() > 0) ++refused;
@@ -159,6 +168,16 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   }
   report.message = WhyStopped("the limit of iterations was reached", refused);
   return report;
+}
+
+BlockState AfterNewtonStep(const AdjustmentProblem& problem,
+                           const BlockState& state,
+                           const Eigen::VectorXd& dx) {
+  BlockState next;
+  next.start_m = state.start_m;
+  next.displacement_m = SubstituteBack(problem, state, {}, 0.0, dx).displacement_m;
+  next.corrections = state.corrections + dx;
+  return next;
 }
 
 }  // namespace sarblock

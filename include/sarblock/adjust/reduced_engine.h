@@ -23,4 +23,10 @@ namespace sarblock {
                                        BlockState* state,
                                        ProgressSink* progress);
 
+/// The state after the whole Gauss-Newton step that belongs to the corrections' step `dx`, nothing
+/// damped: every point follows with what its own equations leave of it. Looks without loss.
+[[nodiscard]] BlockState AfterNewtonStep(const AdjustmentProblem& problem,
+                                         const BlockState& state,
+                                         const Eigen::VectorXd& dx);
+
 }  // namespace sarblock

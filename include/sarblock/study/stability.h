@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace sarblock {
+
+/// A family of small blocks that one number pushes from comfortable to impossible.
+struct StabilityFamily {
+  std::string name;       ///< "intersection-angle"
+  std::string parameter;  ///< what the number is, with its unit: "angle_deg"
+  std::string about;      ///< one sentence for people
+  std::vector<double> values;
+};
+
+/// All families with the values they are run with by default (docs/studies/stability.md).
+[[nodiscard]] std::vector<StabilityFamily> StabilityFamilies();
+
+/// What came of one block.
+enum class StabilityOutcome {
+  kOk,       ///< accepted without a warning, and right
+  kWarned,   ///< not accepted, or with a warning; where digits are missing the warning says so
+  kRefused,  ///< exit code 3 or 4 with words
+  kWrong,    ///< claims more than it has
+};
+[[nodiscard]] const char* NameOf(StabilityOutcome outcome);  ///< "ok", "warned", ...
+
+/// A result whose sigmas and 3 x 3 covariances have fewer digits than this is wrong unless it says
+/// so itself,
+inline constexpr double kLeastDigits_1 = 6.0;
+/// and one whose positions or corrections are off by more than this part of their sigma.
+inline constexpr double kMostError_1 = 1e-3;
+
+/// One step of a family: the production adjustment beside the same one in 50 digits. Digits are
+/// -log10 of the largest relative error, 0 to 16; NaN where there is no result or nothing to
+/// compare with.
+struct StabilityRow {
+  std::string family, parameter;
+  double value = 0.0;                                           ///< of the parameter
+  double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the column-scaled Jacobian
+  StabilityOutcome outcome = StabilityOutcome::kRefused;
+  int exit_code = 0;
+  /// Of the worst 3 x 3 covariance of a point (Frobenius).
+  double covariance_digits_1 = std::numeric_limits<double>::quiet_NaN();
+  double sigma_digits_1 = std::numeric_limits<double>::quiet_NaN();  ///< points and corrections
+  /// Of the worst position, relative to its shortest slant range.
+  double position_digits_1 = std::numeric_limits<double>::quiet_NaN();
+  /// Largest error of a position, sqrt(e' Q^-1 e), or of a correction, in sigmas.
+  double error_sigma_1 = std::numeric_limits<double>::quiet_NaN();
+  /// Covariance digits by other ways: all normal equations in double and in single precision, and
+  /// engine and covariance method "ceres".
+  double normal_digits_1 = std::numeric_limits<double>::quiet_NaN();
+  double single_digits_1 = std::numeric_limits<double>::quiet_NaN();
+  double ceres_digits_1 = std::numeric_limits<double>::quiet_NaN();
+  std::string message;  ///< the words of a refusal, the warnings, or why nothing was compared
+};
+
+/// The outcome of a row whose other fields are filled in. Warnings count as said where they speak
+/// of convergence, of weak directions, of open directions or of rounding: that points were left out
+/// says nothing of the others.
+[[nodiscard]] StabilityOutcome JudgeStability(const StabilityRow& row,
+                                              const std::vector<std::string>& warnings);
+
+/// Runs one step. Throws InputError for a family that is not among StabilityFamilies().
+[[nodiscard]] StabilityRow RunStabilityStep(const std::string& family, double value, int threads);
+
+}  // namespace sarblock

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/problem.h"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "exact_numbers.h"
+
+/// The observation equations of model.md, sections 3 and 4, with their partials for any scalar
+/// type. Paths, track axes and verticals are series in time, so that velocities, turning axes and
+/// accelerations come by themselves; what production has simplified by hand is not simplified here.
+namespace sarblock::exact {
+
+/// Foot of the normal from p on the ellipsoid: q = p / (1 + mu / axis^2) lies on it.
+template <typename S>
+struct VerticalOf {
+  Vec<S> up;
+  S height;
+};
+
+template <typename T>
+T FootParameter(const T& a, const Vec<T>& axis2, const Vec<T>& p) {
+  using std::abs;
+  T mu = a * (Norm(p) - a);
+  for (int i = 0; i < 60; ++i) {
+    T f = -1, slope = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const T g = axis2[k] + mu;
+      const T q2 = p[k] * p[k] * axis2[k] / (g * g);
+      f += q2;
+      slope -= T(2) * q2 / g;
+    }
+    const T step = f / slope;
+    mu -= step;
+    if (abs(step) <= std::numeric_limits<T>::epsilon() * T(4) * (abs(mu) + a * a)) break;
+  }
+  return mu;
+}
+
+/// The vertical at a position p with derivatives; `value` is p without them. Each Newton step
+/// doubles the order of the derivatives of mu.
+template <typename S, typename T>
+VerticalOf<S> Vertical(const Frame& frame, const Vec<S>& p, const Vec<T>& value) {
+  using std::sqrt;
+  if (frame.kind() == FrameKind::kLocal) return {{S(T(0)), S(T(0)), S(T(1))}, p[2]};
+  const T a = frame.ellipsoid().a_m, b = a * (T(1) - T(frame.ellipsoid().flattening));
+  const Vec<T> axis2 = {a * a, a * a, b * b};
+  S mu(FootParameter(a, axis2, value));
+  for (int i = 0; i < 2; ++i) {
+    S f(T(-1)), slope(T(0));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const S g = S(axis2[k]) + mu;
+      const S q2 = p[k] * p[k] * S(axis2[k]) / (g * g);
+      f = f + q2;
+      slope = slope - S(T(2)) * q2 / g;
+    }
+    mu = mu - f / slope;
+  }
+  Vec<S> foot, normal;
+  for (std::size_t k = 0; k < 3; ++k) {
+    foot[k] = p[k] * S(axis2[k]) / (S(axis2[k]) + mu);
+    normal[k] = foot[k] / S(axis2[k]);
+  }
+  const Vec<S> up = (S(T(1)) / Norm(normal)) * normal;
+  return {up, Dot(p - foot, up)};
+}
+
+/// Rows east, north, up at p.
+template <typename T>
+std::array<Vec<T>, 3> EnuAxes(const Frame& frame, const Vec<T>& p) {
+  using std::sqrt;
+  if (frame.kind() == FrameKind::kLocal) {
+    return {{{T(1), T(0), T(0)}, {T(0), T(1), T(0)}, {T(0), T(0), T(1)}}};
+  }
+  const Vec<T> up = Vertical<T, T>(frame, p, p).up;
+  const T h = sqrt(p[0] * p[0] + p[1] * p[1]);
+  const Vec<T> east = h > T(0) ? Vec<T>{-p[1] / h, p[0] / h, T(0)} : Vec<T>{T(0), T(1), T(0)};
+  return {east, Cross(up, east), up};
+}
+
+template <typename T>
+Vec<T> Cast(const Eigen::Vector3d& a) {
+  return {T(a[0]), T(a[1]), T(a[2])};
+}
+
+/// One look at one state, not weighted. Row 0 is the range sphere, row 1 the Doppler cone.
+template <typename T>
+struct LookAt {
+  std::array<T, 2> error;
+  std::array<Vec<T>, 2> by_point;
+  std::array<std::vector<T>, 2> by_column;  ///< the look's local columns (look_model.h)
+  T range_rate, doppler_rate;               ///< by azimuth time at a fixed point
+};
+
+/// Lower triangle W of the whitening of a look.
+template <typename T>
+struct Weights {
+  T w00, w10, w11;
+};
+
+template <typename T>
+class LookModelOf {
+ public:
+  explicit LookModelOf(const AdjustmentProblem& problem) : problem_(problem) {}
+
+  /// `x` are all corrections of the block.
+  LookAt<T> Evaluate(std::size_t look, const Vec<T>& p, const std::vector<T>& x) const;
+
+  Weights<T> WeightsOf(std::size_t look, const LookAt<T>& at) const {
+    using std::abs;
+    using std::sqrt;
+    const LookSigma sigma = problem_.model.SigmaOf(look);
+    const T range = sigma.range_m;
+    T time = sigma.azimuth;
+    if (sigma.azimuth_unit == AzimuthUnit::kMetres) time = time / abs(at.doppler_rate);
+    const T r = at.range_rate * time, d = at.doppler_rate * time;
+    const T l00 = sqrt(range * range + r * r);
+    const T l11 = abs(d) * range / l00;
+    return {T(1) / l00, -(r * d / l00) / (l00 * l11), T(1) / l11};
+  }
+
+ private:
+  using Path = Vec<Series<T>>;
+  struct Nominal {
+    Path position, velocity;
+  };
+  /// The look's own share of a position correction: how a unit of it moves the antenna.
+  struct Direction {
+    int column;
+    Path moves;
+  };
+
+  Nominal NominalAt(const Pass& pass, const T& t) const {
+    const std::vector<StateVector>& states = pass.path.states();
+    std::size_t k = 0;
+    while (k + 2 < states.size() && T(states[k + 1].time_s) <= t) ++k;
+    const Vec<T> p0 = Cast<T>(states[k].position_m), p1 = Cast<T>(states[k + 1].position_m);
+    const Vec<T> v0 = Cast<T>(states[k].velocity_mps), v1 = Cast<T>(states[k + 1].velocity_mps);
+    const T h = T(states[k + 1].time_s) - T(states[k].time_s);
+    const T u = t - T(states[k].time_s);
+    Nominal out;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const T mean = (p1[i] - p0[i]) / h;
+      const T c2 = (T(3) * mean - T(2) * v0[i] - v1[i]) / h;
+      const T c3 = (v0[i] + v1[i] - T(2) * mean) / (h * h);
+      const T v = v0[i] + u * (T(2) * c2 + T(3) * u * c3), a = T(2) * c2 + T(6) * u * c3;
+      out.position[i] = {p0[i] + u * (v0[i] + u * (c2 + u * c3)), v, a};
+      out.velocity[i] = {v, a, T(6) * c3};
+    }
+    return out;
+  }
+
+  std::array<Path, 3> AxesOf(const Nominal& nominal) const {
+    const Vec<T> at = {nominal.position[0].c0, nominal.position[1].c0, nominal.position[2].c0};
+    const Series<T> one(T(1));
+    const Path vertical = Vertical(problem_.block.frame, nominal.position, at).up;
+    const Path along = (one / Norm(nominal.velocity)) * nominal.velocity;
+    const Path upright = vertical - Dot(vertical, along) * along;
+    const Path up = (one / Norm(upright)) * upright;
+    return {along, Cross(up, along), up};
+  }
+
+  static void Legendre(const Series<T>& x, int degree, std::vector<Series<T>>* out) {
+    out->assign(1, Series<T>(T(1)));
+    if (degree >= 1) out->push_back(x);
+    for (int k = 2; k <= degree; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      out->push_back(Series<T>(T(2 * k - 1) / T(k)) * x * (*out)[i - 1] -
+                     Series<T>(T(k - 1) / T(k)) * (*out)[i - 2]);
+    }
+  }
+
+  /// The four functions of a spline's piece.
+  std::array<Series<T>, 4> SplineAt(const SplineTerm& term, double measured_s, const T& t) const {
+    double start_s = 0.0, end_s = 0.0;
+    bool first = true;
+    for (std::size_t i = 0; i < problem_.layout.passes.size(); ++i) {
+      for (const SplineTerm& other : problem_.layout.passes[i].splines) {
+        if (other.first_block != term.first_block) continue;
+        const Pass& pass = problem_.block.passes[i];
+        start_s = first ? pass.start_s : std::min(start_s, pass.start_s);
+        end_s = first ? pass.end_s : std::max(end_s, pass.end_s);
+        first = false;
+      }
+    }
+    const T spacing = (T(end_s) - T(start_s)) / T(term.spline.count() - 3);
+    const T u = (t - T(start_s)) / spacing - T(term.spline.PieceOf(measured_s));
+    const Series<T> x(u, T(1) / spacing, T(0)), one(T(1)), y = one - x, six(T(6)), four(T(4));
+    const Series<T> three(T(3));
+    return {y * y * y / six,
+            (four - six * x * x + three * x * x * x) / six,
+            (four - six * y * y + three * y * y * y) / six,
+            x * x * x / six};
+  }
+
+  const AdjustmentProblem& problem_;
+};
+
+template <typename T>
+LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
+                                   const Vec<T>& p,
+                                   const std::vector<T>& x) const {
+  using std::exp;
+  using std::sin;
+  using std::sqrt;
+  const Block& block = problem_.block;
+  const Looks& looks = block.looks;
+  const std::size_t pass = looks.pass[look];
+  const PassCorrections& c = problem_.layout.passes[pass];
+  const double measured_s = looks.time_s[look];
+  LookColumns columns;
+  problem_.model.ColumnsOf(look, &columns);
+  std::vector<T> local;
+  for (int b = 0; b < columns.block_count; ++b) {
+    const ParameterBlock& of =
+        problem_.layout
+            .blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
+    for (int i = 0; i < of.size; ++i) local.push_back(x[static_cast<std::size_t>(of.offset + i)]);
+  }
+  const auto sum = [&](const std::vector<int>& of) {
+    T total = 0;
+    for (const int column : of) total += local[static_cast<std::size_t>(column)];
+    return total;
+  };
+
+  // The corrected path and what moves it.
+  const T t = T(measured_s) + sum(c.time_bias);
+  const Nominal nominal = NominalAt(block.passes[pass], t);
+  std::array<Path, 3> track;
+  if (c.NeedsTrackAxes()) track = AxesOf(nominal);
+  Path s = nominal.position;
+  std::vector<Direction> directions;
+  const auto moves = [&](PositionCorrection::Axes axes, std::size_t axis, const Series<T>& by) {
+    if (axes == PositionCorrection::Axes::kTrack) return by * track[axis];
+    Path out;
+    out[axis] = by;
+    return out;
+  };
+  std::vector<Series<T>> basis;
+  for (const PolynomialTerm& term : c.polynomials) {
+    const T start = block.passes[pass].start_s, end = block.passes[pass].end_s;
+    const T half = (end - start) / T(2);
+    Legendre({(t - (start + end) / T(2)) / half, T(1) / half, T(0)}, term.degree, &basis);
+    int column = term.column;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!term.components[axis]) continue;
+      for (const Series<T>& b : basis) {
+        directions.push_back({column++, moves(term.axes, axis, b)});
+      }
+    }
+  }
+  int column_begin = c.static_columns;
+  for (const SplineTerm& term : c.splines) {
+    const std::array<Series<T>, 4> four = SplineAt(term, measured_s, t);
+    int column = column_begin;
+    for (const Series<T>& b : four) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (term.components[axis]) directions.push_back({column++, moves(term.axes, axis, b)});
+      }
+    }
+    column_begin = column;
+  }
+  for (const Direction& d : directions) {
+    s = s + Series<T>(local[static_cast<std::size_t>(d.column)]) * d.moves;
+  }
+
+  // The cone's axis: the direction of flight, turned by the velocity corrections.
+  Path v;
+  for (std::size_t i = 0; i < 3; ++i) v[i] = {s[i].c1, s[i].c2, T(0)};  // second never used
+  const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
+  Path cone_axis = v;
+  Vec<T> w = {T(0), T(0), T(0)};
+  if (turned) {
+    const Path turn =
+        Series<T>(sum(c.velocity_across)) * track[1] + Series<T>(sum(c.velocity_up)) * track[2];
+    cone_axis = v + Norm(v) * turn;
+    for (std::size_t i = 0; i < 3; ++i) w[i] = turn[i].c0;
+  }
+  Vec<T> position, velocity, acceleration, axis, axis_rate;
+  for (std::size_t i = 0; i < 3; ++i) {
+    position[i] = s[i].c0;
+    velocity[i] = v[i].c0;
+    acceleration[i] = v[i].c1;
+    axis[i] = cone_axis[i].c0;
+    axis_rate[i] = cone_axis[i].c1;
+  }
+  const Vec<T> d = p - position;
+  const T rho = Norm(d), speed = Norm(axis);
+  const Vec<T> u = (T(1) / speed) * axis;
+
+  // sin(tau + b_tau) and its derivatives.
+  const bool doppler = (looks.flags[look] & Looks::kDoppler) != 0;
+  const T given = looks.cone.empty() ? T(0) : T(looks.cone[look]);
+  const T closing = doppler ? T(block.passes[pass].wavelength_m) * given / T(2) : T(0);
+  const T sin_given = doppler ? closing / speed : T(sin(given));
+  const T cos_given = sqrt((T(1) - sin_given) * (T(1) + sin_given));
+  const T bias = sum(c.squint_bias);
+  using std::cos;
+  const T sin_bias = sin(bias), cos_bias = cos(bias);
+  const T sin_tau = sin_given * cos_bias + cos_given * sin_bias;
+  const T cos_tau = cos_given * cos_bias - sin_given * sin_bias;
+  const T by_speed = doppler ? -sin_given / speed * cos_tau / cos_given : T(0);
+
+  LookAt<T> out;
+  const T along = Dot(u, d), kappa = sum(c.range_scale);
+  const Vec<T> sight = (T(1) / rho) * d;
+  Vec<T> range_by_p = (T(1) + kappa) * sight;
+  Vec<T> range_by_s = T(-1) * range_by_p;
+  out.error = {rho + sum(c.range_bias) + kappa * rho - T(looks.range_m[look]),
+               along - rho * sin_tau};
+  std::vector<T> mappings;
+  if (!c.troposphere.empty()) {
+    using G = Gradient<T>;
+    Vec<G> at, from;
+    for (std::size_t i = 0; i < 3; ++i) {
+      at[i].value = p[i];
+      at[i].by[i] = T(1);
+      from[i] = G(position[i]);
+    }
+    const VerticalOf<G> vertical = Vertical(block.frame, at, p);
+    const Vec<G> line = at - from;
+    const G drop = G(T(-1)) * Dot(vertical.up, line);
+    for (const TroposphereTerm& term : c.troposphere) {
+      const G thin = exp(G(T(-1) / T(term.scale_height_m)) * vertical.height);
+      const G m = thin * Norm(line) / drop;
+      const T zenith = local[static_cast<std::size_t>(term.column)];
+      out.error[0] += zenith * m.value;
+      range_by_p = range_by_p + zenith * m.by;
+      Vec<T> up;
+      for (std::size_t i = 0; i < 3; ++i) up[i] = vertical.up[i].value;
+      const Vec<T> by_s = T(-1) * ((thin.value / drop.value) * sight + (m.value / drop.value) * up);
+      range_by_s = range_by_s + zenith * by_s;
+      mappings.push_back(m.value);
+    }
+  }
+  const Vec<T> cone_by_p = u - sin_tau * sight;
+  const Vec<T> cone_by_axis = (T(1) / speed) * (d - along * u) - (rho * by_speed) * u;
+  out.by_point = {range_by_p, cone_by_p};
+
+  const auto count = static_cast<std::size_t>(columns.column_count);
+  out.by_column[0].assign(count, T(0));
+  out.by_column[1].assign(count, T(0));
+  const auto set = [&](int column, const T& range, const T& cone) {
+    out.by_column[0][static_cast<std::size_t>(column)] = range;
+    out.by_column[1][static_cast<std::size_t>(column)] = cone;
+  };
+  const T nominal_speed = Norm(velocity);
+  const Vec<T> direction = (T(1) / nominal_speed) * velocity;
+  for (const Direction& move : directions) {
+    Vec<T> ds, dv;
+    for (std::size_t i = 0; i < 3; ++i) {
+      ds[i] = move.moves[i].c0;
+      dv[i] = move.moves[i].c1;
+    }
+    const Vec<T> daxis = dv + Dot(direction, dv) * w;
+    set(move.column, Dot(range_by_s, ds), Dot(cone_by_axis, daxis) - Dot(cone_by_p, ds));
+  }
+  const auto turn_by = [&](const Path& of) {
+    Vec<T> at;
+    for (std::size_t i = 0; i < 3; ++i) at[i] = of[i].c0;
+    return nominal_speed * Dot(cone_by_axis, at);
+  };
+  for (const int column : c.velocity_across) set(column, T(0), turn_by(track[1]));
+  for (const int column : c.velocity_up) set(column, T(0), turn_by(track[2]));
+  for (const int column : c.range_bias) set(column, T(1), T(0));
+  for (const int column : c.range_scale) set(column, rho, T(0));
+  for (const int column : c.time_bias) {
+    set(column, Dot(range_by_s, velocity), Dot(cone_by_axis, axis_rate) - Dot(cone_by_p, velocity));
+  }
+  for (const int column : c.squint_bias) set(column, T(0), T(-1) * rho * cos_tau);
+  for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
+    set(c.troposphere[q].column, mappings[q], T(0));
+  }
+
+  // What an error of the azimuth time does, corrections of the cone's direction left out.
+  const T path_speed = nominal_speed;
+  const T speed_rate = Dot(direction, acceleration);
+  const Vec<T> direction_rate = (T(1) / path_speed) * (acceleration - speed_rate * direction);
+  const T plain = doppler ? closing / path_speed : sin_given;
+  const T plain_by_speed = doppler ? -plain / path_speed : T(0);
+  out.range_rate = T(-1) * Dot(velocity, d) / rho;
+  out.doppler_rate = Dot(direction_rate, d) - path_speed - out.range_rate * plain -
+                     rho * plain_by_speed * speed_rate;
+  return out;
+}
+
+}  // namespace sarblock::exact
