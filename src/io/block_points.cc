@@ -42,16 +42,6 @@ constexpr std::array<CsvColumn, 14> kColumns{{{"point", CsvNeed::kRequired},
                                               {"cov_eu_m2"},
                                               {"cov_nu_m2"}}};
 
-PointRole ReadRole(const CsvReader& reader) {
-  const std::string_view role = reader.Text(kRole);
-  if (role.empty() || role == "tie") return PointRole::kTie;
-  if (role == "control") return PointRole::kControl;
-  if (role == "check") return PointRole::kCheck;
-  reader.Fail(kRole,
-              Quoted(role) + " is not known, tie, control or check is allowed" +
-                  DidYouMean(NearestName(role, {"tie", "control", "check"})));
-}
-
 // Three cells that are given together or not at all.
 bool AllGiven(const CsvReader& reader, std::size_t first) {
   int given = 0;
@@ -160,6 +150,16 @@ void RefuseGeodeticInLocal(const CsvReader& reader) {
 
 }  // namespace
 
+PointRole ReadRole(const CsvReader& reader, std::size_t column) {
+  const std::string_view role = reader.Text(column);
+  if (role.empty() || role == "tie") return PointRole::kTie;
+  if (role == "control") return PointRole::kControl;
+  if (role == "check") return PointRole::kCheck;
+  reader.Fail(column,
+              Quoted(role) + " is not known, tie, control or check is allowed" +
+                  DidYouMean(NearestName(role, {"tie", "control", "check"})));
+}
+
 void ReadPoints(BlockReading* reading) {
   auto opened = reading->source.Open("points", kColumns);
   if (!opened) return;
@@ -175,7 +175,7 @@ void ReadPoints(BlockReading* reading) {
     if (points.ids.FindOrAppend(id) != index) {
       reader.Fail(kPoint, Quoted(id) + " stands twice, one row a point is allowed");
     }
-    const PointRole role = ReadRole(reader);
+    const PointRole role = ReadRole(reader, kRole);
     points.given_m.push_back(ReadPosition(reader, frame, role));
     points.role.push_back(role);
     if (role != PointRole::kTie) {

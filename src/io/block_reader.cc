@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_reader.h"
 
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "number.h"
@@ -11,65 +9,9 @@
 namespace sarblock {
 namespace {
 
-namespace fs = std::filesystem;
+constexpr FolderKind kBlock{"block", "block.toml, trajectories.csv and observations.csv"};
 
-class FolderSource final : public BlockSource {
- public:
-  explicit FolderSource(fs::path folder) : folder_(std::move(folder)) {
-    if (!fs::is_directory(folder_)) {
-      throw InputError(FilePlace{folder_.string(), 0, ""},
-                       "is no folder; a block is a folder with block.toml, trajectories.csv and "
-                       "observations.csv");
-    }
-  }
-  std::pair<std::string, std::string> ReadToml() const override {
-    const fs::path file = folder_ / "block.toml";
-    std::ifstream stream(file, std::ios::binary);
-    if (!fs::is_regular_file(file) || !stream) {
-      throw InputError(FilePlace{file.string(), 0, ""}, "is missing, every block has this file");
-    }
-    return {file.string(), {std::istreambuf_iterator<char>(stream), {}}};
-  }
-  std::optional<CsvReader> Open(std::string_view table,
-                                std::span<const CsvColumn> columns) const override {
-    const auto file = FindTable(folder_, table);
-    if (!file) return std::nullopt;
-    return CsvReader(*file, columns);
-  }
-  std::string NameOf(std::string_view table) const override {
-    return (folder_ / (std::string(table) + ".csv")).string();
-  }
-  std::string DefaultName() const override {
-    const fs::path whole = fs::absolute(folder_).lexically_normal();
-    return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
-  }
-
- private:
-  fs::path folder_;
-};
-
-class TextSource final : public BlockSource {
- public:
-  explicit TextSource(const BlockTexts& texts) : texts_(texts) {}
-  std::pair<std::string, std::string> ReadToml() const override {
-    return {"block.toml", std::string(texts_.block_toml)};
-  }
-  std::optional<CsvReader> Open(std::string_view table,
-                                std::span<const CsvColumn> columns) const override {
-    std::optional<std::string_view> text = texts_.points_csv;
-    if (table == "trajectories") text = texts_.trajectories_csv;
-    if (table == "observations") text = texts_.observations_csv;
-    if (!text) return std::nullopt;
-    return CsvReader(NameOf(table), *text, columns);
-  }
-  std::string NameOf(std::string_view table) const override { return std::string(table) + ".csv"; }
-  std::string DefaultName() const override { return "block"; }
-
- private:
-  BlockTexts texts_;
-};
-
-BlockFile Read(const BlockSource& source, const ReadOptions& options) {
+BlockFile Read(const TableSource& source, const ReadOptions& options) {
   BlockReading reading{source, options, {}, {}, {}, {}, {}};
   ReadBlockToml(&reading);
   ReadTrajectories(&reading);
@@ -83,34 +25,16 @@ BlockFile Read(const BlockSource& source, const ReadOptions& options) {
 }  // namespace
 
 BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
-  return Read(FolderSource(folder), options);
+  return Read(*TablesOfFolder(folder, kBlock), options);
 }
 
 BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
-  return Read(TextSource(texts), options);
-}
-
-CsvReader BlockSource::Require(std::string_view table, std::span<const CsvColumn> columns) const {
-  auto reader = Open(table, columns);
-  if (!reader) {
-    throw InputError(FilePlace{NameOf(table), 0, ""},
-                     "is missing, every block has this table (or it as .csv.gz)");
-  }
-  return std::move(*reader);
-}
-
-std::optional<std::filesystem::path> FindTable(const std::filesystem::path& folder,
-                                               std::string_view name) {
-  const fs::path plain = folder / (std::string(name) + ".csv");
-  const fs::path gzip = folder / (std::string(name) + ".csv.gz");
-  const bool has_plain = fs::exists(plain), has_gzip = fs::exists(gzip);
-  if (has_plain && has_gzip) {
-    throw InputError(FilePlace{gzip.string(), 0, ""},
-                     "stands beside " + plain.filename().string() + ", one of both is allowed");
-  }
-  if (has_plain) return plain;
-  if (has_gzip) return gzip;
-  return std::nullopt;
+  return Read(*TablesOfTexts({{"block.toml", texts.block_toml},
+                              {"trajectories.csv", texts.trajectories_csv},
+                              {"observations.csv", texts.observations_csv},
+                              {"points.csv", texts.points_csv}},
+                             kBlock),
+              options);
 }
 
 void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* warnings) {
@@ -122,20 +46,29 @@ void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* war
   warnings->push_back(reader.file() + ": columns not known and ignored: " + names);
 }
 
-std::uint32_t FindPass(const CsvReader& reader, std::size_t column, const IdTable& pass_ids) {
+std::uint32_t FindPass(const CsvReader& reader,
+                       std::size_t column,
+                       const IdTable& pass_ids,
+                       const char* holder) {
   const std::string_view id = reader.Id(column);
   const std::uint32_t pass = pass_ids.Find(id);
   if (pass == IdTable::kNone) {
-    reader.Fail(column, "block.toml has no pass " + Quoted(id) + DidYouMean(pass_ids.Nearest(id)));
+    reader.Fail(
+        column,
+        std::string(holder) + " has no pass " + Quoted(id) + DidYouMean(pass_ids.Nearest(id)));
   }
   return pass;
 }
 
-std::uint32_t FindPoint(const CsvReader& reader, std::size_t column, const IdTable& ids) {
+std::uint32_t FindPoint(const CsvReader& reader,
+                        std::size_t column,
+                        const IdTable& ids,
+                        const char* holder) {
   const std::string_view id = reader.Id(column);
   const std::uint32_t point = ids.Find(id);
   if (point == IdTable::kNone) {
-    reader.Fail(column, "the block has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
+    reader.Fail(column,
+                std::string(holder) + " has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
   }
   return point;
 }

@@ -5,39 +5,19 @@
 #include "sarblock/io/csv_reader.h"
 
 #include <array>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "table_source.h"
+
 namespace sarblock {
-
-/// Where the files of a block come from: a folder or texts in memory.
-class BlockSource {
- public:
-  virtual ~BlockSource() = default;
-  /// Name for messages and text of block.toml.
-  [[nodiscard]] virtual std::pair<std::string, std::string> ReadToml() const = 0;
-  /// A table by its name without ending ("points"), or nothing if it does not stand there.
-  [[nodiscard]] virtual std::optional<CsvReader> Open(std::string_view table,
-                                                      std::span<const CsvColumn> columns) const = 0;
-  /// The name for messages of a table that must be there.
-  [[nodiscard]] virtual std::string NameOf(std::string_view table) const = 0;
-  /// The name a block takes that gives itself none.
-  [[nodiscard]] virtual std::string DefaultName() const = 0;
-  [[nodiscard]] CsvReader Require(std::string_view table, std::span<const CsvColumn> columns) const;
-};
-
-/// The file of a table in a folder: NAME.csv or NAME.csv.gz; nothing if neither is there. Both at
-/// once are refused.
-[[nodiscard]] std::optional<std::filesystem::path> FindTable(const std::filesystem::path& folder,
-                                                             std::string_view name);
 
 /// What the readers of the single files share.
 struct BlockReading {
-  const BlockSource& source;
+  const TableSource& source;
   const ReadOptions& options;
   BlockFile result;
   IdTable pass_ids;
@@ -54,14 +34,19 @@ void ReadLooks(BlockReading* reading);
 
 /// Adds the one warning about columns nobody knows.
 void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* warnings);
-/// Index of the pass a cell names; refuses others, giving the nearest.
+/// Index of the pass a cell names; refuses others, giving the nearest. `holder` is where passes
+/// stand.
 [[nodiscard]] std::uint32_t FindPass(const CsvReader& reader,
                                      std::size_t column,
-                                     const IdTable& pass_ids);
+                                     const IdTable& pass_ids,
+                                     const char* holder = "block.toml");
 /// Index of the point a cell names, in the same way.
 [[nodiscard]] std::uint32_t FindPoint(const CsvReader& reader,
                                       std::size_t column,
-                                      const IdTable& ids);
+                                      const IdTable& ids,
+                                      const char* holder = "the block");
+/// The role of a point by its name.
+[[nodiscard]] PointRole ReadRole(const CsvReader& reader, std::size_t column);
 /// The column `rejected`: true for 1, false for 0 or an empty cell.
 [[nodiscard]] bool ReadRejected(const CsvReader& reader, std::size_t column);
 /// A number above 0, or NaN for an empty cell.
@@ -73,7 +58,9 @@ struct PathTable {
   std::vector<std::vector<StateVector>> states;  ///< by pass
   std::vector<std::size_t> lines;                ///< of each pass's last state
 };
-[[nodiscard]] PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids);
+[[nodiscard]] PathTable ReadPaths(CsvReader* reader,
+                                  const IdTable& pass_ids,
+                                  const char* holder = "block.toml");
 inline constexpr std::array<CsvColumn, 8> kPathColumns{{{"pass", CsvNeed::kRequired},
                                                         {"time_s", CsvNeed::kRequired},
                                                         {"x_m", CsvNeed::kRequired},

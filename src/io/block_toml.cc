@@ -121,7 +121,7 @@ void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* r
 }  // namespace
 
 void ReadBlockToml(BlockReading* reading) {
-  const auto [name, text] = reading->source.ReadToml();
+  const auto [name, text] = reading->source.Read("block.toml");
   toml::table parsed = ParseToml(text, name);
   const TomlTable file(parsed, "");
   const TomlValue format = file.Require("format", std::string("format = \"") + kFormat + "\"");

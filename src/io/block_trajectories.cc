@@ -17,12 +17,12 @@ Eigen::Vector3d Vector(const CsvReader& reader, std::size_t first) {
 
 }  // namespace
 
-PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids) {
+PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids, const char* holder) {
   PathTable table;
   table.states.resize(pass_ids.size());
   table.lines.resize(pass_ids.size(), 0);
   while (reader->Next()) {
-    const std::uint32_t pass = FindPass(*reader, kPass, pass_ids);
+    const std::uint32_t pass = FindPass(*reader, kPass, pass_ids, holder);
     std::vector<StateVector>& states = table.states[pass];
     const StateVector state{
         reader->RequiredNumber(kTime), Vector(*reader, kX), Vector(*reader, kVx)};

@@ -44,7 +44,8 @@ PixelResiduals::PixelResiduals(const ResultView& view) : view_(view) {
 }
 
 void PixelResiduals::AddColumns(std::vector<std::string_view>* columns) const {
-  if (present_) columns->insert(columns->end(), {"line_residual_px", "pixel_residual_px"});
+  if (present_)
+    columns->insert(columns->end(), {"line", "pixel", "line_residual_px", "pixel_residual_px"});
 }
 
 void PixelResiduals::Write(std::size_t look, std::size_t point, CsvWriter* out) const {
@@ -52,14 +53,20 @@ void PixelResiduals::Write(std::size_t look, std::size_t point, CsvWriter* out) 
   const Block& block = view_.block;
   const LookResults& looks = view_.result.looks;
   const Pass& pass = block.passes[block.looks.pass[look]];
-  if (!pass.image || looks.range_residual_m.empty() || std::isnan(looks.range_residual_m[look])) {
+  if (!pass.image) {
+    out->Empty(4);
+    return;
+  }
+  const RadarCoordinates radar{block.looks.time_s[look], block.looks.range_m[look]};
+  const auto image = ImageFromRadar(*pass.image, radar);
+  out->Number(image ? image->line_px : kNotGiven).Number(image ? image->pixel_px : kNotGiven);
+  if (looks.range_residual_m.empty() || std::isnan(looks.range_residual_m[look])) {
     out->Empty(2);
     return;
   }
   out->Number(LineResidual(
       block, look, view_.result.points.position_m[point], looks.azimuth_residual_m[look]));
-  const auto pixel_m =
-      SlantRangePerPixel_m(*pass.image, {block.looks.time_s[look], block.looks.range_m[look]});
+  const auto pixel_m = SlantRangePerPixel_m(*pass.image, radar);
   out->Number(pixel_m ? looks.range_residual_m[look] / *pixel_m : kNotGiven);
 }
 

@@ -11,9 +11,10 @@
 
 namespace sarblock {
 
-/// The columns `line_residual_px` and `pixel_residual_px` of residuals.csv: the same residuals as
-/// steps of the image, computed minus measured. They stand there if a pass has an image; cells of
-/// looks of other passes are empty. docs/theory/image_coordinates.md, eq. (5).
+/// The columns `line`, `pixel`, `line_residual_px` and `pixel_residual_px` of residuals.csv: where
+/// the look was measured in the image, and its residuals as steps of the image, computed minus
+/// measured. They stand there if a pass has an image; cells of looks of other passes are empty.
+/// docs/theory/image_coordinates.md, eq. (5).
 class PixelResiduals {
  public:
   explicit PixelResiduals(const ResultView& view);

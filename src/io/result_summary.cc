@@ -45,6 +45,28 @@ Json Configuration(const AdjustOptions& options) {
   return configuration;
 }
 
+Json FrameJson(const Frame& frame) {
+  if (frame.kind() == FrameKind::kLocal) return {{"kind", "local"}};
+  const Ellipsoid& ellipsoid = frame.ellipsoid();
+  return {{"kind", "geocentric"},
+          {"ellipsoid",
+           {{"name", ellipsoid.name}, {"a_m", ellipsoid.a_m}, {"f", ellipsoid.flattening}}}};
+}
+
+Json PassesJson(const Block& block) {
+  Json passes = Json::array();
+  for (const Pass& pass : block.passes) {
+    Json entry = {{"id", pass.id},
+                  {"look", pass.side == LookSide::kLeft ? "left" : "right"},
+                  {"start_s", pass.start_s},
+                  {"end_s", pass.end_s}};
+    if (!std::isnan(pass.wavelength_m)) entry["wavelength_m"] = pass.wavelength_m;
+    if (!pass.epoch_utc.empty()) entry["epoch_utc"] = pass.epoch_utc;
+    passes.push_back(std::move(entry));
+  }
+  return passes;
+}
+
 Json Counts(const Block& block, const AdjustResult& result) {
   Json counts = {{"passes", block.passes.size()},
                  {"points", block.points.size()},
@@ -149,6 +171,8 @@ std::string Summary(const Block& block,
   summary["frame"] = FrameJson(block.frame);
   summary["status"] = NameOf(result.status);
   summary["accepted"] = result.accepted;
+  summary["frame"] = FrameJson(block.frame);
+  summary["passes"] = PassesJson(block);
   summary["counts"] = Counts(block, result);
   summary["iterations"] = result.iterations;
   summary["initial_cost"] = result.initial_cost;
@@ -261,7 +285,16 @@ std::string WriteResult(const std::filesystem::path& folder,
                block,
                corrected ? result.corrected_paths : NominalPaths(block),
                context.compression);
-    if (geocentric) WriteGeoJson(folder / "points.geojson", view);
+    if (geocentric) {
+      WriteGeoJson(folder / "points.geojson",
+                   {.frame = block.frame,
+                    .name = block.name,
+                    .ids = block.points.ids,
+                    .role = block.points.role,
+                    .points = result.points,
+                    .covariance_factor_1 = view.factor,
+                    .polygons = result.points.status.size() <= context.ellipse_limit});
+    }
   }
   if (geocentric && result.points.status.size() > context.ellipse_limit) {
     said.warnings.push_back(

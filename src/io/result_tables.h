@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/io/geojson.h"
 #include "sarblock/io/result_files.h"
 
 #include <filesystem>
@@ -16,9 +17,6 @@ struct ResultView {
   double factor = 1.0;  ///< on covariances
 };
 
-/// "tie", "control" or "check".
-[[nodiscard]] const char* NameOf(PointRole role);
-
 /// "score", "wald" or nothing.
 [[nodiscard]] const char* NameOf(SelectionTest test);
 
@@ -31,6 +29,5 @@ void WriteResidualTable(const std::filesystem::path& file, const ResultView& vie
 void WriteControlTable(const std::filesystem::path& file, const ResultView& view);
 void WritePairTable(const std::filesystem::path& file, const ResultView& view);
 void WriteStripTable(const std::filesystem::path& file, const ResultView& view);
-void WriteGeoJson(const std::filesystem::path& file, const ResultView& view);
 
 }  // namespace sarblock

@@ -5,6 +5,7 @@
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/csv_reader.h"
+#include "sarblock/io/result_reader.h"
 #include "sarblock/io/scene_file.h"
 
 #include <array>
@@ -96,6 +97,60 @@ inline void SceneToml(std::string_view text) {
     Check(scene.points.east_m[0] <= scene.points.east_m[1]);
     static_cast<void>(ReadAdjustTable(scene.adjust_toml, "adjust", {}));
   });
+}
+
+inline constexpr std::string_view kSummary =
+    R"({"format": "sarblock-result 1", "version": "0", "command": "adjust", "block": "b",
+"status": "converged", "accepted": true, "frame": {"kind": "geocentric",
+"ellipsoid": {"name": "Moon", "a_m": 1737400.0, "f": 0.0}},
+"passes": [{"id": "A", "look": "left", "start_s": 0, "end_s": 40},
+{"id": "B", "look": "right", "start_s": 0, "end_s": 40}],
+"counts": {"points": 1, "looks": 2, "looks_used": 2, "parameters": 3, "observations": 4,
+"redundancy": 1}, "iterations": 3, "initial_cost": 5.5, "final_cost": 0.5, "gradient": null,
+"sigma0_squared": 1.25, "sigma_scaled_by_posterior": false, "chi_square": null,
+"covariance": "block", "condition": 10.5, "stages": {}, "warnings": []})";
+inline constexpr std::string_view kResultPoints =
+    "point,role,status,looks,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m,cov_en_m2,cov_eu_m2,"
+    "cov_nu_m2\nP,tie,adjusted,2,1737000,30000.5,500,1,2,3,0.5,0.25,-0.5\n";
+inline constexpr std::string_view kResultPasses =
+    "pass,parameter,unit,value,sigma,prior_sigma\nA,range.bias,m,1.5,0.5,\nB,time.bias,s,2,1,4\n";
+inline constexpr std::string_view kResiduals =
+    "pass,point,range_residual_m,azimuth_residual_m,rejected\nA,P,0.5,-0.25,0\nB,P,,,1\n";
+
+// Indices of an accepted result stay inside its arrays, its flat arrays have one length.
+inline void CheckResultFile(const ResultFile& file) {
+  const std::size_t points = file.points.size(), looks = file.looks.size();
+  Check(points == file.points.ids.size() && points == file.points.results.position_m.size());
+  Check(file.looks.point.size() == looks && file.looks.rejected.size() == looks);
+  for (std::size_t i = 0; i < looks; ++i) {
+    Check(file.looks.pass[i] < file.passes.size() && file.looks.point[i] < points);
+  }
+  for (const PairResult& pair : file.pairs) Check(pair.a < points && pair.b < points);
+  for (const ResultControl& control : file.control) {
+    Check(control.point < points && control.component >= 0 && control.component < 3);
+  }
+  for (const ParameterCovariance& entry : file.parameter_covariance) {
+    Check(entry.a < file.parameters.size() && entry.b < file.parameters.size());
+  }
+  for (const ResultPass& pass : file.passes) Check(pass.start_s < pass.end_s);
+}
+
+/// The text as each file of a result.
+inline void Result(std::string_view text) {
+  const ResultTexts good{kSummary, kResultPoints, kResultPasses, kResiduals, kPaths};
+  const auto with = [&](auto member) {
+    ResultTexts texts = good;
+    texts.*member = text;
+    AllowInputError([&] { CheckResultFile(ReadResultTexts(texts)); });
+  };
+  with(&ResultTexts::summary_json);
+  with(&ResultTexts::points_csv);
+  with(&ResultTexts::passes_csv);
+  with(&ResultTexts::residuals_csv);
+  with(&ResultTexts::trajectories_csv);
+  with(&ResultTexts::passes_covariance_csv);
+  with(&ResultTexts::control_quality_csv);
+  with(&ResultTexts::pairs_csv);
 }
 
 }  // namespace sarblock::fuzz

@@ -51,5 +51,13 @@ TEST_F(FuzzCorpusTest, ScenesAreReadOrRefused) {
   EXPECT_GE(read, 12u);  // the shipped scenes stand in the corpus
 }
 
+TEST_F(FuzzCorpusTest, ResultsAreReadOrRefused) {
+  const std::vector<std::string> texts = Corpus("result");
+  EXPECT_GE(texts.size(), 20u);
+  for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::Result(text));
+  EXPECT_NO_THROW(static_cast<void>(ReadResultTexts(
+      {fuzz::kSummary, fuzz::kResultPoints, fuzz::kResultPasses, fuzz::kResiduals, fuzz::kPaths})));
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -124,15 +124,16 @@ TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
   result.looks.range_residual_m = {-0.625, 0.1};
   result.looks.azimuth_residual_m = {0.421, 0.1};
   WriteResult(folder_, file.block, file.adjust, result, ResultContext{});
-  constexpr std::array<CsvColumn, 3> columns{
-      {{"pass"}, {"line_residual_px"}, {"pixel_residual_px"}}};
+  constexpr std::array<CsvColumn, 5> columns{
+      {{"pass"}, {"line_residual_px"}, {"pixel_residual_px"}, {"line"}, {"pixel"}}};
   CsvReader reader(folder_ / "residuals.csv", columns);
   ASSERT_TRUE(reader.Next());
   EXPECT_NEAR(reader.RequiredNumber(1), 0.5, 1e-12);
   EXPECT_NEAR(reader.RequiredNumber(2), -0.25, 1e-12);
+  EXPECT_NEAR(reader.RequiredNumber(3), 100.5, 1e-9);
+  EXPECT_NEAR(reader.RequiredNumber(4), 40.25, 1e-9);
   ASSERT_TRUE(reader.Next());
-  EXPECT_FALSE(reader.Given(1));
-  EXPECT_FALSE(reader.Given(2));
+  for (std::size_t column = 1; column < 5; ++column) EXPECT_FALSE(reader.Given(column));
 }
 
 TEST(ImageLooksTest, RefusesWhatContradictsItself) {

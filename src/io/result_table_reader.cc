@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "result_table_reader.h"
+
+#include "sarblock/core/units.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "block_reader.h"
+#include "number.h"
+#include "toml_reader.h"
+
+namespace sarblock {
+namespace {
+
+constexpr CsvNeed kRequired = CsvNeed::kRequired;
+constexpr const char* kPointsFile = "points.csv";
+constexpr const char* kSummaryFile = "summary.json";
+
+// One of the names of an enumeration's values, whose last is `last`.
+template <typename Enum>
+Enum ReadName(const CsvReader& reader, std::size_t column, Enum last) {
+  const std::string_view text = reader.Text(column);
+  std::vector<std::string> names;
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    const auto value = static_cast<Enum>(i);
+    if (text == NameOf(value)) return value;
+    if (*NameOf(value) != '\0') names.emplace_back(NameOf(value));
+  }
+  reader.Fail(column, Quoted(text) + " is not known, " + Listed(names) + " is allowed");
+}
+
+std::uint32_t ReadCount(const CsvReader& reader, std::size_t column) {
+  const double value = reader.Number(column);
+  if (std::isnan(value)) return 0;
+  if (!(value >= 0.0 && value <= 4294967295.0 && value == std::floor(value))) {
+    reader.Fail(column, NumberText(value) + " is not allowed, an integer of 0 or more is");
+  }
+  return static_cast<std::uint32_t>(value);
+}
+
+double ReadSigma(const CsvReader& reader, std::size_t column) {
+  const double value = reader.Number(column);
+  if (value < 0.0) reader.Fail(column, NumberText(value) + " is not allowed, 0 or more is");
+  return value;
+}
+
+// A column of which no row gave a value was not computed.
+template <typename Values>
+void DropIfEmpty(Values* values) {
+  const auto given = [](auto value) { return !std::isnan(value); };
+  if (std::none_of(values->begin(), values->end(), given)) Values().swap(*values);
+}
+
+enum PointColumn : std::size_t {
+  kPoint,
+  kRole,
+  kStatus,
+  kLooks,
+  kX,
+  kY,
+  kZ,
+  kSigmaE,
+  kSigmaN,
+  kSigmaU,
+  kCovEN,
+  kCovEU,
+  kCovNU,
+  kIntersection,
+  kLeberlAcross,
+  kLeberlUp,
+  kLeberlPathAcross,
+  kLeberlPathUp,
+  kLeberlAzimuth,
+  kRedundancy,
+  kErrorE,
+  kErrorN,
+  kErrorU,
+  kChiSquare,
+  kReason
+};
+constexpr std::array<CsvColumn, 25> kPointColumns{{{"point", kRequired},
+                                                   {"role", kRequired},
+                                                   {"status", kRequired},
+                                                   {"looks", kRequired},
+                                                   {"x_m", kRequired},
+                                                   {"y_m", kRequired},
+                                                   {"z_m", kRequired},
+                                                   {"sigma_e_m", kRequired},
+                                                   {"sigma_n_m", kRequired},
+                                                   {"sigma_u_m", kRequired},
+                                                   {"cov_en_m2", kRequired},
+                                                   {"cov_eu_m2", kRequired},
+                                                   {"cov_nu_m2", kRequired},
+                                                   {"intersection_deg"},
+                                                   {"sigma_leberl_across_m"},
+                                                   {"sigma_leberl_up_m"},
+                                                   {"sigma_leberl_path_across_m"},
+                                                   {"sigma_leberl_path_up_m"},
+                                                   {"leberl_across_azimuth_deg"},
+                                                   {"redundancy"},
+                                                   {"error_e_m"},
+                                                   {"error_n_m"},
+                                                   {"error_u_m"},
+                                                   {"chi_square_3"},
+                                                   {"reason"}}};
+
+SymmetricEnu ReadCovariance(const CsvReader& reader) {
+  SymmetricEnu covariance_m2;
+  int given = 0;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const double value = k < 3 ? ReadSigma(reader, kSigmaE + k) : reader.Number(kSigmaE + k);
+    covariance_m2[k] = k < 3 ? value * value : value;
+    given += std::isnan(value) ? 0 : 1;
+  }
+  if (given != 0 && given != 6) {
+    reader.Fail(kSigmaE, "all six figures of the covariance are needed or none");
+  }
+  return covariance_m2;
+}
+
+void ReadCheck(const CsvReader& reader, std::uint32_t point, std::vector<CheckResult>* checks) {
+  CheckResult check;
+  check.point = point;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double error_m = reader.Number(kErrorE + k);
+    check.error_enu_m[static_cast<Eigen::Index>(k)] = error_m;
+    check.components += std::isnan(error_m) ? 0 : 1;
+  }
+  if (check.components == 0) return;
+  check.chi_square = reader.Number(kChiSquare);
+  checks->push_back(check);
+}
+
+}  // namespace
+
+void ReadResultPoints(ResultReading* reading) {
+  CsvReader reader = reading->source.Require("points", kPointColumns);
+  ResultPoints& points = reading->result.points;
+  PointResults& results = points.results;
+  bool reasons = false;
+  while (reader.Next()) {
+    const auto index = static_cast<std::uint32_t>(points.size());
+    if (points.ids.FindOrAppend(reader.Id(kPoint)) != index) {
+      reader.Fail(kPoint,
+                  Quoted(reader.Text(kPoint)) + " stands twice, one row a point is allowed");
+    }
+    points.role.push_back(ReadRole(reader, kRole));
+    results.status.push_back(ReadName(reader, kStatus, PointStatus::kUndetermined));
+    results.looks.push_back(ReadCount(reader, kLooks));
+    const Eigen::Vector3d position_m(reader.Number(kX), reader.Number(kY), reader.Number(kZ));
+    if (IsSolved(results.status.back()) && !position_m.allFinite()) {
+      reader.Fail(kX, "is empty, a solved point has x_m, y_m and z_m");
+    }
+    results.position_m.push_back(position_m);
+    results.covariance_m2.push_back(ReadCovariance(reader));
+    results.intersection_rad.push_back(reader.Number(kIntersection) * kRadPerDeg);
+    results.sigma_leberl_across_m.push_back(reader.Number(kLeberlAcross));
+    results.sigma_leberl_up_m.push_back(reader.Number(kLeberlUp));
+    results.sigma_leberl_path_across_m.push_back(reader.Number(kLeberlPathAcross));
+    results.sigma_leberl_path_up_m.push_back(reader.Number(kLeberlPathUp));
+    results.leberl_across_azimuth_rad.push_back(reader.Number(kLeberlAzimuth) * kRadPerDeg);
+    results.redundancy.push_back(reader.Number(kRedundancy));
+    ReadCheck(reader, index, &points.checks);
+    results.reason.emplace_back(reader.Text(kReason));
+    reasons = reasons || reader.Given(kReason);
+    if (index % 65536 == 65535) Step(reading->options.progress, "read", index, 0, "points");
+  }
+  if (points.size() != reading->result.summary.points) {
+    throw InputError(FilePlace{reader.file(), 0, ""},
+                     "has " + std::to_string(points.size()) + " points where summary.json counts " +
+                         std::to_string(reading->result.summary.points) + ": files of two results");
+  }
+  if (!reasons) results.reason.clear();
+  const auto known = [](const SymmetricEnu& c) { return !std::isnan(c[0]); };
+  if (std::none_of(results.covariance_m2.begin(), results.covariance_m2.end(), known)) {
+    results.covariance_m2.clear();
+  }
+  for (auto* column : {&results.intersection_rad,
+                       &results.sigma_leberl_across_m,
+                       &results.sigma_leberl_up_m,
+                       &results.sigma_leberl_path_across_m,
+                       &results.sigma_leberl_path_up_m,
+                       &results.leberl_across_azimuth_rad,
+                       &results.redundancy}) {
+    DropIfEmpty(column);
+  }
+}
+
+namespace {
+
+// The name of a parameter in passes.csv: pass or shared group, and parameter.
+std::pair<std::string, std::string> NameOfParameter(const CsvReader& reader, std::size_t first) {
+  return {std::string(reader.Id(first)), std::string(reader.Id(first + 1))};
+}
+
+}  // namespace
+
+void ReadResultParameters(ResultReading* reading) {
+  constexpr std::array<CsvColumn, 7> kColumns{{{"pass", kRequired},
+                                               {"parameter", kRequired},
+                                               {"unit", kRequired},
+                                               {"value", kRequired},
+                                               {"sigma", kRequired},
+                                               {"prior_sigma", kRequired},
+                                               {"kept"}}};
+  CsvReader reader = reading->source.Require("passes", kColumns);
+  std::vector<ParameterResult>& parameters = reading->result.parameters;
+  std::map<std::pair<std::string, std::string>, std::uint32_t> index;
+  while (reader.Next()) {
+    const auto name = NameOfParameter(reader, 0);
+    if (!index.emplace(name, static_cast<std::uint32_t>(parameters.size())).second) {
+      reader.Fail(1, Quoted(name.second) + " of " + Quoted(name.first) + " stands twice");
+    }
+    parameters.push_back({name.first,
+                          name.second,
+                          std::string(reader.Text(2)),
+                          reader.RequiredNumber(3),
+                          ReadSigma(reader, 4),
+                          ReadSigma(reader, 5),
+                          std::string(reader.Text(6))});
+  }
+  constexpr std::array<CsvColumn, 5> kCovarianceColumns{{{"pass_a", kRequired},
+                                                         {"parameter_a", kRequired},
+                                                         {"pass_b", kRequired},
+                                                         {"parameter_b", kRequired},
+                                                         {"covariance", kRequired}}};
+  auto covariance = reading->source.Open("passes_covariance", kCovarianceColumns);
+  const auto find = [&](std::size_t first) {
+    const auto name = NameOfParameter(*covariance, first);
+    const auto found = index.find(name);
+    if (found == index.end()) {
+      covariance->Fail(
+          first + 1,
+          "passes.csv has no parameter " + Quoted(name.second) + " of " + Quoted(name.first));
+    }
+    return found->second;
+  };
+  while (covariance && covariance->Next()) {
+    reading->result.parameter_covariance.push_back(
+        {find(0), find(2), covariance->RequiredNumber(4)});
+  }
+}
+
+namespace {
+
+enum LookColumn : std::size_t {
+  kLookPass,
+  kLookPoint,
+  kRangeResidual,
+  kAzimuthResidual,
+  kQuality,  // redundancy, w, tau, mdb, influence, each of range and of azimuth
+  kWeight = kQuality + 10,
+  kRejected,
+  kLookReason,
+  kFinding,
+  kImage  // line, pixel, line residual, pixel residual
+};
+constexpr std::array<CsvColumn, 22> kLookColumns{{{"pass", kRequired},
+                                                  {"point", kRequired},
+                                                  {"range_residual_m", kRequired},
+                                                  {"azimuth_residual_m", kRequired},
+                                                  {"range_redundancy"},
+                                                  {"azimuth_redundancy"},
+                                                  {"range_w"},
+                                                  {"azimuth_w"},
+                                                  {"range_tau"},
+                                                  {"azimuth_tau"},
+                                                  {"range_mdb_m"},
+                                                  {"azimuth_mdb_m"},
+                                                  {"range_influence_m"},
+                                                  {"azimuth_influence_m"},
+                                                  {"weight"},
+                                                  {"rejected", kRequired},
+                                                  {"reason"},
+                                                  {"finding"},
+                                                  {"line"},
+                                                  {"pixel"},
+                                                  {"line_residual_px"},
+                                                  {"pixel_residual_px"}}};
+
+// As float; a number that a float cannot hold is refused.
+float ReadFloat(const CsvReader& reader, std::size_t column) {
+  const double value = reader.Number(column);
+  if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
+    reader.Fail(column, NumberText(value) + " is too large");
+  }
+  return static_cast<float>(value);
+}
+
+}  // namespace
+
+void ReadResultLooks(ResultReading* reading) {
+  CsvReader reader = reading->source.Require("residuals", kLookColumns);
+  ResultLooks& looks = reading->result.looks;
+  const std::array<std::array<std::vector<float>, 2>*, 5> quality{
+      &looks.redundancy_1, &looks.w_1, &looks.tau_1, &looks.mdb_m, &looks.influence_m};
+  const std::array<std::vector<double>*, 4> image{
+      &looks.line_px, &looks.pixel_px, &looks.line_residual_px, &looks.pixel_residual_px};
+  while (reader.Next()) {
+    const std::size_t row = looks.size();
+    looks.pass.push_back(FindPass(reader, kLookPass, reading->pass_ids, kSummaryFile));
+    looks.point.push_back(FindPoint(reader, kLookPoint, reading->result.points.ids, kPointsFile));
+    looks.range_residual_m.push_back(reader.Number(kRangeResidual));
+    looks.azimuth_residual_m.push_back(reader.Number(kAzimuthResidual));
+    for (std::size_t i = 0; i < 10; ++i) {
+      (*quality[i / 2])[i % 2].push_back(ReadFloat(reader, kQuality + i));
+    }
+    looks.weight.push_back(reader.Given(kWeight) ? ReadFloat(reader, kWeight) : 1.0f);
+    looks.rejected.push_back(ReadRejected(reader, kRejected) ? 1 : 0);
+    looks.reason.push_back(ReadName(reader, kLookReason, RejectReason::kSuspect));
+    looks.finding.push_back(ReadCount(reader, kFinding));
+    for (std::size_t i = 0; i < 4; ++i) image[i]->push_back(reader.Number(kImage + i));
+    if (row % 65536 == 65535) Step(reading->options.progress, "read", row, 0, "looks");
+  }
+  if (looks.size() != reading->result.summary.looks) {
+    throw InputError(FilePlace{reader.file(), 0, ""},
+                     "has " + std::to_string(looks.size()) + " looks where summary.json counts " +
+                         std::to_string(reading->result.summary.looks) + ": files of two results");
+  }
+  for (auto* figures : quality) {
+    for (std::vector<float>& component : *figures) DropIfEmpty(&component);
+  }
+  for (auto* column : image) DropIfEmpty(column);
+}
+
+void ReadResultControl(ResultReading* reading) {
+  constexpr std::array<CsvColumn, 8> kColumns{{{"point", kRequired},
+                                               {"component", kRequired},
+                                               {"residual_m", kRequired},
+                                               {"redundancy"},
+                                               {"w"},
+                                               {"tau"},
+                                               {"mdb_m"},
+                                               {"influence_m"}}};
+  auto reader = reading->source.Open("control_quality", kColumns);
+  while (reader && reader->Next()) {
+    ResultControl control;
+    control.point = FindPoint(*reader, 0, reading->result.points.ids, kPointsFile);
+    constexpr std::string_view kComponents = "enu";
+    const std::string_view component = reader->Text(1);
+    const std::size_t found =
+        component.size() == 1 ? kComponents.find(component) : kComponents.npos;
+    if (found == kComponents.npos) {
+      reader->Fail(1, Quoted(component) + " is not known, e, n or u is allowed");
+    }
+    control.component = static_cast<int>(found);
+    control.residual_m = reader->RequiredNumber(2);
+    control.redundancy_1 = reader->Number(3);
+    control.w_1 = reader->Number(4);
+    control.tau_1 = reader->Number(5);
+    control.mdb_m = reader->Number(6);
+    control.influence_m = reader->Number(7);
+    reading->result.control.push_back(control);
+  }
+}
+
+void ReadResultPairs(ResultReading* reading) {
+  constexpr std::array<CsvColumn, 15> kColumns{{{"point_a", kRequired},
+                                                {"point_b", kRequired},
+                                                {"de_m", kRequired},
+                                                {"dn_m", kRequired},
+                                                {"du_m", kRequired},
+                                                {"cov_ee_m2", kRequired},
+                                                {"cov_nn_m2", kRequired},
+                                                {"cov_uu_m2", kRequired},
+                                                {"cov_en_m2", kRequired},
+                                                {"cov_eu_m2", kRequired},
+                                                {"cov_nu_m2", kRequired},
+                                                {"sigma_leberl_across_m"},
+                                                {"sigma_leberl_up_m"},
+                                                {"sigma_leberl_path_across_m"},
+                                                {"sigma_leberl_path_up_m"}}};
+  auto reader = reading->source.Open("pairs", kColumns);
+  while (reader && reader->Next()) {
+    PairResult pair;
+    pair.a = FindPoint(*reader, 0, reading->result.points.ids, kPointsFile);
+    pair.b = FindPoint(*reader, 1, reading->result.points.ids, kPointsFile);
+    for (std::size_t k = 0; k < 3; ++k) {
+      pair.difference_enu_m[static_cast<Eigen::Index>(k)] = reader->Number(2 + k);
+    }
+    for (std::size_t k = 0; k < 6; ++k) pair.covariance_m2[k] = reader->Number(5 + k);
+    pair.sigma_leberl_across_m = reader->Number(11);
+    pair.sigma_leberl_up_m = reader->Number(12);
+    pair.sigma_leberl_path_across_m = reader->Number(13);
+    pair.sigma_leberl_path_up_m = reader->Number(14);
+    reading->result.pairs.push_back(pair);
+  }
+}
+
+void ReadResultPaths(ResultReading* reading) {
+  CsvReader reader = reading->source.Require("trajectories", kPathColumns);
+  PathTable table = ReadPaths(&reader, reading->pass_ids, kSummaryFile);
+  for (std::size_t i = 0; i < table.states.size(); ++i) {
+    if (table.states[i].size() < 2) {
+      throw InputError(FilePlace{reader.file(), table.lines[i], "pass"},
+                       "pass " + Quoted(reading->pass_ids[i]) +
+                           " has fewer than two states, two or more are needed");
+    }
+    reading->result.passes[i].path = FlightPath(std::move(table.states[i]));
+  }
+}
+
+}  // namespace sarblock

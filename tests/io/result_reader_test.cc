@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/result_reader.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "io/result_fixture.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class ResultReaderTest : public test::ResultFolderTest {
+ protected:
+  void SetUp() override {
+    block_.passes[1].side = LookSide::kRight;
+    block_.passes[0].wavelength_m = 0.03125;
+    block_.passes[0].epoch_utc = "2022-10-16T01:50:44Z";
+    result_.points.intersection_rad = {0.375, kNotGiven};
+    result_.points.redundancy = {1.75, kNotGiven};
+    result_.looks.reason = {RejectReason::kNone, RejectReason::kBlunder, RejectReason::kNone};
+    result_.control_quality = {{0, 2, -0.625, 0.5, -3.25, 1.5}};
+    result_.condition = 1234.5;
+    for (const Pass& pass : block_.passes) result_.corrected_paths.push_back(pass.path);
+  }
+  void Write() const { WriteResult(folder_, block_, options_, result_, context_); }
+  // The message for a result in which `from` of a file became `to`.
+  std::string MessageWith(const std::string& name, const std::string& from, const std::string& to) {
+    Write();
+    std::string text = Content(folder_ / name);
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from << " in\n" << text;
+    if (at == std::string::npos) return "";
+    Put(name, text.replace(at, from.size(), to));
+    return test::MessageOf<InputError>([this] { return ReadResult(folder_); });
+  }
+};
+
+// Round trip. Standard deviations are squared again and angles go through degrees: a relative
+// 1e-15.
+TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
+  context_.compression = Compression::kGzip;
+  Write();
+  const ResultFile read = ReadResult(folder_);
+  const ResultSummary& summary = read.summary;
+  EXPECT_EQ(summary.command, "adjust");
+  EXPECT_EQ(summary.block, "tiny");
+  EXPECT_EQ(summary.status, "converged");
+  EXPECT_TRUE(summary.accepted);
+  EXPECT_EQ(summary.points, 2u);
+  EXPECT_EQ(summary.looks, 3u);
+  EXPECT_EQ(summary.observations, 17u);
+  EXPECT_EQ(summary.redundancy, 8.0);
+  EXPECT_EQ(summary.sigma0_squared, 4.0);
+  ASSERT_TRUE(summary.chi_square.has_value());
+  EXPECT_EQ(summary.chi_square->value, 32.0);
+  EXPECT_EQ(summary.chi_square->upper, 17.5);
+  EXPECT_FALSE(summary.chi_square->passed);
+  EXPECT_EQ(summary.condition, 1234.5);
+  EXPECT_EQ(summary.covariance, "block");
+  EXPECT_EQ(summary.stages.size(), 3u);
+  EXPECT_EQ(summary.warnings, (std::vector<std::string>{"of reading", "of the result"}));
+  EXPECT_EQ(summary.json, Content(folder_ / "summary.json"));
+
+  EXPECT_EQ(read.frame.kind(), FrameKind::kGeocentric);
+  EXPECT_EQ(read.frame.ellipsoid().name, "WGS84");
+  EXPECT_EQ(read.frame.ellipsoid().a_m, block_.frame.ellipsoid().a_m);
+  EXPECT_EQ(read.frame.ellipsoid().flattening, block_.frame.ellipsoid().flattening);
+  ASSERT_EQ(read.passes.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read.passes[i].id, block_.passes[i].id);
+    EXPECT_EQ(read.passes[i].side, block_.passes[i].side);
+    EXPECT_EQ(read.passes[i].start_s, block_.passes[i].start_s);
+    EXPECT_EQ(read.passes[i].end_s, block_.passes[i].end_s);
+    EXPECT_EQ(read.passes[i].epoch_utc, block_.passes[i].epoch_utc);
+    EXPECT_EQ(read.passes[i].path.states()[1].position_m,
+              block_.passes[i].path.states()[1].position_m);
+  }
+  EXPECT_EQ(read.passes[0].wavelength_m, 0.03125);
+  EXPECT_TRUE(std::isnan(read.passes[1].wavelength_m));
+
+  const ResultPoints& points = read.points;
+  EXPECT_EQ(points.ids[1], "Q,1");
+  EXPECT_EQ(points.role[0], PointRole::kCheck);
+  EXPECT_EQ(points.results.status, result_.points.status);
+  EXPECT_EQ(points.results.reason, result_.points.reason);
+  EXPECT_EQ(points.results.looks, result_.points.looks);
+  EXPECT_EQ(points.results.position_m[0], result_.points.position_m[0]);
+  EXPECT_TRUE(std::isnan(points.results.position_m[1].x()));
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_DOUBLE_EQ(points.results.covariance_m2[0][k], result_.points.covariance_m2[0][k]);
+  }
+  EXPECT_DOUBLE_EQ(points.results.intersection_rad[0], 0.375);
+  EXPECT_EQ(points.results.redundancy[0], 1.75);
+  EXPECT_THAT(points.results.sigma_leberl_up_m, IsEmpty());
+  ASSERT_EQ(points.checks.size(), 1u);
+  EXPECT_EQ(points.checks[0].error_enu_m.z(), -1.5);
+  EXPECT_EQ(points.checks[0].components, 2);
+  EXPECT_EQ(points.checks[0].chi_square, 3.75);
+
+  ASSERT_EQ(read.parameters.size(), 2u);
+  EXPECT_EQ(read.parameters[0].owner, "A");
+  EXPECT_EQ(read.parameters[0].name, "range.bias");
+  EXPECT_EQ(read.parameters[0].unit, "m");
+  EXPECT_EQ(read.parameters[0].value, -3.5);
+  EXPECT_EQ(read.parameters[0].sigma, 0.5);
+  EXPECT_EQ(read.parameters[0].prior_sigma, 20.0);
+  EXPECT_TRUE(std::isnan(read.parameters[1].sigma));
+  ASSERT_EQ(read.parameter_covariance.size(), 2u);
+  EXPECT_EQ(read.parameter_covariance[1].a, 0u);
+  EXPECT_EQ(read.parameter_covariance[1].b, 1u);
+  EXPECT_EQ(read.parameter_covariance[1].covariance, -0.125);
+
+  EXPECT_EQ(read.looks.pass, (std::vector<std::uint32_t>{0, 1, 0}));
+  EXPECT_EQ(read.looks.point, (std::vector<std::uint32_t>{0, 0, 1}));
+  EXPECT_EQ(read.looks.azimuth_residual_m[2], 0.5);
+  EXPECT_TRUE(std::isnan(read.looks.range_residual_m[1]));
+  EXPECT_EQ(read.looks.weight, result_.looks.weight);
+  EXPECT_EQ(read.looks.rejected, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(read.looks.reason, result_.looks.reason);
+  EXPECT_THAT(read.looks.w_1[0], IsEmpty());
+  EXPECT_THAT(read.looks.line_px, IsEmpty());
+  ASSERT_EQ(read.control.size(), 1u);
+  EXPECT_EQ(read.control[0].component, 2);
+  EXPECT_EQ(read.control[0].residual_m, -0.625);
+  EXPECT_EQ(read.control[0].w_1, -3.25);
+  ASSERT_EQ(read.pairs.size(), 1u);
+  EXPECT_EQ(read.pairs[0].b, 1u);
+  EXPECT_EQ(read.pairs[0].difference_enu_m, result_.pairs[0].difference_enu_m);
+  EXPECT_EQ(read.pairs[0].covariance_m2, result_.pairs[0].covariance_m2);
+}
+
+TEST_F(ResultReaderTest, TheQualityOfALookIsReadByComponent) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    const float first = k == 0 ? 0.25f : 0.75f;
+    result_.quality.redundancy_1[k] = {first, NAN, 0.5f};
+    result_.quality.w_1[k] = {-2.0f * first, NAN, 1.5f};
+    result_.quality.shift_m[k] = {3.0f, NAN, 4.0f};
+  }
+  Write();
+  const ResultLooks looks = ReadResult(folder_).looks;
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(looks.redundancy_1[k][0], result_.quality.redundancy_1[k][0]);
+    EXPECT_EQ(looks.w_1[k][0], result_.quality.w_1[k][0]);
+    EXPECT_EQ(looks.w_1[k][2], 1.5f);
+    EXPECT_TRUE(std::isnan(looks.w_1[k][1]));
+  }
+  // Minimal detectable blunders go with 1 / sqrt(redundancy) and the standard deviation.
+  EXPECT_FLOAT_EQ(looks.mdb_m[0][2] / looks.mdb_m[0][0], std::sqrt(0.5f));
+  EXPECT_FLOAT_EQ(looks.influence_m[1][2] / looks.influence_m[1][0], 4.0f / 3.0f * std::sqrt(1.5f));
+}
+
+TEST_F(ResultReaderTest, AResultWithoutFiguresHasEmptyColumns) {
+  AdjustResult bare;
+  bare.status = AdjustStatus::kPredicted;
+  bare.points.status = {PointStatus::kNotSeen, PointStatus::kNotSeen};
+  bare.points.looks = {0, 0};
+  bare.points.position_m.assign(2, Eigen::Vector3d::Constant(kNotGiven));
+  options_.pairs = PairChoice::kNone;
+  WriteResult(folder_, block_, options_, bare, context_);
+  const ResultFile read = ReadResult(folder_);
+  EXPECT_FALSE(read.summary.chi_square.has_value());
+  EXPECT_TRUE(std::isnan(read.summary.sigma0_squared));
+  EXPECT_THAT(read.points.results.covariance_m2, IsEmpty());
+  EXPECT_THAT(read.points.results.reason, IsEmpty());
+  EXPECT_THAT(read.points.results.redundancy, IsEmpty());
+  EXPECT_THAT(read.pairs, IsEmpty());
+  EXPECT_THAT(read.parameters, IsEmpty());
+}
+
+TEST_F(ResultReaderTest, TablesNotAskedForAreLeftOut) {
+  Write();
+  std::filesystem::remove(folder_ / "residuals.csv");
+  const ResultFile read = ReadResult(folder_, {.looks = false, .pairs = false, .paths = false});
+  EXPECT_EQ(read.looks.size(), 0u);
+  EXPECT_THAT(read.pairs, IsEmpty());
+  EXPECT_THAT(read.passes[0].path.states(), IsEmpty());
+  EXPECT_EQ(read.points.size(), 2u);
+}
+
+TEST_F(ResultReaderTest, ALocalFrameIsReadAsOne) {
+  block_.frame = Frame::Local();
+  Write();
+  EXPECT_EQ(ReadResult(folder_).frame.kind(), FrameKind::kLocal);
+}
+
+TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
+  struct Case {
+    const char *file, *from, *to, *message;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"summary.json", "\"version\": ", "\"version\" ", "summary.json:3: is not valid JSON"},
+           {"summary.json", "sarblock-result 1", "sarblock-result 9", "format: 'sarblock-result"},
+           {"summary.json", "\"frame\"", "\"fame\"", "has no frame: an earlier version"},
+           {"summary.json", "geocentric", "geodetic", "frame.kind: 'geodetic' is not known"},
+           {"summary.json", "6378137.0", "-1.0", "frame.ellipsoid: "},
+           {"summary.json", "\"id\": \"B\"", "\"id\": \"A\"", "passes[1].id: 'A' is empty or"},
+           {"summary.json", "\"look\": \"left\"", "\"look\": \"up\"", "passes[0].look: 'up'"},
+           {"summary.json", "\"accepted\": true", "\"accepted\": 1", "accepted: is number, true"},
+           {"summary.json", "\"points\": 2", "\"points\": 3", "points.csv: has 2 points where"},
+           {"summary.json", "\"looks\": 3", "\"looks\": 4", "residuals.csv: has 3 looks where"},
+           {"points.csv", "P,check", "P,cheque", "points.csv:2: role: 'cheque' is not known"},
+           {"points.csv", "adjusted", "adjuster", "points.csv:2: status: 'adjuster' is not"},
+           {"points.csv", "6371000.5", "", "points.csv:2: x_m: is empty, a solved point has"},
+           {"points.csv", ",3,2,1.5,", ",-3,2,1.5,", "points.csv:2: sigma_e_m: -3 is not allowed"},
+           {"points.csv", ",3,2,1.5,", ",,2,1.5,", "points.csv:2: sigma_e_m: all six figures"},
+           {"points.csv", "\"Q,1\"", "P", "points.csv:3: point: 'P' stands twice"},
+           {"passes.csv", "B,range", "A,range", "passes.csv:3: parameter: 'range.bias' of"},
+           {"passes_covariance.csv", "A,range", "C,range", "passes_covariance.csv:2: parameter_a"},
+           {"residuals.csv", "\nB,P", "\nC,P", "residuals.csv:3: pass: summary.json has no pass"},
+           {"residuals.csv", "A,P", "A,O", "residuals.csv:2: point: points.csv has no point 'O'"},
+           {"residuals.csv", "blunder", "wonder", "residuals.csv:3: reason: 'wonder' is not"},
+           {"residuals.csv", "0.75", "1e999", "residuals.csv:2: range_residual_m: "},
+           {"control_quality.csv", "P,u", "P,x", "control_quality.csv:2: component: 'x' is"},
+           {"pairs.csv", "P,", "R,", "pairs.csv:2: point_a: points.csv has no point 'R'"},
+           {"trajectories.csv", "\nB,40", "\nA,50", "trajectories.csv:4: pass: pass 'B' has"},
+           {"trajectories.csv", "A,40", "A,-4", "trajectories.csv:3: time_s: times of pass"}}) {
+    EXPECT_THAT(MessageWith(c.file, c.from, c.to), HasSubstr(c.message)) << c.file << " " << c.to;
+  }
+  Write();
+  std::filesystem::remove(folder_ / "points.csv");
+  EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_); }),
+              HasSubstr("points.csv: is missing, every result has this table"));
+  EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_ / "none"); }),
+              HasSubstr("none: is no folder; a result is a folder with summary.json"));
+}
+
+}  // namespace
+}  // namespace sarblock
