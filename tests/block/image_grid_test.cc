@@ -97,11 +97,36 @@ TEST(ImageGridTest, ImageToRadarAndBackIsTheSamePixel) {  // round trip; 1e-9 pi
   }
 }
 
-// Round trip through the ground: a pixel is put on the ellipsoid's surface at a height and seen
-// again from the orbit. A circular orbit 693 km above the Earth, states 10 s apart; 1e-6 pixel is
-// 2e-9 s and 2e-6 m, coordinates of 7e6 m round at 1e-9 m.
-TEST(ImageGridTest, ImageToGroundAndBackIsTheSamePixel) {
-  const Frame frame = Frame::Geocentric(NamedEllipsoid("WGS84"));
+// Round trip through the ground: a pixel is put on the surface at a height and seen again from the
+// path. 1e-6 pixel is 2e-9 s and 2e-6 m, coordinates of 7e6 m round at 1e-9 m.
+void ExpectRoundTripThroughGround(const Frame& frame,
+                                  const FlightPath& path,
+                                  const ImageGrid& grid) {
+  for (const ImageCoordinates image : {ImageCoordinates{0.25, 3.5}, {15000.5, 20123.75}}) {
+    const auto radar = RadarFromImage(grid, image);
+    ASSERT_TRUE(radar);
+    const auto motion = path.At(radar->time_s);
+    ASSERT_TRUE(motion);
+    Sight sight;
+    sight.antenna_m = motion->position_m;
+    sight.velocity_mps = motion->velocity_mps;
+    sight.acceleration_mps2 = motion->acceleration_mps2;
+    sight.range_m = radar->range_m;
+    sight.side = -1;
+    const Intersection place = IntersectWithHeight(sight, frame, 812.5);
+    ASSERT_EQ(place.outcome, IntersectionOutcome::kDetermined);
+    const auto time_s = FindConeTime(path, place.position_m, Cone{}, 0.0, 60.0);
+    ASSERT_TRUE(time_s);
+    const double range_m = (place.position_m - path.At(*time_s)->position_m).norm();
+    const auto again = ImageFromRadar(grid, {*time_s, range_m});
+    ASSERT_TRUE(again);
+    EXPECT_NEAR(again->line_px, image.line_px, 1e-6);
+    EXPECT_NEAR(again->pixel_px, image.pixel_px, 1e-6);
+  }
+}
+
+// A circular orbit 693 km above the Earth, states 10 s apart; slant and ground presentation.
+TEST(ImageGridTest, ImageToGroundAndBackIsTheSamePixelFromAnOrbit) {
   constexpr double kRadius_m = 7071e3, kRate = 1.0618e-3;  // [rad/s]
   std::vector<StateVector> states;
   for (int k = 0; k <= 6; ++k) {
@@ -110,31 +135,20 @@ TEST(ImageGridTest, ImageToGroundAndBackIsTheSamePixel) {
     const Eigen::Vector3d ahead(-std::sin(angle), 0.0, std::cos(angle));
     states.push_back({10.0 * k, kRadius_m * out, kRadius_m * kRate * ahead});
   }
-  const FlightPath path(states);
   ImageGrid ground = GroundGrid();
   ground.ground_range[0].coefficients[0] += 12345.5;
+  const Frame frame = Frame::Geocentric(NamedEllipsoid("WGS84"));
   for (const ImageGrid& grid : {SlantGrid(), ground}) {
-    for (const ImageCoordinates image : {ImageCoordinates{0.25, 3.5}, {15000.5, 20123.75}}) {
-      const auto radar = RadarFromImage(grid, image);
-      ASSERT_TRUE(radar);
-      const auto motion = path.At(radar->time_s);
-      ASSERT_TRUE(motion);
-      Sight sight;
-      sight.antenna_m = motion->position_m;
-      sight.velocity_mps = motion->velocity_mps;
-      sight.acceleration_mps2 = motion->acceleration_mps2;
-      sight.range_m = radar->range_m;
-      sight.side = -1;
-      const Intersection place = IntersectWithHeight(sight, frame, 812.5);
-      ASSERT_EQ(place.outcome, IntersectionOutcome::kDetermined);
-      const auto time_s = FindConeTime(path, place.position_m, Cone{}, 0.0, 60.0);
-      ASSERT_TRUE(time_s);
-      const double range_m = (place.position_m - path.At(*time_s)->position_m).norm();
-      const auto again = ImageFromRadar(grid, {*time_s, range_m});
-      ASSERT_TRUE(again);
-      EXPECT_NEAR(again->line_px, image.line_px, 1e-6);
-      EXPECT_NEAR(again->pixel_px, image.pixel_px, 1e-6);
-    }
+    ExpectRoundTripThroughGround(frame, FlightPath(states), grid);
+  }
+}
+
+// The flat scene of GroundGrid(): 700 km above the plane, in a slight climb and turn.
+TEST(ImageGridTest, ImageToGroundAndBackIsTheSamePixelInALocalFrame) {
+  const FlightPath path({{0.0, {0.0, 12.5, 700e3}, {7480.5, 3.25, -2.5}},
+                         {60.0, {448821.5, 160.25, 699870.5}, {7480.25, 1.75, -1.5}}});
+  for (const ImageGrid& grid : {SlantGrid(), GroundGrid()}) {
+    ExpectRoundTripThroughGround(Frame::Local(), path, grid);
   }
 }
 
