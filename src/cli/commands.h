@@ -12,5 +12,6 @@ void AddCheck(CLI::App* app, Session* session);
 void AddIntersect(CLI::App* app, Session* session);
 void AddPredict(CLI::App* app, Session* session);
 void AddAdjust(CLI::App* app, Session* session);
+void AddExport(CLI::App* app, Session* session);
 
 }  // namespace sarblock::cli

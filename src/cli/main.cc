@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   cli::AddPredict(&app, &session);
   cli::AddAdjust(&app, &session);
   cli::AddReport(&app, &session);
+  cli::AddExport(&app, &session);
   cli::AddLeberl(&app, &session);
   cli::AddManualOptions(&app);
   try {

@@ -89,15 +89,6 @@ Json Counts(const Block& block, const AdjustResult& result) {
   return counts;
 }
 
-Json FrameJson(const Frame& frame) {
-  if (frame.kind() == FrameKind::kLocal) return {{"kind", "local"}};
-  const Ellipsoid& ellipsoid = frame.ellipsoid();
-  return {{"kind", "geocentric"},
-          {"ellipsoid", ellipsoid.name},
-          {"a_m", ellipsoid.a_m},
-          {"f", ellipsoid.flattening}};
-}
-
 Json Inputs(const std::vector<InputFile>& files) {
   Json inputs = Json::array();
   for (const InputFile& file : files) {
@@ -168,7 +159,6 @@ std::string Summary(const Block& block,
   summary["version"] = Version();
   summary["command"] = context.command;
   summary["block"] = block.name;
-  summary["frame"] = FrameJson(block.frame);
   summary["status"] = NameOf(result.status);
   summary["accepted"] = result.accepted;
   summary["frame"] = FrameJson(block.frame);

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 
 namespace sarblock {
@@ -98,7 +99,28 @@ double SecondsBetween(const UtcTime& from, const UtcTime& to) {
 
 UtcTime WholeSecond(const UtcTime& time) { return {time.tai_whole, 0.0}; }
 
-std::string UtcText(const UtcTime& time) {
+namespace {
+
+// `YYYY-MM-DDTHH:MM:SS` of seconds since 1970-01-01; `extra_s` is the leap second on top.
+std::string CalendarText(std::int64_t since_1970_s, std::int64_t extra_s) {
+  const std::int64_t day =
+      since_1970_s >= 0 ? since_1970_s / kDay_s : (since_1970_s - kDay_s + 1) / kDay_s;
+  const std::int64_t rest_s = since_1970_s - day * kDay_s;
+  const std::chrono::year_month_day date{std::chrono::sys_days(std::chrono::days(day))};
+  std::array<char, 96> text;
+  std::snprintf(text.data(),
+                text.size(),
+                "%04d-%02u-%02uT%02d:%02d:%02d",
+                static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()),
+                static_cast<unsigned>(date.day()),
+                static_cast<int>(rest_s / 3600),
+                static_cast<int>(rest_s / 60 % 60),
+                static_cast<int>(rest_s % 60 + extra_s));
+  return text.data();
+}
+
+std::string WholeUtcText(const UtcTime& time) {
   std::int64_t utc_s = time.tai_whole - kLeaps.front().tai_minus_utc_s;
   std::int64_t extra_s = 0;
   for (const Leap& leap : kLeaps) {
@@ -110,20 +132,40 @@ std::string UtcText(const UtcTime& time) {
       extra_s = 1;
     }
   }
-  const std::int64_t day = utc_s >= 0 ? utc_s / kDay_s : (utc_s - kDay_s + 1) / kDay_s;
-  const std::int64_t rest_s = utc_s - day * kDay_s;
-  const std::chrono::year_month_day date{std::chrono::sys_days(std::chrono::days(day))};
-  std::array<char, 96> text;
-  std::snprintf(text.data(),
-                text.size(),
-                "%04d-%02u-%02uT%02d:%02d:%02dZ",
-                static_cast<int>(date.year()),
-                static_cast<unsigned>(date.month()),
-                static_cast<unsigned>(date.day()),
-                static_cast<int>(rest_s / 3600),
-                static_cast<int>(rest_s / 60 % 60),
-                static_cast<int>(rest_s % 60 + extra_s));
+  return CalendarText(utc_s, extra_s);
+}
+
+std::string FractionText(const UtcTime& time) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), ".%06ld", std::lround(time.fraction_s * 1e6));
   return text.data();
+}
+
+}  // namespace
+
+UtcTime AddSeconds(const UtcTime& time, double seconds_s) {
+  const double whole_s = std::floor(seconds_s);
+  UtcTime sum{time.tai_whole + static_cast<std::int64_t>(whole_s),
+              time.fraction_s + (seconds_s - whole_s)};
+  if (sum.fraction_s >= 1.0) {
+    sum.fraction_s -= 1.0;
+    ++sum.tai_whole;
+  }
+  return sum;
+}
+
+UtcTime WholeMicrosecond(const UtcTime& time) {
+  const double microseconds = std::round(time.fraction_s * 1e6);
+  if (microseconds >= 1e6) return {time.tai_whole + 1, 0.0};
+  return {time.tai_whole, microseconds / 1e6};
+}
+
+std::string UtcText(const UtcTime& time) { return WholeUtcText(time) + "Z"; }
+
+std::string UtcMicroseconds(const UtcTime& time) { return WholeUtcText(time) + FractionText(time); }
+
+std::string TaiMicroseconds(const UtcTime& time) {
+  return CalendarText(time.tai_whole, 0) + FractionText(time);
 }
 
 }  // namespace sarblock

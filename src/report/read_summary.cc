@@ -180,9 +180,11 @@ ResultSummary Interpret(const Json& summary) {
   out.accepted = TrueAt(summary, "accepted");
   if (const Json* frame = Find(summary, "frame")) {
     out.geocentric = TextAt(*frame, "kind") == "geocentric";
-    out.ellipsoid = TextAt(*frame, "ellipsoid");
-    out.a_m = NumberAt(*frame, "a_m");
-    out.flattening = NumberAt(*frame, "f");
+    if (const Json* ellipsoid = Find(*frame, "ellipsoid")) {
+      out.ellipsoid = TextAt(*ellipsoid, "name");
+      out.a_m = NumberAt(*ellipsoid, "a_m");
+      out.flattening = NumberAt(*ellipsoid, "f");
+    }
   }
   ReadCounts(summary, &out);
   out.iterations_1 = NumberAt(summary, "iterations");

@@ -71,4 +71,11 @@ struct OrbitFile {
 /// Reads the UTC times of an orbit file; earth-fixed only.
 [[nodiscard]] OrbitFile ParseOrbitFile(std::string_view text, const std::string& file);
 
+/// An orbit file's text; `file` is its name without ending. Times are written to the microsecond,
+/// so states must stand at whole ones (WholeMicrosecond); positions and velocities with the digits
+/// that read back to the same double. UT1 and the orbit number, which nobody told, are left out.
+[[nodiscard]] std::string OrbitFileText(const OrbitFile& orbit,
+                                        const UtcTime& created,
+                                        const std::string& creator_version);
+
 }  // namespace sarblock

@@ -26,7 +26,17 @@ struct UtcTime {
 /// The whole second at or before a time.
 [[nodiscard]] UtcTime WholeSecond(const UtcTime& time);
 
+/// A time some SI seconds later (or earlier), to the last digit of the fraction.
+[[nodiscard]] UtcTime AddSeconds(const UtcTime& time, double seconds_s);
+
+/// The nearest whole microsecond, the resolution of Sentinel-1's orbit files.
+[[nodiscard]] UtcTime WholeMicrosecond(const UtcTime& time);
+
 /// `2022-10-16T01:50:44Z`; the fraction is left out.
 [[nodiscard]] std::string UtcText(const UtcTime& time);
+
+/// `2022-10-16T01:50:44.577283` of a time in whole microseconds, in UTC and in TAI.
+[[nodiscard]] std::string UtcMicroseconds(const UtcTime& time);
+[[nodiscard]] std::string TaiMicroseconds(const UtcTime& time);
 
 }  // namespace sarblock

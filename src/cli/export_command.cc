@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/exchange/export.h"
+#include "sarblock/io/result_reader.h"
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "commands.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock::cli {
+namespace {
+
+struct Arguments {
+  std::string result;
+  std::string out;
+  ExportFormat format = ExportFormat::kGeoJson;
+  double confidence_percent = 0.0;
+  bool no_ellipses = false;
+  bool no_cross = false;
+  ExportOptions options;
+};
+
+std::string NowUtc() {
+  const std::chrono::sys_seconds now =
+      std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  const auto day = std::chrono::floor<std::chrono::days>(now);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss time(now - day);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z",
+                     static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()),
+                     static_cast<unsigned>(date.day()),
+                     time.hours().count(),
+                     time.minutes().count(),
+                     time.seconds().count());
+}
+
+std::string SummaryJson(const ExportReport& report) {
+  nlohmann::ordered_json json = {{"format", "sarblock-export 1"},
+                                 {"points", report.points},
+                                 {"points_left_out", report.points_left_out},
+                                 {"ellipses", report.ellipses},
+                                 {"paths", report.paths},
+                                 {"files", nlohmann::ordered_json::array()},
+                                 {"warnings", report.warnings}};
+  for (const auto& file : report.files) json["files"].push_back(file.string());
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+int Run(const Arguments& arguments, const Session& session) {
+  const ExportFormat format = arguments.format;
+  const bool map = format == ExportFormat::kGeoJson || format == ExportFormat::kKml ||
+                   format == ExportFormat::kGeoPackage;
+  const ResultFile result = ReadResult(arguments.result,
+                                       {.looks = format == ExportFormat::kIsis,
+                                        .pairs = format == ExportFormat::kSinex,
+                                        .paths = map || format == ExportFormat::kOrbitFiles,
+                                        .progress = session.progress.get()});
+  ExportOptions options = arguments.options;
+  if (arguments.confidence_percent > 0.0) {
+    options.confidence_1 = 0.01 * arguments.confidence_percent;
+  }
+  options.ellipses = !arguments.no_ellipses;
+  options.cross_covariances = !arguments.no_cross;
+  options.created_utc = NowUtc();
+  const std::filesystem::path out =
+      arguments.out.empty() ? std::filesystem::path(arguments.result) / DefaultExportName(format)
+                            : std::filesystem::path(arguments.out);
+  const ExportReport report = ExportResult(result, format, out, options);
+  for (const std::string& warning : report.warnings) session.Say("sarblock: warning: " + warning);
+  if (session.json) {
+    fmt::print("{}", SummaryJson(report));
+    return kAccepted;
+  }
+  for (const auto& file : report.files) fmt::print("{}\n", file.string());
+  fmt::print("  points {} ({} not solved and left out), ellipses {}, flight paths {}\n",
+             report.points,
+             report.points_left_out,
+             report.ellipses,
+             report.paths);
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddExport(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app->add_subcommand("export", "Write a result in a format of other programs");
+  command->add_option("result", arguments->result, "Folder of the result")->required();
+  std::map<std::string, ExportFormat> formats;
+  for (std::size_t i = 0; i < ExportFormatNames().size(); ++i) {
+    formats[ExportFormatNames()[i]] = static_cast<ExportFormat>(i);
+  }
+  command->add_option("--format", arguments->format, "Which format (docs/export.md)")
+      ->required()
+      ->transform(CLI::CheckedTransformer(formats));
+  command->add_option("-o,--output",
+                      arguments->out,
+                      "File to write, a folder for isis and eof (default: in the result's folder)");
+  command
+      ->add_option("--confidence",
+                   arguments->confidence_percent,
+                   "Probability of the error ellipses in percent (default: 1 sigma, 39.3 percent)")
+      ->check(CLI::Range(1e-6, 99.999999));
+  command->add_flag("--no-ellipses", arguments->no_ellipses, "Leave out the ellipses' polygons");
+  command->add_flag(
+      "--no-cross", arguments->no_cross, "SINEX: leave out covariances between points");
+  command->add_option("--agency", arguments->options.agency, "SINEX: three characters")
+      ->capture_default_str();
+  command->add_option(
+      "--mission", arguments->options.mission, "eof: satellite, such as Sentinel-1A");
+  command->callback([=] { session->run = [=] { return Run(*arguments, *session); }; });
+}
+
+}  // namespace sarblock::cli

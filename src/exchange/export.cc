@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/exchange/export.h"
+
+#include "sarblock/adjust/error_ellipse.h"
+#include "sarblock/core/error.h"
+#include "sarblock/io/atomic_file.h"
+#include "sarblock/io/geojson.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "exporters.h"
+
+namespace sarblock {
+namespace {
+
+void RequireGeocentric(const ResultFile& result, const char* format) {
+  if (result.frame.kind() == FrameKind::kGeocentric) return;
+  throw InputError("format",
+                   std::string(format) +
+                       " needs a place on a body; the frame of this result is local (gpkg takes "
+                       "its x, y, z as they are)");
+}
+
+void WriteGeoJsonFile(const std::filesystem::path& file,
+                      const ExportView& view,
+                      ExportReport* report) {
+  const ResultFile& result = view.result;
+  GeoJsonContent content{.frame = result.frame,
+                         .name = result.summary.block,
+                         .ids = result.points.ids,
+                         .role = result.points.role,
+                         .points = result.points.results,
+                         .polygons = view.options.ellipses,
+                         .confidence_1 = view.options.confidence_1,
+                         .checks = &result.points.checks};
+  for (const ResultPass& pass : result.passes) content.paths.emplace_back(pass.id, &pass.path);
+  WriteGeoJson(file, content);
+  for (const std::uint32_t point : view.points) {
+    report->ellipses += view.options.ellipses && view.HasCovariance(point) ? 1U : 0U;
+  }
+  report->paths = result.passes.size();
+  report->files.push_back(file);
+}
+
+}  // namespace
+
+const std::vector<std::string>& ExportFormatNames() {
+  static const std::vector<std::string> names{"geojson", "kml", "gpkg", "isis", "sinex", "eof"};
+  return names;
+}
+
+const char* DefaultExportName(ExportFormat format) {
+  switch (format) {
+    case ExportFormat::kGeoJson:
+      return "export.geojson";
+    case ExportFormat::kKml:
+      return "export.kml";
+    case ExportFormat::kGeoPackage:
+      return "export.gpkg";
+    case ExportFormat::kIsis:
+      return "isis";
+    case ExportFormat::kSinex:
+      return "export.snx";
+    case ExportFormat::kOrbitFiles:
+      return "eof";
+  }
+  return "";
+}
+
+bool ExportView::HasCovariance(std::uint32_t point) const {
+  return !result.points.results.covariance_m2.empty() &&
+         !std::isnan(result.points.results.covariance_m2[point][0]);
+}
+
+const CheckResult* FindCheck(const std::vector<CheckResult>& checks, std::uint32_t point) {
+  const auto found = std::lower_bound(
+      checks.begin(), checks.end(), point, [](const CheckResult& check, std::uint32_t value) {
+        return check.point < value;
+      });
+  return found != checks.end() && found->point == point ? &*found : nullptr;
+}
+
+ExportReport ExportResult(const ResultFile& result,
+                          ExportFormat format,
+                          const std::filesystem::path& out,
+                          const ExportOptions& options) {
+  ExportView view{result, options, 1.0, {}};
+  if (options.confidence_1) view.ellipse_scale_1 = EllipseScale(*options.confidence_1);
+  const auto count = static_cast<std::uint32_t>(result.points.size());
+  for (std::uint32_t point = 0; point < count; ++point) {
+    if (IsSolved(result.points.results.status[point])) view.points.push_back(point);
+  }
+  ExportReport report;
+  report.points = view.points.size();
+  report.points_left_out = result.points.size() - view.points.size();
+  switch (format) {
+    case ExportFormat::kGeoJson:
+      RequireGeocentric(result, "GeoJSON");
+      WriteGeoJsonFile(out, view, &report);
+      break;
+    case ExportFormat::kKml:
+      RequireGeocentric(result, "KML");
+      WriteKml(out, view, &report);
+      break;
+    case ExportFormat::kGeoPackage:
+      WriteGeoPackage(out, view, &report);
+      break;
+    case ExportFormat::kIsis:
+      RequireGeocentric(result, "ISIS");
+      WriteIsisTables(out, view, &report);
+      break;
+    case ExportFormat::kSinex:
+      RequireGeocentric(result, "SINEX");
+      WriteSinex(out, view, &report);
+      break;
+    case ExportFormat::kOrbitFiles:
+      report.points = report.points_left_out = 0;
+      WriteOrbitFiles(out, view, &report);
+      break;
+  }
+  return report;
+}
+
+}  // namespace sarblock

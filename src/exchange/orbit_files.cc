@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
+#include "sarblock/core/version.h"
+#include "sarblock/io/atomic_file.h"
+#include "sarblock/product/sentinel1.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <set>
+
+#include "exporters.h"
+
+namespace sarblock {
+namespace {
+
+void RequireWgs84(const Frame& frame) {
+  if (frame.kind() == FrameKind::kLocal) {
+    throw InputError("format",
+                     "an orbit file holds earth-fixed positions; the frame of this result is "
+                     "local, a geocentric one on WGS84 is allowed");
+  }
+  const Ellipsoid wgs84 = NamedEllipsoid("WGS84");
+  const Ellipsoid& given = frame.ellipsoid();
+  if (given.a_m != wgs84.a_m || given.flattening != wgs84.flattening) {
+    throw InputError(
+        "format",
+        "an orbit file holds positions on the Earth; the ellipsoid of this result is " +
+            given.name + ", WGS84 is allowed");
+  }
+}
+
+UtcTime EpochOf(const ResultPass& pass) {
+  if (pass.epoch_utc.empty()) {
+    throw InputError("format",
+                     "an orbit file needs UTC, and pass '" + pass.id +
+                         "' does not tell what its time_s = 0 is: epoch_utc of the pass in "
+                         "block.toml tells it");
+  }
+  const auto epoch = ParseUtc(pass.epoch_utc);
+  if (!epoch) {
+    throw InputError("format",
+                     "an orbit file needs UTC, and epoch_utc of pass '" + pass.id + "', '" +
+                         pass.epoch_utc + "', is no such time; 2022-10-16T01:50:44Z is one");
+  }
+  return *epoch;
+}
+
+// Sentinel-1A of S1A_IW2_VV_...
+std::string MissionOf(const ResultPass& pass, const ExportOptions& options) {
+  if (!options.mission.empty()) return options.mission;
+  const std::string& id = pass.id;
+  const bool sentinel =
+      id.size() >= 4 && id.compare(0, 2, "S1") == 0 && id[2] >= 'A' && id[2] <= 'D' && id[3] == '_';
+  if (sentinel) return std::string("Sentinel-1") + id[2];
+  throw InputError("mission",
+                   "an orbit file names its satellite, and '" + id +
+                       "' does not begin as Sentinel-1 products do (S1A_); --mission names it");
+}
+
+// The path at whole microseconds: 1 us is 7 mm of an orbit, so a state between two of them is not
+// rounded but computed anew. Below a nanosecond (7 um) it is the state itself.
+std::vector<OrbitState> StatesOf(const ResultPass& pass, const UtcTime& epoch) {
+  constexpr double kSame_s = 1e-9;
+  std::vector<OrbitState> states;
+  for (const StateVector& state : pass.path.states()) {
+    const UtcTime exact = AddSeconds(epoch, state.time_s);
+    UtcTime whole = WholeMicrosecond(exact);
+    double shift_s = SecondsBetween(exact, whole);
+    if (std::abs(shift_s) <= kSame_s) {
+      states.push_back({whole, state.position_m, state.velocity_mps});
+      continue;
+    }
+    auto motion = pass.path.At(state.time_s + shift_s);
+    if (!motion) {  // of the first or last state: the next one inside
+      whole = WholeMicrosecond(AddSeconds(whole, shift_s < 0.0 ? 1e-6 : -1e-6));
+      shift_s = SecondsBetween(exact, whole);
+      motion = pass.path.At(state.time_s + shift_s);
+    }
+    if (!motion) continue;
+    states.push_back({whole, motion->position_m, motion->velocity_mps});
+  }
+  const auto not_later = [](const OrbitState& a, const OrbitState& b) {
+    return !(SecondsBetween(a.time, b.time) > 0.0);
+  };
+  states.erase(std::unique(states.begin(), states.end(), not_later), states.end());
+  if (states.size() < 2) {
+    throw InputError("format",
+                     "pass '" + pass.id +
+                         "' spans less than two microseconds, an orbit file needs "
+                         "two states");
+  }
+  return states;
+}
+
+// Letters, digits, dots, dashes; anything else of an id becomes an underscore.
+std::string FileName(const std::string& id) {
+  std::string name = id;
+  std::replace_if(
+      name.begin(),
+      name.end(),
+      [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-';
+      },
+      '_');
+  return name;
+}
+
+}  // namespace
+
+void WriteOrbitFiles(const std::filesystem::path& folder,
+                     const ExportView& view,
+                     ExportReport* report) {
+  RequireWgs84(view.result.frame);
+  std::vector<OrbitFile> orbits;
+  std::set<std::string> names;
+  for (const ResultPass& pass : view.result.passes) {
+    OrbitFile orbit{FileName(pass.id), MissionOf(pass, view.options), {}};
+    orbit.states = StatesOf(pass, EpochOf(pass));
+    if (!names.insert(orbit.file).second) {
+      throw InputError("format", "two passes would have the file " + orbit.file + ".EOF");
+    }
+    orbits.push_back(std::move(orbit));
+  }
+  const auto given = ParseUtc(view.options.created_utc);
+  MakeFolder(folder);
+  for (const OrbitFile& orbit : orbits) {
+    const UtcTime created = given ? *given : orbit.states.back().time;
+    const std::filesystem::path file = folder / (orbit.file + ".EOF");
+    AtomicFile out(file);
+    out.Write(OrbitFileText(orbit, WholeSecond(created), Version()));
+    out.Commit();
+    report->files.push_back(file);
+  }
+  report->paths = orbits.size();
+}
+
+}  // namespace sarblock
