@@ -116,7 +116,8 @@ void AddCheckItems(const ResultFolder& result, PageSection* section) {
   const std::array<const char*, 3> axes = AxisNames(result.summary);
   const ReportPoints& points = result.points;
   if (result.summary.checks && !result.summary.checks->says.empty()) {
-    section->items.emplace_back(PageText{result.summary.checks->says, ""});
+    const std::string& says = result.summary.checks->says;
+    section->items.emplace_back(PageText{Capital(says) + (says.ends_with('.') ? "" : "."), ""});
   }
   PageTable rms;
   rms.title = "Check points: errors against what was predicted";

@@ -150,8 +150,8 @@ class MapMaker {
     std::vector<double> major_m;
     for (const std::uint32_t i : placed_) major_m.push_back(EllipseAt(i).major_m);
     const double median_m = SampleQuantile(std::move(major_m), 0.5);
-    // The median ellipse is a fortieth of the map across.
-    if (median_m > 0.0) chart_.magnified = RoundDown125(box_.size() / 80.0 / median_m);
+    // The median ellipse is up to a twentieth of the map across.
+    if (median_m > 0.0) chart_.magnified = RoundDown125(box_.size() / 40.0 / median_m);
   }
 
   /// One point a cell of a grid over the map, so that ellipses do not cover each other.

@@ -13,13 +13,23 @@ namespace sarblock {
 namespace {
 
 std::string Brief(double value) { return ReadableNumber(value, 3); }
+
+/// "in x" of a local frame, "east" of a geocentric one.
+std::array<std::string, 3> AxisPhrases(const ResultSummary& summary) {
+  std::array<std::string, 3> out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    out[k] = std::string(summary.geocentric ? "" : "in ") + AxisNames(summary)[k];
+  }
+  return out;
+}
+
 std::string Percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
 
 const char* Plural(double count) { return count == 1.0 ? "" : "s"; }
 
 /// "0.38 m in x, 1.6 m in y and 2.8 m in z"
-std::string InAxes(const std::array<double, 3>& sigma_m, const std::array<const char*, 3>& axes) {
-  return fmt::format("{} m in {}, {} m in {} and {} m in {}",
+std::string InAxes(const std::array<double, 3>& sigma_m, const std::array<std::string, 3>& axes) {
+  return fmt::format("{} m {}, {} m {} and {} m {}",
                      Brief(sigma_m[0]),
                      axes[0],
                      Brief(sigma_m[1]),
@@ -94,11 +104,11 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, Ve
     out->sentences.push_back("No covariance was computed, so nothing can be said of the accuracy.");
     return;
   }
-  const std::array<const char*, 3> axes = AxisNames(result.summary);
+  const std::array<std::string, 3> axes = AxisPhrases(result.summary);
   const auto weak = static_cast<std::size_t>(accuracy.weakest);
   out->sentences.push_back(
       fmt::format("Half of the {} points are known to {} or better, 95 % to {}; the weakest is {} "
-                  "with {} m in {} (one sigma).",
+                  "with {} m {} (one sigma).",
                   ReadableCount(static_cast<double>(accuracy.points)),
                   InAxes(accuracy.median_m, axes),
                   InAxes(accuracy.most_m, axes),
@@ -118,22 +128,23 @@ void AddChecks(const ResultFolder& result, Verdict* out) {
   }
   if (!checks->says.empty()) {
     out->sentences.push_back(
-        fmt::format("{:.0f} check point{}: {}{}",
+        fmt::format("{:.0f} check point{}: {}{}{}",
                     checks->points_1,
                     Plural(checks->points_1),
                     static_cast<char>(std::tolower(static_cast<unsigned char>(checks->says[0]))),
-                    checks->says.substr(1)));
+                    checks->says.substr(1),
+                    checks->says.ends_with('.') ? "" : "."));
   }
 }
 
 void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Verdict* out) {
   if (accuracy.points == 0) return;
-  const char* axis = AxisNames(result.summary)[static_cast<std::size_t>(accuracy.weakest)];
+  const std::string axis = AxisPhrases(result.summary)[static_cast<std::size_t>(accuracy.weakest)];
   std::string text;
   if (!std::isnan(accuracy.path_part_1)) {
     const double part = accuracy.path_part_1;
     text = fmt::format(
-        "What limits it: in {}, the weakest component, {} of the variance comes from the flight "
+        "What limits it: {}, the weakest component, {} of the variance comes from the flight "
         "paths and {} from the noise of the looks at their intersection angles (median {} "
         "degrees); ",
         axis,
@@ -216,12 +227,13 @@ void AddAttention(const ResultFolder& result, Verdict* out) {
   }
   if (result.correlation_count > 0) {
     const auto count = static_cast<double>(result.correlation_count);
-    list.push_back(fmt::format(
-        "{} pair{} of corrections {} correlated above {}: their sum is known better than each.",
-        ReadableCount(count),
-        Plural(count),
-        count == 1.0 ? "is" : "are",
-        kHighCorrelation_1));
+    list.push_back(
+        fmt::format("{} pair{} of corrections {} correlated above {}: what they do together is "
+                    "known better than each alone.",
+                    ReadableCount(count),
+                    Plural(count),
+                    count == 1.0 ? "is" : "are",
+                    kHighCorrelation_1));
   }
   if (!summary.warnings.empty()) {
     const auto count = static_cast<double>(summary.warnings.size());

@@ -382,7 +382,15 @@
   });
   note();
 
+  // On paper: everything open, and the charts drawn anew at the width of the sheet.
+  const resize = () => Object.values(Chart.instances).forEach((chart) => chart.resize());
   window.addEventListener("beforeprint", () => {
     document.querySelectorAll("details").forEach((d) => { d.open = true; });
+    document.documentElement.classList.add("paper");
+    resize();
+  });
+  window.addEventListener("afterprint", () => {
+    document.documentElement.classList.remove("paper");
+    resize();
   });
 })();
