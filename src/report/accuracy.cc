@@ -49,7 +49,7 @@ AccuracyFigures::Group DescribeGroup(const ReportPoints& points,
 
 }  // namespace
 
-std::array<const char*, 3> AxisNames(const ResultSummary& summary) {
+std::array<const char*, 3> AxisNames(const ReportSummary& summary) {
   if (summary.geocentric) return {"east", "north", "up"};
   return {"x", "y", "z"};
 }

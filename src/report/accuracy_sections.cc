@@ -25,7 +25,7 @@ std::vector<std::string> TestRow(const std::string& name, const GlobalTestFigure
           test.passed ? "passed" : "FAILED"};
 }
 
-PageTable VarianceTable(const ResultSummary& summary) {
+PageTable VarianceTable(const ReportSummary& summary) {
   PageTable table;
   table.title = "Variance components";
   table.columns = {{"group", false},
@@ -235,7 +235,7 @@ PageTable ControlTable(const ResultFolder& result) {
 
 PageSection TestSection(const ResultFolder& result) {
   PageSection section{"test", "Global test and variance components", {}};
-  const ResultSummary& summary = result.summary;
+  const ReportSummary& summary = result.summary;
   if (!summary.test.given()) {
     section.items.emplace_back(
         PageText{summary.status == "predicted"

@@ -73,7 +73,7 @@ void CompareParameters(const ResultFolder& a, const ResultFolder& b, ResultDiffe
   out->parameters_only_in_b = b.parameters.size() - out->parameters.size();
 }
 
-void CompareSettings(const ResultSummary& a, const ResultSummary& b, ResultDifference* out) {
+void CompareSettings(const ReportSummary& a, const ReportSummary& b, ResultDifference* out) {
   std::map<std::string, std::array<std::string, 2>> values;
   for (const auto& [key, value] : a.configuration) values[key][0] = value;
   for (const auto& [key, value] : b.configuration) values[key][1] = value;

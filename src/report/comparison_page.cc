@@ -41,8 +41,8 @@ PageTable FigureTable(const Side& a, const Side& b) {
   const auto number = [&](const std::string& name, double va, double vb) {
     table.rows.push_back({name, Shown(va), Shown(vb), Ratio(va, vb)});
   };
-  const ResultSummary& sa = a.result.summary;
-  const ResultSummary& sb = b.result.summary;
+  const ReportSummary& sa = a.result.summary;
+  const ReportSummary& sb = b.result.summary;
   text("verdict", a.verdict.word, b.verdict.word);
   text("command", sa.command, sb.command);
   text("block", sa.block, sb.block);
@@ -72,7 +72,7 @@ PageTable FigureTable(const Side& a, const Side& b) {
   if (sa.checks && sb.checks) {
     number("check points, error over sigma", sa.checks->error_ratio_1, sb.checks->error_ratio_1);
   }
-  const auto above = [](const ResultSummary& s) {
+  const auto above = [](const ReportSummary& s) {
     return s.tests ? s.tests->above_1[0] + s.tests->above_1[1] + s.tests->above_1[2] : kAbsent;
   };
   number("observations beyond the critical value", above(sa), above(sb));

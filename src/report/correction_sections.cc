@@ -195,7 +195,7 @@ PageSection CorrectionSection(const ResultFolder& result) {
 
 PageSection ModelSection(const ResultFolder& result) {
   PageSection section{"model", "What was modelled and why", {}};
-  const ResultSummary& summary = result.summary;
+  const ReportSummary& summary = result.summary;
   if (result.candidates.empty()) {
     std::string groups;
     for (const auto& [key, value] : summary.configuration) {

@@ -46,7 +46,7 @@ GlobalTestFigures TestOf(const Json& chi_square, double sigma0_squared, double r
   return test;
 }
 
-void ReadCounts(const Json& summary, ResultSummary* out) {
+void ReadCounts(const Json& summary, ReportSummary* out) {
   const Json* counts = Find(summary, "counts");
   if (counts == nullptr || !counts->is_object()) return;
   for (const auto& [name, value] : counts->items()) {
@@ -60,7 +60,7 @@ void ReadCounts(const Json& summary, ResultSummary* out) {
   }
 }
 
-void ReadChecks(const Json& json, ResultSummary* out) {
+void ReadChecks(const Json& json, ReportSummary* out) {
   CheckFigures checks;
   checks.points_1 = NumberAt(json, "points", 0.0);
   checks.components_1 = NumberAt(json, "components", 0.0);
@@ -72,7 +72,7 @@ void ReadChecks(const Json& json, ResultSummary* out) {
   out->checks = checks;
 }
 
-void ReadTests(const Json& json, ResultSummary* out) {
+void ReadTests(const Json& json, ReportSummary* out) {
   TestFigures tests;
   tests.alpha_1 = NumberAt(json, "alpha_one");
   tests.power_1 = NumberAt(json, "power");
@@ -92,7 +92,7 @@ void ReadTests(const Json& json, ResultSummary* out) {
   out->tests = tests;
 }
 
-void ReadSnooping(const Json& json, ResultSummary* out) {
+void ReadSnooping(const Json& json, ReportSummary* out) {
   out->snooping_rounds = NumberAt(json, "rounds", 0.0);
   const Json* findings = Find(json, "findings");
   if (findings == nullptr) return;
@@ -116,7 +116,7 @@ void ReadSnooping(const Json& json, ResultSummary* out) {
   }
 }
 
-void ReadVariances(const Json& json, ResultSummary* out) {
+void ReadVariances(const Json& json, ReportSummary* out) {
   if (const Json* before = Find(json, "before")) {
     out->test_before =
         TestOf(*before, NumberAt(*before, "sigma0_squared"), NumberAt(*before, "redundancy"));
@@ -141,7 +141,7 @@ void ReadVariances(const Json& json, ResultSummary* out) {
   }
 }
 
-void ReadMonteCarlo(const Json& json, ResultSummary* out) {
+void ReadMonteCarlo(const Json& json, ReportSummary* out) {
   MonteCarloFigures runs;
   runs.runs_1 = NumberAt(json, "runs", 0.0);
   runs.failed_1 = NumberAt(json, "failed", 0.0);
@@ -159,7 +159,7 @@ void ReadMonteCarlo(const Json& json, ResultSummary* out) {
   out->montecarlo = runs;
 }
 
-void Flatten(const Json& json, const std::string& prefix, ResultSummary* out) {
+void Flatten(const Json& json, const std::string& prefix, ReportSummary* out) {
   for (const auto& [name, value] : json.items()) {
     const std::string key = prefix.empty() ? name : prefix + "." + name;
     if (value.is_object()) {
@@ -170,8 +170,8 @@ void Flatten(const Json& json, const std::string& prefix, ResultSummary* out) {
   }
 }
 
-ResultSummary Interpret(const Json& summary) {
-  ResultSummary out;
+ReportSummary Interpret(const Json& summary) {
+  ReportSummary out;
   out.version = TextAt(summary, "version");
   out.command = TextAt(summary, "command");
   out.block = TextAt(summary, "block");
@@ -231,14 +231,14 @@ ResultSummary Interpret(const Json& summary) {
 
 }  // namespace
 
-double ResultSummary::Count(const std::string& name) const {
+double ReportSummary::Count(const std::string& name) const {
   for (const auto& [key, value] : counts) {
     if (key == name) return value;
   }
   return 0.0;
 }
 
-ResultSummary ReadSummary(const std::filesystem::path& file) {
+ReportSummary ReadSummary(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!std::filesystem::is_regular_file(file) || !stream) {
     throw InputError(FilePlace{file.string(), 0, ""},

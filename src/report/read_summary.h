@@ -8,6 +8,6 @@
 namespace sarblock {
 
 /// Reads summary.json. Keys that are not there leave their members as they are.
-[[nodiscard]] ResultSummary ReadSummary(const std::filesystem::path& file);
+[[nodiscard]] ReportSummary ReadSummary(const std::filesystem::path& file);
 
 }  // namespace sarblock

@@ -150,7 +150,7 @@ PageTable LookTable(const std::vector<ReportLook>& looks, double critical) {
   return table;
 }
 
-PageTable FindingTable(const ResultSummary& summary) {
+PageTable FindingTable(const ReportSummary& summary) {
   constexpr std::size_t kRows = 40;
   PageTable table;
   table.title = "What the search for blunders found";

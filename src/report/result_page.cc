@@ -9,7 +9,7 @@
 namespace sarblock {
 namespace {
 
-const char* KindOf(const ResultSummary& summary) {
+const char* KindOf(const ReportSummary& summary) {
   if (summary.command == "intersect") return "Intersection";
   if (summary.command == "predict") return "Prediction";
   return "Block adjustment";

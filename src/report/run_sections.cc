@@ -30,7 +30,7 @@ constexpr NamedCount kCounts[] = {
     {"redundancy", "Redundancy"},
 };
 
-std::string Setting(const ResultSummary& summary, const std::string& key) {
+std::string Setting(const ReportSummary& summary, const std::string& key) {
   for (const auto& [name, value] : summary.configuration) {
     if (name != key) continue;
     const bool quoted = value.size() >= 2 && value.front() == '"';
@@ -39,7 +39,7 @@ std::string Setting(const ResultSummary& summary, const std::string& key) {
   return "";
 }
 
-PageTable CountTable(const ResultSummary& summary) {
+PageTable CountTable(const ReportSummary& summary) {
   PageTable table;
   table.columns = {{"", false}, {"count", true}};
   for (const NamedCount& count : kCounts) {
@@ -56,7 +56,7 @@ PageTable CountTable(const ResultSummary& summary) {
   return table;
 }
 
-PageTable SettingTable(const ResultSummary& summary) {
+PageTable SettingTable(const ReportSummary& summary) {
   PageTable table;
   table.columns = {{"setting", false}, {"value", false}};
   for (const char* key : {"corrections",
@@ -125,7 +125,7 @@ PageSection CostSection(const ResultFolder& result) {
 
 PageSection OriginSection(const ResultFolder& result) {
   PageSection section{"origin", "Version, inputs and configuration", {}};
-  const ResultSummary& summary = result.summary;
+  const ReportSummary& summary = result.summary;
   section.items.emplace_back(
       PageText{fmt::format("Result of sarblock {} {}, report by sarblock {}.",
                            summary.version,

@@ -15,7 +15,7 @@ namespace {
 std::string Brief(double value) { return ReadableNumber(value, 3); }
 
 /// "in x" of a local frame, "east" of a geocentric one.
-std::array<std::string, 3> AxisPhrases(const ResultSummary& summary) {
+std::array<std::string, 3> AxisPhrases(const ReportSummary& summary) {
   std::array<std::string, 3> out;
   for (std::size_t k = 0; k < 3; ++k) {
     out[k] = std::string(summary.geocentric ? "" : "in ") + AxisNames(summary)[k];
@@ -38,7 +38,7 @@ std::string InAxes(const std::array<double, 3>& sigma_m, const std::array<std::s
                      axes[2]);
 }
 
-std::string StatusSentence(const ResultSummary& summary) {
+std::string StatusSentence(const ReportSummary& summary) {
   const std::string rounds = fmt::format("{:.0f} iterations", summary.iterations_1);
   if (summary.status == "not_converged") {
     return fmt::format(
@@ -62,7 +62,7 @@ std::string StatusSentence(const ResultSummary& summary) {
                                 rounds);
 }
 
-void AddFit(const ResultSummary& summary, Verdict* out) {
+void AddFit(const ReportSummary& summary, Verdict* out) {
   const GlobalTestFigures& test = summary.test;
   if (!test.given()) return;
   const double ratio = std::sqrt(test.sigma0_squared);
@@ -189,7 +189,7 @@ void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Verdi
 }
 
 void AddAttention(const ResultFolder& result, Verdict* out) {
-  const ResultSummary& summary = result.summary;
+  const ReportSummary& summary = result.summary;
   std::vector<std::string>& list = out->attention;
   if (summary.checks && summary.checks->points_1 > 0.0 && !summary.checks->realistic) {
     list.push_back(
@@ -245,7 +245,7 @@ void AddAttention(const ResultFolder& result, Verdict* out) {
 }  // namespace
 
 Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy) {
-  const ResultSummary& summary = result.summary;
+  const ReportSummary& summary = result.summary;
   Verdict out;
   out.sentences.push_back(StatusSentence(summary));
   AddFit(summary, &out);

@@ -82,7 +82,7 @@ struct InputFigures {
 };
 
 /// summary.json.
-struct ResultSummary {
+struct ReportSummary {
   std::string version, command, block, status, covariance;
   bool accepted = false;
   bool geocentric = false;
@@ -217,7 +217,7 @@ struct ReportSimplification {
 
 struct ResultFolder {
   std::string path;
-  ResultSummary summary;
+  ReportSummary summary;
   ReportPoints points;
   std::vector<ReportParameter> parameters;
   std::vector<ReportCorrelation> correlations;  ///< |.| above kHighCorrelation_1, largest first

@@ -50,7 +50,7 @@ struct Verdict {
 [[nodiscard]] Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy);
 
 /// Names of east, north and up in a result: in a local frame x, y and z.
-[[nodiscard]] std::array<const char*, 3> AxisNames(const ResultSummary& summary);
+[[nodiscard]] std::array<const char*, 3> AxisNames(const ReportSummary& summary);
 
 /// Places in a horizontal plane [m]: east and north of the middle of the solved points, or x and y.
 class MapPlane {
