@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/covariance.h"
 
-#include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/point_influence.h"
 #include "sarblock/adjust/point_sweep.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -18,14 +18,14 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// R^-1 of a point, and (R^-1 T)' spread over the whole vector of corrections unless `full` has no
-/// column: C (R^-1 T)' needs full columns.
-Eigen::Matrix3d PointColumnsOf(const AdjustmentProblem& problem,
-                               const BlockState& state,
-                               std::size_t point,
-                               PointFactor* factor,
-                               PointColumns* columns,
-                               Eigen::Ref<Eigen::MatrixXd> full) {
+}  // namespace
+
+Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
+                            const BlockState& state,
+                            std::size_t point,
+                            PointFactor* factor,
+                            PointColumns* columns,
+                            Eigen::Ref<Eigen::MatrixXd> full) {
   FactorPoint(problem, state, {}, 0.0, point, factor);
   const Eigen::Matrix3d r_inverse =
       factor->r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
@@ -42,8 +42,6 @@ Eigen::Matrix3d PointColumnsOf(const AdjustmentProblem& problem,
   }
   return r_inverse;
 }
-
-}  // namespace
 
 std::vector<ParameterCovariance> ParameterCovariances(const ReducedSystem& system,
                                                       const BlockSymmetricMatrix& inverse) {
@@ -119,12 +117,12 @@ std::vector<PairResult> PairCovariances(
           sum.setZero();
           for (const Eigen::Index side : {0, 1}) {
             const Eigen::Matrix3d r_inverse =
-                PointColumnsOf(problem,
-                               state,
-                               side == 0 ? out[q].a : out[q].b,
-                               &factor,
-                               &columns_of_point,
-                               columns.middleCols(6 * local + 3 * side, coupled ? 3 : 0));
+                SpreadPoint(problem,
+                            state,
+                            side == 0 ? out[q].a : out[q].b,
+                            &factor,
+                            &columns_of_point,
+                            columns.middleCols(6 * local + 3 * side, coupled ? 3 : 0));
             sum += r_inverse * r_inverse.transpose();
           }
         }
@@ -187,7 +185,7 @@ double CheckFreedom(const AdjustmentProblem& problem,
       if (!known.held[static_cast<std::size_t>(k)]) direction.row(k).setZero();
     }
     const Eigen::Matrix3d r_inverse =
-        PointColumnsOf(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
+        SpreadPoint(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
     y.middleCols(3 * i, 3) *= direction.transpose();
     own[static_cast<std::size_t>(i)] =
         direction * r_inverse * r_inverse.transpose() * direction.transpose();

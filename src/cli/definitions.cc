@@ -11,6 +11,7 @@
 
 #include "manual.h"
 #include "session.h"
+#include "study_command.h"
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
@@ -167,6 +168,10 @@ std::vector<SetKey> SetKeysOf(const std::string& command_path) {
   const std::string command = command_path.substr(0, command_path.find(' '));
   // These read no configuration.
   if (command == "leberl" || command == "report" || command == "export") return keys;
+  if (command == "study") {
+    for (const std::string& key : StudyKeys(command_path)) keys.push_back({key, {}, ""});
+    return keys;
+  }
   const bool scene = command == "simulate";
   if (scene) {
     for (const std::string& key : SceneKeys()) keys.push_back({key, {}, ""});

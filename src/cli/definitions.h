@@ -51,7 +51,8 @@ struct SetKey {
 };
 
 /// What --set may be given for a command: keys of `[adjust]`, for `simulate` those of the scene
-/// with the scene's `adjust.` keys; none for a command that reads no configuration.
+/// with the scene's `adjust.` keys, for a study those of its file; none for a command that reads no
+/// configuration.
 [[nodiscard]] std::vector<SetKey> SetKeysOf(const std::string& command_path);
 
 /// Exit codes with what each means.

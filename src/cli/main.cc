@@ -8,6 +8,7 @@
 #include "leberl_command.h"
 #include "manual.h"
 #include "report_command.h"
+#include "study_command.h"
 #include <fmt/format.h>
 #include <glog/logging.h>
 
@@ -34,6 +35,7 @@ int main(int argc, char** argv) {
   cli::AddAdjust(&app, &session);
   cli::AddReport(&app, &session);
   cli::AddExport(&app, &session);
+  cli::AddStudy(&app, &session);
   cli::AddLeberl(&app, &session);
   cli::AddManualOptions(&app);
   try {

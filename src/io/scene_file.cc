@@ -4,103 +4,14 @@
 #include "sarblock/core/units.h"
 #include "sarblock/io/scene_keys.h"
 
-#include <cerrno>
-#include <charconv>
-#include <fstream>
-#include <iterator>
-#include <sstream>
-#include <system_error>
-
 #include "ellipsoid_reader.h"
 #include "scene_table.h"
+#include "toml_document.h"
 
 namespace sarblock {
 namespace {
 
 constexpr char kFormat[] = "sarblock-scene 1";
-
-std::string ReadText(const std::filesystem::path& path) {
-  if (std::filesystem::is_directory(path)) {
-    throw InputError(FilePlace{path.string(), 0, ""}, "is a folder; a scene is a TOML file");
-  }
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    throw InputError(FilePlace{path.string(), 0, ""},
-                     "cannot be read: " + std::generic_category().message(errno));
-  }
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
-/// Index of an array element in a dotted key; npos if `name` is none.
-std::size_t IndexOf(std::string_view name, std::size_t size) {
-  std::size_t index = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
-  return error == std::errc() && end == name.data() + name.size() && index < size
-             ? index
-             : std::string::npos;
-}
-
-template <typename Node>  // toml::node or const toml::node
-Node* Child(Node* parent, std::string_view name) {
-  if (auto* table = parent->as_table()) return table->get(name);
-  if (auto* array = parent->as_array()) {
-    const std::size_t index = IndexOf(name, array->size());
-    return index == std::string::npos ? nullptr : array->get(index);
-  }
-  return nullptr;
-}
-
-/// Sets one `KEY=VALUE`.
-void Override(const std::string& text, toml::table* root) {
-  const std::string source = "--set " + text;
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    throw InputError(source, "must be KEY=VALUE with a dotted key");
-  }
-  toml::table parsed;
-  try {
-    parsed = toml::parse("value = " + text.substr(equals + 1), source);
-  } catch (const toml::parse_error&) {
-    parsed.insert("value", text.substr(equals + 1));
-  }
-  toml::node* parent = root;
-  std::string_view rest = std::string_view(text).substr(0, equals);
-  for (std::size_t dot = rest.find('.'); dot != std::string_view::npos; dot = rest.find('.')) {
-    const std::string_view name = rest.substr(0, dot);
-    rest.remove_prefix(dot + 1);
-    toml::node* child = Child(parent, name);
-    if (child == nullptr && parent->is_table()) {
-      child = &parent->as_table()->insert_or_assign(name, toml::table{}).first->second;
-    }
-    if (child == nullptr) throw InputError(source, "has no element " + std::string(name));
-    parent = child;
-  }
-  parsed.get("value")->visit([&](auto& value) {
-    if (toml::table* table = parent->as_table()) {
-      table->insert_or_assign(rest, std::move(value));  // moved: a copy loses its place
-    } else if (toml::array* array = parent->as_array();
-               array != nullptr && IndexOf(rest, array->size()) != std::string::npos) {
-      const auto index = static_cast<std::ptrdiff_t>(IndexOf(rest, array->size()));
-      array->replace(array->cbegin() + index, std::move(value));
-    } else {
-      throw InputError(source, "names no key of a table");
-    }
-  });
-}
-
-toml::table Effective(std::string_view text,
-                      const std::string& file,
-                      const std::vector<std::string>& overrides) {
-  toml::table root = ParseToml(text, file);
-  for (const std::string& entry : overrides) Override(entry, &root);
-  return root;
-}
-
-std::string ToText(const toml::table& table) {
-  std::ostringstream stream;
-  stream << table << '\n';
-  return stream.str();
-}
 
 SceneFlight ReadFlight(SceneTable& table) {
   using Pattern = SceneFlight::Pattern;
@@ -242,8 +153,17 @@ SceneControl ReadKnown(SceneTable& table, SceneControl::Layout default_layout) {
                         {"perimeter", Layout::kPerimeter},
                         {"grid", Layout::kGrid},
                         {"chain", Layout::kChain},
-                        {"random", Layout::kRandom}},
+                        {"random", Layout::kRandom},
+                        {"places", Layout::kPlaces}},
                        &known.layout);
+  if (const auto places = table.Take("places_m")) {
+    for (const TomlValue& place : places->Entries()) {
+      const std::vector<TomlValue> pair = place.Entries();
+      if (pair.size() != 2) place.Fail("must be [east, north]");
+      known.places_m.emplace_back(pair[0].Number(), pair[1].Number());
+    }
+    if (known.layout == Layout::kPlaces) known.count = known.places_m.size();
+  }
   table.Count("count", &known.count);
   if (known.count == 0) known.layout = Layout::kNone;
   table.Numbers("sigma_m", &known.sigma_m);
@@ -278,28 +198,12 @@ void ReadFrame(SceneTable& table, Scene* scene) {
   table.Finish();
 }
 
-/// Place of a dotted field, or of the nearest table around it that stands in the file.
-FilePlace PlaceOfField(const toml::table& root, const std::string& file, const std::string& field) {
-  const toml::node* node = &root;
-  std::string_view rest = field;
-  while (!rest.empty()) {
-    const std::size_t dot = std::min(rest.find('.'), rest.size());
-    const toml::node* child = Child(node, rest.substr(0, dot));
-    if (child == nullptr) break;
-    node = child;
-    rest.remove_prefix(std::min(dot + 1, rest.size()));
-  }
-  FilePlace place = TomlValue(*node, field).Place();
-  if (node->source().path == nullptr || node == &root) place = {file, 0, field};
-  return place;
-}
-
 }  // namespace
 
 Scene ParseScene(std::string_view text,
                  const std::string& file,
                  const std::vector<std::string>& overrides) {
-  const toml::table root = Effective(text, file, overrides);
+  const toml::table root = ParseToml(text, file, overrides);
   SceneTable table{TomlTable(root, "")};
   Scene scene;
   std::string format;
@@ -326,7 +230,7 @@ Scene ParseScene(std::string_view text,
     scene.check = ReadKnown(*t, SceneControl::Layout::kRandom);
   }
   if (const auto adjust = table.Take("adjust")) {
-    scene.adjust_toml = ToText(toml::table{{"adjust", TomlTable(*adjust).table()}});
+    scene.adjust_toml = TextOf(toml::table{{"adjust", TomlTable(*adjust).table()}});
   }
   table.Finish();
   if (const auto problem = FindProblem(scene)) {
@@ -336,12 +240,12 @@ Scene ParseScene(std::string_view text,
 }
 
 Scene ReadScene(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
-  return ParseScene(ReadText(path), path.string(), overrides);
+  return ParseScene(ReadTomlText(path, "a scene"), path.string(), overrides);
 }
 
 std::string EffectiveSceneText(const std::filesystem::path& path,
                                const std::vector<std::string>& overrides) {
-  return ToText(Effective(ReadText(path), path.string(), overrides));
+  return TextOf(ParseToml(ReadTomlText(path, "a scene"), path.string(), overrides));
 }
 
 std::vector<std::string> SceneKeys() {

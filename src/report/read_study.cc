@@ -85,24 +85,24 @@ std::vector<StudyPicture> ReadPictures(const std::filesystem::path& folder) {
 
 }  // namespace
 
-std::size_t StudyTable::Column(const std::string& name) const {
+std::size_t StudyCsv::Column(const std::string& name) const {
   return static_cast<std::size_t>(std::find(columns.begin(), columns.end(), name) -
                                   columns.begin());
 }
 
-std::string StudyTable::Text(std::size_t row, const std::string& column) const {
+std::string StudyCsv::Text(std::size_t row, const std::string& column) const {
   const std::size_t at = Column(column);
   return at == columns.size() ? "" : rows[row][at];
 }
 
-double StudyTable::Number(std::size_t row, const std::string& column) const {
+double StudyCsv::Number(std::size_t row, const std::string& column) const {
   const std::string text = Text(row, column);
   double value = kAbsent;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size() ? value : kAbsent;
 }
 
-std::vector<std::string> StudyTable::Values(const std::string& column) const {
+std::vector<std::string> StudyCsv::Values(const std::string& column) const {
   std::vector<std::string> out;
   for (std::size_t row = 0; row < rows.size(); ++row) {
     std::string text = Text(row, column);
@@ -117,7 +117,7 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
   for (const StudyKind& kind : Kinds()) {
     const auto file = FindTable(folder, kind.name);
     if (!file) continue;
-    StudyTable table;
+    StudyCsv table;
     table.kind = kind.name;
     CsvReader reader(*file, kind.columns);
     std::vector<std::size_t> there;

@@ -24,7 +24,7 @@ constexpr const char* kStudyAxisNames[] = {"east", "north", "up"};
 std::string ColorOf(std::size_t i) { return kStudyColors[i % std::size(kStudyColors)]; }
 
 /// All rows with the columns as they stand there, numbers shortened.
-PageTable WholeTable(const StudyTable& table, const std::set<std::string>& texts) {
+PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts) {
   PageTable out;
   out.title = "All rows";
   out.folded = table.rows.size() > 40;
@@ -49,7 +49,7 @@ PageTable WholeTable(const StudyTable& table, const std::set<std::string>& texts
 }
 
 /// Rows of one value of a column, in the order of a number.
-std::vector<std::size_t> RowsOf(const StudyTable& table,
+std::vector<std::size_t> RowsOf(const StudyCsv& table,
                                 const std::string& column,
                                 const std::string& value,
                                 const std::string& order_by) {
@@ -63,11 +63,11 @@ std::vector<std::size_t> RowsOf(const StudyTable& table,
   return rows;
 }
 
-bool Determined(const StudyTable& table, std::size_t row) {
+bool Determined(const StudyCsv& table, std::size_t row) {
   return table.Text(row, "determined") != "0";
 }
 
-PageFigure DensificationFigure(const StudyTable& table, std::size_t axis) {
+PageFigure DensificationFigure(const StudyCsv& table, std::size_t axis) {
   const std::string predicted = fmt::format("median_sigma_{}_m", kStudyAxes[axis]);
   const std::string measured = fmt::format("montecarlo_rms_{}_m", kStudyAxes[axis]);
   XyChart chart;
@@ -97,7 +97,7 @@ PageFigure DensificationFigure(const StudyTable& table, std::size_t axis) {
       id, fmt::format("Median sigma {}", kStudyAxisNames[axis]), "", "half", ChartJson(id, chart)};
 }
 
-void AddDensification(const StudyTable& table, Page* page) {
+void AddDensification(const StudyCsv& table, Page* page) {
   PageSection section{"densification", "Control against accuracy", {}};
   std::size_t best = table.rows.size();
   double least = kAbsent, worst_nees = 0.0;
@@ -152,14 +152,14 @@ void AddDensification(const StudyTable& table, Page* page) {
 }
 
 /// The error that a stage trades for speed: of covariances where the stage changes them.
-std::string ErrorColumn(const StudyTable& table, const std::vector<std::size_t>& rows) {
+std::string ErrorColumn(const StudyCsv& table, const std::vector<std::size_t>& rows) {
   for (const std::size_t r : rows) {
     if (table.Number(r, "covariance_error") > 0.0) return "covariance_error";
   }
   return "position_error_sigma";
 }
 
-PageFigure TradeoffFigure(const StudyTable& table, const std::string& stage, std::size_t number) {
+PageFigure TradeoffFigure(const StudyCsv& table, const std::string& stage, std::size_t number) {
   const std::vector<std::size_t> rows = RowsOf(table, "stage", stage, "wall_s");
   const std::string column = ErrorColumn(table, rows);
   // The reference has no error: it stands a decade below the smallest.
@@ -197,7 +197,7 @@ PageFigure TradeoffFigure(const StudyTable& table, const std::string& stage, std
           ChartJson(id, chart)};
 }
 
-void AddTradeoff(const StudyTable& table, Page* page) {
+void AddTradeoff(const StudyCsv& table, Page* page) {
   PageSection section{"tradeoff", "Speed against accuracy", {}};
   page->verdict.sentences.push_back(
       fmt::format("{} choices in {} stages were run against their references.",
@@ -236,7 +236,7 @@ void AddTradeoff(const StudyTable& table, Page* page) {
   page->sections.push_back(std::move(section));
 }
 
-void AddStability(const StudyTable& table, Page* page) {
+void AddStability(const StudyCsv& table, Page* page) {
   PageSection section{"stability", "Where numbers give out", {}};
   const std::vector<std::string> outcomes{"ok", "warned", "refused", "wrong"};
   const std::vector<std::string> colors{"blue", "yellow", "grey", "orange"};
@@ -310,7 +310,7 @@ Page MakeStudyPage(const StudyFolder& study) {
   page.kind = "Study";
   page.title = "Study";
   page.verdict.word = "In short";
-  for (const StudyTable& table : study.tables) {
+  for (const StudyCsv& table : study.tables) {
     if (study.tables.size() == 1) page.title = Capital(table.kind) + " study";
     if (table.kind == "densification") AddDensification(table, &page);
     if (table.kind == "tradeoff") AddTradeoff(table, &page);

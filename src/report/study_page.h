@@ -10,7 +10,7 @@
 namespace sarblock {
 
 /// A table of a study: the known columns (docs/formats.md), texts and numbers, by row.
-struct StudyTable {
+struct StudyCsv {
   std::string kind;  ///< "densification", "tradeoff", "stability"
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;  ///< by row and column; empty: not given
@@ -30,7 +30,7 @@ struct StudyPicture {
 
 struct StudyFolder {
   std::string path;
-  std::vector<StudyTable> tables;
+  std::vector<StudyCsv> tables;
   std::vector<StudyPicture> pictures;  ///< at most 1 MB together
 };
 

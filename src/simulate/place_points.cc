@@ -85,6 +85,8 @@ Eigen::Vector2d KnownPlace(const SceneControl& known,
       const double s = EdgeToEdge(i, known.count);
       return area.size_m.x() >= area.size_m.y() ? area.At(s, 0.5) : area.At(0.5, s);
     }
+    case Layout::kPlaces:
+      return known.places_m[i];
     case Layout::kRandom:
     case Layout::kNone:
       break;

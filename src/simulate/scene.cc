@@ -195,6 +195,12 @@ Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
   if (known.layout == Layout::kCorners && known.count > 4) {
     return {{field + "count", "must not exceed 4 for corners; allowed: perimeter, grid, ..."}};
   }
+  if (known.layout == Layout::kPlaces && known.count > known.places_m.size()) {
+    return {{field + "count", "must not exceed the number of places_m"}};
+  }
+  for (const Eigen::Vector2d& place_m : known.places_m) {
+    if (!place_m.allFinite()) return {{field + "places_m", "must be finite"}};
+  }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (known.held[axis] && !Positive(known.sigma_m[axis])) {
       return {{field + "sigma_m", "must be given and positive for every component held"}};

@@ -5,6 +5,7 @@
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/csv_reader.h"
+#include "sarblock/io/densification_file.h"
 #include "sarblock/io/result_reader.h"
 #include "sarblock/io/scene_file.h"
 
@@ -151,6 +152,31 @@ inline void Result(std::string_view text) {
   with(&ResultTexts::passes_covariance_csv);
   with(&ResultTexts::control_quality_csv);
   with(&ResultTexts::pairs_csv);
+}
+
+inline constexpr std::string_view kScene =
+    "format = \"sarblock-scene 1\"\nname = \"s\"\n[[flight]]\nid = \"A\"\nheight_m = 9000\n"
+    "length_m = 9000\nheading_deg = 90\nspeed_mps = 200\nswath_ground_m = [5000, 15000]\n"
+    "[[flight]]\nid = \"B\"\nheight_m = 9000\nlength_m = 9000\nheading_deg = 90\n"
+    "speed_mps = 200\nstart_m = [0, 4000]\nswath_ground_m = [1000, 11000]\n[looks]\n"
+    "range_sigma_m = 1.5\nazimuth_sigma_m = 1.5\n[points]\neast_m = [1000, 8000]\n"
+    "north_m = [6000, 14000]\n[control]\nsigma_m = [0.5, 0.5, 0.5]\n[adjust]\n"
+    "corrections = \"given\"\n[adjust.correction.position]\ndegree = 1\nsigma_m = [2, 2, 2]\n";
+
+/// The text as a densification study; every case of an accepted one is a scene that can be made.
+inline void StudyToml(std::string_view text) {
+  AllowInputError([&] {
+    const DensificationFile file = ParseDensification(
+        text, "study.toml", {}, [](const std::string&) { return std::string(kScene); });
+    Check(!file.study.cases.empty() || !file.study.placements.empty());
+    Check(file.study.cases.size() <= kMostStudyCases && !file.identity.empty());
+    for (const DensificationCase& of : file.study.cases) {
+      Check(!FindProblem(of.scene) && !of.scene.flights.empty());
+      Check(of.adjust.corrections != CorrectionChoice::kAuto);
+    }
+    for (const PlacementCase& of : file.study.placements) Check(of.sigma_m[2] > 0.0);
+    Check(file.study.verify.every > 0 && file.study.verify.level < 1.0);
+  });
 }
 
 }  // namespace sarblock::fuzz

@@ -59,5 +59,21 @@ TEST_F(FuzzCorpusTest, ResultsAreReadOrRefused) {
       {fuzz::kSummary, fuzz::kResultPoints, fuzz::kResultPasses, fuzz::kResiduals, fuzz::kPaths})));
 }
 
+TEST_F(FuzzCorpusTest, StudiesAreReadOrRefused) {
+  const std::vector<std::string> texts = Corpus("study");
+  EXPECT_GE(texts.size(), 20u);
+  std::size_t read = 0;
+  for (const std::string& text : texts) {
+    EXPECT_NO_THROW(fuzz::StudyToml(text));
+    try {
+      static_cast<void>(ParseDensification(
+          text, "study.toml", {}, [](const std::string&) { return std::string(fuzz::kScene); }));
+      ++read;
+    } catch (const InputError&) {
+    }
+  }
+  EXPECT_GE(read, 6u);
+}
+
 }  // namespace
 }  // namespace sarblock

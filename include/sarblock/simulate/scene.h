@@ -68,9 +68,9 @@ struct SceneFlight {
 /// strip), so that a spline correction with the same knot spacing can represent it exactly.
 struct SceneNavigation {
   enum class Process { kNone, kRandomWalk, kGaussMarkov };
-  std::array<double, 3> constant_sigma_m{};  ///< Legendre degree 0
-  std::array<double, 3> drift_sigma_m{};     ///< Legendre degree 1: the error gained from the
-                                             ///< middle of the strip to its end
+  std::array<double, 3> constant_sigma_m{};   ///< Legendre degree 0
+  std::array<double, 3> drift_sigma_m{};      ///< Legendre degree 1: the error gained from the
+                                              ///< middle of the strip to its end
   std::array<double, 3> curvature_sigma_m{};  ///< Legendre degree 2: at the ends of the strip
   Process process = Process::kNone;
   std::array<double, 3> process_sigma_m{};  ///< Gauss-Markov: stationary; random walk: reached at
@@ -118,7 +118,7 @@ struct ScenePoints {
 
 /// Known points. Coordinates of components that are not held are written with approximate_sigma_m.
 struct SceneControl {
-  enum class Layout { kNone, kCorners, kPerimeter, kGrid, kChain, kRandom };
+  enum class Layout { kNone, kCorners, kPerimeter, kGrid, kChain, kRandom, kPlaces };
   Layout layout = Layout::kNone;
   std::size_t count = 4;
   std::array<double, 3> sigma_m{};  ///< e, n, u; > 0 where held
@@ -126,6 +126,8 @@ struct SceneControl {
   /// Area of the layout in the scene plane, from, to; not given: that of the tie points.
   std::array<double, 2> east_m{kNotGiven, kNotGiven};
   std::array<double, 2> north_m{kNotGiven, kNotGiven};
+  std::vector<Eigen::Vector2d>
+      places_m;                ///< kPlaces: in the scene plane; the first `count` of them
   double inset_1 = 0.1;        ///< from the area's edge, part of its width and height
   double noise_scale_1 = 1.0;  ///< as in SceneLooks
   double approximate_sigma_m = 100.0;

@@ -16,6 +16,13 @@ namespace sarblock {
 /// What all studies have in common: rows that are computed each for itself, kept as they finish,
 /// and told in the study's order.
 
+/// What every study file begins with (docs/studies.md).
+struct StudyHeading {
+  std::string name;
+  std::string purpose;
+  std::uint64_t seed = 1;
+};
+
 enum class StudyCellKind {
   kNumber,
   kInteger,

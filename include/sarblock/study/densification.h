@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/options.h"
+#include "sarblock/simulate/scene.h"
+#include "sarblock/study/placement.h"
+#include "sarblock/study/study_table.h"
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace sarblock {
+
+/// How much control a block needs, and where (docs/studies.md).
+
+/// One block of the study.
+struct DensificationCase {
+  std::string layout;   ///< of its control, "corners", ...; "none" without any
+  std::string variant;  ///< what else it was chosen by, "tie strips: none"; may be empty
+  Scene scene;
+  AdjustOptions adjust;
+};
+
+/// Greedy placement on one block.
+struct PlacementCase {
+  enum class Candidates { kTie, kCheck, kAll };
+  DensificationCase start;
+  PlacementCriterion criterion = PlacementCriterion::kMeanVariance;
+  std::size_t count = 4;                     ///< control points to add
+  Candidates candidates = Candidates::kTie;  ///< kCheck: the scene's check points, a grid if wanted
+  std::array<double, 3> sigma_m{};           ///< e, n, u of an added point, > 0
+};
+
+/// Monte Carlo verification of some of the cases.
+struct VerificationOptions {
+  int runs = 0;           ///< of each case verified; 0: none
+  std::size_t every = 1;  ///< the first case and every so many after it
+  double level = 0.99;    ///< with which all bounds hold together if the predictions are right
+  /// Whose standard deviations the flight path and measurement errors are drawn from: the priors of
+  /// the corrections, which is what a prediction assumes, or the scene's [navigation].
+  enum class Navigation { kPriors, kScene };
+  Navigation navigation = Navigation::kPriors;
+};
+
+struct DensificationGoal {
+  double sigma_h_m = kNotGiven;  ///< not given: any
+  double sigma_u_m = kNotGiven;
+  enum class Of { kWorstPoint, kMedian };
+  Of of = Of::kWorstPoint;
+};
+
+struct DensificationStudy {
+  StudyHeading heading;
+  std::vector<DensificationCase> cases;
+  std::vector<PlacementCase> placements;
+  VerificationOptions verify;
+  DensificationGoal goal;
+};
+
+/// The study as tasks: one a case, then one a placement, whose rows are the steps. Columns in
+/// docs/studies.md. `study` must outlive the plan.
+///
+/// A case is predicted with Predict() at the true positions, times and ranges of the nominal paths:
+/// geometry and weights alone. Verified, it is then drawn and adjusted `runs` times (Redraw,
+/// Adjust) and the errors are compared with the predicted covariance. Points counted are those that
+/// are not control; sigma_h is sqrt(sigma_e^2 + sigma_n^2). A block that cannot be determined gives
+/// a row with determined 0 and the reason as message.
+[[nodiscard]] StudyPlan PlanDensification(const DensificationStudy& study);
+
+/// What the table answers, in sentences: the smallest layout that reaches the goal, for each
+/// variant; where the next points help most; whether the verified rows agree.
+[[nodiscard]] std::vector<std::string> DescribeDensification(const DensificationStudy& study,
+                                                             const StudyTable& table);
+
+/// Navigation errors with the standard deviations of the priors: what a prediction takes for
+/// granted. Throws InputError where priors are of kinds that a scene cannot draw (splines, frame
+/// axes, degrees above 2, velocity, troposphere, single passes). What stands without a prior is
+/// drawn as in `scene`.
+[[nodiscard]] SceneNavigation NavigationFromPriors(const AdjustOptions& options,
+                                                   const SceneNavigation& scene);
+
+}  // namespace sarblock

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/study/study_table.h"
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "session.h"
+
+namespace sarblock::cli {
+
+/// What a study says beside its table.
+struct StudyAnswer {
+  std::vector<std::string> words;  ///< lines for people, also written to NAME.txt
+  /// Further files of the folder, name and content: plots, more tables.
+  std::vector<std::pair<std::string, std::string>> files;
+};
+
+/// A study read from its file, ready to run.
+struct PreparedStudy {
+  StudyPlan plan;
+  /// Everything that the rows are a function of, as text: EffectiveStudyText and the texts of the
+  /// scenes it names. A folder with rows of another identity is not resumed.
+  std::string identity;
+  std::function<StudyAnswer(const StudyTable& table, ProgressSink* progress)> conclude;
+};
+
+/// One kind of study: `sarblock study NAME STUDY.toml -o DIR` writes DIR/NAME.csv. Everything but
+/// these two functions is common: the options, the threads, resuming, the files.
+struct StudyKind {
+  const char* name;
+  const char* help;
+  PreparedStudy (*prepare)(const std::string& file, const std::vector<std::string>& overrides);
+  /// Dotted keys of the study file that `--set` may name.
+  std::vector<std::string> (*keys)();
+};
+
+/// Keys of the kind of study that this command runs, "study densification".
+[[nodiscard]] std::vector<std::string> StudyKeys(const std::string& command_path);
+
+/// Adds `study` with every kind there is.
+void AddStudy(CLI::App* app, Session* session);
+
+[[nodiscard]] PreparedStudy PrepareDensification(const std::string& file,
+                                                 const std::vector<std::string>& overrides);
+
+}  // namespace sarblock::cli

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/study/block_covariance.h"
+
+#include "sarblock/adjust/point_influence.h"
+#include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/reduced_system.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/parallel.h"
+
+#include <algorithm>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 64;
+
+/// G = cov + sigma, factored.
+Eigen::LLT<Eigen::Matrix3d> Factored(const Eigen::Matrix3d& matrix_m2) {
+  Eigen::LLT<Eigen::Matrix3d> factor(matrix_m2);
+  if (factor.info() != Eigen::Success) {
+    throw InputError("control", "needs a positive definite covariance");
+  }
+  return factor;
+}
+
+}  // namespace
+
+BlockCovariance::BlockCovariance(const Block& block,
+                                 const AdjustOptions& options,
+                                 const std::vector<Eigen::Vector3d>& positions_m,
+                                 const std::vector<PointStatus>& status) {
+  const Block filled = FillMeasurements(block, positions_m);
+  const std::vector<CorrectionGroup> none;
+  AdjustmentProblem problem(
+      filled, options.corrections == CorrectionChoice::kGiven ? options.groups : none);
+  BlockState state;
+  state.start_m = positions_m;
+  state.displacement_m.assign(positions_m.size(), Eigen::Vector3d::Zero());
+  state.corrections = Eigen::VectorXd::Zero(problem.layout.size());
+  for (std::size_t point = 0; point < status.size(); ++point) {
+    if (IsSolved(status[point])) {
+      problem.point_status[point] = PointStatus::kPredicted;
+      points_.push_back(static_cast<std::uint32_t>(point));
+    } else {
+      problem.LeaveOut(point, status[point], "");
+    }
+  }
+  const auto n = static_cast<std::size_t>(problem.layout.size());
+  if (n * (n + 3 * points_.size()) > kMostNumbers) {
+    throw InputError("placement",
+                     "is for blocks whose corrections times points stay below " +
+                         std::to_string(kMostNumbers) + ", this one has " + std::to_string(n) +
+                         " corrections and " + std::to_string(points_.size()) + " points");
+  }
+  UpdateWhitening(state, &problem);
+  ReducedSystem system(problem);
+  system.Form(state, {}, nullptr);
+  system.Factor();
+  const auto size = static_cast<Eigen::Index>(n);
+  if (size > 0) {
+    c_ = system.SolveFor(Eigen::MatrixXd::Identity(size, size));
+    c_ = 0.5 * (c_ + c_.transpose()).eval();
+  }
+  b_.resize(points_.size());
+  y_.resize(size, 3 * static_cast<Eigen::Index>(points_.size()));
+  ParallelForChunks(
+      points_.size(), kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        PointFactor factor;
+        PointColumns columns;
+        for (std::size_t i = begin; i < end; ++i) {
+          const Eigen::Matrix3d r_inverse =
+              SpreadPoint(problem,
+                          state,
+                          points_[i],
+                          &factor,
+                          &columns,
+                          y_.middleCols(3 * static_cast<Eigen::Index>(i), size > 0 ? 3 : 0));
+          b_[i] = r_inverse * r_inverse.transpose();
+        }
+      });
+}
+
+Eigen::Matrix3d BlockCovariance::Of(std::size_t i) const {
+  const Eigen::MatrixXd cy = c_ * Y(i);
+  return b_[i] + Y(i).transpose() * cy;
+}
+
+Eigen::Matrix3d BlockCovariance::Between(std::size_t i, std::size_t j) const {
+  const Eigen::MatrixXd cy = c_ * Y(j);
+  return Y(i).transpose() * cy;
+}
+
+Eigen::Matrix3d BlockCovariance::OfDifference(std::size_t i, std::size_t j) const {
+  const Eigen::MatrixXd d = Y(j) - Y(i);
+  const Eigen::MatrixXd cd = c_ * d;
+  return b_[i] + b_[j] + d.transpose() * cd;
+}
+
+void BlockCovariance::AddControl(std::size_t i, const Eigen::Matrix3d& sigma_m2) {
+  const Eigen::MatrixXd cy = c_ * Y(i);
+  const Eigen::Matrix3d q = b_[i] + Y(i).transpose() * cy;
+  const auto g = Factored(q + sigma_m2);
+  const Eigen::MatrixXd half = g.matrixL().solve(cy.transpose());  // 3 x n
+  c_.noalias() -= half.transpose() * half;
+  const auto own = Factored(b_[i] + sigma_m2);
+  const Eigen::Matrix3d keep = own.solve(sigma_m2);  // (B + Sigma)^-1 Sigma
+  b_[i] = (b_[i] * keep).eval();
+  b_[i] = 0.5 * (b_[i] + b_[i].transpose()).eval();
+  y_.middleCols(3 * static_cast<Eigen::Index>(i), 3) = (Y(i) * keep).eval();
+}
+
+double BlockCovariance::SquareFreedom(const std::vector<std::size_t>& chosen) const {
+  const double mean = 3.0 * static_cast<double>(chosen.size());
+  if (c_.rows() == 0 || chosen.empty()) return mean;
+  const Eigen::LLT<Eigen::MatrixXd> root(c_);
+  if (root.info() != Eigen::Success) {
+    throw InputError("study", "the covariance of the corrections is not positive definite");
+  }
+  Eigen::MatrixXd u(c_.rows(), 3 * static_cast<Eigen::Index>(chosen.size()));
+  double own = 0.0;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const Eigen::MatrixXd half = root.matrixU() * Y(chosen[k]);
+    const auto q = Factored(b_[chosen[k]] + half.transpose() * half);
+    const Eigen::MatrixXd column = q.matrixL().solve(half.transpose()).transpose();
+    own += (column.transpose() * column).squaredNorm();
+    u.middleCols(3 * static_cast<Eigen::Index>(k), 3) = column;
+  }
+  const Eigen::MatrixXd square = u * u.transpose();
+  return mean * mean / (mean + square.squaredNorm() - own);
+}
+
+double BlockCovariance::SumOfVariances(const std::vector<std::size_t>& chosen) const {
+  double sum = 0.0;
+  for (const std::size_t i : chosen) sum += Of(i).trace();
+  return sum;
+}
+
+double BlockCovariance::SumOfVariances(const Pairs& pairs) const {
+  double sum = 0.0;
+  for (const auto& [a, b] : pairs) sum += OfDifference(a, b).trace();
+  return sum;
+}
+
+std::vector<double> BlockCovariance::Gains(const std::vector<std::size_t>& candidates,
+                                           const std::vector<Eigen::Matrix3d>& sigma_m2,
+                                           const std::vector<std::size_t>& chosen) const {
+  // sum_j tr(Q_jk G^-1 Q_kj) = tr(G^-1 Y_k' C M C Y_k), M = sum_j Y_j Y_j', but for j = k, whose
+  // own B_k stands beside Y_k' C Y_k.
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(c_.rows(), c_.rows());
+  std::vector<bool> counted(points_.size());
+  for (const std::size_t j : chosen) {
+    m.noalias() += Y(j) * Y(j).transpose();
+    counted[j] = true;
+  }
+  const Eigen::MatrixXd cmc = c_ * m * c_;
+  std::vector<double> gains(candidates.size());
+  const auto evaluate = [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t k = candidates[i];
+      const Eigen::MatrixXd cy = c_ * Y(k), mixed = cmc * Y(k);
+      const Eigen::Matrix3d shared = Y(k).transpose() * cy;
+      const Eigen::Matrix3d q = b_[k] + shared;
+      Eigen::Matrix3d square = Y(k).transpose() * mixed;
+      if (counted[k]) square += q * q - shared * shared;
+      const Eigen::Matrix3d taken = Factored(q + sigma_m2[i]).solve(square);
+      gains[i] = taken.trace();
+    }
+  };
+  ParallelForChunks(candidates.size(), kPointsPerChunk, evaluate);
+  return gains;
+}
+
+std::vector<double> BlockCovariance::Gains(const std::vector<std::size_t>& candidates,
+                                           const std::vector<Eigen::Matrix3d>& sigma_m2,
+                                           const Pairs& pairs) const {
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(c_.rows(), c_.rows());
+  std::vector<std::vector<std::size_t>> pairs_of(points_.size());
+  for (std::size_t q = 0; q < pairs.size(); ++q) {
+    const Eigen::MatrixXd d = Y(pairs[q].second) - Y(pairs[q].first);
+    m.noalias() += d * d.transpose();
+    pairs_of[pairs[q].first].push_back(q);
+    pairs_of[pairs[q].second].push_back(q);
+  }
+  const Eigen::MatrixXd cmc = c_ * m * c_;
+  std::vector<double> gains(candidates.size());
+  const auto evaluate = [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t k = candidates[i];
+      const Eigen::MatrixXd cy = c_ * Y(k), mixed = cmc * Y(k);
+      const Eigen::Matrix3d q = b_[k] + Y(k).transpose() * cy;
+      Eigen::Matrix3d square = Y(k).transpose() * mixed;
+      for (const std::size_t p : pairs_of[k]) {
+        const Eigen::MatrixXd d = Y(pairs[p].second) - Y(pairs[p].first);
+        const Eigen::Matrix3d shared = d.transpose() * cy;
+        const Eigen::Matrix3d with_own = shared + (pairs[p].second == k ? 1.0 : -1.0) * b_[k];
+        square += with_own.transpose() * with_own - shared.transpose() * shared;
+      }
+      const Eigen::Matrix3d taken = Factored(q + sigma_m2[i]).solve(square);
+      gains[i] = taken.trace();
+    }
+  };
+  ParallelForChunks(candidates.size(), kPointsPerChunk, evaluate);
+  return gains;
+}
+
+std::vector<double> BlockCovariance::WorstAfter(const std::vector<std::size_t>& candidates,
+                                                const std::vector<Eigen::Matrix3d>& sigma_m2,
+                                                const std::vector<std::size_t>& chosen) const {
+  Eigen::MatrixXd z(c_.rows(), 3 * static_cast<Eigen::Index>(chosen.size()));  // Y of `chosen`
+  std::vector<double> now(chosen.size());
+  for (std::size_t j = 0; j < chosen.size(); ++j) {
+    z.middleCols(3 * static_cast<Eigen::Index>(j), 3) = Y(chosen[j]);
+    now[j] = Of(chosen[j]).trace();
+  }
+  std::vector<double> worst(candidates.size());
+  const auto evaluate = [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t k = candidates[i];
+      const Eigen::MatrixXd cy = c_ * Y(k);
+      const Eigen::Matrix3d q = b_[k] + Y(k).transpose() * cy;
+      const auto g = Factored(q + sigma_m2[i]);
+      const Eigen::MatrixXd half = g.matrixL().solve(cy.transpose());  // 3 x n
+      const Eigen::MatrixXd taken = half * z;                          // L^-1 Q_kj side by side
+      double most = 0.0;
+      for (std::size_t j = 0; j < chosen.size(); ++j) {
+        const auto part = taken.middleCols(3 * static_cast<Eigen::Index>(j), 3);
+        const double drop = chosen[j] == k ? Eigen::Matrix3d(g.matrixL().solve(q)).squaredNorm()
+                                           : part.squaredNorm();
+        most = std::max(most, now[j] - drop);
+      }
+      worst[i] = most;
+    }
+  };
+  ParallelForChunks(candidates.size(), 8, evaluate);
+  return worst;
+}
+
+}  // namespace sarblock

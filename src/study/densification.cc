@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/study/densification.h"
+
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/point_sweep.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/parallel.h"
+#include "sarblock/core/random.h"
+#include "sarblock/simulate/simulate.h"
+#include "sarblock/study/block_covariance.h"
+#include "sarblock/study/placement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include "accuracy.h"
+#include "verification.h"
+
+namespace sarblock {
+namespace {
+
+using Kind = StudyCellKind;
+
+const std::vector<StudyColumn>& Columns() {
+  static const std::vector<StudyColumn> columns = {
+      {"layout", Kind::kText},
+      {"control_points", Kind::kInteger},
+      {"tie_points", Kind::kInteger},
+      {"passes", Kind::kInteger},
+      {"median_sigma_e_m"},
+      {"median_sigma_n_m"},
+      {"median_sigma_u_m"},
+      {"max_sigma_h_m"},
+      {"max_sigma_u_m"},
+      {"montecarlo_rms_e_m"},
+      {"montecarlo_rms_n_m"},
+      {"montecarlo_rms_u_m"},
+      {"nees"},
+      {"runs", Kind::kInteger},
+      {"determined", Kind::kInteger},
+      {"variant", Kind::kText},
+      {"looks", Kind::kInteger},
+      {"median_sigma_h_m"},
+      {"rms_sigma_e_m"},
+      {"rms_sigma_n_m"},
+      {"rms_sigma_u_m"},
+      {"neighbour_distance_m"},
+      {"median_difference_sigma_e_m"},
+      {"median_difference_sigma_n_m"},
+      {"median_difference_sigma_u_m"},
+      {"nees_lower"},
+      {"nees_upper"},
+      {"agrees", Kind::kInteger},
+      {"added_point", Kind::kText},
+      {"added_east_m"},
+      {"added_north_m"},
+      {"message", Kind::kText},
+  };
+  return columns;
+}
+
+/// A row by the names of its columns; what is not set stays empty.
+class RowMaker {
+ public:
+  RowMaker& Set(const std::string& column, StudyCell cell) {
+    for (std::size_t i = 0; i < Columns().size(); ++i) {
+      if (Columns()[i].name != column) continue;
+      if (const auto* number = std::get_if<double>(&cell); number && !std::isfinite(*number)) {
+        cell = StudyCell{};
+      }
+      row_[i] = std::move(cell);
+      return *this;
+    }
+    throw std::logic_error("no column " + column);
+  }
+  RowMaker& Count(const std::string& column, std::size_t count) {
+    return Set(column, static_cast<std::int64_t>(count));
+  }
+  RowMaker& Message(std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return Set("message", std::move(text));
+  }
+  [[nodiscard]] const StudyRow& row() const { return row_; }
+
+ private:
+  StudyRow row_ = StudyRow(Columns().size());
+};
+
+void SetAccuracy(const Accuracy& accuracy, RowMaker* row) {
+  const std::array<std::string, 3> axes = {"e", "n", "u"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    row->Set("median_sigma_" + axes[axis] + "_m", accuracy.median_sigma_m[axis]);
+    row->Set("rms_sigma_" + axes[axis] + "_m", accuracy.rms_sigma_m[axis]);
+    row->Set("median_difference_sigma_" + axes[axis] + "_m",
+             accuracy.median_difference_sigma_m[axis]);
+  }
+  row->Set("median_sigma_h_m", accuracy.median_sigma_h_m)
+      .Set("max_sigma_h_m", accuracy.max_sigma_h_m)
+      .Set("max_sigma_u_m", accuracy.max_sigma_u_m)
+      .Set("neighbour_distance_m", accuracy.median_distance_m);
+}
+
+void SetBlock(const DensificationCase& of, const Block& block, RowMaker* row) {
+  std::size_t control = 0, tie = 0;
+  for (const PointRole role : block.points.role) {
+    control += role == PointRole::kControl ? 1 : 0;
+    tie += role == PointRole::kTie ? 1 : 0;
+  }
+  row->Set("layout", of.layout)
+      .Set("variant", of.variant)
+      .Count("control_points", control)
+      .Count("tie_points", tie)
+      .Count("passes", block.passes.size())
+      .Count("looks", block.looks.size());
+}
+
+/// The scene's block as planned: looks at the nominal times, nothing measured.
+SimulatedBlock Planned(const Scene& scene) {
+  SimulatedBlock planned = Simulate(scene);
+  planned.block.looks.time_s = planned.exact.nominal_time_s;
+  std::fill(planned.block.looks.range_m.begin(), planned.block.looks.range_m.end(), kNotGiven);
+  return planned;
+}
+
+AdjustOptions OptionsOf(const DensificationCase& of) {
+  AdjustOptions options = of.adjust;
+  options.threads = AvailableCores();  // what the caller's ThreadLimit allows
+  options.covariance = CovarianceLevel::kBlock;
+  options.pairs = PairChoice::kNeighbours;
+  return options;
+}
+
+Accuracy AccuracyOf(const SimulatedBlock& planned, const AdjustResult& predicted) {
+  std::vector<SymmetricEnu> points_m2, differences_m2;
+  for (const std::uint32_t point : PointsCounted(planned.block, predicted.points)) {
+    points_m2.push_back(predicted.points.covariance_m2[point]);
+  }
+  std::vector<double> distances_m;
+  for (const PairResult& pair : predicted.pairs) {
+    if (planned.block.points.role[pair.a] == PointRole::kControl ||
+        planned.block.points.role[pair.b] == PointRole::kControl) {
+      continue;
+    }
+    differences_m2.push_back(pair.covariance_m2);
+    distances_m.push_back(pair.difference_enu_m.norm());
+  }
+  return SummariseAccuracy(points_m2, differences_m2, distances_m);
+}
+
+/// Cases that are verified.
+bool IsVerified(const DensificationStudy& study, std::size_t index) {
+  return study.verify.runs > 0 && index % study.verify.every == 0;
+}
+
+/// Level of one bound so that all hold together (Sidak).
+double LevelOfOne(const DensificationStudy& study) {
+  std::size_t verified = 0;
+  for (std::size_t i = 0; i < study.cases.size(); ++i) verified += IsVerified(study, i) ? 1U : 0U;
+  return std::pow(study.verify.level,
+                  1.0 / static_cast<double>(std::max<std::size_t>(1, verified)));
+}
+
+void SetVerification(const Verification& verified, RowMaker* row) {
+  row->Count("runs", static_cast<std::size_t>(verified.runs));
+  if (verified.runs > 0) {
+    row->Set("montecarlo_rms_e_m", verified.rms_m[0])
+        .Set("montecarlo_rms_n_m", verified.rms_m[1])
+        .Set("montecarlo_rms_u_m", verified.rms_m[2])
+        .Set("nees", verified.nees_1)
+        .Set("nees_lower", verified.bound.lower)
+        .Set("nees_upper", verified.bound.upper);
+  }
+  const bool agrees = verified.failed == 0 && verified.bound.Contains(verified.nees_1);
+  row->Count("agrees", agrees ? 1 : 0);
+  if (verified.failed > 0) {
+    row->Message(std::to_string(verified.failed) +
+                 " runs could not be compared, the first: " + verified.why);
+  }
+}
+
+std::vector<StudyRow> ComputeCase(const DensificationStudy& study,
+                                  std::size_t index,
+                                  ProgressSink* progress) {
+  const DensificationCase& of = study.cases[index];
+  const bool verify = IsVerified(study, index);
+  Scene scene = of.scene;
+  if (verify && study.verify.navigation == VerificationOptions::Navigation::kPriors) {
+    scene.navigation = NavigationFromPriors(of.adjust, of.scene.navigation);
+  }
+  const AdjustOptions options = OptionsOf(of);
+  const SimulatedBlock planned = Planned(scene);
+  RowMaker row;
+  SetBlock(of, planned.block, &row);
+  try {
+    const AdjustResult predicted = Predict(planned.block, options, planned.truth.points_m);
+    row.Count("determined", 1).Count("runs", 0);
+    SetAccuracy(AccuracyOf(planned, predicted), &row);
+    if (verify) {
+      SetVerification(Verify(scene,
+                             planned,
+                             options,
+                             predicted,
+                             study.verify.runs,
+                             MixStream(study.heading.seed, index),
+                             LevelOfOne(study),
+                             progress),
+                      &row);
+    }
+  } catch (const UndeterminedError& error) {
+    row.Count("determined", 0).Count("runs", 0).Message(error.what());
+  }
+  return {row.row()};
+}
+
+/// Accuracy with the control placed so far.
+Accuracy AccuracyOf(const SimulatedBlock& planned,
+                    const BlockCovariance& covariance,
+                    const std::vector<std::size_t>& points,
+                    const BlockCovariance::Pairs& pairs) {
+  const std::vector<Eigen::Vector3d>& at_m = planned.truth.points_m;
+  const Frame& frame = planned.block.frame;
+  std::vector<SymmetricEnu> points_m2, differences_m2;
+  std::vector<double> distances_m;
+  for (const std::size_t i : points) {
+    points_m2.push_back(ToEnu(frame, at_m[covariance.points()[i]], covariance.Of(i)));
+  }
+  for (const auto& [a, b] : pairs) {
+    const Eigen::Vector3d& a_m = at_m[covariance.points()[a]];
+    differences_m2.push_back(ToEnu(frame, a_m, covariance.OfDifference(a, b)));
+    distances_m.push_back((at_m[covariance.points()[b]] - a_m).norm());
+  }
+  return SummariseAccuracy(points_m2, differences_m2, distances_m);
+}
+
+/// Where a point lies in the scene plane, but for the curvature of verticals.
+Eigen::Vector2d PlaneOf(const Scene& scene, const Eigen::Vector3d& p_m) {
+  const Eigen::Vector3d origin_m = FrameFromPlane(scene, Eigen::Vector2d::Zero(), 0.0);
+  return (scene.frame.EnuFromFrame(origin_m) * (p_m - origin_m)).head<2>();
+}
+
+bool IsCandidate(PlacementCase::Candidates candidates, PointRole role) {
+  switch (candidates) {
+    case PlacementCase::Candidates::kTie:
+      return role == PointRole::kTie;
+    case PlacementCase::Candidates::kCheck:
+      return role == PointRole::kCheck;
+    case PlacementCase::Candidates::kAll:
+      break;
+  }
+  return role != PointRole::kControl;
+}
+
+std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
+                                       std::size_t index,
+                                       ProgressSink* progress) {
+  const PlacementCase& of = study.placements[index];
+  const AdjustOptions options = OptionsOf(of.start);
+  const SimulatedBlock planned = Planned(of.start.scene);
+  const Block& block = planned.block;
+  RowMaker first;
+  SetBlock(of.start, block, &first);
+  first.Set("layout", std::string("greedy ") + NameOf(of.criterion)).Count("runs", 0);
+  try {
+    const AdjustResult predicted = Predict(block, options, planned.truth.points_m);
+    BlockCovariance covariance(block, options, planned.truth.points_m, predicted.points.status);
+    PlacementObjective objective;
+    objective.criterion = of.criterion;
+    std::vector<std::size_t> index_of(block.points.size()), candidates;
+    std::vector<Eigen::Matrix3d> sigma_m2;
+    for (std::size_t i = 0; i < covariance.points().size(); ++i) {
+      const std::uint32_t point = covariance.points()[i];
+      index_of[point] = i;
+      const PointRole role = block.points.role[point];
+      if (role != PointRole::kControl) objective.points.push_back(i);
+      if (!IsCandidate(of.candidates, role)) continue;
+      const Eigen::Matrix3d enu = block.frame.EnuFromFrame(planned.truth.points_m[point]);
+      const Eigen::Vector3d square_m2(of.sigma_m[0] * of.sigma_m[0],
+                                      of.sigma_m[1] * of.sigma_m[1],
+                                      of.sigma_m[2] * of.sigma_m[2]);
+      candidates.push_back(i);
+      sigma_m2.push_back(enu.transpose() * square_m2.asDiagonal() * enu);
+    }
+    for (const PairResult& pair : predicted.pairs) {
+      if (block.points.role[pair.a] == PointRole::kControl ||
+          block.points.role[pair.b] == PointRole::kControl) {
+        continue;
+      }
+      objective.pairs.emplace_back(index_of[pair.a], index_of[pair.b]);
+    }
+    if (objective.points.empty() || objective.pairs.empty()) {
+      throw InputError("placement", "needs a block with points beside its control");
+    }
+    first.Count("determined", 1);
+    const auto control = static_cast<std::size_t>(
+        std::count(block.points.role.begin(), block.points.role.end(), PointRole::kControl));
+    std::vector<StudyRow> rows;
+    const auto tell = [&](RowMaker row) {
+      if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
+      SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &row);
+      rows.push_back(row.Count("control_points", control + rows.size()).row());
+    };
+    tell(first);
+    static_cast<void>(PlaceGreedily(
+        objective, candidates, sigma_m2, of.count, &covariance, [&](const PlacementStep& step) {
+          const std::uint32_t point = covariance.points()[step.point];
+          const Eigen::Vector2d plane_m = PlaneOf(of.start.scene, planned.truth.points_m[point]);
+          RowMaker row = first;
+          row.Set("added_point", std::string(block.points.ids[point]))
+              .Set("added_east_m", plane_m.x())
+              .Set("added_north_m", plane_m.y());
+          tell(row);
+        }));
+    return rows;
+  } catch (const UndeterminedError& error) {
+    return {first.Count("determined", 0).Message(error.what()).row()};
+  }
+}
+
+}  // namespace
+
+StudyPlan PlanDensification(const DensificationStudy& study) {
+  StudyPlan plan;
+  plan.columns = Columns();
+  for (std::size_t i = 0; i < study.cases.size(); ++i) {
+    const DensificationCase& of = study.cases[i];
+    plan.tasks.push_back(
+        {of.layout + " " + std::to_string(of.scene.control.count),
+         [&study, i](ProgressSink* progress) { return ComputeCase(study, i, progress); }});
+  }
+  for (std::size_t i = 0; i < study.placements.size(); ++i) {
+    plan.tasks.push_back(
+        {std::string("greedy ") + NameOf(study.placements[i].criterion),
+         [&study, i](ProgressSink* progress) { return ComputePlacement(study, i, progress); }});
+  }
+  return plan;
+}
+
+}  // namespace sarblock

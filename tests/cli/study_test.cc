@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include "cli/cli_fixture.h"
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock {
+namespace {
+
+using test::Program;
+using test::ProgramRun;
+using test::RunProgram;
+using ::testing::HasSubstr;
+
+class StudyCommandTest : public test::CliTest {
+ protected:
+  /// A study of `cases` numbers of control points on a small block.
+  [[nodiscard]] std::string Study(const std::string& counts, int runs) const {
+    return Put("study.toml",
+               "format = \"sarblock-study 1\"\nstudy = \"densification\"\nscene = \"" +
+                   std::string(SARBLOCK_DATASETS) +
+                   "/scenes/cross-wise.toml\"\nset = [\"points.count=60\"]\n"
+                   "[[axis]]\nkey = \"control.layout\"\nvalues = [\"perimeter\"]\n"
+                   "[[axis]]\nkey = \"control.count\"\nvalues = [" +
+                   counts + "]\n[verify]\nruns = " + std::to_string(runs) +
+                   "\n[goal]\nsigma_u_m = 100\n");
+  }
+  [[nodiscard]] ProgramRun Run(const std::string& study,
+                               const std::string& out,
+                               const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments = {"study", "densification", study, "-o", folder_ / out};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+  [[nodiscard]] std::string Table(const std::string& out) const {
+    return Content(folder_ / out / "densification.csv");
+  }
+};
+
+TEST_F(StudyCommandTest, WritesTableWordsAndPlotsAndResumesThem) {
+  const std::string study = Study("0, 3, 5", 2);
+  const ProgramRun first = Run(study, "a", {"--json", "--threads", "2"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const nlohmann::json summary = nlohmann::json::parse(first.out);
+  EXPECT_EQ(summary["rows"], 3);
+  EXPECT_EQ(summary["parts_kept"], 0);
+  EXPECT_THAT(std::string(summary["words"][0]), HasSubstr("reach sigma_u 100 m everywhere"));
+  for (const std::string name : summary["files"]) {
+    EXPECT_FALSE(Content(folder_ / "a" / name).empty()) << name;
+  }
+  const auto rows = test::RowsOf(Table("a"));
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[0][0], "layout");
+  EXPECT_EQ(rows[0][12], "nees");
+  EXPECT_EQ(rows[3][test::ColumnOf(rows, "control_points")], "5");
+
+  const ProgramRun again = Run(study, "a");
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.err, HasSubstr("3 of 3 parts of the study are there already"));
+  EXPECT_EQ(Run(study, "b", {"--threads", "1"}).exit_code, 0);
+  EXPECT_EQ(Table("a"), Table("b"));
+
+  const ProgramRun changed = Run(study, "a", {"--set", "verify.runs=3"});
+  EXPECT_EQ(changed.exit_code, 3);
+  EXPECT_THAT(changed.err, HasSubstr("belongs to another study"));
+  EXPECT_EQ(Run(study, "a", {"--set", "verify.runs=3", "--restart"}).exit_code, 0);
+  EXPECT_NE(Table("a"), Table("b"));
+  EXPECT_THAT(Run(study, "c", {"--set", "seed=7", "--dump-config"}).out, HasSubstr("seed = 7"));
+}
+
+TEST_F(StudyCommandTest, AnInterruptedStudyHoldsWholeRowsAndGoesOnToTheSameBytes) {
+  const std::string study = Study("0, 3, 5, 6, 7, 8, 9, 10, 11, 12", 150);
+  {
+    Program program(folder_, {"study", "densification", study, "-o", folder_ / "cut"});
+    const auto stop = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (program.Running() && std::chrono::steady_clock::now() < stop) {
+      const auto file = folder_ / "cut" / "densification.csv";
+      if (std::filesystem::exists(file) && test::RowsOf(Content(file)).size() >= 2) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    program.Signal(SIGINT);
+    const ProgramRun run = program.Wait();
+    EXPECT_EQ(run.exit_code, 1) << run.err;
+  }
+  const std::string cut = Table("cut");
+  EXPECT_EQ(cut.back(), '\n');
+  ASSERT_EQ(Run(study, "whole").exit_code, 0);
+  EXPECT_EQ(Table("whole").substr(0, cut.size()), cut);
+  EXPECT_LT(cut.size(), Table("whole").size());
+  const ProgramRun resumed = Run(study, "cut");
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.err, HasSubstr("of 10 parts of the study are there already"));
+  EXPECT_EQ(Table("cut"), Table("whole"));
+}
+
+TEST_F(StudyCommandTest, SaysWhatIsWrongWithAStudyAndWhere) {
+  const ProgramRun run =
+      Run(Put("bad.toml", "format = \"sarblock-study 1\"\nstudy = \"x\"\n"), "d");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("bad.toml:2: study: must be \"densification\""));
+  EXPECT_EQ(RunProgram({"study", "nonsense"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace sarblock

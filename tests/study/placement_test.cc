@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/study/placement.h"
+
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/point_sweep.h"
+#include "sarblock/core/parallel.h"
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/scene_file.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+/// A shipped scene as planned, with its options and their prediction.
+struct Planned {
+  SimulatedBlock simulated;
+  AdjustOptions options;
+  AdjustResult predicted;
+
+  Planned(const std::string& name, const std::vector<std::string>& overrides)
+      : Planned(name, SceneOf(name, overrides)) {}
+  Planned(const std::string& name, const Scene& scene) : simulated(Simulate(scene)) {
+    std::vector<std::string> passes;
+    for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
+    options = ReadAdjustTable(scene.adjust_toml, name, passes);
+    options.threads = AvailableCores();
+    options.pairs = PairChoice::kNeighbours;
+    Predict();
+  }
+  static Scene SceneOf(const std::string& name, const std::vector<std::string>& overrides) {
+    return ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
+  }
+  void Predict() {
+    predicted = sarblock::Predict(simulated.block, options, simulated.truth.points_m);
+  }
+  [[nodiscard]] BlockCovariance Covariance() const {
+    return {simulated.block, options, simulated.truth.points_m, predicted.points.status};
+  }
+  /// The covariance of control with these standard deviations at a point, frame axes.
+  [[nodiscard]] Eigen::Matrix3d Sigma(std::uint32_t point, double sigma_m) const {
+    const Eigen::Matrix3d enu = simulated.block.frame.EnuFromFrame(simulated.truth.points_m[point]);
+    const Eigen::Vector3d square_m2(sigma_m * sigma_m, sigma_m * sigma_m, 4.0 * sigma_m * sigma_m);
+    return enu.transpose() * square_m2.asDiagonal() * enu;
+  }
+  /// Makes a tie point control, in the block itself.
+  void MakeControl(std::uint32_t point, double sigma_m) {
+    Points& points = simulated.block.points;
+    points.role[point] = PointRole::kControl;
+    points.given_m[point] = simulated.truth.points_m[point];
+    KnownPosition known;
+    known.point = point;
+    known.held = {true, true, true};
+    known.covariance_enu_m2.diagonal() << sigma_m * sigma_m, sigma_m * sigma_m,
+        4.0 * sigma_m * sigma_m;
+    const auto at = std::find_if(points.known.begin(), points.known.end(), [&](const auto& other) {
+      return other.point > point;
+    });
+    points.known.insert(at, known);
+  }
+};
+
+const std::vector<std::string> kSmall = {"points.count=14", "check.count=0", "control.count=1"};
+
+void ExpectSame(const SymmetricEnu& a, const SymmetricEnu& b) {
+  const double size = a[0] + a[1] + a[2];
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(a[i], b[i], 1e-8 * size);
+}
+
+SymmetricEnu EnuOf(const Planned& planned, std::uint32_t at, const Eigen::Matrix3d& covariance) {
+  return ToEnu(planned.simulated.block.frame, planned.simulated.truth.points_m[at], covariance);
+}
+
+// Two routes inside: dense products here, selected inverse there.
+TEST(PlacementTest, TheWholeCovarianceHasThePredictedBlocks) {
+  for (const char* scene : {"earth-asc-desc", "cross-wise"}) {
+    const Planned planned(scene, kSmall);
+    const BlockCovariance covariance = planned.Covariance();
+    ASSERT_GE(covariance.points().size(), 10u);
+    std::vector<std::size_t> index(planned.simulated.block.points.size());
+    for (std::size_t i = 0; i < covariance.points().size(); ++i) {
+      const std::uint32_t point = covariance.points()[i];
+      index[point] = i;
+      ExpectSame(EnuOf(planned, point, covariance.Of(i)),
+                 planned.predicted.points.covariance_m2[point]);
+    }
+    for (const PairResult& pair : planned.predicted.pairs) {
+      const std::size_t a = index[pair.a], b = index[pair.b];
+      ExpectSame(EnuOf(planned, pair.a, covariance.OfDifference(a, b)), pair.covariance_m2);
+      const Eigen::Matrix3d sum =
+          covariance.Of(a) + covariance.Of(b) - covariance.Between(a, b) - covariance.Between(b, a);
+      ExpectSame(EnuOf(planned, pair.a, sum), pair.covariance_m2);
+    }
+  }
+}
+
+// Two routes inside: updates of rank 3 against the prediction of a block that has the control.
+TEST(PlacementTest, AddedControlIsWhatItsOwnPredictionSays) {
+  Planned planned("earth-asc-desc", kSmall);
+  BlockCovariance covariance = planned.Covariance();
+  for (const std::size_t i : {std::size_t{3}, std::size_t{9}, std::size_t{4}}) {
+    const std::uint32_t point = covariance.points()[i];
+    covariance.AddControl(i, planned.Sigma(point, 0.37));
+    planned.MakeControl(point, 0.37);
+  }
+  planned.Predict();
+  for (std::size_t i = 0; i < covariance.points().size(); ++i) {
+    const std::uint32_t point = covariance.points()[i];
+    ExpectSame(EnuOf(planned, point, covariance.Of(i)),
+               planned.predicted.points.covariance_m2[point]);
+  }
+}
+
+/// The criterion from a prediction alone.
+double Criterion(PlacementCriterion criterion,
+                 const Planned& planned,
+                 const std::vector<std::uint32_t>& points,
+                 const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  const auto trace = [](const SymmetricEnu& q) { return q[0] + q[1] + q[2]; };
+  double sum = 0.0, worst = 0.0;
+  if (criterion == PlacementCriterion::kMeanDifferences) {
+    AdjustOptions options = planned.options;
+    options.pairs = PairChoice::kList;
+    const AdjustResult listed =
+        Predict(planned.simulated.block, options, planned.simulated.truth.points_m, pairs);
+    for (const PairResult& pair : listed.pairs) sum += trace(pair.covariance_m2);
+    return sum / static_cast<double>(pairs.size());
+  }
+  for (const std::uint32_t point : points) {
+    const double of = trace(planned.predicted.points.covariance_m2[point]);
+    sum += of;
+    worst = std::max(worst, of);
+  }
+  return criterion == PlacementCriterion::kWorstPoint ? worst
+                                                      : sum / static_cast<double>(points.size());
+}
+
+// Two routes inside: every candidate made control and predicted anew, at each of three steps.
+TEST(PlacementTest, GreedyPlacementIsWhatBruteForceFinds) {
+  for (const PlacementCriterion criterion : {PlacementCriterion::kMeanVariance,
+                                             PlacementCriterion::kWorstPoint,
+                                             PlacementCriterion::kMeanDifferences}) {
+    Planned planned("earth-asc-desc", kSmall);
+    BlockCovariance covariance = planned.Covariance();
+    PlacementObjective objective;
+    objective.criterion = criterion;
+    std::vector<std::uint32_t> points;
+    std::vector<std::size_t> index(planned.simulated.block.points.size());
+    std::vector<Eigen::Matrix3d> sigma_m2;
+    for (std::size_t i = 0; i < covariance.points().size(); ++i) {
+      const std::uint32_t point = covariance.points()[i];
+      index[point] = i;
+      if (planned.simulated.block.points.role[point] == PointRole::kControl) continue;
+      points.push_back(point);
+      objective.points.push_back(i);
+      sigma_m2.push_back(planned.Sigma(point, 0.37));
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    for (const PairResult& pair : planned.predicted.pairs) {
+      pairs.emplace_back(pair.a, pair.b);
+      objective.pairs.emplace_back(index[pair.a], index[pair.b]);
+    }
+    EXPECT_NEAR(ValueOf(objective, covariance),
+                Criterion(criterion, planned, points, pairs),
+                1e-8 * ValueOf(objective, covariance));
+    const std::vector<PlacementStep> steps =
+        PlaceGreedily(objective, objective.points, sigma_m2, 3, &covariance);
+    ASSERT_EQ(steps.size(), 3u);
+    std::vector<std::uint32_t> candidates = points;
+    for (const PlacementStep& step : steps) {
+      double best = std::numeric_limits<double>::infinity();
+      std::uint32_t chosen = 0;
+      for (const std::uint32_t candidate : candidates) {
+        Planned trial = planned;
+        trial.MakeControl(candidate, 0.37);
+        trial.Predict();
+        const double value = Criterion(criterion, trial, points, pairs);
+        if (value >= best) continue;
+        best = value;
+        chosen = candidate;
+      }
+      EXPECT_EQ(covariance.points()[step.point], chosen) << NameOf(criterion);
+      EXPECT_NEAR(step.value_m2, best, 1e-7 * best) << NameOf(criterion);
+      planned.MakeControl(chosen, 0.37);
+      planned.Predict();
+      candidates.erase(std::find(candidates.begin(), candidates.end(), chosen));
+    }
+  }
+}
+
+// Hand arithmetic of the definition, pair by pair.
+TEST(PlacementTest, TheFreedomOfASumOfSquaresIsThatOfItsVariance) {
+  const Planned planned("earth-asc-desc", kSmall);
+  const BlockCovariance covariance = planned.Covariance();
+  const std::vector<std::size_t> chosen = {1, 2, 5, 8};
+  double sum = 0.0;
+  for (const std::size_t i : chosen) {
+    for (const std::size_t j : chosen) {
+      const Eigen::Matrix3d cross = i == j ? covariance.Of(i) : covariance.Between(i, j);
+      const Eigen::Matrix3d a = covariance.Of(i).ldlt().solve(cross);
+      const Eigen::Matrix3d b = covariance.Of(j).ldlt().solve(cross.transpose());
+      sum += (a * b).trace();
+    }
+  }
+  EXPECT_NEAR(covariance.SquareFreedom(chosen), 144.0 / sum, 1e-9 * 144.0 / sum);
+  EXPECT_LT(covariance.SquareFreedom(chosen), 12.0);
+  EXPECT_NEAR(covariance.SquareFreedom({3}), 3.0, 1e-9);
+}
+
+/// What four greedy points leave of the criterion on the block of twelve strips, as part of what
+/// four corners of the same quality leave.
+double AgainstCorners(PlacementCriterion criterion, std::size_t flights) {
+  const std::string name = "block-12-strips";
+  const auto planned = [&](const std::string& layout) {
+    Scene scene = Planned::SceneOf(
+        name, {"check.count=0", "control.sigma_m=[0.3, 0.3, 0.6]", "control.count=4", layout});
+    scene.flights.resize(flights);
+    return Planned(name, scene);
+  };
+  const Planned corners = planned("control.layout=corners");
+  const Planned none = planned("control.layout=none");
+  std::vector<std::uint32_t> points;
+  for (std::uint32_t i = 0; i < corners.simulated.block.points.size(); ++i) {
+    if (corners.simulated.block.points.role[i] != PointRole::kControl) points.push_back(i);
+  }
+  BlockCovariance covariance = none.Covariance();
+  PlacementObjective objective;
+  objective.criterion = criterion;
+  std::vector<Eigen::Matrix3d> sigma_m2;
+  for (std::size_t i = 0; i < covariance.points().size(); ++i) {
+    objective.points.push_back(i);
+    sigma_m2.push_back(none.Sigma(covariance.points()[i], 0.3));
+  }
+  EXPECT_EQ(objective.points.size(), points.size());
+  const double value_m2 =
+      PlaceGreedily(objective, objective.points, sigma_m2, 4, &covariance).back().value_m2;
+  EXPECT_NEAR(value_m2, ValueOf(objective, covariance), 1e-6 * value_m2);
+  return value_m2 / Criterion(criterion, corners, points, {});
+}
+
+// Another layout as the yardstick: four corners, the same number and quality of control.
+TEST(PlacementTest, GreedyPlacementBeatsCornersOnTwelveStrips) {
+  EXPECT_LT(AgainstCorners(PlacementCriterion::kMeanVariance, 1), 0.99);
+  EXPECT_LT(AgainstCorners(PlacementCriterion::kWorstPoint, 1), 0.99);
+  EXPECT_LT(AgainstCorners(PlacementCriterion::kWorstPoint, 3), 0.99);  // with two tie strips
+}
+
+}  // namespace
+}  // namespace sarblock
