@@ -4,14 +4,14 @@
 #   commands   wall time and peak memory of simulate, check and adjust for 1e3, 1e4 and 1e5 points
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
-#   engines    reduced engine against Ceres on the same blocks, interleaved
+#   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
 #   growth     stages of adjust and exponents over points, passes, parameters, looks and threads
 #   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
 #   covariance all blocks of points and passes against ceres::Covariance
 #   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
 #   machine    rates of memory and of the dense kernels on this machine
-# Needs a Release build (scripts/demo.sh makes one); covariance and machine the preset bench
+# Needs a Release build (scripts/demo.sh makes one); covariance, engines and machine the preset bench
 # (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
 # Machines are noisy: compare rows of one run.
 set -euo pipefail
@@ -23,8 +23,19 @@ case "${1:-}" in
   covariance)
     "$bench/covariance_benchmark"
     for size in "1000 10" "10000 30"; do
-      # shellcheck disable=SC2086  # points and passes are two arguments
-      "$bench/covariance_benchmark" datasets/benchmarks/strips.toml $size 1
+      for threads in 1 2; do
+        # shellcheck disable=SC2086  # points and passes are two arguments
+        "$bench/covariance_benchmark" datasets/benchmarks/strips.toml $size $threads
+      done
+    done
+    exit 0 ;;
+  engines)
+    "$bench/engines_benchmark"
+    for size in "1000 10" "10000 30" "100000 100"; do
+      for threads in 1 2; do
+        # shellcheck disable=SC2086  # points and passes are two arguments
+        "$bench/engines_benchmark" datasets/benchmarks/strips.toml $size $threads
+      done
     done
     exit 0 ;;
 esac
@@ -194,17 +205,6 @@ elif name == "reading":
         size = os.path.getsize(f"{folder}/observations.csv") / 1e6
         wall, peak, text = run("check", folder, "--json")
         print(f"{points},{json.loads(text)['looks']},{size:.0f},{wall:.2f},{size / wall:.0f},{peak:.0f}")
-elif name == "engines":
-    print("points,engine,iterations,solve_s,s_per_iteration,peak_mib,sigma0_squared")
-    for points in (1000, 10000, 100000):
-        folder, _ = block(points)
-        for _ in range(3):
-            for engine in ("ceres", "reduced"):
-                result = stages(folder, "--set", f"engine={engine}")
-                solve = result["stages"]["solve"]
-                print(f"{points},{engine},{result['iterations']},{solve['wall_s']:.4f},"
-                      f"{solve['wall_s'] / result['iterations']:.5f},{solve['peak_mib']:.0f},"
-                      f"{result['sigma0_squared']:.12f}")
 elif name == "selection":
     folder = f"{work}/block"
     run("simulate", "datasets/scenes/block-12-strips.toml", "-o", folder)

@@ -107,7 +107,7 @@ std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
                                     const BlockState& state,
                                     std::optional<ReducedSystem>* formed,
                                     ProgressSink* progress) {
-  ReducedSystem& system = formed->emplace(problem);
+  ReducedSystem& system = formed->emplace(problem, KeptFactors::kMostBytes);
   system.Form(state, {}, progress);
   const std::size_t points = problem.block.points.size();
   std::vector<std::uint8_t> lost(points, 0);

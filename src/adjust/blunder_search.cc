@@ -113,8 +113,8 @@ void Search::TestSolution() {
   removals_.clear();
   inverse_.reset();
   if (problem_.layout.size() > 0) inverse_ = system_->SelectedInverse();
-  PointSweep sweep =
-      SweepPoints(problem_, state_, inverse_ ? &*inverse_ : nullptr, true, progress_);
+  PointSweep sweep = SweepPoints(
+      problem_, state_, inverse_ ? &*inverse_ : nullptr, true, progress_, system_->kept());
   control_quality_ = ControlQualities(problem_, state_, sweep.covariance_m2);
   quality_ = std::move(sweep.quality);
   const ProblemCounts counts = CountProblem(problem_);

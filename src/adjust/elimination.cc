@@ -2,33 +2,43 @@
 #include "sarblock/adjust/elimination.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
+
+#include "point_terms.h"
 
 namespace sarblock {
 namespace {
 
+/// Makes column k of unit length; returns the length it had.
+double Normalise(std::size_t m, double* column) {
+  const double length = std::sqrt(Dot(m, column, column));
+  const double inverse = length > 0.0 ? 1.0 / length : 0.0;
+  for (std::size_t i = 0; i < m; ++i) column[i] *= inverse;
+  return length;
+}
+
 /// Classical Gram-Schmidt, each column twice: orthogonal to rounding, no heap, no pivoting.
-void FactorColumns(int m, double* q, Eigen::Matrix3d* r) {
+void FactorColumns(std::size_t m, double* q, Eigen::Matrix3d* r) {
+  double* q0 = q;
+  double* q1 = q + m;
+  double* q2 = q + 2 * m;
   r->setZero();
-  for (int k = 0; k < 3; ++k) {
-    double* qk = q + k * m;
-    for (int pass = 0; pass < 2; ++pass) {
-      for (int j = 0; j < k; ++j) {
-        const double* qj = q + j * m;
-        double dot = 0.0;
-        for (int i = 0; i < m; ++i) dot += qj[i] * qk[i];
-        for (int i = 0; i < m; ++i) qk[i] -= dot * qj[i];
-        (*r)(j, k) += dot;
-      }
-    }
-    double square = 0.0;
-    for (int i = 0; i < m; ++i) square += qk[i] * qk[i];
-    const double length = std::sqrt(square);
-    (*r)(k, k) = length;
-    const double inverse = length > 0.0 ? 1.0 / length : 0.0;
-    for (int i = 0; i < m; ++i) qk[i] *= inverse;
+  (*r)(0, 0) = Normalise(m, q0);
+  for (int pass = 0; pass < 2; ++pass) {
+    const double d0 = Dot(m, q0, q1);
+    for (std::size_t i = 0; i < m; ++i) q1[i] -= d0 * q0[i];
+    (*r)(0, 1) += d0;
   }
+  (*r)(1, 1) = Normalise(m, q1);
+  for (int pass = 0; pass < 2; ++pass) {
+    const double d0 = Dot(m, q0, q2), d1 = Dot(m, q1, q2);
+    for (std::size_t i = 0; i < m; ++i) q2[i] -= d0 * q0[i] + d1 * q1[i];
+    (*r)(0, 2) += d0;
+    (*r)(1, 2) += d1;
+  }
+  (*r)(2, 2) = Normalise(m, q2);
 }
 
 /// Second-order weighting of a look under a robust loss (after Triggs et al. 2000, with a floor):
@@ -53,12 +63,17 @@ void BendAlongResidual(WhitenedLook* look) {
 }
 
 double ReciprocalCondition(const Eigen::Matrix3d& r, const Eigen::Vector3d& square) {
-  if (!(square.minCoeff() > 0.0)) return 0.0;
-  const Eigen::Matrix3d scaled = r * square.cwiseSqrt().cwiseInverse().asDiagonal();
-  if (!(scaled.diagonal().cwiseAbs().minCoeff() > 0.0)) return 0.0;
-  const Eigen::Matrix3d inverse =
-      scaled.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
-  return 1.0 / (scaled.norm() * inverse.norm());
+  if (!(square.minCoeff() > 0.0) || !(r.diagonal().cwiseAbs().minCoeff() > 0.0)) return 0.0;
+  // Norms of R D^-1 and D R^-1, D the lengths of the columns.
+  const Eigen::Matrix3d inverse = InverseOfUpper(r);
+  double forward = 0.0, backward = 0.0;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    for (Eigen::Index k = 0; k <= c; ++k) {
+      forward += r(k, c) * r(k, c) / square[c];
+      backward += inverse(k, c) * inverse(k, c) * square[k];
+    }
+  }
+  return 1.0 / std::sqrt(forward * backward);
 }
 
 /// Fetches the flight paths of the point that most likely comes next.
@@ -181,13 +196,9 @@ void FactorPoint(const AdjustmentProblem& problem,
     out->cost_1 += 0.5 * control.residual[k] * control.residual[k];
   }
   for (int c = 0; c < 3; ++c) {
-    double square = 0.0, gradient = 0.0;
-    for (int i = 0; i < row; ++i) {
-      square += q[c * m + i] * q[c * m + i];
-      gradient += q[c * m + i] * e[i];
-    }
-    out->square_1[c] = square;
-    out->gradient[c] = gradient;
+    const double* column = q + c * m;
+    out->square_1[c] = Dot(static_cast<std::size_t>(row), column, column);
+    out->gradient[c] = Dot(static_cast<std::size_t>(row), column, e);
   }
   if (damping_1 > 0.0) {
     const double least = kLeastColumnPart_1 * out->square_1.maxCoeff();
@@ -196,65 +207,23 @@ void FactorPoint(const AdjustmentProblem& problem,
       q[c * m + row + c] = std::sqrt(damping_1 * out->square_1[c]);
     }
   }
-  FactorColumns(m, q, &out->r);
+  FactorColumns(static_cast<std::size_t>(m), q, &out->r);
   out->reciprocal_condition_1 =
       m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square_1);
 }
 
 Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows) {
-  Eigen::Vector3d out;
-  const int m = factor.row_count;
-  for (int c = 0; c < 3; ++c) {
-    double dot = 0.0;
-    for (int i = 0; i < m; ++i) {
-      dot += factor.q[static_cast<std::size_t>(c * m + i)] * rows[static_cast<std::size_t>(i)];
-    }
-    out[c] = dot;
-  }
-  return out;
+  const auto m = static_cast<std::size_t>(factor.row_count);
+  const double* q = factor.q.data();
+  return {Dot(m, q, rows.data()), Dot(m, q + m, rows.data()), Dot(m, q + 2 * m, rows.data())};
 }
 
 void ProjectColumns(const AdjustmentProblem& problem,
                     const PointFactor& factor,
                     PointColumns* columns) {
-  const ParameterLayout& layout = problem.layout;
-  if (columns->column_of_block.size() < layout.blocks.size()) {
-    columns->column_of_block.resize(layout.blocks.size());
-  }
-  std::vector<int>& blocks = columns->blocks;
-  blocks.clear();
-  for (int k = 0; k < factor.look_count; ++k) {
-    const LookColumns& look = factor.looks[static_cast<std::size_t>(k)].columns;
-    blocks.insert(blocks.end(), look.block.begin(), look.block.begin() + look.block_count);
-  }
-  std::sort(blocks.begin(), blocks.end());
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-  columns->begin.clear();
-  columns->width = 0;
-  for (const int block : blocks) {
-    columns->begin.push_back(columns->width);
-    columns->column_of_block[static_cast<std::size_t>(block)] = columns->width;
-    columns->width += layout.blocks[static_cast<std::size_t>(block)].size;
-  }
-  const auto width = static_cast<std::size_t>(columns->width);
-  columns->t.assign(3 * width, 0.0);
-  const auto m = static_cast<std::size_t>(factor.row_count);
-  for (int k = 0; k < factor.look_count; ++k) {
-    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-    const double* range = look.row[0].data();
-    const double* doppler = look.row[1].data();
-    for (int b = 0; b < look.columns.block_count; ++b) {
-      const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)]);
-      const int size = layout.blocks[id].size;
-      double* t = columns->t.data() + columns->column_of_block[id];
-      for (std::size_t axis = 0; axis < 3; ++axis, t += width) {
-        const double* q = factor.q.data() + axis * m + 2 * static_cast<std::size_t>(k);
-        for (int i = 0; i < size; ++i) t[i] += q[0] * range[i] + q[1] * doppler[i];
-      }
-      range += size;
-      doppler += size;
-    }
-  }
+  FindColumns(problem.layout, factor, columns);
+  columns->t.assign(3 * static_cast<std::size_t>(columns->width), 0.0);
+  AddTurnedColumns(problem.layout, factor, *columns, factor.q.data(), 3, columns->t.data());
 }
 
 void Complement(const AdjustmentProblem& problem,

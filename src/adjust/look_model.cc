@@ -20,12 +20,20 @@ double SumOf(const std::vector<int>& columns, std::span<const double> x) {
 }
 
 void EvaluatePolynomial(const PassCorrections& pass, int degree, double t_s, TermBasis* out) {
+  const double rate = 1.0 / pass.half_length_s;
+  if (degree <= 1) {  // the usual offset and drift
+    out->value[0] = 1.0;
+    out->value[1] = (t_s - pass.middle_s) / pass.half_length_s;
+    out->first[0] = 0.0;
+    out->first[1] = rate;
+    out->second[0] = out->second[1] = 0.0;
+    return;
+  }
   const std::size_t n = static_cast<std::size_t>(degree) + 1;
   LegendreValues((t_s - pass.middle_s) / pass.half_length_s,
                  {std::span(out->value).first(n),
                   std::span(out->first).first(n),
                   std::span(out->second).first(n)});
-  const double rate = 1.0 / pass.half_length_s;
   for (std::size_t k = 0; k < n; ++k) {
     out->first[k] *= rate;
     out->second[k] *= rate * rate;
@@ -46,10 +54,11 @@ struct AxisSums {
   Eigen::Vector3d value = Eigen::Vector3d::Zero();
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Vector3d second = Eigen::Vector3d::Zero();
-  void Add(int axis, double coefficient, const TermBasis& basis, std::size_t k) {
+  bool used = false;
+  void Add(int axis, double coefficient, const TermBasis& basis, std::size_t k, bool accelerated) {
     value[axis] += coefficient * basis.value[k];
     first[axis] += coefficient * basis.first[k];
-    second[axis] += coefficient * basis.second[k];
+    if (accelerated) second[axis] += coefficient * basis.second[k];
   }
 };
 
@@ -75,8 +84,9 @@ void ForEachColumn(const SplineTerm& term, int first_column, F&& f) {
 
 /// Everything about the corrected path that both observation equations need.
 struct PathEvaluation {
-  Motion motion;   // corrected; jerk unused
-  TrackAxes axes;  // of the nominal path; identity where no term needs them
+  Motion motion;  // corrected; jerk unused
+  bool turns = false;
+  TrackAxes axes;  // of the nominal path where it `turns`: where a term needs them
   std::array<TermBasis, ParameterLayout::kMaxPolynomials> polynomial;
   std::array<TermBasis, ParameterLayout::kMaxSplines> spline;
 };
@@ -91,7 +101,8 @@ bool EvaluatePath(const Block& block,
                   bool accelerated,
                   PathEvaluation* out) {
   if (!block.passes[pass].path.Evaluate(path_s, &out->motion)) return false;
-  if (corrections.NeedsTrackAxes()) {
+  out->turns = corrections.NeedsTrackAxes();
+  if (out->turns) {
     out->axes = accelerated ? TrackAxesOf(block.frame, out->motion)
                             : TrackAxesWithRate(block.frame, out->motion);
   }
@@ -99,14 +110,16 @@ bool EvaluatePath(const Block& block,
 
   AxisSums track, frame;
   const auto sums_of = [&](PositionCorrection::Axes axes) {
-    return axes == PositionCorrection::Axes::kTrack ? &track : &frame;
+    AxisSums* sums = axes == PositionCorrection::Axes::kTrack ? &track : &frame;
+    sums->used = true;
+    return sums;
   };
   for (std::size_t q = 0; q < corrections.polynomials.size(); ++q) {
     const PolynomialTerm& term = corrections.polynomials[q];
     EvaluatePolynomial(corrections, term.degree, path_s, &out->polynomial[q]);
     AxisSums* sums = sums_of(term.axes);
     ForEachColumn(term, [&](int axis, std::size_t k, int column) {
-      sums->Add(axis, x[static_cast<std::size_t>(column)], out->polynomial[q], k);
+      sums->Add(axis, x[static_cast<std::size_t>(column)], out->polynomial[q], k, accelerated);
     });
   }
   int column_begin = corrections.static_columns;
@@ -115,17 +128,25 @@ bool EvaluatePath(const Block& block,
     EvaluateSpline(term, measured_s, path_s, &out->spline[q]);
     AxisSums* sums = sums_of(term.axes);
     ForEachColumn(term, column_begin, [&](int axis, std::size_t k, int column) {
-      sums->Add(axis, x[static_cast<std::size_t>(column)], out->spline[q], k);
+      sums->Add(axis, x[static_cast<std::size_t>(column)], out->spline[q], k, accelerated);
     });
     column_begin += 4 * term.component_count;
   }
   // delta = A c + f and its time derivatives; A turns with the track (docs/theory/flight_path.md).
-  const TrackAxes& a = out->axes;
-  out->motion.position_m += a.axes_1 * track.value + frame.value;
-  out->motion.velocity_mps += a.rate * track.value + a.axes_1 * track.first + frame.first;
-  if (accelerated) {
-    out->motion.acceleration_mps2 += a.acceleration * track.value + 2.0 * (a.rate * track.first) +
-                                     a.axes_1 * track.second + frame.second;
+  Motion& motion = out->motion;
+  if (track.used) {
+    const TrackAxes& a = out->axes;
+    motion.position_m += a.axes_1 * track.value;
+    motion.velocity_mps += a.rate * track.value + a.axes_1 * track.first;
+    if (accelerated) {
+      motion.acceleration_mps2 +=
+          a.acceleration * track.value + 2.0 * (a.rate * track.first) + a.axes_1 * track.second;
+    }
+  }
+  if (frame.used) {
+    motion.position_m += frame.value;
+    motion.velocity_mps += frame.first;
+    if (accelerated) motion.acceleration_mps2 += frame.second;
   }
   return out->motion.position_m.allFinite() && out->motion.velocity_mps.allFinite();
 }
@@ -133,9 +154,8 @@ bool EvaluatePath(const Block& block,
 /// Slant delay mapping m(p) = exp(-h/H) / cos(incidence) and its partials; false where the sight
 /// line does not come from above.
 struct SlantMapping {
-  double value = 0.0;
-  Eigen::RowVector3d by_p = Eigen::RowVector3d::Zero();
-  Eigen::RowVector3d by_s = Eigen::RowVector3d::Zero();
+  double value;
+  Eigen::RowVector3d by_p, by_s;
 };
 
 bool EvaluateMapping(const Vertical& vertical,
@@ -237,7 +257,7 @@ bool LookModel::Evaluate(std::size_t look,
   // The direction errors of the cone axis: w = c_across across + c_up up, v_cone = v + |v| w.
   const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
   const double speed = motion.velocity_mps.norm();
-  const Eigen::Vector3d u = motion.velocity_mps / speed;
+  const Eigen::Vector3d u = motion.velocity_mps * (1.0 / speed);
   Eigen::Vector3d w = Eigen::Vector3d::Zero(), w_rate = Eigen::Vector3d::Zero();
   if (turned) {
     const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
@@ -292,7 +312,7 @@ bool LookModel::Evaluate(std::size_t look,
   const Eigen::RowVector3d doppler_by_s = -eq.ded_dp;
   const AxisPartials frame{range_by_s, doppler_by_s, cone_by_v};
   AxisPartials track;
-  if (c.NeedsTrackAxes()) {
+  if (path.turns) {
     track = {range_by_s * path.axes.axes_1,
              doppler_by_s * path.axes.axes_1 + cone_by_v * path.axes.rate,
              cone_by_v * path.axes.axes_1};

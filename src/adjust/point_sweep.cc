@@ -9,13 +9,13 @@
 #include <limits>
 #include <vector>
 
-#include "products.h"
+#include "point_terms.h"
 #include <Eigen/LU>
 
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 1024;
+constexpr std::size_t kPointsPerChunk = 128;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Variance that corrections give to an equation of unit variance, above which the short form of
 /// the look's leverage loses more digits than a float holds: then the complement is used.
@@ -24,34 +24,28 @@ constexpr double kLargeLeverage_1 = 1e6;
 /// Everything about one point at the solution; storage reused from point to point.
 struct PointState {
   PointFactor factor;
-  PointColumns columns;
+  PointTerms terms;
   std::vector<double> y;  // Y = T C, 3 x width, row by row
   Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d core = Eigen::Matrix3d::Identity();  // I + T C T'
   bool complement_formed = false;
 };
 
-void MultiplyByInverse(const AdjustmentProblem& problem,
+/// Y = T C and I + T C T' if `quality` asks for Y, else the second alone.
+void MultiplyByInverse(const ParameterLayout& layout,
                        const BlockSymmetricMatrix& inverse,
+                       bool quality,
                        PointState* p) {
-  const PointColumns& columns = p->columns;
+  const PointColumns& columns = p->terms.columns;
+  const PointBlocks blocks = FindBlocks(layout, *inverse.pattern(), &p->terms);
   const auto width = static_cast<std::size_t>(columns.width);
-  p->y.assign(3 * width, 0.0);
-  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
-    const int bj = columns.blocks[j];
-    for (std::size_t i = j; i < columns.blocks.size(); ++i) {
-      const auto block = inverse.Block(columns.blocks[i], bj);
-      AddBlockProduct(block.data(),
-                      static_cast<int>(block.rows()),
-                      problem.layout.blocks[static_cast<std::size_t>(bj)].size,
-                      columns.t.data() + columns.begin[i],
-                      columns.t.data() + columns.begin[j],
-                      width,
-                      i == j,
-                      p->y.data() + columns.begin[i],
-                      p->y.data() + columns.begin[j]);
-    }
+  const double* values = inverse.values().data();
+  if (!quality) {
+    AddQuadraticForm(blocks, columns.t.data(), width, values, p->core.data());
+    return;
   }
+  p->y.assign(3 * width, 0.0);
+  AddProductWithMatrix(blocks, columns.t.data(), width, values, p->y.data());
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = 0; b <= a; ++b) {
       double sum = 0.0;
@@ -67,16 +61,20 @@ void MultiplyByInverse(const AdjustmentProblem& problem,
 void FactorAt(const AdjustmentProblem& problem,
               const BlockState& state,
               const BlockSymmetricMatrix* inverse,
+              bool quality,
+              const KeptFactors* kept,
               std::size_t point,
               PointState* p) {
-  FactorPoint(problem, state, {}, 0.0, point, &p->factor);
-  p->r_inverse = p->factor.r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+  if (kept == nullptr || !kept->Restore(problem, point, &p->factor)) {
+    FactorPoint(problem, state, {}, 0.0, point, &p->factor);
+  }
+  p->r_inverse = InverseOfUpper(p->factor.r);
   p->core.setIdentity();
   p->complement_formed = false;
-  p->columns.width = 0;
+  p->terms.columns.width = 0;
   if (inverse == nullptr) return;
-  ProjectColumns(problem, p->factor, &p->columns);
-  MultiplyByInverse(problem, *inverse, p);
+  ProjectColumns(problem, p->factor, &p->terms.columns);
+  MultiplyByInverse(problem.layout, *inverse, quality, p);
 }
 
 /// J_c Y' and J_c C J_c' of one look over its own columns.
@@ -90,14 +88,14 @@ LookProducts ProductsOf(const AdjustmentProblem& problem,
                         const PointState& p,
                         const WhitenedLook& look) {
   LookProducts out;
-  const auto width = static_cast<std::size_t>(p.columns.width);
+  const auto width = static_cast<std::size_t>(p.terms.columns.width);
   const double* j0 = look.row[0].data();
   const double* j1 = look.row[1].data();
   int first = 0;
   for (int b = 0; b < look.columns.block_count; ++b) {
     const int id = look.columns.block[static_cast<std::size_t>(b)];
     const int size = problem.layout.blocks[static_cast<std::size_t>(id)].size;
-    const double* y = p.y.data() + p.columns.column_of_block[static_cast<std::size_t>(id)];
+    const double* y = p.y.data() + p.terms.columns.column_of_block[static_cast<std::size_t>(id)];
     for (Eigen::Index axis = 0; axis < 3; ++axis, y += width) {
       for (int i = 0; i < size; ++i) {
         out.with_point(0, axis) += j0[first + i] * y[i];
@@ -140,10 +138,10 @@ LookProducts ComplementProducts(const AdjustmentProblem& problem,
                                 int row,
                                 PointState* p) {
   if (!p->complement_formed) {
-    Complement(problem, p->factor, &p->columns);
+    Complement(problem, p->factor, &p->terms.columns);
     p->complement_formed = true;
   }
-  const PointColumns& columns = p->columns;
+  const PointColumns& columns = p->terms.columns;
   const auto width = static_cast<std::size_t>(columns.width);
   const Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>,
                    Eigen::Unaligned,
@@ -244,7 +242,8 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
                        const BlockState& state,
                        const BlockSymmetricMatrix* inverse,
                        bool quality,
-                       ProgressSink* progress) {
+                       ProgressSink* progress,
+                       const KeptFactors* kept) {
   const std::size_t points = problem.block.points.size();
   PointSweep out;
   Prepare(points, problem.block.looks.size(), quality, &out);
@@ -257,7 +256,7 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
         out.covariance_m2[point].fill(kNaN);
         continue;
       }
-      FactorAt(problem, state, inverse, point, &p);
+      FactorAt(problem, state, inverse, quality, kept, point, &p);
       out.covariance_m2[point] = ToEnu(problem.block.frame,
                                        state.Position(point),
                                        p.r_inverse * p.core * p.r_inverse.transpose());

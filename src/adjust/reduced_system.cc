@@ -9,12 +9,15 @@
 #include <unordered_set>
 #include <utility>
 
-#include "products.h"
+#include "point_terms.h"
 
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 1024;
+constexpr std::size_t kPointsPerPartial = 128;
+/// Where points take more than all but this part of what a correction's equations say, S is formed
+/// by what they leave, not as a difference that has lost more than a digit.
+constexpr double kLeastLeft_1 = 1.0 / 16.0;
 /// Partial sums are limited to this much memory; their number depends on the block alone, never on
 /// the threads.
 constexpr std::size_t kPartialBytes = std::size_t{256} << 20;
@@ -46,7 +49,13 @@ class PairSet {
   std::unordered_set<std::size_t> seen_;
 };
 
-BlockSymmetricMatrix PatternOf(const AdjustmentProblem& problem) {
+/// Pattern of S, and the columns of all looks in use together.
+struct Structure {
+  BlockSymmetricMatrix pattern;
+  std::size_t looks = 0, columns = 0;
+};
+
+Structure StructureOf(const AdjustmentProblem& problem) {
   const ParameterLayout& layout = problem.layout;
   std::vector<int> sizes;
   for (const ParameterBlock& block : layout.blocks) sizes.push_back(block.size);
@@ -54,6 +63,7 @@ BlockSymmetricMatrix PatternOf(const AdjustmentProblem& problem) {
   std::vector<std::pair<int, int>> pairs;
   std::vector<int> blocks;
   LookColumns columns;
+  Structure out;
   const Looks& looks = problem.block.looks;
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
@@ -61,96 +71,89 @@ BlockSymmetricMatrix PatternOf(const AdjustmentProblem& problem) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
       problem.model.ColumnsOf(i, &columns);
-      blocks.insert(
-          blocks.end(), columns.block.begin(), columns.block.begin() + columns.block_count);
+      InsertBlocks(columns, &blocks);
+      ++out.looks;
+      out.columns += static_cast<std::size_t>(columns.column_count);
     }
-    std::sort(blocks.begin(), blocks.end());
-    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
     for (std::size_t a = 0; a < blocks.size(); ++a) {
       for (std::size_t b = 0; b < a; ++b) seen.Add(blocks[a], blocks[b], &pairs);
     }
   }
-  return BlockSymmetricMatrix(std::move(sizes), std::move(pairs));
+  out.pattern = BlockSymmetricMatrix(std::move(sizes), std::move(pairs));
+  return out;
 }
 
 /// What one range of points adds.
 struct Partial {
   explicit Partial(const BlockSymmetricMatrix& pattern)
-      : s(pattern),
+      : s(pattern.pattern()),
         right_side(Eigen::VectorXd::Zero(pattern.rows())),
         diagonal(right_side),
-        gradient(right_side),
-        eliminated(right_side) {
-    s.SetZero();
-  }
+        gradient(right_side) {}
   BlockSymmetricMatrix s;
   Eigen::VectorXd right_side, diagonal, gradient;
-  Eigen::VectorXd eliminated;  // damped route: what elimination takes from the gradient
   std::vector<WeakPoint> weak;
   double cost = 0.0, point_step_square = 0.0, point_gradient = 0.0;
   int not_evaluated = 0;
+  bool subtracted = false;
 };
 
 /// Scratch of one range of points.
 struct PointScratch {
   PointFactor factor;
-  PointColumns columns;
+  PointTerms terms;
 };
 
-/// S += sign sum_k x_k x_k' over the blocks of a point, lower part; x rows of `rows`, `stride`
-/// apart.
-void AddSquare(const PointColumns& columns,
-               const ParameterLayout& layout,
-               const std::vector<double>& rows,
-               std::size_t stride,
-               int terms,
-               double sign,
-               BlockSymmetricMatrix* s) {
-  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
-    const int bj = columns.blocks[j];
-    const int size_j = layout.blocks[static_cast<std::size_t>(bj)].size;
-    for (std::size_t i = j; i < columns.blocks.size(); ++i) {
-      auto block = s->Block(columns.blocks[i], bj);
-      AddProducts(block.data(),
-                  static_cast<int>(block.rows()),
-                  size_j,
-                  rows.data() + columns.begin[i],
-                  rows.data() + columns.begin[j],
-                  stride,
-                  terms,
-                  sign);
+/// Diagonal and gradient of the corrections before elimination.
+void AddLooks(const PointFactor& factor, const ParameterLayout& layout, Partial* out) {
+  for (int k = 0; k < factor.look_count; ++k) {
+    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+    const double e0 = look.error_1[0], e1 = look.error_1[1];
+    const double* range = look.row[0].data();
+    const double* doppler = look.row[1].data();
+    for (int b = 0; b < look.columns.block_count; ++b) {
+      const ParameterBlock& block =
+          layout.blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
+      double* diagonal = out->diagonal.data() + block.offset;
+      double* gradient = out->gradient.data() + block.offset;
+      for (int i = 0; i < block.size; ++i) {
+        diagonal[i] += range[i] * range[i] + doppler[i] * doppler[i];
+        gradient[i] += range[i] * e0 + doppler[i] * e1;
+      }
+      range += block.size;
+      doppler += block.size;
     }
   }
 }
 
-/// Diagonal and gradient of the corrections before elimination, and where `squares` the products
-/// J_c' J_c of each look's own blocks.
-void AddLooks(const PointFactor& factor,
-              const ParameterLayout& layout,
-              bool squares,
-              Partial* out) {
+/// J_c' J_c and J_c' e of each look's own blocks.
+void AddSquaresOfLooks(const PointFactor& factor, const ParameterLayout& layout, Partial* out) {
   constexpr std::size_t kStride = ParameterLayout::kMaxLocalColumns;
+  const BlockPattern& pattern = *out->s.pattern();
+  double* values = out->s.values().data();
   for (int k = 0; k < factor.look_count; ++k) {
     const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+    const double e0 = look.error_1[0], e1 = look.error_1[1];
     int first = 0;
     for (int b = 0; b < look.columns.block_count; ++b) {
       const int id = look.columns.block[static_cast<std::size_t>(b)];
       const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(id)];
       const double* range = look.row[0].data() + first;
       const double* doppler = look.row[1].data() + first;
-      for (int i = 0; i < block.size; ++i) {
-        out->diagonal[block.offset + i] += range[i] * range[i] + doppler[i] * doppler[i];
-        out->gradient[block.offset + i] +=
-            range[i] * look.error_1[0] + doppler[i] * look.error_1[1];
-      }
+      double* right_side = out->right_side.data() + block.offset;
+      for (int i = 0; i < block.size; ++i) right_side[i] += range[i] * e0 + doppler[i] * e1;
       int other = 0;
-      for (int b2 = 0; squares && b2 < look.columns.block_count; ++b2) {
+      for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
         const int id2 = look.columns.block[static_cast<std::size_t>(b2)];
         const int size2 = layout.blocks[static_cast<std::size_t>(id2)].size;
         if (id2 <= id) {
-          auto s = out->s.Block(id, id2);
-          AddProducts(
-              s.data(), block.size, size2, range, look.row[0].data() + other, kStride, 2, 1.0);
+          AddProducts(values + pattern.ValueBegin(pattern.Slot(id, id2)),
+                      block.size,
+                      size2,
+                      range,
+                      look.row[0].data() + other,
+                      kStride,
+                      2);
         }
         other += size2;
       }
@@ -159,50 +162,74 @@ void AddLooks(const PointFactor& factor,
   }
 }
 
-/// One point by the complement of its Jacobian: no digit is lost to thin intersections.
-void AddPoint(const ParameterLayout& layout, PointScratch* scratch, Partial* out) {
-  const PointFactor& factor = scratch->factor;
-  const PointColumns& columns = scratch->columns;
-  AddLooks(factor, layout, false, out);
-  const std::size_t stride = static_cast<std::size_t>(columns.width) + 1;
-  AddSquare(columns, layout, columns.m, stride, factor.row_count, 1.0, &out->s);
+/// right_side += sign sum_k c_k x_k over the blocks of a point, x_k rows of the width.
+void AddRightSide(const PointColumns& columns,
+                  const ParameterLayout& layout,
+                  const double* x,
+                  std::span<const double> c,
+                  double sign,
+                  Eigen::VectorXd* right_side) {
   for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
     const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
-    for (int k = 0; k < factor.row_count; ++k) {
-      const double* row = columns.m.data() + static_cast<std::size_t>(k) * stride;
-      const double e = row[stride - 1];
-      for (int c = 0; c < block.size; ++c) {
-        out->right_side[block.offset + c] += row[columns.begin[j] + c] * e;
-      }
+    double* out = right_side->data() + block.offset;
+    const double* row = x + columns.begin[j];
+    for (const double ck : c) {
+      const double scale = sign * ck;
+      for (int i = 0; i < block.size; ++i) out[i] += scale * row[i];
+      row += columns.width;
     }
   }
 }
 
-/// One damped point by J_c' J_c - T' T. That subtraction costs digits where a point takes most of
-/// what a correction's equations say; the solver only needs a good step.
-void AddDampedPoint(const ParameterLayout& layout, PointScratch* scratch, Partial* out) {
-  const PointFactor& factor = scratch->factor;
-  const PointColumns& columns = scratch->columns;
-  AddLooks(factor, layout, true, out);
-  const auto width = static_cast<std::size_t>(columns.width);
-  AddSquare(columns, layout, columns.t, width, 3, -1.0, &out->s);
-  const Eigen::Vector3d c = Project(factor, factor.e);
-  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
-    const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
-    const double* t = columns.t.data() + columns.begin[j];
-    for (int q = 0; q < block.size; ++q) {
-      out->eliminated[block.offset + q] += t[q] * c[0] +
-                                           t[width + static_cast<std::size_t>(q)] * c[1] +
-                                           t[2 * width + static_cast<std::size_t>(q)] * c[2];
-    }
-  }
+/// A point by what its elimination leaves: the square of N' J_c. No digit is lost to thin
+/// intersections.
+void AddRest(const ParameterLayout& layout, PointScratch* scratch, Partial* out) {
+  PointTerms& terms = scratch->terms;
+  FindColumns(layout, scratch->factor, &terms.columns);
+  const PointBlocks blocks = FindBlocks(layout, *out->s.pattern(), &terms);
+  TurnToRest(layout, scratch->factor, &terms);
+  AddSquare(blocks,
+            terms.rest.data(),
+            static_cast<std::size_t>(terms.columns.width),
+            static_cast<int>(terms.rest_e.size()),
+            1.0,
+            out->s.values().data());
+  AddRightSide(terms.columns, layout, terms.rest.data(), terms.rest_e, 1.0, &out->right_side);
 }
 
-/// Adds one point; one whose own equations are rank deficient is only named.
+/// A point by J_c' J_c - T' T: three rows, however many looks. That subtraction costs digits where
+/// points take most of what a correction's equations say.
+void AddDifference(const AdjustmentProblem& problem,
+                   const Eigen::Vector3d& c,
+                   PointScratch* scratch,
+                   Partial* out) {
+  PointTerms& terms = scratch->terms;
+  PointColumns& columns = terms.columns;
+  ProjectColumns(problem, scratch->factor, &columns);
+  const PointBlocks blocks = FindBlocks(problem.layout, *out->s.pattern(), &terms);
+  AddSquaresOfLooks(scratch->factor, problem.layout, out);
+  AddSquare(blocks,
+            columns.t.data(),
+            static_cast<std::size_t>(columns.width),
+            3,
+            -1.0,
+            out->s.values().data());
+  AddRightSide(columns,
+               problem.layout,
+               columns.t.data(),
+               std::span<const double>(c.data(), 3),
+               -1.0,
+               &out->right_side);
+  out->subtracted = true;
+}
+
+/// Adds one point; one whose own equations are rank deficient is only named. `exact`: by what is
+/// left of its equations, however many they are.
 void Add(const AdjustmentProblem& problem,
          const BlockState& state,
          const Weighting& weighting,
          double damping_1,
+         bool exact,
          std::size_t point,
          PointScratch* scratch,
          Partial* out) {
@@ -215,25 +242,31 @@ void Add(const AdjustmentProblem& problem,
     out->point_gradient =
         std::max(out->point_gradient, std::abs(factor.gradient[k]) / std::sqrt(factor.square_1[k]));
   }
+  AddLooks(factor, problem.layout, out);
   if (damping_1 == 0.0 && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
-    AddLooks(factor, problem.layout, false, out);
     out->weak.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition_1});
     return;
   }
-  out->point_step_square += Project(factor, factor.e).squaredNorm();
-  ProjectColumns(problem, factor, &scratch->columns);
-  if (damping_1 > 0.0) {
-    AddDampedPoint(problem.layout, scratch, out);
+  const Eigen::Vector3d c = Project(factor, factor.e);
+  out->point_step_square += c.squaredNorm();
+  // Up to three rows left are no more work than the three of T.
+  if (damping_1 == 0.0 && (exact || factor.row_count <= 6)) {
+    AddRest(problem.layout, scratch, out);
   } else {
-    Complement(problem, factor, &scratch->columns);
-    AddPoint(problem.layout, scratch, out);
+    AddDifference(problem, c, scratch, out);
   }
 }
 
 }  // namespace
 
-ReducedSystem::ReducedSystem(const AdjustmentProblem& problem)
-    : problem_(problem), s_(PatternOf(problem)) {}
+ReducedSystem::ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes)
+    : problem_(problem) {
+  Structure structure = StructureOf(problem);
+  s_ = std::move(structure.pattern);
+  const std::size_t points = problem.block.points.size();
+  const std::size_t bytes = KeptFactors::BytesFor(points, structure.looks, structure.columns);
+  if (bytes <= most_kept_bytes) kept_bytes_ = bytes;
+}
 
 void ReducedSystem::Form(const BlockState& state,
                          const Weighting& weighting,
@@ -241,42 +274,9 @@ void ReducedSystem::Form(const BlockState& state,
                          double damping_1) {
   damping_1_ = damping_1;
   const std::size_t points = problem_.block.points.size();
-  const std::size_t bytes = 1 + sizeof(double) * s_.values().size();
-  const std::size_t partials = std::clamp<std::size_t>(
-      std::min(kPartialBytes / bytes, points / kPointsPerChunk), 1, kMostPartials);
-  std::vector<std::optional<Partial>> parts(partials);
   sarblock::Step(progress, "linearise", 0, points);
-  const std::size_t per_part = (points + partials - 1) / partials;
-  ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
-    Partial& out = parts[part].emplace(s_);
-    PointScratch scratch;
-    for (std::size_t point = begin; point < end; ++point) {
-      if (!problem_.Solves(point)) continue;
-      Add(problem_, state, weighting, damping_1, point, &scratch, &out);
-    }
-    if (damping_1 > 0.0) out.right_side = out.gradient - out.eliminated;
-  });
-  s_.SetZero();
-  right_side_.setZero(s_.rows());
-  full_diagonal_.setZero(s_.rows());
-  full_gradient_.setZero(s_.rows());
-  weak_points_.clear();
-  cost_1_ = gradient_1_ = point_step_square_1_ = 0.0;
-  looks_not_evaluated_ = 0;
-  for (const std::optional<Partial>& part : parts) {
-    if (!part) continue;
-    const std::span<double> sum = s_.values();
-    const std::span<const double> add = part->s.values();
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += add[i];
-    right_side_ += part->right_side;
-    full_diagonal_ += part->diagonal;
-    full_gradient_ += part->gradient;
-    weak_points_.insert(weak_points_.end(), part->weak.begin(), part->weak.end());
-    cost_1_ += part->cost;
-    point_step_square_1_ += part->point_step_square;
-    gradient_1_ = std::max(gradient_1_, part->point_gradient);
-    looks_not_evaluated_ += part->not_evaluated;
-  }
+  const bool subtracted = Sum(state, weighting, false);
+  if (damping_1 == 0.0 && subtracted && PointsTakeNearlyAll()) Sum(state, weighting, true);
   sarblock::Step(progress, "linearise", points, points);
   AddPriors(state);
   if (damping_1 > 0.0) {
@@ -292,6 +292,61 @@ void ReducedSystem::Form(const BlockState& state,
           std::max(gradient_1_, std::abs(full_gradient_[i]) / std::sqrt(full_diagonal_[i]));
     }
   }
+}
+
+bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, bool exact) {
+  const std::size_t points = problem_.block.points.size();
+  const std::size_t bytes = 1 + sizeof(double) * s_.values().size();
+  const std::size_t partials = std::clamp<std::size_t>(
+      std::min(kPartialBytes / bytes, points / kPointsPerPartial), 1, kMostPartials);
+  std::vector<std::optional<Partial>> parts(partials);
+  kept_.reset();
+  const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
+  if (keep) kept_.emplace(points, partials, kept_bytes_);
+  const std::size_t per_part = (points + partials - 1) / partials;
+  ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
+    Partial& out = parts[part].emplace(s_);
+    PointScratch scratch;
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem_.Solves(point)) continue;
+      Add(problem_, state, weighting, damping_1_, exact, point, &scratch, &out);
+      if (keep) kept_->Keep(part, point, scratch.factor);
+    }
+  });
+  s_.SetZero();
+  right_side_.setZero(s_.rows());
+  full_diagonal_.setZero(s_.rows());
+  full_gradient_.setZero(s_.rows());
+  weak_points_.clear();
+  cost_1_ = gradient_1_ = point_step_square_1_ = 0.0;
+  looks_not_evaluated_ = 0;
+  bool subtracted = false;
+  for (const std::optional<Partial>& part : parts) {
+    if (!part) continue;
+    const std::span<double> sum = s_.values();
+    const std::span<const double> add = part->s.values();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += add[i];
+    right_side_ += part->right_side;
+    full_diagonal_ += part->diagonal;
+    full_gradient_ += part->gradient;
+    weak_points_.insert(weak_points_.end(), part->weak.begin(), part->weak.end());
+    cost_1_ += part->cost;
+    point_step_square_1_ += part->point_step_square;
+    gradient_1_ = std::max(gradient_1_, part->point_gradient);
+    looks_not_evaluated_ += part->not_evaluated;
+    subtracted |= part->subtracted;
+  }
+  return subtracted;
+}
+
+bool ReducedSystem::PointsTakeNearlyAll() const {
+  for (int b = 0; b < s_.block_count(); ++b) {
+    const auto diagonal = s_.Block(b, b).diagonal();
+    for (int i = 0; i < s_.size(b); ++i) {
+      if (diagonal[i] < kLeastLeft_1 * full_diagonal_[s_.offset(b) + i]) return true;
+    }
+  }
+  return false;
 }
 
 void ReducedSystem::AddPriors(const BlockState& state) {

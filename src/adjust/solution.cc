@@ -212,7 +212,7 @@ void FormDetermined(const BlockState& state,
                     ProgressSink* progress) {
   for (;;) {
     RequireSolvable(*problem);
-    system->emplace(*problem);
+    system->emplace(*problem, KeptFactors::kMostBytes);
     (*system)->Form(state, weighting, progress);
     if ((*system)->weak_points().empty()) return;
     LeaveOutWeakPoints(**system, problem);
@@ -371,7 +371,8 @@ void FillCovariance(const AdjustmentProblem& problem,
   }
   const bool rigorous = options.covariance != CovarianceLevel::kLeberl;
   if (rigorous) {
-    PointSweep sweep = SweepPoints(problem, state, inverse ? &*inverse : nullptr, true, progress);
+    PointSweep sweep =
+        SweepPoints(problem, state, inverse ? &*inverse : nullptr, true, progress, system.kept());
     if (datum && block_level) {
       datum->Transform(problem, state, &sweep.covariance_m2);
       for (std::vector<float>& shift_m : sweep.quality.shift_m) {

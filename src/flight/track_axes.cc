@@ -19,17 +19,18 @@ struct Moving {
 };
 
 // v/|v|. With n = |v| and u = v/n: n' = u.v', u' = (v' - u n')/n, n'' = u'.v' + u.v'' and
-// u'' = (v'' - u n'' - 2 u' n')/n.
+// u'' = (v'' - u n'' - 2 u' n')/n. One division: a look takes this many times, and a division is
+// twenty products.
 template <bool kSecond>
 Moving<kSecond> Normalised(const Moving<kSecond>& v) {
-  const double n = v.value.norm();
+  const double inverse = 1.0 / v.value.norm();
   Moving<kSecond> u;
-  u.value = v.value / n;
+  u.value = v.value * inverse;
   const double n1 = u.value.dot(v.first);
-  u.first = (v.first - u.value * n1) / n;
+  u.first = (v.first - u.value * n1) * inverse;
   if constexpr (kSecond) {
     const double n2 = u.first.dot(v.first) + u.value.dot(v.second);
-    u.second = (v.second - u.value * n2 - 2.0 * n1 * u.first) / n;
+    u.second = (v.second - u.value * n2 - 2.0 * n1 * u.first) * inverse;
   }
   return u;
 }
@@ -68,7 +69,7 @@ TrackAxes Undefined() {
 template <bool kSecond>
 TrackAxes Axes(const Frame& frame, const Motion& motion) {
   constexpr double kSmallestSine_1 = 1e-6;
-  if (!(motion.velocity_mps.norm() > 0.0)) return Undefined();
+  if (!(motion.velocity_mps.squaredNorm() > 0.0)) return Undefined();
   const VerticalMotion vertical =
       frame.VerticalAlong(motion.position_m, motion.velocity_mps, motion.acceleration_mps2);
   using Vector = Moving<kSecond>;
@@ -76,7 +77,7 @@ TrackAxes Axes(const Frame& frame, const Motion& motion) {
       Normalised(Vector{motion.velocity_mps, motion.acceleration_mps2, motion.jerk_mps3});
   const Vector upright =
       Rejected(Vector{vertical.up_1, vertical.rate, vertical.acceleration}, along);
-  if (!(upright.value.norm() > kSmallestSine_1)) return Undefined();
+  if (!(upright.value.squaredNorm() > kSmallestSine_1 * kSmallestSine_1)) return Undefined();
   const Vector up = Normalised(upright);
   const Vector across = Cross(up, along);
   TrackAxes axes;

@@ -49,14 +49,15 @@ bool EvaluateLookEquations(const Eigen::Vector3d& p_m,
   const double cos_tau = cos_given * cos_b - given.value * sin_b;
   const double by_speed = given.by_speed == 0.0 ? 0.0 : given.by_speed * cos_tau / cos_given;
 
-  const Eigen::Vector3d u = v_mps / speed;
+  const double per_speed = 1.0 / speed;  // one division, not one a component
+  const Eigen::Vector3d u = v_mps * per_speed;
   const double along = u.dot(d);
   out->rho_m = rho;
   out->sin_tau = sin_tau;
   out->doppler_error_m = along - rho * sin_tau;
-  out->drho_dp = (d / rho).transpose();
+  out->drho_dp = (d * (1.0 / rho)).transpose();
   out->ded_dp = u.transpose() - sin_tau * out->drho_dp;
-  out->ded_dv = ((d - along * u) / speed - (rho * by_speed) * u).transpose();
+  out->ded_dv = ((d - along * u) * per_speed - (rho * by_speed) * u).transpose();
   out->ded_dtau_m = -rho * cos_tau;
   return std::isfinite(out->doppler_error_m);
 }

@@ -116,6 +116,31 @@ class CovarianceTest : public testing::TestWithParam<Case> {
   std::optional<BlockSymmetricMatrix> inverse_;
 };
 
+// Invariance: factors kept from the sum of S are those computed anew, to the bit.
+TEST_P(CovarianceTest, KeptFactorsGiveTheSameBytes) {
+  ReducedSystem keeping(problem_, KeptFactors::kMostBytes);
+  keeping.Form(state_, {}, nullptr);
+  ASSERT_NE(keeping.kept(), nullptr);
+  EXPECT_EQ(system_->kept(), nullptr);
+  for (const bool quality : {false, true}) {
+    const PointSweep anew = SweepPoints(problem_, state_, &*inverse_, quality, nullptr);
+    const PointSweep kept =
+        SweepPoints(problem_, state_, &*inverse_, quality, nullptr, keeping.kept());
+    EXPECT_EQ(anew.covariance_m2, kept.covariance_m2);
+    EXPECT_EQ(anew.redundancy, kept.redundancy);
+    for (std::size_t component = 0; component < 2; ++component) {
+      EXPECT_EQ(anew.quality.redundancy_1[component], kept.quality.redundancy_1[component]);
+      EXPECT_EQ(anew.quality.shift_m[component], kept.quality.shift_m[component]);
+    }
+  }
+  PointFactor factor;
+  EXPECT_TRUE(keeping.kept()->Restore(problem_, 2, &factor));
+  problem_.look_used[problem_.block.looks.offsets[2]] = 0;
+  EXPECT_FALSE(keeping.kept()->Restore(problem_, 2, &factor));
+  keeping.Form(state_, {}, nullptr, 1e-3);
+  EXPECT_EQ(keeping.kept(), nullptr);  // damped
+}
+
 // Second route inside: QR of all equations at once in extended precision.
 TEST_P(CovarianceTest, AgreesWithTheDenseInverse) {
   const test::DenseEquations dense = test::MakeDenseEquations(problem_, state_);

@@ -137,6 +137,29 @@ std::vector<std::string> NamesOfRefusal(AdjustmentProblem* problem, const BlockS
   return {};
 }
 
+// Second route: a dense QR. One pass is a thousand times as precise as the others, so that points
+// take all but a millionth of what its equations say of its corrections; a difference of the two
+// would leave ten digits of its part of S.
+TEST(ReducedSystemDigitsTest, KeepsWhatPointsNearlyTake) {
+  const test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  AdjustmentProblem problem(known.block, {Position(1, 0.0)});
+  problem.model.ScaleSigmas({{1e-3, 1e-3}, {1.0, 1.0}, {1.0, 1.0}, {1.0, 1.0}});
+  const BlockState state = StateOf(known, &problem, 0.3);
+  ReducedSystem system(problem);
+  system.Form(state, {}, nullptr);
+  const test::DenseEquations dense = test::MakeDenseEquations(problem, state);
+  const Eigen::Index p = dense.first_correction, n = problem.layout.size();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(dense.jacobian.leftCols(p));
+  const Eigen::MatrixXd rotated = qr.householderQ().transpose() * dense.jacobian.rightCols(n);
+  const Eigen::MatrixXd below = rotated.bottomRows(rotated.rows() - p);
+  const Eigen::MatrixXd expected = below.transpose() * below;
+  const Eigen::VectorXd full = dense.jacobian.rightCols(n).colwise().squaredNorm();
+  EXPECT_LT(expected(0, 0), 1e-5 * full[0]);
+  const Eigen::VectorXd unit = expected.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd error = system.matrix().ToDense() - expected;
+  EXPECT_LT((unit.asDiagonal() * error * unit.asDiagonal()).cwiseAbs().maxCoeff(), 1e-11);
+}
+
 // Known null space: without control and priors the block may be shifted as a whole; constants of
 // all passes and all axes take part.
 TEST(ReducedSystemRefusalTest, NamesThePositionsOfABlockThatFloats) {

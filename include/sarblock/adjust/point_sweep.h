@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/adjust/kept_factors.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/result.h"
 #include "sarblock/core/progress.h"
@@ -44,11 +45,13 @@ struct PointSweep {
 ///     a_i C a_i' = q_i (I + T C T') q_i' - 2 (j_i C T') q_i' + j_i C j_i'
 ///
 /// in a form that keeps its digits where flight paths are weakly determined. Parallel over points.
+/// `kept`: factors of the same state and weights, which give the same result to the bit.
 [[nodiscard]] PointSweep SweepPoints(const AdjustmentProblem& problem,
                                      const BlockState& state,
                                      const BlockSymmetricMatrix* inverse,
                                      bool quality,
-                                     ProgressSink* progress);
+                                     ProgressSink* progress,
+                                     const KeptFactors* kept = nullptr);
 
 /// Reliability of the held components of control points, from their covariances.
 [[nodiscard]] std::vector<ControlQuality> ControlQualities(

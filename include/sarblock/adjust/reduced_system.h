@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/kept_factors.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/core/progress.h"
@@ -30,12 +31,15 @@ inline constexpr double kLeastPointCondition_1 = 1e-10;
 ///     S = P + sum_j (Q2' J_c)' (Q2' J_c),   g = P x + sum_j (Q2' J_c)' Q2' e,    P priors
 ///
 /// each point by a QR factorisation of its own equations, so that thin intersections cost no
-/// digits. Scaled to unit diagonal before it is factored. The sums are formed in a fixed order:
-/// results do not depend on the number of threads.
+/// digits. Where points leave enough of every correction's equations, the same sum as
+/// J_c' J_c - (Q' J_c)' (Q' J_c), which is less work for a point of many looks. Scaled to unit
+/// diagonal before it is factored. The sums are formed in a fixed order: results do not depend on
+/// the number of threads.
 class ReducedSystem {
  public:
-  /// Finds the pattern of S from the looks that take part.
-  explicit ReducedSystem(const AdjustmentProblem& problem);
+  /// Finds the pattern of S from the looks that take part. Up to `most_kept_bytes` the factors of
+  /// points are kept for a sweep at the same state.
+  explicit ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes = 0);
 
   /// Forms S and its right-hand side at a state, priors included, with `damping_1` times the
   /// diagonal of J'J added to every unknown (0: none).
@@ -62,6 +66,10 @@ class ReducedSystem {
   [[nodiscard]] bool FactorDamped();
   /// What the quadratic model promises of a step of the corrections, their own part.
   [[nodiscard]] double Promised(const Eigen::VectorXd& dx) const;
+
+  /// Factors of the last Form, if it was asked to keep them, they fit, and neither damping nor a
+  /// robust loss changed them; else null.
+  [[nodiscard]] const KeptFactors* kept() const { return kept_ ? &*kept_ : nullptr; }
 
   [[nodiscard]] double cost() const { return cost_1_; }
   [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
@@ -92,6 +100,10 @@ class ReducedSystem {
   [[nodiscard]] Eigen::MatrixXd SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
 
  private:
+  /// The sums over points; `exact`: by Q2 whatever the number of looks. True if a point was added
+  /// as a difference.
+  bool Sum(const BlockState& state, const Weighting& weighting, bool exact);
+  [[nodiscard]] bool PointsTakeNearlyAll() const;
   void AddPriors(const BlockState& state);
   [[nodiscard]] BlockSymmetricMatrix Scaled();
 
@@ -103,6 +115,8 @@ class ReducedSystem {
   Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
   std::optional<BlockCholesky> factor_;
   RankReport rank_;
+  std::size_t kept_bytes_ = 0;  // 0: none
+  std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;
   double damping_1_ = 0.0;
   double cost_1_ = 0.0;

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/elimination.h"
+#include "sarblock/sparse/block_matrix.h"
+
+#include <cstddef>
+#include <vector>
+
+#include "products.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// What the kernels of products.h need of a point beside its PointColumns. The storage is reused
+/// from point to point.
+struct PointTerms {
+  PointColumns columns;
+  std::vector<int> size;           ///< columns of each block
+  std::vector<std::size_t> value;  ///< PointBlocks::value in the matrix of FindBlocks
+  /// N' J_c, row by row, and N' e; N completes Q to an orthonormal basis of the point's rows.
+  std::vector<double> rest, rest_e;
+  std::vector<double> basis;
+};
+
+/// Puts the blocks of a look where they belong in an ascending list of distinct ones.
+void InsertBlocks(const LookColumns& look, std::vector<int>* blocks);
+
+/// Finds the blocks of J_c and their columns.
+void FindColumns(const ParameterLayout& layout, const PointFactor& factor, PointColumns* columns);
+
+/// Finds where the blocks stand in a matrix of the block's pattern, after FindColumns.
+[[nodiscard]] PointBlocks FindBlocks(const ParameterLayout& layout,
+                                     const BlockPattern& pattern,
+                                     PointTerms* terms);
+
+/// out (`terms` rows over the columns) += B' J_c, B `terms` columns of row_count rows.
+void AddTurnedColumns(const ParameterLayout& layout,
+                      const PointFactor& factor,
+                      const PointColumns& columns,
+                      const double* b,
+                      int terms,
+                      double* out);
+
+/// What elimination leaves of the equations, after FindColumns: N' J_c and N' e, with the digits of
+/// J_c itself, however thin the intersection. The point adds (N' J_c)' (N' J_c) to S. row_count
+/// must be 3 at least.
+void TurnToRest(const ParameterLayout& layout, const PointFactor& factor, PointTerms* terms);
+
+/// sum_i a_i b_i over m numbers, four sums side by side: a chain of additions as long as the rows
+/// would wait on each of them.
+[[nodiscard]] inline double Dot(std::size_t m, const double* a, const double* b) {
+  double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+  std::size_t i = 0;
+  for (; i + 4 <= m; i += 4) {
+    s0 += a[i] * b[i];
+    s1 += a[i + 1] * b[i + 1];
+    s2 += a[i + 2] * b[i + 2];
+    s3 += a[i + 3] * b[i + 3];
+  }
+  for (; i < m; ++i) s0 += a[i] * b[i];
+  return (s0 + s2) + (s1 + s3);
+}
+
+/// R^-1 of an upper triangle.
+[[nodiscard]] inline Eigen::Matrix3d InverseOfUpper(const Eigen::Matrix3d& r) {
+  const double r00 = 1.0 / r(0, 0), r11 = 1.0 / r(1, 1), r22 = 1.0 / r(2, 2);
+  const double r01 = -r00 * r(0, 1) * r11, r12 = -r11 * r(1, 2) * r22;
+  const double r02 = -r00 * (r(0, 1) * r12 + r(0, 2) * r22);
+  Eigen::Matrix3d inverse;
+  inverse << r00, r01, r02, 0.0, r11, r12, 0.0, 0.0, r22;
+  return inverse;
+}
+
+}  // namespace sarblock
