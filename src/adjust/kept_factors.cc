@@ -16,15 +16,22 @@ void KeptFactors::Keep(std::size_t part, std::size_t point, const PointFactor& f
   if (numbers.empty()) numbers.push_back(0.0);
   begin_[point] = numbers.size();
   part_[point] = static_cast<std::uint32_t>(part);
-  numbers.push_back(factor.row_count);
-  numbers.push_back(factor.look_count);
-  numbers.insert(numbers.end(), factor.q.begin(), factor.q.end());
-  numbers.insert(numbers.end(), factor.e.begin(), factor.e.end());
-  numbers.insert(numbers.end(), factor.r.data(), factor.r.data() + 9);
+  std::size_t count = 2 + factor.q.size() + factor.e.size() + 9;
+  for (int k = 0; k < factor.look_count; ++k) {
+    count += 2 * static_cast<std::size_t>(
+                     factor.looks[static_cast<std::size_t>(k)].columns.column_count);
+  }
+  numbers.resize(numbers.size() + count);
+  double* number = numbers.data() + begin_[point];
+  *number++ = factor.row_count;
+  *number++ = factor.look_count;
+  number = std::copy(factor.q.begin(), factor.q.end(), number);
+  number = std::copy(factor.e.begin(), factor.e.end(), number);
+  number = std::copy_n(factor.r.data(), 9, number);
   for (int k = 0; k < factor.look_count; ++k) {
     const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
     for (const auto& row : look.row) {
-      numbers.insert(numbers.end(), row.begin(), row.begin() + look.columns.column_count);
+      number = std::copy_n(row.begin(), look.columns.column_count, number);
     }
   }
 }

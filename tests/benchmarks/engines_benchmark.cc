@@ -16,23 +16,33 @@
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include <ceres/iteration_callback.h>
 #include <ceres/solver.h>
 #include <malloc.h>
 
 namespace sarblock {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+/// Wall time and CPU time of all threads.
+struct Moment {
+  double wall_s = 0.0, cpu_s = 0.0;
+};
 
-double Since_s(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
+Moment Now() {
+  timespec cpu{}, wall{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu);
+  clock_gettime(CLOCK_MONOTONIC, &wall);
+  const auto seconds = [](const timespec& t) {
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  };
+  return {seconds(wall), seconds(cpu)};
 }
 
 /// A field of /proc/self/status, in bytes.
@@ -61,42 +71,57 @@ class PeakMemory {
 
 struct Run {
   int iterations = 0;
-  double iteration_s = 0.0;  ///< the least
-  double whole_s = 0.0;      ///< with everything that is set up once
+  Moment iteration;      ///< the least
+  double whole_s = 0.0;  ///< wall, with everything that is set up once
   double bytes = 0.0;
   double cost_1 = 0.0;
 };
 
-/// Times between the reports of successive iterations.
-class IterationTimes final : public ProgressSink {
+/// The least time between reports of successive iterations, of either engine.
+class IterationTimes final : public ProgressSink, public ceres::IterationCallback {
  public:
   void Update(std::string_view, std::size_t done, std::size_t, std::string_view) override {
-    if (done > done_) least_s_ = std::min(least_s_, Since_s(last_));
-    done_ = done;
-    last_ = Clock::now();
+    Report(done);
   }
   [[nodiscard]] bool Cancelled() const override { return false; }
-  [[nodiscard]] double least_s() const { return least_s_; }
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    Report(static_cast<std::size_t>(summary.iteration));
+    return ceres::SOLVER_CONTINUE;
+  }
+  [[nodiscard]] const Moment& least() const { return least_; }
 
  private:
+  void Report(std::size_t done) {
+    const Moment now = Now();
+    if (done > done_) {
+      least_.wall_s = std::min(least_.wall_s, now.wall_s - last_.wall_s);
+      least_.cpu_s = std::min(least_.cpu_s, now.cpu_s - last_.cpu_s);
+    }
+    done_ = done;
+    last_ = Now();
+  }
   std::size_t done_ = 0;
-  Clock::time_point last_ = Clock::now();
-  double least_s_ = std::numeric_limits<double>::infinity();
+  Moment last_;
+  Moment least_{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 };
 
 Run ByReduced(const AdjustmentProblem& problem, BlockState state, int threads) {
   SolveOptions options;
   options.threads = threads;
   const PeakMemory memory;
-  const Clock::time_point begin = Clock::now();
+  const Moment begin = Now();
   IterationTimes times;
   const SolveReport report = SolveReduced(problem, {}, options, &state, &times);
-  return {report.iterations, times.least_s(), Since_s(begin), memory.Bytes(), report.final_cost_1};
+  return {report.iterations,
+          times.least(),
+          Now().wall_s - begin.wall_s,
+          memory.Bytes(),
+          report.final_cost_1};
 }
 
 Run ByCeres(const AdjustmentProblem& problem, BlockState state, int threads) {
   const PeakMemory memory;
-  const Clock::time_point begin = Clock::now();
+  const Moment begin = Now();
   const auto ceres_problem = MakeCeresProblem(problem, {}, &state);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_SCHUR;
@@ -111,28 +136,27 @@ Run ByCeres(const AdjustmentProblem& problem, BlockState state, int threads) {
     ordering->AddElementToGroup(state.corrections.data() + block.offset, 1);
   }
   options.linear_solver_ordering.reset(ordering);
+  IterationTimes times;
+  options.callbacks.push_back(&times);
   ceres::Solver::Summary summary;
   ceres::Solve(options, ceres_problem.get(), &summary);
-  Run run{summary.num_successful_steps,
-          std::numeric_limits<double>::infinity(),
-          Since_s(begin),
+  return {summary.num_successful_steps,
+          times.least(),
+          Now().wall_s - begin.wall_s,
           memory.Bytes(),
           summary.final_cost};
-  for (std::size_t i = 1; i < summary.iterations.size(); ++i) {
-    run.iteration_s = std::min(run.iteration_s, summary.iterations[i].iteration_time_in_seconds);
-  }
-  return run;
 }
 
 void Print(const char* engine, const AdjustmentProblem& problem, int threads, const Run& run) {
   const auto looks = static_cast<double>(problem.block.looks.size());
-  std::printf("%zu,%zu,%d,%s,%d,%.5f,%.4f,%.0f,%.12g\n",
+  std::printf("%zu,%zu,%d,%s,%d,%.5f,%.5f,%.4f,%.0f,%.12g\n",
               problem.block.points.size(),
               problem.block.looks.size(),
               threads,
               engine,
               run.iterations,
-              run.iteration_s,
+              run.iteration.wall_s,
+              run.iteration.cpu_s,
               run.whole_s,
               run.bytes / looks,
               run.cost_1);
@@ -169,7 +193,9 @@ void Compare(const std::string& scene_file, std::size_t points, std::size_t pass
 
 int main(int count, char** arguments) {
   if (count != 5) {
-    std::puts("points,looks,threads,engine,iterations,iteration_s,whole_s,bytes_a_look,cost");
+    std::puts(
+        "points,looks,threads,engine,iterations,iteration_wall_s,iteration_cpu_s,whole_s,bytes_a_"
+        "look,cost");
     return 0;
   }
   sarblock::Compare(
