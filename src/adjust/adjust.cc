@@ -206,7 +206,7 @@ double Polish(int max_iterations,
     BlockState next = AfterNewtonStep(*problem, *state, (*system)->Step());
     UpdateWhitening(next, problem);
     std::optional<ReducedSystem> after;
-    after.emplace(*problem);
+    after.emplace(*problem, KeptFactors::kMostBytes);
     after->Form(next, {}, progress);
     const bool solvable = after->looks_not_evaluated() == 0 && after->weak_points().empty() &&
                           after->FactorAndAnalyse(&next).regular();

@@ -5,9 +5,9 @@
 // Prints rows of a CSV (header: engines_benchmark). Run by scripts/bench.sh engines.
 //
 // An iteration is the same for both: linearise, form and factor the reduced matrix, substitute
-// back, evaluate the step. Ceres' is what its summary says of its own iterations, without its
-// preprocessor; ours is the time between two reports of the solver, without the first
-// linearisation. Neither contains the steps that finish Ceres' solution to a part of a sigma.
+// back, evaluate the step. It is the time between two reports of the solver, without what comes
+// before the first one (preprocessing, the first linearisation); the fastest counts. Neither
+// contains the steps that finish Ceres' solution to a part of a sigma.
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/core/parallel.h"
