@@ -42,15 +42,17 @@ std::string PlotWorst(const StudyTable& table, const std::string& variant) {
   std::size_t colour = 0;
   for (const std::string& layout : Distinct(table, "layout")) {
     PlotSeries up, horizontal;
+    bool own = false;  // a row beside that without control
     for (std::size_t row = 0; row < table.size(); ++row) {
       const std::string of = table.Text(row, "layout");
       // Without control every layout begins in the same place.
       if ((of != layout && of != "none") || table.Text(row, "variant") != variant) continue;
+      own = own || of == layout;
       const double count = table.Number(row, "control_points");
       up.points.push_back({count, table.Number(row, "max_sigma_u_m")});
       horizontal.points.push_back({count, table.Number(row, "max_sigma_h_m")});
     }
-    if (layout == "none" || up.points.empty()) continue;
+    if (layout == "none" || !own) continue;
     up.name = layout;
     up.colour = horizontal.colour = colour++ % PlotSeries::kColours;
     horizontal.dash = PlotDash::kDashed;

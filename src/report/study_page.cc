@@ -75,22 +75,25 @@ PageFigure DensificationFigure(const StudyCsv& table, std::size_t axis) {
   chart.y.label = "sigma [m]";
   chart.y.logarithmic = true;
   std::size_t number = 0;
-  for (const std::string& layout : table.Values("layout")) {
-    ChartSeries line{layout, "marks", ColorOf(number), {}, {}, {}, {}, {}};
-    ChartSeries runs{layout + ", drawn", "points", ColorOf(number), {}, {}, {}, {}, {}};
-    for (const std::size_t r : RowsOf(table, "layout", layout, "control_points")) {
-      const double x = table.Number(r, "control_points");
-      if (!Determined(table, r)) continue;
-      line.x.push_back(x);
-      line.y.push_back(table.Number(r, predicted));
-      if (std::isnan(table.Number(r, measured))) continue;
-      runs.x.push_back(x);
-      runs.y.push_back(table.Number(r, measured));
+  for (const std::string& variant : table.Values("variant")) {
+    for (const std::string& layout : table.Values("layout")) {
+      const std::string name = variant.empty() ? layout : layout + ", " + variant;
+      ChartSeries line{name, "marks", ColorOf(number), {}, {}, {}, {}, {}};
+      ChartSeries runs{name + ", drawn", "points", ColorOf(number), {}, {}, {}, {}, {}};
+      for (const std::size_t r : RowsOf(table, "layout", layout, "control_points")) {
+        const double x = table.Number(r, "control_points");
+        if (!Determined(table, r) || table.Text(r, "variant") != variant) continue;
+        line.x.push_back(x);
+        line.y.push_back(table.Number(r, predicted));
+        if (std::isnan(table.Number(r, measured))) continue;
+        runs.x.push_back(x);
+        runs.y.push_back(table.Number(r, measured));
+      }
+      if (line.x.empty()) continue;
+      chart.series.push_back(std::move(line));
+      if (!runs.x.empty()) chart.series.push_back(std::move(runs));
+      ++number;
     }
-    if (line.x.empty()) continue;
-    chart.series.push_back(std::move(line));
-    if (!runs.x.empty()) chart.series.push_back(std::move(runs));
-    ++number;
   }
   const std::string id = fmt::format("densification-{}", kStudyAxes[axis]);
   return {
@@ -147,7 +150,7 @@ void AddDensification(const StudyCsv& table, Page* page) {
       PageText{"Lines: predicted by the covariance. Single dots: scatter of repeated adjustments "
                "with drawn noise.",
                "note"});
-  section.items.emplace_back(WholeTable(table, {"layout"}));
+  section.items.emplace_back(WholeTable(table, {"layout", "variant"}));
   page->sections.push_back(std::move(section));
 }
 

@@ -254,8 +254,8 @@ Trajectory StripTrajectory(const Scene& scene,
 
 }  // namespace
 
-std::vector<PlannedPass> PlanPasses(const Scene& scene) {
-  std::vector<PlannedPass> planned;
+std::vector<NominalPass> PlanPasses(const Scene& scene) {
+  std::vector<NominalPass> planned;
   const bool geocentric = scene.frame.kind() == FrameKind::kGeocentric;
   const double radius_m =
       geocentric ? scene.frame.ellipsoid().a_m : std::numeric_limits<double>::infinity();
@@ -300,7 +300,7 @@ std::vector<PlannedPass> PlanPasses(const Scene& scene) {
       }
       const double margin_s =
           TimeMargin(scene, speed_mps, duration_s, range_m) + 2.0 * flight.state_spacing_s;
-      PlannedPass pass;
+      NominalPass pass;
       pass.pass = MakePass(scene, flight, PassId(flight, k, m), trajectory, duration_s, margin_s);
       pass.squint_rad = flight.squint_rad;
       pass.swath = flight.swath;

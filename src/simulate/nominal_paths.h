@@ -8,7 +8,7 @@
 namespace sarblock {
 
 /// A pass as planned, with what deciding visibility needs.
-struct PlannedPass {
+struct NominalPass {
   Pass pass;
   double squint_rad = 0.0;
   SceneSwath swath;
@@ -18,6 +18,6 @@ struct PlannedPass {
 /// Nominal paths and strips of all flights, in file order. The states reach beyond the strip by
 /// what six standard deviations of the navigation errors and noise can move a look's time.
 /// Throws InputError where an orbit cannot see its aim.
-[[nodiscard]] std::vector<PlannedPass> PlanPasses(const Scene& scene);
+[[nodiscard]] std::vector<NominalPass> PlanPasses(const Scene& scene);
 
 }  // namespace sarblock

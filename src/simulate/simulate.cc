@@ -84,7 +84,7 @@ void Append(const Scene& scene, const SeenPoints& seen, SimulatedBlock* out) {
 /// Places points on the terrain and lists their looks at the nominal times. A few ranges of points
 /// at a time, on all threads, appended in their order.
 void FillPointsAndLooks(const Scene& scene,
-                        const std::vector<PlannedPass>& planned,
+                        const std::vector<NominalPass>& planned,
                         ProgressSink* progress,
                         SimulatedBlock* out) {
   constexpr std::size_t kPointsPerRange = 4096;
@@ -111,10 +111,10 @@ SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
   SimulatedBlock out;
   out.block.name = scene.name;
   out.block.frame = scene.frame;
-  const std::vector<PlannedPass> planned = PlanPasses(scene);
+  const std::vector<NominalPass> planned = PlanPasses(scene);
   FillPointsAndLooks(scene, planned, progress, &out);
   bool squinted = scene.looks.doppler;
-  for (const PlannedPass& pass : planned) {
+  for (const NominalPass& pass : planned) {
     out.block.passes.push_back(pass.pass);
     out.squint_rad.push_back(pass.squint_rad);
     squinted = squinted || pass.squint_rad != 0.0;

@@ -17,7 +17,7 @@ namespace {
 constexpr double kMargin_m = 1.0;
 
 bool InSwath(const Frame& frame,
-             const PlannedPass& planned,
+             const NominalPass& planned,
              const Motion& motion,
              const Eigen::Vector3d& p_m) {
   const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes_1;
@@ -34,7 +34,7 @@ bool InSwath(const Frame& frame,
 
 /// Time of the planned look at p, or nothing where the strip does not show it.
 std::optional<double> PlannedTime(const Frame& frame,
-                                  const PlannedPass& planned,
+                                  const NominalPass& planned,
                                   const Eigen::Vector3d& p_m) {
   const Pass& pass = planned.pass;
   const std::optional<double> time_s = FindConeTime(
@@ -58,10 +58,10 @@ std::size_t Visibility::HashCell::operator()(const Cell& cell) const {
   return MixStream(MixStream(u(cell[0]), u(cell[1])), u(cell[2]));
 }
 
-Visibility::Visibility(const Frame& frame, const std::vector<PlannedPass>& planned)
+Visibility::Visibility(const Frame& frame, const std::vector<NominalPass>& planned)
     : frame_(frame), planned_(planned) {
   double farthest_m = 0.0;
-  for (const PlannedPass& pass : planned) {
+  for (const NominalPass& pass : planned) {
     const Pass& p = pass.pass;
     Reach reach;
     reach.middle_m = MotionAt(p, 0.5 * (p.start_s + p.end_s)).position_m;

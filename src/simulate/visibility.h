@@ -25,7 +25,7 @@ struct PlannedLook {
 class Visibility {
  public:
   /// `frame` and `planned` must outlive it. Throws InputError where a strip lies outside its path.
-  Visibility(const Frame& frame, const std::vector<PlannedPass>& planned);
+  Visibility(const Frame& frame, const std::vector<NominalPass>& planned);
 
   /// Looks at p in order of passes.
   void LooksAt(const Eigen::Vector3d& p_m, std::vector<PlannedLook>* looks) const;
@@ -52,7 +52,7 @@ class Visibility {
   [[nodiscard]] bool MayShow(const Reach& reach, const Eigen::Vector3d& p_m) const;
 
   const Frame& frame_;
-  const std::vector<PlannedPass>& planned_;
+  const std::vector<NominalPass>& planned_;
   std::vector<Reach> reaches_;
   double cell_m_ = 1.0;
   std::unordered_map<Cell, std::vector<std::uint32_t>, HashCell> passes_of_;

@@ -96,7 +96,8 @@ void DescribeGoal(const DensificationStudy& study,
     const std::string begin = variant.empty() ? "" : variant + ": ";
     if (fewest) {
       const Reached reached = ReachedBy(goal, table, *fewest);
-      words->push_back(begin + ControlOf(table, *fewest) + " reach " + Describe(goal) + " (" +
+      words->push_back(begin + ControlOf(table, *fewest) +
+                       (points(*fewest) > 1.0 ? " reach " : " reaches ") + Describe(goal) + " (" +
                        Metres(reached.sigma_h_m) + ", " + Metres(reached.sigma_u_m) +
                        "), no smaller layout of the study does");
     } else if (nearest) {
