@@ -24,6 +24,19 @@ Eigen::MatrixXd Part(const Eigen::MatrixXd& s,
   return s(rows, columns);
 }
 
+std::vector<int> Joined(std::initializer_list<const std::vector<int>*> sets) {
+  std::vector<int> all;
+  for (const std::vector<int>* set : sets) all.insert(all.end(), set->begin(), set->end());
+  return all;
+}
+
+/// begin, begin + 1, ...
+std::vector<int> Places(std::size_t begin, std::size_t count) {
+  std::vector<int> list(count);
+  std::iota(list.begin(), list.end(), static_cast<int>(begin));
+  return list;
+}
+
 /// Least eigenvalue by inverse iteration on a factor, never below the true one but for rounding.
 double LeastEigenvalue(const Eigen::LLT<Eigen::MatrixXd>& factor) {
   const Eigen::Index n = factor.rows();
@@ -53,6 +66,28 @@ double ConditionOf(const Eigen::MatrixXd& scaled) {
 
 QuadraticModel::QuadraticModel(Data data) : data_(std::move(data)) {
   CHECK(Reset({})) << "an empty model is never singular";
+}
+
+QuadraticModel QuadraticModel::Reduced(const std::vector<int>& columns) const {
+  return QuadraticModel({Part(data_.s, columns, columns),
+                         data_.b(columns),
+                         data_.constant_1,
+                         data_.full_diagonal(columns),
+                         data_.prior_weight(columns),
+                         data_.log_count(columns),
+                         data_.redundancy_1});
+}
+
+std::vector<int> QuadraticModel::ActiveBut(
+    std::initializer_list<const std::vector<int>*> sets) const {
+  std::vector<int> out;
+  for (const int c : active_) {
+    const auto holds = [c](const std::vector<int>* set) {
+      return std::find(set->begin(), set->end(), c) != set->end();
+    };
+    if (std::none_of(sets.begin(), sets.end(), holds)) out.push_back(c);
+  }
+  return out;
 }
 
 double QuadraticModel::Takes(const std::vector<int>& columns) const {
@@ -136,6 +171,13 @@ CandidateFigures QuadraticModel::Test(const std::vector<int>& columns,
   return out;
 }
 
+double QuadraticModel::Condition(const std::vector<int>& columns) const {
+  if (columns.empty()) return 1.0;
+  const Eigen::VectorXd scale = data_.full_diagonal(columns).cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return std::numeric_limits<double>::infinity();
+  return ConditionOf(scale.asDiagonal() * Part(data_.s, columns, columns) * scale.asDiagonal());
+}
+
 CandidateFigures QuadraticModel::Score(const std::vector<int>& columns) const {
   return Test(columns, Part(s_, columns, columns), b_(columns), omega_1_, redundancy_1_);
 }
@@ -172,33 +214,13 @@ CandidateFigures QuadraticModel::Wald(const std::vector<int>& columns,
 CandidateFigures QuadraticModel::Exchange(const std::vector<int>& out,
                                           const std::vector<int>& in) const {
   // The few columns that matter as a model of their own.
-  std::vector<int> base;
-  for (const int c : active_) {
-    const auto holds = [c](const std::vector<int>& set) {
-      return std::find(set.begin(), set.end(), c) != set.end();
-    };
-    if (!holds(out) && !holds(in)) base.push_back(c);
-  }
-  std::vector<int> all = base;
-  all.insert(all.end(), out.begin(), out.end());
-  all.insert(all.end(), in.begin(), in.end());
-  const auto places = [](std::size_t begin, std::size_t count) {
-    std::vector<int> list(count);
-    std::iota(list.begin(), list.end(), static_cast<int>(begin));
-    return list;
-  };
-  QuadraticModel small({Part(data_.s, all, all),
-                        data_.b(all),
-                        data_.constant_1,
-                        data_.full_diagonal(all),
-                        data_.prior_weight(all),
-                        data_.log_count(all),
-                        data_.redundancy_1});
+  const std::vector<int> base = ActiveBut({&out, &in});
+  QuadraticModel small = Reduced(Joined({&base, &out, &in}));
   CandidateFigures figures;
   figures.condition_1 = std::numeric_limits<double>::infinity();
-  if (!small.Reset(places(0, base.size()))) return figures;
-  const CandidateFigures less = small.Score(places(base.size(), out.size()));
-  CandidateFigures more = small.Score(places(base.size() + out.size(), in.size()));
+  if (!small.Reset(Places(0, base.size()))) return figures;
+  const CandidateFigures less = small.Score(Places(base.size(), out.size()));
+  CandidateFigures more = small.Score(Places(base.size() + out.size(), in.size()));
   const int added = static_cast<int>(in.size()) - static_cast<int>(out.size());
   if (!more.regular || added <= 0) return more;
   // The larger space against the smaller one.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <initializer_list>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,8 +16,10 @@ struct CandidateFigures {
   double probability_1 = 1.0;
   double delta_bic_1 = 0.0;
   double condition_1 = 0.0;        ///< infinite where the columns are not determined
+  double effect_part_1 = 0.0;      ///< Determinacy, where it is what keeps the columns out
   double penalty_1 = 0.0;          ///< of the information criterion
   double posterior_prior_1 = 0.0;  ///< NaN where a column has no prior
+  double variance_1 = 0.0;         ///< of a process: most likely prior variance; else 0
   bool regular = false;            ///< determined, and redundancy is left
 };
 
@@ -52,6 +55,8 @@ class QuadraticModel {
   [[nodiscard]] double square_sum() const { return omega_1_; }
   [[nodiscard]] double redundancy() const { return redundancy_1_; }
 
+  /// ConditionOf() of `columns` as a model, scaled with full_diagonal.
+  [[nodiscard]] double Condition(const std::vector<int>& columns) const;
   /// Rao's score test of columns that are not active.
   [[nodiscard]] CandidateFigures Score(const std::vector<int>& columns) const;
   /// Inverse of the matrix of the active columns, in their order.
@@ -62,8 +67,21 @@ class QuadraticModel {
   /// Having `in` against having `out`, the smaller space; one of both is active.
   [[nodiscard]] CandidateFigures Exchange(const std::vector<int>& out,
                                           const std::vector<int>& in) const;
+  /// Having columns as a process, with one prior variance that is the most likely one, against
+  /// having `out`; either may be active. F is that of the columns without a prior against `below`.
+  [[nodiscard]] CandidateFigures Process(const std::vector<int>& in,
+                                         const std::vector<int>& out,
+                                         const std::vector<int>& below) const;
+  /// Gives columns a prior of this variance in place of what they have, infinite: none. Reset()
+  /// where they are active.
+  void SetPrior(const std::vector<int>& columns, double variance_1);
 
  private:
+  /// The model of `columns` alone, in their order, nothing active.
+  [[nodiscard]] QuadraticModel Reduced(const std::vector<int>& columns) const;
+  /// Active columns that stand in none of the sets.
+  [[nodiscard]] std::vector<int> ActiveBut(
+      std::initializer_list<const std::vector<int>*> sets) const;
   /// Tests columns with information `m` and gradient `g`, the others of the model eliminated,
   /// against a model without them.
   [[nodiscard]] CandidateFigures Test(const std::vector<int>& columns,

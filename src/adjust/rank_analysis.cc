@@ -12,6 +12,7 @@
 #include <set>
 
 #include "rigid_motions.h"
+#include "target_effects.h"
 #include "weak_basis.h"
 #include "weak_words.h"
 
@@ -32,44 +33,6 @@ constexpr double kNamedShare_1 = 0.1;
 /// More directions than this are not described one by one.
 constexpr std::size_t kDescribed = 12;
 
-/// Metres at the target that one unit of each parameter moves a look, and the mean slant range.
-struct Effects {
-  VectorXd metres;
-  double range_m = 0.0;
-};
-
-Effects EffectsOf(const AdjustmentProblem& problem, const std::vector<int>& pass_of) {
-  const Block& block = problem.block;
-  double sum_m = 0.0, speed_mps = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    if (problem.look_used[i] == 0 || !std::isfinite(block.looks.range_m[i])) continue;
-    sum_m += block.looks.range_m[i];
-    count += 1.0;
-  }
-  for (const Pass& pass : block.passes) {
-    speed_mps +=
-        pass.path.states().front().velocity_mps.norm() / static_cast<double>(block.passes.size());
-  }
-  Effects out;
-  out.range_m = count > 0.0 ? sum_m / count : 0.0;
-  out.metres = VectorXd::Ones(problem.layout.size());
-  for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
-    const std::string& unit = problem.layout.parameters[i].unit;
-    const int pass = pass_of[i];
-    double& metres = out.metres[static_cast<Index>(i)];
-    if (unit == "s") {
-      metres = pass < 0 ? speed_mps
-                        : block.passes[static_cast<std::size_t>(pass)]
-                              .path.states()
-                              .front()
-                              .velocity_mps.norm();
-    } else if (unit != "m") {
-      metres = out.range_m;
-    }
-  }
-  return out;
-}
-
 /// Everything that judging and naming of directions reads.
 struct Context {
   const AdjustmentProblem& problem;
@@ -79,7 +42,7 @@ struct Context {
   const BlockCholesky& factor;
   bool singular;  // the factor is that of a lifted matrix
   std::vector<int> pass_of;
-  Effects effects;
+  TargetEffects effects;
 
   [[nodiscard]] const Parameter& At(Index i) const {
     return problem.layout.parameters[static_cast<std::size_t>(i)];
@@ -283,6 +246,38 @@ WeakSpaces FindWeak(const Context& context) {
 
 }  // namespace
 
+TargetEffects TargetEffectsOf(const AdjustmentProblem& problem, const std::vector<int>& pass_of) {
+  const Block& block = problem.block;
+  double sum_m = 0.0, speed_mps = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (problem.look_used[i] == 0 || !std::isfinite(block.looks.range_m[i])) continue;
+    sum_m += block.looks.range_m[i];
+    count += 1.0;
+  }
+  for (const Pass& pass : block.passes) {
+    speed_mps +=
+        pass.path.states().front().velocity_mps.norm() / static_cast<double>(block.passes.size());
+  }
+  TargetEffects out;
+  out.range_m = count > 0.0 ? sum_m / count : 0.0;
+  out.metres = VectorXd::Ones(problem.layout.size());
+  for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
+    const std::string& unit = problem.layout.parameters[i].unit;
+    const int pass = pass_of[i];
+    double& metres = out.metres[static_cast<Index>(i)];
+    if (unit == "s") {
+      metres = pass < 0 ? speed_mps
+                        : block.passes[static_cast<std::size_t>(pass)]
+                              .path.states()
+                              .front()
+                              .velocity_mps.norm();
+    } else if (unit != "m") {
+      metres = out.range_m;
+    }
+  }
+  return out;
+}
+
 RankReport AnalyseRank(const AdjustmentProblem& problem,
                        const BlockSymmetricMatrix& scaled,
                        const VectorXd& scale,
@@ -303,7 +298,7 @@ RankReport AnalyseRank(const AdjustmentProblem& problem,
   }
   Context context{
       problem, scaled, scale, state, *factor, singular, PassOfParameters(problem.layout), {}};
-  context.effects = EffectsOf(problem, context.pass_of);
+  context.effects = TargetEffectsOf(problem, context.pass_of);
   const WeakSpaces weak = FindWeak(context);
   report.more = weak.more;
   report.condition_1 = LargestEigenvalue(scaled) / std::max(weak.least_1, 1e-300);

@@ -3,10 +3,10 @@
 
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/reduced_system.h"
-#include "sarblock/adjust/simplifications.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
+#include "sarblock/core/quantile.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "quadratic_model.h"
+#include "selection_determinacy.h"
 #include "selection_rows.h"
 #include "selection_terms.h"
 #include "solution.h"
@@ -31,6 +32,11 @@ constexpr int kMostRounds = 8;
 constexpr int kMostSwaps = 100;
 /// Relative difference of information criteria below which two candidates are one.
 constexpr double kEqual_1 = 1e-6;
+/// Sweeps over the processes of a model, which estimate the variance of each given the others'.
+constexpr int kVarianceSweeps = 3;
+/// Relative difference of prior variances that no round is made for: their own standard deviation
+/// is many times that.
+constexpr double kSameVariance_1 = 0.05;
 
 class Selector {
  public:
@@ -53,16 +59,17 @@ class Selector {
       Step(progress_, "select", static_cast<std::size_t>(report.rounds), kMostRounds);
       candidates_ = MakeCandidates(*problem_, options_, spline_groups_);
       levels_.resize(candidates_.terms.size(), 0);
+      variance_m2_.resize(candidates_.terms.size(), 0.0);
       QuadraticModel model = Linearise();
       const bool changed = ChooseSteps(&model);
-      const bool wider = WantSplines();
+      const bool wider = WantSplines(model);
       if (changed) Refit();
       report.settled = !changed && !wider;
       if (report.settled || report.rounds == kMostRounds) TestKept(model);
     }
     report.steps = step_;
     report.candidates = rows_.Finish(candidates_, levels_, options_.selection);
-    report.groups = GroupsOf(block_, candidates_, levels_);
+    report.groups = GroupsOf(block_, candidates_, levels_, variance_m2_);
     return report;
   }
 
@@ -105,10 +112,11 @@ class Selector {
     to->whitening = from.whitening;
   }
 
-  std::vector<int> ActiveColumns() const {
+  std::vector<int> ActiveColumns() const { return ActiveColumns(levels_); }
+  std::vector<int> ActiveColumns(const Levels& levels) const {
     std::vector<int> active;
-    for (std::size_t t = 0; t < levels_.size(); ++t) {
-      const std::vector<int> columns = candidates_.terms[t].ColumnsAt(levels_[t]);
+    for (std::size_t t = 0; t < levels.size(); ++t) {
+      const std::vector<int> columns = candidates_.terms[t].ColumnsAt(levels[t]);
       active.insert(active.end(), columns.begin(), columns.end());
     }
     return active;
@@ -172,6 +180,7 @@ class Selector {
     const ReducedSystem& nominal = start ? *start : *system;
     nominal_s_ = nominal.matrix().ToDense();
     nominal_diagonal_ = nominal.full_diagonal();
+    effect_part_1_ = EffectParts(extended);
 
     QuadraticModel::Data data;
     data.s = system->matrix().ToDense();
@@ -195,18 +204,38 @@ class Selector {
         data.prior_weight[i] = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
       }
     }
-    return QuadraticModel(std::move(data));
+    QuadraticModel model(std::move(data));
+    for (std::size_t t = 0; t < levels_.size(); ++t) {
+      if (IsProcess(t, levels_[t])) {
+        model.SetPrior(candidates_.terms[t].ColumnsAt(levels_[t]), variance_m2_[t]);
+      }
+    }
+    return model;
+  }
+
+  bool IsProcess(std::size_t t, std::size_t level) const {
+    return level > 0 && candidates_.terms[t].levels[level - 1].process;
   }
 
   /// Solves the block with the model chosen, from the former solution.
   void Refit() {
-    auto next = std::make_unique<AdjustmentProblem>(block_, GroupsOf(block_, candidates_, levels_));
+    auto next = std::make_unique<AdjustmentProblem>(
+        block_, GroupsOf(block_, candidates_, levels_, variance_m2_));
     Adopt(*problem_, next.get());
     std::map<std::string, double> value_of;
     for (int i = 0; i < problem_->layout.size(); ++i) {
       value_of[KeyOf(problem_->layout.parameters[static_cast<std::size_t>(i)])] =
           state_.corrections[i];
     }
+    // Coefficients of other functions have the same names.
+    solved_levels_.resize(levels_.size(), 0);
+    for (std::size_t t = 0; t < levels_.size(); ++t) {
+      if (Functions(t, levels_[t]) == Functions(t, solved_levels_[t])) continue;
+      for (const int column : candidates_.terms[t].ColumnsAt(levels_[t])) {
+        value_of.erase(KeyOf(candidates_.parameters[static_cast<std::size_t>(column)]));
+      }
+    }
+    solved_levels_ = levels_;
     state_.corrections = Eigen::VectorXd::Zero(next->layout.size());
     for (int i = 0; i < next->layout.size(); ++i) {
       const auto found = value_of.find(KeyOf(next->layout.parameters[static_cast<std::size_t>(i)]));
@@ -214,6 +243,11 @@ class Selector {
     }
     problem_ = std::move(next);
     Solve();
+  }
+
+  /// What a level is made of: polynomials (0), or one of the splines.
+  std::size_t Functions(std::size_t t, std::size_t level) const {
+    return level > 0 && candidates_.terms[t].levels[level - 1].spline ? level : 0;
   }
 
   struct Move {
@@ -230,6 +264,10 @@ class Selector {
     const SelectionTerm& term = candidates_.terms[t];
     const std::size_t now = levels_[t];
     if (term.levels[level - 1].columns.empty()) return std::nullopt;
+    if (IsProcess(t, level)) {
+      const std::size_t below = std::min(now, term.Degrees());
+      return model.Process(term.ColumnsAt(level), term.ColumnsAt(now), term.ColumnsAt(below));
+    }
     if (term.levels[level - 1].spline) {
       return model.Exchange(term.ColumnsAt(now), term.ColumnsAt(level));
     }
@@ -241,11 +279,21 @@ class Selector {
     return model.Score(columns);
   }
 
+  /// Takes a move; to a process with the variance that its figures found.
+  void Enter(const Move& move, QuadraticModel* model) {
+    if (IsProcess(move.term, move.level)) variance_m2_[move.term] = move.figures.variance_1;
+    Apply(move.term, move.level, model);
+  }
+
   void Apply(std::size_t t, std::size_t level, QuadraticModel* model) {
     const std::size_t before = levels_[t];
     levels_[t] = level;
     ++step_;
     const SelectionTerm& term = candidates_.terms[t];
+    if (IsProcess(t, before)) {
+      model->SetPrior(term.ColumnsAt(before), std::numeric_limits<double>::infinity());
+    }
+    if (IsProcess(t, level)) model->SetPrior(term.ColumnsAt(level), variance_m2_[t]);
     if (level > before) {
       const bool spline = term.levels[level - 1].spline;
       for (std::size_t l = spline ? level : before + 1; l <= level; ++l) {
@@ -266,22 +314,20 @@ class Selector {
     return a.delta_bic_1 < b.delta_bic_1 - kEqual_1 * (1.0 + std::abs(a.delta_bic_1));
   }
 
-  /// Condition of a model on the nominal paths, scaled as CandidateFigures::condition_1.
-  double NominalCondition(const std::vector<int>& active) const {
-    if (active.empty()) return 1.0;
-    const Eigen::VectorXd scale = nominal_diagonal_(active).cwiseSqrt().cwiseInverse();
-    if (!scale.allFinite()) return std::numeric_limits<double>::infinity();
-    return ConditionOf(scale.asDiagonal() * Eigen::MatrixXd(nominal_s_(active, active)) *
-                       scale.asDiagonal());
-  }
-
-  /// The same with one term at another level.
-  double NominalConditionWith(std::size_t t, std::size_t level) {
-    const std::size_t now = levels_[t];
-    levels_[t] = level;
-    const double condition_1 = NominalCondition(ActiveColumns());
-    levels_[t] = now;
-    return condition_1;
+  /// What the model with one term at another level leaves open on the nominal paths.
+  Determinacy NominalWith(std::size_t t, std::size_t level, double variance_m2) const {
+    Levels levels = levels_;
+    levels[t] = level;
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(nominal_diagonal_.size());
+    for (std::size_t other = 0; other < levels.size(); ++other) {
+      if (!IsProcess(other, levels[other])) continue;
+      const double prior_m2 = other == t ? variance_m2 : variance_m2_[other];
+      for (const int c : candidates_.terms[other].ColumnsAt(levels[other])) {
+        weight[c] = 1.0 / prior_m2;
+      }
+    }
+    return DeterminacyOf(
+        nominal_s_, nominal_diagonal_, weight, effect_part_1_, ActiveColumns(levels));
   }
 
   /// The best candidate that passes, on the nominal paths too.
@@ -290,10 +336,11 @@ class Selector {
     for (;;) {
       Move best = Sweep(model, barred);
       if (!best.found) return best;
-      const double condition_1 = NominalConditionWith(best.term, best.level);
-      if (condition_1 <= options_.selection.max_condition_1) return best;
+      const Determinacy nominal = NominalWith(best.term, best.level, best.figures.variance_1);
+      if (Stands(nominal, options_.selection)) return best;
       barred.insert({best.term, best.level});
-      best.figures.condition_1 = condition_1;
+      best.figures.condition_1 = nominal.condition_1;
+      best.figures.effect_part_1 = nominal.effect_part_1;
       rows_.Note(best.term, best.level, SelectionTest::kScore, best.figures);
     }
   }
@@ -321,6 +368,21 @@ class Selector {
     return Passes(figures, options_.selection, candidates_.terms.size());
   }
 
+  /// The highest degree that a term may have in place of its process, whose prior may be what
+  /// holds a shift.
+  std::size_t Polynomial(const QuadraticModel& model, std::size_t t) const {
+    std::size_t level = candidates_.terms[t].Degrees();
+    for (; level > 0; --level) {
+      Levels levels = levels_;
+      levels[t] = level;
+      if (model.Condition(ActiveColumns(levels)) <= MostCondition(options_.selection) &&
+          Stands(NominalWith(t, level, 0.0), options_.selection)) {
+        break;
+      }
+    }
+    return level;
+  }
+
   /// The test of the last step of a term and the level it would fall back to.
   std::pair<CandidateFigures, std::size_t> TestLast(const QuadraticModel& model,
                                                     const Eigen::MatrixXd& covariance,
@@ -329,6 +391,11 @@ class Selector {
     const std::size_t now = levels_[t];
     if (!term.levels[now - 1].spline) {
       return {model.Wald(term.levels[now - 1].columns, covariance), now - 1};
+    }
+    if (IsProcess(t, now)) {
+      const std::size_t below = Polynomial(model, t);
+      const std::vector<int> polynomial = term.ColumnsAt(below);
+      return {model.Process(term.ColumnsAt(now), polynomial, polynomial), below};
     }
     const std::size_t below = term.Degrees();
     if (below == 0) return {model.Wald(term.levels[now - 1].columns, covariance), 0};
@@ -357,13 +424,19 @@ class Selector {
     Dropped dropped;
     // The model may have become singular where it was linearised anew: leave out what is.
     if (!model->Reset(ActiveColumns())) {
+      for (std::size_t t = 0; t < levels_.size(); ++t) {
+        if (!IsProcess(t, levels_[t])) continue;
+        model->SetPrior(candidates_.terms[t].ColumnsAt(levels_[t]),
+                        std::numeric_limits<double>::infinity());
+      }
       std::fill(levels_.begin(), levels_.end(), 0);
       CHECK(model->Reset({})) << "an empty model is never singular";
     }
+    const bool variances = EstimateVariances(model);
     for (;;) {
       for (Move best = BestCandidate(*model, dropped); best.found;
            best = BestCandidate(*model, dropped)) {
-        Apply(best.term, best.level, model);
+        Enter(best, model);
       }
       bool fewer = false;
       for (Move worst = WorstKept(*model); worst.found; worst = WorstKept(*model)) {
@@ -372,8 +445,27 @@ class Selector {
         fewer = true;
       }
       if (fewer) continue;
-      if (!SwapOne(dropped, model)) return levels_ != before;
+      if (!SwapOne(dropped, model)) return variances || levels_ != before;
     }
+  }
+
+  /// The prior variances of the processes in the model, one after the other; true where one
+  /// changed by more than it would matter.
+  bool EstimateVariances(QuadraticModel* model) {
+    bool changed = false;
+    for (int sweep = 0; sweep < kVarianceSweeps; ++sweep) {
+      for (std::size_t t = 0; t < levels_.size(); ++t) {
+        if (!IsProcess(t, levels_[t])) continue;
+        const std::vector<int> columns = candidates_.terms[t].ColumnsAt(levels_[t]);
+        const double next_m2 = model->Process(columns, {}, {}).variance_1;
+        if (!(next_m2 > 0.0)) continue;
+        if (std::abs(std::log(next_m2 / variance_m2_[t])) > kSameVariance_1) changed = true;
+        variance_m2_[t] = next_m2;
+        model->SetPrior(columns, next_m2);
+        CHECK(model->Reset(ActiveColumns())) << "a model inside a regular one is singular";
+      }
+    }
+    return changed;
   }
 
   /// What one step leads to: the next degree and the splines.
@@ -410,7 +502,7 @@ class Selector {
           if (!figures || dropped.contains({other, level}) || !PassesHere(*figures)) continue;
           const double gain_1 = now.delta_bic_1 - figures->delta_bic_1;
           if (!PaysMore(*figures, now) || gain_1 <= best_gain_1) continue;
-          if (NominalConditionWith(other, level) > options_.selection.max_condition_1) continue;
+          if (!Stands(NominalWith(other, level, figures->variance_1), options_.selection)) continue;
           best = {other, level, *figures, true};
           best_gain_1 = gain_1;
           out = t;
@@ -420,17 +512,22 @@ class Selector {
     }
     if (!best.found || ++swaps_ > kMostSwaps) return false;
     Apply(out, levels_[out] - 1, model);
-    Apply(best.term, best.level, model);
+    Enter(best, model);
     return true;
   }
 
-  /// Asks for splines where the highest degree was needed; true where that is new.
-  bool WantSplines() {
+  /// Asks for splines where the highest degree was needed, or where the model leaves more in the
+  /// residuals than the global test allows; true where that is new.
+  bool WantSplines(const QuadraticModel& model) {
     bool wider = false;
+    const double redundancy_1 = model.redundancy();
+    const bool misfit =
+        redundancy_1 > 0.0 &&
+        model.square_sum() > ChiSquareInterval(options_.test_level, redundancy_1).upper;
     for (std::size_t t = 0; t < candidates_.terms.size(); ++t) {
       const SelectionTerm& term = candidates_.terms[t];
       const bool has_splines = term.Degrees() > 0 && term.levels.size() > term.Degrees();
-      if (!has_splines || levels_[t] < term.Degrees()) continue;
+      if (!has_splines || (levels_[t] < term.Degrees() && !misfit)) continue;
       const bool formed = std::find(spline_groups_.begin(), spline_groups_.end(), term.group) !=
                           spline_groups_.end();
       if (formed) continue;
@@ -461,11 +558,14 @@ class Selector {
   std::unique_ptr<AdjustmentProblem> problem_;  // of the model chosen so far
   BlockState state_;                            // its solution
   Candidates candidates_;
-  Levels levels_;  // by term
+  Levels levels_;                    // by term
+  Levels solved_levels_;             // of the problem
+  std::vector<double> variance_m2_;  // of the priors of processes, by term
   std::vector<std::size_t> spline_groups_;
   SelectionRows rows_;
   Eigen::MatrixXd nominal_s_;  // of all candidates, paths not corrected
   Eigen::VectorXd nominal_diagonal_;
+  Eigen::VectorXd effect_part_1_;  // EffectParts() of the candidates
   int step_ = 0;
   int swaps_ = 0;
 };
@@ -477,34 +577,6 @@ SelectionReport SelectCorrections(const Block& block,
                                   ProgressSink* progress) {
   const ThreadLimit limit(options.threads);
   return Selector(block, options, progress).Run();
-}
-
-AdjustResult AdjustSelected(const Block& block,
-                            const AdjustOptions& options,
-                            const PointPairs& pairs,
-                            ProgressSink* progress) {
-  std::vector<StageCost> stages;
-  SelectionReport report;
-  {
-    const StageTimer timer("select", &stages);
-    report = SelectCorrections(block, options, progress);
-  }
-  AdjustOptions chosen = options;
-  chosen.corrections = report.groups.empty() ? CorrectionChoice::kNone : CorrectionChoice::kGiven;
-  chosen.groups = report.groups;
-  AdjustResult result = Adjust(block, chosen, pairs, progress);
-  result.stages.insert(result.stages.begin(), stages.begin(), stages.end());
-  for (ParameterResult& parameter : result.parameters) {
-    parameter.kept = KeptText(report, parameter.owner, parameter.name);
-  }
-  if (!report.settled) {
-    Warn(&result,
-         "the choice of corrections still changed after " + std::to_string(report.rounds) +
-             " rounds");
-  }
-  report.simplifications = BoundSimplifications(block, result, options.selection.simplify_1);
-  result.selection = std::move(report);
-  return result;
 }
 
 }  // namespace sarblock

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "selection_rows.h"
 
+#include "sarblock/adjust/rank_analysis.h"
+
 #include <cmath>
 #include <sstream>
+
+#include "selection_determinacy.h"
 
 namespace sarblock {
 namespace {
@@ -24,8 +28,12 @@ std::string WhyNot(const CandidateFigures& figures,
            "hold it";
   }
   if (!figures.regular) return "not determinable: no redundancy would be left";
-  if (figures.condition_1 > options.max_condition_1) {
-    return "not determinable: its condition is above " + Text(options.max_condition_1);
+  if (figures.condition_1 > MostCondition(options)) {
+    return "not determinable: its condition is above " + Text(MostCondition(options));
+  }
+  if (figures.effect_part_1 > kNearEffectPart_1) {
+    return "not determinable: with it a correction would have a standard deviation of more than " +
+           Text(100.0 * kNearEffectPart_1) + " percent of the slant range";
   }
   if (figures.posterior_prior_1 > options.max_posterior_prior_1) {
     return "not determinable: the observations add little to its prior";
@@ -96,6 +104,9 @@ std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
       if (result.kept) {
         result.reason =
             why.empty() ? "determinable, significant and pays" : "below a degree that is kept";
+        if (row.figures.variance_1 > 0.0) {
+          result.reason += ", prior of " + Text(std::sqrt(row.figures.variance_1)) + " m";
+        }
       } else if (contained) {
         result.reason = "contained in the spline that is kept";
       } else if (result.test == SelectionTest::kScore) {
@@ -103,7 +114,8 @@ std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
         if (why.empty()) result.reason = "another candidate of its term pays more";
       } else if (level.spline) {
         result.reason =
-            "not tried: no component needs the highest degree, or a polynomial holds as much";
+            "not tried: polynomials leave no misfit and no component needs the highest degree, or "
+            "one holds as much";
       } else {
         result.reason = "not tried";
       }
@@ -122,7 +134,8 @@ std::string KeptText(const SelectionReport& report,
   const std::string stem = parameter.substr(0, parameter.rfind('.'));
   for (const CandidateResult& candidate : report.candidates) {
     if (!candidate.kept) continue;
-    const bool spline = candidate.name.starts_with(stem + ".spline ");
+    const bool spline = candidate.name.starts_with(stem + ".spline ") ||
+                        candidate.name.starts_with(stem + ".process ");
     if (candidate.name != parameter && !spline) continue;
     const std::string among = " " + candidate.passes + " ";
     if (candidate.passes != "all" && among.find(" " + owner + " ") == std::string::npos) continue;

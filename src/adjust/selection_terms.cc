@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <compare>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -103,7 +105,7 @@ std::vector<double> Spacings(const Block& block, const SelectionOptions& options
 
 std::string SpacingText(double spacing_s) {
   std::ostringstream text;
-  text << "spline " << spacing_s << " s";
+  text << spacing_s << " s";
   return text.str();
 }
 
@@ -240,8 +242,10 @@ class Lister {
       const std::string stem = std::string("position.") + AxisName(position, axis);
       SelectionTerm term{g, axis, scope.label, scope.passes, {}};
       if (position.basis == Basis::kSpline) {
-        TermLevel level{
-            stem + "." + SpacingText(position.knot_spacing_s), {}, true, position.knot_spacing_s};
+        TermLevel level{stem + ".spline " + SpacingText(position.knot_spacing_s),
+                        {},
+                        true,
+                        position.knot_spacing_s};
         AddSplineColumns(scope, stem, &level.columns);
         term.levels.push_back(std::move(level));
         out_.terms.push_back(std::move(term));
@@ -274,7 +278,7 @@ class Lister {
         std::find(spline_groups_.begin(), spline_groups_.end(), g) != spline_groups_.end();
     std::size_t widest = degree_columns;
     for (std::size_t s = 0; s < spacings_s_.size(); ++s) {
-      TermLevel level{stem + "." + SpacingText(spacings_s_[s]), {}, true, spacings_s_[s]};
+      TermLevel level{stem + ".spline " + SpacingText(spacings_s_[s]), {}, true, spacings_s_[s]};
       if (formed) {
         Scope spline = scope;
         for (std::size_t i = 0; i < scope.passes.size(); ++i) {
@@ -291,6 +295,11 @@ class Lister {
       }
       term->levels.push_back(std::move(level));
     }
+    if (spacings_s_.empty()) return;
+    TermLevel process = term->levels.back();
+    process.name = stem + ".process " + SpacingText(process.spacing_s);
+    process.process = true;
+    term->levels.push_back(std::move(process));
   }
 
   void ListGroup(std::size_t g) {
@@ -324,13 +333,19 @@ class Lister {
   Candidates out_;
 };
 
-/// Levels of one group at one pass, by axis (or parameter).
+/// Levels of one group at one pass, by axis (or parameter), and prior variances of processes.
 using AxisLevels = std::array<std::size_t, 3>;
+struct PassLevels {
+  AxisLevels levels{};
+  std::array<double, 3> variance_m2{};
+  auto operator<=>(const PassLevels&) const = default;
+};
 
 /// The part of a position group whose components stand at one level.
 CorrectionGroup PositionAt(const CorrectionGroup& group,
                            const std::array<bool, 3>& components,
                            const TermLevel& top,
+                           const PassLevels& at,
                            std::size_t level) {
   CorrectionGroup out = group;
   auto& position = std::get<PositionCorrection>(out.model);
@@ -344,6 +359,9 @@ CorrectionGroup PositionAt(const CorrectionGroup& group,
     position.basis = Basis::kSpline;
     position.degree = 0;
     position.knot_spacing_s = top.spacing_s;
+    for (std::size_t axis = 0; axis < 3 && top.process; ++axis) {
+      if (components[axis]) position.prior_sigma_m[axis] = {std::sqrt(at.variance_m2[axis])};
+    }
   } else {
     position.degree = static_cast<int>(level) - 1;
   }
@@ -351,9 +369,10 @@ CorrectionGroup PositionAt(const CorrectionGroup& group,
 }
 
 std::vector<CorrectionGroup> PartsAt(const CorrectionGroup& group,
-                                     const AxisLevels& levels,
+                                     const PassLevels& at,
                                      const std::array<const SelectionTerm*, 3>& terms) {
   std::vector<CorrectionGroup> out;
+  const AxisLevels& levels = at.levels;
   if (std::holds_alternative<PositionCorrection>(group.model)) {
     std::array<bool, 3> done{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -364,7 +383,7 @@ std::vector<CorrectionGroup> PartsAt(const CorrectionGroup& group,
         done[other] = done[other] || components[other];
       }
       out.push_back(
-          PositionAt(group, components, terms[axis]->levels[levels[axis] - 1], levels[axis]));
+          PositionAt(group, components, terms[axis]->levels[levels[axis] - 1], at, levels[axis]));
     }
     return out;
   }
@@ -407,21 +426,26 @@ Candidates MakeCandidates(const AdjustmentProblem& measured,
 
 std::vector<CorrectionGroup> GroupsOf(const Block& block,
                                       const Candidates& candidates,
-                                      const std::vector<std::size_t>& levels) {
+                                      const std::vector<std::size_t>& levels,
+                                      const std::vector<double>& variance_m2) {
   std::vector<CorrectionGroup> out;
   for (std::size_t g = 0; g < candidates.groups.size(); ++g) {
     const CorrectionGroup& group = candidates.groups[g];
-    std::map<std::size_t, AxisLevels> by_pass;
+    std::map<std::size_t, PassLevels> by_pass;
     std::array<const SelectionTerm*, 3> terms{};
     for (std::size_t t = 0; t < candidates.terms.size(); ++t) {
       const SelectionTerm& term = candidates.terms[t];
       if (term.group != g) continue;
       const auto slot = static_cast<std::size_t>(std::max(term.axis, 0));
       terms[slot] = &term;
-      for (const std::size_t pass : term.passes) by_pass[pass][slot] = levels[t];
+      const bool process = levels[t] > 0 && term.levels[levels[t] - 1].process;
+      for (const std::size_t pass : term.passes) {
+        by_pass[pass].levels[slot] = levels[t];
+        if (process) by_pass[pass].variance_m2[slot] = variance_m2[t];
+      }
     }
     // Passes of one pattern stand in one group.
-    std::map<AxisLevels, std::vector<std::size_t>> by_pattern;
+    std::map<PassLevels, std::vector<std::size_t>> by_pattern;
     for (const auto& [pass, pattern] : by_pass) by_pattern[pattern].push_back(pass);
     for (const auto& [pattern, passes] : by_pattern) {
       for (CorrectionGroup& part : PartsAt(group, pattern, terms)) {

@@ -19,6 +19,7 @@ struct TermLevel {
                              ///< a spline that is no larger than what stands before it
   bool spline = false;       ///< replaces the levels below
   double spacing_s = kNotGiven;
+  bool process = false;  ///< the spline before, with one prior for its coefficients
 };
 
 /// What the selection switches on step by step: one component of the position, a bias; of one pass,
@@ -52,9 +53,10 @@ struct Candidates {
                                         const AdjustOptions& options,
                                         const std::vector<std::size_t>& spline_groups);
 
-/// Correction groups of a model: a level by term.
+/// Correction groups of a model: a level and, for a process, the variance of its prior by term.
 [[nodiscard]] std::vector<CorrectionGroup> GroupsOf(const Block& block,
                                                     const Candidates& candidates,
-                                                    const std::vector<std::size_t>& levels);
+                                                    const std::vector<std::size_t>& levels,
+                                                    const std::vector<double>& variance_m2);
 
 }  // namespace sarblock

@@ -73,7 +73,8 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
    "Highest degree tried for the position; above 3 no spline is tried."},
   {"selection.knot_spacings_s", "list", "up to 3 numbers above 0, or empty",
    "a quarter and an eighth of the longest strip",
-   "Splines tried where a component without a prior needs the highest degree."},
+   "Splines tried where a component without a prior needs the highest degree or polynomials leave a "
+   "misfit; the finest also with an estimated prior."},
   {"selection.max_condition", "number", "above 1", "1e8",
    "How much of a variance may come from other unknowns before a candidate counts as not "
    "determinable."},

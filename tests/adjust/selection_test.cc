@@ -20,6 +20,7 @@ namespace sarblock {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 /// Four strips and two across them with control, flight errors and noise scaled by one factor.
@@ -101,6 +102,7 @@ TEST(SelectionTest, TheScoreTestHasTheFOfARefitToFirstOrder) {
     AdjustOptions options = Auto();
     options.selection.significance_1 = 1e-300;  // nothing is kept: all are tested on the same base
     options.selection.max_degree = 2;
+    options.selection.knot_spacings_s = std::vector<double>{};
     const SelectionReport report = SelectCorrections(block, options);
     ASSERT_TRUE(report.groups.empty());
     const AdjustResult base = Fit(block, {});
@@ -165,8 +167,8 @@ TEST(SelectionTest, EveryCandidateHasItsRowFiguresAndReason) {
   const AdjustResult result = Adjust(block, Auto());
   ASSERT_TRUE(result.accepted);
   const SelectionReport& report = result.selection;
-  // Three components of degrees 0 to 3 and two splines, two of the range, three more biases.
-  EXPECT_EQ(report.candidates.size(), 3u * 6u + 5u);
+  // Three components of degrees 0 to 3 and two splines and a process, two of the range, three more.
+  EXPECT_EQ(report.candidates.size(), 3u * 7u + 5u);
   std::set<std::string> names;
   std::size_t kept = 0;
   for (const CandidateResult& row : report.candidates) {
@@ -271,10 +273,64 @@ TEST(SelectionTest, ASplineReplacesThePolynomialThatCannotFollow) {
   const Block block = Simulate(scene).block;
   const AdjustResult result = Adjust(block, options);
   ASSERT_TRUE(result.accepted);
-  EXPECT_TRUE(Row(result.selection, "position.along.spline 25 s").kept);
+  EXPECT_TRUE(Row(result.selection, "position.along.process 25 s").kept);
   EXPECT_FALSE(Row(result.selection, "position.along.3").kept);
   EXPECT_THAT(Row(result.selection, "position.along.3").reason, HasSubstr("spline"));
   EXPECT_TRUE(result.chi_square_passed);
+}
+
+// Points only in the west of the strips.
+TEST(SelectionTest, WhereFreeKnotsAreRefusedAProcessIsChosenAndHolds) {
+  Scene scene = StripsScene(1.0, {"points.count=600", "points.east_m=[1000, 16000]"});
+  scene.navigation.process = SceneNavigation::Process::kRandomWalk;
+  scene.navigation.process_sigma_m = {30.0, 0.0, 0.0};
+  scene.navigation.knot_spacing_s = 25.0;
+  const Block block = Simulate(scene).block;
+  CorrectionGroup group;
+  group.name = "position";
+  PositionCorrection free;
+  free.basis = PositionCorrection::Basis::kSpline;
+  free.knot_spacing_s = 25.0;
+  free.components = {true, false, false};
+  group.model = free;
+  EXPECT_THROW(static_cast<void>(Fit(block, {group})), UndeterminedError);
+  AdjustOptions options = Auto();
+  options.selection.knot_spacings_s = {{25.0}};
+  const AdjustResult result = Adjust(block, options);
+  ASSERT_TRUE(result.accepted);
+  EXPECT_TRUE(Row(result.selection, "position.along.process 25 s").kept);
+  for (const std::string& warning : result.warnings) {
+    EXPECT_THAT(warning, Not(HasSubstr("nearly undetermined")));
+  }
+}
+
+// Seeded truth: coefficients drawn with one standard deviation, so that the square sum of those
+// drawn is chi-square; the estimate adds little to its scatter, since the looks fix a coefficient
+// to a part of that. The same model given gives the same solution.
+TEST(SelectionTest, TheVarianceOfAProcessIsThatOfItsCoefficients) {
+  Scene scene = StripsScene(1.0, {"points.count=600"});
+  scene.navigation = {};
+  scene.navigation.process = SceneNavigation::Process::kGaussMarkov;
+  scene.navigation.correlation_time_s = 0.5;
+  scene.navigation.process_sigma_m = {0.0, 1.0, 0.0};
+  scene.navigation.knot_spacing_s = 40.0;
+  AdjustOptions options = Auto();
+  options.selection.knot_spacings_s = {{40.0}};
+  const Block block = Simulate(scene).block;
+  const AdjustResult result = Adjust(block, options);
+  ASSERT_TRUE(result.accepted);
+  EXPECT_TRUE(Row(result.selection, "position.across.process 40 s").kept);
+  double coefficients = 0.0, sigma_m = kNotGiven;
+  for (const ParameterResult& parameter : result.parameters) {
+    if (!parameter.name.starts_with("position.across")) continue;
+    ++coefficients;
+    sigma_m = parameter.prior_sigma;
+  }
+  const Interval region = ChiSquareInterval(0.999, coefficients);  // of one metre drawn
+  EXPECT_TRUE(region.Contains(coefficients * sigma_m * sigma_m)) << sigma_m;
+  EXPECT_TRUE(result.chi_square_passed);
+  const AdjustResult given = Fit(block, result.selection.groups);
+  EXPECT_EQ(given.final_cost, result.final_cost);
 }
 
 TEST(SelectionTest, TheModelChosenIsOneThatCanBeGiven) {
