@@ -47,7 +47,8 @@ TEST_F(StudyCommandTest, WritesTableWordsAndPlotsAndResumesThem) {
   const nlohmann::json summary = nlohmann::json::parse(first.out);
   EXPECT_EQ(summary["rows"], 3);
   EXPECT_EQ(summary["parts_kept"], 0);
-  EXPECT_THAT(std::string(summary["words"][0]), HasSubstr("no control at all reaches sigma_u 100 m everywhere"));
+  EXPECT_THAT(std::string(summary["words"][0]),
+              HasSubstr("3 control points (perimeter) reach sigma_u 100 m everywhere"));
   for (const std::string name : summary["files"]) {
     EXPECT_FALSE(Content(folder_ / "a" / name).empty()) << name;
   }
