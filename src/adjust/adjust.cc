@@ -4,6 +4,7 @@
 #include "sarblock/adjust/block_structure.h"
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/covariance.h"
+#include "sarblock/adjust/engine_choice.h"
 #include "sarblock/adjust/montecarlo.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/selection.h"
@@ -69,11 +70,11 @@ SolveReport SolveRounds(const Weighting& weighting,
     solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
     // The first round only has to come near enough for the weights.
-    const bool approach = round == 0 && options.engine != Engine::kCeres;
+    const bool ceres = Resolve(options.engine) == Engine::kCeres;
+    const bool approach = round == 0 && !ceres;
     if (approach) solve.settled_1 = kApproached_1;
-    const SolveReport report = options.engine == Engine::kCeres
-                                   ? SolveWithCeres(*problem, weighting, solve, state, progress)
-                                   : SolveReduced(*problem, weighting, solve, state, progress);
+    const SolveReport report = ceres ? SolveWithCeres(*problem, weighting, solve, state, progress)
+                                     : SolveReduced(*problem, weighting, solve, state, progress);
     if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
     total.iterations += report.iterations;
     total.converged = report.converged;

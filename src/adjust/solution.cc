@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/ceres_covariance.h"
 #include "sarblock/adjust/covariance.h"
+#include "sarblock/adjust/engine_choice.h"
 #include "sarblock/adjust/leberl_prediction.h"
 #include "sarblock/adjust/point_sweep.h"
 #include "sarblock/core/error.h"
@@ -132,7 +133,7 @@ void RequireOffered(const AdjustOptions& options) {
                      "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
                      "\"none\" is allowed with it, and snooping = \"robust\" starts from one");
   }
-  if (options.covariance_method == CovarianceMethod::kCeres &&
+  if (Resolve(options.covariance_method) == CovarianceMethod::kCeres &&
       options.covariance != CovarianceLevel::kBlock) {
     throw InputError("adjust.covariance_method",
                      "'ceres' forms the covariance of level 'block' only; allowed: auto, reduced");
@@ -140,7 +141,7 @@ void RequireOffered(const AdjustOptions& options) {
 }
 
 void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options) {
-  if (options.covariance_method != CovarianceMethod::kCeres) return;
+  if (Resolve(options.covariance_method) != CovarianceMethod::kCeres) return;
   const std::size_t unknowns = CountProblem(problem).parameters;
   if (unknowns <= kMostCeresUnknowns) return;
   throw InputError("adjust.covariance_method",
@@ -353,7 +354,7 @@ void FillCovariance(const AdjustmentProblem& problem,
                     ProgressSink* progress,
                     AdjustResult* result) {
   if (options.covariance == CovarianceLevel::kNone) return;
-  if (options.covariance_method == CovarianceMethod::kCeres) {
+  if (Resolve(options.covariance_method) == CovarianceMethod::kCeres) {
     FillCovarianceByCeres(problem, state, options, pairs, result);
     return;
   }

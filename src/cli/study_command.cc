@@ -7,6 +7,7 @@
 #include "sarblock/io/densification_file.h"
 #include "sarblock/io/study_file.h"
 #include "sarblock/io/study_rows.h"
+#include "sarblock/io/tradeoff_study.h"
 
 #include <array>
 #include <filesystem>
@@ -24,6 +25,10 @@ constexpr std::array kKinds = {
               "How much control, where, and what the next point is worth",
               PrepareDensification,
               DensificationKeys},
+    StudyKind{"tradeoff",
+              "Speed against accuracy of everything a user can choose, one stage at a time",
+              PrepareTradeoff,
+              TradeoffKeys},
 };
 
 struct Arguments {
@@ -45,7 +50,7 @@ int Run(const StudyKind& kind, const Arguments& arguments, const Session& sessio
   }
   const std::filesystem::path folder = arguments.out;
   const ThreadLimit limit(session.Threads());
-  PreparedStudy study = kind.prepare(arguments.file, session.set);
+  PreparedStudy study = kind.prepare(arguments.file, session.set, session.Threads());
   StudyRows rows(
       folder,
       {kind.name, study.plan.columns, study.plan.tasks.size(), std::move(study.identity)},
@@ -60,6 +65,7 @@ int Run(const StudyKind& kind, const Arguments& arguments, const Session& sessio
   std::vector<std::string> files = {fmt::format("{}.csv", kind.name)};
   answer.files.emplace_back(fmt::format("{}.txt", kind.name),
                             fmt::format("{}\n", fmt::join(answer.words, "\n")));
+  if (answer.table) WriteFile(folder / files.front(), StudyTableText(*answer.table));
   for (const auto& [name, text] : answer.files) {
     WriteFile(folder / name, text);
     files.push_back(name);

@@ -4,6 +4,7 @@
 #include "sarblock/study/study_table.h"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,9 @@ struct StudyAnswer {
   std::vector<std::string> words;  ///< lines for people, also written to NAME.txt
   /// Further files of the folder, name and content: plots, more tables.
   std::vector<std::pair<std::string, std::string>> files;
+  /// The table with the columns that need all rows, where the kind has such: written in place of
+  /// the one that grew.
+  std::optional<StudyTable> table;
 };
 
 /// A study read from its file, ready to run.
@@ -33,7 +37,10 @@ struct PreparedStudy {
 struct StudyKind {
   const char* name;
   const char* help;
-  PreparedStudy (*prepare)(const std::string& file, const std::vector<std::string>& overrides);
+  /// `threads` are those of the session, for tasks that run one by one.
+  PreparedStudy (*prepare)(const std::string& file,
+                           const std::vector<std::string>& overrides,
+                           int threads);
   /// Dotted keys of the study file that `--set` may name.
   std::vector<std::string> (*keys)();
 };
@@ -45,6 +52,10 @@ struct StudyKind {
 void AddStudy(CLI::App* app, Session* session);
 
 [[nodiscard]] PreparedStudy PrepareDensification(const std::string& file,
-                                                 const std::vector<std::string>& overrides);
+                                                 const std::vector<std::string>& overrides,
+                                                 int threads);
+[[nodiscard]] PreparedStudy PrepareTradeoff(const std::string& file,
+                                            const std::vector<std::string>& overrides,
+                                            int threads);
 
 }  // namespace sarblock::cli

@@ -136,7 +136,8 @@ StudyAnswer Conclude(const DensificationStudy& study, const StudyTable& table) {
 }  // namespace
 
 PreparedStudy PrepareDensification(const std::string& file,
-                                   const std::vector<std::string>& overrides) {
+                                   const std::vector<std::string>& overrides,
+                                   int /*threads*/) {
   const auto read = std::make_shared<DensificationFile>(ReadDensification(file, overrides));
   PreparedStudy prepared;
   prepared.plan = PlanDensification(read->study);

@@ -37,9 +37,9 @@ std::uint64_t Hash(std::string_view text, std::uint64_t state = 0xcbf29ce4842223
   return state;
 }
 
-std::string HeadingOf(const StudyIdentity& identity) {
+std::string HeadingOf(const std::vector<StudyColumn>& columns) {
   std::string line;
-  for (const StudyColumn& column : identity.columns) {
+  for (const StudyColumn& column : columns) {
     if (!line.empty()) line += ',';
     AppendCsvText(column.name, &line);
   }
@@ -48,7 +48,7 @@ std::string HeadingOf(const StudyIdentity& identity) {
 
 std::string FirstLineOf(const StudyIdentity& identity) {
   std::uint64_t hash = Hash(Version());
-  hash = Hash(HeadingOf(identity), hash);
+  hash = Hash(HeadingOf(identity.columns), hash);
   hash = Hash(fmt::format("{}\n{}\n{}", identity.name, identity.tasks, identity.text), hash);
   return fmt::format("{}{:016x}\n", kRecordFormat, hash);
 }
@@ -156,12 +156,13 @@ Journal ReadJournal(std::string_view text, std::size_t begin, std::size_t tasks)
   }
 }
 
-std::vector<StudyRow> ParseRows(const std::string& file,
-                                const std::string& text,
-                                const std::vector<StudyColumn>& columns) {
+std::vector<CsvColumn> Asked(const std::vector<StudyColumn>& columns) {
   std::vector<CsvColumn> asked;
   for (const StudyColumn& column : columns) asked.push_back({column.name, CsvNeed::kRequired});
-  CsvReader reader(file, text, asked);
+  return asked;
+}
+
+std::vector<StudyRow> RowsOf(CsvReader reader, const std::vector<StudyColumn>& columns) {
   std::vector<StudyRow> rows;
   while (reader.Next()) {
     StudyRow row(columns.size());
@@ -234,15 +235,17 @@ StudyRows::StudyRows(const fs::path& folder, StudyIdentity identity, StudyStart 
   } else {
     Journal read = ReadJournal(text, first.size(), state.identity.tasks);
     state.journal->Shorten(read.end);
-    const std::string heading = HeadingOf(state.identity);
+    const std::string heading = HeadingOf(state.identity.columns);
     for (auto& [task, rows] : read.rows) {
-      state.earlier[task] = ParseRows(journal.string(), heading + rows, state.identity.columns);
+      const std::vector<StudyColumn>& columns = state.identity.columns;
+      const std::string whole = heading + rows;
+      state.earlier[task] = RowsOf(CsvReader(journal.string(), whole, Asked(columns)), columns);
       state.waiting[task] = std::move(rows);
     }
     state.kept = state.earlier.size();
   }
   AtomicFile begin(table);
-  begin.Write(HeadingOf(state.identity));
+  begin.Write(HeadingOf(state.identity.columns));
   begin.Write(state.TakeReady());
   begin.Commit();
   state.table.emplace(table);
@@ -264,5 +267,14 @@ void StudyRows::Keep(std::size_t task, const std::vector<StudyRow>& rows) {
 }
 
 std::size_t StudyRows::kept() const { return state_->kept; }
+
+std::string StudyTableText(const StudyTable& table) {
+  return HeadingOf(table.columns()) + TextOf(table.rows());
+}
+
+StudyTable ReadStudyTable(const std::filesystem::path& file, std::vector<StudyColumn> columns) {
+  std::vector<StudyRow> rows = RowsOf(CsvReader(file, Asked(columns)), columns);
+  return {std::move(columns), std::move(rows)};
+}
 
 }  // namespace sarblock

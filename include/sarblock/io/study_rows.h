@@ -49,4 +49,11 @@ class StudyRows final : public StudyStore {
   std::unique_ptr<State> state_;
 };
 
+/// A table as the text of NAME.csv.
+[[nodiscard]] std::string StudyTableText(const StudyTable& table);
+
+/// A NAME.csv read back. Throws InputError with file, line and column.
+[[nodiscard]] StudyTable ReadStudyTable(const std::filesystem::path& file,
+                                        std::vector<StudyColumn> columns);
+
 }  // namespace sarblock

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/simulate/scene.h"
+#include "sarblock/study/study_table.h"
+#include "sarblock/study/tradeoff.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace sarblock {
+
+/// One size of the scene that choices are measured on.
+struct TradeoffSize {
+  std::size_t points = 0;  ///< how it is called; `set` of the file makes it so
+  int repeats = 0;         ///< 0: the study's
+  Scene scene;
+};
+
+/// A choice before it is bound to a block.
+struct TradeoffEntry {
+  TradeoffChoice choice;  ///< options not filled
+  bool reference = false;
+  std::size_t most_points = std::numeric_limits<std::size_t>::max();  ///< left out above
+  int threads = 0;                                                    ///< 0: those of the session
+  int repeats = 0;                                                    ///< 0: the size's
+  std::vector<std::string> set;  ///< overrides of the scene's `[adjust]`, KEY=VALUE
+};
+
+/// STUDY.toml of `study tradeoff` (docs/studies.md).
+struct TradeoffStudy {
+  std::filesystem::path scene_file;
+  StudyHeading heading;
+  int repeats = 5;
+  TradeoffClock clock = TradeoffClock::kWall;
+  TradeoffGoal goal;
+  std::vector<TradeoffSize> sizes;
+  std::vector<TradeoffEntry> choices;
+  std::string identity;  ///< the effective text of the study and of its scene
+  /// What is measured of it: "STAGE" or "STAGE.CHOICE", and sizes; empty: all.
+  std::vector<std::string> only;
+  std::vector<std::size_t> only_points;
+
+  /// The reference of a stage; every stage with a choice has one.
+  [[nodiscard]] const TradeoffEntry& ReferenceOf(TradeoffStage stage) const;
+  /// True where the row is asked for and within the limit of the choice.
+  [[nodiscard]] bool Wants(const TradeoffEntry& entry, std::size_t points) const;
+};
+
+/// Reads a study; `overrides` are KEY=VALUE with dotted keys. Throws InputError with file, line and
+/// key for everything that is not allowed.
+[[nodiscard]] TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
+                                              const std::vector<std::string>& overrides = {});
+
+/// Keys of the study file with their dotted names, for `--set`: those outside its lists of tables.
+[[nodiscard]] std::vector<std::string> TradeoffKeys();
+
+/// The choice with the options it has on a block of the scene.
+[[nodiscard]] TradeoffChoice BindChoice(const TradeoffEntry& entry,
+                                        const Scene& scene,
+                                        const Block& block,
+                                        int threads);
+
+}  // namespace sarblock

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/options.h"
+#include "sarblock/adjust/result.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/simulate/simulate.h"
+#include "sarblock/study/arithmetic.h"
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// The study of speed against accuracy (docs/studies/tradeoff.md): what a user can choose, one
+/// stage at a time, each choice against the reference of its stage on blocks of known truth.
+enum class TradeoffStage { kModel, kSolver, kCovariance, kPrecision };
+[[nodiscard]] const char* NameOf(TradeoffStage stage);  ///< "model", "solver", ...
+
+/// What speed is told by. CPU time, of all threads, is the one to take on a machine that does other
+/// things too; it does not see what threads gain.
+enum class TradeoffClock { kWall, kCpu };
+[[nodiscard]] const char* NameOf(TradeoffClock clock);  ///< "wall", "cpu"
+
+/// One row to measure.
+struct TradeoffChoice {
+  enum class Run {
+    kAdjust,      ///< Adjust() with `options`
+    kIntersect,   ///< IntersectBlock(): all looks of a point, flight paths held
+    kTwoLooks,    ///< the same of the two looks of each point that intersect best
+    kArithmetic,  ///< SolveInArithmetic() from the start values, in `arithmetic` by `elimination`,
+                  ///< with the correction groups of the bench's reference
+  };
+  TradeoffStage stage = TradeoffStage::kModel;
+  std::string name;
+  Run run = Run::kAdjust;
+  AdjustOptions options;  ///< threads included; not used by kArithmetic
+  Arithmetic arithmetic = Arithmetic::kDouble;
+  Elimination elimination = Elimination::kQr;
+};
+
+/// What a choice says of the points of a block.
+struct TradeoffAnswer {
+  std::vector<Eigen::Vector3d> position_m;  ///< by point, frame axes; NaN where it has none
+  std::vector<SymmetricEnu> covariance_m2;  ///< by point; empty: none
+  /// Of the closed form: standard deviations across and up, and the direction of across clockwise
+  /// from north; empty with any other covariance.
+  std::vector<double> sigma_across_m, sigma_up_m, across_azimuth_rad;
+  bool accepted = false;
+  int iterations = 0;
+  std::size_t corrections = 0;  ///< parameters of the passes
+  std::string note;             ///< for people: what was chosen, why not accepted
+};
+
+/// An answer against the best one and against the truth, over the tie points.
+struct AnswerErrors {
+  double position_error_1 = kNotGiven;   ///< largest sqrt(d' Q^-1 d), Q of the best answer
+  double position_median_1 = kNotGiven;  ///< median of the same
+  /// Largest |C - Q| / |Q| (Frobenius) of a 3 x 3; of a closed form that of its diagonal 2 x 2
+  /// across and up against the same part of Q. NaN without covariance.
+  double covariance_error_1 = kNotGiven;
+  double covariance_median_1 = kNotGiven;
+  double rms_error_m = kNotGiven;  ///< root mean square length of the errors against the truth
+  /// Mean of e' C^-1 e over its dimension, e the errors against the truth: 1 where C is realistic.
+  double nees_1 = kNotGiven;
+  std::size_t points_missing = 0;   ///< that have a position in the best answer alone
+  std::size_t points_unjudged = 0;  ///< that have a position here but no covariance
+};
+[[nodiscard]] AnswerErrors CompareAnswers(const Block& block,
+                                          const TradeoffAnswer& answer,
+                                          const TradeoffAnswer& best,
+                                          const std::vector<Eigen::Vector3d>& truth_m);
+
+/// A row of tradeoff.csv.
+struct TradeoffRow {
+  TradeoffStage stage = TradeoffStage::kModel;
+  std::string choice;
+  std::size_t points = 0;  ///< asked for of the scene
+  std::size_t looks = 0;
+  std::size_t corrections = 0;  ///< parameters of the passes
+  double wall_s = kNotGiven;    ///< median of the runs, of the whole call
+  double cpu_s = kNotGiven;     ///< the same, of all threads
+  /// Resident memory that the run added at its largest to what the process held before (block,
+  /// truth, answers to compare with); median. NaN where the system does not tell.
+  double peak_mib = kNotGiven;
+  TradeoffClock clock = TradeoffClock::kWall;  ///< of the speeds
+  double speed_ratio_1 = kNotGiven;  ///< reference / this: median over pairs of neighbouring runs
+  double speed_low_1 = kNotGiven;    ///< smallest and largest of these ratios
+  double speed_high_1 = kNotGiven;
+  int repeats = 0;
+  int iterations = 0;
+  bool accepted = false;
+  bool reference = false;
+  bool pareto = false;
+  AnswerErrors errors;
+  std::string note;
+};
+
+/// Differences that do not count when rows are compared: times of repeated runs differ by as much,
+/// and below the step of 1e-6 sigmas that the solver may leave errors have no meaning.
+inline constexpr double kSameSpeed_1 = 0.1;      ///< of the ratio
+inline constexpr double kSamePosition_1 = 1e-6;  ///< sigmas
+inline constexpr double kSameCovariance_1 = 1e-6;
+
+/// Marks in each stage of each size the rows that no other beats: none is faster without being less
+/// accurate in position or covariance, nor more accurate without being slower. A row without the
+/// covariance of every point counts as the worst of all in covariance; rows not accepted or that
+/// miss points are not marked and beat nobody.
+void MarkPareto(std::vector<TradeoffRow>* rows);
+
+/// What is good enough for a recommendation.
+struct TradeoffGoal {
+  double position_1 = 0.1;     ///< largest shift, in sigmas
+  double covariance_1 = 0.05;  ///< largest relative error of a 3 x 3
+};
+/// One sentence a size: the fastest solver and covariance that are on the Pareto set and good
+/// enough, with the time of the adjustment; then, for comparison, what the row `leberl` of the
+/// models and the row `single` of the arithmetics gain and lose. "100000 points: reduced, double,
+/// block: 0.30 s; leberl is 40 times faster, ...".
+[[nodiscard]] std::string Recommend(const std::vector<TradeoffRow>& rows,
+                                    std::size_t points,
+                                    const TradeoffGoal& goal);
+
+/// A simulated block to measure choices on. Holds its own copies.
+class TradeoffBench {
+ public:
+  /// Solves the block once with `reference`: the best answer. For arithmetic it is that of
+  /// Arithmetic::kExtended by kQr.
+  TradeoffBench(SimulatedBlock simulated,
+                std::size_t points,
+                const TradeoffChoice& reference,
+                ProgressSink* progress);
+  ~TradeoffBench();
+  TradeoffBench(const TradeoffBench&) = delete;
+  TradeoffBench& operator=(const TradeoffBench&) = delete;
+
+  [[nodiscard]] const Block& block() const;
+
+  /// Runs `reference` (of the choice's own stage) and `choice` in turn, `repeats` times each, and
+  /// compares. The first pair starts with the reference, the next with the choice, and so on. A
+  /// choice that the library refuses (InputError, UndeterminedError) is a row with its words as
+  /// note. The reference itself runs alone; its ratio is 1. Throws Interrupted.
+  [[nodiscard]] TradeoffRow Measure(const TradeoffChoice& choice,
+                                    const TradeoffChoice& reference,
+                                    int repeats,
+                                    TradeoffClock clock,
+                                    ProgressSink* progress);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sarblock

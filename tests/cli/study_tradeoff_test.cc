@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// `study tradeoff` as a user runs it, on a tiny study. Nothing is timed: the files hold what they
+// should, and an interrupted study goes on.
+#include <string>
+#include <vector>
+
+#include "cli/cli_fixture.h"
+#include <gmock/gmock.h>
+
+namespace sarblock {
+namespace {
+
+using testing::HasSubstr;
+
+class StudyTradeoffTest : public test::CliTest {
+ protected:
+  test::ProgramRun Study(const std::vector<std::string>& more = {}) {
+    const std::string scene = std::string(SARBLOCK_DATASETS) + "/scenes/block-12-strips.toml";
+    const std::string text = "format = \"sarblock-study 1\"\nstudy = \"tradeoff\"\nscene = \"" +
+                             scene + "\"\nrepeats = 2\n" + R"(
+[[size]]
+points = 60
+set = ["points.count=60"]
+
+[[choice]]
+stage = "model"
+name = "given"
+reference = true
+
+[[choice]]
+stage = "model"
+name = "leberl"
+set = ["corrections=none", "covariance=leberl"]
+
+[[choice]]
+stage = "covariance"
+name = "block"
+reference = true
+
+[[choice]]
+stage = "covariance"
+name = "block-ceres"
+set = ["covariance_method=ceres"]
+
+[[choice]]
+stage = "precision"
+name = "double"
+reference = true
+run = "arithmetic"
+
+[[choice]]
+stage = "precision"
+name = "single"
+run = "arithmetic"
+arithmetic = "single"
+)";
+    std::vector<std::string> arguments = {
+        "study", "tradeoff", Put("study.toml", text), "-o", folder_ / "out"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return test::RunProgram(arguments);
+  }
+
+  std::string Cell(const std::string& choice, const std::string& column) {
+    const auto rows = test::RowsOf(Content(folder_ / "out" / "tradeoff.csv"));
+    const std::size_t at = test::ColumnOf(rows, column);
+    for (const auto& row : rows) {
+      if (row[1] == choice) return row[at];
+    }
+    ADD_FAILURE() << "no row " << choice;
+    return "";
+  }
+};
+
+TEST_F(StudyTradeoffTest, ComparesEveryChoiceWithItsReference) {
+  const test::ProgramRun run = Study();
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("60 points: "));
+  EXPECT_EQ(Cell("given", "speed_ratio"), "1");
+  EXPECT_LT(std::stod(Cell("given", "position_error_sigma")), 1e-6);
+  EXPECT_LT(std::stod(Cell("given", "covariance_error")), 1e-6);
+  EXPECT_EQ(Cell("block-ceres", "accepted"), "1");
+  EXPECT_LT(std::stod(Cell("block-ceres", "covariance_error")), 1e-9);
+  EXPECT_GT(std::stod(Cell("leberl", "position_error_sigma")), 1.0);
+  EXPECT_GT(std::stod(Cell("single", "covariance_error")),
+            std::stod(Cell("double", "covariance_error")));
+  EXPECT_GT(std::stod(Cell("given", "nees")), 0.1);
+  EXPECT_LT(std::stod(Cell("given", "nees")), 10.0);
+  EXPECT_THAT(FilesOf(folder_ / "out"),
+              testing::IsSupersetOf({"tradeoff.csv",
+                                     "tradeoff.md",
+                                     "tradeoff.txt",
+                                     "tradeoff_model_error.svg",
+                                     "tradeoff_precision_time.svg"}));
+}
+
+TEST_F(StudyTradeoffTest, GoesOnAfterAnInterruptionWithTheRowsItHas) {
+  ASSERT_EQ(Study().exit_code, 0);
+  const Path progress = folder_ / "out" / "tradeoff.progress";
+  const std::string whole = Content(folder_ / "out" / "tradeoff.csv");
+  const std::string wall = Cell("given", "wall_s");
+  // As a killed run leaves it: the last record is half there.
+  const std::string record = Content(progress);
+  Put("out/tradeoff.progress", record.substr(0, record.rfind("end ")));
+  const test::ProgramRun run = Study();
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("5 of 6 parts of the study are there already"));
+  EXPECT_EQ(Cell("given", "wall_s"), wall);
+  EXPECT_NE(Cell("single", "wall_s"), "");
+  ASSERT_EQ(Study().exit_code, 0);
+  EXPECT_EQ(Cell("given", "pareto"), "1");
+}
+
+TEST_F(StudyTradeoffTest, MeasuresTheRowsThatAreAskedForByTheClockThatIs) {
+  ASSERT_EQ(Study({"--set", "only=[\"model.leberl\", \"solver\"]"}).exit_code, 3);
+  const test::ProgramRun run =
+      Study({"--set", "only=[\"model\"]", "--set", "only_points=[60]", "--set", "clock=cpu"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(test::RowsOf(Content(folder_ / "out" / "tradeoff.csv")).size(), 3U);
+  EXPECT_EQ(Cell("leberl", "clock"), "cpu");
+  EXPECT_THAT(Content(folder_ / "out" / "tradeoff.md"), HasSubstr("speed by CPU time"));
+}
+
+TEST_F(StudyTradeoffTest, RefusesAFolderOfOtherSettings) {
+  ASSERT_EQ(Study({"--set", "only=[\"model\"]"}).exit_code, 0);
+  const test::ProgramRun run = Study({"--set", "repeats=1"});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("belongs to another study"));
+}
+
+TEST_F(StudyTradeoffTest, NamesWhatIsNotAllowed) {
+  const test::ProgramRun unknown = Study({"--set", "choice.0.run=guess"});
+  EXPECT_EQ(unknown.exit_code, 3);
+  EXPECT_THAT(unknown.err, HasSubstr("run: 'guess' is not known"));
+  const test::ProgramRun none = Study({"--set", "choice.0.reference=false"});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("stage model has 0 choices with reference = true"));
+  EXPECT_THAT(Study({"--set", "only=[\"model.gven\"]"}).err, HasSubstr("'model.gven' is no STAGE"));
+  EXPECT_THAT(Study({"--set", "only_points=[61]"}).err, HasSubstr("61 is no size of the study"));
+  EXPECT_THAT(Study({"--set", "seed=3"}).err, HasSubstr("the scene has its own"));
+}
+
+}  // namespace
+}  // namespace sarblock
