@@ -198,6 +198,19 @@ TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
 std::vector<std::string> TradeoffKeys() {
   std::vector<std::string> keys = {
       "name", "purpose", "scene", "repeats", "clock", "only", "only_points"};
+  for (const char* key : {"points", "repeats", "set"}) keys.push_back(std::string("size.0.") + key);
+  for (const char* key : {"stage",
+                          "name",
+                          "reference",
+                          "run",
+                          "arithmetic",
+                          "elimination",
+                          "most_points",
+                          "threads",
+                          "repeats",
+                          "set"}) {
+    keys.push_back(std::string("choice.0.") + key);
+  }
   const toml::table empty;
   SceneTable goal{TomlTable(empty, "goal")};
   TradeoffGoal none;

@@ -55,7 +55,7 @@ struct TradeoffStudy {
 [[nodiscard]] TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
                                               const std::vector<std::string>& overrides = {});
 
-/// Keys of the study file with their dotted names, for `--set`: those outside its lists of tables.
+/// Keys of the study file with their dotted names, for `--set`, lists by their first element.
 [[nodiscard]] std::vector<std::string> TradeoffKeys();
 
 /// The choice with the options it has on a block of the scene.
