@@ -5,6 +5,7 @@
 #include "sarblock/core/parallel.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/densification_file.h"
+#include "sarblock/io/stability_file.h"
 #include "sarblock/io/study_file.h"
 #include "sarblock/io/study_rows.h"
 #include "sarblock/io/tradeoff_study.h"
@@ -29,6 +30,10 @@ constexpr std::array kKinds = {
               "Speed against accuracy of everything a user can choose, one stage at a time",
               PrepareTradeoff,
               TradeoffKeys},
+    StudyKind{"stability",
+              "Blocks pushed to the extremes beside the same adjustment in 50 digits",
+              PrepareStability,
+              StabilityKeys},
 };
 
 struct Arguments {

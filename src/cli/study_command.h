@@ -57,5 +57,8 @@ void AddStudy(CLI::App* app, Session* session);
 [[nodiscard]] PreparedStudy PrepareTradeoff(const std::string& file,
                                             const std::vector<std::string>& overrides,
                                             int threads);
+[[nodiscard]] PreparedStudy PrepareStability(const std::string& file,
+                                             const std::vector<std::string>& overrides,
+                                             int threads);
 
 }  // namespace sarblock::cli

@@ -62,6 +62,7 @@ std::string Joined(const std::vector<std::string>& texts) {
 void Compare(const Block& block,
              const AdjustOptions& options,
              const AdjustResult& result,
+             ProgressSink* progress,
              StabilityRow* row) {
   AdjustmentProblem problem(block, options.groups);
   BlockState state;
@@ -84,10 +85,11 @@ void Compare(const Block& block,
   row->single_digits_1 = by_normals(Precision::kSingle);
   AdjustOptions ceres = options;
   ceres.engine = Engine::kCeres;
+  ceres.threads = 1;  // the order of its sums, and so the last digits, follow from the number
   ceres.covariance_method = CovarianceMethod::kCeres;
   try {
-    row->ceres_digits_1 =
-        DigitsOf(CovarianceError(Adjust(block, ceres).points.covariance_m2, exact.covariance_m2));
+    row->ceres_digits_1 = DigitsOf(CovarianceError(
+        Adjust(block, ceres, {}, progress).points.covariance_m2, exact.covariance_m2));
   } catch (const UndeterminedError&) {
     // Stays without digits.
   }
@@ -119,7 +121,10 @@ StabilityOutcome JudgeStability(const StabilityRow& row, const std::vector<std::
   return row.exit_code == 0 && warnings.empty() ? StabilityOutcome::kOk : StabilityOutcome::kWarned;
 }
 
-StabilityRow RunStabilityStep(const std::string& family, double value, int threads) {
+StabilityRow RunStabilityStep(const std::string& family,
+                              double value,
+                              int threads,
+                              ProgressSink* progress) {
   StabilityPlan plan = PlanOf(family, value);
   StabilityRow row;
   row.family = family;
@@ -131,7 +136,7 @@ StabilityRow RunStabilityStep(const std::string& family, double value, int threa
   AdjustResult result;
   const Block block = MakeStabilityBlock(plan);
   try {
-    result = Adjust(block, plan.options);
+    result = Adjust(block, plan.options, {}, progress);
   } catch (const UndeterminedError& error) {
     row.exit_code = 4;
     row.message = error.what();
@@ -143,7 +148,7 @@ StabilityRow RunStabilityStep(const std::string& family, double value, int threa
   }
   row.exit_code = result.accepted ? 0 : 1;
   row.message = Joined(result.warnings);
-  Compare(block, plan.options, result, &row);
+  Compare(block, plan.options, result, progress, &row);
   row.outcome = JudgeStability(row, result.warnings);
   return row;
 }

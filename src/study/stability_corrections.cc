@@ -41,7 +41,8 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
          StabilityPlan plan = AircraftPlan();
          plan.options.groups = {Drift(static_cast<int>(v), 3.7)};
          return plan;
-       }},
+       },
+       true},
       {"degree-free",
        "degree",
        "polynomials without a prior, 20 points, half of them control",
@@ -53,7 +54,8 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
          for (std::size_t i = 0; i < 20; i += 2) plan.control.push_back({i, {0.53, 0.47, 0.41}});
          plan.options.groups = {Drift(static_cast<int>(v), kNone)};
          return plan;
-       }},
+       },
+       true},
       {"spline-knots",
        "pieces",
        "a spline in one pass under a prior, knots denser than looks",
@@ -166,7 +168,8 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
          StabilityPlan plan = AircraftPlan();
          plan.states = static_cast<std::size_t>(v);
          return plan;
-       }},
+       },
+       true},
       {"swing",
        "swing_m",
        "antennas that leave their line",

@@ -42,7 +42,7 @@ void ForEachFamily(F&& f) {
 std::vector<StabilityFamily> StabilityFamilies() {
   std::vector<StabilityFamily> out;
   ForEachFamily([&](const PlannedFamily& family) {
-    out.push_back({family.name, family.parameter, family.about, family.values});
+    out.push_back({family.name, family.parameter, family.about, family.values, family.whole});
   });
   return out;
 }

@@ -17,6 +17,7 @@ struct PlannedFamily {
   const char* about;
   std::vector<double> values;
   StabilityPlan (*plan)(double value);
+  bool whole = false;
 };
 
 [[nodiscard]] const std::vector<PlannedFamily>& GeometryFamilies();

@@ -218,7 +218,8 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
          range.bias = true;
          plan.options.groups.push_back({"range", range, {}, true});
          return plan;
-       }},
+       },
+       true},
       {"points",
        "points",
        "few and many points",
@@ -228,7 +229,8 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
          plan.points = static_cast<std::size_t>(v);
          plan.control.resize(1);
          return plan;
-       }},
+       },
+       true},
       {"orbit-base",
        "base_m",
        "orbits of one side, geocentric",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <csignal>
+#include <regex>
 #include <thread>
 
 #include "cli/cli_fixture.h"
@@ -95,6 +96,44 @@ TEST_F(StudyCommandTest, AnInterruptedStudyHoldsWholeRowsAndGoesOnToTheSameBytes
   EXPECT_EQ(resumed.exit_code, 0);
   EXPECT_THAT(resumed.err, HasSubstr("of 10 parts of the study are there already"));
   EXPECT_EQ(Table("cut"), Table("whole"));
+}
+
+TEST_F(StudyCommandTest, PushesBlocksToTheExtremesAndResumesThem) {
+  const std::string study = Put("stability.toml",
+                                "format = \"sarblock-study 1\"\nstudy = \"stability\"\n"
+                                "[[family]]\nname = \"base\"\nvalues = [1e4, 1e-6]\n"
+                                "[[family]]\nname = \"degree\"\nvalues = [1]\n");
+  const auto run = [&](const std::string& out, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"study", "stability", study, "-o", folder_ / out};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  };
+  const ProgramRun first = run("a", {"--json", "--threads", "2"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const nlohmann::json summary = nlohmann::json::parse(first.out);
+  EXPECT_EQ(summary["words"][0], "3 steps of 2 families: 2 ok, 0 warned, 1 refused, 0 wrong");
+  EXPECT_EQ(
+      summary["files"],
+      (std::vector<std::string>{
+          "stability.csv", "stability_methods.svg", "stability_errors.svg", "stability.txt"}));
+  const std::string table = Content(folder_ / "a" / "stability.csv");
+  const auto rows = test::RowsOf(table);
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[2][test::ColumnOf(rows, "outcome")], "refused");
+  EXPECT_EQ(rows[2][test::ColumnOf(rows, "condition")], "");
+  EXPECT_THAT(table, HasSubstr("\",4,,,,,\n"));  // the exit code behind the message, no digits
+  EXPECT_THAT(Content(folder_ / "a" / "stability_methods.svg"), HasSubstr("16 - 2 log k"));
+
+  EXPECT_THAT(run("a", {}).err, HasSubstr("3 of 3 parts of the study are there already"));
+  EXPECT_EQ(Content(folder_ / "a" / "stability.csv"), table);
+  EXPECT_EQ(run("b", {"--threads", "1"}).exit_code, 0);
+  // The last column is other libraries', whose last digits differ between runs.
+  const auto own = [](const std::string& text) {
+    return std::regex_replace(text, std::regex(",[^,\n]*\n"), "\n");
+  };
+  EXPECT_EQ(own(Content(folder_ / "b" / "stability.csv")), own(table));
+  EXPECT_EQ(run("a", {"--set", "families=[\"squint\"]"}).exit_code, 3);
+  EXPECT_EQ(run("c", {"--set", "familie=[]"}).exit_code, 3);
 }
 
 TEST_F(StudyCommandTest, SaysWhatIsWrongWithAStudyAndWhere) {

@@ -15,6 +15,7 @@ struct StabilityFamily {
   std::string parameter;  ///< what the number is, with its unit: "angle_deg"
   std::string about;      ///< one sentence for people
   std::vector<double> values;
+  bool whole = false;  ///< the number counts something
 };
 
 /// All families with the values they are run with by default (docs/studies/stability.md).
@@ -65,7 +66,11 @@ struct StabilityRow {
 [[nodiscard]] StabilityOutcome JudgeStability(const StabilityRow& row,
                                               const std::vector<std::string>& warnings);
 
-/// Runs one step. Throws InputError for a family that is not among StabilityFamilies().
-[[nodiscard]] StabilityRow RunStabilityStep(const std::string& family, double value, int threads);
+/// Runs one step. Throws InputError for a family that is not among StabilityFamilies(),
+/// Interrupted where `progress` is cancelled during an adjustment.
+[[nodiscard]] StabilityRow RunStabilityStep(const std::string& family,
+                                            double value,
+                                            int threads,
+                                            ProgressSink* progress = nullptr);
 
 }  // namespace sarblock
