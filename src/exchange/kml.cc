@@ -3,6 +3,7 @@
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/geojson.h"
+#include "sarblock/io/svg_plot.h"
 
 #include <array>
 #include <cmath>
@@ -13,30 +14,6 @@
 
 namespace sarblock {
 namespace {
-
-// Text of an element; what XML 1.0 cannot hold becomes a question mark.
-std::string Escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-    }
-  }
-  return out;
-}
 
 struct RoleStyle {
   PointRole role;
@@ -60,7 +37,7 @@ class Writer {
     Add("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     Add("<kml xmlns=\"http://www.opengis.net/kml/2.2\"{}>\n<Document>\n<name>{}</name>\n",
         hint.empty() ? "" : " hint=\"" + hint + "\"",
-        Escaped(view_.result.summary.block));
+        XmlText(view_.result.summary.block));
     for (const RoleStyle& style : kStyles) {
       Add("<Style id=\"{0}\"><IconStyle><color>{1}</color><scale>{2}</scale></IconStyle>"
           "<LabelStyle><scale>{2}</scale></LabelStyle></Style>\n",
@@ -80,7 +57,7 @@ class Writer {
     for (const std::uint32_t point : view_.points) {
       if (points.role[point] != style.role) continue;
       Add("<Placemark><name>{}</name><styleUrl>#{}</styleUrl><ExtendedData>",
-          Escaped(points.ids[point]),
+          XmlText(points.ids[point]),
           NameOf(style.role));
       Add("<Data name=\"role\"><value>{}</value></Data>", NameOf(style.role));
       Add("<Data name=\"status\"><value>{}</value></Data>", NameOf(points.results.status[point]));
@@ -122,7 +99,7 @@ class Writer {
                                     EllipseOf(view_.Covariance_m2(point), view_.ellipse_scale_1));
       Add("<Placemark><name>{}</name><styleUrl>#ellipse</styleUrl><Polygon><outerBoundaryIs>"
           "<LinearRing><coordinates>",
-          Escaped(view_.result.points.ids[point]));
+          XmlText(view_.result.points.ids[point]));
       for (const Geodetic& corner : ring) {
         Place({corner.lat_rad, corner.lon_rad, 0.0});
         text_ += ' ';
@@ -141,7 +118,7 @@ class Writer {
     for (const ResultPass& pass : view_.result.passes) {
       Add("<Placemark><name>{}</name><styleUrl>#path</styleUrl><LineString>"
           "<altitudeMode>absolute</altitudeMode><coordinates>",
-          Escaped(pass.id));
+          XmlText(pass.id));
       for (const StateVector& state : pass.path.states()) {
         if (&state != &pass.path.states().front()) text_ += ' ';
         Place(view_.result.frame.GeodeticFromFrame(state.position_m));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/units.h"
 #include "sarblock/report/html.h"
 #include "sarblock/report/statistics.h"
@@ -143,7 +144,7 @@ class MapMaker {
     const ReportPoints& points = result_.points;
     const auto e = static_cast<double>(points.sigma_m[i][0]);
     const auto n = static_cast<double>(points.sigma_m[i][1]);
-    return EllipseOf(e * e, n * n, static_cast<double>(points.cov_en_m2[i]));
+    return EllipseOf({e * e, n * n, 0.0, static_cast<double>(points.cov_en_m2[i]), 0.0, 0.0});
   }
 
   void Magnify() {
@@ -169,7 +170,7 @@ class MapMaker {
       };
       if (!taken.emplace(cell(0), cell(1)).second) continue;
       ChartPlaces outline;
-      const double azimuth = ellipse.azimuth_deg * kRadPerDeg;
+      const double azimuth = ellipse.azimuth_rad;
       for (int c = 0; c <= kCorners; ++c) {
         const double angle = 2.0 * std::numbers::pi * c / kCorners;
         const double along_m = chart_.magnified * ellipse.major_m * std::cos(angle);

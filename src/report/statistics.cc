@@ -2,7 +2,6 @@
 #include "sarblock/report/statistics.h"
 
 #include "sarblock/core/quantile.h"
-#include "sarblock/core/units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -131,19 +130,6 @@ std::vector<BinnedMedian> MedianInBins(std::span<const double> x,
                    SampleQuantile(std::move(of_bin[b]), 0.5),
                    count});
   }
-  return out;
-}
-
-ErrorEllipse EllipseOf(double ee_m2, double nn_m2, double en_m2) {
-  const double mean = 0.5 * (ee_m2 + nn_m2), half = 0.5 * (ee_m2 - nn_m2);
-  const double root = std::hypot(half, en_m2);
-  ErrorEllipse out;
-  out.major_m = std::sqrt(mean + root);
-  out.minor_m = std::sqrt(std::max(0.0, mean - root));
-  // Twice the direction of the major axis from north; from east it would be atan2(en, half).
-  double azimuth_deg = 0.5 * std::atan2(en_m2, -half) * kDegPerRad;
-  if (azimuth_deg < 0.0) azimuth_deg += 180.0;
-  out.azimuth_deg = azimuth_deg;
   return out;
 }
 

@@ -93,19 +93,6 @@ TEST(MedianInBinsTest, GivesTheMedianOfEachStripWithEnoughValues) {
   EXPECT_EQ(bins[1].count, 2u);
 }
 
-TEST(EllipseOfTest, TurnsTheMajorAxisToWhereTheErrorsAre) {
-  // Axes 3 and 2 m, the longer one 30 degrees clockwise from north (hand: rotate diag(4, 9)).
-  const double s = 0.5, c = std::sqrt(0.75);
-  const ErrorEllipse e = EllipseOf(9 * s * s + 4 * c * c, 9 * c * c + 4 * s * s, (9 - 4) * s * c);
-  EXPECT_NEAR(e.major_m, 3.0, 1e-14);
-  EXPECT_NEAR(e.minor_m, 2.0, 1e-14);
-  EXPECT_NEAR(e.azimuth_deg, 30.0, 1e-12);
-  EXPECT_NEAR(EllipseOf(9, 4, 0).azimuth_deg, 90.0, 1e-12);
-  EXPECT_NEAR(EllipseOf(9 * s * s + 4 * c * c, 9 * c * c + 4 * s * s, -5 * s * c).azimuth_deg,
-              150.0,
-              1e-12);
-}
-
 TEST(RoundDown125Test, GivesScalesThatPeopleRead) {
   EXPECT_NEAR(RoundDown125(1999.0), 1000.0, 1e-9);
   EXPECT_NEAR(RoundDown125(2000.0), 2000.0, 1e-9);

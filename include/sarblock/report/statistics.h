@@ -57,13 +57,6 @@ struct BinnedMedian {
                                                      std::size_t bins,
                                                      std::size_t least);
 
-/// Standard error ellipse of a horizontal covariance.
-struct ErrorEllipse {
-  double major_m = 0.0, minor_m = 0.0;  ///< semi-axes
-  double azimuth_deg = 0.0;             ///< of the major axis, clockwise from north, [0, 180)
-};
-[[nodiscard]] ErrorEllipse EllipseOf(double ee_m2, double nn_m2, double en_m2);
-
 /// The largest of 1, 2, 5 times a power of ten that is not above a positive value.
 [[nodiscard]] double RoundDown125(double value);
 
