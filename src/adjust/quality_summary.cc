@@ -95,7 +95,7 @@ QualitySummary SummariseQuality(const Block& block,
     const bool alone =
         block.points.role[point] != PointRole::kControl && result.points.looks[point] == 2;
     for (std::uint64_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-      if (!std::isnan(result.quality.redundancy_1[0][i])) out.looks_not_localisable += alone;
+      if (!std::isnan(result.quality.w_1[0][i])) out.looks_not_localisable += alone;
       for (std::size_t k = 0; k < 2; ++k) {
         const auto w_1 = static_cast<double>(result.quality.w_1[k][i]);
         if (std::isnan(w_1)) continue;
