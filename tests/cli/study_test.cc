@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <csignal>
-#include <regex>
+#include <sstream>
 #include <thread>
 
 #include "cli/cli_fixture.h"
@@ -129,7 +129,12 @@ TEST_F(StudyCommandTest, PushesBlocksToTheExtremesAndResumesThem) {
   EXPECT_EQ(run("b", {"--threads", "1"}).exit_code, 0);
   // The last column is other libraries', whose last digits differ between runs.
   const auto own = [](const std::string& text) {
-    return std::regex_replace(text, std::regex(",[^,\n]*\n"), "\n");
+    std::istringstream lines(text);
+    std::string kept;
+    for (std::string line; std::getline(lines, line);) {
+      kept.append(line, 0, line.rfind(',')).push_back('\n');
+    }
+    return kept;
   };
   EXPECT_EQ(own(Content(folder_ / "b" / "stability.csv")), own(table));
   EXPECT_EQ(run("a", {"--set", "families=[\"squint\"]"}).exit_code, 3);
