@@ -71,8 +71,9 @@ SolveReport SolveRounds(const Weighting& weighting,
     solve.threads = options.threads;
     // The first round only has to come near enough for the weights.
     const bool ceres = Resolve(options.engine) == Engine::kCeres;
-    const bool approach = round == 0 && !ceres;
-    if (approach) solve.settled_1 = kApproached_1;
+    const bool approach = round == 0 && (!ceres || weighting.loss == RobustLoss::kNone);
+    solve.settled_1 = approach ? kApproached_1 : options.tolerance_1;
+    solve.ceres_solver = options.ceres_solver;
     const SolveReport report = ceres ? SolveWithCeres(*problem, weighting, solve, state, progress)
                                      : SolveReduced(*problem, weighting, solve, state, progress);
     if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
@@ -191,16 +192,14 @@ void RecoverLostPoints(const AdjustOptions& options,
 /// promises, no longer shrinks, or the iterations are used up. Returns all that is left, in sigmas:
 /// where large residuals meet bent equations each step is a fixed part of the one before, and many
 /// small ones are to come. The weights follow the state.
-double Polish(int max_iterations,
+double Polish(const AdjustOptions& options,
               AdjustmentProblem* problem,
               BlockState* state,
               std::optional<ReducedSystem>* system,
               SolveReport* solve,
               ProgressSink* progress) {
   constexpr int kMostSteps = 8;
-  // Few unknowns share what is left among them; a step of a small block costs nothing.
-  const double share_1 = 1e-3 * static_cast<double>(problem->block.points.size());
-  const double promised_1 = SolveOptions{}.settled_1 * std::clamp(share_1, 1e-2, 1.0);
+  const double promised_1 = ShareOf(options.tolerance_1, *problem);
   double left = (*system)->RemainingStep(), contraction = 0.0;
   for (int step = 0; step < kMostSteps; ++step) {
     if (!(left > promised_1 && left < kApproached_1)) break;
@@ -213,7 +212,7 @@ double Polish(int max_iterations,
                           after->FactorAndAnalyse(&next).regular();
     const double left_after = solvable ? after->RemainingStep() : left;
     if (left_after < left) contraction = left_after / left;
-    if (!(left_after < left) || solve->iterations >= max_iterations) {
+    if (!(left_after < left) || solve->iterations >= options.max_iterations) {
       UpdateWhitening(*state, problem);
       break;
     }
@@ -222,15 +221,15 @@ double Polish(int max_iterations,
     system->emplace(std::move(*after));
     ++solve->iterations;
   }
-  return left > SolveOptions{}.settled_1 ? left / (1.0 - contraction) : left;
+  return left > options.tolerance_1 ? left / (1.0 - contraction) : left;
 }
 
 /// Standard deviations are those of the place where the solver stopped: what is still to go bends
 /// them by as much.
-void WarnOfSlowSteps(const AdjustmentProblem& problem, AdjustResult* result) {
-  constexpr double kTold_1 = 1e-5;
+void WarnOfSlowSteps(const AdjustmentProblem& problem, double tolerance_1, AdjustResult* result) {
+  const double told_1 = std::max(1e-5, tolerance_1);
   const auto points = static_cast<double>(problem.block.points.size());
-  if (result->remaining_step <= kTold_1 * std::sqrt(std::max(1.0, 1e-3 * points))) return;
+  if (result->remaining_step <= told_1 * std::sqrt(std::max(1.0, 1e-3 * points))) return;
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1e", result->remaining_step);
   Warn(result,
@@ -395,10 +394,9 @@ AdjustResult Adjust(const Block& block,
     system->Form(state, weighting, progress);
   }
   RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
-  result.remaining_step =
-      options.robust == RobustLoss::kNone && !floating
-          ? Polish(options.max_iterations, &problem, &state, &system, &solve, progress)
-          : system->RemainingStep();
+  result.remaining_step = options.robust == RobustLoss::kNone && !floating
+                              ? Polish(options, &problem, &state, &system, &solve, progress)
+                              : system->RemainingStep();
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost_1;
   result.final_cost = system->cost();
@@ -436,7 +434,7 @@ AdjustResult Adjust(const Block& block,
   if (!converged) {
     Warn(&result, "not converged: " + solve.message);
   } else if (options.robust == RobustLoss::kNone) {
-    WarnOfSlowSteps(problem, &result);
+    WarnOfSlowSteps(problem, options.tolerance_1, &result);
   }
 
   WarnOfWeakDirections(system->rank(), &result);

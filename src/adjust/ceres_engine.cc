@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/ceres_engine.h"
 
+#include "sarblock/adjust/engine_choice.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -14,9 +15,6 @@
 
 namespace sarblock {
 namespace {
-
-/// Corrections from here on are solved sparse; below, a dense reduced matrix is faster.
-constexpr int kDenseCorrections = 600;
 
 /// Our loss functions (robust.h) as one of Ceres.
 class Loss final : public ceres::LossFunction {
@@ -35,16 +33,34 @@ class Loss final : public ceres::LossFunction {
   double scale_;
 };
 
-/// A step below this many sigmas was the last.
-constexpr double kStepSettled_1 = 3e-7;
+/// A step below this part of what may be left was the last: those to come are shorter still.
+constexpr double kLastStepPart_1 = 0.3;
+/// From here down the cost cannot show what is left (FinishByNewton).
+constexpr double kFinished_1 = 1e-3;
 
-/// Reports each iteration and ends the solution at a step that no sigma notices. The relative
+ceres::LinearSolverType TypeOf(CeresSolver solver) {
+  switch (solver) {
+    case CeresSolver::kDenseSchur:
+      return ceres::DENSE_SCHUR;
+    case CeresSolver::kIterativeSchur:
+      return ceres::ITERATIVE_SCHUR;
+    default:
+      return ceres::SPARSE_SCHUR;
+  }
+}
+
+/// As the reduced engine damps at first: 1e-8 of the diagonal. Starts are near.
+constexpr double kFirstRadius_1 = 1e8;
+/// How much better the quadratic model may still get where conjugate gradients end.
+constexpr double kConjugateGradients_1 = 1e-3;
+
+/// Reports each iteration and ends the solution at a step below `settled` sigmas. The relative
 /// changes of cost that Ceres looks at cannot tell: 1e-6 sigmas change a cost of a thousand by less
 /// than its rounding.
 class IterationWatch final : public ceres::IterationCallback {
  public:
-  IterationWatch(ProgressSink* sink, int most, bool least_squares)
-      : sink_(sink), most_(most), least_squares_(least_squares) {}
+  IterationWatch(ProgressSink* sink, int most, bool least_squares, double last_step)
+      : sink_(sink), most_(most), least_squares_(least_squares), last_step_1_(last_step) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (sink_ != nullptr) {
       sink_->Update("solve",
@@ -61,15 +77,16 @@ class IterationWatch final : public ceres::IterationCallback {
  private:
   /// The linear model promises half the square of the step's length in sigmas. A cost that does not
   /// move at all has no ratio to the promise: the step is then below the root of its rounding.
-  static bool Settled(const ceres::IterationSummary& summary) {
+  [[nodiscard]] bool Settled(const ceres::IterationSummary& summary) const {
     if (summary.cost_change == 0.0) return true;
     const double promised_1 = summary.cost_change / summary.relative_decrease;
-    return 2.0 * promised_1 <= kStepSettled_1 * kStepSettled_1;
+    return 2.0 * promised_1 <= last_step_1_ * last_step_1_;
   }
 
   ProgressSink* sink_;
   int most_;
   bool least_squares_;
+  double last_step_1_;
 };
 
 }  // namespace
@@ -239,12 +256,14 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   solver.function_tolerance = least_squares ? 0.0 : 1e-12;
   solver.parameter_tolerance = 1e-13;
   solver.gradient_tolerance = 0.0;
+  solver.initial_trust_region_radius = kFirstRadius_1;
+  solver.eta = kConjugateGradients_1;
   solver.max_num_consecutive_invalid_steps = 20;
   if (problem.layout.size() == 0) {
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   } else {
-    solver.linear_solver_type =
-        problem.layout.size() <= kDenseCorrections ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+    solver.linear_solver_type = TypeOf(Resolve(options.ceres_solver, problem.layout.size()));
+    solver.preconditioner_type = ceres::SCHUR_JACOBI;  // of the iterative one
     auto* ordering = new ceres::ParameterBlockOrdering;
     for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
       if (problem.Solves(point)) {
@@ -256,7 +275,8 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
     }
     solver.linear_solver_ordering.reset(ordering);
   }
-  IterationWatch watch(progress, options.max_iterations, least_squares);
+  IterationWatch watch(
+      progress, options.max_iterations, least_squares, kLastStepPart_1 * options.settled_1);
   solver.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, ceres_problem.get(), &summary);
@@ -264,8 +284,8 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   SolveReport report;
   report.converged = summary.termination_type == ceres::CONVERGENCE ||
                      summary.termination_type == ceres::USER_SUCCESS;
-  if (report.converged && least_squares) {
-    FinishByNewton(problem, options.threads, ceres_problem.get(), state);
+  if (report.converged && least_squares && options.settled_1 <= kFinished_1) {
+    FinishByNewton(problem, options.threads, options.settled_1, ceres_problem.get(), state);
   }
   report.iterations = summary.num_successful_steps;
   report.initial_cost_1 = summary.initial_cost;

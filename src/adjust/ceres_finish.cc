@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "solution.h"
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <ceres/crs_matrix.h>
@@ -71,13 +72,14 @@ void Move(const ceres::Problem& problem,
 
 void FinishByNewton(const AdjustmentProblem& problem,
                     int threads,
+                    double settled_1,
                     ceres::Problem* ceres_problem,
                     BlockState* state) {
   constexpr int kSteps = 3;
   const std::vector<double*> blocks = BlocksOf(problem, state);
   NewtonStep now = StepAt(ceres_problem, blocks, threads);
   if (!now.solved || now.length_1 > kLongestFinish_1) return;
-  for (int k = 0; k < kSteps; ++k) {
+  for (int k = 0; k < kSteps && now.length_1 > ShareOf(settled_1, problem); ++k) {
     Move(*ceres_problem, blocks, now.step, 1.0);
     NewtonStep next = StepAt(ceres_problem, blocks, threads);
     if (!next.solved || !(next.length_1 < now.length_1)) {

@@ -10,11 +10,13 @@ namespace sarblock {
 /// Newton steps of a Ceres problem without loss that is all but solved. Ceres takes a step where
 /// the cost falls, and the cost cannot show a step below the root of its own rounding: residuals of
 /// one sigma with an error of 1e-10 m in ranges of 1e6 m leave 1e-5 sigma. The gradient can. Takes
-/// whole steps from Ceres' Jacobian (its normal equations, sparse LDL') while they shrink, three at
-/// most, and none where the first is above kLongestFinish_1 sigmas or the equations are singular.
+/// whole steps from Ceres' Jacobian (its normal equations, sparse LDL') while they shrink and more
+/// than a share of `settled` sigmas is left, three at most, and none where the first is above
+/// kLongestFinish_1 sigmas or the equations are singular.
 inline constexpr double kLongestFinish_1 = 1e-2;
 void FinishByNewton(const AdjustmentProblem& problem,
                     int threads,
+                    double settled_1,
                     ceres::Problem* ceres_problem,
                     BlockState* state);
 

@@ -9,4 +9,11 @@ CovarianceMethod Resolve(CovarianceMethod asked) {
   return asked == CovarianceMethod::kAuto ? CovarianceMethod::kReduced : asked;
 }
 
+CeresSolver Resolve(CeresSolver asked, int corrections) {
+  /// Above, a sparse reduced matrix is faster.
+  constexpr int kMostDense = 600;
+  if (asked != CeresSolver::kAuto) return asked;
+  return corrections <= kMostDense ? CeresSolver::kDenseSchur : CeresSolver::kSparseSchur;
+}
+
 }  // namespace sarblock

@@ -18,6 +18,11 @@ constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
 constexpr double kNear_1 = 0.5;
+/// Changes of the cost below this part of it may be rounding: residuals of a sigma with an error of
+/// 1e-12 m in ranges of 1e4 m make 1e-13 of it, with 1e-9 m in ranges of 1e6 m 1e-10.
+constexpr double kUnclear_1 = 1e-9;
+/// A step below this is near enough to its end to be left alone where nothing shrinks any more.
+constexpr double kSettledAnyway_1 = 1e-6;
 /// Steps that shrink to less than this part of the one before have nothing of note behind them.
 constexpr double kFastContraction_1 = 0.1;
 
@@ -132,7 +137,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const double contraction = left_before > 0.0 ? left / left_before : 0.0;
     const bool slow = contraction > kFastContraction_1 && contraction < 1.0;
     const double to_come = slow ? left / (1.0 - contraction) : left;
-    if (to_come <= options.settled_1 || (left <= options.settled_1 && contraction >= 1.0)) {
+    const bool stands = contraction >= 1.0 && left <= std::max(options.settled_1, kSettledAnyway_1);
+    if (to_come <= options.settled_1 || stands) {
       report.converged = true;
       report.message = "the step left is " + Rounded(left) + " sigmas";
       return report;
@@ -151,8 +157,17 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const double gain = report.final_cost_1 - system.cost();
     // Rounding of the cost itself: a promise below it cannot be checked and is taken.
     const double rounding = 1e-13 * report.final_cost_1 + 1e-12;
-    const bool better = system.looks_not_evaluated() == 0 && std::isfinite(system.cost()) &&
-                        (gain > 0.1 * promised || (promised < rounding && gain > -rounding));
+    const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
+    bool better = valid && (gain > 0.1 * promised || (promised < rounding && gain > -rounding));
+    if (!better && valid && std::abs(gain) <= kUnclear_1 * report.final_cost_1) {
+      // The gradient keeps digits that the cost has lost.
+      better = system.FactorDamped() && system.RemainingStep() < 0.5 * left;
+      if (!better && left <= kSettledAnyway_1) {
+        report.converged = true;
+        report.message = "the step left is " + Rounded(left) + " sigmas, no more than rounding";
+        return report;
+      }
+    }
     if (better) {
       state->displacement_m.swap(next.displacement_m);
       state->corrections = next.corrections;

@@ -133,6 +133,10 @@ void RequireOffered(const AdjustOptions& options) {
                      "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
                      "\"none\" is allowed with it, and snooping = \"robust\" starts from one");
   }
+  if (options.ceres_solver != CeresSolver::kAuto && Resolve(options.engine) != Engine::kCeres) {
+    throw InputError("adjust.ceres_solver",
+                     "is a choice within engine = \"ceres\", which is not asked for");
+  }
   if (Resolve(options.covariance_method) == CovarianceMethod::kCeres &&
       options.covariance != CovarianceLevel::kBlock) {
     throw InputError("adjust.covariance_method",
@@ -159,6 +163,11 @@ void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustR
   if (options.variance_components != VarianceComponents::kNone) {
     Warn(result, std::string("variance components are not estimated by ") + command);
   }
+}
+
+double ShareOf(double tolerance_1, const AdjustmentProblem& problem) {
+  const double share_1 = 1e-3 * static_cast<double>(problem.block.points.size());
+  return tolerance_1 * std::clamp(share_1, 1e-2, 1.0);
 }
 
 bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {

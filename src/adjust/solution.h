@@ -36,6 +36,10 @@ namespace sarblock {
                                       BlockState* state,
                                       ProgressSink* progress);
 
+/// The part of a tolerance that a small block gets: few unknowns share what is left among them, and
+/// one step more costs nothing. A hundredth up to 10 points, all of it from 1000 on.
+[[nodiscard]] double ShareOf(double tolerance_1, const AdjustmentProblem& problem);
+
 /// Throws UndeterminedError unless something can be solved at all.
 void RequireSolvable(const AdjustmentProblem& problem);
 /// Forms the reduced system at a state, leaving out the points whose own equations turn out rank

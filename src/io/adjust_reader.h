@@ -17,6 +17,7 @@ const std::vector<std::string>& Names(RobustLoss);
 const std::vector<std::string>& Names(CovarianceLevel);
 const std::vector<std::string>& Names(Datum);
 const std::vector<std::string>& Names(Engine);
+const std::vector<std::string>& Names(CeresSolver);
 const std::vector<std::string>& Names(CovarianceMethod);
 const std::vector<std::string>& Names(VarianceComponents);
 const std::vector<std::string>& Names(BlunderTest);

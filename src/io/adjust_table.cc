@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/adjust_table.h"
 
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/core/id_table.h"
 
 #include <array>
@@ -38,7 +39,12 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
    "Adjustments with noise drawn anew that covariance = montecarlo makes."},
   {"montecarlo_seed", "integer", "0 or more", "1", "Seed of these draws."},
   {"max_iterations", "integer", "1 to 100000", "50", "Iterations after which the solver gives up."},
+  {"tolerance", "number", "above 0, at most 0.001, in sigmas", "1e-6",
+   "Step left, over all unknowns together, at which iteration ends."},
   {"engine", "text", "auto, ceres, reduced", "auto", "The solver."},
+  {"ceres_solver", "text", "auto, dense-schur, sparse-schur, iterative-schur", "auto",
+   "With engine = ceres: how it solves for the corrections once the points are eliminated; auto is "
+   "dense up to 600 of them, sparse above."},
   {"covariance_method", "text", "auto, reduced, ceres", "auto",
    "How the covariance is formed; ceres is the slow second route, up to 10,000 unknowns."},
   {"test_level", "number", "above 0, below 1", "0.95", "Probability of the global test."},
@@ -145,6 +151,16 @@ void ReadPart(const TomlTable& table, std::string_view key, double below, double
   value->Fail(NumberText(*part_1) + " is not allowed, a number below " + NumberText(below) + " is");
 }
 
+void ReadTolerance(const TomlTable& table, double* tolerance_1) {
+  const auto value = table.FindPositive("tolerance");
+  if (!value) return;
+  *tolerance_1 = *value;
+  if (*tolerance_1 <= kRemainingStepAccepted_1) return;
+  table.Require("tolerance", "")
+      .Fail(NumberText(*tolerance_1) + " is not allowed, a number up to " +
+            NumberText(kRemainingStepAccepted_1) + " is: no solution is accepted with more left");
+}
+
 QualityOptions ReadQuality(const TomlTable& table) {
   table.RefuseOthers(OptionKeys("quality."));
   QualityOptions options;
@@ -227,6 +243,11 @@ const std::vector<std::string>& Names(Engine) {
   static const std::vector<std::string> names{"auto", "ceres", "reduced"};
   return names;
 }
+const std::vector<std::string>& Names(CeresSolver) {
+  static const std::vector<std::string> names{
+      "auto", "dense-schur", "sparse-schur", "iterative-schur"};
+  return names;
+}
 const std::vector<std::string>& Names(CovarianceMethod) {
   static const std::vector<std::string> names{"auto", "reduced", "ceres"};
   return names;
@@ -302,6 +323,7 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   }
   ReadName(table, "variance_components", &options.variance_components);
   ReadName(table, "engine", &options.engine);
+  ReadName(table, "ceres_solver", &options.ceres_solver);
   ReadName(table, "covariance_method", &options.covariance_method);
   if (const auto value = table.FindPositive("robust_scale")) options.robust_scale = *value;
   if (const auto value = table.Find("pairs")) ReadPairs(*value, &options);
@@ -324,6 +346,7 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   if (const auto value = table.Find("max_iterations")) {
     options.max_iterations = value->Integer(1, 100000);
   }
+  ReadTolerance(table, &options.tolerance_1);
   ReadPart(table, "test_level", 1.0, &options.test_level);
   if (const auto value = table.Find("rejections")) options.rejections_file = value->Text();
   if (const auto value = table.Find("quality")) options.quality = ReadQuality(TomlTable(*value));
@@ -360,7 +383,9 @@ std::string DumpAdjustTable(const AdjustOptions& options) {
   line("montecarlo_runs", std::to_string(options.montecarlo_runs));
   line("montecarlo_seed", std::to_string(options.montecarlo_seed));
   line("max_iterations", std::to_string(options.max_iterations));
+  line("tolerance", NumberText(options.tolerance_1));
   line("engine", TomlText(NameIn(options.engine)));
+  line("ceres_solver", TomlText(NameIn(options.ceres_solver)));
   line("covariance_method", TomlText(NameIn(options.covariance_method)));
   line("test_level", NumberText(options.test_level));
   if (!options.rejections_file.empty()) line("rejections", TomlText(options.rejections_file));

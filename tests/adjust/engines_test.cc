@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two routes to one solution, on every shipped scene: the reduced normal equations and Ceres.
+// Two routes to one solution, on every shipped scene: the reduced normal equations and Ceres. And
+// what a user may choose of either: how Ceres solves, and where iteration ends.
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/reduced_engine.h"
+#include "sarblock/adjust/reduced_system.h"
+#include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -116,6 +120,118 @@ TEST(RobustEnginesTest, GiveTheSameUnderRobustLosses) {
       made.options.robust = loss;
       ExpectSameRobust(made.block, Solved(made, Engine::kReduced), Solved(made, Engine::kCeres));
     }
+  }
+}
+
+/// A block before it is solved.
+struct Prepared {
+  explicit Prepared(const SceneBlock& made) : problem(made.block, made.options.groups) {
+    state = ComputeStartValues(&problem, nullptr).state;
+  }
+  AdjustmentProblem problem;
+  BlockState state;
+};
+
+/// Newton step that is left, of equations formed anew: neither engine's own word.
+double StepLeft_1(const Prepared& at) {
+  ReducedSystem system(at.problem);
+  system.Form(at.state, {}, nullptr);
+  EXPECT_TRUE(system.FactorDamped());
+  return system.RemainingStep();
+}
+
+constexpr CeresSolver kCeresSolvers[] = {
+    CeresSolver::kDenseSchur, CeresSolver::kSparseSchur, CeresSolver::kIterativeSchur};
+
+// A flat block and one in geocentric coordinates, whose rounding hides the last digits of the cost.
+class SolverChoiceTest : public testing::TestWithParam<std::string> {};
+
+TEST_P(SolverChoiceTest, EverySolverEndsWithinItsTolerance) {
+  const SceneBlock made = test::SmallSceneBlock(GetParam());
+  // One rounding of a coordinate of 7e6 m is 1e-9 m, and of some hundred looks of a metre 2e-8
+  // sigmas: less is not there to be had.
+  for (const double tolerance_1 : {1e-3, 1e-5, 1e-7}) {
+    SCOPED_TRACE(tolerance_1);
+    SolveOptions options;
+    options.settled_1 = tolerance_1;
+    Prepared reduced(made);
+    EXPECT_TRUE(SolveReduced(reduced.problem, {}, options, &reduced.state, nullptr).converged);
+    EXPECT_LE(StepLeft_1(reduced), tolerance_1);
+    for (const CeresSolver solver : kCeresSolvers) {
+      SCOPED_TRACE(static_cast<int>(solver));
+      options.ceres_solver = solver;
+      Prepared ceres(made);
+      EXPECT_TRUE(SolveWithCeres(ceres.problem, {}, options, &ceres.state, nullptr).converged);
+      EXPECT_LE(StepLeft_1(ceres), tolerance_1);
+    }
+  }
+}
+
+TEST_P(SolverChoiceTest, AllReachTheSameSolutionWithOneThreadAndWithTwo) {
+  SceneBlock made = test::SmallSceneBlock(GetParam());
+  made.options.tolerance_1 = 1e-9;
+  const AdjustResult best = Solved(made, Engine::kReduced);
+  for (const double tolerance_1 : {1e-3, 1e-6}) {
+    made.options.tolerance_1 = tolerance_1;
+    for (const int threads : {1, 2}) {
+      made.options.threads = threads;
+      made.options.ceres_solver = CeresSolver::kAuto;
+      const AdjustResult reduced = Solved(made, Engine::kReduced);
+      EXPECT_LE(LargestShift_1(made.block, best, reduced), tolerance_1);
+      EXPECT_LE(reduced.remaining_step, tolerance_1);
+      for (const CeresSolver solver : kCeresSolvers) {
+        SCOPED_TRACE(static_cast<int>(solver));
+        made.options.ceres_solver = solver;
+        const AdjustResult ceres = Solved(made, Engine::kCeres);
+        EXPECT_TRUE(ceres.accepted);
+        EXPECT_LE(LargestShift_1(made.block, best, ceres), tolerance_1);
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         SolverChoiceTest,
+                         testing::Values("block-12-strips", "earth-same-side"),
+                         [](const auto& scene) { return test::TestNameOf(scene.param); });
+
+TEST(CeresSolverTest, IsRefusedWithoutCeres) {
+  SceneBlock made = test::SmallSceneBlock("block-12-strips");
+  made.options.ceres_solver = CeresSolver::kIterativeSchur;
+  for (const Engine engine : {Engine::kAuto, Engine::kReduced}) {
+    EXPECT_THROW(static_cast<void>(Solved(made, engine)), InputError);
+  }
+}
+
+/// Counts the trials of a solver.
+class Trials final : public ProgressSink {
+ public:
+  void Update(std::string_view, std::size_t, std::size_t, std::string_view) override { ++count; }
+  [[nodiscard]] bool Cancelled() const override { return false; }
+  int count = 0;
+};
+
+// A step of 3e-6 sigmas takes 5e-12 off a cost of some hundred whose rounding is 1e-10: whether it
+// was a good one only the gradient can tell. Refused steps would be tried again, damped.
+TEST(ReducedEngineTest, TakesAStepThatTheCostIsTooCoarseToShow) {
+  const SceneBlock made = test::SmallSceneBlock("block-12-strips");
+  Prepared solved(made);
+  SolveOptions options;
+  options.settled_1 = 1e-8;
+  ASSERT_TRUE(SolveReduced(solved.problem, {}, options, &solved.state, nullptr).converged);
+  ReducedSystem system(solved.problem);
+  system.Form(solved.state, {}, nullptr);
+  ASSERT_TRUE(system.FactorDamped());
+  const Eigen::VectorXd unit = system.Unit();
+  options.settled_1 = 1e-6;
+  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(20, unit.size()); ++k) {
+    BlockState state = solved.state;
+    state.corrections[k] += 3e-6 * unit[k];
+    Trials trials;
+    const SolveReport report = SolveReduced(solved.problem, {}, options, &state, &trials);
+    EXPECT_TRUE(report.converged);
+    EXPECT_EQ(report.iterations, 1);
+    EXPECT_EQ(trials.count, 2) << k;  // the step, and the look at what is left
   }
 }
 

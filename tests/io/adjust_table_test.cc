@@ -47,7 +47,8 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
       "covariance = \"montecarlo\"\npairs = \"mine.csv\"\ndatum = \"inner\"\n"
       "scale_by_posterior = true\nvariance_components = \"per-pass\"\nmax_iterations = 17\n"
       "montecarlo_runs = 70\nmontecarlo_seed = 9\nvariance_groups = [[\"A1\"], [\"A2\"]]\n"
-      "engine = \"reduced\"\ncovariance_method = \"ceres\"\ntest_level = 0.875\n");
+      "engine = \"ceres\"\nceres_solver = \"iterative-schur\"\ntolerance = "
+      "2.5e-8\ncovariance_method = \"ceres\"\ntest_level = 0.875\n");
   EXPECT_EQ(options.corrections, CorrectionChoice::kAuto);
   EXPECT_EQ(options.robust, RobustLoss::kTukey);
   EXPECT_EQ(options.robust_scale, 4.25);
@@ -61,7 +62,9 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
   EXPECT_EQ(options.montecarlo_seed, 9U);
   EXPECT_THAT(options.variance_groups, ElementsAre(ElementsAre("A1"), ElementsAre("A2")));
   EXPECT_EQ(options.max_iterations, 17);
-  EXPECT_EQ(options.engine, Engine::kReduced);
+  EXPECT_EQ(options.engine, Engine::kCeres);
+  EXPECT_EQ(options.ceres_solver, CeresSolver::kIterativeSchur);
+  EXPECT_EQ(options.tolerance_1, 2.5e-8);
   EXPECT_EQ(options.covariance_method, CovarianceMethod::kCeres);
   EXPECT_EQ(options.test_level, 0.875);
 }
@@ -94,7 +97,7 @@ TEST(AdjustTableTest, ConvertsTheUnitsOfTheFile) {  // hand values
 }
 
 constexpr const char* kRich =
-    "[adjust]\nrobust = \"cauchy\"\nrobust_scale = 2.125\n"
+    "[adjust]\nrobust = \"cauchy\"\nrobust_scale = 2.125\ntolerance = 3e-5\n"
     "variance_groups = [[\"B7\", \"A1\"], [\"A2\"]]\nmontecarlo_seed = 12\n"
     "[[adjust.correction.position]]\nbasis = \"spline\"\nknot_spacing_s = 7.3\n"
     "sigma_m = [1.1, \"none\", 3.3]\npasses = [\"A1\"]\n"
@@ -176,6 +179,15 @@ TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
        "block.toml:2: adjust.robust_scale: -1.5 is not allowed, a number above 0 is"},
       {"[adjust]\ntest_level = 1\n",
        "block.toml:2: adjust.test_level: 1 is not allowed, a number below 1 is"},
+      {"[adjust]\ntolerance = 0.0011\n",
+       "block.toml:2: adjust.tolerance: 0.0011 is not allowed, a number up to 0.001 is: no "
+       "solution "
+       "is accepted with more left"},
+      {"[adjust]\nceres_solver = \"dense-shur\"\n",
+       "block.toml:2: adjust.ceres_solver: 'dense-shur' is not known, auto, dense-schur, "
+       "sparse-schur "
+       "or "
+       "iterative-schur is allowed; did you mean dense-schur?"},
       {"[adjust]\nmax_iterations = 0\n",
        "block.toml:2: adjust.max_iterations: 0 is not allowed, an integer from 1 to 100000 is"},
       {"[adjust]\nmax_iterations = 2.5\n",

@@ -83,13 +83,17 @@ struct SolveReport {
 struct SolveOptions {
   int max_iterations = 50;
   int threads = 1;
-  /// Newton step left, in sigmas over all unknowns, at which the reduced engine is done.
-  double settled_1 = 1e-6;
+  /// Newton step left, in sigmas over all unknowns, at which the solution is done.
+  double settled_1 = AdjustOptions{}.tolerance_1;
+  CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
 };
 
-/// Levenberg-Marquardt by Ceres until no sigma notices a step, the last digits by Newton steps on
-/// its Jacobian, points eliminated first (dense or sparse Schur by the number of
-/// corrections). Updates `state`. Throws Interrupted if the sink was cancelled.
+/// Levenberg-Marquardt by Ceres, points eliminated first. Ends after a step well below
+/// options.settled_1; what rounding of the cost hides of the last digits is left to Newton steps on
+/// Ceres' Jacobian (from settled_1 = 1e-3 down). Under a robust loss, whose last steps shrink
+/// slowly, it ends where the cost does not change by 1e-12 of itself. Without corrections there is
+/// nothing to reduce: sparse normal equations, whatever options.ceres_solver. Updates `state`.
+/// Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveWithCeres(const AdjustmentProblem& problem,
                                          const Weighting& weighting,
                                          const SolveOptions& options,

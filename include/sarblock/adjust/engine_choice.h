@@ -10,5 +10,7 @@ namespace sarblock {
 /// test holds them against its table.
 [[nodiscard]] Engine Resolve(Engine asked);
 [[nodiscard]] CovarianceMethod Resolve(CovarianceMethod asked);
+/// `corrections` is the number of parameters of the passes, the rows of the reduced matrix.
+[[nodiscard]] CeresSolver Resolve(CeresSolver asked, int corrections);
 
 }  // namespace sarblock

@@ -17,6 +17,9 @@ enum class RobustLoss { kNone, kHuber, kCauchy, kTukey };
 enum class CovarianceLevel { kNone, kLeberl, kIntersection, kBlock, kMonteCarlo };
 enum class Datum { kGiven, kInner };
 enum class Engine { kAuto, kCeres, kReduced };
+/// How Ceres solves its normal equations once the points are eliminated: the reduced matrix dense,
+/// sparse, or never formed and solved by conjugate gradients.
+enum class CeresSolver { kAuto, kDenseSchur, kSparseSchur, kIterativeSchur };
 enum class CovarianceMethod { kAuto, kReduced, kCeres };
 enum class PairChoice { kNone, kNeighbours, kAll, kList };
 enum class VarianceComponents { kNone, kRangeAzimuth, kPerPass };
@@ -78,7 +81,11 @@ struct AdjustOptions {
   int montecarlo_runs = 200;
   std::uint64_t montecarlo_seed = 1;
   int max_iterations = 50;
+  /// Newton step left, in sigmas over all unknowns together, at which iteration ends. Above
+  /// kRemainingStepAccepted_1 (adjust.h) nothing would be accepted.
+  double tolerance_1 = 1e-6;
   Engine engine = Engine::kAuto;
+  CeresSolver ceres_solver = CeresSolver::kAuto;  ///< with Engine::kCeres alone
   CovarianceMethod covariance_method = CovarianceMethod::kAuto;
   QualityOptions quality;
   std::string rejections_file;  ///< CSV with columns pass, point, rejected, such as residuals.csv
