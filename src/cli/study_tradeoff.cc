@@ -31,6 +31,12 @@ class Bench {
   std::vector<StudyRow> Measure(const TradeoffSize& size,
                                 const TradeoffEntry& entry,
                                 ProgressSink* progress) {
+    const std::string reason = study_.WhyNotRun(entry, size);
+    if (!reason.empty()) {
+      TradeoffChoice choice = entry.choice;
+      choice.options.threads = entry.ThreadsOf(threads_);
+      return {CellsOf(NotRun(choice, size.points, study_.clock, reason))};
+    }
     Prepare(size, progress);
     const int repeats = entry.repeats > 0  ? entry.repeats
                         : size.repeats > 0 ? size.repeats
@@ -38,7 +44,7 @@ class Bench {
     return {CellsOf(
         bench_->Measure(Bound(entry, size, bench_->block()),
                         Bound(study_.ReferenceOf(entry.choice.stage), size, bench_->block()),
-                        repeats,
+                        {repeats, size.longest_s},
                         study_.clock,
                         progress))};
   }
@@ -106,7 +112,9 @@ std::string Draw(Plot plot,
     series.colour = number % PlotSeries::kColours;
     series.dash = kDashes[number / PlotSeries::kColours % kDashes.size()];
     for (const TradeoffRow& row : rows) {
-      if (row.stage == stage && row.choice == choice) series.points.push_back(point_of(row));
+      if (row.stage != stage || row.choice != choice) continue;
+      const std::array<double, 2> point = point_of(row);
+      if (std::isfinite(point[0]) && std::isfinite(point[1])) series.points.push_back(point);
     }
     plot.series.push_back(std::move(series));
   }

@@ -27,11 +27,34 @@ void Whole(SceneTable* table, const std::string& key, int most, int* value) {
   if (const auto taken = table->Take(key)) *value = taken->Integer(1, most);
 }
 
+/// True where "STAGE" or "STAGE.CHOICE" means this choice.
+bool Means(const std::string& name, const TradeoffEntry& entry) {
+  const std::string stage = NameOf(entry.choice.stage);
+  return name == stage || name == stage + "." + entry.choice.name;
+}
+
+bool AnyMeans(const std::vector<std::string>& names, const TradeoffEntry& entry) {
+  return std::any_of(
+      names.begin(), names.end(), [&](const std::string& name) { return Means(name, entry); });
+}
+
+TradeoffSkip ReadSkip(SceneTable table) {
+  TradeoffSkip skip;
+  skip.rows = Texts(&table, "rows");
+  table.Text("reason", &skip.reason);
+  if (skip.rows.empty()) throw InputError(table.PlaceOf("rows"), "must be given, a list of rows");
+  if (skip.reason.empty()) throw InputError(table.PlaceOf("reason"), "must be given");
+  table.Finish();
+  return skip;
+}
+
 TradeoffSize ReadSize(SceneTable table, const std::filesystem::path& scene_file) {
   TradeoffSize size;
   table.Count("points", &size.points);
   if (size.points == 0) throw InputError(table.PlaceOf("points"), "must be given, 1 or more");
   Whole(&table, "repeats", kMostRepeats, &size.repeats);
+  if (const auto taken = table.Take("longest_s")) size.longest_s = taken->Positive();
+  for (SceneTable& skip : table.Tables("skip")) size.skips.push_back(ReadSkip(std::move(skip)));
   const std::vector<std::string> set = Texts(&table, "set");
   table.Finish();
   size.scene = ReadScene(scene_file, set);
@@ -69,6 +92,7 @@ TradeoffEntry ReadChoice(SceneTable table) {
                              {NameOf(Elimination::kNormals), Elimination::kNormals}},
                             &entry.choice.elimination);
   table.Count("most_points", &entry.most_points);
+  table.Text("reason", &entry.reason);
   Whole(&table, "threads", 1024, &entry.threads);
   Whole(&table, "repeats", kMostRepeats, &entry.repeats);
   entry.set = Texts(&table, "set");
@@ -108,18 +132,36 @@ void RequireReferences(const TradeoffStudy& study, const std::string& file) {
   }
 }
 
-/// What `only` and `only_points` name is there, and one choice at least adjusts as a reference.
-void RequireKnown(const TradeoffStudy& study, const SceneTable& table) {
-  for (const std::string& name : study.only) {
-    TradeoffStudy one;
-    one.only = {name};
-    if (std::none_of(study.choices.begin(), study.choices.end(), [&](const auto& entry) {
-          return one.Wants(entry, 0);
-        })) {
-      throw InputError(table.PlaceOf("only"),
-                       "'" + name + "' is no STAGE or STAGE.CHOICE of the study");
+void RequireRow(const TradeoffStudy& study, const std::string& name, const FilePlace& place) {
+  if (std::none_of(study.choices.begin(), study.choices.end(), [&](const auto& entry) {
+        return Means(name, entry);
+      })) {
+    throw InputError(place, "'" + name + "' is no STAGE or STAGE.CHOICE of the study");
+  }
+}
+
+/// Rows that a size does without are rows, and those left have their reference.
+void RequireSkips(const TradeoffStudy& study, const SceneTable& table) {
+  for (const TradeoffSize& size : study.sizes) {
+    for (const TradeoffSkip& skip : size.skips) {
+      for (const std::string& name : skip.rows) RequireRow(study, name, table.PlaceOf("size"));
+    }
+    for (const TradeoffEntry& entry : study.choices) {
+      const TradeoffEntry& reference = study.ReferenceOf(entry.choice.stage);
+      if (study.WhyNotRun(reference, size).empty() || !study.WhyNotRun(entry, size).empty()) {
+        continue;
+      }
+      throw InputError(table.PlaceOf("size"),
+                       std::to_string(size.points) + " points: '" + entry.choice.name +
+                           "' has no reference to be measured with, '" + reference.choice.name +
+                           "' is not run");
     }
   }
+}
+
+/// What `only` and `only_points` name is there, and one choice at least adjusts as a reference.
+void RequireKnown(const TradeoffStudy& study, const SceneTable& table) {
+  for (const std::string& name : study.only) RequireRow(study, name, table.PlaceOf("only"));
   for (const std::size_t points : study.only_points) {
     if (std::none_of(study.sizes.begin(), study.sizes.end(), [&](const TradeoffSize& size) {
           return size.points == points;
@@ -145,14 +187,26 @@ const TradeoffEntry& TradeoffStudy::ReferenceOf(TradeoffStage stage) const {
 }
 
 bool TradeoffStudy::Wants(const TradeoffEntry& entry, std::size_t points) const {
-  const std::string stage = NameOf(entry.choice.stage);
-  const bool named =
-      only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& name) {
-        return name == stage || name == stage + "." + entry.choice.name;
-      });
+  const bool named = only.empty() || AnyMeans(only, entry);
   const bool sized = only_points.empty() ||
                      std::find(only_points.begin(), only_points.end(), points) != only_points.end();
-  return named && sized && points <= entry.most_points;
+  return named && sized;
+}
+
+std::string TradeoffStudy::WhyNotRun(const TradeoffEntry& entry, const TradeoffSize& size) const {
+  if (size.points > entry.most_points) {
+    return entry.reason.empty() ? "above " + std::to_string(entry.most_points) + " points"
+                                : entry.reason;
+  }
+  for (const TradeoffSkip& skip : size.skips) {
+    if (AnyMeans(skip.rows, entry)) return skip.reason;
+  }
+  return "";
+}
+
+int TradeoffEntry::ThreadsOf(int session) const {
+  if (choice.run == TradeoffChoice::Run::kArithmetic) return 1;
+  return threads > 0 ? std::min(threads, session) : session;
 }
 
 TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
@@ -191,6 +245,7 @@ TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
   table.Finish();
   RequireReferences(study, file.string());
   RequireKnown(study, table);
+  RequireSkips(study, table);
   study.identity = TextOf(root) + scene + "\n" + ReadTomlText(study.scene_file, "a scene");
   return study;
 }
@@ -198,7 +253,10 @@ TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
 std::vector<std::string> TradeoffKeys() {
   std::vector<std::string> keys = {
       "name", "purpose", "scene", "repeats", "clock", "only", "only_points"};
-  for (const char* key : {"points", "repeats", "set"}) keys.push_back(std::string("size.0.") + key);
+  for (const char* key :
+       {"points", "repeats", "longest_s", "set", "skip.0.rows", "skip.0.reason"}) {
+    keys.push_back(std::string("size.0.") + key);
+  }
   for (const char* key : {"stage",
                           "name",
                           "reference",
@@ -206,6 +264,7 @@ std::vector<std::string> TradeoffKeys() {
                           "arithmetic",
                           "elimination",
                           "most_points",
+                          "reason",
                           "threads",
                           "repeats",
                           "set"}) {
@@ -228,7 +287,7 @@ TradeoffChoice BindChoice(const TradeoffEntry& entry,
   TradeoffChoice choice = entry.choice;
   choice.options =
       ReadAdjustTable(scene.adjust_toml, "choice " + entry.choice.name, passes, entry.set);
-  choice.options.threads = entry.threads > 0 ? entry.threads : threads;
+  choice.options.threads = entry.ThreadsOf(threads);
   return choice;
 }
 

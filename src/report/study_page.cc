@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <set>
 
 #include "charts.h"
@@ -48,7 +49,7 @@ PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts) 
   return out;
 }
 
-/// Rows of one value of a column, in the order of a number.
+/// Rows of one value of a column, in the order of a number; those without it come last.
 std::vector<std::size_t> RowsOf(const StudyCsv& table,
                                 const std::string& column,
                                 const std::string& value,
@@ -57,9 +58,12 @@ std::vector<std::size_t> RowsOf(const StudyCsv& table,
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     if (table.Text(r, column) == value) rows.push_back(r);
   }
-  std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
-    return table.Number(a, order_by) < table.Number(b, order_by);
-  });
+  const auto key = [&](std::size_t row) {
+    const double number = table.Number(row, order_by);
+    return std::isnan(number) ? std::numeric_limits<double>::infinity() : number;
+  };
+  std::stable_sort(
+      rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   return rows;
 }
 
@@ -182,6 +186,7 @@ PageFigure TradeoffFigure(const StudyCsv& table, const std::string& stage, std::
   ChartSeries front{"nothing is faster and better", "points", "blue", {}, {}, {}, {}, {}};
   ChartSeries other{"others", "points", "grey", {}, {}, {}, {}, {}};
   for (const std::size_t r : rows) {
+    if (std::isnan(table.Number(r, "wall_s"))) continue;  // was not run
     ChartSeries& series = table.Text(r, "pareto") == "1" ? front : other;
     const double error = table.Number(r, column);
     series.x.push_back(table.Number(r, "wall_s"));
@@ -202,9 +207,13 @@ PageFigure TradeoffFigure(const StudyCsv& table, const std::string& stage, std::
 
 void AddTradeoff(const StudyCsv& table, Page* page) {
   PageSection section{"tradeoff", "Speed against accuracy", {}};
+  std::size_t run = 0;
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    if (!std::isnan(table.Number(r, "wall_s"))) ++run;
+  }
   page->verdict.sentences.push_back(
       fmt::format("{} choices in {} stages were run against their references.",
-                  table.rows.size(),
+                  run,
                   table.Values("stage").size()));
   PageFigures figures;
   for (const std::string& stage : table.Values("stage")) {

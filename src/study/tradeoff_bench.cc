@@ -198,7 +198,9 @@ TradeoffBench::TradeoffBench(SimulatedBlock simulated,
   impl_->simulated = std::move(simulated);
   impl_->points = points;
   impl_->options = reference.options;
-  impl_->best = impl_->Run(reference, progress);
+  TradeoffChoice tight = reference;
+  tight.options.tolerance_1 = kBestTolerance_1;
+  impl_->best = impl_->Run(tight, progress);
   if (!impl_->best.accepted || impl_->best.covariance_m2.empty()) {
     throw InputError(
         "reference",
@@ -209,11 +211,25 @@ TradeoffBench::TradeoffBench(SimulatedBlock simulated,
 
 TradeoffBench::~TradeoffBench() = default;
 
+TradeoffRow NotRun(const TradeoffChoice& choice,
+                   std::size_t points,
+                   TradeoffClock clock,
+                   const std::string& reason) {
+  TradeoffRow row;
+  row.stage = choice.stage;
+  row.choice = choice.name;
+  row.points = points;
+  row.threads = choice.options.threads;
+  row.clock = clock;
+  row.note = "not run: " + reason;
+  return row;
+}
+
 const Block& TradeoffBench::block() const { return impl_->simulated.block; }
 
 TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
                                    const TradeoffChoice& reference,
-                                   int repeats,
+                                   const TradeoffRepeats& times,
                                    TradeoffClock clock,
                                    ProgressSink* progress) {
   TradeoffRow row;
@@ -221,33 +237,48 @@ TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
   row.choice = choice.name;
   row.points = impl_->points;
   row.looks = impl_->simulated.block.looks.size();
-  row.repeats = repeats;
   row.clock = clock;
   const auto time_s = [clock](const RunCost& cost) {
     return clock == TradeoffClock::kWall ? cost.wall_s : cost.cpu_s;
   };
+  row.threads = choice.options.threads;
+  row.repeats = 1;  // of a choice that is refused
   row.reference = choice.name == reference.name;
-  std::vector<double> wall_s, cpu_s, peak_mib, ratio_1;
+  std::vector<double> wall_s, cpu_s, peak_mib, own_s, ratio_1;
   TradeoffAnswer answer;
   try {
     impl_->Prepare(choice, progress);
     impl_->Prepare(reference, progress);
-    for (int repeat = 0; repeat < repeats; ++repeat) {
-      double reference_s = kNotGiven;
-      const auto run_reference = [&] {
-        if (row.reference) return;
-        reference_s =
-            time_s(MeasureRun([&] { static_cast<void>(impl_->Run(reference, progress)); }));
-      };
-      if (repeat % 2 == 0) run_reference();
+    const auto run_choice = [&] {
       answer = {};  // what it held is not the next run's
       const RunCost cost = MeasureRun([&] { answer = impl_->Run(choice, progress); });
-      if (repeat % 2 == 1) run_reference();
       wall_s.push_back(cost.wall_s);
       cpu_s.push_back(cost.cpu_s);
       peak_mib.push_back(cost.peak_mib);
-      ratio_1.push_back(row.reference ? 1.0 : reference_s / time_s(cost));
+      own_s.push_back(time_s(cost));
+      return cost.wall_s;
+    };
+    double spent_s = 0.0;
+    const auto more = [&] {
+      return static_cast<int>(own_s.size()) < times.repeats && spent_s < times.longest_s;
+    };
+    // Choice, reference, choice: every run of the choice has one of the reference as its neighbour.
+    while (own_s.empty() || more()) {
+      const std::size_t first = own_s.size();
+      spent_s += run_choice();
+      double reference_s = kNotGiven;
+      if (!row.reference) {
+        const RunCost cost =
+            MeasureRun([&] { static_cast<void>(impl_->Run(reference, progress)); });
+        reference_s = time_s(cost);
+        spent_s += cost.wall_s;
+      }
+      if (more()) spent_s += run_choice();
+      for (std::size_t i = first; i < own_s.size(); ++i) {
+        ratio_1.push_back(row.reference ? 1.0 : reference_s / own_s[i]);
+      }
     }
+    row.repeats = static_cast<int>(own_s.size());
   } catch (const InputError& refused) {
     row.note = refused.what();
     return row;

@@ -88,10 +88,12 @@ std::string Recommend(const std::vector<TradeoffRow>& rows,
   const TradeoffRow* covariance = Fastest(rows, TradeoffStage::kCovariance, points, goal);
   std::string text = fmt::format("{} points: ", points);
   if (solver == nullptr || covariance == nullptr) return text + "no choice is good enough";
-  text += fmt::format("{}, double, {}: {:.2g} s, {:.0f} MiB beyond the block",
+  text += fmt::format("{}, double, {}: {:.2g} s on {} thread{}, {:.0f} MiB beyond the block",
                       solver->choice,
                       covariance->choice,
                       solver->wall_s,
+                      solver->threads,
+                      solver->threads == 1 ? "" : "s",
                       solver->peak_mib);
   const TradeoffRow* closed = Named(rows, TradeoffStage::kModel, points, "leberl");
   if (closed != nullptr && Competes(*closed)) {

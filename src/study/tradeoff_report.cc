@@ -40,10 +40,11 @@ std::string Missing(const AnswerErrors& errors) {
 
 std::string Remark(const TradeoffRow& row) {
   std::string text;
-  for (const std::string& part : {std::string(row.reference ? "reference" : ""),
-                                  std::string(row.accepted ? "" : "not accepted"),
-                                  Missing(row.errors),
-                                  row.note}) {
+  for (const std::string& part :
+       {std::string(row.reference ? "reference" : ""),
+        std::string(row.accepted || row.repeats == 0 ? "" : "not accepted"),
+        Missing(row.errors),
+        row.note}) {
     if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
   }
   std::replace(text.begin(), text.end(), '|', '/');
@@ -52,11 +53,12 @@ std::string Remark(const TradeoffRow& row) {
 
 std::string Line(const TradeoffRow& row) {
   const char* mark = row.pareto ? "**" : "";
-  return fmt::format("| {} | {}{}{} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+  return fmt::format("| {} | {}{}{} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
                      NameOf(row.stage),
                      mark,
                      row.choice,
                      mark,
+                     row.threads,
                      Seconds(row.wall_s),
                      Seconds(row.cpu_s),
                      Ratio(row),
@@ -88,18 +90,18 @@ std::string TradeoffPage(const std::vector<TradeoffRow>& rows, const TradeoffGoa
     std::stable_sort(of_size.begin(), of_size.end(), [](const auto& a, const auto& b) {
       return a.stage < b.stage;
     });
-    std::size_t corrections = 0;
+    std::size_t corrections = 0, looks = 0;
     for (const TradeoffRow& row : of_size) {
       if (row.reference) corrections = row.corrections;
+      looks = std::max(looks, row.looks);
     }
     page += fmt::format(
         "\n## {} points\n\n{} looks, {} corrections in the reference.\n\n"
-        "| stage | choice | wall | CPU | speed by {} time, reference = 1 | MiB | position, sigmas "
-        "| "
-        "covariance "
-        "| NEES | |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+        "| stage | choice | threads | wall | CPU | speed by {} time, reference = 1 | MiB | "
+        "position, sigmas | covariance | NEES | |\n"
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
         points,
-        of_size.front().looks,
+        looks,
         corrections,
         of_size.front().clock == TradeoffClock::kWall ? "wall" : "CPU");
     for (const TradeoffRow& row : of_size) page += Line(row);

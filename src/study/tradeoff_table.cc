@@ -2,6 +2,7 @@
 #include "sarblock/study/tradeoff_table.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -32,6 +33,7 @@ void VisitColumns(Row& row, const Visit& visit) {
   visit("corrections", row.corrections);
   visit("iterations", row.iterations);
   visit("repeats", row.repeats);
+  visit("threads", row.threads);
   visit("cpu_s", row.cpu_s);
   visit("clock", row.clock);
   visit("speed_low", row.speed_low_1);
@@ -63,6 +65,13 @@ StudyCell Cell(TradeoffClock clock) { return std::string(NameOf(clock)); }
 template <typename Integer>
 requires std::is_integral_v<Integer> StudyCell Cell(Integer value) {
   return static_cast<std::int64_t>(value);
+}
+
+/// True for a count that a row which was not run has no value of.
+bool IsOfARun(std::string_view name, const TradeoffRow& row) {
+  constexpr std::array<std::string_view, 5> kCounts{
+      "looks", "corrections", "iterations", "points_missing", "points_unjudged"};
+  return row.repeats == 0 && std::find(kCounts.begin(), kCounts.end(), name) != kCounts.end();
 }
 
 template <typename Named>
@@ -120,7 +129,7 @@ std::vector<StudyColumn> TradeoffColumns() {
 StudyRow CellsOf(const TradeoffRow& row) {
   StudyRow cells;
   VisitColumns(row, [&](std::string_view name, const auto& value) {
-    cells.push_back(name == kPareto ? StudyCell() : Cell(value));
+    cells.push_back(name == kPareto || IsOfARun(name, row) ? StudyCell() : Cell(value));
   });
   return cells;
 }
@@ -138,7 +147,9 @@ StudyTable TradeoffTable(const std::vector<TradeoffRow>& rows) {
   std::vector<StudyRow> cells;
   for (const TradeoffRow& row : rows) {
     StudyRow& line = cells.emplace_back();
-    VisitColumns(row, [&](std::string_view, const auto& value) { line.push_back(Cell(value)); });
+    VisitColumns(row, [&](std::string_view name, const auto& value) {
+      line.push_back(IsOfARun(name, row) ? StudyCell() : Cell(value));
+    });
   }
   return {TradeoffColumns(), std::move(cells)};
 }

@@ -22,6 +22,15 @@ class StudyTradeoffTest : public test::CliTest {
 points = 60
 set = ["points.count=60"]
 
+[[size]]
+points = 70
+longest_s = 1e-9
+set = ["points.count=70"]
+
+[[size.skip]]
+rows = ["precision", "covariance.block-ceres"]
+reason = "seventy are too many"
+
 [[choice]]
 stage = "model"
 name = "given"
@@ -30,6 +39,9 @@ reference = true
 [[choice]]
 stage = "model"
 name = "leberl"
+threads = 1
+most_points = 60
+reason = "sixty are enough"
 set = ["corrections=none", "covariance=leberl"]
 
 [[choice]]
@@ -55,16 +67,18 @@ run = "arithmetic"
 arithmetic = "single"
 )";
     std::vector<std::string> arguments = {
-        "study", "tradeoff", Put("study.toml", text), "-o", folder_ / "out"};
+        "study", "tradeoff", Put("study.toml", text), "-o", folder_ / "out", "--threads", "2"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return test::RunProgram(arguments);
   }
 
-  std::string Cell(const std::string& choice, const std::string& column) {
+  std::string Cell(const std::string& choice,
+                   const std::string& column,
+                   const std::string& points = "60") {
     const auto rows = test::RowsOf(Content(folder_ / "out" / "tradeoff.csv"));
     const std::size_t at = test::ColumnOf(rows, column);
     for (const auto& row : rows) {
-      if (row[1] == choice) return row[at];
+      if (row[1] == choice && row[2] == points) return row[at];
     }
     ADD_FAILURE() << "no row " << choice;
     return "";
@@ -93,6 +107,24 @@ TEST_F(StudyTradeoffTest, ComparesEveryChoiceWithItsReference) {
                                      "tradeoff_precision_time.svg"}));
 }
 
+TEST_F(StudyTradeoffTest, SaysWhichRowsASizeDoesWithoutAndWhy) {
+  ASSERT_EQ(Study().exit_code, 0);
+  EXPECT_EQ(Cell("given", "threads", "70"), "2");
+  EXPECT_EQ(Cell("leberl", "threads"), "1");
+  EXPECT_EQ(Cell("double", "threads"), "1");
+  EXPECT_EQ(Cell("given", "note", "70"), "");
+  EXPECT_EQ(Cell("given", "repeats"), "2");
+  EXPECT_EQ(Cell("given", "repeats", "70"), "1");  // no time for more
+  EXPECT_EQ(Cell("leberl", "note", "70"), "not run: sixty are enough");
+  for (const std::string choice : {"double", "single", "block-ceres"}) {
+    EXPECT_EQ(Cell(choice, "repeats"), "2");
+    EXPECT_EQ(Cell(choice, "repeats", "70"), "0");
+    EXPECT_EQ(Cell(choice, "wall_s", "70"), "");
+    EXPECT_EQ(Cell(choice, "note", "70"), "not run: seventy are too many");
+  }
+  EXPECT_THAT(Content(folder_ / "out" / "tradeoff.md"), HasSubstr("not run: sixty are enough"));
+}
+
 TEST_F(StudyTradeoffTest, GoesOnAfterAnInterruptionWithTheRowsItHas) {
   ASSERT_EQ(Study().exit_code, 0);
   const Path progress = folder_ / "out" / "tradeoff.progress";
@@ -103,7 +135,7 @@ TEST_F(StudyTradeoffTest, GoesOnAfterAnInterruptionWithTheRowsItHas) {
   Put("out/tradeoff.progress", record.substr(0, record.rfind("end ")));
   const test::ProgramRun run = Study();
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("5 of 6 parts of the study are there already"));
+  EXPECT_THAT(run.err, HasSubstr("11 of 12 parts of the study are there already"));
   EXPECT_EQ(Cell("given", "wall_s"), wall);
   EXPECT_NE(Cell("single", "wall_s"), "");
   ASSERT_EQ(Study().exit_code, 0);
@@ -136,6 +168,11 @@ TEST_F(StudyTradeoffTest, NamesWhatIsNotAllowed) {
   EXPECT_THAT(none.err, HasSubstr("stage model has 0 choices with reference = true"));
   EXPECT_THAT(Study({"--set", "only=[\"model.gven\"]"}).err, HasSubstr("'model.gven' is no STAGE"));
   EXPECT_THAT(Study({"--set", "only_points=[61]"}).err, HasSubstr("61 is no size of the study"));
+  EXPECT_THAT(Study({"--set", "size.1.skip.0.rows=[\"precison\"]"}).err,
+              HasSubstr("'precison' is no STAGE"));
+  EXPECT_THAT(Study({"--set", "size.1.skip.0.rows=[\"precision.double\"]"}).err,
+              HasSubstr("70 points: 'single' has no reference to be measured with, 'double' is not "
+                        "run"));
   EXPECT_THAT(Study({"--set", "seed=3"}).err, HasSubstr("the scene has its own"));
 }
 

@@ -202,9 +202,13 @@ TEST_F(ReportFileTest, DrawsStudiesFromTheirTables) {
   std::filesystem::remove(folder_ / "densification.csv");
   Put("tradeoff.csv",
       "stage,choice,looks,wall_s,speed_ratio,position_error_sigma,covariance_error,pareto\n"
+      "covariance,montecarlo,,,,,,0\n"
       "covariance,block,900,2.5,1,0,0,1\ncovariance,leberl,900,0.01,250,0,0.5,1\n");
   EXPECT_EQ(WriteReport(folder_).kind, "tradeoff");
-  EXPECT_THAT(Page(), HasSubstr("Covariance: leberl is 250 times as fast"));
+  EXPECT_THAT(Page(),
+              AllOf(HasSubstr("2 choices in 1 stages were run"),
+                    HasSubstr("Covariance: leberl is 250 times as fast"),
+                    testing::Not(HasSubstr("montecarlo,  looks"))));
   std::filesystem::remove(folder_ / "tradeoff.csv");
   Put("stability.csv",
       "family,parameter,value,condition,outcome,covariance_digits,position_digits,message\n"

@@ -33,18 +33,37 @@ const TradeoffRow* Find(const std::vector<TradeoffRow>& rows,
 }
 
 /// Names of the rows in the shipped study.
-std::string RowOf(Engine engine) { return engine == Engine::kReduced ? "reduced" : "ceres"; }
+std::string RowOf(Engine engine, CeresSolver solver) {
+  if (engine == Engine::kReduced) return "reduced";
+  return solver == CeresSolver::kDenseSchur    ? "ceres-dense"
+         : solver == CeresSolver::kSparseSchur ? "ceres-sparse"
+                                               : "ceres-iterative";
+}
 std::string RowOf(CovarianceMethod method) {
   return method == CovarianceMethod::kReduced ? "block" : "block-ceres";
 }
 
+/// The rows but those that differ from others in their threads alone, with the marks of these: how
+/// many threads there are is not for `auto` to choose.
+std::vector<TradeoffRow> RecordedForAuto() {
+  std::vector<TradeoffRow> rows = Recorded();
+  std::erase_if(rows, [](const TradeoffRow& row) { return row.choice.ends_with("-1-thread"); });
+  MarkPareto(&rows);
+  return rows;
+}
+
 TEST(RecordedTradeoffTest, AutoStandsForChoicesThatNothingBeats) {
-  const std::vector<TradeoffRow> rows = Recorded();
+  const std::vector<TradeoffRow> rows = RecordedForAuto();
   ASSERT_GE(SizesOf(rows).size(), 3U);
   for (const std::size_t points : SizesOf(rows)) {
     SCOPED_TRACE(points);
+    const TradeoffRow* reference = Find(rows, TradeoffStage::kSolver, points, "reduced");
+    ASSERT_NE(reference, nullptr);
+    const CeresSolver solver =
+        Resolve(CeresSolver::kAuto, static_cast<int>(reference->corrections));
+    // The default tolerance is that of this row too.
     const TradeoffRow* engine =
-        Find(rows, TradeoffStage::kSolver, points, RowOf(Resolve(Engine::kAuto)));
+        Find(rows, TradeoffStage::kSolver, points, RowOf(Resolve(Engine::kAuto), solver));
     ASSERT_NE(engine, nullptr);
     EXPECT_TRUE(engine->pareto) << engine->choice;
     const TradeoffRow* method =
@@ -54,12 +73,73 @@ TEST(RecordedTradeoffTest, AutoStandsForChoicesThatNothingBeats) {
   }
 }
 
+// Ceres' rows of the same threads and tolerance against each other.
+TEST(RecordedTradeoffTest, TheCeresSolverOfAutoIsOneThatNoOtherBeats) {
+  std::vector<TradeoffRow> rows;
+  for (const TradeoffRow& row : Recorded()) {
+    if (row.choice == "ceres-dense" || row.choice == "ceres-sparse" ||
+        row.choice == "ceres-iterative") {
+      rows.push_back(row);
+    }
+  }
+  MarkPareto(&rows);
+  std::size_t held = 0;
+  for (const std::size_t points : SizesOf(rows)) {
+    SCOPED_TRACE(points);
+    std::size_t corrections = 0;
+    for (const TradeoffRow& row : rows) {
+      if (row.points == points) corrections = std::max(corrections, row.corrections);
+    }
+    if (corrections == 0) continue;  // none was run
+    const TradeoffRow* of_auto =
+        Find(rows,
+             TradeoffStage::kSolver,
+             points,
+             RowOf(Engine::kCeres, Resolve(CeresSolver::kAuto, static_cast<int>(corrections))));
+    ASSERT_NE(of_auto, nullptr);
+    EXPECT_TRUE(of_auto->pareto) << of_auto->choice;
+    ++held;
+  }
+  EXPECT_GE(held, 3U);
+}
+
+// A row of one thread has the answer of the row of two: what a thread changes is time.
+TEST(RecordedTradeoffTest, ThreadsChangeNoAnswer) {
+  const std::vector<TradeoffRow> rows = Recorded();
+  std::size_t held = 0;
+  for (const TradeoffRow& one : rows) {
+    const std::size_t at = one.choice.find("-1-thread");
+    if (at == std::string::npos || one.repeats == 0) continue;
+    const TradeoffRow* two = Find(rows, one.stage, one.points, one.choice.substr(0, at));
+    ASSERT_NE(two, nullptr);
+    EXPECT_EQ(one.threads, 1);
+    EXPECT_NEAR(one.errors.position_error_1, two->errors.position_error_1, kSamePosition_1);
+    EXPECT_NEAR(one.errors.covariance_error_1, two->errors.covariance_error_1, kSameCovariance_1);
+    ++held;
+  }
+  EXPECT_GE(held, 3U);
+}
+
+// What a tolerance promises, the answers hold: no point is further off than all unknowns together.
+TEST(RecordedTradeoffTest, AnswersOfEveryToleranceAreWithinIt) {
+  for (const TradeoffRow& row : Recorded()) {
+    if (row.stage != TradeoffStage::kSolver || row.repeats == 0) continue;
+    const double tolerance_1 = row.choice.ends_with("1e-3")   ? 1e-3
+                               : row.choice.ends_with("1e-9") ? 1e-9
+                                                              : AdjustOptions{}.tolerance_1;
+    EXPECT_TRUE(row.accepted);
+    // The best answer has kBestTolerance_1 to go itself.
+    EXPECT_LE(row.errors.position_error_1, tolerance_1 + kBestTolerance_1)
+        << row.points << ' ' << row.choice;
+  }
+}
+
 TEST(RecordedTradeoffTest, TheModelThatAutoChoseIsOneThatNothingBeats) {
   const std::vector<TradeoffRow> rows = Recorded();
   for (const std::size_t points : SizesOf(rows)) {
     SCOPED_TRACE(points);
     const TradeoffRow* chosen = Find(rows, TradeoffStage::kModel, points, "auto");
-    if (chosen == nullptr) continue;
+    if (chosen == nullptr || chosen->repeats == 0) continue;
     EXPECT_TRUE(chosen->accepted);
     // "chose position.across.0 position.across.1 ...": the highest degree names the row.
     const char* row = chosen->note.find(".2") != std::string::npos   ? "quadratic"
@@ -85,10 +165,14 @@ TEST(RecordedTradeoffTest, TheShippedStudyHasEveryRowThatWasRecorded) {
       ReadTradeoffStudy(std::string(SARBLOCK_DATASETS) + "/studies/tradeoff.toml");
   const std::vector<TradeoffRow> rows = Recorded();
   for (const std::size_t points : SizesOf(rows)) {
+    const auto size = std::find_if(study.sizes.begin(),
+                                   study.sizes.end(),
+                                   [&](const TradeoffSize& one) { return one.points == points; });
+    ASSERT_NE(size, study.sizes.end()) << points;
     for (const TradeoffEntry& entry : study.choices) {
-      if (!study.Wants(entry, points)) continue;
-      EXPECT_NE(Find(rows, entry.choice.stage, points, entry.choice.name), nullptr)
-          << points << ' ' << entry.choice.name;
+      const TradeoffRow* row = Find(rows, entry.choice.stage, points, entry.choice.name);
+      ASSERT_NE(row, nullptr) << points << ' ' << entry.choice.name;
+      EXPECT_EQ(row->repeats == 0, !study.WhyNotRun(entry, *size).empty()) << row->note;
     }
   }
 }

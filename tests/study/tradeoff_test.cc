@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the study of speed against accuracy computes of its runs. Evidence: hand values.
+#include "sarblock/study/tradeoff_report.h"
 #include "sarblock/study/tradeoff_table.h"
 
 #include <cmath>
@@ -126,6 +127,8 @@ TEST(MarkParetoTest, KeepsStagesAndSizesApart) {
 TEST(TradeoffTableTest, GivesEveryFigureBackToTheBit) {
   TradeoffRow row = Row("ceres", 0.1, 1.0 / 3.0, 2e-9);
   row.clock = TradeoffClock::kCpu;
+  row.threads = 2;
+  row.repeats = 3;
   row.looks = 4711;
   row.reference = true;
   row.errors.points_missing = 3;
@@ -140,12 +143,38 @@ TEST(TradeoffTableTest, GivesEveryFigureBackToTheBit) {
   EXPECT_EQ(back[0].errors.position_error_1, 1.0 / 3.0);
   EXPECT_EQ(back[0].errors.points_missing, 3U);
   EXPECT_TRUE(back[0].reference);
+  EXPECT_EQ(back[0].threads, 2);
   EXPECT_TRUE(std::isnan(back[0].errors.nees_1));
   EXPECT_FALSE(back[0].pareto);
   EXPECT_TRUE(back[1].pareto);
   EXPECT_EQ(back[0].note, "two lines");
   // A row alone does not say whether others beat it.
   EXPECT_EQ(StudyTable(TradeoffColumns(), {CellsOf(rows[1])}).rows()[0][9], StudyCell());
+}
+
+TEST(TradeoffTableTest, SaysOfARowThatWasNotRunWhyAndNoFigures) {
+  TradeoffChoice choice;
+  choice.stage = TradeoffStage::kSolver;
+  choice.name = "ceres";
+  choice.options.threads = 2;
+  std::vector<TradeoffRow> rows{Row("reduced", 1.0, 0.0, 0.0),
+                                NotRun(choice, 1000, TradeoffClock::kWall, "it takes an hour")};
+  rows[0].repeats = 3;
+  rows[0].looks = 4711;
+  MarkPareto(&rows);
+  EXPECT_TRUE(rows[0].pareto);
+  EXPECT_FALSE(rows[1].pareto);
+  const StudyTable table = TradeoffTable(rows);
+  EXPECT_EQ(table.rows()[1][3], StudyCell());  // looks
+  EXPECT_EQ(CellsOf(rows[1])[3], StudyCell());
+  const std::vector<TradeoffRow> back = TradeoffRowsOf(table);
+  EXPECT_EQ(back[1].repeats, 0);
+  EXPECT_EQ(back[1].threads, 2);
+  EXPECT_EQ(back[1].note, "not run: it takes an hour");
+  EXPECT_THAT(TradeoffPage(back, {}),
+              testing::AllOf(HasSubstr("4711 looks"),
+                             HasSubstr("| solver | ceres | 2 |  |  |  |  |  |  |  | not run: it "
+                                       "takes an hour |")));
 }
 
 TEST(RecommendTest, NamesTheFastestThatIsGoodEnough) {
@@ -156,14 +185,16 @@ TEST(RecommendTest, NamesTheFastestThatIsGoodEnough) {
                                 Row("intersection", 1.3, 0.0, 0.6),
                                 Row("leberl", 40.0, 12.0, 0.9),
                                 Row("single", 1.5, 2e-5, 1e-4)};
+  rows[1].threads = 2;
   rows[3].stage = rows[4].stage = TradeoffStage::kCovariance;
   rows[5].stage = TradeoffStage::kModel;
   rows[5].errors.nees_1 = 25.0;
   rows[6].stage = TradeoffStage::kPrecision;
   MarkPareto(&rows);
   EXPECT_EQ(Recommend(rows, 1000, {}),
-            "1000 points: reduced, double, block: 0.5 s, 7 MiB beyond the block; leberl is 40 "
-            "times faster, its positions up to 12 sigmas off, errors 5 times as large as it says; "
+            "1000 points: reduced, double, block: 0.5 s on 2 threads, 7 MiB beyond the block; "
+            "leberl is 40 times faster, its positions up to 12 sigmas off, errors 5 times as large "
+            "as it says; "
             "single precision would be 1.5 times faster and 2e-05 sigmas off");
   EXPECT_THAT(Recommend(rows, 1000, {1e-9, 0.05}), HasSubstr("no choice is good enough"));
 }

@@ -13,10 +13,18 @@
 
 namespace sarblock {
 
+/// Rows that a size does without.
+struct TradeoffSkip {
+  std::vector<std::string> rows;  ///< "STAGE" or "STAGE.CHOICE"
+  std::string reason;             ///< for people, in the row's note
+};
+
 /// One size of the scene that choices are measured on.
 struct TradeoffSize {
   std::size_t points = 0;  ///< how it is called; `set` of the file makes it so
   int repeats = 0;         ///< 0: the study's
+  double longest_s = std::numeric_limits<double>::infinity();  ///< TradeoffRepeats
+  std::vector<TradeoffSkip> skips;
   Scene scene;
 };
 
@@ -24,10 +32,14 @@ struct TradeoffSize {
 struct TradeoffEntry {
   TradeoffChoice choice;  ///< options not filled
   bool reference = false;
-  std::size_t most_points = std::numeric_limits<std::size_t>::max();  ///< left out above
+  std::size_t most_points = std::numeric_limits<std::size_t>::max();  ///< not run above
+  std::string reason;                                                 ///< why not above, for people
   int threads = 0;                                                    ///< 0: those of the session
   int repeats = 0;                                                    ///< 0: the size's
   std::vector<std::string> set;  ///< overrides of the scene's `[adjust]`, KEY=VALUE
+
+  /// Threads that it gets in a session with so many.
+  [[nodiscard]] int ThreadsOf(int session) const;
 };
 
 /// STUDY.toml of `study tradeoff` (docs/studies.md).
@@ -46,8 +58,10 @@ struct TradeoffStudy {
 
   /// The reference of a stage; every stage with a choice has one.
   [[nodiscard]] const TradeoffEntry& ReferenceOf(TradeoffStage stage) const;
-  /// True where the row is asked for and within the limit of the choice.
+  /// True where the row is asked for.
   [[nodiscard]] bool Wants(const TradeoffEntry& entry, std::size_t points) const;
+  /// Why the row is not run at this size; empty: it is.
+  [[nodiscard]] std::string WhyNotRun(const TradeoffEntry& entry, const TradeoffSize& size) const;
 };
 
 /// Reads a study; `overrides` are KEY=VALUE with dotted keys. Throws InputError with file, line and

@@ -8,6 +8,7 @@
 #include "sarblock/study/arithmetic.h"
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -82,6 +83,7 @@ struct TradeoffRow {
   std::size_t points = 0;  ///< asked for of the scene
   std::size_t looks = 0;
   std::size_t corrections = 0;  ///< parameters of the passes
+  int threads = 1;              ///< that it might use
   double wall_s = kNotGiven;    ///< median of the runs, of the whole call
   double cpu_s = kNotGiven;     ///< the same, of all threads
   /// Resident memory that the run added at its largest to what the process held before (block,
@@ -91,7 +93,7 @@ struct TradeoffRow {
   double speed_ratio_1 = kNotGiven;  ///< reference / this: median over pairs of neighbouring runs
   double speed_low_1 = kNotGiven;    ///< smallest and largest of these ratios
   double speed_high_1 = kNotGiven;
-  int repeats = 0;
+  int repeats = 0;  ///< 0: not run, for the reason that `note` has
   int iterations = 0;
   bool accepted = false;
   bool reference = false;
@@ -112,24 +114,41 @@ inline constexpr double kSameCovariance_1 = 1e-6;
 /// miss points are not marked and beat nobody.
 void MarkPareto(std::vector<TradeoffRow>* rows);
 
+/// Step left, in sigmas over all unknowns, of the best answer.
+inline constexpr double kBestTolerance_1 = 1e-9;
+
 /// What is good enough for a recommendation.
 struct TradeoffGoal {
   double position_1 = 0.1;     ///< largest shift, in sigmas
   double covariance_1 = 0.05;  ///< largest relative error of a 3 x 3
 };
 /// One sentence a size: the fastest solver and covariance that are on the Pareto set and good
-/// enough, with the time of the adjustment; then, for comparison, what the row `leberl` of the
-/// models and the row `single` of the arithmetics gain and lose. "100000 points: reduced, double,
-/// block: 0.30 s; leberl is 40 times faster, ...".
+/// enough, with the time of the adjustment and its threads; then, for comparison, what the row
+/// `leberl` of the models and the row `single` of the arithmetics gain and lose. "100000 points:
+/// reduced, double, block: 0.30 s on 2 threads, ...; leberl is 40 times faster, ...".
 [[nodiscard]] std::string Recommend(const std::vector<TradeoffRow>& rows,
                                     std::size_t points,
                                     const TradeoffGoal& goal);
 
+/// The row of a choice that is left out of a size.
+[[nodiscard]] TradeoffRow NotRun(const TradeoffChoice& choice,
+                                 std::size_t points,
+                                 TradeoffClock clock,
+                                 const std::string& reason);
+
+/// How often a choice is run.
+struct TradeoffRepeats {
+  int repeats = 5;  ///< at most
+  /// Wall time of all runs of the row, those of the reference too, after which none is begun but
+  /// the reference that belongs to the last.
+  double longest_s = std::numeric_limits<double>::infinity();
+};
+
 /// A simulated block to measure choices on. Holds its own copies.
 class TradeoffBench {
  public:
-  /// Solves the block once with `reference`: the best answer. For arithmetic it is that of
-  /// Arithmetic::kExtended by kQr.
+  /// Solves the block once with `reference`, to kBestTolerance_1 whatever its own: the best answer.
+  /// For arithmetic it is that of Arithmetic::kExtended by kQr.
   TradeoffBench(SimulatedBlock simulated,
                 std::size_t points,
                 const TradeoffChoice& reference,
@@ -140,13 +159,13 @@ class TradeoffBench {
 
   [[nodiscard]] const Block& block() const;
 
-  /// Runs `reference` (of the choice's own stage) and `choice` in turn, `repeats` times each, and
-  /// compares. The first pair starts with the reference, the next with the choice, and so on. A
-  /// choice that the library refuses (InputError, UndeterminedError) is a row with its words as
-  /// note. The reference itself runs alone; its ratio is 1. Throws Interrupted.
+  /// Runs `choice` as often as `times` says and between each two of them `reference` (of the same
+  /// stage), so that every run of the choice has one of the reference as its neighbour, and
+  /// compares. A choice that the library refuses (InputError, UndeterminedError) is a row with its
+  /// words as note. The reference itself runs alone; its ratio is 1. Throws Interrupted.
   [[nodiscard]] TradeoffRow Measure(const TradeoffChoice& choice,
                                     const TradeoffChoice& reference,
-                                    int repeats,
+                                    const TradeoffRepeats& times,
                                     TradeoffClock clock,
                                     ProgressSink* progress);
 
