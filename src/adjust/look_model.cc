@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/look_model.h"
 
+#include "sarblock/geometry/look_equations_inline.h"
+
 #include <cmath>
 
 namespace sarblock {
@@ -177,7 +179,43 @@ bool EvaluateMapping(const Vertical& vertical,
   return true;
 }
 
+/// What of a pass the straight route needs; not `applies` where anything else corrects it.
+StraightPass StraightPassOf(const Block& block,
+                            const FlightPath& path,
+                            const PassCorrections& corrections) {
+  StraightPass out;
+  out.applies = block.frame.kind() == FrameKind::kLocal && path.IsStraight() &&
+                corrections.splines.empty() && corrections.polynomials.size() <= 1 &&
+                corrections.velocity_across.empty() && corrections.velocity_up.empty() &&
+                corrections.time_bias.empty() && corrections.squint_bias.empty() &&
+                corrections.troposphere.empty();
+  if (!out.applies) return out;
+  const StateVector& first = path.states().front();
+  out.start_s = path.start_s();
+  out.end_s = path.end_s();
+  out.position_m = first.position_m;
+  out.velocity_mps = first.velocity_mps;
+  if (corrections.polynomials.empty()) return out;
+  const PolynomialTerm& term = corrections.polynomials[0];
+  if (term.axes == PositionCorrection::Axes::kTrack) {
+    Motion motion;
+    motion.position_m = first.position_m;
+    motion.velocity_mps = first.velocity_mps;
+    out.axes_1 = TrackAxesWithRate(block.frame, motion).axes_1;
+  }
+  out.applies = term.degree <= 1 && out.axes_1.allFinite();
+  return out;
+}
+
 }  // namespace
+
+LookModel::LookModel(const Block& block, const ParameterLayout& layout)
+    : block_(block), layout_(layout) {
+  straight_.reserve(block.passes.size());
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    straight_.push_back(StraightPassOf(block, block.passes[pass].path, layout.passes[pass]));
+  }
+}
 
 LookSigma LookModel::SigmaOf(std::size_t look) const {
   LookSigma sigma = block_.SigmaOf(look);
@@ -238,8 +276,101 @@ bool LookModel::Evaluate(std::size_t look,
                          const Eigen::Vector3d& displacement_m,
                          std::span<const double> x,
                          LookEvaluation* out) const {
+  constexpr Whitening kMetres{1.0, 0.0, 1.0};
+  return Evaluate(look,
+                  columns,
+                  start_m,
+                  displacement_m,
+                  x,
+                  kMetres,
+                  &out->error_m,
+                  &out->by_point,
+                  {out->by_columns.row(0).data(), out->by_columns.row(1).data()});
+}
+
+bool LookModel::EvaluateStraight(std::size_t look,
+                                 const StraightPass& straight,
+                                 const Eigen::Vector3d& start_m,
+                                 const Eigen::Vector3d& displacement_m,
+                                 std::span<const double> x,
+                                 const Whitening& w,
+                                 Eigen::Vector2d* error_m,
+                                 Eigen::Matrix<double, 2, 3>* by_point,
+                                 LookRows rows) const {
+  const Looks& looks = block_.looks;
+  const PassCorrections& c = layout_.passes[looks.pass[look]];
+  const double time_s = looks.time_s[look];
+  if (!(time_s >= straight.start_s && time_s <= straight.end_s)) return false;
+  const double from_start_s = time_s - straight.start_s;
+  Eigen::Vector3d s_m = straight.position_m + from_start_s * straight.velocity_mps;
+  Eigen::Vector3d v_mps = straight.velocity_mps;
+  const PolynomialTerm* term = c.polynomials.empty() ? nullptr : c.polynomials.data();
+  const double rate = 1.0 / c.half_length_s;
+  const double basis_1 = (time_s - c.middle_s) * rate;
+  if (term != nullptr) {
+    const double* value = x.data() + term->column;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      if (!term->components[static_cast<std::size_t>(axis)]) continue;
+      if (term->degree == 0) {
+        s_m += straight.axes_1.col(axis) * *value++;
+      } else {
+        s_m += straight.axes_1.col(axis) * (value[0] + basis_1 * value[1]);
+        v_mps += straight.axes_1.col(axis) * (rate * value[1]);
+        value += 2;
+      }
+    }
+  }
+  LookEquations eq;
+  const Eigen::Vector3d d_m = (start_m - s_m) + displacement_m;
+  if (!EvaluateLookEquationsInline(d_m, v_mps, ConeOf(look), 0.0, &eq)) return false;
+  const double kappa = SumOf(c.range_scale, x);
+  const Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
+  *error_m = {(eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m,
+              eq.doppler_error_m};
+  by_point->row(0) = w.w00 * range_by_p;
+  by_point->row(1) = w.w10 * range_by_p + w.w11 * eq.ded_dp;
+  if (rows.range == nullptr) return error_m->allFinite();
+  if (term != nullptr) {
+    const Eigen::RowVector3d by_velocity = w.w11 * eq.ded_dv;
+    double* range = rows.range + term->column;
+    double* doppler = rows.doppler + term->column;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      if (!term->components[static_cast<std::size_t>(axis)]) continue;
+      const auto along = straight.axes_1.col(axis);
+      const double r = -by_point->row(0).dot(along), d = -by_point->row(1).dot(along);
+      *range++ = r;
+      *doppler++ = d;
+      if (term->degree == 0) continue;
+      *range++ = r * basis_1;
+      *doppler++ = d * basis_1 + by_velocity.dot(along) * rate;
+    }
+  }
+  for (const int column : c.range_bias) {
+    rows.range[column] = w.w00;
+    rows.doppler[column] = w.w10;
+  }
+  for (const int column : c.range_scale) {
+    rows.range[column] = w.w00 * eq.rho_m;
+    rows.doppler[column] = w.w10 * eq.rho_m;
+  }
+  return error_m->allFinite();
+}
+
+bool LookModel::Evaluate(std::size_t look,
+                         const LookColumns& columns,
+                         const Eigen::Vector3d& start_m,
+                         const Eigen::Vector3d& displacement_m,
+                         std::span<const double> x,
+                         const Whitening& w,
+                         Eigen::Vector2d* error_m,
+                         Eigen::Matrix<double, 2, 3>* by_point,
+                         LookRows rows) const {
   const Looks& looks = block_.looks;
   const std::size_t pass = looks.pass[look];
+  if (straight_[pass].applies) {
+    return EvaluateStraight(
+        look, straight_[pass], start_m, displacement_m, x, w, error_m, by_point, rows);
+  }
   const PassCorrections& c = layout_.passes[pass];
   const double measured_s = looks.time_s[look];
   PathEvaluation path;
@@ -254,28 +385,24 @@ bool LookModel::Evaluate(std::size_t look,
     return false;
   }
   const Motion& motion = path.motion;
-  // The direction errors of the cone axis: w = c_across across + c_up up, v_cone = v + |v| w.
+  // The direction errors of the cone axis: t = c_across across + c_up up, v_cone = v + |v| t.
   const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
   const double speed = motion.velocity_mps.norm();
   const Eigen::Vector3d u = motion.velocity_mps * (1.0 / speed);
-  Eigen::Vector3d w = Eigen::Vector3d::Zero(), w_rate = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero(), turn_rate = Eigen::Vector3d::Zero();
   if (turned) {
     const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
-    w = across * path.axes.axes_1.col(1) + up * path.axes.axes_1.col(2);
-    w_rate = across * path.axes.rate.col(1) + up * path.axes.rate.col(2);
+    turn = across * path.axes.axes_1.col(1) + up * path.axes.axes_1.col(2);
+    turn_rate = across * path.axes.rate.col(1) + up * path.axes.rate.col(2);
   }
   // d = (start - s) + displacement keeps the digits of a small displacement.
   const Eigen::Vector3d to_start = start_m - motion.position_m;
   LookEquations eq;
-  if (!EvaluateLookEquations(to_start + displacement_m,
-                             Eigen::Vector3d::Zero(),
-                             motion.velocity_mps + speed * w,
-                             ConeOf(look),
-                             SumOf(c.squint_bias, x),
-                             &eq)) {
+  const Eigen::Vector3d d = to_start + displacement_m;
+  if (!EvaluateLookEquationsInline(
+          d, motion.velocity_mps + speed * turn, ConeOf(look), SumOf(c.squint_bias, x), &eq)) {
     return false;
   }
-  const Eigen::Vector3d d = to_start + displacement_m;
   const double kappa = SumOf(c.range_scale, x);
   Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
   Eigen::RowVector3d range_by_s = -range_by_p;
@@ -293,16 +420,16 @@ bool LookModel::Evaluate(std::size_t look,
       range_by_s += zenith_m * mappings[q].by_s;
     }
   }
-  out->error_m = {range_error_m, eq.doppler_error_m};
-  out->by_point.row(0) = range_by_p;
-  out->by_point.row(1) = eq.ded_dp;
-  if (columns.column_count == 0) return out->error_m.allFinite();
+  *error_m = {range_error_m, eq.doppler_error_m};
+  by_point->row(0) = w.w00 * range_by_p;
+  by_point->row(1) = w.w10 * range_by_p + w.w11 * eq.ded_dp;
+  if (columns.column_count == 0 || rows.range == nullptr) return error_m->allFinite();
 
-  // Cone axis v_cone by velocity: dv_cone = dv + (u.dv) w; so e_d by v is cone_by_v.
-  const Eigen::RowVector3d cone_by_v = eq.ded_dv + eq.ded_dv.dot(w) * u.transpose();
+  // Cone axis v_cone by velocity: dv_cone = dv + (u.dv) t; so e_d by v is cone_by_v.
+  const Eigen::RowVector3d cone_by_v = eq.ded_dv + eq.ded_dv.dot(turn) * u.transpose();
   const auto set = [&](int column, double range, double doppler) {
-    out->by_columns(0, column) = range;
-    out->by_columns(1, column) = doppler;
+    rows.range[column] = w.w00 * range;
+    rows.doppler[column] = w.w10 * range + w.w11 * doppler;
   };
   // A position parameter moves s by its axis times B and v by (axis B)': three numbers an axis
   // serve all its degrees.
@@ -351,7 +478,7 @@ bool LookModel::Evaluate(std::size_t look,
   for (const int column : c.range_scale) set(column, eq.rho_m, 0.0);
   for (const int column : c.time_bias) {
     const Eigen::Vector3d& a = motion.acceleration_mps2;
-    const Eigen::Vector3d cone_rate = a + u.dot(a) * w + speed * w_rate;
+    const Eigen::Vector3d cone_rate = a + u.dot(a) * turn + speed * turn_rate;
     set(column,
         range_by_s.dot(motion.velocity_mps),
         -eq.ded_dp.dot(motion.velocity_mps) + eq.ded_dv.dot(cone_rate));
@@ -360,7 +487,7 @@ bool LookModel::Evaluate(std::size_t look,
   for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
     set(c.troposphere[q].column, mappings[q].value, 0.0);
   }
-  return out->error_m.allFinite();
+  return error_m->allFinite();
 }
 
 Whitening LookModel::WhiteningOf(std::size_t look,

@@ -25,7 +25,8 @@ constexpr double kLargeLeverage_1 = 1e6;
 struct PointState {
   PointFactor factor;
   PointTerms terms;
-  std::vector<double> y;  // Y = T C, 3 x width, row by row
+  const double* t = nullptr;  // T, 3 x width, row by row
+  std::vector<double> y;      // Y = T C, 3 x width, row by row
   Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d core = Eigen::Matrix3d::Identity();  // I + T C T'
   bool complement_formed = false;
@@ -41,16 +42,16 @@ void MultiplyByInverse(const ParameterLayout& layout,
   const auto width = static_cast<std::size_t>(columns.width);
   const double* values = inverse.values().data();
   if (!quality) {
-    AddQuadraticForm(blocks, columns.t.data(), width, values, p->core.data());
+    Kernels().AddQuadraticForm(blocks, p->t, width, values, p->core.data());
     return;
   }
   p->y.assign(3 * width, 0.0);
-  AddProductWithMatrix(blocks, columns.t.data(), width, values, p->y.data());
+  Kernels().AddProductWithMatrix(blocks, p->t, width, values, p->y.data());
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = 0; b <= a; ++b) {
       double sum = 0.0;
       for (std::size_t c = 0; c < width; ++c) {
-        sum += columns.t[a * width + c] * p->y[b * width + c];
+        sum += p->t[a * width + c] * p->y[b * width + c];
       }
       p->core(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) += sum;
       if (a != b) p->core(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(a)) += sum;
@@ -65,15 +66,19 @@ void FactorAt(const AdjustmentProblem& problem,
               const KeptFactors* kept,
               std::size_t point,
               PointState* p) {
-  if (kept == nullptr || !kept->Restore(problem, point, &p->factor)) {
-    FactorPoint(problem, state, {}, 0.0, point, &p->factor);
-  }
+  PointColumns& columns = p->terms.columns;
+  p->t = kept != nullptr ? kept->Restore(problem, point, &p->factor.r, &columns) : nullptr;
+  if (p->t != nullptr && quality && !kept->RestoreLooks(problem, point, &p->factor)) p->t = nullptr;
+  const bool restored = p->t != nullptr;
+  if (!restored) FactorPoint(problem, state, {}, 0.0, point, &p->factor);
   p->r_inverse = InverseOfUpper(p->factor.r);
   p->core.setIdentity();
   p->complement_formed = false;
-  p->terms.columns.width = 0;
   if (inverse == nullptr) return;
-  ProjectColumns(problem, p->factor, &p->terms.columns);
+  if (!restored) {
+    ProjectColumns(problem, p->factor, &columns);
+    p->t = columns.t.data();
+  }
   MultiplyByInverse(problem.layout, *inverse, quality, p);
 }
 

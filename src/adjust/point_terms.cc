@@ -54,14 +54,18 @@ void InsertBlocks(const LookColumns& look, std::vector<int>* blocks) {
 }
 
 void FindColumns(const ParameterLayout& layout, const PointFactor& factor, PointColumns* columns) {
+  columns->blocks.clear();
+  for (int k = 0; k < factor.look_count; ++k) {
+    InsertBlocks(factor.looks[static_cast<std::size_t>(k)].columns, &columns->blocks);
+  }
+  PlaceColumns(layout, columns);
+}
+
+void PlaceColumns(const ParameterLayout& layout, PointColumns* columns) {
   if (columns->column_of_block.size() < layout.blocks.size()) {
     columns->column_of_block.resize(layout.blocks.size());
   }
-  std::vector<int>& blocks = columns->blocks;
-  blocks.clear();
-  for (int k = 0; k < factor.look_count; ++k) {
-    InsertBlocks(factor.looks[static_cast<std::size_t>(k)].columns, &blocks);
-  }
+  const std::vector<int>& blocks = columns->blocks;
   columns->begin.resize(blocks.size());
   columns->width = 0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
@@ -86,14 +90,14 @@ void AddTurnedColumns(const ParameterLayout& layout,
     for (int q = 0; q < look.columns.block_count; ++q) {
       const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(q)]);
       const int size = layout.blocks[id].size;
-      AddTurned(out + columns.column_of_block[id],
-                static_cast<std::size_t>(columns.width),
-                terms,
-                b,
-                m,
-                range,
-                doppler,
-                size);
+      Kernels().AddTurned(out + columns.column_of_block[id],
+                          static_cast<std::size_t>(columns.width),
+                          terms,
+                          b,
+                          m,
+                          range,
+                          doppler,
+                          size);
       range += size;
       doppler += size;
     }

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/products.h"
 #include "sarblock/sparse/block_matrix.h"
 
 #include <cstddef>
 #include <vector>
 
-#include "products.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -23,11 +23,20 @@ struct PointTerms {
   std::vector<double> basis;
 };
 
+/// The kernels of this machine.
+[[nodiscard]] inline const ProductKernels& Kernels() {
+  static const ProductKernels& kernels = KernelsOfThisMachine();
+  return kernels;
+}
+
 /// Puts the blocks of a look where they belong in an ascending list of distinct ones.
 void InsertBlocks(const LookColumns& look, std::vector<int>* blocks);
 
 /// Finds the blocks of J_c and their columns.
 void FindColumns(const ParameterLayout& layout, const PointFactor& factor, PointColumns* columns);
+
+/// The columns of the blocks given in columns->blocks.
+void PlaceColumns(const ParameterLayout& layout, PointColumns* columns);
 
 /// Finds where the blocks stand in a matrix of the block's pattern, after FindColumns.
 [[nodiscard]] PointBlocks FindBlocks(const ParameterLayout& layout,

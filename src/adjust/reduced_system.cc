@@ -83,19 +83,29 @@ Structure StructureOf(const AdjustmentProblem& problem) {
   return out;
 }
 
+/// Equations of a set of points by the corrections before elimination.
+struct Unreduced {
+  explicit Unreduced(const BlockPattern& pattern)
+      : gradient(Eigen::VectorXd::Zero(pattern.rows())), diagonal(gradient) {}
+  Eigen::VectorXd gradient;  // J_c' e
+  Eigen::VectorXd diagonal;  // of J_c' J_c
+};
+
 /// What one range of points adds.
 struct Partial {
   explicit Partial(const BlockSymmetricMatrix& pattern)
       : s(pattern.pattern()),
         right_side(Eigen::VectorXd::Zero(pattern.rows())),
-        diagonal(right_side),
-        gradient(right_side) {}
+        exact(*pattern.pattern()),
+        subtracted(*pattern.pattern()) {}
   BlockSymmetricMatrix s;
-  Eigen::VectorXd right_side, diagonal, gradient;
+  Eigen::VectorXd right_side;  // but for the gradient of the subtracted
+  Unreduced exact;             // points added by what elimination leaves
+  Unreduced subtracted;        // points added as a difference
+  bool any_subtracted = false;
   std::vector<WeakPoint> weak;
   double cost = 0.0, point_step_square = 0.0, point_gradient = 0.0;
   int not_evaluated = 0;
-  bool subtracted = false;
 };
 
 /// Scratch of one range of points.
@@ -104,8 +114,7 @@ struct PointScratch {
   PointTerms terms;
 };
 
-/// Diagonal and gradient of the corrections before elimination.
-void AddLooks(const PointFactor& factor, const ParameterLayout& layout, Partial* out) {
+void AddLooks(const PointFactor& factor, const ParameterLayout& layout, Unreduced* out) {
   for (int k = 0; k < factor.look_count; ++k) {
     const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
     const double e0 = look.error_1[0], e1 = look.error_1[1];
@@ -126,38 +135,35 @@ void AddLooks(const PointFactor& factor, const ParameterLayout& layout, Partial*
   }
 }
 
-/// J_c' J_c and J_c' e of each look's own blocks.
-void AddSquaresOfLooks(const PointFactor& factor, const ParameterLayout& layout, Partial* out) {
+/// J_c' J_c of each look's own blocks.
+void AddSquaresOfLooks(const PointFactor& factor,
+                       const ParameterLayout& layout,
+                       BlockSymmetricMatrix* s) {
   constexpr std::size_t kStride = ParameterLayout::kMaxLocalColumns;
-  const BlockPattern& pattern = *out->s.pattern();
-  double* values = out->s.values().data();
+  const BlockPattern& pattern = *s->pattern();
+  double* values = s->values().data();
   for (int k = 0; k < factor.look_count; ++k) {
     const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-    const double e0 = look.error_1[0], e1 = look.error_1[1];
     int first = 0;
     for (int b = 0; b < look.columns.block_count; ++b) {
       const int id = look.columns.block[static_cast<std::size_t>(b)];
-      const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(id)];
-      const double* range = look.row[0].data() + first;
-      const double* doppler = look.row[1].data() + first;
-      double* right_side = out->right_side.data() + block.offset;
-      for (int i = 0; i < block.size; ++i) right_side[i] += range[i] * e0 + doppler[i] * e1;
+      const int size = layout.blocks[static_cast<std::size_t>(id)].size;
       int other = 0;
       for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
         const int id2 = look.columns.block[static_cast<std::size_t>(b2)];
         const int size2 = layout.blocks[static_cast<std::size_t>(id2)].size;
         if (id2 <= id) {
-          AddProducts(values + pattern.ValueBegin(pattern.Slot(id, id2)),
-                      block.size,
-                      size2,
-                      range,
-                      look.row[0].data() + other,
-                      kStride,
-                      2);
+          Kernels().AddProducts(values + pattern.ValueBegin(pattern.Slot(id, id2)),
+                                size,
+                                size2,
+                                look.row[0].data() + first,
+                                look.row[0].data() + other,
+                                kStride,
+                                2);
         }
         other += size2;
       }
-      first += block.size;
+      first += size;
     }
   }
 }
@@ -188,12 +194,12 @@ void AddRest(const ParameterLayout& layout, PointScratch* scratch, Partial* out)
   FindColumns(layout, scratch->factor, &terms.columns);
   const PointBlocks blocks = FindBlocks(layout, *out->s.pattern(), &terms);
   TurnToRest(layout, scratch->factor, &terms);
-  AddSquare(blocks,
-            terms.rest.data(),
-            static_cast<std::size_t>(terms.columns.width),
-            static_cast<int>(terms.rest_e.size()),
-            1.0,
-            out->s.values().data());
+  Kernels().AddSquare(blocks,
+                      terms.rest.data(),
+                      static_cast<std::size_t>(terms.columns.width),
+                      static_cast<int>(terms.rest_e.size()),
+                      1.0,
+                      out->s.values().data());
   AddRightSide(terms.columns, layout, terms.rest.data(), terms.rest_e, 1.0, &out->right_side);
 }
 
@@ -207,20 +213,21 @@ void AddDifference(const AdjustmentProblem& problem,
   PointColumns& columns = terms.columns;
   ProjectColumns(problem, scratch->factor, &columns);
   const PointBlocks blocks = FindBlocks(problem.layout, *out->s.pattern(), &terms);
-  AddSquaresOfLooks(scratch->factor, problem.layout, out);
-  AddSquare(blocks,
-            columns.t.data(),
-            static_cast<std::size_t>(columns.width),
-            3,
-            -1.0,
-            out->s.values().data());
+  AddLooks(scratch->factor, problem.layout, &out->subtracted);
+  AddSquaresOfLooks(scratch->factor, problem.layout, &out->s);
+  Kernels().AddSquare(blocks,
+                      columns.t.data(),
+                      static_cast<std::size_t>(columns.width),
+                      3,
+                      -1.0,
+                      out->s.values().data());
   AddRightSide(columns,
                problem.layout,
                columns.t.data(),
                std::span<const double>(c.data(), 3),
                -1.0,
                &out->right_side);
-  out->subtracted = true;
+  out->any_subtracted = true;
 }
 
 /// Adds one point; one whose own equations are rank deficient is only named. `exact`: by what is
@@ -234,6 +241,7 @@ void Add(const AdjustmentProblem& problem,
          PointScratch* scratch,
          Partial* out) {
   PointFactor& factor = scratch->factor;
+  scratch->terms.columns.t.clear();
   FactorPoint(problem, state, weighting, damping_1, point, &factor);
   out->cost += factor.cost_1;
   out->not_evaluated += factor.looks_not_evaluated;
@@ -242,8 +250,8 @@ void Add(const AdjustmentProblem& problem,
     out->point_gradient =
         std::max(out->point_gradient, std::abs(factor.gradient[k]) / std::sqrt(factor.square_1[k]));
   }
-  AddLooks(factor, problem.layout, out);
   if (damping_1 == 0.0 && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
+    AddLooks(factor, problem.layout, &out->exact);
     out->weak.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition_1});
     return;
   }
@@ -251,6 +259,7 @@ void Add(const AdjustmentProblem& problem,
   out->point_step_square += c.squaredNorm();
   // Up to three rows left are no more work than the three of T.
   if (damping_1 == 0.0 && (exact || factor.row_count <= 6)) {
+    AddLooks(factor, problem.layout, &out->exact);
     AddRest(problem.layout, scratch, out);
   } else {
     AddDifference(problem, c, scratch, out);
@@ -259,12 +268,15 @@ void Add(const AdjustmentProblem& problem,
 
 }  // namespace
 
-ReducedSystem::ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes)
-    : problem_(problem) {
+ReducedSystem::ReducedSystem(const AdjustmentProblem& problem,
+                             std::size_t most_kept_bytes,
+                             KeptFor purpose)
+    : problem_(problem), kept_for_(purpose) {
   Structure structure = StructureOf(problem);
   s_ = std::move(structure.pattern);
   const std::size_t points = problem.block.points.size();
-  const std::size_t bytes = KeptFactors::BytesFor(points, structure.looks, structure.columns);
+  const std::size_t bytes =
+      KeptFactors::BytesFor(purpose, points, structure.looks, structure.columns);
   if (bytes <= most_kept_bytes) kept_bytes_ = bytes;
 }
 
@@ -302,7 +314,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   std::vector<std::optional<Partial>> parts(partials);
   kept_.reset();
   const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
-  if (keep) kept_.emplace(points, partials, kept_bytes_);
+  if (keep) kept_.emplace(kept_for_, points, partials, kept_bytes_);
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(s_);
@@ -310,7 +322,10 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem_.Solves(point)) continue;
       Add(problem_, state, weighting, damping_1_, exact, point, &scratch, &out);
-      if (keep) kept_->Keep(part, point, scratch.factor);
+      if (!keep) continue;
+      PointColumns& columns = scratch.terms.columns;
+      if (columns.t.empty()) ProjectColumns(problem_, scratch.factor, &columns);
+      kept_->Keep(part, point, scratch.factor, columns);
     }
   });
   s_.SetZero();
@@ -326,15 +341,15 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
     const std::span<double> sum = s_.values();
     const std::span<const double> add = part->s.values();
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += add[i];
-    right_side_ += part->right_side;
-    full_diagonal_ += part->diagonal;
-    full_gradient_ += part->gradient;
+    right_side_ += part->right_side + part->subtracted.gradient;
+    full_diagonal_ += part->exact.diagonal + part->subtracted.diagonal;
+    full_gradient_ += part->exact.gradient + part->subtracted.gradient;
     weak_points_.insert(weak_points_.end(), part->weak.begin(), part->weak.end());
     cost_1_ += part->cost;
     point_step_square_1_ += part->point_step_square;
     gradient_1_ = std::max(gradient_1_, part->point_gradient);
     looks_not_evaluated_ += part->not_evaluated;
-    subtracted |= part->subtracted;
+    subtracted |= part->any_subtracted;
   }
   return subtracted;
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -46,6 +47,18 @@ double EqualSpacing_s(const std::vector<StateVector>& states) {
   return spacing_s;
 }
 
+// Whether `to` lies where a straight flight from `from` at its velocity comes to, but for rounding.
+bool ContinuesStraight(const StateVector& from, const StateVector& to) {
+  constexpr double kRounding_1 = std::numeric_limits<double>::epsilon();
+  const Eigen::Vector3d moved_m = (to.time_s - from.time_s) * from.velocity_mps;
+  const Eigen::Vector3d off_m = to.position_m - (from.position_m + moved_m);
+  const Eigen::Vector3d off_mps = to.velocity_mps - from.velocity_mps;
+  const double size_m = from.position_m.norm() + to.position_m.norm() + moved_m.norm() +
+                        (std::abs(from.time_s) + std::abs(to.time_s)) * from.velocity_mps.norm();
+  return off_m.norm() <= 4.0 * kRounding_1 * size_m &&
+         off_mps.norm() <= 2.0 * kRounding_1 * from.velocity_mps.norm();
+}
+
 }  // namespace
 
 FlightPath::FlightPath(std::vector<StateVector> states) {
@@ -53,9 +66,20 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
   spacing_s_ = EqualSpacing_s(states);
   states_ = std::move(states);
   pieces_.reserve(states_.size() - 1);
-  for (std::size_t k = 0; k + 1 < states_.size(); ++k) {
+  for (std::size_t k = 0, next = 0; k + 1 < states_.size(); k = next) {
     const StateVector& from = states_[k];
-    const StateVector& to = states_[k + 1];
+    next = k;
+    while (next + 1 < states_.size() && ContinuesStraight(from, states_[next + 1])) ++next;
+    if (next > k) {
+      pieces_.push_back({from.time_s,
+                         states_[next].time_s,
+                         from.position_m,
+                         from.velocity_mps,
+                         Eigen::Vector3d::Zero(),
+                         Eigen::Vector3d::Zero()});
+      continue;
+    }
+    const StateVector& to = states_[++next];
     const double h = to.time_s - from.time_s;
     const Eigen::Vector3d mean = (to.position_m - from.position_m) / h;
     pieces_.push_back({from.time_s,
@@ -64,6 +88,10 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
                        from.velocity_mps,
                        (3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h,
                        (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h)});
+  }
+  if (pieces_.size() + 1 < states_.size()) {  // joined: no longer equally long
+    spacing_s_ = 0.0;
+    pieces_.shrink_to_fit();
   }
 }
 
@@ -101,6 +129,11 @@ void FlightPath::Prefetch(double time_s) const {
   const Piece* piece = &pieces_[std::min(pieces_.size() - 1, k)];
   __builtin_prefetch(piece);
   __builtin_prefetch(&piece->second_mps2);
+}
+
+bool FlightPath::IsStraight() const {
+  return pieces_.size() == 1 && pieces_[0].second_mps2.isZero(0.0) &&
+         pieces_[0].third_mps3.isZero(0.0);
 }
 
 std::optional<Motion> FlightPath::At(double time_s) const {

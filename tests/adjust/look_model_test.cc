@@ -79,6 +79,21 @@ std::vector<CorrectionGroup> SplineGroups(double knot_spacing_s) {
           Own("time", TimeCorrection{})};
 }
 
+/// What a straight pass is evaluated for by a shorter way: constant and drift, and ranges.
+std::vector<CorrectionGroup> StraightGroups() {
+  PositionCorrection drift;
+  drift.components = {true, false, true};
+  PositionCorrection constant;
+  constant.degree = 0;
+  constant.axes = PositionCorrection::Axes::kFrame;
+  RangeCorrection range;
+  range.bias = range.scale = true;
+  CorrectionGroup first = Own("drift", drift), second = Own("constant", constant);
+  first.passes = {"A1", "A2"};
+  second.passes = {"A3"};
+  return {first, second, Own("range", range), Shared("radar", range)};
+}
+
 /// Corrections as large as bad ones are: the model has to be right away from zero.
 double SizeOf(const Parameter& parameter) {
   if (parameter.name.starts_with("velocity")) return 1.7e-3;
@@ -89,12 +104,14 @@ double SizeOf(const Parameter& parameter) {
   return 27.0;
 }
 
+enum class Groups { kPolynomials, kSplines, kStraight };
+
 struct Case {
   const char* name;
   bool orbit;
   double squint_deg;
   bool doppler;
-  bool splines;
+  Groups groups;
 };
 std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
 
@@ -111,7 +128,9 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
   const Block& block = known.block;
   const double length_s = block.passes[0].end_s - block.passes[0].start_s;
   const std::vector<CorrectionGroup> groups =
-      c.splines ? SplineGroups(length_s / 2.7) : PolynomialGroups(length_s / 3.4);
+      c.groups == Groups::kSplines    ? SplineGroups(length_s / 2.7)
+      : c.groups == Groups::kStraight ? StraightGroups()
+                                      : PolynomialGroups(length_s / 3.4);
   const ParameterLayout layout = MakeParameterLayout(block, groups);
   const LookModel model(block, layout);
   const Twin twin(block, groups);
@@ -188,17 +207,19 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryCorrection,
-                         LookModelTest,
-                         testing::Values(Case{"aircraft_zero_doppler", false, 0.0, false, false},
-                                         Case{"aircraft_squint", false, 17.3, false, true},
-                                         Case{"aircraft_doppler", false, 6.1, true, false},
-                                         Case{"orbit_zero_doppler", true, 0.0, false, true},
-                                         Case{"orbit_squint", true, 21.7, false, false},
-                                         Case{"orbit_doppler", true, -3.3, true, true}),
-                         [](const testing::TestParamInfo<Case>& tested) {
-                           return std::string(tested.param.name);
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    EveryCorrection,
+    LookModelTest,
+    testing::Values(Case{"aircraft_zero_doppler", false, 0.0, false, Groups::kPolynomials},
+                    Case{"aircraft_squint", false, 17.3, false, Groups::kSplines},
+                    Case{"aircraft_doppler", false, 6.1, true, Groups::kPolynomials},
+                    Case{"straight_zero_doppler", false, 0.0, false, Groups::kStraight},
+                    Case{"straight_squint", false, 17.3, false, Groups::kStraight},
+                    Case{"straight_doppler", false, 6.1, true, Groups::kStraight},
+                    Case{"orbit_zero_doppler", true, 0.0, false, Groups::kSplines},
+                    Case{"orbit_squint", true, 21.7, false, Groups::kPolynomials},
+                    Case{"orbit_doppler", true, -3.3, true, Groups::kSplines}),
+    [](const testing::TestParamInfo<Case>& tested) { return std::string(tested.param.name); });
 
 /// One look of an aircraft block with time bias and troposphere.
 class LookModelDomainTest : public testing::Test {

@@ -131,6 +131,49 @@ TEST(FlightPathTest, RoundedTimesChooseTheRightPiece) {
   }
 }
 
+// Closed form: a straight flight whose states are rounded is one piece; one that turns is not.
+TEST(FlightPathTest, JoinsStatesOfAStraightFlight) {
+  const Vector3d from_m(-717.8186409, 38000.0, 10000.0), velocity_mps(179.9, 3.7, -0.2);
+  for (const double bend_mps2 : {0.0, 1e-9}) {
+    std::vector<StateVector> states;
+    for (int k = 0; k < 300; ++k) {
+      const double t_s = 5123.7 + 1.0 / 3.0 * k, x_s = t_s - 5123.7;
+      const Vector3d bend(0.0, bend_mps2, 0.0);
+      states.push_back(
+          {t_s, from_m + x_s * velocity_mps + 0.5 * x_s * x_s * bend, velocity_mps + x_s * bend});
+    }
+    const FlightPath path(states);
+    EXPECT_EQ(path.IsStraight(), bend_mps2 == 0.0);
+    for (const double x_s : {0.0, 0.1, 41.7, 99.0}) {
+      const auto motion = path.At(5123.7 + x_s);
+      ASSERT_TRUE(motion.has_value());
+      const Vector3d bent_m(0.0, 0.5 * x_s * x_s * bend_mps2, 0.0);
+      EXPECT_LE((motion->position_m - from_m - x_s * velocity_mps - bent_m).norm(), 1e-9) << x_s;
+      EXPECT_EQ(motion->acceleration_mps2.isZero(0.0), bend_mps2 == 0.0);
+    }
+  }
+}
+
+// Straight legs joined by a turn: each leg is one piece, the turn keeps its own.
+TEST(FlightPathTest, FindsThePieceAmongJoinedOnes) {
+  std::vector<StateVector> states;
+  for (int k = 0; k < 20; ++k) {
+    states.push_back({1.0 * k, Vector3d(100.0 * k, 0.0, 5000.0), Vector3d(100.0, 0.0, 0.0)});
+  }
+  for (int k = 0; k < 20; ++k) {
+    states.push_back(
+        {25.0 + k, Vector3d(2400.0, 60.0 + 100.0 * k, 5000.0), Vector3d(0.0, 100.0, 0.0)});
+  }
+  const FlightPath path(states);
+  EXPECT_FALSE(path.IsStraight());
+  EXPECT_EQ(path.At(7.25)->position_m, Vector3d(725.0, 0.0, 5000.0));
+  EXPECT_EQ(path.At(30.5)->position_m, Vector3d(2400.0, 610.0, 5000.0));
+  EXPECT_GT(path.At(22.0)->acceleration_mps2.norm(), 1.0);
+  for (const StateVector& state : states) {
+    EXPECT_LE((path.At(state.time_s)->position_m - state.position_m).norm(), 1e-11);
+  }
+}
+
 TEST(FlightPathTest, RefusesATimeOutsideTheSpan) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto& times : {kEqual, kUnequal}) {

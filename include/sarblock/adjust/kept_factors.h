@@ -8,7 +8,15 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace sarblock {
+
+/// What a sweep over the points will ask of factors that are kept.
+enum class KeptFor {
+  kCovariance,  ///< R and T
+  kQuality,     ///< and what the quality figures of looks read
+};
 
 /// The factors of all points of one linearisation, kept from the sum of S to the sweep over the
 /// points, so that a look is evaluated once for both (BytesFor). Recomputed factors are the same to
@@ -16,34 +24,57 @@ namespace sarblock {
 class KeptFactors {
  public:
   /// Memory that may be kept: some 40,000 points of five looks with six parameters.
-  static constexpr std::size_t kMostBytes = std::size_t{32} << 20;
+  static constexpr std::size_t kMostBytes = std::size_t{48} << 20;
 
   /// `bytes`: what BytesFor says of them, taken at once.
-  KeptFactors(std::size_t points, std::size_t parts, std::size_t bytes);
+  KeptFactors(KeptFor purpose, std::size_t points, std::size_t parts, std::size_t bytes);
 
-  /// Keeps the undamped factor of a point; one thread a part. A point with a look that has no value
-  /// is not kept.
-  void Keep(std::size_t part, std::size_t point, const PointFactor& factor);
+  /// Keeps the undamped factor of a point and its T (ProjectColumns); one thread a part. A point
+  /// with a look that has no value is not kept.
+  void Keep(std::size_t part,
+            std::size_t point,
+            const PointFactor& factor,
+            const PointColumns& columns);
 
-  /// What FactorPoint would give as far as elimination and sweep read it: Q, R, e and of every look
-  /// its index, columns, rows and error_1. False for a point that was not kept or has other looks
-  /// now.
-  [[nodiscard]] bool Restore(const AdjustmentProblem& problem,
-                             std::size_t point,
-                             PointFactor* out) const;
+  /// R, the blocks of a point with their columns, and T, 3 x width row by row, in the memory it was
+  /// kept in. Null for a point that was not kept or has another number of looks now.
+  [[nodiscard]] const double* Restore(const AdjustmentProblem& problem,
+                                      std::size_t point,
+                                      Eigen::Matrix3d* r,
+                                      PointColumns* columns) const;
+
+  /// What FactorPoint would give as far as the quality figures read it, of a point that Restore
+  /// knows: Q, R, e and of every look its index, columns, rows and error_1. False if only
+  /// covariances were asked for.
+  [[nodiscard]] bool RestoreLooks(const AdjustmentProblem& problem,
+                                  std::size_t point,
+                                  PointFactor* out) const;
 
   /// Memory for points with so many looks and local columns of looks together.
-  [[nodiscard]] static std::size_t BytesFor(std::size_t points,
+  [[nodiscard]] static std::size_t BytesFor(KeptFor purpose,
+                                            std::size_t points,
                                             std::size_t looks,
                                             std::size_t columns) {
-    return sizeof(double) * (13 * points + 8 * looks + 2 * columns);
+    const bool quality = purpose == KeptFor::kQuality;
+    return sizeof(double) *
+           (14 * points + 3 * columns + (quality ? 12 * points + 8 * looks + 2 * columns : 0));
   }
 
  private:
   static constexpr std::size_t kNone = 0;  // a part's first number is not a point's
-  std::vector<std::size_t> begin_;         // by point, in its part
-  std::vector<std::uint32_t> part_;
-  std::vector<std::vector<double>> parts_;
+  struct Place {
+    std::size_t number = kNone;  // in its part's numbers
+    std::size_t block = 0;       // in its part's blocks
+    std::uint32_t part = 0;
+    std::uint16_t looks = 0, blocks = 0;
+  };
+  struct Part {
+    std::vector<double> numbers;
+    std::vector<int> blocks;
+  };
+  KeptFor purpose_;
+  std::vector<Place> places_;  // by point
+  std::vector<Part> parts_;
 };
 
 }  // namespace sarblock

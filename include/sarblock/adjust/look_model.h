@@ -31,7 +31,23 @@ struct LookEvaluation {
   Eigen::Vector2d error_m = Eigen::Vector2d::Zero();
   Eigen::Matrix<double, 2, 3> by_point = Eigen::Matrix<double, 2, 3>::Zero();
   /// By the look's local columns; only the first column_count are set.
-  Eigen::Matrix<double, 2, ParameterLayout::kMaxLocalColumns> by_columns;
+  Eigen::Matrix<double, 2, ParameterLayout::kMaxLocalColumns, Eigen::RowMajor> by_columns;
+};
+
+/// Where the partials of a look by its local columns go: column_count numbers each, or nowhere.
+struct LookRows {
+  double* range = nullptr;
+  double* doppler = nullptr;
+};
+
+/// A pass whose looks need little: straight in the local frame, position corrected by one
+/// polynomial of degree 0 or 1 or not at all, range by biases and scales, nothing else.
+struct StraightPass {
+  bool applies = false;
+  double start_s = 0.0, end_s = 0.0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< at start_s
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< of the polynomial
 };
 
 /// The antenna at a time of a pass under corrections.
@@ -53,7 +69,7 @@ struct CorrectedMotion {
 /// Thread-safe; holds references to the block and the layout, which must outlive it.
 class LookModel {
  public:
-  LookModel(const Block& block, const ParameterLayout& layout) : block_(block), layout_(layout) {}
+  LookModel(const Block& block, const ParameterLayout& layout);
 
   [[nodiscard]] const Block& block() const { return block_; }
   [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
@@ -82,6 +98,17 @@ class LookModel {
                               const Eigen::Vector3d& displacement_m,
                               std::span<const double> x,
                               LookEvaluation* out) const;
+  /// The same with both equations' partials whitened by `w` (error_m stays in metres) and those by
+  /// columns put into `rows`.
+  [[nodiscard]] bool Evaluate(std::size_t look,
+                              const LookColumns& columns,
+                              const Eigen::Vector3d& start_m,
+                              const Eigen::Vector3d& displacement_m,
+                              std::span<const double> x,
+                              const Whitening& w,
+                              Eigen::Vector2d* error_m,
+                              Eigen::Matrix<double, 2, 3>* by_point,
+                              LookRows rows) const;
 
   /// Whitening of a look at a point and path (no corrections but the given motion).
   [[nodiscard]] Whitening WhiteningOf(std::size_t look,
@@ -104,8 +131,19 @@ class LookModel {
   [[nodiscard]] Cone ConeOf(std::size_t look) const;
 
  private:
+  bool EvaluateStraight(std::size_t look,
+                        const StraightPass& straight,
+                        const Eigen::Vector3d& start_m,
+                        const Eigen::Vector3d& displacement_m,
+                        std::span<const double> x,
+                        const Whitening& w,
+                        Eigen::Vector2d* error_m,
+                        Eigen::Matrix<double, 2, 3>* by_point,
+                        LookRows rows) const;
+
   const Block& block_;
   const ParameterLayout& layout_;
+  std::vector<StraightPass> straight_;  // by pass
   std::vector<std::array<double, 2>> sigma_factor_1_;
 };
 

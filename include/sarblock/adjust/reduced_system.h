@@ -39,7 +39,9 @@ class ReducedSystem {
  public:
   /// Finds the pattern of S from the looks that take part. Up to `most_kept_bytes` the factors of
   /// points are kept for a sweep at the same state.
-  explicit ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes = 0);
+  explicit ReducedSystem(const AdjustmentProblem& problem,
+                         std::size_t most_kept_bytes = 0,
+                         KeptFor purpose = KeptFor::kQuality);
 
   /// Forms S and its right-hand side at a state, priors included, with `damping_1` times the
   /// diagonal of J'J added to every unknown (0: none).
@@ -116,6 +118,7 @@ class ReducedSystem {
   std::optional<BlockCholesky> factor_;
   RankReport rank_;
   std::size_t kept_bytes_ = 0;  // 0: none
+  KeptFor kept_for_;
   std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;
   double damping_1_ = 0.0;

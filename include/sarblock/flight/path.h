@@ -29,7 +29,8 @@ struct StateVector {
 /// On [t_k, t_k+1] the cubic that takes both given positions and both given velocities; position
 /// and velocity are continuous, acceleration jumps at the states (model.md, section 3;
 /// docs/theory/flight_path.md). Interpolation error of a smooth path with states h apart:
-/// h^4/384 max|s''''| in position.
+/// h^4/384 max|s''''| in position. States that a straight flight passes through, but for rounding,
+/// are one piece, its velocity that of its first state.
 /// Domain: [start_s, end_s], both included; outside At() returns nothing, never an extrapolation.
 class FlightPath {
  public:
@@ -46,6 +47,8 @@ class FlightPath {
   /// Asks the memory for what Evaluate(time_s) will read: points seen by many long paths jump about
   /// in them, and waiting for memory would take as long as all the arithmetic of a look.
   void Prefetch(double time_s) const;
+  /// The whole path is one straight piece at constant velocity: that of its first state.
+  [[nodiscard]] bool IsStraight() const;
   [[nodiscard]] double start_s() const { return states_.front().time_s; }
   [[nodiscard]] double end_s() const { return states_.back().time_s; }
   [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }
