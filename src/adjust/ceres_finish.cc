@@ -76,6 +76,7 @@ void FinishByNewton(const AdjustmentProblem& problem,
                     ceres::Problem* ceres_problem,
                     BlockState* state) {
   constexpr int kSteps = 3;
+  if (problem.block.points.size() > kMostFinished) return;
   const std::vector<double*> blocks = BlocksOf(problem, state);
   NewtonStep now = StepAt(ceres_problem, blocks, threads);
   if (!now.solved || now.length_1 > kLongestFinish_1) return;
