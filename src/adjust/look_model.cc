@@ -246,8 +246,13 @@ void LookModel::ColumnsOf(std::size_t look, LookColumns* columns) const {
 
 void LookModel::ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const {
   const PassCorrections& corrections = layout_.passes[pass];
-  columns->block_count = 0;
   columns->column_count = corrections.static_columns;
+  if (corrections.blocks.size() == 1 && corrections.splines.empty()) {  // the usual pass
+    columns->block_count = 1;
+    columns->block[0] = corrections.blocks[0];
+    return;
+  }
+  columns->block_count = 0;
   const auto add = [&](int block) {
     columns->block[static_cast<std::size_t>(columns->block_count++)] = block;
   };

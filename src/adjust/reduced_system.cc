@@ -104,7 +104,7 @@ struct Partial {
   Unreduced subtracted;        // points added as a difference
   bool any_subtracted = false;
   std::vector<WeakPoint> weak;
-  double cost = 0.0, point_step_square = 0.0, point_gradient = 0.0;
+  double cost = 0.0, point_step_square = 0.0, point_gradient_square = 0.0;
   int not_evaluated = 0;
 };
 
@@ -247,8 +247,8 @@ void Add(const AdjustmentProblem& problem,
   out->not_evaluated += factor.looks_not_evaluated;
   for (Eigen::Index k = 0; k < 3; ++k) {
     if (!(factor.square_1[k] > 0.0)) continue;
-    out->point_gradient =
-        std::max(out->point_gradient, std::abs(factor.gradient[k]) / std::sqrt(factor.square_1[k]));
+    const double g = factor.gradient[k];
+    out->point_gradient_square = std::max(out->point_gradient_square, g * g / factor.square_1[k]);
   }
   if (damping_1 == 0.0 && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
     AddLooks(factor, problem.layout, &out->exact);
@@ -347,7 +347,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
     weak_points_.insert(weak_points_.end(), part->weak.begin(), part->weak.end());
     cost_1_ += part->cost;
     point_step_square_1_ += part->point_step_square;
-    gradient_1_ = std::max(gradient_1_, part->point_gradient);
+    gradient_1_ = std::max(gradient_1_, std::sqrt(part->point_gradient_square));
     looks_not_evaluated_ += part->not_evaluated;
     subtracted |= part->any_subtracted;
   }

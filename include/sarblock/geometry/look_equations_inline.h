@@ -30,8 +30,10 @@ struct SinTau {
                                                       double squint_bias_rad,
                                                       LookEquations* out) {
   constexpr double kLeastRange_m = 1e-3;
-  const double rho_m = d_m.norm();
-  const double speed_mps = v_mps.norm();
+  // Two roots and two divisions side by side: nothing else here takes as long.
+  const Eigen::Array2d lengths = Eigen::Array2d(d_m.squaredNorm(), v_mps.squaredNorm()).sqrt();
+  const Eigen::Array2d inverses = lengths.inverse();
+  const double rho_m = lengths[0], speed_mps = lengths[1];
   // Written so that NaN fails too.
   if (!(rho_m >= kLeastRange_m) || !(speed_mps > 0.0) || !std::isfinite(rho_m) ||
       !std::isfinite(speed_mps)) {
@@ -41,7 +43,8 @@ struct SinTau {
   if (!(std::abs(given.value_1) < 1.0)) return false;
 
   // sin(tau + b) and its derivatives by b and by |v|.
-  const double cos_given_1 = std::sqrt((1.0 - given.value_1) * (1.0 + given.value_1));
+  const double cos_given_1 =
+      given.value_1 == 0.0 ? 1.0 : std::sqrt((1.0 - given.value_1) * (1.0 + given.value_1));
   const bool biased = squint_bias_rad != 0.0;  // most blocks have none: spare the sine
   const double sin_b_1 = biased ? std::sin(squint_bias_rad) : 0.0;
   const double cos_b_1 = biased ? std::cos(squint_bias_rad) : 1.0;
@@ -50,16 +53,14 @@ struct SinTau {
   const double dsin_dspeed =
       given.dsin_dspeed == 0.0 ? 0.0 : given.dsin_dspeed * cos_tau / cos_given_1;
 
-  const double speed_mps_inverse = 1.0 / speed_mps;  // one division, not one a component
-  const Eigen::Vector3d u_1 = v_mps * speed_mps_inverse;
+  const Eigen::Vector3d u_1 = v_mps * inverses[1];
   const double along_m = u_1.dot(d_m);
   out->rho_m = rho_m;
   out->sin_tau = sin_tau;
   out->doppler_error_m = along_m - rho_m * sin_tau;
-  out->drho_dp = (d_m * (1.0 / rho_m)).transpose();
+  out->drho_dp = (d_m * inverses[0]).transpose();
   out->ded_dp = u_1.transpose() - sin_tau * out->drho_dp;
-  out->ded_dv =
-      ((d_m - along_m * u_1) * speed_mps_inverse - (rho_m * dsin_dspeed) * u_1).transpose();
+  out->ded_dv = ((d_m - along_m * u_1) * inverses[1] - (rho_m * dsin_dspeed) * u_1).transpose();
   out->ded_dtau_m = -rho_m * cos_tau;
   return std::isfinite(out->doppler_error_m);
 }
