@@ -54,7 +54,9 @@ class CeresRoute {
   CeresRoute(const AdjustmentProblem& problem, const BlockState& state, int threads)
       : problem_(problem),
         state_(state),
-        ceres_problem_(MakeCeresProblem(problem, {}, &state_)),
+        unknowns_(UnknownsOf(state)),
+        ceres_problem_(MakeCeresProblem(
+            problem, {}, state, {unknowns_.data(), unknowns_.data() + CorrectionsBegin()})),
         covariance_(OptionsFor(threads)) {}
 
   CeresCovariances Run(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
@@ -73,6 +75,14 @@ class CeresRoute {
   }
 
  private:
+  static std::vector<double> UnknownsOf(const BlockState& state) {
+    std::vector<double> out;
+    for (const Eigen::Vector3d& point_m : state.displacement_m) {
+      out.insert(out.end(), point_m.begin(), point_m.end());
+    }
+    out.insert(out.end(), state.corrections.begin(), state.corrections.end());
+    return out;
+  }
   static ceres::Covariance::Options OptionsFor(int threads) {
     ceres::Covariance::Options options;
     options.algorithm_type = ceres::SPARSE_QR;
@@ -81,14 +91,15 @@ class CeresRoute {
     return options;
   }
 
+  [[nodiscard]] std::size_t CorrectionsBegin() const { return 3 * state_.displacement_m.size(); }
   [[nodiscard]] const double* PointAt(std::size_t point) const {
-    return state_.displacement_m[point].data();
+    return unknowns_.data() + 3 * point;
   }
   [[nodiscard]] const ParameterBlock& BlockOf(int block) const {
     return problem_.layout.blocks[static_cast<std::size_t>(block)];
   }
   [[nodiscard]] const double* ParametersAt(int block) const {
-    return state_.corrections.data() + BlockOf(block).offset;
+    return unknowns_.data() + CorrectionsBegin() + BlockOf(block).offset;
   }
 
   void Compute(const std::set<std::pair<int, int>>& parameters,
@@ -149,7 +160,9 @@ class CeresRoute {
   }
 
   const AdjustmentProblem& problem_;
-  BlockState state_;  // Ceres knows the unknowns by their addresses
+  const BlockState& state_;
+  // Points, then corrections, in one array: Ceres orders the unknowns by their addresses.
+  std::vector<double> unknowns_;
   std::unique_ptr<ceres::Problem> ceres_problem_;
   ceres::Covariance covariance_;
 };

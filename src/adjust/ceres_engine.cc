@@ -197,7 +197,8 @@ bool PriorCost::Evaluate(double const* const* blocks, double* residuals, double*
 
 std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
                                                  const Weighting& weighting,
-                                                 BlockState* state) {
+                                                 const BlockState& state,
+                                                 const CeresUnknowns& unknowns) {
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::TAKE_OWNERSHIP;
   options.disable_all_safety_checks = true;
@@ -210,14 +211,14 @@ std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& proble
   LookColumns columns;
   for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
     const ParameterBlock& block = problem.layout.blocks[b];
-    out->AddParameterBlock(state->corrections.data() + block.offset, block.size);
+    out->AddParameterBlock(unknowns.corrections + block.offset, block.size);
     auto prior = std::make_unique<PriorCost>(problem.layout, static_cast<int>(b));
     if (prior->num_residuals() == 0) continue;
-    out->AddResidualBlock(prior.release(), nullptr, state->corrections.data() + block.offset);
+    out->AddResidualBlock(prior.release(), nullptr, unknowns.corrections + block.offset);
   }
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
-    double* displacement = state->displacement_m[point].data();
+    double* displacement = unknowns.displacements_m + 3 * point;
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
       problem.model.ColumnsOf(i, &columns);
@@ -225,19 +226,31 @@ std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& proble
       for (int b = 0; b < columns.block_count; ++b) {
         const std::size_t block =
             static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)]);
-        blocks.push_back(state->corrections.data() + problem.layout.blocks[block].offset);
+        blocks.push_back(unknowns.corrections + problem.layout.blocks[block].offset);
       }
-      out->AddResidualBlock(new LookCost(problem, *state, point, i), loss, blocks);
+      out->AddResidualBlock(new LookCost(problem, state, point, i), loss, blocks);
       loss_taken = true;
     }
     if (problem.control_of[point] >= 0) {
       const auto index = static_cast<std::size_t>(problem.control_of[point]);
       out->AddResidualBlock(
-          new ControlCost(problem, *state, problem.control[index]), nullptr, displacement);
+          new ControlCost(problem, state, problem.control[index]), nullptr, displacement);
     }
   }
   if (!loss_taken) delete loss;
   return out;
+}
+
+std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                 const Weighting& weighting,
+                                                 BlockState* state) {
+  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+  return MakeCeresProblem(
+      problem,
+      weighting,
+      *state,
+      {state->displacement_m.empty() ? nullptr : state->displacement_m.front().data(),
+       state->corrections.data()});
 }
 
 SolveReport SolveWithCeres(const AdjustmentProblem& problem,

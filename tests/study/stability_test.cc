@@ -97,6 +97,31 @@ TEST(StabilityStudyTest, IsNeverWrongWithoutSayingSo) {
   EXPECT_GE(ok, rows.size() / 2);
 }
 
+// Against 50 digits: where eigenvalues of the reduced matrix pass the limit of the warning, what is
+// said to be right has its six digits. (With a limit of 1e-10 several of these are wrong.)
+TEST(StabilityStudyTest, WarnsOfAWeakDirectionBeforeSixDigitsEnd) {
+  std::vector<std::pair<std::string, double>> steps;
+  for (const double level_m : {0.7e-5, 1e-5, 1.3e-5, 1.7e-5, 2.4e-5, 3.3e-5, 4.6e-5, 6.4e-5}) {
+    steps.emplace_back("sigma-level", level_m);
+  }
+  for (const double height_m : {2.1e7, 2.7e7, 3.6e7, 4.7e7, 59797824.689177565, 7.9e7, 1.1e8}) {
+    steps.emplace_back("height-over-base", height_m);
+  }
+  std::vector<StabilityRow> rows(steps.size());
+  ParallelForChunks(steps.size(), 1, [&](std::size_t, std::size_t begin, std::size_t) {
+    rows[begin] = RunStabilityStep(steps[begin].first, steps[begin].second, 2);
+  });
+  std::size_t ok = 0;
+  for (const StabilityRow& row : rows) {
+    SCOPED_TRACE(row.family + " " + std::to_string(row.value) + ": " + row.message);
+    EXPECT_NE(row.outcome, StabilityOutcome::kWrong)
+        << row.covariance_digits_1 << " digits, of a sigma " << row.sigma_digits_1;
+    if (row.outcome == StabilityOutcome::kOk) ++ok;
+  }
+  EXPECT_GE(ok, 3U);  // the limit lies among these steps
+  EXPECT_LE(ok, rows.size() - 3U);
+}
+
 StabilityStudy Parsed(const std::string& more) {
   return ParseStability(
       "format = \"sarblock-study 1\"\nstudy = \"stability\"\n" + more, "s.toml", {});

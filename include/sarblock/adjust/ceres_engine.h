@@ -64,9 +64,22 @@ class PriorCost final : public ceres::CostFunction {
   int size_;
 };
 
-/// The whole adjustment as a Ceres problem over the memory of `state`: one block a solved point
-/// (its displacement) and one a parameter block. Used by SolveWithCeres and by the tests that
-/// compare covariances with ceres::Covariance.
+/// Memory of the unknowns of a Ceres problem. ceres::Covariance orders them by address, and with it
+/// its sums: two arrays of their own can lie either way, and differ in the last digits.
+struct CeresUnknowns {
+  double* displacements_m = nullptr;  ///< three a point, of all points
+  double* corrections = nullptr;
+};
+
+/// The whole adjustment as a Ceres problem over `unknowns`: one block a solved point (its
+/// displacement) and one a parameter block. `state` gives the start positions alone.
+[[nodiscard]] std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                               const Weighting& weighting,
+                                                               const BlockState& state,
+                                                               const CeresUnknowns& unknowns);
+
+/// The same over the memory of `state`. Used by SolveWithCeres and by the tests that compare
+/// covariances with ceres::Covariance.
 [[nodiscard]] std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
                                                                const Weighting& weighting,
                                                                BlockState* state);

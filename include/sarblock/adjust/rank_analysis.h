@@ -18,8 +18,10 @@ namespace sarblock {
 /// Least eigenvalue of the reduced matrix scaled to unit diagonal that still counts as regular; its
 /// own rounding is about 1e-15.
 inline constexpr double kLeastEigenvalue_1 = 1e-13;
-/// Below this an eigenvalue leaves fewer than six digits of the covariance: always warned of.
-inline constexpr double kNearEigenvalue_1 = 1e-10;
+/// Below this an eigenvalue is always warned of: six digits of the covariance are not certain. The
+/// rounding of S, 1.1e-16 of its diagonal, comes back in S^-1 divided by the eigenvalue; up to
+/// twice that is met in covariances (docs/studies/stability.md), which leaves 4.4e-7 here.
+inline constexpr double kNearEigenvalue_1 = 5e-10;
 /// A standard deviation of a correction without a prior, as movement at the target, beyond these
 /// parts of the mean slant range is warned of, and is refused: nothing linear holds there.
 inline constexpr double kNearEffectPart_1 = 0.01;
