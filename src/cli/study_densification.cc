@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -13,6 +14,8 @@
 
 namespace sarblock::cli {
 namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Distinct texts of a column in the order they appear.
 std::vector<std::string> Distinct(const StudyTable& table, std::string_view column) {
@@ -31,35 +34,55 @@ std::string TitleOf(const std::string& what, const std::string& variant) {
 Plot AgainstControl(std::string title, std::string quantity) {
   Plot plot;
   plot.title = std::move(title);
-  plot.x.label = "control points";
+  plot.x = {.label = "control points", .scale = PlotScale::kRoot, .range = {}};
   plot.y = {.label = std::move(quantity), .scale = PlotScale::kLog, .range = {}};
   return plot;
 }
 
+/// Values that stay within a factor of three are seen better on a linear axis.
+void ChooseScale(Plot* plot) {
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const PlotSeries& series : plot->series) {
+    for (const auto& point : series.points) {
+      if (!std::isfinite(point[0]) || !std::isfinite(point[1])) continue;
+      least = std::min(least, point[1]);
+      most = std::max(most, point[1]);
+    }
+  }
+  if (most < 3.0 * least) plot->y.scale = PlotScale::kLinear;
+}
+
 /// Worst sigma of a variant against the number of control points, a line a layout.
-std::string PlotWorst(const StudyTable& table, const std::string& variant) {
-  Plot plot = AgainstControl(TitleOf("Worst point", variant), "sigma [m]");
-  std::size_t colour = 0;
+std::string PlotWorst(const StudyTable& table,
+                      const std::string& variant,
+                      const std::string& direction) {
+  Plot plot = AgainstControl(TitleOf("Worst point", variant), "sigma_" + direction + " [m]");
+  const std::string column = "max_sigma_" + direction + "_m";
   for (const std::string& layout : Distinct(table, "layout")) {
-    PlotSeries up, horizontal;
+    PlotSeries series;
     bool own = false;  // a row beside that without control
+    const bool exchanged = layout.starts_with("exchange ");
+    const bool placed = exchanged || layout.starts_with("greedy ");  // has its own start
     for (std::size_t row = 0; row < table.size(); ++row) {
       const std::string of = table.Text(row, "layout");
       // Without control every layout begins in the same place.
-      if ((of != layout && of != "none") || table.Text(row, "variant") != variant) continue;
+      if ((of != layout && (of != "none" || placed)) || table.Text(row, "variant") != variant) {
+        continue;
+      }
       own = own || of == layout;
       const double count = table.Number(row, "control_points");
-      up.points.push_back({count, table.Number(row, "max_sigma_u_m")});
-      horizontal.points.push_back({count, table.Number(row, "max_sigma_h_m")});
+      if (!series.points.empty() && count < series.points.back()[0]) {  // another placement
+        series.points.push_back({kNaN, kNaN});
+      }
+      series.points.push_back({count, table.Number(row, column)});
     }
     if (layout == "none" || !own) continue;
-    up.name = layout;
-    up.colour = horizontal.colour = colour++ % PlotSeries::kColours;
-    horizontal.dash = PlotDash::kDashed;
-    plot.series.push_back(std::move(up));
-    plot.series.push_back(std::move(horizontal));
+    series.name = layout;
+    SetStyle(plot.series.size(), &series);
+    if (exchanged) series.mark = PlotMark::kMarkers;
+    plot.series.push_back(std::move(series));
   }
-  plot.notes = {"solid: up", "dashed: horizontal"};
+  ChooseScale(&plot);
   return SvgOf(plot);
 }
 
@@ -123,8 +146,10 @@ StudyAnswer Conclude(const DensificationStudy& study, const StudyTable& table) {
   answer.words = DescribeDensification(study, table);
   const std::vector<std::string> variants = Distinct(table, "variant");
   for (std::size_t v = 0; v < variants.size(); ++v) {
-    answer.files.emplace_back(fmt::format("densification_{}.svg", v + 1),
-                              PlotWorst(table, variants[v]));
+    for (const char* direction : {"u", "h"}) {
+      answer.files.emplace_back(fmt::format("densification_{}_{}.svg", v + 1, direction),
+                                PlotWorst(table, variants[v], direction));
+    }
   }
   answer.files.emplace_back("densification_relative.svg", PlotRelative(table, variants));
   if (std::string verified = PlotVerified(table); !verified.empty()) {

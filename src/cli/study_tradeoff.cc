@@ -103,14 +103,11 @@ std::string Draw(Plot plot,
                  const std::vector<TradeoffRow>& rows,
                  TradeoffStage stage,
                  const PointOf& point_of) {
-  constexpr std::array kDashes{PlotDash::kSolid, PlotDash::kDashed, PlotDash::kDotted};
   plot.x.scale = plot.y.scale = PlotScale::kLog;
   for (const std::string& choice : ChoicesOf(rows, stage)) {
-    const std::size_t number = plot.series.size();
     PlotSeries series;
     series.name = choice;
-    series.colour = number % PlotSeries::kColours;
-    series.dash = kDashes[number / PlotSeries::kColours % kDashes.size()];
+    SetStyle(plot.series.size(), &series);
     for (const TradeoffRow& row : rows) {
       if (row.stage != stage || row.choice != choice) continue;
       const std::array<double, 2> point = point_of(row);

@@ -264,6 +264,10 @@ PlacementCase ReadPlacement(SceneTable table, Choice base, CaseMaker* maker) {
       "candidates",
       {{"tie", Candidates::kTie}, {"check", Candidates::kCheck}, {"all", Candidates::kAll}},
       &placement.candidates);
+  table.Choice<PlacementCase::Exchange>(
+      "exchange",
+      {{"on", PlacementCase::Exchange::kOn}, {"off", PlacementCase::Exchange::kOff}},
+      &placement.exchange);
   table.Numbers("sigma_m", &placement.sigma_m);
   for (const double sigma_m : placement.sigma_m) {
     if (!(sigma_m > 0.0)) {

@@ -28,23 +28,27 @@ struct Tick {
 class Axis {
  public:
   Axis(const PlotAxis& axis, double least, double most)
-      : log_(axis.scale == PlotScale::kLog), given_(axis.range.has_value()) {
+      : log_(axis.scale == PlotScale::kLog),
+        root_(axis.scale == PlotScale::kRoot),
+        given_(axis.range.has_value()) {
     if (given_) {
       least = (*axis.range)[0];
       most = (*axis.range)[1];
-      if (!(least < most) || (log_ && !(least > 0.0))) {
+      if (!(least < most) || (log_ && !(least > 0.0)) || (root_ && !(least >= 0.0))) {
         throw std::logic_error("a plot's axis has no range");
       }
     }
     if (!(least <= most)) least = log_ ? 0.1 : 0.0, most = 1.0;  // nothing to show
     begin_ = To(least);
     end_ = To(most);
-    log_ ? MakeLogTicks() : MakeTicks();
+    log_ ? MakeLogTicks() : root_ ? MakeRootTicks(most) : MakeTicks();
   }
 
-  [[nodiscard]] double To(double value) const { return log_ ? std::log10(value) : value; }
+  [[nodiscard]] double To(double value) const {
+    return log_ ? std::log10(value) : root_ ? std::sqrt(value) : value;
+  }
   [[nodiscard]] bool Shows(double value) const {
-    return std::isfinite(value) && (!log_ || value > 0.0);
+    return std::isfinite(value) && (!log_ || value > 0.0) && (!root_ || value >= 0.0);
   }
   /// Part of the way along the axis.
   [[nodiscard]] double Part(double value) const { return (To(value) - begin_) / (end_ - begin_); }
@@ -70,6 +74,28 @@ class Axis {
     const double first = std::ceil(begin_ / step - 1e-9);
     for (double i = first; i * step <= end_ + 1e-9 * step; i += 1.0) {
       ticks_.push_back({i == 0.0 ? 0.0 : i * step, true});
+    }
+  }
+
+  /// 0 and numbers 1, 2, 5 of each decade, as many as there is room for.
+  void MakeRootTicks(double most) {
+    if (!given_) {  // from 0, with room for whole markers at both ends
+      end_ = 1.02 * std::max(end_, 1.0);
+      begin_ = -0.02 * end_;
+    }
+    constexpr double kRoom = 0.05;
+    double last = -1.0;
+    const auto add = [&](double value) {
+      const double part = Part(value);
+      const bool small = value > 0.0 && value < 1.0 && most >= 5.0;  // counts are whole
+      if (small || part < -1e-9 || part > 1.0 + 1e-9 || part - last < kRoom) return;
+      ticks_.push_back({value, true});
+      last = part;
+    };
+    add(0.0);
+    const int highest = static_cast<int>(std::ceil(std::log10(std::max(most, 1.0))));
+    for (int d = highest - 4; d <= highest; ++d) {
+      for (const double m : {1.0, 2.0, 5.0}) add(m * std::pow(10.0, d));
     }
   }
 
@@ -109,6 +135,7 @@ class Axis {
   }
 
   bool log_;
+  bool root_;
   bool given_;
   double begin_ = 0.0, end_ = 1.0;
   std::vector<Tick> ticks_;
@@ -119,6 +146,7 @@ Axis AxisOf(const Plot& plot, std::size_t coordinate) {
   double least = std::numeric_limits<double>::infinity(), most = -least;
   const auto add = [&](double value) {
     if (!std::isfinite(value) || (axis.scale == PlotScale::kLog && value <= 0.0)) return;
+    if (axis.scale == PlotScale::kRoot && value < 0.0) return;
     least = std::min(least, value);
     most = std::max(most, value);
   };
@@ -134,9 +162,12 @@ const char* ColourOf(const PlotSeries& series) { return kColour[series.colour % 
 
 /// A marker about x, y: one shape a colour.
 std::string Marker(double x, double y, const PlotSeries& series) {
-  const char* colour = ColourOf(series);
+  const std::string fill =
+      series.open
+          ? fmt::format("fill=\"white\" stroke=\"{}\" stroke-width=\"1.4\"", ColourOf(series))
+          : fmt::format("fill=\"{}\"", ColourOf(series));
   const auto path = [&](const char* shape) {
-    return fmt::format("<path d=\"M{:.2f} {:.2f}{}z\" fill=\"{}\"/>\n", x, y, shape, colour);
+    return fmt::format("<path d=\"M{:.2f} {:.2f}{}z\" {}/>\n", x, y, shape, fill);
   };
   switch (series.colour % kColour.size()) {
     case 1:
@@ -150,8 +181,7 @@ std::string Marker(double x, double y, const PlotSeries& series) {
     case 5:
       return path("m-1.3 -4h2.6v2.7h2.7v2.6h-2.7v2.7h-2.6v-2.7h-2.7v-2.6h2.7");
     default:
-      return fmt::format(
-          "<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3.4\" fill=\"{}\"/>\n", x, y, colour);
+      return fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3.4\" {}/>\n", x, y, fill);
   }
 }
 
@@ -283,6 +313,13 @@ double WidthOf(const Plot& plot) {
 }
 
 }  // namespace
+
+void SetStyle(std::size_t number, PlotSeries* series) {
+  const std::size_t round = number / PlotSeries::kColours % kDashes.size();
+  series->colour = number % PlotSeries::kColours;
+  series->dash = static_cast<PlotDash>(round);
+  series->open = round > 0;
+}
 
 std::string XmlText(std::string_view text) {
   std::string out;

@@ -113,6 +113,18 @@ void BlockCovariance::AddControl(std::size_t i, const Eigen::Matrix3d& sigma_m2)
   y_.middleCols(3 * static_cast<Eigen::Index>(i), 3) = (Y(i) * keep).eval();
 }
 
+void BlockCovariance::RemoveControl(std::size_t i, const Eigen::Matrix3d& sigma_m2) {
+  const Eigen::Matrix3d free = Factored(sigma_m2 - b_[i]).solve(sigma_m2);  // Sigma^-1 N
+  Eigen::Matrix3d n_m2 = sigma_m2 * free;
+  n_m2 = 0.5 * (n_m2 + n_m2.transpose()).eval();
+  b_[i] = n_m2 - sigma_m2;
+  y_.middleCols(3 * static_cast<Eigen::Index>(i), 3) = (Y(i) * free).eval();
+  const Eigen::MatrixXd cy = c_ * Y(i);
+  const auto left = Factored(n_m2 - Y(i).transpose() * cy);
+  const Eigen::MatrixXd half = left.matrixL().solve(cy.transpose());  // 3 x n
+  c_.noalias() += half.transpose() * half;
+}
+
 double BlockCovariance::SquareFreedom(const std::vector<std::size_t>& chosen) const {
   const double mean = 3.0 * static_cast<double>(chosen.size());
   if (c_.rows() == 0 || chosen.empty()) return mean;

@@ -58,6 +58,7 @@ const std::vector<StudyColumn>& Columns() {
       {"added_east_m"},
       {"added_north_m"},
       {"message", Kind::kText},
+      {"criterion_m2"},
   };
   return columns;
 }
@@ -300,19 +301,44 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
     const auto tell = [&](RowMaker row) {
       if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
       SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &row);
+      row.Set("criterion_m2", ValueOf(objective, covariance));
       rows.push_back(row.Count("control_points", control + rows.size()).row());
     };
     tell(first);
+    const auto place_of = [&](std::size_t i) {
+      return PlaneOf(of.start.scene, planned.truth.points_m[covariance.points()[i]]);
+    };
+    const auto id_of = [&](std::size_t i) {
+      return std::string(block.points.ids[covariance.points()[i]]);
+    };
+    std::vector<std::size_t> chosen;
     static_cast<void>(PlaceGreedily(
         objective, candidates, sigma_m2, of.count, &covariance, [&](const PlacementStep& step) {
-          const std::uint32_t point = covariance.points()[step.point];
-          const Eigen::Vector2d plane_m = PlaneOf(of.start.scene, planned.truth.points_m[point]);
+          chosen.push_back(step.point);
+          const Eigen::Vector2d plane_m = place_of(step.point);
           RowMaker row = first;
-          row.Set("added_point", std::string(block.points.ids[point]))
+          row.Set("added_point", id_of(step.point))
               .Set("added_east_m", plane_m.x())
               .Set("added_north_m", plane_m.y());
           tell(row);
         }));
+    if (of.exchange == PlacementCase::Exchange::kOff || chosen.size() < 2) return rows;
+    std::string told;
+    for (const PlacementExchange& exchange :
+         ExchangePlacement(objective, candidates, sigma_m2, &chosen, &covariance, [progress] {
+           if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
+         })) {
+      const Eigen::Vector2d at_m = place_of(exchange.added);
+      told += (told.empty() ? "" : ", ") + id_of(exchange.removed) + " for " +
+              id_of(exchange.added) + " at (" + std::to_string(std::lround(at_m.x())) + ", " +
+              std::to_string(std::lround(at_m.y())) + ")";
+    }
+    RowMaker last = first;
+    last.Set("layout", std::string("exchange ") + NameOf(of.criterion)).Message(told);
+    SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &last);
+    last.Set("criterion_m2", ValueOf(objective, covariance))
+        .Count("control_points", control + chosen.size());
+    rows.push_back(last.row());
     return rows;
   } catch (const UndeterminedError& error) {
     return {first.Count("determined", 0).Message(error.what()).row()};

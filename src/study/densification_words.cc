@@ -22,8 +22,25 @@ std::string Figure(double value) {
   return text.data();
 }
 
+bool IsExchange(const StudyTable& table, std::size_t row) {
+  return table.Text(row, "layout").starts_with("exchange ");
+}
+
 bool IsPlacement(const StudyTable& table, std::size_t row) {
-  return table.Text(row, "layout").starts_with("greedy ");
+  return table.Text(row, "layout").starts_with("greedy ") || IsExchange(table, row);
+}
+
+/// What exchanging points after the placement whose last row is `last` did.
+std::string DescribeExchange(const StudyTable& table, std::size_t last) {
+  const std::size_t row = last + 1;
+  if (row >= table.size() || !IsExchange(table, row)) return {};
+  const std::string exchanged = table.Text(row, "message");
+  if (exchanged.empty()) return "; no exchange of one of them lowers the criterion";
+  const double before = table.Number(last, "criterion_m2");
+  const double after = table.Number(row, "criterion_m2");
+  return "; exchanging " + exchanged + " lowers the criterion from " + Figure(before) + " m2 to " +
+         Figure(after) + " m2 (" + Figure(100.0 * (1.0 - after / before)) +
+         " percent), then no exchange of one does";
 }
 
 bool IsDetermined(const StudyTable& table, std::size_t row) {
@@ -114,7 +131,8 @@ void DescribeGoal(const DensificationStudy& study,
 /// Where the points of each placement went and what they were worth.
 void DescribePlacements(const StudyTable& table, std::vector<std::string>* words) {
   for (std::size_t begin = 0; begin < table.size(); ++begin) {
-    if (!IsPlacement(table, begin) || !table.Text(begin, "added_point").empty()) continue;
+    if (!IsPlacement(table, begin) || IsExchange(table, begin)) continue;
+    if (!table.Text(begin, "added_point").empty()) continue;
     const std::string variant = table.Text(begin, "variant");
     std::string text = (variant.empty() ? "" : variant + ": ") + table.Text(begin, "layout");
     if (!IsDetermined(table, begin)) {
@@ -134,7 +152,7 @@ void DescribePlacements(const StudyTable& table, std::vector<std::string>* words
                      Metres(table.Number(begin, "max_sigma_h_m")) + ", sigma_u " +
                      Metres(table.Number(begin, "max_sigma_u_m")) + " to " +
                      Metres(table.Number(last, "max_sigma_h_m")) + ", " +
-                     Metres(table.Number(last, "max_sigma_u_m")));
+                     Metres(table.Number(last, "max_sigma_u_m")) + DescribeExchange(table, last));
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -46,6 +47,33 @@ TEST(SvgPlotTest, PlacesDecadesEvenlyOnALogarithmicAxis) {
   plot.x.range = {{1.0, 100.0}};
   plot.y.range = {{1e-2, 1.0}};
   EXPECT_THAT(SvgOf(plot), HasSubstr("M0.00 320.00L230.00 0.00L460.00 160.00"));
+}
+
+TEST(SvgPlotTest, PlacesSquaresEvenlyOnAnAxisOfRoots) {
+  Plot plot =
+      OneSeries({{0.0, 110.0}, {4.0, 120.0}, {16.0, 115.0}, {-1.0, 115.0}}, PlotMark::kLine);
+  plot.x.scale = PlotScale::kRoot;
+  plot.x.range = {{0.0, 16.0}};
+  plot.y.range = {{110.0, 120.0}};
+  const std::string svg = SvgOf(plot);
+  EXPECT_THAT(svg, HasSubstr("M0.00 320.00L230.00 0.00L460.00 160.00\""));
+  for (const char* tick : {">0<", ">1<", ">2<", ">5<", ">10<"}) EXPECT_EQ(CountOf(svg, tick), 1u);
+  EXPECT_EQ(CountOf(svg, ">0.5<"), 0u);
+  plot.x.range = {{-1.0, 16.0}};
+  EXPECT_THROW(static_cast<void>(SvgOf(plot)), std::logic_error);
+}
+
+TEST(SvgPlotTest, EighteenSeriesLookDifferent) {
+  std::set<std::string> drawn;
+  for (std::size_t i = 0; i < 18; ++i) {
+    Plot plot = OneSeries({{1.0, 1.0}, {2.0, 3.0}}, PlotMark::kBoth);
+    SetStyle(i, &plot.series[0]);
+    drawn.insert(SvgOf(plot));
+  }
+  EXPECT_EQ(drawn.size(), 18u);
+  Plot open = OneSeries({{1.0, 1.0}}, PlotMark::kMarkers);
+  open.series[0].open = true;
+  EXPECT_THAT(SvgOf(open), HasSubstr("fill=\"white\" stroke=\"#4477aa\""));
 }
 
 TEST(SvgPlotTest, ALineBreaksWhereAValueCannotBeShown) {

@@ -145,7 +145,7 @@ TEST(DensificationTest, PlacementRowsGoOnFromTheStartAndThreadsChangeNothing) {
       "[verify]\nruns = 3\n[goal]\nsigma_u_m = 1e-3\n");
   const StudyPlan plan = PlanDensification(file.study);
   const StudyTable table = RunStudy(plan);
-  ASSERT_EQ(table.size(), 5u);
+  ASSERT_EQ(table.size(), 6u);
   EXPECT_NEAR(table.Number(1, "max_sigma_u_m"), table.Number(0, "max_sigma_u_m"), 1e-9);
   EXPECT_NEAR(table.Number(1, "median_difference_sigma_e_m"),
               table.Number(0, "median_difference_sigma_e_m"),
@@ -160,6 +160,13 @@ TEST(DensificationTest, PlacementRowsGoOnFromTheStartAndThreadsChangeNothing) {
   ASSERT_EQ(words.size(), 3u);
   EXPECT_THAT(words[0], HasSubstr("no layout of the study reaches sigma_u 0.001 m everywhere"));
   EXPECT_THAT(words[1], HasSubstr("greedy mean-variance placement from no control at all: T"));
+  EXPECT_EQ(table.Text(5, "layout"), "exchange mean-variance");
+  EXPECT_EQ(table.Number(5, "control_points"), 3.0);
+  EXPECT_LE(table.Number(5, "criterion_m2"), table.Number(4, "criterion_m2") * (1.0 + 1e-9));
+  EXPECT_THAT(words[1],
+              table.Text(5, "message").empty()
+                  ? HasSubstr("; no exchange of one of them lowers the criterion")
+                  : HasSubstr("; exchanging " + table.Text(5, "message") + " lowers"));
   const ThreadLimit one(1);
   EXPECT_EQ(RunStudy(plan).rows(), table.rows());
 }

@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
@@ -194,6 +195,146 @@ TEST(PlacementTest, GreedyPlacementIsWhatBruteForceFinds) {
   }
 }
 
+// Round trip: control added and taken back, in another order.
+TEST(PlacementTest, ControlThatIsTakenBackLeavesTheBlockAsItWas) {
+  const Planned planned("earth-asc-desc", kSmall);
+  const BlockCovariance before = planned.Covariance();
+  BlockCovariance covariance = before;
+  for (const std::size_t i : {std::size_t{3}, std::size_t{9}, std::size_t{4}}) {
+    covariance.AddControl(i, planned.Sigma(covariance.points()[i], 0.37));
+  }
+  BlockCovariance one = before;
+  one.AddControl(9, planned.Sigma(covariance.points()[9], 0.37));
+  const auto expect_same = [&](const BlockCovariance& a, const BlockCovariance& b) {
+    for (std::size_t i = 0; i < a.points().size(); ++i) {
+      const std::size_t j = (i + 1) % a.points().size();
+      EXPECT_LT((a.Of(i) - b.Of(i)).norm(), 1e-9 * b.Of(i).norm());
+      EXPECT_LT((a.Between(i, j) - b.Between(i, j)).norm(), 1e-9 * b.Of(i).norm());
+    }
+  };
+  for (const std::size_t i : {std::size_t{3}, std::size_t{4}}) {
+    covariance.RemoveControl(i, planned.Sigma(covariance.points()[i], 0.37));
+  }
+  expect_same(covariance, one);
+  covariance.RemoveControl(9, planned.Sigma(covariance.points()[9], 0.37));
+  expect_same(covariance, before);
+  EXPECT_THROW(covariance.RemoveControl(9, planned.Sigma(covariance.points()[9], 1e-6)),
+               InputError);
+}
+
+/// The criterion with these points as control, from the start again.
+double ValueWith(const PlacementObjective& objective,
+                 BlockCovariance covariance,
+                 const std::vector<std::size_t>& points,
+                 const std::vector<Eigen::Matrix3d>& sigma_by_point_m2) {
+  for (const std::size_t i : points) covariance.AddControl(i, sigma_by_point_m2[i]);
+  return ValueOf(objective, covariance);
+}
+
+// Brute force over all sets of three and of two: never worse than greedy, no exchange left, and
+// near the best set of all.
+TEST(PlacementTest, ExchangesEndWhereNoneHelpsNearTheBestSetOfASmallBlock) {
+  int improved = 0;
+  for (const char* scene : {"earth-asc-desc", "cross-wise"}) {
+    const Planned planned(scene, kSmall);
+    const BlockCovariance start = planned.Covariance();
+    PlacementObjective objective;
+    std::vector<Eigen::Matrix3d> sigma_m2, of_candidates_m2;
+    for (std::size_t i = 0; i < start.points().size(); ++i) {
+      sigma_m2.push_back(planned.Sigma(start.points()[i], 0.37));
+      if (planned.simulated.block.points.role[start.points()[i]] == PointRole::kControl) continue;
+      objective.points.push_back(i);
+      of_candidates_m2.push_back(sigma_m2.back());
+      if (objective.points.size() > 1)
+        objective.pairs.emplace_back(objective.points.rbegin()[1], i);
+    }
+    for (const PlacementCriterion criterion : {PlacementCriterion::kMeanVariance,
+                                               PlacementCriterion::kWorstPoint,
+                                               PlacementCriterion::kMeanDifferences}) {
+      SCOPED_TRACE(std::string(scene) + " " + NameOf(criterion));
+      objective.criterion = criterion;
+      for (const std::size_t count : {std::size_t{2}, std::size_t{3}}) {
+        BlockCovariance covariance = start;
+        std::vector<std::size_t> chosen;
+        double greedy_m2 = 0.0;
+        for (const PlacementStep& step :
+             PlaceGreedily(objective, objective.points, of_candidates_m2, count, &covariance)) {
+          chosen.push_back(step.point);
+          greedy_m2 = step.value_m2;
+        }
+        const auto exchanges =
+            ExchangePlacement(objective, objective.points, of_candidates_m2, &chosen, &covariance);
+        const double value_m2 = ValueWith(objective, start, chosen, sigma_m2);
+        EXPECT_NEAR(ValueOf(objective, covariance), value_m2, 1e-7 * value_m2);
+        EXPECT_LE(value_m2, greedy_m2 * (1.0 + 1e-9));
+        if (!exchanges.empty()) {
+          ++improved;
+          EXPECT_LT(value_m2, greedy_m2);
+          EXPECT_NEAR(exchanges.back().value_m2, value_m2, 1e-7 * value_m2);
+        }
+        for (std::size_t k = 0; k < count; ++k) {
+          for (const std::size_t other : objective.points) {
+            std::vector<std::size_t> trial = chosen;
+            if (std::find(trial.begin(), trial.end(), other) != trial.end()) continue;
+            trial[k] = other;
+            EXPECT_GE(ValueWith(objective, start, trial, sigma_m2), value_m2 * (1.0 - 1e-7));
+          }
+        }
+        double best_m2 = value_m2;
+        const std::size_t m = objective.points.size();
+        for (std::size_t a = 0; a < m; ++a) {
+          for (std::size_t b = a + 1; b < m; ++b) {
+            for (std::size_t c = count == 3 ? b + 1 : m - 1; c < m; ++c) {
+              std::vector<std::size_t> set = {objective.points[a], objective.points[b]};
+              if (count == 3) set.push_back(objective.points[c]);
+              best_m2 = std::min(best_m2, ValueWith(objective, start, set, sigma_m2));
+            }
+          }
+        }
+        EXPECT_LT(value_m2, 1.1 * best_m2);
+      }
+    }
+  }
+  EXPECT_GE(improved, 1);  // else nothing was tested
+}
+
+// Brute force: of one candidate more than points to place, any set is one exchange from any other,
+// so that the end of the exchanges is the best set, whatever they began with.
+TEST(PlacementTest, ExchangesFindTheBestSetWhereItIsOneExchangeAway) {
+  const Planned planned("earth-asc-desc", kSmall);
+  const BlockCovariance start = planned.Covariance();
+  PlacementObjective objective;
+  std::vector<Eigen::Matrix3d> sigma_m2;
+  for (std::size_t i = 0; i < start.points().size(); ++i) {
+    sigma_m2.push_back(planned.Sigma(start.points()[i], 0.37));
+    objective.points.push_back(i);
+  }
+  const std::vector<std::size_t> candidates = {1, 3, 4, 8, 9};
+  std::vector<Eigen::Matrix3d> of_candidates_m2;
+  for (const std::size_t i : candidates) of_candidates_m2.push_back(sigma_m2[i]);
+  for (const PlacementCriterion criterion :
+       {PlacementCriterion::kMeanVariance, PlacementCriterion::kWorstPoint}) {
+    objective.criterion = criterion;
+    const auto without = [&](std::size_t left_out) {
+      std::vector<std::size_t> set = candidates;
+      set.erase(set.begin() + static_cast<std::ptrdiff_t>(left_out));
+      return set;
+    };
+    double best_m2 = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      best_m2 = std::min(best_m2, ValueWith(objective, start, without(k), sigma_m2));
+    }
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      BlockCovariance covariance = start;
+      std::vector<std::size_t> chosen = without(k);
+      for (const std::size_t i : chosen) covariance.AddControl(i, sigma_m2[i]);
+      static_cast<void>(
+          ExchangePlacement(objective, candidates, of_candidates_m2, &chosen, &covariance));
+      EXPECT_NEAR(ValueOf(objective, covariance), best_m2, 1e-7 * best_m2) << k;
+    }
+  }
+}
+
 // Hand arithmetic of the definition, pair by pair.
 TEST(PlacementTest, TheFreedomOfASumOfSquaresIsThatOfItsVariance) {
   const Planned planned("earth-asc-desc", kSmall);
@@ -213,8 +354,8 @@ TEST(PlacementTest, TheFreedomOfASumOfSquaresIsThatOfItsVariance) {
   EXPECT_NEAR(covariance.SquareFreedom({3}), 3.0, 1e-9);
 }
 
-/// What four greedy points leave of the criterion on the block of twelve strips, as part of what
-/// four corners of the same quality leave.
+/// What four points, placed greedily and where need be exchanged, leave of the criterion on the
+/// block of twelve strips, as part of what four corners of the same quality leave.
 double AgainstCorners(PlacementCriterion criterion, std::size_t flights) {
   const std::string name = "block-12-strips";
   const auto planned = [&](const std::string& layout) {
@@ -238,16 +379,29 @@ double AgainstCorners(PlacementCriterion criterion, std::size_t flights) {
     sigma_m2.push_back(none.Sigma(covariance.points()[i], 0.3));
   }
   EXPECT_EQ(objective.points.size(), points.size());
-  const double value_m2 =
-      PlaceGreedily(objective, objective.points, sigma_m2, 4, &covariance).back().value_m2;
-  EXPECT_NEAR(value_m2, ValueOf(objective, covariance), 1e-6 * value_m2);
+  std::vector<std::size_t> chosen;
+  double greedy_m2 = 0.0;
+  for (const PlacementStep& step :
+       PlaceGreedily(objective, objective.points, sigma_m2, 4, &covariance)) {
+    chosen.push_back(step.point);
+    greedy_m2 = step.value_m2;
+  }
+  EXPECT_NEAR(greedy_m2, ValueOf(objective, covariance), 1e-6 * greedy_m2);
+  if (criterion == PlacementCriterion::kWorstPoint || flights == 1) {  // greedy is enough there
+    return greedy_m2 / Criterion(criterion, corners, points, {});
+  }
+  static_cast<void>(ExchangePlacement(objective, objective.points, sigma_m2, &chosen, &covariance));
+  const double value_m2 = ValueOf(objective, covariance);
+  EXPECT_LE(value_m2, greedy_m2 * (1.0 + 1e-9));
   return value_m2 / Criterion(criterion, corners, points, {});
 }
 
 // Another layout as the yardstick: four corners, the same number and quality of control.
-TEST(PlacementTest, GreedyPlacementBeatsCornersOnTwelveStrips) {
+TEST(PlacementTest, PlacementBeatsCornersOnTwelveStrips) {
   EXPECT_LT(AgainstCorners(PlacementCriterion::kMeanVariance, 1), 0.99);
   EXPECT_LT(AgainstCorners(PlacementCriterion::kWorstPoint, 1), 0.99);
+  // Two tie strips: greedy alone is 0.4 percent behind the corners here.
+  EXPECT_LT(AgainstCorners(PlacementCriterion::kMeanVariance, 3), 1.0);
   EXPECT_LT(AgainstCorners(PlacementCriterion::kWorstPoint, 3), 0.99);  // with two tie strips
 }
 

@@ -16,12 +16,16 @@ namespace sarblock {
 /// its own, so that no plot relies on colour alone. Every text is escaped. No fonts, scripts,
 /// styles or identifiers: a plot stands alone as a file and may be put into a page with others.
 
-enum class PlotScale { kLinear, kLog };
+enum class PlotScale {
+  kLinear,
+  kLog,
+  kRoot,  ///< square root: room for small counts beside large ones, and for none
+};
 
 struct PlotAxis {
   std::string label;
   PlotScale scale = PlotScale::kLinear;
-  /// From, to; not given: of the data, to round numbers. kLog: both above 0.
+  /// From, to; not given: of the data, to round numbers. kLog: both above 0, kRoot: not below.
   std::optional<std::array<double, 2>> range;
 };
 
@@ -35,15 +39,21 @@ struct PlotSeries {
 
   std::string name;  ///< in the legend; empty: not there
   /// x, y in the order of the line. A value that is not finite (or not above 0 on a logarithmic
-  /// axis) leaves a gap. Without points the series stands in the legend alone.
+  /// axis, below 0 on one of roots) leaves a gap. Without points the series stands in the legend
+  /// alone.
   std::vector<std::array<double, 2>> points;
   /// By point, lower and upper end of a vertical bar; empty: none.
   std::vector<std::array<double, 2>> bars;
   PlotMark mark = PlotMark::kBoth;
   PlotDash dash = PlotDash::kSolid;
   std::size_t colour = 0;      ///< 0 to kBlack; larger numbers begin again at 0
+  bool open = false;           ///< markers as outlines
   bool in_its_colour = false;  ///< the legend's text in the colour, without a sample
 };
+
+/// Colour, dashes and markers of the n-th of many series of one plot: the first six solid, the next
+/// six dashed with open markers, the next dotted; then again from the first.
+void SetStyle(std::size_t number, PlotSeries* series);
 
 struct Plot {
   std::string title;

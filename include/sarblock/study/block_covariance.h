@@ -28,6 +28,11 @@ namespace sarblock {
 ///     C   <- C - C Y_k G^-1 Y_k' C
 ///     B_k <- B_k - B_k (B_k + Sigma)^-1 B_k,    Y_k <- Y_k (B_k + Sigma)^-1 Sigma
 ///
+/// Taken back, with B_k, Y_k and C as that left them:
+///
+///     N = Sigma (Sigma - B_k)^-1 Sigma  (B_k + Sigma of before),   Y_k <- Y_k Sigma^-1 N
+///     B_k <- N - Sigma,    C <- C + C Y_k (N - Y_k' C Y_k)^-1 Y_k' C
+///
 /// Memory 8 (n^2 + 3 n m) bytes for m points. Frame axes throughout.
 class BlockCovariance {
  public:
@@ -53,6 +58,9 @@ class BlockCovariance {
 
   /// Makes point i control with this covariance (positive definite) [m2].
   void AddControl(std::size_t i, const Eigen::Matrix3d& sigma_m2);
+  /// Takes control that AddControl() made of point i back. Loses about the digits by which the
+  /// variances had fallen. Throws InputError where the point had no such control.
+  void RemoveControl(std::size_t i, const Eigen::Matrix3d& sigma_m2);
 
   /// Independent squares that sum e_i' Q_i^-1 e_i over `chosen` points is worth, errors normal with
   /// this covariance: its mean is 3 m, its variance 2 sum_ij tr(Q_i^-1 Q_ij Q_j^-1 Q_ji); the

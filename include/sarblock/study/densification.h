@@ -23,13 +23,15 @@ struct DensificationCase {
   AdjustOptions adjust;
 };
 
-/// Greedy placement on one block.
+/// Greedy placement on one block, and what exchanging its points one by one makes of it.
 struct PlacementCase {
   enum class Candidates { kTie, kCheck, kAll };
+  enum class Exchange { kOn, kOff };
   DensificationCase start;
   PlacementCriterion criterion = PlacementCriterion::kMeanVariance;
   std::size_t count = 4;                     ///< control points to add
   Candidates candidates = Candidates::kTie;  ///< kCheck: the scene's check points, a grid if wanted
+  Exchange exchange = Exchange::kOn;         ///< of the points placed, once all are there
   std::array<double, 3> sigma_m{};           ///< e, n, u of an added point, > 0
 };
 

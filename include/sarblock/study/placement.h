@@ -55,4 +55,24 @@ struct PlacementStep {
     BlockCovariance* covariance,
     const std::function<void(const PlacementStep&)>& after = {});
 
+/// One point of a placement given up for another.
+struct PlacementExchange {
+  std::size_t removed = 0, added = 0;  ///< of the covariance
+  double value_m2 = 0.0;               ///< of the criterion after it
+};
+
+/// Exchanges one of the `chosen` points for the candidate with the smallest value, one chosen point
+/// after the other, as long as some exchange lowers the criterion (docs/theory/placement.md): no
+/// single exchange improves what is left, and it is never worse than what was given. That is not
+/// always the best of all sets of this size. `candidates` holds the chosen points too, each with
+/// the covariance beside it in `sigma_m2`, and all `chosen` are control in `covariance` by those.
+/// `before` is called before each point is tried, at the cost of a step of PlaceGreedily() each.
+[[nodiscard]] std::vector<PlacementExchange> ExchangePlacement(
+    const PlacementObjective& objective,
+    const std::vector<std::size_t>& candidates,
+    const std::vector<Eigen::Matrix3d>& sigma_m2,
+    std::vector<std::size_t>* chosen,
+    BlockCovariance* covariance,
+    const std::function<void()>& before = {});
+
 }  // namespace sarblock
