@@ -251,8 +251,10 @@ bool IsNoLayout(const Choice& choice) {
   return std::atol(count->c_str()) > 4;
 }
 
-PlacementCase ReadPlacement(SceneTable table, Choice base, CaseMaker* maker) {
+/// All of a placement but the case it starts from.
+PlacementCase ReadPlacementKeys(SceneTable* from) {
   using Candidates = PlacementCase::Candidates;
+  SceneTable& table = *from;
   PlacementCase placement;
   table.Choice<PlacementCriterion>("criterion",
                                    {{"mean-variance", PlacementCriterion::kMeanVariance},
@@ -269,6 +271,11 @@ PlacementCase ReadPlacement(SceneTable table, Choice base, CaseMaker* maker) {
       {{"on", PlacementCase::Exchange::kOn}, {"off", PlacementCase::Exchange::kOff}},
       &placement.exchange);
   table.Numbers("sigma_m", &placement.sigma_m);
+  return placement;
+}
+
+PlacementCase ReadPlacement(SceneTable table, Choice base, CaseMaker* maker) {
+  PlacementCase placement = ReadPlacementKeys(&table);
   for (const double sigma_m : placement.sigma_m) {
     if (!(sigma_m > 0.0)) {
       throw InputError(table.PlaceOf("sigma_m"), "must be given, three positive numbers");
@@ -391,6 +398,7 @@ std::vector<std::string> DensificationKeys() {
   };
   add("verify", [](SceneTable& table) { static_cast<void>(ReadVerification(table)); });
   add("goal", [](SceneTable& table) { static_cast<void>(ReadGoal(table)); });
+  add("placement.0", [](SceneTable& table) { static_cast<void>(ReadPlacementKeys(&table)); });
   return keys;
 }
 

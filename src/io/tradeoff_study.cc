@@ -48,7 +48,7 @@ TradeoffSkip ReadSkip(SceneTable table) {
   return skip;
 }
 
-TradeoffSize ReadSize(SceneTable table, const std::filesystem::path& scene_file) {
+TradeoffSize ReadSize(SceneTable table, std::string_view scene_text, const std::string& scene) {
   TradeoffSize size;
   table.Count("points", &size.points);
   if (size.points == 0) throw InputError(table.PlaceOf("points"), "must be given, 1 or more");
@@ -57,7 +57,7 @@ TradeoffSize ReadSize(SceneTable table, const std::filesystem::path& scene_file)
   for (SceneTable& skip : table.Tables("skip")) size.skips.push_back(ReadSkip(std::move(skip)));
   const std::vector<std::string> set = Texts(&table, "set");
   table.Finish();
-  size.scene = ReadScene(scene_file, set);
+  size.scene = ParseScene(scene_text, scene, set);
   return size;
 }
 
@@ -209,9 +209,12 @@ int TradeoffEntry::ThreadsOf(int session) const {
   return threads > 0 ? std::min(threads, session) : session;
 }
 
-TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
-                                const std::vector<std::string>& overrides) {
-  const toml::table root = ParseToml(ReadTomlText(file, "a study"), file.string(), overrides);
+TradeoffStudy ParseTradeoffStudy(
+    std::string_view text,
+    const std::string& file,
+    const std::vector<std::string>& overrides,
+    const std::function<std::string(const std::string& name)>& scene_text) {
+  const toml::table root = ParseToml(text, file, overrides);
   SceneTable table{TomlTable(root, "")};
   TradeoffStudy study;
   if (table.Has("seed")) {
@@ -221,7 +224,8 @@ TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
   std::string scene;
   table.Text("scene", &scene);
   if (scene.empty()) throw InputError(table.PlaceOf("scene"), "must be given, a scene file");
-  study.scene_file = file.parent_path() / scene;
+  study.scene_file = std::filesystem::path(file).parent_path() / scene;
+  const std::string scene_toml = scene_text(scene);
   Whole(&table, "repeats", kMostRepeats, &study.repeats);
   table.Choice<TradeoffClock>("clock",
                               {{NameOf(TradeoffClock::kWall), TradeoffClock::kWall},
@@ -233,7 +237,7 @@ TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
   }
   if (auto goal = table.Table("goal")) ReadGoal(*goal, &study.goal);
   for (SceneTable& size : table.Tables("size")) {
-    study.sizes.push_back(ReadSize(std::move(size), study.scene_file));
+    study.sizes.push_back(ReadSize(std::move(size), scene_toml, study.scene_file.string()));
   }
   if (study.sizes.empty()) throw InputError(table.PlaceOf("size"), "must be given once at least");
   for (SceneTable& choice : table.Tables("choice")) {
@@ -243,11 +247,19 @@ TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
     throw InputError(table.PlaceOf("choice"), "must be given once at least");
   }
   table.Finish();
-  RequireReferences(study, file.string());
+  RequireReferences(study, file);
   RequireKnown(study, table);
   RequireSkips(study, table);
-  study.identity = TextOf(root) + scene + "\n" + ReadTomlText(study.scene_file, "a scene");
+  study.identity = TextOf(root) + scene + "\n" + scene_toml;
   return study;
+}
+
+TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
+                                const std::vector<std::string>& overrides) {
+  return ParseTradeoffStudy(
+      ReadTomlText(file, "a study"), file.string(), overrides, [&file](const std::string& name) {
+        return ReadTomlText(file.parent_path() / name, "a scene");
+      });
 }
 
 std::vector<std::string> TradeoffKeys() {

@@ -8,6 +8,8 @@
 #include "sarblock/io/densification_file.h"
 #include "sarblock/io/result_reader.h"
 #include "sarblock/io/scene_file.h"
+#include "sarblock/io/stability_file.h"
+#include "sarblock/io/tradeoff_study.h"
 
 #include <array>
 #include <cstdlib>
@@ -163,8 +165,26 @@ inline constexpr std::string_view kScene =
     "north_m = [6000, 14000]\n[control]\nsigma_m = [0.5, 0.5, 0.5]\n[adjust]\n"
     "corrections = \"given\"\n[adjust.correction.position]\ndegree = 1\nsigma_m = [2, 2, 2]\n";
 
-/// The text as a densification study; every case of an accepted one is a scene that can be made.
+/// The text as a study of each kind; every case of an accepted densification is a scene that can
+/// be made, every stage of a trade-off has its reference, every family of a stability study values.
 inline void StudyToml(std::string_view text) {
+  AllowInputError([&] {
+    const TradeoffStudy study = ParseTradeoffStudy(
+        text, "study.toml", {}, [](const std::string&) { return std::string(kScene); });
+    Check(!study.choices.empty() && !study.identity.empty());
+    for (const TradeoffEntry& entry : study.choices) {
+      Check(study.ReferenceOf(entry.choice.stage).choice.stage == entry.choice.stage);
+      for (const TradeoffSize& size : study.sizes) {
+        Check(size.points > 0 && !FindProblem(size.scene));
+        static_cast<void>(study.WhyNotRun(entry, size));
+      }
+    }
+  });
+  AllowInputError([&] {
+    const StabilityStudy study = ParseStability(text, "study.toml");
+    Check(!study.families.empty());
+    for (const StabilityFamily& family : study.families) Check(!family.values.empty());
+  });
   AllowInputError([&] {
     const DensificationFile file = ParseDensification(
         text, "study.toml", {}, [](const std::string&) { return std::string(kScene); });

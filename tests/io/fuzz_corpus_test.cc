@@ -73,6 +73,14 @@ TEST_F(FuzzCorpusTest, StudiesAreReadOrRefused) {
     }
   }
   EXPECT_GE(read, 6u);
+  const auto text_of = [](const std::string& name) {
+    return Content(std::filesystem::path(SARBLOCK_FUZZ_CORPUS) / "study" / name);
+  };
+  EXPECT_FALSE(
+      ParseTradeoffStudy(text_of("tradeoff.toml"), "study.toml", {}, [](const std::string&) {
+        return std::string(fuzz::kScene);
+      }).choices.empty());
+  EXPECT_EQ(ParseStability(text_of("stability.toml"), "study.toml").families.size(), 3u);
 }
 
 }  // namespace

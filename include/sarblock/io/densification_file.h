@@ -34,8 +34,8 @@ inline constexpr std::size_t kMostStudyCases = 10000;
     const std::vector<std::string>& overrides,
     const std::function<std::string(const std::string& name)>& scene_text);
 
-/// Keys of the study file with their dotted names, for `--set`: those outside its lists of tables,
-/// and those of the scene inside `set` not among them.
+/// Keys of the study file with their dotted names, for `--set`: those outside its lists of tables
+/// and those of the first [[placement]]; those of the scene inside `set` not among them.
 [[nodiscard]] std::vector<std::string> DensificationKeys();
 
 }  // namespace sarblock

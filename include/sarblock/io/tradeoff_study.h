@@ -7,8 +7,10 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sarblock {
@@ -68,6 +70,14 @@ struct TradeoffStudy {
 /// key for everything that is not allowed.
 [[nodiscard]] TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
                                               const std::vector<std::string>& overrides = {});
+
+/// The same from text; `file` names it in messages, `scene_text` gives the text of a scene by the
+/// name that stands in the study.
+[[nodiscard]] TradeoffStudy ParseTradeoffStudy(
+    std::string_view text,
+    const std::string& file,
+    const std::vector<std::string>& overrides,
+    const std::function<std::string(const std::string& name)>& scene_text);
 
 /// Keys of the study file with their dotted names, for `--set`, lists by their first element.
 [[nodiscard]] std::vector<std::string> TradeoffKeys();
