@@ -15,8 +15,8 @@ namespace {
 
 FilePlace PlaceIn(const toml::source_region& source, const std::string& key) {
   // Tables made by an override come from no file, values of one from "--set KEY".
-  const std::string file = source.path != nullptr ? *source.path : std::string("block.toml");
-  return {file, file.starts_with("--set ") ? 0 : std::size_t{source.begin.line}, key};
+  const std::string file = source.path != nullptr ? *source.path : std::string("--set");
+  return {file, file.starts_with("--set") ? 0 : std::size_t{source.begin.line}, key};
 }
 
 const char* TypeOf(const toml::node& node) {
