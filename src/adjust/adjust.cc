@@ -310,11 +310,20 @@ AdjustResult Adjust(const Block& block,
   if (options.corrections == CorrectionChoice::kAuto) {
     return AdjustSelected(block, options, pairs, progress);
   }
+  return AdjustGiven(block, options, {}, pairs, nullptr, progress);
+}
+
+AdjustResult AdjustGiven(const Block& block,
+                         const AdjustOptions& options,
+                         const Simplified& simplified,
+                         const PointPairs& pairs,
+                         const AtSolution& at_solution,
+                         ProgressSink* progress) {
   const ThreadLimit limit(options.threads);
   AdjustResult result;
   const std::vector<CorrectionGroup> none;
   AdjustmentProblem problem(
-      block, options.corrections == CorrectionChoice::kGiven ? options.groups : none);
+      block, options.corrections == CorrectionChoice::kGiven ? options.groups : none, simplified);
   BlockState state;
   std::vector<std::string> structure;
   PointDefects defects;
@@ -459,6 +468,10 @@ AdjustResult Adjust(const Block& block,
   // Also where the point went with them.
   for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
   FillReasons(problem, dropped, &result);
+  if (at_solution) {
+    timer.emplace("simplifications", &result.stages);
+    at_solution(problem, state, &result);
+  }
   timer.reset();  // before the result is handed over
   return result;
 }

@@ -11,6 +11,17 @@
 #include "solution.h"
 
 namespace sarblock {
+namespace {
+
+/// A datum by inner constraints moves with everything, and without covariance a robust solution has
+/// no length to compare a step with: what was taken could not be verified.
+bool CanVerify(const AdjustOptions& options) {
+  const bool covariance = options.covariance != CovarianceLevel::kNone &&
+                          options.covariance != CovarianceLevel::kLeberl;
+  return options.datum == Datum::kGiven && (covariance || options.robust == RobustLoss::kNone);
+}
+
+}  // namespace
 
 AdjustResult AdjustSelected(const Block& block,
                             const AdjustOptions& options,
@@ -18,14 +29,30 @@ AdjustResult AdjustSelected(const Block& block,
                             ProgressSink* progress) {
   std::vector<StageCost> stages;
   SelectionReport report;
+  Simplified simplified;
+  const AtSelection simplify =
+      [&](const AdjustmentProblem& problem, const BlockState& state, SelectionReport* selected) {
+        const double limit_1 = options.selection.simplify_1;
+        selected->simplifications = BoundSimplifications(problem, state, limit_1);
+        if (!CanVerify(options)) {
+          for (SimplificationBound& bound : selected->simplifications) {
+            if (bound.allowed) bound.verdict = "allowed, not taken: it could not be verified";
+          }
+          return;
+        }
+        simplified = ChooseSimplified(problem, state, limit_1, &selected->simplifications);
+        if (simplified.any()) {
+          selected->simplified_gain_1 = MeasureGain(problem, state, simplified);
+        }
+      };
   {
     const StageTimer timer("select", &stages);
-    report = SelectCorrections(block, options, progress);
+    report = SelectCorrectionsThen(block, options, simplify, progress);
   }
   AdjustOptions chosen = options;
   chosen.corrections = report.groups.empty() ? CorrectionChoice::kNone : CorrectionChoice::kGiven;
   chosen.groups = report.groups;
-  AdjustResult result = Adjust(block, chosen, pairs, progress);
+  AdjustResult result = AdjustSimplified(block, chosen, simplified, pairs, &report, progress);
   result.stages.insert(result.stages.begin(), stages.begin(), stages.end());
   for (ParameterResult& parameter : result.parameters) {
     parameter.kept = KeptText(report, parameter.owner, parameter.name);
@@ -35,7 +62,6 @@ AdjustResult AdjustSelected(const Block& block,
          "the choice of corrections still changed after " + std::to_string(report.rounds) +
              " rounds");
   }
-  report.simplifications = BoundSimplifications(block, result, options.selection.simplify_1);
   result.selection = std::move(report);
   return result;
 }

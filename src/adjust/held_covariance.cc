@@ -38,7 +38,7 @@ std::vector<SymmetricEnu> HeldCovariances(const Block& block,
   std::optional<Block> filled;
   if (predicted) filled = FillMeasurements(block, result.points.position_m);
   const Block& looked = filled ? *filled : block;
-  AdjustmentProblem problem(looked, UsedGroups(options, result));
+  AdjustmentProblem problem(looked, UsedGroups(options, result), result.selection.simplified);
   const auto parameters = static_cast<Eigen::Index>(result.parameters.size());
   if (problem.layout.size() != parameters) return {};
   BlockState state;

@@ -93,20 +93,24 @@ struct PathEvaluation {
   std::array<TermBasis, ParameterLayout::kMaxSplines> spline;
 };
 
-/// `accelerated`: the corrected acceleration is wanted too.
-bool EvaluatePath(const Block& block,
+/// `accelerated`: the corrected acceleration is wanted too. `held_axes_1`: where the track axes do
+/// not turn, else null.
+bool EvaluatePath(const Frame& frame_of_block,
+                  const FlightPath& nominal,
+                  const Eigen::Matrix3d* held_axes_1,
                   const PassCorrections& corrections,
-                  std::size_t pass,
                   double measured_s,
                   double path_s,
                   std::span<const double> x,
                   bool accelerated,
                   PathEvaluation* out) {
-  if (!block.passes[pass].path.Evaluate(path_s, &out->motion)) return false;
+  if (!nominal.Evaluate(path_s, &out->motion)) return false;
   out->turns = corrections.NeedsTrackAxes();
-  if (out->turns) {
-    out->axes = accelerated ? TrackAxesOf(block.frame, out->motion)
-                            : TrackAxesWithRate(block.frame, out->motion);
+  if (out->turns && held_axes_1 != nullptr) {
+    out->axes = {.axes_1 = *held_axes_1};
+  } else if (out->turns) {
+    out->axes = accelerated ? TrackAxesOf(frame_of_block, out->motion)
+                            : TrackAxesWithRate(frame_of_block, out->motion);
   }
   if (corrections.polynomials.empty() && corrections.splines.empty()) return true;
 
@@ -182,10 +186,13 @@ bool EvaluateMapping(const Vertical& vertical,
 /// What of a pass the straight route needs; not `applies` where anything else corrects it.
 StraightPass StraightPassOf(const Block& block,
                             const FlightPath& path,
+                            const Eigen::Matrix3d* held_axes_1,
                             const PassCorrections& corrections) {
   StraightPass out;
-  out.applies = block.frame.kind() == FrameKind::kLocal && path.IsStraight() &&
-                corrections.splines.empty() && corrections.polynomials.size() <= 1 &&
+  out.curved = !path.IsStraight();
+  const bool turns =
+      held_axes_1 == nullptr && (block.frame.kind() != FrameKind::kLocal || out.curved);
+  out.applies = !turns && corrections.splines.empty() && corrections.polynomials.size() <= 1 &&
                 corrections.velocity_across.empty() && corrections.velocity_up.empty() &&
                 corrections.time_bias.empty() && corrections.squint_bias.empty() &&
                 corrections.troposphere.empty();
@@ -197,7 +204,9 @@ StraightPass StraightPassOf(const Block& block,
   out.velocity_mps = first.velocity_mps;
   if (corrections.polynomials.empty()) return out;
   const PolynomialTerm& term = corrections.polynomials[0];
-  if (term.axes == PositionCorrection::Axes::kTrack) {
+  if (term.axes == PositionCorrection::Axes::kTrack && held_axes_1 != nullptr) {
+    out.axes_1 = *held_axes_1;
+  } else if (term.axes == PositionCorrection::Axes::kTrack) {
     Motion motion;
     motion.position_m = first.position_m;
     motion.velocity_mps = first.velocity_mps;
@@ -209,11 +218,20 @@ StraightPass StraightPassOf(const Block& block,
 
 }  // namespace
 
-LookModel::LookModel(const Block& block, const ParameterLayout& layout)
-    : block_(block), layout_(layout) {
+LookModel::LookModel(const Block& block,
+                     const ParameterLayout& layout,
+                     const Simplified& simplified)
+    : block_(block), layout_(layout), simplified_(simplified) {
+  if (simplified.flat_frame) middle_ = block.frame.VerticalAt(simplified.middle_m);
+  if (simplified.linear_velocity) {
+    for (const Pass& pass : block.passes) straightened_.push_back(StraightenedPath(pass));
+  }
   straight_.reserve(block.passes.size());
   for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
-    straight_.push_back(StraightPassOf(block, block.passes[pass].path, layout.passes[pass]));
+    if (simplified.fixed_track_axes) {
+      held_axes_1_.push_back(AxesInTheMiddle(block.frame, PathOf(pass), block.passes[pass]));
+    }
+    straight_.push_back(StraightPassOf(block, PathOf(pass), HeldAxesOf(pass), layout.passes[pass]));
   }
 }
 
@@ -309,6 +327,12 @@ bool LookModel::EvaluateStraight(std::size_t look,
   const double from_start_s = time_s - straight.start_s;
   Eigen::Vector3d s_m = straight.position_m + from_start_s * straight.velocity_mps;
   Eigen::Vector3d v_mps = straight.velocity_mps;
+  if (straight.curved) {
+    Motion nominal;
+    if (!PathOf(looks.pass[look]).Evaluate(time_s, &nominal)) return false;
+    s_m = nominal.position_m;
+    v_mps = nominal.velocity_mps;
+  }
   const PolynomialTerm* term = c.polynomials.empty() ? nullptr : c.polynomials.data();
   const double rate = 1.0 / c.half_length_s;
   const double basis_1 = (time_s - c.middle_s) * rate;
@@ -379,9 +403,10 @@ bool LookModel::Evaluate(std::size_t look,
   const PassCorrections& c = layout_.passes[pass];
   const double measured_s = looks.time_s[look];
   PathEvaluation path;
-  if (!EvaluatePath(block_,
+  if (!EvaluatePath(block_.frame,
+                    PathOf(pass),
+                    HeldAxesOf(pass),
                     c,
-                    pass,
                     measured_s,
                     measured_s + SumOf(c.time_bias, x),
                     x,
@@ -415,7 +440,7 @@ bool LookModel::Evaluate(std::size_t look,
       (eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m;
   std::array<SlantMapping, ParameterLayout::kMaxTroposphere> mappings;
   if (!c.troposphere.empty()) {
-    const Vertical vertical = block_.frame.VerticalAt(start_m + displacement_m);
+    const Vertical vertical = DelayVerticalAt(start_m + displacement_m);
     for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
       const TroposphereTerm& term = c.troposphere[q];
       if (!EvaluateMapping(vertical, d, eq.rho_m, term.scale_height_m, &mappings[q])) return false;
@@ -528,7 +553,15 @@ std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   GatherColumns(layout_, columns, x, local.data());
   PathEvaluation path;
-  if (!EvaluatePath(block_, layout_.passes[pass], pass, measured_s, path_s, local, true, &path)) {
+  if (!EvaluatePath(block_.frame,
+                    PathOf(pass),
+                    HeldAxesOf(pass),
+                    layout_.passes[pass],
+                    measured_s,
+                    path_s,
+                    local,
+                    true,
+                    &path)) {
     return std::nullopt;
   }
   return CorrectedMotion{path.motion, path_s};

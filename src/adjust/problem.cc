@@ -66,11 +66,13 @@ ControlEvaluation EvaluateControl(const Frame& frame,
   return out;
 }
 
-AdjustmentProblem::AdjustmentProblem(const Block& source, const std::vector<CorrectionGroup>& asked)
+AdjustmentProblem::AdjustmentProblem(const Block& source,
+                                     const std::vector<CorrectionGroup>& asked,
+                                     const Simplified& simplified)
     : block(source),
       groups(asked),
       layout(MakeParameterLayout(source, groups)),
-      model(source, layout) {
+      model(source, layout, simplified) {
   const std::size_t points = block.points.size(), looks = block.looks.size();
   look_used.resize(looks);
   for (std::size_t i = 0; i < looks; ++i) look_used[i] = block.looks.rejected(i) ? 0 : 1;

@@ -92,7 +92,7 @@ Eigen::Vector3d DrawKnown(const KnownPosition& known, RandomStream* random) {
 
 ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& state) {
   Block block = problem.block;
-  AdjustmentProblem exact(block, problem.groups);
+  AdjustmentProblem exact(block, problem.groups, problem.model.simplified());
   exact.model.ScaleSigmas(problem.model.sigma_factors());
   ExactReadings out;
   for (std::vector<double>* column : {&out.time_s, &out.range_m, &out.time_sigma_s}) {

@@ -73,6 +73,9 @@ class Selector {
     return report;
   }
 
+  [[nodiscard]] const AdjustmentProblem& problem() const { return *problem_; }
+  [[nodiscard]] const BlockState& state() const { return state_; }
+
  private:
   using Levels = std::vector<std::size_t>;
   using Dropped = std::set<std::pair<std::size_t, std::size_t>>;  // term and level
@@ -575,8 +578,18 @@ class Selector {
 SelectionReport SelectCorrections(const Block& block,
                                   const AdjustOptions& options,
                                   ProgressSink* progress) {
+  return SelectCorrectionsThen(block, options, nullptr, progress);
+}
+
+SelectionReport SelectCorrectionsThen(const Block& block,
+                                      const AdjustOptions& options,
+                                      const AtSelection& at_selection,
+                                      ProgressSink* progress) {
   const ThreadLimit limit(options.threads);
-  return Selector(block, options, progress).Run();
+  Selector selector(block, options, progress);
+  SelectionReport report = selector.Run();
+  if (at_selection) at_selection(selector.problem(), selector.state(), &report);
+  return report;
 }
 
 }  // namespace sarblock

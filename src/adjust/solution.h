@@ -8,6 +8,7 @@
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/reduced_system.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -15,6 +16,24 @@ namespace sarblock {
 
 /// Steps that adjustment, prediction and intersection share: from a problem at its final state to
 /// the result.
+
+/// What a caller wants of the problem and its state at the solution, before they go.
+using AtSolution = std::function<void(const AdjustmentProblem&, const BlockState&, AdjustResult*)>;
+/// Adjust() of corrections that are given or none; `at_solution` may be empty.
+[[nodiscard]] AdjustResult AdjustGiven(const Block& block,
+                                       const AdjustOptions& options,
+                                       const Simplified& simplified,
+                                       const PointPairs& pairs,
+                                       const AtSolution& at_solution,
+                                       ProgressSink* progress);
+
+/// The same of a selection, at its last solution.
+using AtSelection =
+    std::function<void(const AdjustmentProblem&, const BlockState&, SelectionReport*)>;
+[[nodiscard]] SelectionReport SelectCorrectionsThen(const Block& block,
+                                                    const AdjustOptions& options,
+                                                    const AtSelection& at_selection,
+                                                    ProgressSink* progress);
 
 /// True where p lies on the side the antenna looks to and below it: a mirror solution does not.
 [[nodiscard]] bool LiesWhereItLooks(const Frame& frame,

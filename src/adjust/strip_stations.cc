@@ -56,7 +56,7 @@ class Sampler {
       : block_(block),
         result_(result),
         layout_(MakeParameterLayout(block, groups)),
-        model_(block, layout_),
+        model_(block, layout_, result.selection.simplified),
         corrected_(layout_.size() > 0 &&
                    static_cast<std::size_t>(layout_.size()) == result.parameters.size()),
         covariance_(result.parameter_covariance),

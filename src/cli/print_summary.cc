@@ -229,11 +229,20 @@ void PrintSelection(const SelectionReport& selection, Out out) {
                    c.delta_bic_1);
   }
   for (const SimplificationBound& bound : selection.simplifications) {
+    fmt::format_to(
+        out,
+        "  simplification {:<18} moves points by at most {:.2g} sigma: {}{}\n",
+        bound.name,
+        bound.fraction_1,
+        bound.verdict,
+        std::isnan(bound.gain_1) ? "" : fmt::format(" (looks {:.2f} times as fast)", bound.gain_1));
+  }
+  if (selection.simplified.any()) {
     fmt::format_to(out,
-                   "  simplification {:<18} moves points by at most {:.2g} sigma: {}\n",
-                   bound.name,
-                   bound.fraction_1,
-                   bound.allowed ? "allowed, not taken" : "not allowed");
+                   "  simplified model: looks evaluated {:.2f} times as fast; the full model would "
+                   "move no point by more than {:.2g} sigma\n",
+                   selection.simplified_gain_1,
+                   selection.simplified_shift_1);
   }
 }
 

@@ -87,8 +87,8 @@ constexpr std::array kOptions = std::to_array<AdjustOption>({
   {"selection.max_posterior_prior", "number", "above 0, at most 1", "0.9",
    "Ratio of posterior to prior standard deviation above which the observations add too little."},
   {"selection.simplify", "number", "above 0, below 1", "0.01",
-   "Part of its standard deviation by which a simplification of the model may move a point and be "
-   "called allowed; docs/theory/selection.md."},
+   "Part of its standard deviation by which simplifications of the model may move a point; those "
+   "that save time are then taken; docs/theory/selection.md."},
   {"correction.position.basis", "text", "polynomial, spline", "polynomial",
    "Functions of time of the antenna's displacement: Legendre polynomials or a cubic B-spline."},
   {"correction.position.degree", "integer", "0 to 15", "0", "Highest Legendre degree."},

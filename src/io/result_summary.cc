@@ -116,7 +116,10 @@ Json Selection(const SelectionReport& selection) {
   for (const SimplificationBound& bound : selection.simplifications) {
     simplifications.push_back({{"simplification", bound.name},
                                {"fraction", bound.fraction_1},
-                               {"allowed", bound.allowed}});
+                               {"allowed", bound.allowed},
+                               {"taken", bound.taken},
+                               {"gain", bound.gain_1},
+                               {"verdict", bound.verdict}});
   }
   return {{"candidates", selection.candidates.size()},
           {"rounds", selection.rounds},
@@ -124,6 +127,8 @@ Json Selection(const SelectionReport& selection) {
           {"settled", selection.settled},
           {"kept", kept},
           {"simplifications", simplifications},
+          {"simplified_gain", selection.simplified_gain_1},
+          {"simplified_shift", selection.simplified_shift_1},
           {"model", DumpCorrections(selection.groups)}};
 }
 

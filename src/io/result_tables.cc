@@ -216,12 +216,12 @@ void WriteSelectionTable(const std::filesystem::path& file, const ResultView& vi
 
 void WriteSimplificationTable(const std::filesystem::path& file, const ResultView& view) {
   CsvWriter out(file,
-                {"simplification", "bound_m", "sigma_m", "fraction", "allowed", "taken"},
+                {"simplification", "bound_m", "sigma_m", "fraction", "allowed", "taken", "verdict"},
                 view.context.compression);
   for (const SimplificationBound& bound : view.result.selection.simplifications) {
     out.Text(bound.name).Number(bound.bound_m).Number(bound.sigma_m).Number(bound.fraction_1);
-    // The model has no switch for any of them yet.
-    out.Integer(bound.allowed ? 1 : 0).Integer(0).EndRow();
+    // Measured gains are not written: they would differ from run to run.
+    out.Integer(bound.allowed ? 1 : 0).Integer(bound.taken ? 1 : 0).Text(bound.verdict).EndRow();
   }
   out.Commit();
 }

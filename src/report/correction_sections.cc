@@ -230,18 +230,15 @@ PageSection ModelSection(const ResultFolder& result) {
   }
   if (!result.simplifications.empty()) {
     PageTable table;
-    table.title = "What could have been left out of the model";
+    table.title = "What can be left out of the model";
     table.columns = {{"simplification", false},
                      {"moves a point by up to [m]", true},
                      {"its sigma [m]", true},
                      {"part", true},
-                     {"allowed", false}};
+                     {"verdict", false}};
     for (const ReportSimplification& s : result.simplifications) {
-      table.rows.push_back({s.name,
-                            Shown(s.bound_m, 3),
-                            Shown(s.sigma_m, 3),
-                            ShownPercent(s.fraction),
-                            s.allowed ? "yes" : "no"});
+      table.rows.push_back(
+          {s.name, Shown(s.bound_m, 3), Shown(s.sigma_m, 3), ShownPercent(s.fraction), s.verdict});
     }
     section.items.emplace_back(std::move(table));
   }

@@ -385,10 +385,13 @@ void ReadSelection(const Tables& tables, ResultFolder* out) {
     out->candidates.push_back(std::move(c));
   });
   const std::vector<CsvColumn> simplifications{
-      {"simplification", CsvNeed::kRequired}, {"bound_m"}, {"sigma_m"}, {"fraction"}, {"allowed"}};
+      {"simplification", CsvNeed::kRequired}, {"bound_m"}, {"sigma_m"}, {"fraction"}, {"verdict"}};
   tables.ForEach("simplifications", simplifications, [&](const CsvReader& row) {
-    out->simplifications.push_back(
-        {std::string(row.Id(0)), row.Number(1), row.Number(2), row.Number(3), row.Text(4) == "1"});
+    out->simplifications.push_back({std::string(row.Id(0)),
+                                    row.Number(1),
+                                    row.Number(2),
+                                    row.Number(3),
+                                    std::string(row.Text(4))});
   });
 }
 

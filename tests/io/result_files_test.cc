@@ -67,7 +67,13 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
   dropped.reason = "not determinable";
   result_.selection.candidates = {kept, dropped};
   result_.selection.rounds = 2;
-  result_.selection.simplifications = {{"flat-frame", 0.5, 4.0, 0.125, false}};
+  result_.selection.simplifications = {{.name = "flat-frame",
+                                        .bound_m = 0.5,
+                                        .sigma_m = 4.0,
+                                        .fraction_1 = 0.125,
+                                        .taken = true,
+                                        .gain_1 = 1.5,
+                                        .verdict = "taken"}};
   result_.parameters[0].kept = "pays";
   WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<CsvColumn> columns{{"candidate"},
@@ -103,8 +109,14 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
           "time.bias", "all", "0", "", "", "", "", "", "", "", "dropped", "not determinable", ""));
   EXPECT_THAT(Row("simplifications.csv",
                   0,
-                  {{"simplification"}, {"bound_m"}, {"sigma_m"}, {"fraction"}, {"allowed"}}),
-              ElementsAre("flat-frame", "0.5", "4", "0.125", "0"));
+                  {{"simplification"},
+                   {"bound_m"},
+                   {"sigma_m"},
+                   {"fraction"},
+                   {"allowed"},
+                   {"taken"},
+                   {"verdict"}}),
+              ElementsAre("flat-frame", "0.5", "4", "0.125", "0", "1", "taken"));
   EXPECT_THAT(Row("passes.csv", 0, {{"parameter"}, {"kept"}}), ElementsAre("range.bias", "pays"));
   EXPECT_THAT(SummaryJson(block_, options_, result_, context_),
               testing::HasSubstr("\"rounds\": 2"));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/adjust/parameters.h"
+#include "sarblock/adjust/simplified.h"
 #include "sarblock/block/block.h"
 #include "sarblock/flight/track_axes.h"
 #include "sarblock/geometry/intersection.h"
@@ -40,10 +41,12 @@ struct LookRows {
   double* doppler = nullptr;
 };
 
-/// A pass whose looks need little: straight in the local frame, position corrected by one
-/// polynomial of degree 0 or 1 or not at all, range by biases and scales, nothing else.
+/// A pass whose looks need little: straight in the local frame or with axes that are held, position
+/// corrected by one polynomial of degree 0 or 1 or not at all, range by biases and scales, nothing
+/// else.
 struct StraightPass {
   bool applies = false;
+  bool curved = false;  ///< the nominal path is read for every look
   double start_s = 0.0, end_s = 0.0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< at start_s
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
@@ -69,10 +72,15 @@ struct CorrectedMotion {
 /// Thread-safe; holds references to the block and the layout, which must outlive it.
 class LookModel {
  public:
-  LookModel(const Block& block, const ParameterLayout& layout);
+  LookModel(const Block& block, const ParameterLayout& layout, const Simplified& simplified = {});
 
   [[nodiscard]] const Block& block() const { return block_; }
   [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
+  [[nodiscard]] const Simplified& simplified() const { return simplified_; }
+
+  /// Rough work of evaluating a look of a pass, in units of no meaning: counts, not times, decide
+  /// whether a simplification is worth taking, so that they decide alike on every machine.
+  [[nodiscard]] double WorkOf(std::size_t pass) const;
 
   /// Standard deviations of a look: the block's times the factors of its pass.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
@@ -131,6 +139,13 @@ class LookModel {
   [[nodiscard]] Cone ConeOf(std::size_t look) const;
 
  private:
+  [[nodiscard]] const FlightPath& PathOf(std::size_t pass) const {
+    return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
+  }
+  [[nodiscard]] const Eigen::Matrix3d* HeldAxesOf(std::size_t pass) const {
+    return held_axes_1_.empty() ? nullptr : &held_axes_1_[pass];
+  }
+  [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
   bool EvaluateStraight(std::size_t look,
                         const StraightPass& straight,
                         const Eigen::Vector3d& start_m,
@@ -143,7 +158,11 @@ class LookModel {
 
   const Block& block_;
   const ParameterLayout& layout_;
-  std::vector<StraightPass> straight_;  // by pass
+  Simplified simplified_;
+  std::vector<FlightPath> straightened_;      // by pass; empty: the block's
+  std::vector<Eigen::Matrix3d> held_axes_1_;  // by pass; empty: they turn
+  Vertical middle_;                           // of a flat frame
+  std::vector<StraightPass> straight_;        // by pass
   std::vector<std::array<double, 2>> sigma_factor_1_;
 };
 

@@ -59,7 +59,9 @@ struct HeldParameter {
 /// The Ceres cost functions, the reduced normals, the covariance and the quality figures all read
 /// this one description.
 struct AdjustmentProblem {
-  AdjustmentProblem(const Block& source, const std::vector<CorrectionGroup>& asked);
+  AdjustmentProblem(const Block& source,
+                    const std::vector<CorrectionGroup>& asked,
+                    const Simplified& simplified = {});
 
   const Block& block;
   std::vector<CorrectionGroup> groups;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/adjust/corrections.h"
+#include "sarblock/adjust/simplified.h"
 
 #include <string>
 #include <vector>
@@ -39,19 +40,27 @@ struct CandidateResult {
 struct SimplificationBound {
   std::string name{};             ///< "flat-frame", "fixed-track-axes", "uncoupled-squint", ...
   double bound_m = kNotGiven;     ///< no point moves by more, at the point with the largest part
-  double sigma_m = kNotGiven;     ///< its standard deviation
+  double sigma_m = kNotGiven;     ///< its standard deviation, paths held
   double fraction_1 = kNotGiven;  ///< bound over sigma, the largest of all points
   bool allowed = false;           ///< the part is below the limit
+  bool taken = false;             ///< the result is that of a model without it
+  double gain_1 = kNotGiven;      ///< measured: time of evaluating a look with it over without it;
+                                  ///< NaN where there is nothing to gain or it is not allowed
+  std::string verdict{};          ///< "taken", "not allowed" or why it was not taken
 };
 
 /// The outcome of a model selection.
 struct SelectionReport {
   std::vector<CandidateResult> candidates;  ///< every one, in the order of the candidate groups
   std::vector<CorrectionGroup> groups;      ///< the model chosen; may be empty
-  std::vector<SimplificationBound> simplifications;  ///< empty without covariances
-  int rounds = 0;                                    ///< linearisations
-  int steps = 0;                                     ///< candidates that entered or were dropped
-  bool settled = true;                               ///< the last round changed nothing
+  std::vector<SimplificationBound> simplifications;  ///< all four; empty without solved points
+  Simplified simplified;                             ///< what was taken
+  double simplified_gain_1 = kNotGiven;              ///< measured, of all that was taken together
+  double simplified_shift_1 = kNotGiven;  ///< by which the full model would move a point, in sigmas
+                                          ///< of it: of what was taken, or given up for that
+  int rounds = 0;                         ///< linearisations
+  int steps = 0;                          ///< candidates that entered or were dropped
+  bool settled = true;                    ///< the last round changed nothing
   [[nodiscard]] bool empty() const { return candidates.empty(); }
 };
 

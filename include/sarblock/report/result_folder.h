@@ -212,7 +212,7 @@ struct ReportCandidate {
 struct ReportSimplification {
   std::string name;
   double bound_m = kAbsent, sigma_m = kAbsent, fraction = kAbsent;
-  bool allowed = false;
+  std::string verdict;
 };
 
 struct ResultFolder {
