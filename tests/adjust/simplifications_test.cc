@@ -13,6 +13,7 @@
 
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
