@@ -2,6 +2,7 @@
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/adjust/simplifications.h"
+#include "sarblock/adjust/symmetric_enu.h"
 
 #include <algorithm>
 #include <array>
@@ -100,8 +101,7 @@ bool FormStep(const BlockState& state, ProgressSink* progress, ReducedSystem* sy
 
 /// Largest |u'd| / sigma_u of a displacement over all directions u.
 double InSigmas(const Eigen::Vector3d& enu_m, const SymmetricEnu& c) {
-  Eigen::Matrix3d matrix;
-  matrix << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
+  const Eigen::Matrix3d matrix = MatrixOf(c);
   if (!matrix.allFinite()) return 0.0;
   return std::sqrt(std::max(0.0, enu_m.dot(matrix.ldlt().solve(enu_m))));
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/symmetric_enu.h"
+
 #include <cmath>
 
 #include "solution.h"
@@ -27,8 +29,7 @@ void FillChecks(const Block& block, AdjustResult* result) {
     if (!result->points.covariance_m2.empty() && IsSolved(result->points.status[point]) &&
         check.components > 0) {
       const SymmetricEnu& q = result->points.covariance_m2[point];
-      Eigen::Matrix3d full;
-      full << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+      Eigen::Matrix3d full = MatrixOf(q);
       full += known.covariance_enu_m2;
       Eigen::MatrixXd part(check.components, check.components);
       Eigen::VectorXd e(check.components);

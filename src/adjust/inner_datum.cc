@@ -2,6 +2,7 @@
 #include "sarblock/adjust/inner_datum.h"
 
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 
@@ -56,16 +57,6 @@ Eigen::Matrix<double, 3, Eigen::Dynamic> Times(const AdjustmentProblem& problem,
                      x.middleRows(block.offset, block.size);
   }
   return out;
-}
-
-Eigen::Matrix3d AsMatrix(const SymmetricEnu& c) {
-  Eigen::Matrix3d out;
-  out << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
-  return out;
-}
-
-SymmetricEnu AsEnu(const Eigen::Matrix3d& c) {
-  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
 }
 
 /// S C S' of rows whose parts of G and K are given.
@@ -208,7 +199,7 @@ void DatumTransform::Transform(const AdjustmentProblem& problem,
     if (!problem.Solves(point)) continue;
     const Eigen::Matrix3d e = problem.block.frame.EnuFromFrame(state.Position(point));
     SymmetricEnu& c = (*covariance_m2)[point];
-    c = AsEnu(Transformed(AsMatrix(c), e * G(point), e * K(point), inner_));
+    c = SymmetricOf(Transformed(MatrixOf(c), e * G(point), e * K(point), inner_));
   }
 }
 
@@ -225,10 +216,10 @@ void DatumTransform::Transform(const AdjustmentProblem& problem,
                                std::vector<PairResult>* pairs) const {
   for (PairResult& pair : *pairs) {
     const Eigen::Matrix3d e = problem.block.frame.EnuFromFrame(state.Position(pair.a));
-    pair.covariance_m2 = AsEnu(Transformed(AsMatrix(pair.covariance_m2),
-                                           e * (G(pair.b) - G(pair.a)),
-                                           e * (K(pair.b) - K(pair.a)),
-                                           inner_));
+    pair.covariance_m2 = SymmetricOf(Transformed(MatrixOf(pair.covariance_m2),
+                                                 e * (G(pair.b) - G(pair.a)),
+                                                 e * (K(pair.b) - K(pair.a)),
+                                                 inner_));
   }
 }
 

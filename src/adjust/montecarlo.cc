@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/montecarlo.h"
 
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/core/quantile.h"
 
@@ -67,8 +68,7 @@ std::vector<Reference> ReferencesOf(const AdjustmentProblem& problem,
   for (std::size_t point = 0; point < covariance_m2.size(); ++point) {
     if (!problem.Solves(point)) continue;
     const SymmetricEnu& q = covariance_m2[point];
-    Eigen::Matrix3d matrix;
-    matrix << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+    const Eigen::Matrix3d matrix = MatrixOf(q);
     const Eigen::LLT<Eigen::Matrix3d> factor(matrix);
     if (factor.info() != Eigen::Success) continue;
     Reference reference;

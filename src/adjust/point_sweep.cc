@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/elimination.h"
 #include "sarblock/adjust/reliability.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/parallel.h"
 
 #include <cmath>
@@ -240,7 +241,7 @@ Eigen::Matrix2d ToComponents(const Whitening& w) {
 SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
   const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
   const Eigen::Matrix3d c = e * m * e.transpose();
-  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
+  return SymmetricOf(c);
 }
 
 PointSweep SweepPoints(const AdjustmentProblem& problem,
@@ -291,8 +292,7 @@ std::vector<ControlQuality> ControlQualities(const AdjustmentProblem& problem,
       if (known.held[static_cast<std::size_t>(i)]) held.push_back(i);
     }
     const SymmetricEnu& c = covariance_m2[known.point];
-    Eigen::Matrix3d adjusted;
-    adjusted << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
+    const Eigen::Matrix3d adjusted = MatrixOf(c);
     const Eigen::Vector3d error_m =
         block.frame.EnuFromFrame(control.known_m) * (state.Position(known.point) - control.known_m);
     const auto n = static_cast<Eigen::Index>(held.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sinex_covariance.h"
 
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 #include "sarblock/sparse/block_cholesky.h"
 
@@ -12,8 +13,7 @@ namespace sarblock {
 namespace {
 
 Eigen::Matrix3d InFrame(const Frame& frame, const Eigen::Vector3d& p_m, const SymmetricEnu& c) {
-  Eigen::Matrix3d enu;
-  enu << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
+  const Eigen::Matrix3d enu = MatrixOf(c);
   const Eigen::Matrix3d enu_from_frame = frame.EnuFromFrame(p_m);
   const Eigen::Matrix3d turned = enu_from_frame.transpose() * enu * enu_from_frame;
   return 0.5 * (turned + turned.transpose());

@@ -382,9 +382,7 @@ DensificationFile ParseDensification(
 DensificationFile ReadDensification(const std::filesystem::path& path,
                                     const std::vector<std::string>& overrides) {
   return ParseDensification(
-      ReadTomlText(path, "a study"), path.string(), overrides, [&path](const std::string& name) {
-        return ReadTomlText(path.parent_path() / name, "a scene");
-      });
+      ReadTomlText(path, "a study"), path.string(), overrides, SceneTextsBeside(path));
 }
 
 std::vector<std::string> DensificationKeys() {

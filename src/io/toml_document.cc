@@ -83,6 +83,13 @@ std::string ReadTomlText(const std::filesystem::path& path, const std::string& w
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
+std::function<std::string(const std::string& name)> SceneTextsBeside(
+    const std::filesystem::path& study_file) {
+  return [folder = study_file.parent_path()](const std::string& name) {
+    return ReadTomlText(folder / name, "a scene");
+  };
+}
+
 toml::table ParseToml(std::string_view text,
                       const std::string& file,
                       const std::vector<std::string>& overrides) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,10 @@ namespace sarblock {
 
 /// The file's text; `what` ("a scene") is for messages.
 [[nodiscard]] std::string ReadTomlText(const std::filesystem::path& path, const std::string& what);
+
+/// Reads scenes by the name that stands in a study, relative to the study's folder.
+[[nodiscard]] std::function<std::string(const std::string& name)> SceneTextsBeside(
+    const std::filesystem::path& study_file);
 
 /// Parses a text and sets every `KEY=VALUE`: a dotted key, elements of lists by their index from 0,
 /// and a TOML value; what is not a TOML value is taken as a text.

@@ -257,9 +257,7 @@ TradeoffStudy ParseTradeoffStudy(
 TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
                                 const std::vector<std::string>& overrides) {
   return ParseTradeoffStudy(
-      ReadTomlText(file, "a study"), file.string(), overrides, [&file](const std::string& name) {
-        return ReadTomlText(file.parent_path() / name, "a scene");
-      });
+      ReadTomlText(file, "a study"), file.string(), overrides, SceneTextsBeside(file));
 }
 
 std::vector<std::string> TradeoffKeys() {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/study/tradeoff.h"
 
 #include <algorithm>
@@ -8,12 +9,6 @@
 
 namespace sarblock {
 namespace {
-
-Eigen::Matrix3d MatrixOf(const SymmetricEnu& c) {
-  Eigen::Matrix3d out;
-  out << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
-  return out;
-}
 
 double Median(std::vector<double>* values) {
   if (values->empty()) return kNotGiven;

@@ -2,6 +2,7 @@
 #include "verification.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/isolated.h"
 #include "sarblock/core/parallel.h"
@@ -74,8 +75,7 @@ Verification Verify(const Scene& scene,
   std::vector<Reference> references;
   for (const std::uint32_t point : PointsCounted(simulated.block, predicted.points)) {
     const SymmetricEnu& q = predicted.points.covariance_m2[point];
-    Eigen::Matrix3d matrix;
-    matrix << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+    const Eigen::Matrix3d matrix = MatrixOf(q);
     const Eigen::LLT<Eigen::Matrix3d> factor(matrix);
     if (factor.info() != Eigen::Success) continue;
     references.push_back({point,

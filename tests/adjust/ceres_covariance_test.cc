@@ -4,6 +4,7 @@
 #include "sarblock/adjust/ceres_covariance.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -20,12 +21,6 @@ namespace sarblock {
 namespace {
 
 using test::SceneBlock;
-
-Eigen::Matrix3d MatrixOf(const SymmetricEnu& q) {
-  Eigen::Matrix3d m;
-  m << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
-  return m;
-}
 
 /// Both routes from one state: the solution does not depend on the covariance asked for.
 AdjustResult Solved(const SceneBlock& made, CovarianceMethod method, const PointPairs& pairs) {

@@ -5,6 +5,7 @@
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -44,8 +45,7 @@ double LargestShift_1(const Block& block, const AdjustResult& a, const AdjustRes
   for (std::size_t i = 0; i < a.points.status.size(); ++i) {
     if (!IsSolved(a.points.status[i]) || !Unique(block, a, i)) continue;
     const SymmetricEnu& q = a.points.covariance_m2[i];
-    Eigen::Matrix3d covariance;
-    covariance << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+    const Eigen::Matrix3d covariance = MatrixOf(q);
     const Eigen::Vector3d shift_m = block.frame.EnuFromFrame(a.points.position_m[i]) *
                                     (a.points.position_m[i] - b.points.position_m[i]);
     largest = std::max(largest, std::sqrt(shift_m.dot(covariance.llt().solve(shift_m))));

@@ -4,6 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/covariance.h"
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 
 #include <cmath>
@@ -90,8 +91,7 @@ struct DensePoints {
 };
 
 void ExpectNear(const SymmetricEnu& enu, const Eigen::Matrix3d& expected, double relative) {
-  Eigen::Matrix3d c;
-  c << enu[0], enu[3], enu[4], enu[3], enu[1], enu[5], enu[4], enu[5], enu[2];
+  const Eigen::Matrix3d c = MatrixOf(enu);
   EXPECT_LT((c - expected).norm(), relative * expected.norm());
 }
 
@@ -155,8 +155,7 @@ TEST_P(InnerDatumTest, LeavesDistancesAndRedundanciesAlone) {
   block.Datum(some).Transform(block.problem, block.state, &held);
   const auto variance = [](const PairResult& pair) {
     const SymmetricEnu& c = pair.covariance_m2;
-    Eigen::Matrix3d m;
-    m << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
+    const Eigen::Matrix3d m = MatrixOf(c);
     const Eigen::Vector3d u = pair.difference_enu_m.normalized();
     return u.dot(m * u);
   };

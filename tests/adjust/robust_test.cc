@@ -2,6 +2,7 @@
 #include "sarblock/adjust/robust.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/quantile.h"
 
 #include <algorithm>
@@ -110,8 +111,7 @@ double WorstPoint(const GrossErrors& errors, const AdjustResult& result) {
   for (std::size_t j = 0; j < errors.known.truth_m.size(); ++j) {
     const Eigen::Vector3d e_m = result.points.position_m[j] - errors.known.truth_m[j];
     const SymmetricEnu& q = result.points.covariance_m2[j];
-    Eigen::Matrix3d c;
-    c << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+    const Eigen::Matrix3d c = MatrixOf(q);
     worst = std::max(worst, std::sqrt(e_m.dot(c.llt().solve(e_m)) / 3.0));
   }
   return worst;

@@ -4,6 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/symmetric_enu.h"
 
 #include <algorithm>
 #include <array>
@@ -50,8 +51,7 @@ double InSigmas(const Block& block,
                 const Eigen::Vector3d& at_m,
                 const Eigen::Vector3d& shift_m,
                 const SymmetricEnu& c) {
-  Eigen::Matrix3d matrix;
-  matrix << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
+  const Eigen::Matrix3d matrix = MatrixOf(c);
   const Eigen::Vector3d enu_m = block.frame.EnuFromFrame(at_m) * shift_m;
   return std::sqrt(enu_m.dot(matrix.ldlt().solve(enu_m)));
 }

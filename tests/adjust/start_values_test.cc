@@ -2,6 +2,7 @@
 #include "sarblock/adjust/start_values.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/random.h"
 
 #include <cmath>
@@ -72,8 +73,7 @@ TEST_P(StartValuesTest, ErrorsOfKilometresLeadToTheSameSolution) {
   EXPECT_LE(far.iterations, 50);
   for (std::size_t j = 0; j < known.truth_m.size(); ++j) {
     const SymmetricEnu& q = frame.points.covariance_m2[j];
-    Eigen::Matrix3d c;
-    c << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
+    const Eigen::Matrix3d c = MatrixOf(q);
     const Eigen::Vector3d e_m = known.block.frame.EnuFromFrame(known.truth_m[j]) *
                                 (far.points.position_m[j] - frame.points.position_m[j]);
     EXPECT_LT(std::sqrt(e_m.dot(c.llt().solve(e_m))), 1e-6) << j;

@@ -6,10 +6,8 @@
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/point_sweep.h"
 #include "sarblock/adjust/reduced_system.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/parallel.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
-#include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
 #include <chrono>
@@ -23,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "strips_block.h"
 #include <Eigen/Core>
 #include <ceres/covariance.h>
 
@@ -135,26 +134,11 @@ class CeresRoute {
   int threads_;
 };
 
-Eigen::Matrix3d MatrixOf(const SymmetricEnu& q) {
-  Eigen::Matrix3d m;
-  m << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
-  return m;
-}
-
 void Compare(const std::string& scene_file, std::size_t points, std::size_t passes, int threads) {
   const ThreadLimit limit(threads);
-  const std::size_t strips = passes / 2;  // of each side
-  const std::string north = std::to_string(13000 + 4800 * (strips - 1) + 12000);
-  const Scene scene = ReadScene(scene_file,
-                                {"points.count=" + std::to_string(points),
-                                 "flight.0.count=" + std::to_string(strips),
-                                 "flight.1.count=" + std::to_string(strips),
-                                 "points.north_m=[13000, " + north + "]"});
-  const SimulatedBlock simulated = Simulate(scene);
-  std::vector<std::string> ids;
-  for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
-  const AdjustOptions options = ReadAdjustTable(scene.adjust_toml, scene.name, ids);
-  AdjustmentProblem problem(simulated.block, options.groups);
+  const StripsBlock strips = MakeStrips(scene_file, points, passes);
+  const SimulatedBlock& simulated = strips.simulated;
+  AdjustmentProblem problem(simulated.block, strips.options.groups);
   BlockState state;
   state.start_m = simulated.truth.points_m;
   state.displacement_m.assign(state.start_m.size(), {0.7, -0.3, 0.9});

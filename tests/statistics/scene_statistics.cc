@@ -2,6 +2,7 @@
 #include "statistics/scene_statistics.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 #include "sarblock/io/adjust_table.h"
@@ -21,12 +22,6 @@ namespace sarblock::test {
 namespace {
 
 constexpr std::uint64_t kChoiceStream = 4177;
-
-Eigen::Matrix3d MatrixOf(const SymmetricEnu& q) {
-  Eigen::Matrix3d matrix;
-  matrix << q[0], q[3], q[4], q[3], q[1], q[5], q[4], q[5], q[2];
-  return matrix;
-}
 
 /// e' Q^-1 e; NaN, which no interval contains, where Q is not positive definite.
 double NormalisedSquare(const Eigen::VectorXd& e, const Eigen::MatrixXd& Q) {

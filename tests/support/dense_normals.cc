@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/dense_normals.h"
 
+#include "sarblock/adjust/symmetric_enu.h"
+
 #include <span>
 #include <stdexcept>
 
@@ -91,9 +93,7 @@ Eigen::MatrixXd DenseCovariance(const Eigen::MatrixXd& jacobian) {
 Eigen::Matrix3d FrameFromEnu(const Frame& frame,
                              const Eigen::Vector3d& p_m,
                              const SymmetricEnu& enu_m2) {
-  Eigen::Matrix3d c;
-  c << enu_m2[0], enu_m2[3], enu_m2[4], enu_m2[3], enu_m2[1], enu_m2[5], enu_m2[4], enu_m2[5],
-      enu_m2[2];
+  const Eigen::Matrix3d c = MatrixOf(enu_m2);
   const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
   return e.transpose() * c * e;
 }
