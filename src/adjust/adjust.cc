@@ -28,6 +28,9 @@ namespace {
 
 /// A whitening element that changes less than this at the solution changes no digit that counts.
 constexpr double kWhiteningSettled_1 = 1e-7;
+/// What is left of an adjusted time, in its sigmas, bends the equations by its square over the
+/// range. Polish() mends it, but not under a robust loss.
+constexpr double kTimeSettled_sigmas = 0.1, kTimeSettledUnderLoss_sigmas = 1e-3;
 /// Step left, in sigmas over all unknowns together, at which the weights are formed again.
 constexpr double kApproached_1 = 1.0;
 constexpr int kMostRounds = 5;
@@ -81,8 +84,11 @@ SolveReport SolveRounds(const Weighting& weighting,
     total.converged = report.converged;
     total.final_cost_1 = report.final_cost_1;
     total.message = report.message;
-    const double change = UpdateWhitening(*state, problem);
-    const bool settled = !approach && change <= kWhiteningSettled_1;
+    const WhiteningChange change = UpdateWhitening(*state, problem);
+    const bool settled =
+        !approach && change.weight_1 <= kWhiteningSettled_1 &&
+        change.time_1 <= (weighting.loss == RobustLoss::kNone ? kTimeSettled_sigmas
+                                                                   : kTimeSettledUnderLoss_sigmas);
     if (!report.converged || settled || total.iterations >= allowed) break;
   }
   return total;

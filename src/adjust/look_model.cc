@@ -322,7 +322,8 @@ bool LookModel::EvaluateStraight(std::size_t look,
                                  LookRows rows) const {
   const Looks& looks = block_.looks;
   const PassCorrections& c = layout_.passes[looks.pass[look]];
-  const double time_s = looks.time_s[look];
+  const AdjustedTime adjusted = TimeOf(look);
+  const double time_s = looks.time_s[look] + adjusted.shift_s;
   if (!(time_s >= straight.start_s && time_s <= straight.end_s)) return false;
   const double from_start_s = time_s - straight.start_s;
   Eigen::Vector3d s_m = straight.position_m + from_start_s * straight.velocity_mps;
@@ -354,8 +355,9 @@ bool LookModel::EvaluateStraight(std::size_t look,
   if (!EvaluateLookEquationsInline(d_m, v_mps, ConeOf(look), 0.0, &eq)) return false;
   const double kappa = SumOf(c.range_scale, x);
   const Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
-  *error_m = {(eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m,
-              eq.doppler_error_m};
+  *error_m = {(eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m -
+                  adjusted.range_m(),
+              eq.doppler_error_m - adjusted.doppler_m()};
   by_point->row(0) = w.w00 * range_by_p;
   by_point->row(1) = w.w10 * range_by_p + w.w11 * eq.ded_dp;
   if (rows.range == nullptr) return error_m->allFinite();
@@ -402,13 +404,14 @@ bool LookModel::Evaluate(std::size_t look,
   }
   const PassCorrections& c = layout_.passes[pass];
   const double measured_s = looks.time_s[look];
+  const AdjustedTime adjusted = TimeOf(look);
   PathEvaluation path;
   if (!EvaluatePath(block_.frame,
                     PathOf(pass),
                     HeldAxesOf(pass),
                     c,
                     measured_s,
-                    measured_s + SumOf(c.time_bias, x),
+                    measured_s + adjusted.shift_s + SumOf(c.time_bias, x),
                     x,
                     !c.time_bias.empty(),
                     &path)) {
@@ -450,7 +453,7 @@ bool LookModel::Evaluate(std::size_t look,
       range_by_s += zenith_m * mappings[q].by_s;
     }
   }
-  *error_m = {range_error_m, eq.doppler_error_m};
+  *error_m = {range_error_m - adjusted.range_m(), eq.doppler_error_m - adjusted.doppler_m()};
   by_point->row(0) = w.w00 * range_by_p;
   by_point->row(1) = w.w10 * range_by_p + w.w11 * eq.ded_dp;
   if (columns.column_count == 0 || rows.range == nullptr) return error_m->allFinite();
@@ -518,17 +521,6 @@ bool LookModel::Evaluate(std::size_t look,
     set(c.troposphere[q].column, mappings[q].value, 0.0);
   }
   return error_m->allFinite();
-}
-
-Whitening LookModel::WhiteningOf(std::size_t look,
-                                 const Eigen::Vector3d& p_m,
-                                 const Motion& motion) const {
-  const LookSigma sigma = SigmaOf(look);
-  const TimeRates rates = LookTimeRates(
-      p_m, motion.position_m, motion.velocity_mps, motion.acceleration_mps2, ConeOf(look));
-  return sigma.azimuth_unit == AzimuthUnit::kSeconds
-             ? WhitenTime(sigma.range_m, sigma.azimuth, rates)
-             : WhitenAzimuth(sigma.range_m, sigma.azimuth, rates);
 }
 
 std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,

@@ -102,33 +102,42 @@ int AdjustmentProblem::CountLooks(std::size_t point) const {
   return static_cast<int>(std::count(begin, end, std::uint8_t{1}));
 }
 
-double UpdateWhitening(const BlockState& state, AdjustmentProblem* problem) {
+WhiteningChange UpdateWhitening(const BlockState& state, AdjustmentProblem* problem) {
   const Block& block = problem->block;
   const std::size_t points = block.points.size();
-  std::vector<double> largest((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
+  std::vector<AdjustedTime>& times = problem->model.adjusted_times();
+  times.resize(block.looks.size());
+  std::vector<WhiteningChange> largest((points + kPointsPerChunk - 1) / kPointsPerChunk);
   ParallelForChunks(
       points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        WhiteningChange& change = largest[chunk];
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem->Solves(point)) continue;
           for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
                ++i) {
             if (problem->look_used[i] == 0) continue;
-            const auto corrected = problem->model.CorrectedMotionAt(
-                block.looks.pass[i], block.looks.time_s[i], state.corrections);
-            if (!corrected) continue;
-            const Whitening w =
-                problem->model.WhiteningOf(i, state.Position(point), corrected->motion);
+            const auto at = problem->model.Linearise(
+                i, state.start_m[point], state.displacement_m[point], state.corrections);
+            if (!at) continue;
+            const Whitening& w = at->whitening;
             Whitening& old = problem->whitening[i];
             const double scale = std::max({std::abs(w.w00), std::abs(w.w10), std::abs(w.w11)});
-            largest[chunk] = std::max({largest[chunk],
-                                       RelativeChange(w.w00, old.w00, scale),
-                                       RelativeChange(w.w10, old.w10, scale),
-                                       RelativeChange(w.w11, old.w11, scale)});
+            change.weight_1 = std::max({change.weight_1,
+                                        RelativeChange(w.w00, old.w00, scale),
+                                        RelativeChange(w.w10, old.w10, scale),
+                                        RelativeChange(w.w11, old.w11, scale)});
+            change.time_1 = std::max(change.time_1, at->moved_1);
             old = w;
+            times[i] = at->time;
           }
         }
       });
-  return largest.empty() ? 0.0 : *std::max_element(largest.begin(), largest.end());
+  WhiteningChange out;
+  for (const WhiteningChange& change : largest) {
+    out.weight_1 = std::max(out.weight_1, change.weight_1);
+    out.time_1 = std::max(out.time_1, change.time_1);
+  }
+  return out;
 }
 
 ProblemCounts CountProblem(const AdjustmentProblem& problem) {

@@ -113,6 +113,7 @@ class Selector {
     to->point_status = from.point_status;
     to->point_reason = from.point_reason;
     to->whitening = from.whitening;
+    to->model.adjusted_times() = from.model.adjusted_times();
   }
 
   std::vector<int> ActiveColumns() const { return ActiveColumns(levels_); }

@@ -23,10 +23,12 @@ struct Models {
   Models(const AdjustmentProblem& problem, const Eigen::Vector3d& middle_m)
       : full(problem.block, problem.layout) {
     full.ScaleSigmas(problem.model.sigma_factors());
+    full.adjusted_times() = problem.model.adjusted_times();
     for (std::size_t kind = 0; kind < kSimplificationKinds; ++kind) {
       const Simplified simplified = OnlySimplified(kind, middle_m);
       if (simplified.any()) {
         one[kind] = std::make_unique<LookModel>(problem.block, problem.layout, simplified);
+        one[kind]->adjusted_times() = problem.model.adjusted_times();
       }
     }
   }

@@ -121,6 +121,7 @@ class ExactAdjustment {
       position_[point] = exact::Cast<Digits>(result.points.position_m[point]);
     }
     for (const ParameterResult& parameter : result.parameters) x_.emplace_back(parameter.value);
+    shift_s_.assign(problem.block.looks.size(), Digits(0));
   }
 
   /// Gauss-Newton until nothing moves; empty, or why it failed.
@@ -187,12 +188,20 @@ class ExactAdjustment {
   }
 
   void AddLook(std::size_t point, std::size_t look, LookColumns* columns) {
-    const exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_);
+    Digits& shift_s = shift_s_[look];
+    const exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_, shift_s);
     const exact::Weights<Digits> w = model_.WeightsOf(look, at);
-    Row range, cone;
+    // The errors carried back to the measured time; then Newton's step on the cone for the next
+    // one. A time that the adjustment held (at the ends of a path) is held here too.
+    const Digits range = at.error[0] - at.range_rate * shift_s;
+    const Digits doppler = at.error[1] - at.doppler_rate * shift_s;
+    if (problem_.model.adjusted_times()[look].shift_s != 0.0) {
+      shift_s -= at.error[1] / at.doppler_rate;
+    }
+    Row range_row, cone_row;
     const auto add = [&](std::size_t column, const Digits& r, const Digits& d) {
-      range.emplace_back(column, w.w00 * r);
-      cone.emplace_back(column, w.w10 * r + w.w11 * d);
+      range_row.emplace_back(column, w.w00 * r);
+      cone_row.emplace_back(column, w.w10 * r + w.w11 * d);
     };
     for (std::size_t axis = 0; axis < 3; ++axis) {
       add(first_of_[point] + axis, at.by_point[0][axis], at.by_point[1][axis]);
@@ -209,8 +218,8 @@ class ExactAdjustment {
             at.by_column[1][local]);
       }
     }
-    Add(range, w.w00 * at.error[0]);
-    Add(cone, w.w10 * at.error[0] + w.w11 * at.error[1]);
+    Add(range_row, w.w00 * range);
+    Add(cone_row, w.w10 * range + w.w11 * doppler);
   }
 
   /// L^-1 (E (p - p_c)) with L the factor of the covariance of the components held.
@@ -380,6 +389,7 @@ class ExactAdjustment {
   std::size_t corrections_ = 0;  // first unknown of the corrections
   std::vector<Vec<Digits>> position_;
   std::vector<Digits> x_;
+  std::vector<Digits> shift_s_;  // of the times, by look
   Triangle matrix_{0};  // after Factorise() its factor
   std::vector<Digits> gradient_, scale_;
   std::array<Vec<Digits>, 3> control_rows_;

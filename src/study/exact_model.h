@@ -107,8 +107,11 @@ class LookModelOf {
  public:
   explicit LookModelOf(const AdjustmentProblem& problem) : problem_(problem) {}
 
-  /// `x` are all corrections of the block.
-  LookAt<T> Evaluate(std::size_t look, const Vec<T>& p, const std::vector<T>& x) const;
+  /// `x` are all corrections of the block; the path is read `shift_s` after the measured time.
+  LookAt<T> Evaluate(std::size_t look,
+                     const Vec<T>& p,
+                     const std::vector<T>& x,
+                     const T& shift_s) const;
 
   Weights<T> WeightsOf(std::size_t look, const LookAt<T>& at) const {
     using std::abs;
@@ -203,7 +206,8 @@ class LookModelOf {
 template <typename T>
 LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
                                    const Vec<T>& p,
-                                   const std::vector<T>& x) const {
+                                   const std::vector<T>& x,
+                                   const T& shift_s) const {
   using std::exp;
   using std::sin;
   using std::sqrt;
@@ -228,7 +232,7 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   };
 
   // The corrected path and what moves it.
-  const T t = T(measured_s) + sum(c.time_bias);
+  const T t = T(measured_s) + shift_s + sum(c.time_bias);
   const Nominal nominal = NominalAt(block.passes[pass], t);
   std::array<Path, 3> track;
   if (c.NeedsTrackAxes()) track = AxesOf(nominal);

@@ -140,6 +140,7 @@ struct TradeoffBench::Impl {
   std::unique_ptr<AdjustmentProblem> problem;
   BlockState start;
   std::vector<Whitening> whitening;
+  std::vector<AdjustedTime> adjusted_times;
 
   void Prepare(const TradeoffChoice& choice, ProgressSink* progress) {
     if (choice.run == TradeoffChoice::Run::kTwoLooks && !two_looks) {
@@ -151,6 +152,7 @@ struct TradeoffBench::Impl {
     problem = std::make_unique<AdjustmentProblem>(simulated.block, options.groups);
     start = ComputeStartValues(problem.get(), progress).state;
     whitening = problem->whitening;
+    adjusted_times = problem->model.adjusted_times();
     best_arithmetic = RunArithmetic(Arithmetic::kExtended, Elimination::kQr, progress);
   }
 
@@ -158,6 +160,7 @@ struct TradeoffBench::Impl {
                                              Elimination elimination,
                                              ProgressSink* progress) {
     problem->whitening = whitening;
+    problem->model.adjusted_times() = adjusted_times;
     ArithmeticSolution solution =
         SolveInArithmetic(arithmetic, elimination, start, problem.get(), progress);
     TradeoffAnswer out;

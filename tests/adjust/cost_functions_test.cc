@@ -33,6 +33,7 @@ struct SphereAndCone {
   double range_m;
   double squint_rad;
   Whitening w;
+  Eigen::Vector2d carried_m;  // from the adjusted to the measured time
 
   template <typename T>
   bool operator()(
@@ -49,8 +50,8 @@ struct SphereAndCone {
     const T rho = sqrt(square);
     const T e_r = rho - range_m + range[0] + range[1] * rho;
     const T e_d = along - rho * sin(squint_rad + squint[0]);
-    residuals[0] = w.w00 * e_r;
-    residuals[1] = w.w10 * e_r + w.w11 * e_d;
+    residuals[0] = w.w00 * (e_r - carried_m[0]);
+    residuals[1] = w.w10 * (e_r - carried_m[0]) + w.w11 * (e_d - carried_m[1]);
     return true;
   }
 };
@@ -79,13 +80,17 @@ TEST_P(LookCostTest, AgreesWithAutomaticDerivatives) {
   const std::array<double, 2> range{11.3, 2.7e-5};
   const double squint = 1.9e-3;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-    const Motion motion = *block.passes[block.looks.pass[i]].path.At(block.looks.time_s[i]);
+    const AdjustedTime& time = problem_.model.adjusted_times()[i];
+    ASSERT_NE(time.shift_s, 0.0);
+    const Motion motion =
+        *block.passes[block.looks.pass[i]].path.At(block.looks.time_s[i] + time.shift_s);
     const ceres::AutoDiffCostFunction<SphereAndCone, 2, 3, 2, 1, 3> automatic(
         new SphereAndCone{motion,
                           known_.truth_m[point],
                           block.looks.range_m[i],
                           block.looks.cone[i],
-                          problem_.whitening[i]});
+                          problem_.whitening[i],
+                          {time.range_m(), time.doppler_m()}});
     const LookCost cost(problem_, state_, point, i);
     ASSERT_EQ(cost.parameter_block_sizes(), automatic.parameter_block_sizes());
     const std::array<const double*, 4> blocks{

@@ -141,13 +141,18 @@ TEST(WhiteningRoundsTest, SettleAtTheSolution) {
   BlockState state;
   state.start_m = known.truth_m;
   state.displacement_m.assign(12, Eigen::Vector3d(400.0, -300.0, 200.0));
-  EXPECT_EQ(UpdateWhitening(state, &problem), 1.0) << "from nothing";
-  EXPECT_EQ(UpdateWhitening(state, &problem), 0.0) << "nothing moved";
+  EXPECT_EQ(UpdateWhitening(state, &problem).weight_1, 1.0) << "from nothing";
+  for (int k = 0; k < 5; ++k) UpdateWhitening(state, &problem);  // times from far take steps
+  const WhiteningChange still = UpdateWhitening(state, &problem);
+  EXPECT_LT(still.weight_1, 1e-12) << "nothing moved";
+  EXPECT_LT(still.time_1, 1e-6) << "nothing moved";
   const Whitening off = problem.whitening[5];
   state.displacement_m.assign(12, Eigen::Vector3d::Zero());
-  const double change = UpdateWhitening(state, &problem);
-  EXPECT_GT(change, 1e-4);
-  EXPECT_LT(change, 0.2);
+  const WhiteningChange change = UpdateWhitening(state, &problem);
+  EXPECT_GT(change.weight_1, 1e-4);
+  EXPECT_LT(change.weight_1, 0.2);
+  EXPECT_GT(change.time_1, 1.0);
+  for (int k = 0; k < 5; ++k) UpdateWhitening(state, &problem);
   // Closed form at the truth: covariance of (e_r, e_d) from the rates at the look.
   const Whitening& w = problem.whitening[5];
   const Motion motion = *known.block.passes[1].path.At(known.block.looks.time_s[5]);

@@ -127,6 +127,7 @@ TEST_F(EliminationTest, FindsTheDirectionThatTwoEqualLooksLeaveOpen) {
   for (std::size_t i = first; i < block.looks.offsets[1]; ++i) {
     block.looks.pass[i] = block.looks.pass[first];
     block.looks.time_s[i] = block.looks.time_s[first];
+    problem_->model.adjusted_times()[i] = problem_->model.adjusted_times()[first];
   }
   PointFactor factor;
   FactorPoint(*problem_, state_, {}, 0.0, 0, &factor);

@@ -20,8 +20,9 @@ Eigen::VectorXd ExplicitResiduals(const Block& block,
                                   std::size_t point,
                                   const Eigen::Vector3d& p_m) {
   const std::size_t begin = block.looks.offsets[point], end = block.looks.offsets[point + 1];
-  Eigen::VectorXd out(2 * static_cast<Eigen::Index>(end - begin));
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(2 * static_cast<Eigen::Index>(end - begin));
   for (std::size_t i = begin; i < end; ++i) {
+    if (block.looks.rejected(i)) continue;  // its rows stay 0
     const Pass& pass = block.passes[block.looks.pass[i]];
     Cone cone;
     cone.squint_rad = block.looks.cone[i];
@@ -55,38 +56,31 @@ Eigen::Vector3d SolveExplicit(const Block& block, std::size_t point, Eigen::Vect
 
 class ExplicitModelTest : public testing::TestWithParam<double> {};
 
-// A second model: implicit (t as exact, its error in the weight) against explicit (t predicted).
-// They agree to second order, so the difference falls fourfold when the noise halves. Noise is
-// coarse (half a kilometre) so that second-order terms stand clear of the rounding.
-TEST_P(ExplicitModelTest, DiffersFromTheImplicitOneByTheSquareOfTheNoise) {
+// A second model: explicit (t predicted by solving the cone) against that of the program (the cone
+// as a condition, its time adjusted). They are one. Noise is coarse, half a kilometre: with the
+// measured times as exact the points would lie metres apart.
+TEST_P(ExplicitModelTest, AnswersTheSamePointsUnderNoise) {
   test::BlockPlan plan = test::OrbitPlan(GetParam());
   plan.sigma = {410.0, 0.061, AzimuthUnit::kSeconds};
   plan.points = 40;
   AdjustOptions options;
   options.covariance = CovarianceLevel::kNone;
-  std::vector<double> difference_m;
-  for (const double noise : {1.0, 0.5, 0.25, 0.125, 0.0625}) {
+  options.tolerance_1 = 1e-9;
+  for (const double noise : {1.0, 0.25, 0.0625}) {
     test::KnownBlock known = test::MakeBlock(plan);
     test::AddNoise(4711, noise, &known);
-    // Two looks leave nothing to weigh: every third point keeps two of its three.
+    // Every third point keeps two of its three looks, with one equation to spare.
     for (std::size_t j = 0; j < plan.points; j += 3) {
       known.block.looks.flags[known.block.looks.offsets[j] + 1] |= Looks::kRejected;
     }
-    const AdjustResult implicit = Adjust(known.block, options);
-    ASSERT_TRUE(implicit.accepted);
-    double square_m2 = 0.0;
+    const AdjustResult adjusted = Adjust(known.block, options);
+    ASSERT_TRUE(adjusted.accepted);
     for (std::size_t j = 0; j < plan.points; ++j) {
-      if (j % 3 == 0) continue;
       const Eigen::Vector3d p_m = SolveExplicit(known.block, j, known.truth_m[j]);
-      square_m2 += (p_m - implicit.points.position_m[j]).squaredNorm();
+      // Shifts are kept to 6e-8 of themselves, of some 450 m.
+      EXPECT_LT((p_m - adjusted.points.position_m[j]).norm(), noise * 1e-4) << j;
     }
-    difference_m.push_back(std::sqrt(square_m2 / static_cast<double>(plan.points)));
   }
-  for (std::size_t k = 1; k < difference_m.size(); ++k) {
-    EXPECT_NEAR(difference_m[k - 1] / difference_m[k], 4.0, 0.5)
-        << difference_m[k - 1] << " m and " << difference_m[k] << " m";
-  }
-  EXPECT_GT(difference_m.back(), 1e-5) << "rounding, not the models, would be compared";
 }
 
 // Two looks of three unknowns have one redundant equation, and a look alone fits both models: where

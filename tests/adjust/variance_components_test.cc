@@ -66,8 +66,10 @@ Residual DenseResidual(const AdjustmentProblem& problem, const BlockState& state
     if (!problem.Solves(j)) continue;
     for (std::size_t i = looks.offsets[j]; i < looks.offsets[j + 1]; ++i, row += 2) {
       const LookSigma sigma = problem.model.SigmaOf(i);
-      const auto at =
-          problem.model.CorrectedMotionAt(looks.pass[i], looks.time_s[i], state.corrections);
+      const auto at = problem.model.CorrectedMotionAt(
+          looks.pass[i],
+          looks.time_s[i] + problem.model.adjusted_times()[i].shift_s,
+          state.corrections);
       const TimeRates rates = LookTimeRates(state.Position(j),
                                             at->motion.position_m,
                                             at->motion.velocity_mps,

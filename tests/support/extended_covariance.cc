@@ -78,6 +78,16 @@ Digits LargestEigenvalue(const Square& m) {
 
 using Row = std::vector<std::pair<std::size_t, Digits>>;
 
+/// The block with its looks' times as adjusted: there the partials stand.
+Block AtAdjustedTimes(const AdjustmentProblem& problem) {
+  Block block = problem.block;
+  const std::vector<AdjustedTime>& times = problem.model.adjusted_times();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    block.looks.time_s[i] += times[i].shift_s;
+  }
+  return block;
+}
+
 /// All normal equations: three columns a point, then the corrections.
 class Normals {
  public:
@@ -85,7 +95,8 @@ class Normals {
           const std::vector<CorrectionGroup>& groups,
           const BlockState& state)
       : problem_(problem),
-        twin_(problem.block, groups),
+        at_times_(AtAdjustedTimes(problem)),
+        twin_(at_times_, groups),
         first_(3 * problem.block.points.size()),
         matrix(first_ + static_cast<std::size_t>(problem.layout.size())) {
     for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
@@ -171,6 +182,7 @@ class Normals {
   }
 
   const AdjustmentProblem& problem_;
+  Block at_times_;
   Twin twin_;
   std::size_t first_;
   std::map<std::pair<std::string, std::string>, Digits> values_;

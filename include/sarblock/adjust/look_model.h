@@ -41,6 +41,25 @@ struct LookRows {
   double* doppler = nullptr;
 };
 
+/// A look's azimuth time as adjusted, measured + shift, and the rates of its two errors there,
+/// which carry them back to the measured time. The rates scale what the look says of its own time
+/// error and nothing else: single precision is enough.
+struct AdjustedTime {
+  double shift_s = 0.0;
+  float range_mps = 0.0F;    ///< d(e_r)/dt
+  float doppler_mps = 0.0F;  ///< d(e_d)/dt
+  /// What the shift puts into e_r and e_d.
+  [[nodiscard]] double range_m() const { return static_cast<double>(range_mps) * shift_s; }
+  [[nodiscard]] double doppler_m() const { return static_cast<double>(doppler_mps) * shift_s; }
+};
+
+/// Weight and time of a look at one state, held while the unknowns move.
+struct LookLinearisation {
+  Whitening whitening;
+  AdjustedTime time;
+  double moved_1 = 0.0;  ///< change of the shift over the standard deviation of the time
+};
+
 /// A pass whose looks need little: straight in the local frame or with axes that are held, position
 /// corrected by one polynomial of degree 0 or 1 or not at all, range by biases and scales, nothing
 /// else.
@@ -65,7 +84,10 @@ struct CorrectedMotion {
 ///     e_r = (1 + kappa) rho + b_r + z m(p) - R         d = p - s(t + b_t), rho = |d|
 ///     e_d = u.d - rho sin(tau + b_tau)                  u = unit(v + |v| (c_across a + c_up n))
 ///
-/// s and v are position and velocity of the corrected path, the turning of the track axes
+/// The equations are read at the adjusted time t = measured + shift and carried back to the
+/// measured one by their rates, e - (de/dt) shift, so that the partials stand where the point was
+/// seen (Gauss-Helmert; docs/theory/adjustment.md, section 1). Shifts are 0 until adjusted_times()
+/// are set. s and v are position and velocity of the corrected path, the turning of the track axes
 /// included. The piece of a spline is chosen by the measured time t and its polynomial continued
 /// to t + b_t: the difference is of third order in b_t / knot spacing, and the look's columns do
 /// not depend on the state.
@@ -118,10 +140,16 @@ class LookModel {
                               Eigen::Matrix<double, 2, 3>* by_point,
                               LookRows rows) const;
 
-  /// Whitening of a look at a point and path (no corrections but the given motion).
-  [[nodiscard]] Whitening WhiteningOf(std::size_t look,
-                                      const Eigen::Vector3d& p_m,
-                                      const Motion& motion) const;
+  /// Weight of a look at its point and with all corrections `x` of the block, and its time one
+  /// Newton step on the Doppler cone further. The shift is 0 within ten standard deviations of the
+  /// ends of the path. Nothing where the look has no value.
+  [[nodiscard]] std::optional<LookLinearisation> Linearise(std::size_t look,
+                                                           const Eigen::Vector3d& start_m,
+                                                           const Eigen::Vector3d& displacement_m,
+                                                           const Eigen::VectorXd& x) const;
+  /// Adjusted times by look; empty: the measured ones (UpdateWhitening fills them).
+  [[nodiscard]] const std::vector<AdjustedTime>& adjusted_times() const { return adjusted_times_; }
+  [[nodiscard]] std::vector<AdjustedTime>& adjusted_times() { return adjusted_times_; }
 
   /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
   /// nothing outside the path.
@@ -145,6 +173,9 @@ class LookModel {
   [[nodiscard]] const Eigen::Matrix3d* HeldAxesOf(std::size_t pass) const {
     return held_axes_1_.empty() ? nullptr : &held_axes_1_[pass];
   }
+  [[nodiscard]] AdjustedTime TimeOf(std::size_t look) const {
+    return adjusted_times_.empty() ? AdjustedTime{} : adjusted_times_[look];
+  }
   [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
   bool EvaluateStraight(std::size_t look,
                         const StraightPass& straight,
@@ -164,6 +195,7 @@ class LookModel {
   Vertical middle_;                           // of a flat frame
   std::vector<StraightPass> straight_;        // by pass
   std::vector<std::array<double, 2>> sigma_factor_1_;
+  std::vector<AdjustedTime> adjusted_times_;  // by look; empty: the measured ones
 };
 
 /// Local corrections of a look gathered from the block's vector x.

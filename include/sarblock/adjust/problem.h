@@ -85,9 +85,15 @@ struct AdjustmentProblem {
   [[nodiscard]] int CountLooks(std::size_t point) const;
 };
 
-/// Forms the whitening of every look in use at a state. Returns the largest relative change of a
-/// whitening element. Looks whose antenna cannot be evaluated keep their former one.
-double UpdateWhitening(const BlockState& state, AdjustmentProblem* problem);
+/// How much the weights and adjusted times of looks moved, the largest of all.
+struct WhiteningChange {
+  double weight_1 = 0.0;  ///< of an element, by the largest of its look
+  double time_1 = 0.0;    ///< of a time, over its standard deviation
+};
+
+/// Forms the whitening of every look in use at a state and moves its adjusted time (LookModel) one
+/// Newton step. Looks that cannot be evaluated keep their former ones.
+WhiteningChange UpdateWhitening(const BlockState& state, AdjustmentProblem* problem);
 
 /// Counts of observations and parameters (model.md, section 6).
 struct ProblemCounts {
