@@ -7,6 +7,7 @@
 #include <span>
 
 #include "point_terms.h"
+#include "straight_motion.h"
 
 namespace sarblock {
 namespace {
@@ -41,33 +42,20 @@ void FactorColumns(std::size_t m, double* q, Eigen::Matrix3d* r) {
   (*r)(2, 2) = Normalise(m, q2);
 }
 
-/// Where less than this part of a column's length, squared, is left by the columns before it, J'J
-/// has lost digits that J itself still has: two of sixteen, or four for a step on the way, where
-/// the next step mends them.
-constexpr double kLeastPivot_1 = 1e-2;
-constexpr double kLeastDampedPivot_1 = 1e-4;
-
 /// R of J'J = R' R by Cholesky and Q = J R^-1 in place of J (m x 3): a third of the work of
 /// FactorColumns. False, and nothing done, for an intersection too thin for it.
-bool FactorSquare(std::size_t m,
-                  const Eigen::Vector3d& diagonal,
-                  double least_pivot_1,
-                  double* q,
-                  Eigen::Matrix3d* r) {
+bool FactorSquare(
+    std::size_t m, const Eigen::Vector3d& diagonal, bool damped, double* q, Eigen::Matrix3d* r) {
   double* q0 = q;
   double* q1 = q + m;
   double* q2 = q + 2 * m;
-  if (!(diagonal.minCoeff() > 0.0)) return false;
-  const double r00 = std::sqrt(diagonal[0]), i00 = 1.0 / r00;
-  const double r01 = Dot(m, q0, q1) * i00, r02 = Dot(m, q0, q2) * i00;
-  const double left_1 = diagonal[1] - r01 * r01;
-  if (!(left_1 > least_pivot_1 * diagonal[1])) return false;
-  const double r11 = std::sqrt(left_1), i11 = 1.0 / r11;
-  const double r12 = (Dot(m, q1, q2) - r01 * r02) * i11;
-  const double left_2 = diagonal[2] - r02 * r02 - r12 * r12;
-  if (!(left_2 > least_pivot_1 * diagonal[2])) return false;
-  const double r22 = std::sqrt(left_2), i22 = 1.0 / r22;
-  *r << r00, r01, r02, 0.0, r11, r12, 0.0, 0.0, r22;
+  Eigen::Vector3d inverse;
+  if (!FactorNormal(
+          diagonal, {Dot(m, q0, q1), Dot(m, q0, q2), Dot(m, q1, q2)}, damped, r, &inverse)) {
+    return false;
+  }
+  const double r01 = (*r)(0, 1), r02 = (*r)(0, 2), r12 = (*r)(1, 2);
+  const double i00 = inverse[0], i11 = inverse[1], i22 = inverse[2];
   for (std::size_t i = 0; i < m; ++i) {
     q0[i] *= i00;
     q1[i] = (q1[i] - r01 * q0[i]) * i11;
@@ -76,9 +64,62 @@ bool FactorSquare(std::size_t m,
   return true;
 }
 
-/// Second-order weighting of a look under a robust loss (after Triggs et al. 2000, with a floor):
-/// rows keep their weight across the residual and get the loss's own curvature along it; the errors
-/// are rescaled so that the gradient stays what it is.
+/// Where less than this part of a column's length, squared, is left by the columns before it, J'J
+/// has lost digits that J itself still has: two of sixteen, or four for a step on the way, where
+/// the next step mends them.
+constexpr double kLeastPivot_1 = 1e-2;
+constexpr double kLeastDampedPivot_1 = 1e-4;
+
+double ReciprocalCondition(const Eigen::Matrix3d& r, const Eigen::Vector3d& square) {
+  if (!(square.minCoeff() > 0.0) || !(r.diagonal().cwiseAbs().minCoeff() > 0.0)) return 0.0;
+  // Norms of R D^-1 and D R^-1, D the lengths of the columns.
+  const Eigen::Matrix3d inverse = InverseOfUpper(r);
+  double backward = 0.0;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    for (Eigen::Index k = 0; k <= c; ++k) backward += inverse(k, c) * inverse(k, c) * square[k];
+  }
+  return 1.0 / std::sqrt(3.0 * backward);  // columns of R D^-1 have unit length
+}
+
+/// Fetches the flight paths of the point that most likely comes next.
+void PrefetchPaths(const Block& block, std::size_t point, const StraightMotions* motions) {
+  const Looks& looks = block.looks;
+  if (point + 1 >= looks.offsets.size()) return;
+  for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+    if (motions != nullptr && motions->Apply(looks.pass[i])) continue;
+    block.passes[looks.pass[i]].path.Prefetch(looks.time_s[i]);
+  }
+}
+
+/// Evaluates the looks of a point into out->looks.
+void EvaluateLooks(const AdjustmentProblem& problem,
+                   const BlockState& state,
+                   const Weighting& weighting,
+                   std::size_t point,
+                   const StraightMotions* motions,
+                   PointFactor* out) {
+  const Looks& looks = problem.block.looks;
+  const std::size_t begin = looks.offsets[point], end = looks.offsets[point + 1];
+  PrefetchPaths(problem.block, point + 1, motions);
+  if (out->looks.size() < end - begin) out->looks.resize(end - begin);
+  out->look_count = 0;
+  out->looks_not_evaluated = 0;
+  out->cost_1 = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    WhitenedLook& look = out->looks[static_cast<std::size_t>(out->look_count)];
+    if (!EvaluateWhitened(problem, state, weighting, point, i, &look, motions)) {
+      ++out->looks_not_evaluated;
+      continue;
+    }
+    out->cost_1 += look.cost_1;
+    if (weighting.second_order) BendAlongResidual(&look);
+    ++out->look_count;
+  }
+}
+
+}  // namespace
+
 void BendAlongResidual(WhitenedLook* look) {
   const double square = look->error_1.squaredNorm();
   if (look->radial_1 == 1.0 || !(square > 0.0)) return;
@@ -97,63 +138,71 @@ void BendAlongResidual(WhitenedLook* look) {
   look->error_1 /= root;
 }
 
-double ReciprocalCondition(const Eigen::Matrix3d& r, const Eigen::Vector3d& square) {
-  if (!(square.minCoeff() > 0.0) || !(r.diagonal().cwiseAbs().minCoeff() > 0.0)) return 0.0;
-  // Norms of R D^-1 and D R^-1, D the lengths of the columns.
-  const Eigen::Matrix3d inverse = InverseOfUpper(r);
-  double backward = 0.0;
-  for (Eigen::Index c = 0; c < 3; ++c) {
-    for (Eigen::Index k = 0; k <= c; ++k) backward += inverse(k, c) * inverse(k, c) * square[k];
-  }
-  return 1.0 / std::sqrt(3.0 * backward);  // columns of R D^-1 have unit length
+bool FactorNormal(const Eigen::Vector3d& diagonal,
+                  const Eigen::Vector3d& above,
+                  bool damped,
+                  Eigen::Matrix3d* r,
+                  Eigen::Vector3d* inverse) {
+  const double least_pivot_1 = damped ? kLeastDampedPivot_1 : kLeastPivot_1;
+  if (!(diagonal.minCoeff() > 0.0)) return false;
+  const double r00 = std::sqrt(diagonal[0]), i00 = 1.0 / r00;
+  const double r01 = above[0] * i00, r02 = above[1] * i00;
+  const double left_1 = diagonal[1] - r01 * r01;
+  if (!(left_1 > least_pivot_1 * diagonal[1])) return false;
+  const double r11 = std::sqrt(left_1), i11 = 1.0 / r11;
+  const double r12 = (above[2] - r01 * r02) * i11;
+  const double left_2 = diagonal[2] - r02 * r02 - r12 * r12;
+  if (!(left_2 > least_pivot_1 * diagonal[2])) return false;
+  const double r22 = std::sqrt(left_2), i22 = 1.0 / r22;
+  *r << r00, r01, r02, 0.0, r11, r12, 0.0, 0.0, r22;
+  *inverse = {i00, i11, i22};
+  return true;
 }
 
-/// Fetches the flight paths of the point that most likely comes next.
-void PrefetchPaths(const Block& block, std::size_t point) {
-  const Looks& looks = block.looks;
-  if (point + 1 >= looks.offsets.size()) return;
-  for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-    block.passes[looks.pass[i]].path.Prefetch(looks.time_s[i]);
-  }
-}
-
-/// Evaluates the looks of a point into out->looks.
-void EvaluateLooks(const AdjustmentProblem& problem,
-                   const BlockState& state,
-                   const Weighting& weighting,
-                   std::size_t point,
-                   PointFactor* out) {
-  const Looks& looks = problem.block.looks;
-  const std::size_t begin = looks.offsets[point], end = looks.offsets[point + 1];
-  PrefetchPaths(problem.block, point + 1);
-  if (out->looks.size() < end - begin) out->looks.resize(end - begin);
-  out->look_count = 0;
-  out->looks_not_evaluated = 0;
-  out->cost_1 = 0.0;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (problem.look_used[i] == 0) continue;
-    WhitenedLook& look = out->looks[static_cast<std::size_t>(out->look_count)];
-    if (!EvaluateWhitened(problem, state, weighting, point, i, &look)) {
-      ++out->looks_not_evaluated;
-      continue;
+void WeighLook(const Whitening& w, const Weighting& weighting, WhitenedLook* out) {
+  out->error_1 = w.Apply(out->error_m[0], out->error_m[1]);
+  const double square = out->error_1.squaredNorm();
+  out->cost_1 = 0.5 * square;
+  out->radial_1 = 1.0;
+  if (weighting.loss == RobustLoss::kNone) return;
+  const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, square);
+  const double root = std::sqrt(robust.weight_1);
+  out->error_1 *= root;
+  out->by_point *= root;
+  for (auto& row : out->row) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(out->columns.column_count); ++c) {
+      row[c] *= root;
     }
-    out->cost_1 += look.cost_1;
-    if (weighting.second_order) BendAlongResidual(&look);
-    ++out->look_count;
   }
+  out->cost_1 = 0.5 * robust.loss_1;
+  out->radial_1 = robust.radial_1;
 }
-
-}  // namespace
 
 bool EvaluateWhitened(const AdjustmentProblem& problem,
                       const BlockState& state,
                       const Weighting& weighting,
                       std::size_t point,
                       std::size_t look,
-                      WhitenedLook* out) {
+                      WhitenedLook* out,
+                      const StraightMotions* motions) {
   out->look = look;
+  const Whitening w = problem.whitening[look];
+  const LookRows rows{out->row[0].data(), out->row[1].data()};
+  if (motions != nullptr && motions->Apply(problem.block.looks.pass[look])) {
+    motions->ColumnsOf(look, &out->columns);
+    if (!motions->Evaluate(look,
+                           state.start_m[point],
+                           state.displacement_m[point],
+                           w,
+                           &out->error_m,
+                           &out->by_point,
+                           rows)) {
+      return false;
+    }
+    WeighLook(w, weighting, out);
+    return true;
+  }
   problem.model.ColumnsOf(look, &out->columns);
-  const auto columns = static_cast<std::size_t>(out->columns.column_count);
   // The corrections of one block stand together as they are.
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   const double* x = local.data();
@@ -163,33 +212,19 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
   } else {
     GatherColumns(problem.layout, out->columns, state.corrections, local.data());
   }
-  const Whitening w = problem.whitening[look];
-  if (!problem.model.Evaluate(look,
-                              out->columns,
-                              state.start_m[point],
-                              state.displacement_m[point],
-                              std::span<const double>(x, columns),
-                              w,
-                              &out->error_m,
-                              &out->by_point,
-                              {out->row[0].data(), out->row[1].data()})) {
+  if (!problem.model.Evaluate(
+          look,
+          out->columns,
+          state.start_m[point],
+          state.displacement_m[point],
+          std::span<const double>(x, static_cast<std::size_t>(out->columns.column_count)),
+          w,
+          &out->error_m,
+          &out->by_point,
+          rows)) {
     return false;
   }
-  out->error_1 = w.Apply(out->error_m[0], out->error_m[1]);
-  const double square = out->error_1.squaredNorm();
-  out->cost_1 = 0.5 * square;
-  out->radial_1 = 1.0;
-  if (weighting.loss != RobustLoss::kNone) {
-    const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, square);
-    const double root = std::sqrt(robust.weight_1);
-    out->error_1 *= root;
-    out->by_point *= root;
-    for (auto& row : out->row) {
-      for (std::size_t c = 0; c < columns; ++c) row[c] *= root;
-    }
-    out->cost_1 = 0.5 * robust.loss_1;
-    out->radial_1 = robust.radial_1;
-  }
+  WeighLook(w, weighting, out);
   return true;
 }
 
@@ -198,8 +233,9 @@ void FactorPoint(const AdjustmentProblem& problem,
                  const Weighting& weighting,
                  double damping_1,
                  std::size_t point,
-                 PointFactor* out) {
-  EvaluateLooks(problem, state, weighting, point, out);
+                 PointFactor* out,
+                 const StraightMotions* motions) {
+  EvaluateLooks(problem, state, weighting, point, motions, out);
   ControlEvaluation control;
   int control_rows = 0;
   if (problem.control_of[point] >= 0) {
@@ -245,7 +281,7 @@ void FactorPoint(const AdjustmentProblem& problem,
   }
   if (!FactorSquare(static_cast<std::size_t>(m),
                     (1.0 + damping_1) * out->square_1,
-                    damping_1 > 0.0 ? kLeastDampedPivot_1 : kLeastPivot_1,
+                    damping_1 > 0.0,
                     q,
                     &out->r)) {
     FactorColumns(static_cast<std::size_t>(m), q, &out->r);

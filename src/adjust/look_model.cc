@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "straight_rows.h"
+
 namespace sarblock {
 namespace {
 
@@ -360,29 +362,8 @@ bool LookModel::EvaluateStraight(std::size_t look,
               eq.doppler_error_m - adjusted.doppler_m()};
   by_point->row(0) = w.w00 * range_by_p;
   by_point->row(1) = w.w10 * range_by_p + w.w11 * eq.ded_dp;
-  if (rows.range == nullptr) return error_m->allFinite();
-  if (term != nullptr) {
-    const Eigen::RowVector3d by_velocity = w.w11 * eq.ded_dv;
-    double* range = rows.range + term->column;
-    double* doppler = rows.doppler + term->column;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      if (!term->components[static_cast<std::size_t>(axis)]) continue;
-      const auto along = straight.axes_1.col(axis);
-      const double r = -by_point->row(0).dot(along), d = -by_point->row(1).dot(along);
-      *range++ = r;
-      *doppler++ = d;
-      if (term->degree == 0) continue;
-      *range++ = r * basis_1;
-      *doppler++ = d * basis_1 + by_velocity.dot(along) * rate;
-    }
-  }
-  for (const int column : c.range_bias) {
-    rows.range[column] = w.w00;
-    rows.doppler[column] = w.w10;
-  }
-  for (const int column : c.range_scale) {
-    rows.range[column] = w.w00 * eq.rho_m;
-    rows.doppler[column] = w.w10 * eq.rho_m;
+  if (rows.range != nullptr) {
+    FillStraightRows(straight, c, time_s, eq, w, *by_point, rows);
   }
   return error_m->allFinite();
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "point_terms.h"
+#include "straight_motion.h"
 #include <Eigen/LU>
 
 namespace sarblock {
@@ -64,6 +65,7 @@ void FactorAt(const AdjustmentProblem& problem,
               const BlockState& state,
               const BlockSymmetricMatrix* inverse,
               bool quality,
+              const StraightMotions& motions,
               const KeptFactors* kept,
               std::size_t point,
               PointState* p) {
@@ -71,7 +73,7 @@ void FactorAt(const AdjustmentProblem& problem,
   p->t = kept != nullptr ? kept->Restore(problem, point, &p->factor.r, &columns) : nullptr;
   if (p->t != nullptr && quality && !kept->RestoreLooks(problem, point, &p->factor)) p->t = nullptr;
   const bool restored = p->t != nullptr;
-  if (!restored) FactorPoint(problem, state, {}, 0.0, point, &p->factor);
+  if (!restored) FactorPoint(problem, state, {}, 0.0, point, &p->factor, &motions);
   p->r_inverse = InverseOfUpper(p->factor.r);
   p->core.setIdentity();
   p->complement_formed = false;
@@ -239,6 +241,7 @@ Eigen::Matrix2d ToComponents(const Whitening& w) {
 }
 
 SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
+  if (frame.kind() == FrameKind::kLocal) return SymmetricOf(m);
   const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
   const Eigen::Matrix3d c = e * m * e.transpose();
   return SymmetricOf(c);
@@ -255,6 +258,7 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
   Prepare(points, problem.block.looks.size(), quality, &out);
   if (inverse != nullptr && inverse->rows() == 0) inverse = nullptr;
   Step(progress, "covariance", 0, points);
+  const StraightMotions motions(problem.model, state.corrections);
   ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     PointState p;
     for (std::size_t point = begin; point < end; ++point) {
@@ -262,7 +266,7 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
         out.covariance_m2[point].fill(kNaN);
         continue;
       }
-      FactorAt(problem, state, inverse, quality, kept, point, &p);
+      FactorAt(problem, state, inverse, quality, motions, kept, point, &p);
       out.covariance_m2[point] = ToEnu(problem.block.frame,
                                        state.Position(point),
                                        p.r_inverse * p.core * p.r_inverse.transpose());

@@ -49,6 +49,10 @@ void InsertBlocks(const LookColumns& look, std::vector<int>* blocks) {
     std::size_t at = blocks->size();
     while (at > 0 && (*blocks)[at - 1] > id) --at;
     if (at > 0 && (*blocks)[at - 1] == id) continue;
+    if (at == blocks->size()) {  // looks mostly come in the order of their passes
+      blocks->push_back(id);
+      continue;
+    }
     blocks->insert(blocks->begin() + static_cast<std::ptrdiff_t>(at), id);
   }
 }
@@ -108,14 +112,12 @@ PointBlocks FindBlocks(const ParameterLayout& layout,
                        const BlockPattern& pattern,
                        PointTerms* terms) {
   const std::vector<int>& blocks = terms->columns.blocks;
-  terms->size.clear();
-  terms->value.clear();
+  terms->size.resize(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    terms->size.push_back(layout.blocks[static_cast<std::size_t>(blocks[i])].size);
-    for (std::size_t j = 0; j <= i; ++j) {
-      terms->value.push_back(pattern.ValueBegin(pattern.Slot(blocks[i], blocks[j])));
-    }
+    terms->size[i] = layout.blocks[static_cast<std::size_t>(blocks[i])].size;
   }
+  terms->value.resize(blocks.size() * (blocks.size() + 1) / 2);
+  pattern.ValuesOfPairs(blocks, terms->value.data());
   return {static_cast<int>(blocks.size()),
           terms->columns.begin.data(),
           terms->size.data(),

@@ -92,6 +92,11 @@ struct Strip {
           v += scale * w;
         });
   }
+  /// this += the squares of other's rows
+  SARBLOCK_INLINE void AddSquares(const Strip& other) {
+    ForEach(
+        other, [](auto& v, const auto& w, Size) __attribute__((always_inline)) { v += w * w; });
+  }
   /// Products with `other` row by row, summed by pairs.
   SARBLOCK_INLINE void AddProductsTo(Pair* sum, const Strip& other) {
     ForEach(
@@ -316,8 +321,48 @@ void AddTurnedHere(double* out,
       });
 }
 
-constexpr ProductKernels kKernelsHere{
-    AddSquareHere, AddProductsHere, AddQuadraticFormHere, AddProductWithMatrixHere, AddTurnedHere};
+void AddLookHere(int columns,
+                 const double* range,
+                 const double* doppler,
+                 const double* error_1,
+                 double* diagonal,
+                 double* gradient) {
+  ForStrips(
+      Index(columns), [&](auto strip, Size first) __attribute__((always_inline)) {
+        decltype(strip) both[2];
+        both[0].Read(range + first);
+        both[1].Read(doppler + first);
+        strip.SetScaled(error_1[0], both[0]);
+        strip.AddScaled(error_1[1], both[1]);
+        strip.AddToRows(gradient + first);
+        strip = {};
+        strip.AddSquares(both[0]);
+        strip.AddSquares(both[1]);
+        strip.AddToRows(diagonal + first);
+      });
+}
+
+void AddCombinationHere(
+    int columns, const double* x, Size stride, int terms, const double* c, double* out) {
+  ForStrips(
+      Index(columns), [&](auto strip, Size first) __attribute__((always_inline)) {
+        decltype(strip) row;
+        strip = {};
+        for (Size k = 0; k < Index(terms); ++k) {
+          row.Read(x + k * stride + first);
+          strip.AddScaled(c[k], row);
+        }
+        strip.AddToRows(out + first);
+      });
+}
+
+constexpr ProductKernels kKernelsHere{AddSquareHere,
+                                      AddProductsHere,
+                                      AddQuadraticFormHere,
+                                      AddProductWithMatrixHere,
+                                      AddTurnedHere,
+                                      AddLookHere,
+                                      AddCombinationHere};
 
 }  // namespace
 }  // namespace sarblock

@@ -2,7 +2,6 @@
 #include "sarblock/adjust/reduced_engine.h"
 
 #include "sarblock/adjust/reduced_system.h"
-#include "sarblock/core/parallel.h"
 
 #include <algorithm>
 #include <array>
@@ -10,10 +9,11 @@
 #include <cstdio>
 #include <string>
 
+#include "back_substitution.h"
+
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 1024;
 constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
@@ -25,55 +25,6 @@ constexpr double kUnclear_1 = 1e-9;
 constexpr double kSettledAnyway_1 = 1e-6;
 /// Steps that shrink to less than this part of the one before have nothing of note behind them.
 constexpr double kFastContraction_1 = 0.1;
-
-/// Step of every point for a step `dx` of the corrections, and what the quadratic model promises.
-struct PointSteps {
-  std::vector<Eigen::Vector3d> displacement_m;
-  double promised_1 = 0.0;
-};
-
-PointSteps SubstituteBack(const AdjustmentProblem& problem,
-                          const BlockState& state,
-                          const Weighting& weighting,
-                          double damping,
-                          const Eigen::VectorXd& dx) {
-  const std::size_t points = problem.block.points.size();
-  PointSteps out;
-  out.displacement_m = state.displacement_m;
-  std::vector<double> promised((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
-  ParallelForChunks(
-      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        PointFactor factor;
-        for (std::size_t point = begin; point < end; ++point) {
-          if (!problem.Solves(point)) continue;
-          FactorPoint(problem, state, weighting, damping, point, &factor);
-          // The corrections' step moves to the right side: e + J_c dx.
-          for (int k = 0; k < factor.look_count; ++k) {
-            const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-            double range = 0.0, doppler = 0.0;
-            std::size_t local = 0;
-            for (int b = 0; b < look.columns.block_count; ++b) {
-              const ParameterBlock& block = problem.layout.blocks[static_cast<std::size_t>(
-                  look.columns.block[static_cast<std::size_t>(b)])];
-              for (int c = 0; c < block.size; ++c, ++local) {
-                range += look.row[0][local] * dx[block.offset + c];
-                doppler += look.row[1][local] * dx[block.offset + c];
-              }
-            }
-            factor.e[static_cast<std::size_t>(2 * k)] += range;
-            factor.e[static_cast<std::size_t>(2 * k + 1)] += doppler;
-          }
-          const Eigen::Vector3d step =
-              -factor.r.triangularView<Eigen::Upper>().solve(Project(factor, factor.e));
-          if (!step.allFinite()) continue;
-          out.displacement_m[point] += step;
-          promised[chunk] +=
-              0.5 * (-factor.gradient.dot(step) + damping * step.cwiseAbs2().dot(factor.square_1));
-        }
-      });
-  for (const double part : promised) out.promised_1 += part;
-  return out;
-}
 
 std::string Rounded(double value) {
   std::array<char, 32> text{};

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "point_terms.h"
+#include "straight_motion.h"
 
 namespace sarblock {
 namespace {
@@ -117,18 +118,17 @@ struct PointScratch {
 void AddLooks(const PointFactor& factor, const ParameterLayout& layout, Unreduced* out) {
   for (int k = 0; k < factor.look_count; ++k) {
     const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-    const double e0 = look.error_1[0], e1 = look.error_1[1];
     const double* range = look.row[0].data();
     const double* doppler = look.row[1].data();
     for (int b = 0; b < look.columns.block_count; ++b) {
       const ParameterBlock& block =
           layout.blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
-      double* diagonal = out->diagonal.data() + block.offset;
-      double* gradient = out->gradient.data() + block.offset;
-      for (int i = 0; i < block.size; ++i) {
-        diagonal[i] += range[i] * range[i] + doppler[i] * doppler[i];
-        gradient[i] += range[i] * e0 + doppler[i] * e1;
-      }
+      Kernels().AddLook(block.size,
+                        range,
+                        doppler,
+                        look.error_1.data(),
+                        out->diagonal.data() + block.offset,
+                        out->gradient.data() + block.offset);
       range += block.size;
       doppler += block.size;
     }
@@ -168,22 +168,20 @@ void AddSquaresOfLooks(const PointFactor& factor,
   }
 }
 
-/// right_side += sign sum_k c_k x_k over the blocks of a point, x_k rows of the width.
+/// right_side += sum_k c_k x_k over the blocks of a point, x_k rows of the width.
 void AddRightSide(const PointColumns& columns,
                   const ParameterLayout& layout,
                   const double* x,
                   std::span<const double> c,
-                  double sign,
                   Eigen::VectorXd* right_side) {
   for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
     const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
-    double* out = right_side->data() + block.offset;
-    const double* row = x + columns.begin[j];
-    for (const double ck : c) {
-      const double scale = sign * ck;
-      for (int i = 0; i < block.size; ++i) out[i] += scale * row[i];
-      row += columns.width;
-    }
+    Kernels().AddCombination(block.size,
+                             x + columns.begin[j],
+                             static_cast<std::size_t>(columns.width),
+                             static_cast<int>(c.size()),
+                             c.data(),
+                             right_side->data() + block.offset);
   }
 }
 
@@ -200,7 +198,7 @@ void AddRest(const ParameterLayout& layout, PointScratch* scratch, Partial* out)
                       static_cast<int>(terms.rest_e.size()),
                       1.0,
                       out->s.values().data());
-  AddRightSide(terms.columns, layout, terms.rest.data(), terms.rest_e, 1.0, &out->right_side);
+  AddRightSide(terms.columns, layout, terms.rest.data(), terms.rest_e, &out->right_side);
 }
 
 /// A point by J_c' J_c - T' T: three rows, however many looks. That subtraction costs digits where
@@ -221,11 +219,11 @@ void AddDifference(const AdjustmentProblem& problem,
                       3,
                       -1.0,
                       out->s.values().data());
+  const Eigen::Vector3d taken = -c;
   AddRightSide(columns,
                problem.layout,
                columns.t.data(),
-               std::span<const double>(c.data(), 3),
-               -1.0,
+               std::span<const double>(taken.data(), 3),
                &out->right_side);
   out->any_subtracted = true;
 }
@@ -237,12 +235,13 @@ void Add(const AdjustmentProblem& problem,
          const Weighting& weighting,
          double damping_1,
          bool exact,
+         const StraightMotions& motions,
          std::size_t point,
          PointScratch* scratch,
          Partial* out) {
   PointFactor& factor = scratch->factor;
   scratch->terms.columns.t.clear();
-  FactorPoint(problem, state, weighting, damping_1, point, &factor);
+  FactorPoint(problem, state, weighting, damping_1, point, &factor, &motions);
   out->cost += factor.cost_1;
   out->not_evaluated += factor.looks_not_evaluated;
   for (Eigen::Index k = 0; k < 3; ++k) {
@@ -315,13 +314,14 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   kept_.reset();
   const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
   if (keep) kept_.emplace(kept_for_, points, partials, kept_bytes_);
+  const StraightMotions motions(problem_.model, state.corrections);
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(s_);
     PointScratch scratch;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem_.Solves(point)) continue;
-      Add(problem_, state, weighting, damping_1_, exact, point, &scratch, &out);
+      Add(problem_, state, weighting, damping_1_, exact, motions, point, &scratch, &out);
       if (!keep) continue;
       PointColumns& columns = scratch.terms.columns;
       if (columns.t.empty()) ProjectColumns(problem_, scratch.factor, &columns);

@@ -73,6 +73,23 @@ std::size_t BlockPattern::Search(int i, int j) const {
   return FirstSlot(j) + static_cast<std::size_t>(found - rows.begin());
 }
 
+void BlockPattern::ValuesOfPairs(std::span<const int> blocks, std::size_t* out) const {
+  for (std::size_t j = 0; j < blocks.size(); ++j) {
+    if (table_.empty()) {
+      for (std::size_t i = j; i < blocks.size(); ++i) {
+        out[i * (i + 1) / 2 + j] = value_begin_[Slot(blocks[i], blocks[j])];
+      }
+      continue;
+    }
+    const std::int32_t* slots = table_.data() + TableIndex(0, blocks[j]);
+    for (std::size_t i = j; i < blocks.size(); ++i) {
+      const std::int32_t slot = slots[blocks[i]];
+      if (slot < 0) FailMissing(blocks[i], blocks[j]);
+      out[i * (i + 1) / 2 + j] = value_begin_[static_cast<std::size_t>(slot)];
+    }
+  }
+}
+
 void BlockPattern::FailMissing(int i, int j) {
   LOG(FATAL) << "block (" << i << ", " << j << ") is not in the pattern";
 }

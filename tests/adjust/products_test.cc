@@ -130,6 +130,24 @@ TEST_F(ProductKernelsTest, RowsOfALookTurnAsWholeMatricesDo) {
                            other.data(),
                            static_cast<std::size_t>(columns) + 4,
                            3);
+      Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(columns, 0.31), gradient = diagonal;
+      const Eigen::Vector2d error_1 = Random(2, 1, &random_);
+      kernels->AddLook(columns,
+                       rows.row(0).data(),
+                       rows.row(1).data(),
+                       error_1.data(),
+                       diagonal.data(),
+                       gradient.data());
+      const Eigen::VectorXd squares = rows.colwise().squaredNorm();
+      EXPECT_LE((diagonal.array() - 0.31 - squares.array()).matrix().norm(), 1e-14 * columns);
+      EXPECT_LE((gradient.array() - 0.31 - (rows.transpose() * error_1).array()).matrix().norm(),
+                1e-14 * columns);
+      Eigen::VectorXd sum = Eigen::VectorXd::Constant(columns, 0.47);
+      const Eigen::Vector3d factor = Random(3, 1, &random_);
+      kernels->AddCombination(
+          columns, own.data(), static_cast<std::size_t>(columns) + 4, 3, factor.data(), sum.data());
+      const Eigen::VectorXd combined = own.leftCols(columns).transpose() * factor;
+      EXPECT_LE((sum.array() - 0.47 - combined.array()).matrix().norm(), 1e-14 * columns);
       const Eigen::MatrixXd whole = own.leftCols(columns).transpose() * other.leftCols(4);
       EXPECT_LE((products - whole).norm(), 1e-14 * columns);
     }

@@ -2,6 +2,7 @@
 #include "sarblock/sparse/block_matrix.h"
 
 #include <algorithm>
+#include <array>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -83,6 +84,17 @@ TEST(BlockMatrixTest, FindsTheSameBlocksWithAndWithoutTheTable) {  // second rou
       }
     }
     EXPECT_GT(held, 10000);
+    for (int j = 0; j < count; ++j) {  // what stands below a column, two at a time
+      for (const int i : pattern.RowsOfColumn(j)) {
+        if (i == j) continue;
+        const std::array<int, 2> blocks{j, i};
+        std::array<std::size_t, 3> values{};
+        pattern.ValuesOfPairs(blocks, values.data());
+        ASSERT_EQ(values[0], pattern.ValueBegin(pattern.Slot(j, j)));
+        ASSERT_EQ(values[1], pattern.ValueBegin(pattern.Slot(i, j)));
+        ASSERT_EQ(values[2], pattern.ValueBegin(pattern.Slot(i, i)));
+      }
+    }
   }
 }
 

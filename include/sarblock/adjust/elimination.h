@@ -35,13 +35,18 @@ struct WhitenedLook {
   double radial_1 = 1.0;    ///< RobustValue::radial_1
 };
 
-/// False where the model has no value at this state.
+/// Straight paths at a state, found once for all looks of a pass; internal.
+class StraightMotions;
+
+/// False where the model has no value at this state. `motions`, where given, are those of the
+/// state's corrections; the results are the same but for rounding.
 [[nodiscard]] bool EvaluateWhitened(const AdjustmentProblem& problem,
                                     const BlockState& state,
                                     const Weighting& weighting,
                                     std::size_t point,
                                     std::size_t look,
-                                    WhitenedLook* out);
+                                    WhitenedLook* out,
+                                    const StraightMotions* motions = nullptr);
 
 /// The equations of one point and the thin QR factorisation of their Jacobian by the point
 /// (docs/theory/covariance.md, eq. (22)):
@@ -84,7 +89,8 @@ void FactorPoint(const AdjustmentProblem& problem,
                  const Weighting& weighting,
                  double damping_1,
                  std::size_t point,
-                 PointFactor* out);
+                 PointFactor* out,
+                 const StraightMotions* motions = nullptr);
 
 /// Q' of a vector of the point's rows.
 [[nodiscard]] Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows);

@@ -104,6 +104,9 @@ class LookModel {
   /// whether a simplification is worth taking, so that they decide alike on every machine.
   [[nodiscard]] double WorkOf(std::size_t pass) const;
 
+  /// By pass; of one that the straight route applies to.
+  [[nodiscard]] const StraightPass& straight(std::size_t pass) const { return straight_[pass]; }
+
   /// Standard deviations of a look: the block's times the factors of its pass.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
   /// Factors on the standard deviations of range and azimuth by pass; empty: 1. The whitening does
@@ -150,6 +153,9 @@ class LookModel {
   /// Adjusted times by look; empty: the measured ones (UpdateWhitening fills them).
   [[nodiscard]] const std::vector<AdjustedTime>& adjusted_times() const { return adjusted_times_; }
   [[nodiscard]] std::vector<AdjustedTime>& adjusted_times() { return adjusted_times_; }
+  [[nodiscard]] AdjustedTime TimeOf(std::size_t look) const {
+    return adjusted_times_.empty() ? AdjustedTime{} : adjusted_times_[look];
+  }
 
   /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
   /// nothing outside the path.
@@ -172,9 +178,6 @@ class LookModel {
   }
   [[nodiscard]] const Eigen::Matrix3d* HeldAxesOf(std::size_t pass) const {
     return held_axes_1_.empty() ? nullptr : &held_axes_1_[pass];
-  }
-  [[nodiscard]] AdjustedTime TimeOf(std::size_t look) const {
-    return adjusted_times_.empty() ? AdjustedTime{} : adjusted_times_[look];
   }
   [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
   bool EvaluateStraight(std::size_t look,

@@ -57,6 +57,17 @@ struct ProductKernels {
                     const double* range,
                     const double* doppler,
                     int columns);
+  /// What a look adds to J'J's diagonal and to J'e: diagonal += range^2 + doppler^2, gradient +=
+  /// range error_1[0] + doppler error_1[1], over `columns` columns.
+  void (*AddLook)(int columns,
+                  const double* range,
+                  const double* doppler,
+                  const double* error_1,
+                  double* diagonal,
+                  double* gradient);
+  /// out += sum_k c_k x_k over `columns` columns, k < terms.
+  void (*AddCombination)(
+      int columns, const double* x, std::size_t stride, int terms, const double* c, double* out);
 };
 
 /// For every processor.

@@ -23,22 +23,20 @@ struct SinTau {
   return {sine_1, -sine_1 / speed_mps};
 }
 
-/// EvaluateLookEquations with d = p - s given.
-[[nodiscard]] inline bool EvaluateLookEquationsInline(const Eigen::Vector3d& d_m,
-                                                      const Eigen::Vector3d& v_mps,
-                                                      const Cone& cone,
-                                                      double squint_bias_rad,
-                                                      LookEquations* out) {
-  constexpr double kLeastRange_m = 1e-3;
-  // Two roots and two divisions side by side: nothing else here takes as long.
-  const Eigen::Array2d lengths = Eigen::Array2d(d_m.squaredNorm(), v_mps.squaredNorm()).sqrt();
-  const Eigen::Array2d inverses = lengths.inverse();
-  const double rho_m = lengths[0], speed_mps = lengths[1];
-  // Written so that NaN fails too.
-  if (!(rho_m >= kLeastRange_m) || !(speed_mps > 0.0) || !std::isfinite(rho_m) ||
-      !std::isfinite(speed_mps)) {
-    return false;
-  }
+/// Sight lines shorter than this have no direction to speak of.
+inline constexpr double kLeastRange_m = 1e-3;
+
+/// EvaluateLookEquations with d = p - s, the speed and the cone axis u given; `du_dv` is 1/|v|, the
+/// turn of u by velocity across it.
+[[nodiscard]] inline bool EvaluateLookEquationsAlong(const Eigen::Vector3d& d_m,
+                                                     double rho_m,
+                                                     double inverse_rho_per_m,
+                                                     const Eigen::Vector3d& u_1,
+                                                     double speed_mps,
+                                                     double du_dv,
+                                                     const Cone& cone,
+                                                     double squint_bias_rad,
+                                                     LookEquations* out) {
   const SinTau given = SinTauOf(cone, speed_mps);
   if (!(std::abs(given.value_1) < 1.0)) return false;
 
@@ -53,16 +51,41 @@ struct SinTau {
   const double dsin_dspeed =
       given.dsin_dspeed == 0.0 ? 0.0 : given.dsin_dspeed * cos_tau / cos_given_1;
 
-  const Eigen::Vector3d u_1 = v_mps * inverses[1];
   const double along_m = u_1.dot(d_m);
   out->rho_m = rho_m;
   out->sin_tau = sin_tau;
   out->doppler_error_m = along_m - rho_m * sin_tau;
-  out->drho_dp = (d_m * inverses[0]).transpose();
+  out->drho_dp = (d_m * inverse_rho_per_m).transpose();
   out->ded_dp = u_1.transpose() - sin_tau * out->drho_dp;
-  out->ded_dv = ((d_m - along_m * u_1) * inverses[1] - (rho_m * dsin_dspeed) * u_1).transpose();
+  out->ded_dv = ((d_m - along_m * u_1) * du_dv - (rho_m * dsin_dspeed) * u_1).transpose();
   out->ded_dtau_m = -rho_m * cos_tau;
   return std::isfinite(out->doppler_error_m);
+}
+
+/// EvaluateLookEquations with d = p - s given.
+[[nodiscard]] inline bool EvaluateLookEquationsInline(const Eigen::Vector3d& d_m,
+                                                      const Eigen::Vector3d& v_mps,
+                                                      const Cone& cone,
+                                                      double squint_bias_rad,
+                                                      LookEquations* out) {
+  // Two roots and two divisions side by side: nothing else here takes as long.
+  const Eigen::Array2d lengths = Eigen::Array2d(d_m.squaredNorm(), v_mps.squaredNorm()).sqrt();
+  const Eigen::Array2d inverses = lengths.inverse();
+  const double rho_m = lengths[0], speed_mps = lengths[1];
+  // Written so that NaN fails too.
+  if (!(rho_m >= kLeastRange_m) || !(speed_mps > 0.0) || !std::isfinite(rho_m) ||
+      !std::isfinite(speed_mps)) {
+    return false;
+  }
+  return EvaluateLookEquationsAlong(d_m,
+                                    rho_m,
+                                    inverses[0],
+                                    v_mps * inverses[1],
+                                    speed_mps,
+                                    inverses[1],
+                                    cone,
+                                    squint_bias_rad,
+                                    out);
 }
 
 }  // namespace sarblock

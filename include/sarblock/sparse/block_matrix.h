@@ -61,6 +61,10 @@ class BlockPattern {
     return slot;
   }
 
+  /// ValueBegin of the blocks of every pair of an ascending list, (i, j) with i >= j at
+  /// i (i + 1) / 2 + j. They must be there (CHECK).
+  void ValuesOfPairs(std::span<const int> blocks, std::size_t* out) const;
+
  private:
   [[nodiscard]] std::size_t TableIndex(int i, int j) const {
     const auto row = static_cast<std::size_t>(i), column = static_cast<std::size_t>(j);
