@@ -122,23 +122,35 @@ def slope(pairs):
     return sum((x - mx) * (y - my) for x, y in logs) / sum((x - mx) ** 2 for x, _ in logs)
 
 
+def peak_mib(result):
+    return max(cost["peak_mib"] for cost in result["stages"].values())
+
+
+def own_mib():
+    """Peak memory of adjusting a hundred points: of the program, not of the block."""
+    folder = f"{work}/own"
+    simulated("strips", folder, *strip_sets(100, 5))
+    return peak_mib(stages(folder))
+
+
 def growth_family(family, cases):
     """cases: value, scene overrides, options of adjust."""
     seen = {}
+    own = own_mib()
     for value, sets, extra in cases:
         folder = f"{work}/growth"
         simulated("strips", folder, *sets)
         result, cpu = measured(folder, *extra)
         rows = {stage: cost["wall_s"] for stage, cost in result["stages"].items()}
         rows["cpu"] = cpu
-        peak = max(cost["peak_mib"] for cost in result["stages"].values())
+        peak = peak_mib(result)
         counts = result["counts"]
         for stage, seconds in rows.items():
             print(f"{family},{value:g},{counts['points']},{counts['looks']},{counts['passes']},"
                   f"{result['iterations']},{stage},{seconds:.4f},{peak:.0f},", flush=True)
             seen.setdefault(stage, []).append((value, seconds))
         seen.setdefault("solve/iteration", []).append((value, rows["solve"] / result["iterations"]))
-        seen.setdefault("peak_mib", []).append((value, peak))
+        seen.setdefault("peak less the program's own", []).append((value, peak - own))
         shutil.rmtree(folder)
     for stage, pairs in seen.items():
         print(f"{family},,,,,,{stage},,,{slope(pairs):.2f}", flush=True)
@@ -151,7 +163,7 @@ def network_row(folder, parameters, extra):
           f"{result['iterations']},{result['accepted']},{cost['read']['wall_s']:.1f},"
           f"{cost['start']['wall_s']:.1f},{cost['solve']['wall_s']:.1f},"
           f"{cost['covariance']['wall_s']:.1f},{cost['write']['wall_s']:.1f},{cpu:.1f},"
-          f"{max(c['peak_mib'] for c in cost.values()):.0f}", flush=True)
+          f"{peak_mib(result):.0f}", flush=True)
 
 
 NETWORK_HEADER = ("points,looks,passes,unknowns,iterations,accepted,read_s,start_s,solve_s,"
