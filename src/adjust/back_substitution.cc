@@ -3,7 +3,6 @@
 
 #include "sarblock/core/parallel.h"
 
-#include <array>
 #include <optional>
 
 #include "point_terms.h"
@@ -28,40 +27,6 @@ double Promised(const Eigen::Vector3d& gradient,
   return 0.5 * (-gradient.dot(step_m) + damping_1 * step_m.cwiseAbs2().dot(square_1));
 }
 
-/// J'J, J'e and J'(e + J_c dx) of a point, range and Doppler rows side by side.
-class Sums {
- public:
-  Sums() {
-    for (Eigen::Array2d& sum : sums_) sum.setZero();
-  }
-  void Add(const Eigen::Matrix<double, 2, 3>& j,
-           const Eigen::Vector2d& error_1,
-           const Eigen::Vector2d& moved_error_1) {
-    const Eigen::Array2d j0 = j.col(0).array(), j1 = j.col(1).array(), j2 = j.col(2).array();
-    const Eigen::Array2d e = error_1.array(), moved = moved_error_1.array();
-    sums_[0] += j0 * j0;
-    sums_[1] += j1 * j1;
-    sums_[2] += j2 * j2;
-    sums_[3] += j0 * j1;
-    sums_[4] += j0 * j2;
-    sums_[5] += j1 * j2;
-    sums_[6] += j0 * e;
-    sums_[7] += j1 * e;
-    sums_[8] += j2 * e;
-    sums_[9] += j0 * moved;
-    sums_[10] += j1 * moved;
-    sums_[11] += j2 * moved;
-  }
-  /// Three sums from `first` on: 0 the diagonal of J'J, 3 what is above it by rows, 6 J'e, 9 J'(e +
-  /// J_c dx).
-  [[nodiscard]] Eigen::Vector3d Of(std::size_t first) const {
-    return {sums_[first].sum(), sums_[first + 1].sum(), sums_[first + 2].sum()};
-  }
-
- private:
-  std::array<Eigen::Array2d, 12> sums_;
-};
-
 /// One state with a step of its corrections.
 class BackSubstitution {
  public:
@@ -82,7 +47,9 @@ class BackSubstitution {
   /// is scratch.
   [[nodiscard]] std::optional<PointStep> Along(std::size_t point, WhitenedLook* look) const {
     const Looks& looks = problem_.block.looks;
-    Sums sums;
+    PointSums sums;
+    Eigen::Array2d along[3] = {
+        Eigen::Array2d::Zero(), Eigen::Array2d::Zero(), Eigen::Array2d::Zero()};
     look->columns.column_count = 1;  // J_c dx stands in for J_c
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (problem_.look_used[i] == 0) continue;
@@ -103,25 +70,20 @@ class BackSubstitution {
       look->row[1][0] = along_1[1];
       WeighLook(problem_.whitening[i], weighting_, look);
       if (weighting_.second_order) BendAlongResidual(look);
-      sums.Add(look->by_point,
-               look->error_1,
-               look->error_1 + Eigen::Vector2d(look->row[0][0], look->row[1][0]));
+      sums.Add(look->by_point, look->error_1);
+      const Eigen::Array2d moved(look->row[0][0], look->row[1][0]);
+      for (Eigen::Index c = 0; c < 3; ++c) along[c] += look->by_point.col(c).array() * moved;
     }
     if (problem_.control_of[point] >= 0) {
       const ControlEquations& equations =
           problem_.control[static_cast<std::size_t>(problem_.control_of[point])];
-      const ControlEvaluation control = EvaluateControl(
-          problem_.block.frame, equations, state_.start_m[point], state_.displacement_m[point]);
-      // Rows beyond those of the control are zero.
-      const Eigen::Vector2d last(control.residual[2], 0.0);
-      Eigen::Matrix<double, 2, 3> last_row = Eigen::Matrix<double, 2, 3>::Zero();
-      last_row.row(0) = control.by_point.row(2);
-      const Eigen::Vector2d first = control.residual.head<2>();
-      sums.Add(control.by_point.topRows<2>(), first, first);
-      sums.Add(last_row, last, last);
+      sums.Add(EvaluateControl(
+          problem_.block.frame, equations, state_.start_m[point], state_.displacement_m[point]));
     }
-    const Eigen::Vector3d gradient = sums.Of(6), moved_gradient = sums.Of(9), above = sums.Of(3);
-    Eigen::Vector3d square = sums.Of(0);
+    const Eigen::Vector3d gradient = sums.Gradient(), above = sums.Above();
+    const Eigen::Vector3d moved_gradient =
+        gradient + Eigen::Vector3d(along[0].sum(), along[1].sum(), along[2].sum());
+    Eigen::Vector3d square = sums.Diagonal();
     if (damping_1_ > 0.0) square = square.cwiseMax(kLeastColumnPart_1 * square.maxCoeff());
     Eigen::Matrix3d r;
     Eigen::Vector3d inverse;

@@ -42,33 +42,65 @@ void FactorColumns(std::size_t m, double* q, Eigen::Matrix3d* r) {
   (*r)(2, 2) = Normalise(m, q2);
 }
 
-/// R of J'J = R' R by Cholesky and Q = J R^-1 in place of J (m x 3): a third of the work of
-/// FactorColumns. False, and nothing done, for an intersection too thin for it.
-bool FactorSquare(
-    std::size_t m, const Eigen::Vector3d& diagonal, bool damped, double* q, Eigen::Matrix3d* r) {
-  double* q0 = q;
-  double* q1 = q + m;
-  double* q2 = q + 2 * m;
-  Eigen::Vector3d inverse;
-  if (!FactorNormal(
-          diagonal, {Dot(m, q0, q1), Dot(m, q0, q2), Dot(m, q1, q2)}, damped, r, &inverse)) {
-    return false;
-  }
-  const double r01 = (*r)(0, 1), r02 = (*r)(0, 2), r12 = (*r)(1, 2);
-  const double i00 = inverse[0], i11 = inverse[1], i22 = inverse[2];
-  for (std::size_t i = 0; i < m; ++i) {
-    q0[i] *= i00;
-    q1[i] = (q1[i] - r01 * q0[i]) * i11;
-    q2[i] = (q2[i] - r02 * q0[i] - r12 * q1[i]) * i22;
-  }
-  return true;
-}
-
 /// Where less than this part of a column's length, squared, is left by the columns before it, J'J
 /// has lost digits that J itself still has: two of sixteen, or four for a step on the way, where
 /// the next step mends them.
 constexpr double kLeastPivot_1 = 1e-2;
 constexpr double kLeastDampedPivot_1 = 1e-4;
+
+/// Two rows of J, side by side, by its columns.
+using RowPair = std::array<Eigen::Array2d, 3>;
+
+struct AsTheyAre {
+  void operator()(RowPair*) const {}
+};
+
+/// Times R^-1.
+struct ByFactor {
+  const Eigen::Matrix3d& r;
+  const Eigen::Vector3d& inverse;  // of its diagonal
+  void operator()(RowPair* rows) const {
+    RowPair& q = *rows;
+    q[0] *= inverse[0];
+    q[1] = (q[1] - r(0, 1) * q[0]) * inverse[1];
+    q[2] = (q[2] - r(0, 2) * q[0] - r(1, 2) * q[1]) * inverse[2];
+  }
+};
+
+/// All rows of J under `turn` into out->q, and out->e: looks, control, damping.
+template <typename Turn>
+void FillRows(const ControlEvaluation& control,
+              int control_rows,
+              double damping_1,
+              const Turn& turn,
+              PointFactor* out) {
+  const std::ptrdiff_t m = out->row_count;
+  double* q = out->q.data();
+  double* e = out->e.data();
+  RowPair rows;
+  for (int k = 0; k < out->look_count; ++k, q += 2, e += 2) {
+    const WhitenedLook& look = out->looks[static_cast<std::size_t>(k)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      rows[c] = look.by_point.col(static_cast<Eigen::Index>(c)).array();
+    }
+    turn(&rows);
+    for (std::ptrdiff_t c = 0; c < 3; ++c) {
+      Eigen::Map<Eigen::Array2d>(q + c * m) = rows[static_cast<std::size_t>(c)];
+    }
+    Eigen::Map<Eigen::Vector2d>{e} = look.error_1;
+  }
+  const auto put = [&](const Eigen::Vector3d& row, double error_1) {
+    for (std::size_t c = 0; c < 3; ++c) rows[c] = row[static_cast<Eigen::Index>(c)];
+    turn(&rows);
+    for (std::ptrdiff_t c = 0; c < 3; ++c) q[c * m] = rows[static_cast<std::size_t>(c)][0];
+    *e++ = error_1;
+    ++q;
+  };
+  for (int k = 0; k < control_rows; ++k) put(control.by_point.row(k), control.residual[k]);
+  for (Eigen::Index c = 0; damping_1 > 0.0 && c < 3; ++c) {
+    put(std::sqrt(damping_1 * out->square_1[c]) * Eigen::Vector3d::Unit(c), 0.0);
+  }
+}
 
 double ReciprocalCondition(const Eigen::Matrix3d& r, const Eigen::Vector3d& square) {
   if (!(square.minCoeff() > 0.0) || !(r.diagonal().cwiseAbs().minCoeff() > 0.0)) return 0.0;
@@ -145,17 +177,18 @@ bool FactorNormal(const Eigen::Vector3d& diagonal,
                   Eigen::Vector3d* inverse) {
   const double least_pivot_1 = damped ? kLeastDampedPivot_1 : kLeastPivot_1;
   if (!(diagonal.minCoeff() > 0.0)) return false;
-  const double r00 = std::sqrt(diagonal[0]), i00 = 1.0 / r00;
-  const double r01 = above[0] * i00, r02 = above[1] * i00;
-  const double left_1 = diagonal[1] - r01 * r01;
+  // First L D L', then the three roots side by side, so that none waits for the one before.
+  const double inverse_0 = 1.0 / diagonal[0];
+  const double l01 = above[0] * inverse_0, l02 = above[1] * inverse_0;
+  const double left_1 = diagonal[1] - above[0] * l01;
   if (!(left_1 > least_pivot_1 * diagonal[1])) return false;
-  const double r11 = std::sqrt(left_1), i11 = 1.0 / r11;
-  const double r12 = (above[2] - r01 * r02) * i11;
-  const double left_2 = diagonal[2] - r02 * r02 - r12 * r12;
+  const double left_12 = above[2] - above[0] * l02;
+  const double l12 = left_12 / left_1;
+  const double left_2 = diagonal[2] - above[1] * l02 - left_12 * l12;
   if (!(left_2 > least_pivot_1 * diagonal[2])) return false;
-  const double r22 = std::sqrt(left_2), i22 = 1.0 / r22;
-  *r << r00, r01, r02, 0.0, r11, r12, 0.0, 0.0, r22;
-  *inverse = {i00, i11, i22};
+  const double r00 = std::sqrt(diagonal[0]), r11 = std::sqrt(left_1), r22 = std::sqrt(left_2);
+  *r << r00, l01 * r00, l02 * r00, 0.0, r11, l12 * r11, 0.0, 0.0, r22;
+  *inverse = {1.0 / r00, 1.0 / r11, 1.0 / r22};
   return true;
 }
 
@@ -249,42 +282,29 @@ void FactorPoint(const AdjustmentProblem& problem,
   out->row_count = m;
   out->q.resize(static_cast<std::size_t>(3 * m));
   out->e.resize(static_cast<std::size_t>(m));
-  double* q = out->q.data();
-  double* e = out->e.data();
-  for (int k = m - 3; damping_1 > 0.0 && k < m; ++k) q[k] = q[m + k] = q[2 * m + k] = e[k] = 0.0;
-  int row = 0;
-  for (int k = 0; k < out->look_count; ++k, row += 2) {
+  PointSums sums;
+  for (int k = 0; k < out->look_count; ++k) {
     const WhitenedLook& look = out->looks[static_cast<std::size_t>(k)];
-    for (int c = 0; c < 3; ++c) {
-      q[c * m + row] = look.by_point(0, c);
-      q[c * m + row + 1] = look.by_point(1, c);
-    }
-    e[row] = look.error_1[0];
-    e[row + 1] = look.error_1[1];
+    sums.Add(look.by_point, look.error_1);
   }
-  for (int k = 0; k < control_rows; ++k, ++row) {
-    for (int c = 0; c < 3; ++c) q[c * m + row] = control.by_point(k, c);
-    e[row] = control.residual[k];
-    out->cost_1 += 0.5 * control.residual[k] * control.residual[k];
+  if (control_rows > 0) {
+    sums.Add(control);
+    out->cost_1 += 0.5 * control.residual.squaredNorm();
   }
-  for (int c = 0; c < 3; ++c) {
-    const double* column = q + c * m;
-    out->square_1[c] = Dot(static_cast<std::size_t>(row), column, column);
-    out->gradient[c] = Dot(static_cast<std::size_t>(row), column, e);
-  }
+  out->square_1 = sums.Diagonal();
+  out->gradient = sums.Gradient();
   if (damping_1 > 0.0) {
-    const double least = kLeastColumnPart_1 * out->square_1.maxCoeff();
-    for (int c = 0; c < 3; ++c) {
-      out->square_1[c] = std::max(out->square_1[c], least);
-      q[c * m + row + c] = std::sqrt(damping_1 * out->square_1[c]);
-    }
+    out->square_1 = out->square_1.cwiseMax(kLeastColumnPart_1 * out->square_1.maxCoeff());
   }
-  if (!FactorSquare(static_cast<std::size_t>(m),
-                    (1.0 + damping_1) * out->square_1,
-                    damping_1 > 0.0,
-                    q,
-                    &out->r)) {
-    FactorColumns(static_cast<std::size_t>(m), q, &out->r);
+  // By the Cholesky factor of J'J, where that holds the digits, a third of the work of
+  // FactorColumns: Q = J R^-1.
+  Eigen::Vector3d inverse;
+  if (FactorNormal(
+          (1.0 + damping_1) * out->square_1, sums.Above(), damping_1 > 0.0, &out->r, &inverse)) {
+    FillRows(control, control_rows, damping_1, ByFactor{out->r, inverse}, out);
+  } else {
+    FillRows(control, control_rows, damping_1, AsTheyAre{}, out);
+    FactorColumns(static_cast<std::size_t>(m), out->q.data(), &out->r);
   }
   out->reciprocal_condition_1 =
       m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square_1);

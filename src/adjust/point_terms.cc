@@ -43,20 +43,6 @@ void CompleteBasis(std::size_t m, const std::vector<double>& q, std::vector<doub
 
 }  // namespace
 
-void InsertBlocks(const LookColumns& look, std::vector<int>* blocks) {
-  for (int b = 0; b < look.block_count; ++b) {
-    const int id = look.block[static_cast<std::size_t>(b)];
-    std::size_t at = blocks->size();
-    while (at > 0 && (*blocks)[at - 1] > id) --at;
-    if (at > 0 && (*blocks)[at - 1] == id) continue;
-    if (at == blocks->size()) {  // looks mostly come in the order of their passes
-      blocks->push_back(id);
-      continue;
-    }
-    blocks->insert(blocks->begin() + static_cast<std::ptrdiff_t>(at), id);
-  }
-}
-
 void FindColumns(const ParameterLayout& layout, const PointFactor& factor, PointColumns* columns) {
   columns->blocks.clear();
   for (int k = 0; k < factor.look_count; ++k) {

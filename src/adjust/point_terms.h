@@ -5,6 +5,7 @@
 #include "sarblock/adjust/products.h"
 #include "sarblock/sparse/block_matrix.h"
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -29,8 +30,24 @@ struct PointTerms {
   return kernels;
 }
 
-/// Puts the blocks of a look where they belong in an ascending list of distinct ones.
-void InsertBlocks(const LookColumns& look, std::vector<int>* blocks);
+/// Puts a block where it belongs in an ascending list of distinct ones.
+inline void InsertBlock(int id, std::vector<int>* blocks) {
+  std::size_t at = blocks->size();
+  while (at > 0 && (*blocks)[at - 1] > id) --at;
+  if (at > 0 && (*blocks)[at - 1] == id) return;
+  if (at == blocks->size()) {  // looks mostly come in the order of their passes
+    blocks->push_back(id);
+  } else {
+    blocks->insert(blocks->begin() + static_cast<std::ptrdiff_t>(at), id);
+  }
+}
+
+/// The same for the blocks of a look.
+inline void InsertBlocks(const LookColumns& look, std::vector<int>* blocks) {
+  for (int b = 0; b < look.block_count; ++b) {
+    InsertBlock(look.block[static_cast<std::size_t>(b)], blocks);
+  }
+}
 
 /// Finds the blocks of J_c and their columns.
 void FindColumns(const ParameterLayout& layout, const PointFactor& factor, PointColumns* columns);
@@ -78,6 +95,44 @@ void WeighLook(const Whitening& w, const Weighting& weighting, WhitenedLook* out
 /// rows keep their weight across the residual and get the loss's own curvature along it; the errors
 /// are rescaled so that the gradient stays what it is.
 void BendAlongResidual(WhitenedLook* look);
+
+/// J'J and J'e of a point, the two rows of a look side by side.
+class PointSums {
+ public:
+  PointSums() {
+    for (Eigen::Array2d& sum : sums_) sum.setZero();
+  }
+  void Add(const Eigen::Matrix<double, 2, 3>& j, const Eigen::Vector2d& error_1) {
+    const Eigen::Array2d j0 = j.col(0).array(), j1 = j.col(1).array(), j2 = j.col(2).array();
+    const Eigen::Array2d e = error_1.array();
+    sums_[0] += j0 * j0;
+    sums_[1] += j1 * j1;
+    sums_[2] += j2 * j2;
+    sums_[3] += j0 * j1;
+    sums_[4] += j0 * j2;
+    sums_[5] += j1 * j2;
+    sums_[6] += j0 * e;
+    sums_[7] += j1 * e;
+    sums_[8] += j2 * e;
+  }
+  /// Rows beyond those of the control are zero.
+  void Add(const ControlEvaluation& control) {
+    Eigen::Matrix<double, 2, 3> last = Eigen::Matrix<double, 2, 3>::Zero();
+    last.row(0) = control.by_point.row(2);
+    Add(control.by_point.topRows<2>(), control.residual.head<2>());
+    Add(last, {control.residual[2], 0.0});
+  }
+  [[nodiscard]] Eigen::Vector3d Diagonal() const { return Three(0); }
+  /// (0, 1), (0, 2) and (1, 2) of J'J.
+  [[nodiscard]] Eigen::Vector3d Above() const { return Three(3); }
+  [[nodiscard]] Eigen::Vector3d Gradient() const { return Three(6); }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d Three(std::size_t first) const {
+    return {sums_[first].sum(), sums_[first + 1].sum(), sums_[first + 2].sum()};
+  }
+  std::array<Eigen::Array2d, 9> sums_;
+};
 
 /// R of V = R' R by Cholesky and the inverses of its diagonal; V by its diagonal and the elements
 /// (0, 1), (0, 2) and (1, 2) above it. False for an intersection so thin that V = J'J has lost

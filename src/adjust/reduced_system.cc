@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <unordered_set>
 #include <utility>
 
@@ -26,13 +27,40 @@ constexpr std::size_t kMostPartials = 16;
 /// Added to the unit diagonal of a singular S so that it can be factored.
 constexpr double kNullSpaceLift_1 = 1e-9;
 
-/// Pairs of blocks seen together: a bit table while it is small, else a hash set.
+/// Pairs of blocks seen together: a word a block or a bit table while that is small, else a hash
+/// set.
 class PairSet {
  public:
-  explicit PairSet(std::size_t blocks) : blocks_(blocks), dense_(blocks <= 16384) {
-    if (dense_) bits_.assign(blocks * blocks, false);
+  explicit PairSet(std::size_t blocks)
+      : blocks_(blocks), words_(blocks <= 64 ? blocks : 0), dense_(blocks <= 16384) {
+    if (dense_ && words_.empty()) bits_.assign(blocks * blocks, false);
   }
-  void Add(int i, int j, std::vector<std::pair<int, int>>* out) {
+  /// All pairs of the blocks of a point, ascending.
+  void AddPairs(const std::vector<int>& blocks) {
+    if (!words_.empty()) {
+      std::uint64_t seen = 0;
+      for (const int block : blocks) {
+        words_[static_cast<std::size_t>(block)] |= seen;
+        seen |= std::uint64_t{1} << block;
+      }
+      return;
+    }
+    for (std::size_t a = 0; a < blocks.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) Add(blocks[a], blocks[b]);
+    }
+  }
+  [[nodiscard]] std::vector<std::pair<int, int>> Pairs() {
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if ((words_[i] >> j & 1U) == 0) continue;
+        pairs_.emplace_back(static_cast<int>(i), static_cast<int>(j));
+      }
+    }
+    return std::move(pairs_);
+  }
+
+ private:
+  void Add(int i, int j) {
     const std::size_t key = static_cast<std::size_t>(i) * blocks_ + static_cast<std::size_t>(j);
     if (dense_) {
       if (bits_[key]) return;
@@ -40,14 +68,15 @@ class PairSet {
     } else if (!seen_.insert(key).second) {
       return;
     }
-    out->emplace_back(i, j);
+    pairs_.emplace_back(i, j);
   }
 
- private:
   std::size_t blocks_;
+  std::vector<std::uint64_t> words_;  // by block, the earlier ones seen with it
   bool dense_;
   std::vector<bool> bits_;
   std::unordered_set<std::size_t> seen_;
+  std::vector<std::pair<int, int>> pairs_;
 };
 
 /// Pattern of S, and the columns of all looks in use together.
@@ -61,26 +90,33 @@ Structure StructureOf(const AdjustmentProblem& problem) {
   std::vector<int> sizes;
   for (const ParameterBlock& block : layout.blocks) sizes.push_back(block.size);
   PairSet seen(layout.blocks.size());
-  std::vector<std::pair<int, int>> pairs;
   std::vector<int> blocks;
   LookColumns columns;
   Structure out;
+  std::vector<int> only_block;  // of a pass whose looks all have the same one
+  for (const PassCorrections& pass : layout.passes) {
+    const bool one = pass.blocks.size() == 1 && pass.splines.empty();
+    only_block.push_back(one ? pass.blocks[0] : -1);
+  }
   const Looks& looks = problem.block.looks;
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     blocks.clear();
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
+      ++out.looks;
+      if (const int only = only_block[looks.pass[i]]; only >= 0) {
+        InsertBlock(only, &blocks);
+        out.columns += static_cast<std::size_t>(layout.blocks[static_cast<std::size_t>(only)].size);
+        continue;
+      }
       problem.model.ColumnsOf(i, &columns);
       InsertBlocks(columns, &blocks);
-      ++out.looks;
       out.columns += static_cast<std::size_t>(columns.column_count);
     }
-    for (std::size_t a = 0; a < blocks.size(); ++a) {
-      for (std::size_t b = 0; b < a; ++b) seen.Add(blocks[a], blocks[b], &pairs);
-    }
+    seen.AddPairs(blocks);
   }
-  out.pattern = BlockSymmetricMatrix(std::move(sizes), std::move(pairs));
+  out.pattern = BlockSymmetricMatrix(std::move(sizes), seen.Pairs());
   return out;
 }
 

@@ -43,6 +43,26 @@ StraightStep CorrectionOf(const LookModel& model, std::size_t pass, const Eigen:
   return out;
 }
 
+/// FillStraightRows for a usual pass: every partial is made of the sight line in the track axes.
+inline void FillUsualRows(const StraightMotion& motion,
+                          double time_s,
+                          const LookEquations& eq,
+                          const Whitening& w,
+                          LookRows rows) {
+  const double basis_1 = (time_s - motion.middle_s) * motion.rate;
+  const double by_rate = w.w11 * motion.rate;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const auto axis = motion.axes_1.col(k);
+    const double sight_1 = eq.drho_dp.dot(axis);
+    const double cone_1 = motion.axis_by_axes_1[k] - eq.sin_tau * sight_1;
+    const double range = -w.w00 * sight_1, doppler = -(w.w10 * sight_1 + w.w11 * cone_1);
+    rows.range[2 * k] = range;
+    rows.range[2 * k + 1] = range * basis_1;
+    rows.doppler[2 * k] = doppler;
+    rows.doppler[2 * k + 1] = doppler * basis_1 + by_rate * eq.ded_dv.dot(axis);
+  }
+}
+
 }  // namespace
 
 StraightMotions::StraightMotions(const LookModel& model, const Eigen::VectorXd& corrections)
@@ -64,19 +84,29 @@ StraightMotions::StraightMotions(const LookModel& model, const Eigen::VectorXd& 
     out.speed_mps = out.velocity_mps.norm();
     out.inverse_speed = 1.0 / out.speed_mps;
     out.axis_1 = out.velocity_mps * out.inverse_speed;
+    if (out.only_block >= 0 && c.static_columns == 6 && c.polynomials.size() == 1 &&
+        c.polynomials[0].degree == 1 && c.range_bias.empty() && c.range_scale.empty()) {
+      out.usual = true;
+      out.axes_1 = straight.axes_1;
+      out.axis_by_axes_1 = out.axes_1.transpose() * out.axis_1;
+      out.middle_s = c.middle_s;
+      out.rate = 1.0 / c.half_length_s;
+    }
     out.applies = out.speed_mps > 0.0 && std::isfinite(out.speed_mps) && out.position_m.allFinite();
   }
 }
 
-bool StraightMotions::EvaluateByPoint(std::size_t look,
-                                      const StraightMotion& motion,
-                                      const AdjustedTime& adjusted,
-                                      const Eigen::Vector3d& start_m,
-                                      const Eigen::Vector3d& displacement_m,
-                                      const Whitening& w,
-                                      LookEquations* eq,
-                                      Eigen::Vector2d* error_m,
-                                      Eigen::Matrix<double, 2, 3>* by_point) const {
+// In the loops over all looks; a call would pass its results through memory.
+__attribute__((always_inline)) inline bool StraightMotions::EvaluateByPoint(
+    std::size_t look,
+    const StraightMotion& motion,
+    const AdjustedTime& adjusted,
+    const Eigen::Vector3d& start_m,
+    const Eigen::Vector3d& displacement_m,
+    const Whitening& w,
+    LookEquations* eq,
+    Eigen::Vector2d* error_m,
+    Eigen::Matrix<double, 2, 3>* by_point) const {
   const Looks& looks = model_.block().looks;
   const double time_s = looks.time_s[look] + adjusted.shift_s;
   if (!(time_s >= motion.start_s && time_s <= motion.end_s)) return false;
@@ -120,13 +150,13 @@ bool StraightMotions::Evaluate(std::size_t look,
           look, motions_[pass], adjusted, start_m, displacement_m, w, &eq, error_m, by_point)) {
     return false;
   }
-  FillStraightRows(model_.straight(pass),
-                   model_.layout().passes[pass],
-                   looks.time_s[look] + adjusted.shift_s,
-                   eq,
-                   w,
-                   *by_point,
-                   rows);
+  const double time_s = looks.time_s[look] + adjusted.shift_s;
+  if (motions_[pass].usual) {
+    FillUsualRows(motions_[pass], time_s, eq, w, rows);
+  } else {
+    FillStraightRows(
+        model_.straight(pass), model_.layout().passes[pass], time_s, eq, w, *by_point, rows);
+  }
   return true;
 }
 

@@ -22,6 +22,10 @@ struct StraightMotion {
   double range_bias_m = 0.0, range_scale_1 = 0.0;  ///< b_r and kappa, all groups together
   int only_block = -1;                             ///< where one holds all parameters of the pass
   int columns = 0;                                 ///< of that block
+  bool usual = false;                              ///< constant and drift of three axes and no more
+  Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();      ///< of constant and drift, as columns
+  Eigen::Vector3d axis_by_axes_1 = Eigen::Vector3d::Zero();  ///< axis_1 in them
+  double middle_s = 0.0, rate = 0.0;  ///< a drift grows with (t - middle) rate
 };
 
 /// What a step of the corrections does to a StraightMotion.

@@ -10,8 +10,16 @@
 #include <sys/mman.h>
 
 namespace sarblock::sparse {
+namespace {
+
+/// Small ranges come from the heap piece by piece: to map and unmap one takes longer than to use
+/// it.
+constexpr std::size_t kFromHeap = std::size_t{1} << 15;
+
+}  // namespace
 
 FrontMemory::FrontMemory(std::size_t most) : most_(Rounded(most)) {
+  if (most_ <= kFromHeap) return;
   void* range = mmap(nullptr,
                      most_ * sizeof(double),
                      PROT_READ | PROT_WRITE,

@@ -15,7 +15,7 @@ namespace sarblock::sparse {
 class FrontMemory {
  public:
   /// `most` doubles over all calls of Take, each rounded up to kGrain. Only addresses are reserved;
-  /// where the system refuses even those, every place is allocated by itself.
+  /// where that is little, or the system refuses even those, every place is allocated by itself.
   explicit FrontMemory(std::size_t most);
   ~FrontMemory();
   FrontMemory(const FrontMemory&) = delete;

@@ -89,7 +89,15 @@ std::vector<Case> Cases() {
       return Make(test::AircraftPlan(squint_deg, doppler), true, {Position(1), Range(false)});
     };
   };
-  return {{"straight", aircraft(0.0, false), 4},
+  const auto usual = [](double squint_deg, bool doppler) {
+    return [squint_deg, doppler] {
+      return Make(test::AircraftPlan(squint_deg, doppler), true, {Position(1)});
+    };
+  };
+  return {{"usual", usual(0.0, false), 4},
+          {"usual_squint", usual(20.0, false), 4},
+          {"usual_doppler", usual(7.0, true), 4},
+          {"straight", aircraft(0.0, false), 4},
           {"straight_squint", aircraft(20.0, false), 4},
           {"straight_doppler", aircraft(7.0, true), 4},
           {"mixed_and_shared", Mixed, 4},

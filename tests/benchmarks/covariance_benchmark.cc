@@ -56,7 +56,7 @@ struct Covariances {
 enum class RankBy { kPivots, kSearch };
 
 Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, RankBy rank) {
-  ReducedSystem system(problem, KeptFactors::kMostBytes);
+  ReducedSystem system(problem, KeptFactors::kMostBytes, KeptFor::kCovariance);
   system.Form(state, {}, nullptr);
   if (rank == RankBy::kSearch) {
     system.Factor();
