@@ -189,7 +189,8 @@ void AddSquaresOfLooks(const PointFactor& factor,
         const int id2 = look.columns.block[static_cast<std::size_t>(b2)];
         const int size2 = layout.blocks[static_cast<std::size_t>(id2)].size;
         if (id2 <= id) {
-          Kernels().AddProducts(values + pattern.ValueBegin(pattern.Slot(id, id2)),
+          const std::size_t slot = id2 == id ? pattern.FirstSlot(id) : pattern.Slot(id, id2);
+          Kernels().AddProducts(values + pattern.ValueBegin(slot),
                                 size,
                                 size2,
                                 look.row[0].data() + first,

@@ -82,10 +82,11 @@ void BlockPattern::ValuesOfPairs(std::span<const int> blocks, std::size_t* out) 
       continue;
     }
     const std::int32_t* slots = table_.data() + TableIndex(0, blocks[j]);
-    for (std::size_t i = j; i < blocks.size(); ++i) {
+    std::size_t at = j * (j + 1) / 2 + j;
+    for (std::size_t i = j; i < blocks.size(); at += ++i) {
       const std::int32_t slot = slots[blocks[i]];
       if (slot < 0) FailMissing(blocks[i], blocks[j]);
-      out[i * (i + 1) / 2 + j] = value_begin_[static_cast<std::size_t>(slot)];
+      out[at] = value_begin_[static_cast<std::size_t>(slot)];
     }
   }
 }

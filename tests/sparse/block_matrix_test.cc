@@ -84,6 +84,19 @@ TEST(BlockMatrixTest, FindsTheSameBlocksWithAndWithoutTheTable) {  // second rou
       }
     }
     EXPECT_GT(held, 10000);
+    std::vector<std::pair<int, int>> all;  // of blocks two apart
+    for (int i = 1; i < count; i += 2) {
+      for (int j = std::max(1, i - 8); j < i; j += 2) all.emplace_back(i, j);
+    }
+    const BlockPattern band(std::vector<int>(static_cast<std::size_t>(count), 2), all);
+    const std::array<int, 5> five{1, 3, 5, 7, 9};
+    std::array<std::size_t, 15> found{};
+    band.ValuesOfPairs(five, found.data());
+    for (std::size_t i = 0, k = 0; i < five.size(); ++i) {
+      for (std::size_t j = 0; j <= i; ++j, ++k) {
+        ASSERT_EQ(found[k], band.ValueBegin(band.Slot(five[i], five[j])));
+      }
+    }
     for (int j = 0; j < count; ++j) {  // what stands below a column, two at a time
       for (const int i : pattern.RowsOfColumn(j)) {
         if (i == j) continue;
