@@ -88,7 +88,7 @@ SolveReport SolveRounds(const Weighting& weighting,
     const bool settled =
         !approach && change.weight_1 <= kWhiteningSettled_1 &&
         change.time_1 <= (weighting.loss == RobustLoss::kNone ? kTimeSettled_sigmas
-                                                                   : kTimeSettledUnderLoss_sigmas);
+                                                              : kTimeSettledUnderLoss_sigmas);
     if (!report.converged || settled || total.iterations >= allowed) break;
   }
   return total;

@@ -390,7 +390,7 @@ class ExactAdjustment {
   std::vector<Vec<Digits>> position_;
   std::vector<Digits> x_;
   std::vector<Digits> shift_s_;  // of the times, by look
-  Triangle matrix_{0};  // after Factorise() its factor
+  Triangle matrix_{0};           // after Factorise() its factor
   std::vector<Digits> gradient_, scale_;
   std::array<Vec<Digits>, 3> control_rows_;
   std::array<Digits, 3> control_errors_;
