@@ -34,6 +34,9 @@ constexpr double kTimeSettled_sigmas = 0.1, kTimeSettledUnderLoss_sigmas = 1e-3;
 /// Step left, in sigmas over all unknowns together, at which the weights are formed again.
 constexpr double kApproached_1 = 1.0;
 constexpr int kMostRounds = 5;
+/// Times that a solution still moves by more than this, in their sigmas, must follow every step:
+/// held for a whole solution they and the points go round each other.
+constexpr double kFollowed_1 = 0.1;
 /// Looks beyond this whitened square length are dropped after a robust solution.
 constexpr double kKeepProbability_1 = 0.999;
 
@@ -68,9 +71,11 @@ SolveReport SolveRounds(const Weighting& weighting,
     total = SolveRounds({convex.robust, RobustScale(convex)}, convex, problem, state, progress);
   }
   const int allowed = total.iterations + options.max_iterations;
-  for (int round = 0; round < kMostRounds; ++round) {
+  bool followed = false;
+  for (int round = 0; round < kMostRounds || followed; ++round) {
     SolveOptions solve;
-    solve.max_iterations = std::max(1, allowed - total.iterations);
+    solve.max_iterations = followed ? 1 : std::max(1, allowed - total.iterations);
+    if (followed) solve.damping_1 = total.damping_1;
     solve.threads = options.threads;
     // The first round only has to come near enough for the weights.
     const bool ceres = Resolve(options.engine) == Engine::kCeres;
@@ -83,13 +88,16 @@ SolveReport SolveRounds(const Weighting& weighting,
     total.iterations += report.iterations;
     total.converged = report.converged;
     total.final_cost_1 = report.final_cost_1;
+    total.damping_1 = report.damping_1;
     total.message = report.message;
     const WhiteningChange change = UpdateWhitening(*state, problem);
     const bool settled =
         !approach && change.weight_1 <= kWhiteningSettled_1 &&
         change.time_1 <= (weighting.loss == RobustLoss::kNone ? kTimeSettled_sigmas
                                                               : kTimeSettledUnderLoss_sigmas);
-    if (!report.converged || settled || total.iterations >= allowed) break;
+    const bool goes_on = report.converged || (followed && report.iterations > 0);
+    if (!goes_on || settled || total.iterations >= allowed) break;
+    followed = weighting.loss == RobustLoss::kNone && round >= 1 && change.time_1 > kFollowed_1;
   }
   return total;
 }
@@ -168,6 +176,10 @@ void RecoverLostPoints(const AdjustOptions& options,
       if (met.outcome == IntersectionOutcome::kTooFewLooks) continue;
       state->start_m[point] = met.position_m;
       state->displacement_m[point].setZero();
+      const auto& offsets = problem->block.looks.offsets;
+      for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+        problem->model.adjusted_times()[i] = {};  // seen from where it was
+      }
     }
     SolveOnce(options, problem, state, solve, progress);
     lost = LostPoints(*problem, *state, system, progress);
@@ -197,17 +209,18 @@ void RecoverLostPoints(const AdjustOptions& options,
 /// solver's shorter sums lose on badly scaled blocks. Ends where the step is what the solver
 /// promises, no longer shrinks, or the iterations are used up. Returns all that is left, in sigmas:
 /// where large residuals meet bent equations each step is a fixed part of the one before, and many
-/// small ones are to come. The weights follow the state.
+/// small ones are to come. The weights follow the state. Like every solve it has an allowance of
+/// iterations of its own: those before may have gone to points that were lost.
 double Polish(const AdjustOptions& options,
               AdjustmentProblem* problem,
               BlockState* state,
               std::optional<ReducedSystem>* system,
               SolveReport* solve,
               ProgressSink* progress) {
-  constexpr int kMostSteps = 8;
+  constexpr int kMostSteps = 25;
   const double promised_1 = ShareOf(options.tolerance_1, *problem);
   double left = (*system)->RemainingStep(), contraction = 0.0;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < std::min(kMostSteps, options.max_iterations); ++step) {
     if (!(left > promised_1 && left < kApproached_1)) break;
     BlockState next = AfterNewtonStep(*problem, *state, (*system)->Step());
     UpdateWhitening(next, problem);
@@ -218,7 +231,7 @@ double Polish(const AdjustOptions& options,
                           after->FactorAndAnalyse(&next).regular();
     const double left_after = solvable ? after->RemainingStep() : left;
     if (left_after < left) contraction = left_after / left;
-    if (!(left_after < left) || solve->iterations >= options.max_iterations) {
+    if (!(left_after < left)) {
       UpdateWhitening(*state, problem);
       break;
     }

@@ -14,6 +14,14 @@ constexpr double kEnd_sigmas = 10.0;
 /// Up to this many standard deviations of the time the jerk does not count.
 constexpr double kMoment_sigmas = 1e-2;
 
+/// A rate in single precision; the former one where it would only be rounded the other way, so that
+/// a state that stands has rates that stand.
+float Settled(double rate_mps, float before_mps) {
+  const double change_mps = std::abs(rate_mps - static_cast<double>(before_mps));
+  constexpr double kRounding_1 = 1.0 / (1 << 23);
+  return change_mps <= kRounding_1 * std::abs(rate_mps) ? before_mps : static_cast<float>(rate_mps);
+}
+
 /// A motion a moment later.
 Motion Later(const Motion& motion, double by_s) {
   Motion out = motion;
@@ -67,6 +75,7 @@ std::optional<LookLinearisation> LookModel::Linearise(std::size_t look,
         path_s + shift_s <= last_s)) {
     shift_s = 0.0;
   }
+  shift_s = (measured_s + shift_s) - measured_s;  // as times far from zero are rounded
   const double by_s = shift_s - before.shift_s;
   LookLinearisation out;
   out.moved_1 = std::abs(by_s) / sigma_s;
@@ -80,7 +89,9 @@ std::optional<LookLinearisation> LookModel::Linearise(std::size_t look,
   out.whitening = sigma.azimuth_unit == AzimuthUnit::kSeconds
                       ? WhitenTime(sigma.range_m, sigma.azimuth, rates)
                       : WhitenAzimuth(sigma.range_m, sigma.azimuth, rates);
-  out.time = {shift_s, static_cast<float>(rates.range_mps), static_cast<float>(rates.doppler_mps)};
+  out.time = {shift_s,
+              Settled(rates.range_mps, before.range_mps),
+              Settled(rates.doppler_mps, before.doppler_mps)};
   return out;
 }
 

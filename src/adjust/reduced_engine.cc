@@ -14,7 +14,6 @@
 namespace sarblock {
 namespace {
 
-constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
 constexpr double kNear_1 = 0.5;
@@ -55,7 +54,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
   Weighting weighting = asked;
   ReducedSystem system(problem);
-  double damping = kFirstDamping_1;
+  double damping = report.damping_1 = options.damping_1;
   int refused = 0;
   double left_before = 0.0;  // at the last accepted step
   std::string left_text;
@@ -123,7 +122,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       state->displacement_m.swap(next.displacement_m);
       state->corrections = next.corrections;
       report.final_cost_1 = system.cost();
-      damping = next_damping;
+      damping = report.damping_1 = next_damping;
       left_before = left;
       ++report.iterations;
     } else {

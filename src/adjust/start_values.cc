@@ -66,6 +66,19 @@ PointStart StartOf(const AdjustmentProblem& problem,
   return Refuse(PointStatus::kUndetermined, Explain(met.outcome));
 }
 
+/// Where a point starts kilometres off, so would the time at which it is seen: that look is read at
+/// its measured time until the point is near.
+void LeaveFarTimes(LookModel* model) {
+  constexpr double kFar_sigmas = 10.0;
+  std::vector<AdjustedTime>& times = model->adjusted_times();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const LookSigma sigma = model->SigmaOf(i);
+    const bool seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
+    const double off = std::abs(seconds ? times[i].shift_s : times[i].doppler_m());
+    if (off > kFar_sigmas * sigma.azimuth) times[i] = {};
+  }
+}
+
 }  // namespace
 
 StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress) {
@@ -105,6 +118,7 @@ StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progres
     report.looks_not_evaluated.insert(report.looks_not_evaluated.end(), part.begin(), part.end());
   }
   UpdateWhitening(report.state, problem);
+  LeaveFarTimes(&problem->model);
   Step(progress, "start values", points, points);
   return report;
 }

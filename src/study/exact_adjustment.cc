@@ -188,16 +188,19 @@ class ExactAdjustment {
   }
 
   void AddLook(std::size_t point, std::size_t look, LookColumns* columns) {
+    // The time at which the cone holds the point, by Newton's step. One that the adjustment left as
+    // measured (at the ends of a path) is left here too.
     Digits& shift_s = shift_s_[look];
-    const exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_, shift_s);
+    exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_, shift_s);
+    const Digits off_s = at.error[1] / at.doppler_rate;
+    if (problem_.model.adjusted_times()[look].shift_s != 0.0 && abs(off_s) > Digits("1e-20")) {
+      shift_s -= off_s;
+      at = model_.Evaluate(look, position_[point], x_, shift_s);
+    }
     const exact::Weights<Digits> w = model_.WeightsOf(look, at);
-    // The errors carried back to the measured time; then Newton's step on the cone for the next
-    // one. A time that the adjustment held (at the ends of a path) is held here too.
+    // The errors carried back to the measured time.
     const Digits range = at.error[0] - at.range_rate * shift_s;
     const Digits doppler = at.error[1] - at.doppler_rate * shift_s;
-    if (problem_.model.adjusted_times()[look].shift_s != 0.0) {
-      shift_s -= at.error[1] / at.doppler_rate;
-    }
     Row range_row, cone_row;
     const auto add = [&](std::size_t column, const Digits& r, const Digits& d) {
       range_row.emplace_back(column, w.w00 * r);

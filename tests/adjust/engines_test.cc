@@ -80,7 +80,9 @@ void ExpectSameOutcome(const AdjustResult& reduced, const AdjustResult& ceres) {
   ASSERT_TRUE(ceres.accepted);
   ASSERT_EQ(reduced.points.status, ceres.points.status);
   ASSERT_EQ(reduced.looks.rejected, ceres.looks.rejected);
-  EXPECT_NEAR(reduced.final_cost, ceres.final_cost, 1e-9 * ceres.final_cost);
+  // The rates that carry errors back to measured times are kept in single precision: a spacing of
+  // 1.2e-7 in each residual, as the last steps found them.
+  EXPECT_NEAR(reduced.final_cost, ceres.final_cost, 2.4e-7 * ceres.final_cost);
 }
 
 void ExpectSameRobust(const Block& block, const AdjustResult& reduced, const AdjustResult& ceres) {

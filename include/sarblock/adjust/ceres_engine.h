@@ -90,6 +90,7 @@ struct SolveReport {
   int iterations = 0;
   double initial_cost_1 = 0.0;
   double final_cost_1 = 0.0;
+  double damping_1 = 0.0;  ///< of SolveReduced, for a step that goes on
   std::string message;
 };
 
@@ -98,6 +99,7 @@ struct SolveOptions {
   int threads = 1;
   /// Newton step left, in sigmas over all unknowns, at which the solution is done.
   double settled_1 = AdjustOptions{}.tolerance_1;
+  double damping_1 = 1e-8;                        ///< of SolveReduced, at the first step
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
 };
 
