@@ -422,9 +422,11 @@ AdjustResult AdjustGiven(const Block& block,
     system->Form(state, weighting, progress);
   }
   RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
+  timer.emplace("solve", &result.stages);
   result.remaining_step = options.robust == RobustLoss::kNone && !floating
                               ? Polish(options, &problem, &state, &system, &solve, progress)
                               : system->RemainingStep();
+  timer.emplace("covariance", &result.stages);
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost_1;
   result.final_cost = system->cost();

@@ -14,7 +14,14 @@ StageTimer::~StageTimer() {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin_;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  costs_->push_back({stage_, wall.count(), static_cast<double>(usage.ru_maxrss) / 1024.0});
+  const double peak_mib = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  for (StageCost& cost : *costs_) {
+    if (cost.stage != stage_) continue;
+    cost.wall_s += wall.count();
+    cost.peak_mib = peak_mib;
+    return;
+  }
+  costs_->push_back({stage_, wall.count(), peak_mib});
 }
 
 }  // namespace sarblock
