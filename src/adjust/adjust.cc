@@ -29,14 +29,12 @@ namespace {
 /// A whitening element that changes less than this at the solution changes no digit that counts.
 constexpr double kWhiteningSettled_1 = 1e-7;
 /// What is left of an adjusted time, in its sigmas, bends the equations by its square over the
-/// range. Polish() mends it, but not under a robust loss.
+/// range. Polish() mends it, but not under a robust loss. Times that a whole solution still moves
+/// by more must follow every step: held for a solution they and the points go round each other.
 constexpr double kTimeSettled_sigmas = 0.1, kTimeSettledUnderLoss_sigmas = 1e-3;
 /// Step left, in sigmas over all unknowns together, at which the weights are formed again.
 constexpr double kApproached_1 = 1.0;
 constexpr int kMostRounds = 5;
-/// Times that a solution still moves by more than this, in their sigmas, must follow every step:
-/// held for a whole solution they and the points go round each other.
-constexpr double kFollowed_1 = 0.1;
 /// Looks beyond this whitened square length are dropped after a robust solution.
 constexpr double kKeepProbability_1 = 0.999;
 
@@ -97,7 +95,8 @@ SolveReport SolveRounds(const Weighting& weighting,
                                                               : kTimeSettledUnderLoss_sigmas);
     const bool goes_on = report.converged || (followed && report.iterations > 0);
     if (!goes_on || settled || total.iterations >= allowed) break;
-    followed = weighting.loss == RobustLoss::kNone && round >= 1 && change.time_1 > kFollowed_1;
+    followed =
+        weighting.loss == RobustLoss::kNone && round >= 1 && change.time_1 > kTimeSettled_sigmas;
   }
   return total;
 }
