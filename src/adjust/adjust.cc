@@ -26,14 +26,12 @@
 namespace sarblock {
 namespace {
 
-/// A whitening element that changes less than this at the solution changes no digit that counts.
-constexpr double kWhiteningSettled_1 = 1e-7;
-/// What is left of an adjusted time, in its sigmas, bends the equations by its square over the
-/// range. Polish() mends it, but not under a robust loss. Times that a whole solution still moves
-/// by more must follow every step: held for a solution they and the points go round each other.
-constexpr double kTimeSettled_sigmas = 0.1, kTimeSettledUnderLoss_sigmas = 1e-3;
-/// Step left, in sigmas over all unknowns together, at which the weights are formed again.
+/// A weight that changes by less than this at the solution changes no digit that counts.
+constexpr double kWeightsSettled_1 = 1e-7;
+/// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
+/// over to the finishing Newton steps; they start from up to ten times as much.
 constexpr double kApproached_1 = 1.0;
+constexpr int kMostFinishingSteps = 25;
 constexpr int kMostRounds = 5;
 /// Looks beyond this whitened square length are dropped after a robust solution.
 constexpr double kKeepProbability_1 = 0.999;
@@ -54,11 +52,61 @@ std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks)
 
 }  // namespace
 
+namespace {
+
+/// Whole Newton steps on the undamped reduced equations, the weights formed anew with each: the
+/// finish of both engines. The gradient keeps digits that the cost has lost, and an undamped sum
+/// those that the solver's shorter one has. Ends where the decrement is what the tolerance asks for
+/// or no longer shrinks. `system` is formed at the state and factored when it returns true; false
+/// where the block cannot be factored there. Fills decrement and contraction of `solve`.
+bool NewtonFinish(const AdjustOptions& options,
+                  AdjustmentProblem* problem,
+                  BlockState* state,
+                  ReducedSystem* system,
+                  SolveReport* solve,
+                  ProgressSink* progress) {
+  const auto form = [&](const BlockState& at) {
+    system->Form(at, {}, progress);
+    return system->looks_not_evaluated() == 0 && system->weak_points().empty() &&
+           system->FactorDamped();
+  };
+  solve->decrement_1 = std::numeric_limits<double>::infinity();
+  if (!form(*state)) return false;
+  double left_1 = system->NewtonDecrement(), contraction = 0.0;
+  const double wanted_1 = ToleranceFor(options.tolerance_1, *problem);
+  const int most = std::min(kMostFinishingSteps, options.max_iterations);
+  for (int step = 0; step < most; ++step) {
+    if (!(left_1 > wanted_1 && left_1 < 10.0 * kApproached_1)) break;
+    Step(progress, "solve", static_cast<std::size_t>(solve->iterations), 0, "finish");
+    BlockState next = AfterNewtonStep(*problem, *state, system->Step());
+    UpdateWeights(next, problem);
+    const bool formed = form(next);
+    const double after_1 = formed ? system->NewtonDecrement() : left_1;
+    if (!(after_1 < left_1)) {
+      UpdateWeights(*state, problem);
+      if (!form(*state)) return false;
+      break;
+    }
+    contraction = after_1 / left_1;
+    left_1 = after_1;
+    *state = std::move(next);
+    ++solve->iterations;
+  }
+  solve->final_cost_1 = system->cost();
+  // Where large residuals meet curved equations each step is a fixed part of the one before: the
+  // sum of all to come is what is left.
+  solve->decrement_1 = left_1 > options.tolerance_1 ? left_1 / (1.0 - contraction) : left_1;
+  return true;
+}
+
+}  // namespace
+
 SolveReport SolveRounds(const Weighting& weighting,
                         const AdjustOptions& options,
                         AdjustmentProblem* problem,
                         BlockState* state,
-                        ProgressSink* progress) {
+                        ProgressSink* progress,
+                        std::optional<ReducedSystem>* solved) {
   SolveReport total;
   // A redescending loss has many minima: it starts from the solution of a convex one, which has an
   // allowance of iterations of its own.
@@ -68,36 +116,46 @@ SolveReport SolveRounds(const Weighting& weighting,
     convex.robust_scale = 0.0;
     total = SolveRounds({convex.robust, RobustScale(convex)}, convex, problem, state, progress);
   }
+  const bool least_squares = weighting.loss == RobustLoss::kNone;
+  const bool ceres = Resolve(options.engine) == Engine::kCeres;
   const int allowed = total.iterations + options.max_iterations;
-  bool followed = false;
-  for (int round = 0; round < kMostRounds || followed; ++round) {
+  std::optional<ReducedSystem> own;
+  std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
+  system.emplace(*problem, KeptFactors::kMostBytes);
+  for (int round = 0; round < kMostRounds; ++round) {
     SolveOptions solve;
-    solve.max_iterations = followed ? 1 : std::max(1, allowed - total.iterations);
-    if (followed) solve.damping_1 = total.damping_1;
+    solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
-    // The first round only has to come near enough for the weights.
-    const bool ceres = Resolve(options.engine) == Engine::kCeres;
-    const bool approach = round == 0 && (!ceres || weighting.loss == RobustLoss::kNone);
-    solve.settled_1 = approach ? kApproached_1 : options.tolerance_1;
+    // Least squares first come near; what finishes them needs no damping.
+    solve.settled_1 = least_squares && round == 0 ? kApproached_1 : options.tolerance_1;
     solve.ceres_solver = options.ceres_solver;
-    const SolveReport report = ceres ? SolveWithCeres(*problem, weighting, solve, state, progress)
-                                     : SolveReduced(*problem, weighting, solve, state, progress);
+    SolveReport report = ceres
+                             ? SolveWithCeres(*problem, weighting, solve, state, progress)
+                             : SolveReduced(*problem, weighting, solve, &*system, state, progress);
     if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
+    if (ceres && !least_squares && report.converged) {  // what the cost hides of the last digits
+      const SolveReport finish =
+          SolveReduced(*problem, weighting, solve, &*system, state, progress);
+      report.final_cost_1 = finish.final_cost_1;
+      report.iterations += finish.iterations;
+    }
     total.iterations += report.iterations;
     total.converged = report.converged;
     total.final_cost_1 = report.final_cost_1;
-    total.damping_1 = report.damping_1;
     total.message = report.message;
-    const WhiteningChange change = UpdateWhitening(*state, problem);
-    const bool settled =
-        !approach && change.weight_1 <= kWhiteningSettled_1 &&
-        change.time_1 <= (weighting.loss == RobustLoss::kNone ? kTimeSettled_sigmas
-                                                              : kTimeSettledUnderLoss_sigmas);
-    const bool goes_on = report.converged || (followed && report.iterations > 0);
-    if (!goes_on || settled || total.iterations >= allowed) break;
-    followed =
-        weighting.loss == RobustLoss::kNone && round >= 1 && change.time_1 > kTimeSettled_sigmas;
+    const double change_1 = UpdateWeights(*state, problem);
+    if (least_squares) {
+      const bool factored = NewtonFinish(options, problem, state, &*system, &total, progress);
+      if (factored) {
+        total.converged =
+            total.decrement_1 <= std::max(options.tolerance_1, kRemainingStepAccepted_1);
+      }
+      if ((factored && total.converged) || round > 0 || total.iterations >= allowed) break;
+      continue;  // a damped solution to the end, once
+    }
+    if (!report.converged || change_1 <= kWeightsSettled_1 || total.iterations >= allowed) break;
   }
+  if (!least_squares && solved != nullptr) system->Form(*state, {}, progress);
   return total;
 }
 
@@ -118,12 +176,9 @@ std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
 
 }  // namespace
 
-std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
-                                    const BlockState& state,
-                                    std::optional<ReducedSystem>* formed,
-                                    ProgressSink* progress) {
-  ReducedSystem& system = formed->emplace(problem, KeptFactors::kMostBytes);
-  system.Form(state, {}, progress);
+std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
+                                         const BlockState& state,
+                                         const ReducedSystem& system) {
   const std::size_t points = problem.block.points.size();
   std::vector<std::uint8_t> lost(points, 0);
   for (const WeakPoint& weak : system.weak_points()) lost[weak.point] = 1;
@@ -150,38 +205,36 @@ void SolveOnce(const AdjustOptions& options,
                AdjustmentProblem* problem,
                BlockState* state,
                SolveReport* solve,
+               std::optional<ReducedSystem>* system,
                ProgressSink* progress) {
   const SolveReport before = *solve;
-  *solve = SolveRounds({options.robust, RobustScale(options)}, options, problem, state, progress);
+  *solve = SolveRounds(
+      {options.robust, RobustScale(options)}, options, problem, state, progress, system);
   solve->iterations += before.iterations;
   solve->initial_cost_1 = before.initial_cost_1;
 }
 
-/// Starts lost points again from the intersection on the corrected paths and solves once more; what
-/// is still lost then is left out by name. `system` is the reduced system, without a loss, at the
-/// solution, or nothing where points were left out.
-void RecoverLostPoints(const AdjustOptions& options,
-                       AdjustmentProblem* problem,
-                       BlockState* state,
-                       SolveReport* solve,
-                       std::optional<ReducedSystem>* system,
-                       PointDefects* defects,
-                       ProgressSink* progress) {
-  std::vector<std::size_t> lost = LostPoints(*problem, *state, system, progress);
-  // Each round also mends the corrections that lost points have pulled at.
+/// Starts misplaced points again from the intersection on the corrected paths and solves once more;
+/// what is still misplaced then is left out by name. `system` is the reduced system, without a
+/// loss, at the solution.
+void RecoverMisplacedPoints(const AdjustOptions& options,
+                            AdjustmentProblem* problem,
+                            BlockState* state,
+                            SolveReport* solve,
+                            std::optional<ReducedSystem>* system,
+                            PointDefects* defects,
+                            ProgressSink* progress) {
+  std::vector<std::size_t> lost = MisplacedPoints(*problem, *state, **system);
+  // Each round also mends the corrections that misplaced points have pulled at.
   for (int round = 0; round < 3 && !lost.empty(); ++round) {
     for (const std::size_t point : lost) {
       const Intersection met = Intersect(SightsOf(*problem, *state, point), problem->block.frame);
       if (met.outcome == IntersectionOutcome::kTooFewLooks) continue;
       state->start_m[point] = met.position_m;
       state->displacement_m[point].setZero();
-      const auto& offsets = problem->block.looks.offsets;
-      for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
-        problem->model.adjusted_times()[i] = {};  // seen from where it was
-      }
     }
-    SolveOnce(options, problem, state, solve, progress);
-    lost = LostPoints(*problem, *state, system, progress);
+    SolveOnce(options, problem, state, solve, system, progress);
+    lost = MisplacedPoints(*problem, *state, **system);
   }
   *defects = FindPointDefects(*problem, *state);
   bool left_out = LeaveOutOpenPoints(*defects, problem);
@@ -199,47 +252,28 @@ void RecoverLostPoints(const AdjustOptions& options,
   }
   if (left_out) {
     RequireSolvable(*problem);
-    SolveOnce(options, problem, state, solve, progress);
-    system->reset();
+    SolveOnce(options, problem, state, solve, system, progress);
   }
 }
 
-/// Newton steps on the reduced system without damping, whose gradient keeps the digits that the
-/// solver's shorter sums lose on badly scaled blocks. Ends where the step is what the solver
-/// promises, no longer shrinks, or the iterations are used up. Returns all that is left, in sigmas:
-/// where large residuals meet bent equations each step is a fixed part of the one before, and many
-/// small ones are to come. The weights follow the state. Like every solve it has an allowance of
-/// iterations of its own: those before may have gone to points that were lost.
-double Polish(const AdjustOptions& options,
-              AdjustmentProblem* problem,
-              BlockState* state,
-              std::optional<ReducedSystem>* system,
-              SolveReport* solve,
-              ProgressSink* progress) {
-  constexpr int kMostSteps = 25;
-  const double promised_1 = ShareOf(options.tolerance_1, *problem);
-  double left = (*system)->RemainingStep(), contraction = 0.0;
-  for (int step = 0; step < std::min(kMostSteps, options.max_iterations); ++step) {
-    if (!(left > promised_1 && left < kApproached_1)) break;
-    BlockState next = AfterNewtonStep(*problem, *state, (*system)->Step());
-    UpdateWhitening(next, problem);
-    std::optional<ReducedSystem> after;
-    after.emplace(*problem, KeptFactors::kMostBytes);
-    after->Form(next, {}, progress);
-    const bool solvable = after->looks_not_evaluated() == 0 && after->weak_points().empty() &&
-                          after->FactorAndAnalyse(&next).regular();
-    const double left_after = solvable ? after->RemainingStep() : left;
-    if (left_after < left) contraction = left_after / left;
-    if (!(left_after < left)) {
-      UpdateWhitening(*state, problem);
-      break;
+/// Leaves out the looks whose corrected time of reading lies beyond the ends of their path; returns
+/// them.
+std::vector<std::size_t> LeaveOutBeyondPaths(const BlockState& state, AdjustmentProblem* problem) {
+  std::vector<std::size_t> out;
+  LookColumns columns;
+  LookEvaluation at;
+  const auto& offsets = problem->block.looks.offsets;
+  for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
+    if (!problem->Solves(point)) continue;
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      if (problem->look_used[i] == 0) continue;
+      if (!EvaluateLook(problem->model, state, point, i, {}, &columns, &at)) continue;
+      if (!at.beyond_path) continue;
+      problem->look_used[i] = 0;
+      out.push_back(i);
     }
-    left = left_after;
-    *state = std::move(next);
-    system->emplace(std::move(*after));
-    ++solve->iterations;
   }
-  return left > options.tolerance_1 ? left / (1.0 - contraction) : left;
+  return out;
 }
 
 /// Standard deviations are those of the place where the solver stopped: what is still to go bends
@@ -257,16 +291,21 @@ void WarnOfSlowSteps(const AdjustmentProblem& problem, double tolerance_1, Adjus
 }
 
 /// Drops the looks that a robust solution found far off; returns which.
-std::vector<std::size_t> DropOutliers(const AdjustResult& result, AdjustmentProblem* problem) {
+std::vector<std::size_t> DropOutliers(const BlockState& state, AdjustmentProblem* problem) {
   const double limit = ChiSquareQuantile(kKeepProbability_1, 2.0);
+  const auto& offsets = problem->block.looks.offsets;
   std::vector<std::size_t> dropped;
-  for (std::size_t i = 0; i < problem->look_used.size(); ++i) {
-    if (problem->look_used[i] == 0) continue;
-    const Eigen::Vector2d w = problem->whitening[i].Apply(result.looks.range_residual_m[i],
-                                                          result.looks.azimuth_residual_m[i]);
-    if (w.squaredNorm() <= limit) continue;
-    problem->look_used[i] = 0;
-    dropped.push_back(i);
+  WhitenedLook at;
+  for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
+    if (!problem->Solves(point)) continue;
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      if (problem->look_used[i] == 0) continue;
+      const bool near =
+          EvaluateWhitened(*problem, state, {}, point, i, &at) && at.error_1.squaredNorm() <= limit;
+      if (near) continue;
+      problem->look_used[i] = 0;
+      dropped.push_back(i);
+    }
   }
   return dropped;
 }
@@ -306,9 +345,7 @@ void EstimateComponents(const Weighting& weighting,
   };
   if (weighting.loss != RobustLoss::kNone) {
     steps.drop_outliers = [&] {
-      AdjustResult residuals;
-      FillResiduals(*problem, *state, {}, &residuals);
-      DropOutliers(residuals, problem);
+      DropOutliers(*state, problem);
       LeaveOutStarved(problem);
     };
   }
@@ -385,15 +422,26 @@ AdjustResult AdjustGiven(const Block& block,
   std::optional<ReducedSystem> system;
   {
     const StageTimer timer("solve", &result.stages);
-    solve = SolveRounds(weighting, options, &problem, &state, progress);
-    RecoverLostPoints(options, &problem, &state, &solve, &system, &defects, progress);
+    solve = SolveRounds(weighting, options, &problem, &state, progress, &system);
+    RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
+    for (int round = 0; round < 3 && system->looks_beyond_path() > 0; ++round) {
+      const std::vector<std::size_t> beyond = LeaveOutBeyondPaths(state, &problem);
+      Warn(&result,
+           std::to_string(beyond.size()) +
+               " looks are left out: with the time bias of their pass they lie beyond the ends of "
+               "its flight path: " +
+               NameLooks(block, beyond));
+      LeaveOutStarved(&problem);
+      RequireSolvable(problem);
+      SolveOnce(options, &problem, &state, &solve, &system, progress);
+    }
   }
   if (options.quality.snooping != Snooping::kNone) {
     const StageTimer timer("snooping", &result.stages);
     const auto again = [&](RobustLoss loss) {
       AdjustOptions with_loss = options;
       with_loss.robust = loss;
-      SolveOnce(with_loss, &problem, &state, &solve, progress);
+      SolveOnce(with_loss, &problem, &state, &solve, nullptr, progress);
     };
     system.reset();
     result.snooping = SearchBlunders(options, again, &problem, &state, progress);
@@ -405,7 +453,7 @@ AdjustResult AdjustGiven(const Block& block,
   std::optional<DatumTransform> datum;
   if (floating) {
     const StageTimer timer("datum", &result.stages);
-    const auto again = [&] { SolveOnce(options, &problem, &state, &solve, progress); };
+    const auto again = [&] { SolveOnce(options, &problem, &state, &solve, nullptr, progress); };
     datum.emplace(SettleInnerDatum(options, again, &problem, &state));
     system.reset();
   }
@@ -414,6 +462,7 @@ AdjustResult AdjustGiven(const Block& block,
   if (options.robust == RobustLoss::kNone) {
     if (!system || !system->weak_points().empty()) {
       FormDetermined(state, weighting, &problem, &system, progress);
+      static_cast<void>(NewtonFinish(options, &problem, &state, &*system, &solve, progress));
     }
   } else {
     // A point that lost the weight of all its looks is named below, with the looks dropped.
@@ -421,11 +470,8 @@ AdjustResult AdjustGiven(const Block& block,
     system->Form(state, weighting, progress);
   }
   RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
-  timer.emplace("solve", &result.stages);
-  result.remaining_step = options.robust == RobustLoss::kNone && !floating
-                              ? Polish(options, &problem, &state, &system, &solve, progress)
-                              : system->RemainingStep();
-  timer.emplace("covariance", &result.stages);
+  result.remaining_step = std::max(system->NewtonDecrement(),
+                                   options.robust == RobustLoss::kNone ? solve.decrement_1 : 0.0);
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost_1;
   result.final_cost = system->cost();
@@ -440,7 +486,7 @@ AdjustResult AdjustGiven(const Block& block,
   std::vector<std::size_t> dropped;
   if (options.robust != RobustLoss::kNone) {
     FillResiduals(problem, state, weighting, &result);
-    dropped = DropOutliers(result, &problem);
+    dropped = DropOutliers(state, &problem);
     LeaveOutStarved(&problem);
     if (!dropped.empty()) {
       Warn(&result,

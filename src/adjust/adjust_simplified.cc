@@ -35,26 +35,14 @@ double TimeLooks(const AdjustmentProblem& problem,
                  const LookModel& model,
                  std::size_t stride) {
   const std::vector<std::uint64_t>& offsets = problem.block.looks.offsets;
-  std::array<double, ParameterLayout::kMaxLocalColumns> local{}, range{}, doppler{};
-  Eigen::Vector2d error_m;
-  Eigen::Matrix<double, 2, 3> by_point;
+  LookEvaluation at;
   LookColumns columns;
   const double begin_s = ThreadSeconds();
   for (std::size_t point = 0; point < problem.block.points.size(); point += stride) {
     if (!problem.Solves(point)) continue;
     for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
-      model.ColumnsOf(i, &columns);
-      GatherColumns(problem.layout, columns, state.corrections, local.data());
-      static_cast<void>(model.Evaluate(i,
-                                       columns,
-                                       state.start_m[point],
-                                       state.displacement_m[point],
-                                       local,
-                                       problem.whitening[i],
-                                       &error_m,
-                                       &by_point,
-                                       {range.data(), doppler.data()}));
+      static_cast<void>(EvaluateLook(model, state, point, i, problem.weights[i], &columns, &at));
     }
   }
   return ThreadSeconds() - begin_s;
@@ -90,7 +78,7 @@ void AdoptAll(const AdjustmentProblem& from, const BlockState& state, Adjustment
   to->point_reason = from.point_reason;
   to->control_of = from.control_of;
   to->held = from.held;
-  UpdateWhitening(state, to);
+  UpdateWeights(state, to);
 }
 
 /// Forms and factors a system at a state; false where it has no step.
@@ -180,7 +168,7 @@ double ShiftToFullModel(const AdjustmentProblem& problem,
   AdoptAll(problem, state, &full);
   ReducedSystem system(full), own(problem);
   if (!FormStep(state, progress, &system)) return kNone;
-  if (covariance_m2.empty()) return system.RemainingStep();
+  if (covariance_m2.empty()) return system.NewtonDecrement();
   if (!FormStep(state, progress, &own)) return kNone;
   const BlockState there = AfterNewtonStep(full, state, system.Step());
   const BlockState here = AfterNewtonStep(problem, state, own.Step());

@@ -10,19 +10,18 @@
 
 namespace sarblock {
 
-/// Displacements of the points after a step, and what the quadratic model promises of their part.
+/// Displacements of the points after a step, and the decrease of the cost that the quadratic model
+/// predicts of their part.
 struct PointSteps {
   std::vector<Eigen::Vector3d> displacement_m;
-  double promised_1 = 0.0;
+  double predicted_decrease_1 = 0.0;
 };
 
 /// Step of every point for a step `dx` of the corrections:
 ///
 ///     dp = -V^-1 J_p' (e + J_c dx),   V = J_p' J_p + damping diag(J_p' J_p)
 ///
-/// Where the path stays straight J_c dx is the change of the path itself, without the partials by
-/// the corrections, and V is factored as it is. Thin intersections and looks of other paths go
-/// through FactorPoint.
+/// Thin intersections, whose V has lost digits, go through FactorPoint.
 [[nodiscard]] PointSteps SubstituteBack(const AdjustmentProblem& problem,
                                         const BlockState& state,
                                         const Weighting& weighting,

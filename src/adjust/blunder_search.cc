@@ -313,10 +313,7 @@ bool Search::Readmit() {
         problem_.block.looks.pass[look], problem_.block.looks.time_s[look], state_.corrections);
     WhitenedLook at;
     if (!corrected || !EvaluateWhitened(problem_, state_, {}, point, look, &at)) return;
-    const Eigen::Vector2d u =
-        RangeDirection(problem_.whitening[look], problem_.block.SigmaOf(look).range_m);
-    const Eigen::Vector2d v(u.dot(at.error_1), u.x() * at.error_1.y() - u.y() * at.error_1.x());
-    if (!(scale_1_ * v.cwiseAbs().maxCoeff() <= critical_1_)) return;
+    if (!(scale_1_ * at.error_1.cwiseAbs().maxCoeff() <= critical_1_)) return;
     readmitted_[look] = 1;
     problem_.look_used[look] = 1;
     any = true;

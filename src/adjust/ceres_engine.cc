@@ -8,7 +8,6 @@
 #include <array>
 #include <string>
 
-#include "ceres_finish.h"
 #include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/solver.h>
@@ -35,9 +34,6 @@ class Loss final : public ceres::LossFunction {
 
 /// A step below this part of what may be left was the last: those to come are shorter still.
 constexpr double kLastStepPart_1 = 0.3;
-/// From here down the cost cannot show what is left (FinishByNewton).
-constexpr double kFinished_1 = 1e-3;
-
 ceres::LinearSolverType TypeOf(CeresSolver solver) {
   switch (solver) {
     case CeresSolver::kDenseSchur:
@@ -118,29 +114,25 @@ bool LookCost::Evaluate(double const* const* blocks, double* residuals, double**
   const std::vector<int>& sizes = parameter_block_sizes();
   for (std::size_t b = 1; b < sizes.size(); ++b) next = std::copy_n(blocks[b], sizes[b], next);
   LookEvaluation at;
+  const Eigen::Vector3d displacement_m(blocks[0]);
   if (!problem_.model.Evaluate(
-          look_,
-          columns,
-          state_.start_m[point_],
-          Eigen::Map<const Eigen::Vector3d>(blocks[0]),
-          std::span<const double>(local).first(static_cast<std::size_t>(columns.column_count)),
+          {look_, columns, state_.start_m[point_], displacement_m, local.data()},
+          problem_.weights[look_],
           &at)) {
     return false;
   }
-  const Whitening& w = problem_.whitening[look_];
-  Eigen::Map<Eigen::Vector2d>{residuals} = w.Apply(at.error_m[0], at.error_m[1]);
+  Eigen::Map<Eigen::Vector2d>{residuals} = at.error_1;
   if (jacobians == nullptr) return true;
-  using RowMajor = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto fill = [&w](const auto& partials, double* out) {
-    Eigen::Map<RowMajor> jacobian(out, 2, partials.cols());
-    jacobian.row(0) = w.w00 * partials.row(0);
-    jacobian.row(1) = w.w10 * partials.row(0) + w.w11 * partials.row(1);
-  };
-  if (jacobians[0] != nullptr) fill(at.by_point, jacobians[0]);
-  int column = 0;
+  if (jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[0]} = at.by_point;
+  }
+  std::size_t column = 0;
   for (std::size_t b = 1; b < sizes.size(); ++b) {
-    if (jacobians[b] != nullptr) fill(at.by_columns.middleCols(column, sizes[b]), jacobians[b]);
-    column += sizes[b];
+    const auto size = static_cast<std::size_t>(sizes[b]);
+    for (std::size_t r = 0; r < 2 && jacobians[b] != nullptr; ++r) {
+      std::copy_n(at.row[r].data() + column, size, jacobians[b] + r * size);
+    }
+    column += size;
   }
   return true;
 }
@@ -297,9 +289,6 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   SolveReport report;
   report.converged = summary.termination_type == ceres::CONVERGENCE ||
                      summary.termination_type == ceres::USER_SUCCESS;
-  if (report.converged && least_squares && options.settled_1 <= kFinished_1) {
-    FinishByNewton(problem, options.threads, options.settled_1, ceres_problem.get(), state);
-  }
   report.iterations = summary.num_successful_steps;
   report.initial_cost_1 = summary.initial_cost;
   report.final_cost_1 = summary.final_cost;

@@ -7,7 +7,6 @@
 #include <span>
 
 #include "point_terms.h"
-#include "straight_motion.h"
 
 namespace sarblock {
 namespace {
@@ -113,44 +112,35 @@ double ReciprocalCondition(const Eigen::Matrix3d& r, const Eigen::Vector3d& squa
   return 1.0 / std::sqrt(3.0 * backward);  // columns of R D^-1 have unit length
 }
 
-/// Fetches the flight paths of the point that most likely comes next.
-void PrefetchPaths(const Block& block, std::size_t point, const StraightMotions* motions) {
-  const Looks& looks = block.looks;
-  if (point + 1 >= looks.offsets.size()) return;
-  for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-    if (motions != nullptr && motions->Apply(looks.pass[i])) continue;
-    block.passes[looks.pass[i]].path.Prefetch(looks.time_s[i]);
-  }
-}
+}  // namespace
 
-/// Evaluates the looks of a point into out->looks.
 void EvaluateLooks(const AdjustmentProblem& problem,
                    const BlockState& state,
                    const Weighting& weighting,
                    std::size_t point,
-                   const StraightMotions* motions,
                    PointFactor* out) {
   const Looks& looks = problem.block.looks;
   const std::size_t begin = looks.offsets[point], end = looks.offsets[point + 1];
-  PrefetchPaths(problem.block, point + 1, motions);
+  if (point + 2 < looks.offsets.size()) {  // the point that most likely comes next
+    for (std::size_t i = end; i < looks.offsets[point + 2]; ++i) problem.model.Prefetch(i);
+  }
   if (out->looks.size() < end - begin) out->looks.resize(end - begin);
   out->look_count = 0;
-  out->looks_not_evaluated = 0;
+  out->looks_not_evaluated = out->looks_beyond_path = 0;
   out->cost_1 = 0.0;
   for (std::size_t i = begin; i < end; ++i) {
     if (problem.look_used[i] == 0) continue;
     WhitenedLook& look = out->looks[static_cast<std::size_t>(out->look_count)];
-    if (!EvaluateWhitened(problem, state, weighting, point, i, &look, motions)) {
+    if (!EvaluateWhitened(problem, state, weighting, point, i, &look)) {
       ++out->looks_not_evaluated;
       continue;
     }
+    if (look.beyond_path) ++out->looks_beyond_path;
     out->cost_1 += look.cost_1;
     if (weighting.second_order) BendAlongResidual(&look);
     ++out->look_count;
   }
 }
-
-}  // namespace
 
 void BendAlongResidual(WhitenedLook* look) {
   const double square = look->error_1.squaredNorm();
@@ -192,8 +182,10 @@ bool FactorNormal(const Eigen::Vector3d& diagonal,
   return true;
 }
 
-void WeighLook(const Whitening& w, const Weighting& weighting, WhitenedLook* out) {
-  out->error_1 = w.Apply(out->error_m[0], out->error_m[1]);
+namespace {
+
+/// Cost of a look that is evaluated and weighted, and its weight under a loss.
+void ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
   const double square = out->error_1.squaredNorm();
   out->cost_1 = 0.5 * square;
   out->radial_1 = 1.0;
@@ -211,53 +203,19 @@ void WeighLook(const Whitening& w, const Weighting& weighting, WhitenedLook* out
   out->radial_1 = robust.radial_1;
 }
 
+}  // namespace
+
 bool EvaluateWhitened(const AdjustmentProblem& problem,
                       const BlockState& state,
                       const Weighting& weighting,
                       std::size_t point,
                       std::size_t look,
-                      WhitenedLook* out,
-                      const StraightMotions* motions) {
+                      WhitenedLook* out) {
   out->look = look;
-  const Whitening w = problem.whitening[look];
-  const LookRows rows{out->row[0].data(), out->row[1].data()};
-  if (motions != nullptr && motions->Apply(problem.block.looks.pass[look])) {
-    motions->ColumnsOf(look, &out->columns);
-    if (!motions->Evaluate(look,
-                           state.start_m[point],
-                           state.displacement_m[point],
-                           w,
-                           &out->error_m,
-                           &out->by_point,
-                           rows)) {
-      return false;
-    }
-    WeighLook(w, weighting, out);
-    return true;
-  }
-  problem.model.ColumnsOf(look, &out->columns);
-  // The corrections of one block stand together as they are.
-  std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  const double* x = local.data();
-  if (out->columns.block_count == 1) {
-    const auto block = static_cast<std::size_t>(out->columns.block[0]);
-    x = state.corrections.data() + problem.layout.blocks[block].offset;
-  } else {
-    GatherColumns(problem.layout, out->columns, state.corrections, local.data());
-  }
-  if (!problem.model.Evaluate(
-          look,
-          out->columns,
-          state.start_m[point],
-          state.displacement_m[point],
-          std::span<const double>(x, static_cast<std::size_t>(out->columns.column_count)),
-          w,
-          &out->error_m,
-          &out->by_point,
-          rows)) {
+  if (!EvaluateLook(problem.model, state, point, look, problem.weights[look], &out->columns, out)) {
     return false;
   }
-  WeighLook(w, weighting, out);
+  ApplyLoss(weighting, out);
   return true;
 }
 
@@ -266,9 +224,8 @@ void FactorPoint(const AdjustmentProblem& problem,
                  const Weighting& weighting,
                  double damping_1,
                  std::size_t point,
-                 PointFactor* out,
-                 const StraightMotions* motions) {
-  EvaluateLooks(problem, state, weighting, point, motions, out);
+                 PointFactor* out) {
+  EvaluateLooks(problem, state, weighting, point, out);
   ControlEvaluation control;
   int control_rows = 0;
   if (problem.control_of[point] >= 0) {

@@ -65,7 +65,7 @@ std::vector<SymmetricEnu> HeldCovariances(const Block& block,
       }
     }
   }
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
   return SweepPoints(problem, state, nullptr, false, nullptr).covariance_m2;
 }
 

@@ -147,22 +147,14 @@ class Predictor {
     return std::atan2(enu.x(), enu.y());
   }
 
-  /// Eq. 14 and 15 for every correction of one look. A correction that changes e_r by g changes the
-  /// point as a range error of -g does; for a shift of the antenna in the paper's frame,
-  /// -g = (y dy0 - H dz0)/r, this gives the position terms of Eq. 14 and 15 themselves.
+  /// Eq. 14 and 15 for every correction of one look. A correction that changes the range by g
+  /// changes the point as a range error of -g does; for a shift of the antenna in the paper's
+  /// frame, -g = (y dy0 - H dz0)/r, this gives the position terms of Eq. 14 and 15 themselves.
   void AddEffects(std::size_t point,
                   std::size_t look,
                   leberl::StationErrors leberl::StereoErrors::*station,
                   Prediction* out) {
-    problem_.model.ColumnsOf(look, &columns_);
-    GatherColumns(problem_.layout, columns_, state_.corrections, local_.data());
-    if (!problem_.model.Evaluate(
-            look,
-            columns_,
-            state_.start_m[point],
-            state_.displacement_m[point],
-            std::span<const double>(local_).first(static_cast<std::size_t>(columns_.column_count)),
-            &at_)) {
+    if (!EvaluateLook(problem_.model, state_, point, look, {}, &columns_, &at_)) {
       out->path_known = false;
       return;
     }
@@ -175,7 +167,7 @@ class Predictor {
         const auto parameter = static_cast<std::size_t>(block.offset + k);
         if (enters_[parameter] == 0) continue;
         const Parameter& p = problem_.layout.parameters[parameter];
-        const double slope = at_.by_columns(0, column);
+        const double slope = at_.row[0][static_cast<std::size_t>(column)];
         if (!p.has_prior()) {
           if (std::abs(slope) > kNoEffect_1) out->path_known = false;
           continue;
@@ -212,7 +204,6 @@ class Predictor {
   std::vector<Candidate> candidates_;
   LookColumns columns_;
   LookEvaluation at_;
-  std::array<double, ParameterLayout::kMaxLocalColumns> local_{};
 };
 
 /// Root of the sum of squares of `b` minus `a`, by correction; `turn` is +1, or -1 where across

@@ -3,23 +3,32 @@
 
 #include "sarblock/geometry/look_equations_inline.h"
 
+#include <algorithm>
 #include <cmath>
-
-#include "straight_rows.h"
+#include <limits>
 
 namespace sarblock {
 namespace {
 
 constexpr std::size_t kMaxBasis = PositionCorrection::kMaxDegree + 1;
+/// A point this near its cone, as a part of the range, is on it: a step beyond moves neither error
+/// nor partial by more than rounding does.
+constexpr double kOnCone_1 = 1e-12;
+/// The same where rounding of coordinates keeps it from coming nearer.
+constexpr double kRoundingOnCone_1 = 1e-8;
+constexpr int kMostConeSteps = 30;
+/// Least rate, as a part of the speed, at which the cone passes over a point: flatter, a step would
+/// go anywhere. At the solution flatter means that the cone turns with the point.
+constexpr double kLeastConeRate_1 = 0.02;
 
 /// Values of one term's basis functions with derivatives by time.
 struct TermBasis {
   std::array<double, kMaxBasis> value, first, second;
 };
 
-double SumOf(const std::vector<int>& columns, std::span<const double> x) {
+double SumOf(const std::vector<int>& columns, const double* x) {
   double sum = 0.0;
-  for (const int column : columns) sum += x[static_cast<std::size_t>(column)];
+  for (const int column : columns) sum += x[column];
   return sum;
 }
 
@@ -27,7 +36,7 @@ void EvaluatePolynomial(const PassCorrections& pass, int degree, double t_s, Ter
   const double rate = 1.0 / pass.half_length_s;
   if (degree <= 1) {  // the usual offset and drift
     out->value[0] = 1.0;
-    out->value[1] = (t_s - pass.middle_s) / pass.half_length_s;
+    out->value[1] = (t_s - pass.middle_s) * rate;
     out->first[0] = 0.0;
     out->first[1] = rate;
     out->second[0] = out->second[1] = 0.0;
@@ -59,16 +68,16 @@ struct AxisSums {
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Vector3d second = Eigen::Vector3d::Zero();
   bool used = false;
-  void Add(int axis, double coefficient, const TermBasis& basis, std::size_t k, bool accelerated) {
+  void Add(int axis, double coefficient, const TermBasis& basis, std::size_t k) {
     value[axis] += coefficient * basis.value[k];
     first[axis] += coefficient * basis.first[k];
-    if (accelerated) second[axis] += coefficient * basis.second[k];
+    second[axis] += coefficient * basis.second[k];
   }
 };
 
 /// Calls f(axis, basis index, local column) for each parameter of a term, in column order.
 template <typename F>
-void ForEachColumn(const PolynomialTerm& term, F&& f) {
+inline void ForEachColumn(const PolynomialTerm& term, F&& f) {
   int column = term.column;
   for (int axis = 0; axis < 3; ++axis) {
     if (!term.components[static_cast<std::size_t>(axis)]) continue;
@@ -77,86 +86,13 @@ void ForEachColumn(const PolynomialTerm& term, F&& f) {
 }
 
 template <typename F>
-void ForEachColumn(const SplineTerm& term, int first_column, F&& f) {
+inline void ForEachColumn(const SplineTerm& term, int first_column, F&& f) {
   int column = first_column;
   for (std::size_t k = 0; k < 4; ++k) {
     for (int axis = 0; axis < 3; ++axis) {
       if (term.components[static_cast<std::size_t>(axis)]) f(axis, k, column++);
     }
   }
-}
-
-/// Everything about the corrected path that both observation equations need.
-struct PathEvaluation {
-  Motion motion;  // corrected; jerk unused
-  bool turns = false;
-  TrackAxes axes;  // of the nominal path where it `turns`: where a term needs them
-  std::array<TermBasis, ParameterLayout::kMaxPolynomials> polynomial;
-  std::array<TermBasis, ParameterLayout::kMaxSplines> spline;
-};
-
-/// `accelerated`: the corrected acceleration is wanted too. `held_axes_1`: where the track axes do
-/// not turn, else null.
-bool EvaluatePath(const Frame& frame_of_block,
-                  const FlightPath& nominal,
-                  const Eigen::Matrix3d* held_axes_1,
-                  const PassCorrections& corrections,
-                  double measured_s,
-                  double path_s,
-                  std::span<const double> x,
-                  bool accelerated,
-                  PathEvaluation* out) {
-  if (!nominal.Evaluate(path_s, &out->motion)) return false;
-  out->turns = corrections.NeedsTrackAxes();
-  if (out->turns && held_axes_1 != nullptr) {
-    out->axes = {.axes_1 = *held_axes_1};
-  } else if (out->turns) {
-    out->axes = accelerated ? TrackAxesOf(frame_of_block, out->motion)
-                            : TrackAxesWithRate(frame_of_block, out->motion);
-  }
-  if (corrections.polynomials.empty() && corrections.splines.empty()) return true;
-
-  AxisSums track, frame;
-  const auto sums_of = [&](PositionCorrection::Axes axes) {
-    AxisSums* sums = axes == PositionCorrection::Axes::kTrack ? &track : &frame;
-    sums->used = true;
-    return sums;
-  };
-  for (std::size_t q = 0; q < corrections.polynomials.size(); ++q) {
-    const PolynomialTerm& term = corrections.polynomials[q];
-    EvaluatePolynomial(corrections, term.degree, path_s, &out->polynomial[q]);
-    AxisSums* sums = sums_of(term.axes);
-    ForEachColumn(term, [&](int axis, std::size_t k, int column) {
-      sums->Add(axis, x[static_cast<std::size_t>(column)], out->polynomial[q], k, accelerated);
-    });
-  }
-  int column_begin = corrections.static_columns;
-  for (std::size_t q = 0; q < corrections.splines.size(); ++q) {
-    const SplineTerm& term = corrections.splines[q];
-    EvaluateSpline(term, measured_s, path_s, &out->spline[q]);
-    AxisSums* sums = sums_of(term.axes);
-    ForEachColumn(term, column_begin, [&](int axis, std::size_t k, int column) {
-      sums->Add(axis, x[static_cast<std::size_t>(column)], out->spline[q], k, accelerated);
-    });
-    column_begin += 4 * term.component_count;
-  }
-  // delta = A c + f and its time derivatives; A turns with the track (docs/theory/flight_path.md).
-  Motion& motion = out->motion;
-  if (track.used) {
-    const TrackAxes& a = out->axes;
-    motion.position_m += a.axes_1 * track.value;
-    motion.velocity_mps += a.rate * track.value + a.axes_1 * track.first;
-    if (accelerated) {
-      motion.acceleration_mps2 +=
-          a.acceleration * track.value + 2.0 * (a.rate * track.first) + a.axes_1 * track.second;
-    }
-  }
-  if (frame.used) {
-    motion.position_m += frame.value;
-    motion.velocity_mps += frame.first;
-    if (accelerated) motion.acceleration_mps2 += frame.second;
-  }
-  return out->motion.position_m.allFinite() && out->motion.velocity_mps.allFinite();
 }
 
 /// Slant delay mapping m(p) = exp(-h/H) / cos(incidence) and its partials; false where the sight
@@ -185,40 +121,67 @@ bool EvaluateMapping(const Vertical& vertical,
   return true;
 }
 
-/// What of a pass the straight route needs; not `applies` where anything else corrects it.
-StraightPass StraightPassOf(const Block& block,
-                            const FlightPath& path,
-                            const Eigen::Matrix3d* held_axes_1,
-                            const PassCorrections& corrections) {
-  StraightPass out;
-  out.curved = !path.IsStraight();
-  const bool turns =
-      held_axes_1 == nullptr && (block.frame.kind() != FrameKind::kLocal || out.curved);
-  out.applies = !turns && corrections.splines.empty() && corrections.polynomials.size() <= 1 &&
-                corrections.velocity_across.empty() && corrections.velocity_up.empty() &&
-                corrections.time_bias.empty() && corrections.squint_bias.empty() &&
-                corrections.troposphere.empty();
-  if (!out.applies) return out;
-  const StateVector& first = path.states().front();
-  out.start_s = path.start_s();
-  out.end_s = path.end_s();
-  out.position_m = first.position_m;
-  out.velocity_mps = first.velocity_mps;
-  if (corrections.polynomials.empty()) return out;
-  const PolynomialTerm& term = corrections.polynomials[0];
-  if (term.axes == PositionCorrection::Axes::kTrack && held_axes_1 != nullptr) {
-    out.axes_1 = *held_axes_1;
-  } else if (term.axes == PositionCorrection::Axes::kTrack) {
-    Motion motion;
-    motion.position_m = first.position_m;
-    motion.velocity_mps = first.velocity_mps;
-    out.axes_1 = TrackAxesWithRate(block.frame, motion).axes_1;
-  }
-  out.applies = term.degree <= 1 && out.axes_1.allFinite();
+/// Partials of an error by position and velocity of the antenna, turned to axes A: by a parameter
+/// that moves the path by A B it is by[0] B + by[1] B' + by[2] B''.
+struct AxisPartials {
+  std::array<Eigen::RowVector3d, 3> by;
+};
+
+/// The parameter moves the antenna by A B at the measured time, by (A B) + (A B)' dt + (A B)''
+/// dt^2/2 a time dt later, and its velocity by the derivative of that.
+AxisPartials TurnToAxes(const TrackAxes& axes,
+                        bool constant,
+                        const Eigen::RowVector3d& by_s,
+                        const Eigen::RowVector3d& by_v,
+                        double dt_s) {
+  const double half_s2 = 0.5 * dt_s * dt_s;
+  const Eigen::RowVector3d s0 = by_s * axes.axes_1, v0 = by_v * axes.axes_1;
+  AxisPartials out;
+  out.by[0] = s0;
+  out.by[1] = dt_s * s0 + v0;
+  out.by[2] = half_s2 * s0 + dt_s * v0;
+  if (constant) return out;
+  const Eigen::RowVector3d s1 = by_s * axes.rate, v1 = by_v * axes.rate;
+  out.by[0] +=
+      dt_s * s1 + v1 + half_s2 * (by_s * axes.acceleration) + dt_s * (by_v * axes.acceleration);
+  out.by[1] += (2.0 * half_s2) * s1 + (2.0 * dt_s) * v1;
   return out;
 }
 
+AxisPartials InFrame(const Eigen::RowVector3d& by_s, const Eigen::RowVector3d& by_v, double dt_s) {
+  return {{by_s, dt_s * by_s + by_v, (0.5 * dt_s * dt_s) * by_s + dt_s * by_v}};
+}
+
 }  // namespace
+
+/// Everything about the corrected path at the measured time that both observation equations need.
+struct LookModel::Reading {
+  Motion motion;         // corrected; jerk of the nominal path
+  bool turns = false;    // track axes are needed
+  bool constant = true;  // and do not turn
+  bool beyond_path = false;
+  TrackAxes axes;
+  std::array<TermBasis, ParameterLayout::kMaxPolynomials> polynomial;
+  std::array<TermBasis, ParameterLayout::kMaxSplines> spline;
+};
+
+std::vector<double> LargestRanges_m(const Block& block) {
+  std::vector<double> out(block.passes.size(), 0.0);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    double& largest_m = out[block.looks.pass[i]];
+    if (block.looks.range_m[i] > largest_m) largest_m = block.looks.range_m[i];  // NaN: no
+  }
+  return out;
+}
+
+std::vector<double> ConeTurning_1(const FlightPath& path, double range_m) {
+  std::vector<double> out(path.piece_count());
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const double square = path.PieceVelocity_mps(k).squaredNorm();
+    out[k] = path.AccelerationMisfit_mps2(k) * range_m / square;
+  }
+  return out;
+}
 
 LookModel::LookModel(const Block& block,
                      const ParameterLayout& layout,
@@ -228,12 +191,25 @@ LookModel::LookModel(const Block& block,
   if (simplified.linear_velocity) {
     for (const Pass& pass : block.passes) straightened_.push_back(StraightenedPath(pass));
   }
-  straight_.reserve(block.passes.size());
+  axes_.resize(block.passes.size());
+  const std::vector<double> range_m = LargestRanges_m(block);
   for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
-    if (simplified.fixed_track_axes) {
-      held_axes_1_.push_back(AxesInTheMiddle(block.frame, PathOf(pass), block.passes[pass]));
+    const std::vector<double> turning_1 = ConeTurning_1(PathOf(pass), range_m[pass]);
+    const bool steady = std::all_of(
+        turning_1.begin(), turning_1.end(), [](double turn) { return turn <= kMostTurn_1; });
+    accelerations_.push_back(steady ? Acceleration::kOfCubic : Acceleration::kOfVelocities);
+  }
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    if (!layout.passes[pass].NeedsTrackAxes()) continue;
+    const FlightPath& path = PathOf(pass);
+    PassAxes& axes = axes_[pass];
+    axes.constant = simplified.fixed_track_axes ||
+                    (block.frame.kind() == FrameKind::kLocal && path.IsStraight());
+    if (axes.constant) {
+      axes.axes_1 = AxesInTheMiddle(block.frame, path, block.passes[pass]);
+    } else {
+      axes.verticals = VerticalTable(block.frame, path);
     }
-    straight_.push_back(StraightPassOf(block, PathOf(pass), HeldAxesOf(pass), layout.passes[pass]));
   }
 }
 
@@ -295,213 +271,239 @@ void GatherColumns(const ParameterLayout& layout,
   }
 }
 
-bool LookModel::Evaluate(std::size_t look,
-                         const LookColumns& columns,
-                         const Eigen::Vector3d& start_m,
-                         const Eigen::Vector3d& displacement_m,
-                         std::span<const double> x,
-                         LookEvaluation* out) const {
-  constexpr Whitening kMetres{1.0, 0.0, 1.0};
-  return Evaluate(look,
-                  columns,
-                  start_m,
-                  displacement_m,
-                  x,
-                  kMetres,
-                  &out->error_m,
-                  &out->by_point,
-                  {out->by_columns.row(0).data(), out->by_columns.row(1).data()});
-}
-
-bool LookModel::EvaluateStraight(std::size_t look,
-                                 const StraightPass& straight,
-                                 const Eigen::Vector3d& start_m,
-                                 const Eigen::Vector3d& displacement_m,
-                                 std::span<const double> x,
-                                 const Whitening& w,
-                                 Eigen::Vector2d* error_m,
-                                 Eigen::Matrix<double, 2, 3>* by_point,
-                                 LookRows rows) const {
-  const Looks& looks = block_.looks;
-  const PassCorrections& c = layout_.passes[looks.pass[look]];
-  const AdjustedTime adjusted = TimeOf(look);
-  const double time_s = looks.time_s[look] + adjusted.shift_s;
-  if (!(time_s >= straight.start_s && time_s <= straight.end_s)) return false;
-  const double from_start_s = time_s - straight.start_s;
-  Eigen::Vector3d s_m = straight.position_m + from_start_s * straight.velocity_mps;
-  Eigen::Vector3d v_mps = straight.velocity_mps;
-  if (straight.curved) {
-    Motion nominal;
-    if (!PathOf(looks.pass[look]).Evaluate(time_s, &nominal)) return false;
-    s_m = nominal.position_m;
-    v_mps = nominal.velocity_mps;
-  }
-  const PolynomialTerm* term = c.polynomials.empty() ? nullptr : c.polynomials.data();
-  const double rate = 1.0 / c.half_length_s;
-  const double basis_1 = (time_s - c.middle_s) * rate;
-  if (term != nullptr) {
-    const double* value = x.data() + term->column;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      if (!term->components[static_cast<std::size_t>(axis)]) continue;
-      if (term->degree == 0) {
-        s_m += straight.axes_1.col(axis) * *value++;
-      } else {
-        s_m += straight.axes_1.col(axis) * (value[0] + basis_1 * value[1]);
-        v_mps += straight.axes_1.col(axis) * (rate * value[1]);
-        value += 2;
-      }
-    }
-  }
-  LookEquations eq;
-  const Eigen::Vector3d d_m = (start_m - s_m) + displacement_m;
-  if (!EvaluateLookEquationsInline(d_m, v_mps, ConeOf(look), 0.0, &eq)) return false;
-  const double kappa = SumOf(c.range_scale, x);
-  const Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
-  *error_m = {(eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m -
-                  adjusted.range_m(),
-              eq.doppler_error_m - adjusted.doppler_m()};
-  by_point->row(0) = w.w00 * range_by_p;
-  by_point->row(1) = w.w10 * range_by_p + w.w11 * eq.ded_dp;
-  if (rows.range != nullptr) {
-    FillStraightRows(straight, c, time_s, eq, w, *by_point, rows);
-  }
-  return error_m->allFinite();
-}
-
-bool LookModel::Evaluate(std::size_t look,
-                         const LookColumns& columns,
-                         const Eigen::Vector3d& start_m,
-                         const Eigen::Vector3d& displacement_m,
-                         std::span<const double> x,
-                         const Whitening& w,
-                         Eigen::Vector2d* error_m,
-                         Eigen::Matrix<double, 2, 3>* by_point,
-                         LookRows rows) const {
-  const Looks& looks = block_.looks;
-  const std::size_t pass = looks.pass[look];
-  if (straight_[pass].applies) {
-    return EvaluateStraight(
-        look, straight_[pass], start_m, displacement_m, x, w, error_m, by_point, rows);
-  }
+bool LookModel::ReadPath(
+    std::size_t pass, double measured_s, double path_s, const double* x, Reading* out) const {
   const PassCorrections& c = layout_.passes[pass];
-  const double measured_s = looks.time_s[look];
-  const AdjustedTime adjusted = TimeOf(look);
-  PathEvaluation path;
-  if (!EvaluatePath(block_.frame,
-                    PathOf(pass),
-                    HeldAxesOf(pass),
-                    c,
-                    measured_s,
-                    measured_s + adjusted.shift_s + SumOf(c.time_bias, x),
-                    x,
-                    !c.time_bias.empty(),
-                    &path)) {
-    return false;
-  }
-  const Motion& motion = path.motion;
-  // The direction errors of the cone axis: t = c_across across + c_up up, v_cone = v + |v| t.
-  const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
-  const double speed = motion.velocity_mps.norm();
-  const Eigen::Vector3d u = motion.velocity_mps * (1.0 / speed);
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero(), turn_rate = Eigen::Vector3d::Zero();
-  if (turned) {
-    const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
-    turn = across * path.axes.axes_1.col(1) + up * path.axes.axes_1.col(2);
-    turn_rate = across * path.axes.rate.col(1) + up * path.axes.rate.col(2);
-  }
-  // d = (start - s) + displacement keeps the digits of a small displacement.
-  const Eigen::Vector3d to_start = start_m - motion.position_m;
-  LookEquations eq;
-  const Eigen::Vector3d d = to_start + displacement_m;
-  if (!EvaluateLookEquationsInline(
-          d, motion.velocity_mps + speed * turn, ConeOf(look), SumOf(c.squint_bias, x), &eq)) {
-    return false;
-  }
-  const double kappa = SumOf(c.range_scale, x);
-  Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
-  Eigen::RowVector3d range_by_s = -range_by_p;
-  double range_error_m =
-      (eq.rho_m - looks.range_m[look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m;
-  std::array<SlantMapping, ParameterLayout::kMaxTroposphere> mappings;
-  if (!c.troposphere.empty()) {
-    const Vertical vertical = DelayVerticalAt(start_m + displacement_m);
-    for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
-      const TroposphereTerm& term = c.troposphere[q];
-      if (!EvaluateMapping(vertical, d, eq.rho_m, term.scale_height_m, &mappings[q])) return false;
-      const double zenith_m = x[static_cast<std::size_t>(term.column)];
-      range_error_m += zenith_m * mappings[q].value;
-      range_by_p += zenith_m * mappings[q].by_p;
-      range_by_s += zenith_m * mappings[q].by_s;
+  const FlightPath& path = PathOf(pass);
+  Motion& motion = out->motion;
+  std::size_t piece = 0;
+  if (!path.Read(path_s, accelerations_[pass], &motion, &piece)) return false;
+  out->beyond_path = path_s < path.start_s() || path_s > path.end_s();
+  out->turns = c.NeedsTrackAxes();
+  if (out->turns) {
+    const PassAxes& axes = axes_[pass];
+    out->constant = axes.constant;
+    if (axes.constant) {
+      out->axes.axes_1 = axes.axes_1;
+    } else {
+      out->axes = TrackAxesOf(axes.verticals.At(piece, path_s), motion);
     }
   }
-  *error_m = {range_error_m - adjusted.range_m(), eq.doppler_error_m - adjusted.doppler_m()};
-  by_point->row(0) = w.w00 * range_by_p;
-  by_point->row(1) = w.w10 * range_by_p + w.w11 * eq.ded_dp;
-  if (columns.column_count == 0 || rows.range == nullptr) return error_m->allFinite();
+  if (c.polynomials.empty() && c.splines.empty()) return true;
 
-  // Cone axis v_cone by velocity: dv_cone = dv + (u.dv) t; so e_d by v is cone_by_v.
-  const Eigen::RowVector3d cone_by_v = eq.ded_dv + eq.ded_dv.dot(turn) * u.transpose();
-  const auto set = [&](int column, double range, double doppler) {
-    rows.range[column] = w.w00 * range;
-    rows.doppler[column] = w.w10 * range + w.w11 * doppler;
-  };
-  // A position parameter moves s by its axis times B and v by (axis B)': three numbers an axis
-  // serve all its degrees.
-  struct AxisPartials {
-    Eigen::RowVector3d range_by_s, doppler_by_value, doppler_by_rate;
-  };
-  const Eigen::RowVector3d doppler_by_s = -eq.ded_dp;
-  const AxisPartials frame{range_by_s, doppler_by_s, cone_by_v};
-  AxisPartials track;
-  if (path.turns) {
-    track = {range_by_s * path.axes.axes_1,
-             doppler_by_s * path.axes.axes_1 + cone_by_v * path.axes.rate,
-             cone_by_v * path.axes.axes_1};
-  }
-  const auto set_position = [&](PositionCorrection::Axes axes,
-                                const TermBasis& basis,
-                                int axis,
-                                std::size_t k,
-                                int column) {
-    const AxisPartials& by = axes == PositionCorrection::Axes::kFrame ? frame : track;
-    set(column,
-        by.range_by_s[axis] * basis.value[k],
-        by.doppler_by_value[axis] * basis.value[k] + by.doppler_by_rate[axis] * basis.first[k]);
+  AxisSums track, frame;
+  const auto sums_of = [&](PositionCorrection::Axes axes) {
+    AxisSums* sums = axes == PositionCorrection::Axes::kTrack ? &track : &frame;
+    sums->used = true;
+    return sums;
   };
   for (std::size_t q = 0; q < c.polynomials.size(); ++q) {
     const PolynomialTerm& term = c.polynomials[q];
+    EvaluatePolynomial(c, term.degree, path_s, &out->polynomial[q]);
+    AxisSums* sums = sums_of(term.axes);
     ForEachColumn(term, [&](int axis, std::size_t k, int column) {
-      set_position(term.axes, path.polynomial[q], axis, k, column);
+      sums->Add(axis, x[column], out->polynomial[q], k);
     });
   }
   int column_begin = c.static_columns;
   for (std::size_t q = 0; q < c.splines.size(); ++q) {
     const SplineTerm& term = c.splines[q];
+    EvaluateSpline(term, measured_s, path_s, &out->spline[q]);
+    AxisSums* sums = sums_of(term.axes);
     ForEachColumn(term, column_begin, [&](int axis, std::size_t k, int column) {
-      set_position(term.axes, path.spline[q], axis, k, column);
+      sums->Add(axis, x[column], out->spline[q], k);
     });
     column_begin += 4 * term.component_count;
   }
-  for (const int column : c.velocity_across) {
-    set(column, 0.0, speed * eq.ded_dv.dot(path.axes.axes_1.col(1)));
+  // delta = A c + f and its time derivatives; A turns with the track (docs/theory/flight_path.md).
+  if (track.used) {
+    const TrackAxes& a = out->axes;
+    motion.position_m += a.axes_1 * track.value;
+    motion.velocity_mps += a.axes_1 * track.first;
+    motion.acceleration_mps2 += a.axes_1 * track.second;
+    if (!out->constant) {
+      motion.velocity_mps += a.rate * track.value;
+      motion.acceleration_mps2 += a.acceleration * track.value + 2.0 * (a.rate * track.first);
+    }
   }
-  for (const int column : c.velocity_up) {
-    set(column, 0.0, speed * eq.ded_dv.dot(path.axes.axes_1.col(2)));
+  if (frame.used) {
+    motion.position_m += frame.value;
+    motion.velocity_mps += frame.first;
+    motion.acceleration_mps2 += frame.second;
+  }
+  return motion.position_m.allFinite() && motion.velocity_mps.allFinite();
+}
+
+bool LookModel::Evaluate(const LookState& at,
+                         const LookWeights& weights,
+                         LookEvaluation* out) const {
+  const Looks& looks = block_.looks;
+  const std::size_t pass = looks.pass[at.look];
+  const PassCorrections& c = layout_.passes[pass];
+  const double* x = at.x;
+  const double measured_s = looks.time_s[at.look];
+  Reading path;
+  if (!ReadPath(pass, measured_s, measured_s + SumOf(c.time_bias, x), x, &path)) return false;
+  const Motion& motion = path.motion;
+  // The direction errors of the cone axis: t = c_across across + c_up up, v_cone = v + |v| t.
+  const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
+  Eigen::Vector3d turn_before = Eigen::Vector3d::Zero(), turn_rate = Eigen::Vector3d::Zero();
+  if (turned) {
+    const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
+    turn_before = across * path.axes.axes_1.col(1) + up * path.axes.axes_1.col(2);
+    if (!path.constant) turn_rate = across * path.axes.rate.col(1) + up * path.axes.rate.col(2);
+  }
+  const Cone cone = ConeOf(at.look);
+  const double squint_bias_rad = SumOf(c.squint_bias, x);
+  // d = (start - s) + displacement keeps the digits of a small displacement.
+  const Eigen::Vector3d d_before = (at.start_m - motion.position_m) + at.displacement_m;
+
+  // The time error: Newton's method on the cone. dt_s after the measured time the antenna is
+  // moved_m farther on.
+  LookEquations eq;
+  Eigen::Vector3d d, v_mps, turn = Eigen::Vector3d::Zero();
+  double dt_s = 0.0, speed = 0.0, cone_rate_mps = 0.0, last_off_m = 0.0;
+  double first_s = -std::numeric_limits<double>::infinity(), last_s = -first_s;
+  for (int step = 0;; ++step) {
+    const Eigen::Vector3d turning_mps2 = motion.acceleration_mps2 + (0.5 * dt_s) * motion.jerk_mps3;
+    v_mps = motion.velocity_mps + dt_s * turning_mps2;
+    d = d_before - dt_s * (motion.velocity_mps + (0.5 * dt_s) * (motion.acceleration_mps2 +
+                                                                 (dt_s / 3.0) * motion.jerk_mps3));
+    const Eigen::Vector3d a_mps2 = motion.acceleration_mps2 + dt_s * motion.jerk_mps3;
+    Eigen::Vector3d axis_mps = v_mps, axis_mps2 = a_mps2;
+    if (turned) {
+      speed = v_mps.norm();
+      turn = turn_before + dt_s * turn_rate;
+      axis_mps += speed * turn;
+      axis_mps2 += (v_mps.dot(a_mps2) / speed) * turn + speed * turn_rate;
+    }
+    if (!EvaluateLookEquationsInline(d, axis_mps, cone, squint_bias_rad, &eq)) return false;
+    cone_rate_mps = eq.ded_dv.dot(axis_mps2) - eq.ded_dp.dot(v_mps);
+    const double off_m = eq.doppler_error_m, size_m = std::abs(off_m);
+    if (size_m <= kOnCone_1 * eq.rho_m ||
+        (size_m <= kRoundingOnCone_1 * eq.rho_m && step > 1 && size_m > 0.25 * last_off_m)) {
+      break;
+    }
+    if (step == kMostConeSteps) return false;
+    last_off_m = size_m;
+    // The point is ahead of the cone while e_d > 0.
+    (off_m > 0.0 ? first_s : last_s) = dt_s;
+    const double least_mps = kLeastConeRate_1 * v_mps.norm();
+    double next_s = dt_s + off_m / std::max(-cone_rate_mps, least_mps);
+    if (!(next_s > first_s && next_s < last_s)) next_s = 0.5 * (first_s + last_s);
+    if (!std::isfinite(next_s)) return false;
+    dt_s = next_s;
+  }
+  if (!(cone_rate_mps < -kLeastConeRate_1 * v_mps.norm())) return false;
+  const double slowness = -1.0 / cone_rate_mps;  // dt_p = slowness de_d
+
+  const double kappa = SumOf(c.range_scale, x);
+  Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
+  Eigen::RowVector3d range_by_s = -range_by_p;
+  double range_error_m =
+      (eq.rho_m - looks.range_m[at.look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m;
+  std::array<SlantMapping, ParameterLayout::kMaxTroposphere> mappings;
+  if (!c.troposphere.empty()) {
+    const Vertical vertical = DelayVerticalAt(at.start_m + at.displacement_m);
+    for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
+      const TroposphereTerm& term = c.troposphere[q];
+      if (!EvaluateMapping(vertical, d, eq.rho_m, term.scale_height_m, &mappings[q])) return false;
+      const double zenith_m = x[term.column];
+      range_error_m += zenith_m * mappings[q].value;
+      range_by_p += zenith_m * mappings[q].by_p;
+      range_by_s += zenith_m * mappings[q].by_s;
+    }
+  }
+  // What is left of e_d moves the time, and the time the range.
+  const double range_rate_mps = range_by_s.dot(v_mps);
+  const double last_step_s = slowness * eq.doppler_error_m;
+  const double wr = weights.range_per_m, wt = weights.time_per_s;
+  out->error_1 = {wr * (range_error_m + range_rate_mps * last_step_s), wt * (dt_s + last_step_s)};
+  out->azimuth_mps = -cone_rate_mps;
+  out->beyond_path = path.beyond_path;
+  // Of a partial of e_r and one of e_d: those of range and time.
+  const double of_time = wt * slowness, of_range = wr * range_rate_mps * slowness;
+  out->by_point.row(0) = wr * range_by_p + of_range * eq.ded_dp;
+  out->by_point.row(1) = of_time * eq.ded_dp;
+  if (at.columns.column_count == 0) return out->error_1.allFinite();
+
+  double* range_row = out->row[0].data();
+  double* time_row = out->row[1].data();
+  const auto set = [&](int column, double range, double doppler) {
+    range_row[column] = wr * range + of_range * doppler;
+    time_row[column] = of_time * doppler;
+  };
+  // Cone axis v_cone by velocity: dv_cone = dv + (u.dv) t; so e_d by v is cone_by_v.
+  Eigen::RowVector3d cone_by_v = eq.ded_dv;
+  if (turned) cone_by_v += eq.ded_dv.dot(turn) / speed * v_mps.transpose();
+  const Eigen::RowVector3d time_by_s = -of_time * eq.ded_dp, time_by_v = of_time * cone_by_v;
+  const Eigen::RowVector3d both_by_s = wr * range_by_s - of_range * eq.ded_dp;
+  const Eigen::RowVector3d both_by_v = of_range * cone_by_v;
+  // A position parameter moves the path by its axis times B: three numbers an axis serve all its
+  // degrees.
+  std::array<AxisPartials, 2> track, frame;  // of range and time
+  bool in_track = false, in_frame = false;
+  const auto partials_of =
+      [&](PositionCorrection::Axes axes) -> const std::array<AxisPartials, 2>& {
+    if (axes == PositionCorrection::Axes::kTrack) {
+      if (!in_track) {
+        track = {TurnToAxes(path.axes, path.constant, both_by_s, both_by_v, dt_s),
+                 TurnToAxes(path.axes, path.constant, time_by_s, time_by_v, dt_s)};
+        in_track = true;
+      }
+      return track;
+    }
+    if (!in_frame) {
+      frame = {InFrame(both_by_s, both_by_v, dt_s), InFrame(time_by_s, time_by_v, dt_s)};
+      in_frame = true;
+    }
+    return frame;
+  };
+  const auto set_position = [&](const std::array<AxisPartials, 2>& by,
+                                const TermBasis& basis,
+                                int axis,
+                                std::size_t k,
+                                int column) {
+    const double b0 = basis.value[k], b1 = basis.first[k], b2 = basis.second[k];
+    range_row[column] = by[0].by[0][axis] * b0 + by[0].by[1][axis] * b1 + by[0].by[2][axis] * b2;
+    time_row[column] = by[1].by[0][axis] * b0 + by[1].by[1][axis] * b1 + by[1].by[2][axis] * b2;
+  };
+  for (std::size_t q = 0; q < c.polynomials.size(); ++q) {
+    const PolynomialTerm& term = c.polynomials[q];
+    const std::array<AxisPartials, 2>& by = partials_of(term.axes);
+    ForEachColumn(term, [&](int axis, std::size_t k, int column) {
+      set_position(by, path.polynomial[q], axis, k, column);
+    });
+  }
+  int column_begin = c.static_columns;
+  for (std::size_t q = 0; q < c.splines.size(); ++q) {
+    const SplineTerm& term = c.splines[q];
+    const std::array<AxisPartials, 2>& by = partials_of(term.axes);
+    ForEachColumn(term, column_begin, [&](int axis, std::size_t k, int column) {
+      set_position(by, path.spline[q], axis, k, column);
+    });
+    column_begin += 4 * term.component_count;
+  }
+  if (turned) {
+    const auto set_turn = [&](const std::vector<int>& columns, Eigen::Index axis) {
+      Eigen::Vector3d direction = path.axes.axes_1.col(axis);
+      if (!path.constant) direction += dt_s * path.axes.rate.col(axis);
+      for (const int column : columns) set(column, 0.0, speed * eq.ded_dv.dot(direction));
+    };
+    set_turn(c.velocity_across, 1);
+    set_turn(c.velocity_up, 2);
   }
   for (const int column : c.range_bias) set(column, 1.0, 0.0);
   for (const int column : c.range_scale) set(column, eq.rho_m, 0.0);
-  for (const int column : c.time_bias) {
-    const Eigen::Vector3d& a = motion.acceleration_mps2;
-    const Eigen::Vector3d cone_rate = a + u.dot(a) * turn + speed * turn_rate;
-    set(column,
-        range_by_s.dot(motion.velocity_mps),
-        -eq.ded_dp.dot(motion.velocity_mps) + eq.ded_dv.dot(cone_rate));
+  for (const int column : c.time_bias) {  // a path read later is met earlier
+    range_row[column] = 0.0;
+    time_row[column] = -wt;
   }
   for (const int column : c.squint_bias) set(column, 0.0, eq.ded_dtau_m);
   for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
     set(c.troposphere[q].column, mappings[q].value, 0.0);
   }
-  return error_m->allFinite();
+  return out->error_1.allFinite();
 }
 
 std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
@@ -514,7 +516,7 @@ std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
     ColumnsAt(pass, time_s, &columns);
     std::array<double, ParameterLayout::kMaxLocalColumns> local;
     GatherColumns(layout_, columns, x, local.data());
-    path_s += SumOf(c.time_bias, local);
+    path_s += SumOf(c.time_bias, local.data());
   }
   return CorrectedMotionAtPathTime(pass, time_s, path_s, x);
 }
@@ -525,16 +527,8 @@ std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(
   ColumnsAt(pass, measured_s, &columns);
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   GatherColumns(layout_, columns, x, local.data());
-  PathEvaluation path;
-  if (!EvaluatePath(block_.frame,
-                    PathOf(pass),
-                    HeldAxesOf(pass),
-                    layout_.passes[pass],
-                    measured_s,
-                    path_s,
-                    local,
-                    true,
-                    &path)) {
+  Reading path;
+  if (!ReadPath(pass, measured_s, path_s, local.data(), &path) || path.beyond_path) {
     return std::nullopt;
   }
   return CorrectedMotion{path.motion, path_s};

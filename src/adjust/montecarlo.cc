@@ -44,7 +44,7 @@ RunErrors AdjustRun(const AdjustmentProblem& problem,
     again.layout.parameters[i].prior_value = prior_values[i];
   }
   BlockState at = state;
-  UpdateWhitening(at, &again);
+  UpdateWeights(at, &again);
   if (!SolveRounds(weighting, options, &again, &at, nullptr).converged) return {};
   RunErrors errors(at.displacement_m.size());
   for (std::size_t i = 0; i < errors.size(); ++i) {

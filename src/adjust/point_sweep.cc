@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "point_terms.h"
-#include "straight_motion.h"
 #include <Eigen/LU>
 
 namespace sarblock {
@@ -65,7 +64,6 @@ void FactorAt(const AdjustmentProblem& problem,
               const BlockState& state,
               const BlockSymmetricMatrix* inverse,
               bool quality,
-              const StraightMotions& motions,
               const KeptFactors* kept,
               std::size_t point,
               PointState* p) {
@@ -73,7 +71,7 @@ void FactorAt(const AdjustmentProblem& problem,
   p->t = kept != nullptr ? kept->Restore(problem, point, &p->factor.r, &columns) : nullptr;
   if (p->t != nullptr && quality && !kept->RestoreLooks(problem, point, &p->factor)) p->t = nullptr;
   const bool restored = p->t != nullptr;
-  if (!restored) FactorPoint(problem, state, {}, 0.0, point, &p->factor, &motions);
+  if (!restored) FactorPoint(problem, state, {}, 0.0, point, &p->factor);
   p->r_inverse = InverseOfUpper(p->factor.r);
   p->core.setIdentity();
   p->complement_formed = false;
@@ -199,19 +197,16 @@ double FillLook(const AdjustmentProblem& problem,
       shift = q - products.with_point;
     }
   }
-  const Eigen::Matrix2d rotation = ToComponents(problem.whitening[look.look]);
-  adjusted = rotation * adjusted * rotation.transpose();
-  shift = rotation * shift;
-  const Eigen::Vector2d error = rotation * look.error_1;
   double total = 0.0;
   for (Eigen::Index i = 0; i < 2; ++i) {
     const auto component = static_cast<std::size_t>(i);
     const double redundancy = 1.0 - adjusted(i, i);
     total += redundancy;
     out->redundancy_1[component][look.look] = static_cast<float>(redundancy);
-    out->w_1[component][look.look] = redundancy > kLeastRedundancy_1
-                                         ? static_cast<float>(error[i] / std::sqrt(redundancy))
-                                         : std::numeric_limits<float>::quiet_NaN();
+    out->w_1[component][look.look] =
+        redundancy > kLeastRedundancy_1
+            ? static_cast<float>(look.error_1[i] / std::sqrt(redundancy))
+            : std::numeric_limits<float>::quiet_NaN();
     out->shift_m[component][look.look] =
         static_cast<float>((p->r_inverse * shift.row(i).transpose()).norm());
   }
@@ -231,15 +226,6 @@ void Prepare(std::size_t points, std::size_t looks, bool quality, PointSweep* ou
 
 }  // namespace
 
-Eigen::Matrix2d ToComponents(const Whitening& w) {
-  const double l11 = 1.0 / w.w11, l10 = -w.w10 / (w.w00 * w.w11);
-  const double length = std::hypot(l10, l11);
-  const double c = l11 / length, s = l10 / length;
-  Eigen::Matrix2d rotation;
-  rotation << c, -s, s, c;
-  return rotation;
-}
-
 SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
   if (frame.kind() == FrameKind::kLocal) return SymmetricOf(m);
   const Eigen::Matrix3d e = frame.EnuFromFrame(p_m);
@@ -258,7 +244,6 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
   Prepare(points, problem.block.looks.size(), quality, &out);
   if (inverse != nullptr && inverse->rows() == 0) inverse = nullptr;
   Step(progress, "covariance", 0, points);
-  const StraightMotions motions(problem.model, state.corrections);
   ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     PointState p;
     for (std::size_t point = begin; point < end; ++point) {
@@ -266,7 +251,7 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
         out.covariance_m2[point].fill(kNaN);
         continue;
       }
-      FactorAt(problem, state, inverse, quality, motions, kept, point, &p);
+      FactorAt(problem, state, inverse, quality, kept, point, &p);
       out.covariance_m2[point] = ToEnu(problem.block.frame,
                                        state.Position(point),
                                        p.r_inverse * p.core * p.r_inverse.transpose());

@@ -88,8 +88,12 @@ void TurnToRest(const ParameterLayout& layout, const PointFactor& factor, PointT
   return (s0 + s2) + (s1 + s3);
 }
 
-/// Errors, weight under a loss and cost of a look whose equations are evaluated and whitened.
-void WeighLook(const Whitening& w, const Weighting& weighting, WhitenedLook* out);
+/// Evaluates the looks of a point that take part into out->looks.
+void EvaluateLooks(const AdjustmentProblem& problem,
+                   const BlockState& state,
+                   const Weighting& weighting,
+                   std::size_t point,
+                   PointFactor* out);
 
 /// Second-order weighting of a look under a robust loss (after Triggs et al. 2000, with a floor):
 /// rows keep their weight across the residual and get the loss's own curvature along it; the errors
@@ -114,6 +118,11 @@ class PointSums {
     sums_[6] += j0 * e;
     sums_[7] += j1 * e;
     sums_[8] += j2 * e;
+  }
+  void AddGradient(const Eigen::Matrix<double, 2, 3>& j, const Eigen::Vector2d& error_1) {
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      sums_[static_cast<std::size_t>(6 + c)] += j.col(c).array() * error_1.array();
+    }
   }
   /// Rows beyond those of the control are zero.
   void Add(const ControlEvaluation& control) {

@@ -147,7 +147,7 @@ AdjustResult Predict(const Block& block,
     }
   }
   const StageTimer timer("covariance", &result.stages);
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
   const PointDefects defects = FindPointDefects(problem, state);
   LeaveOutOpenPoints(defects, &problem);
   std::optional<ReducedSystem> system;

@@ -42,9 +42,7 @@ ControlEquations MakeControl(const Block& block, const KnownPosition& known) {
   return control;
 }
 
-double RelativeChange(double now, double before, double scale) {
-  return std::abs(now - before) / scale;
-}
+double RelativeChange(double now, double before) { return std::abs(now - before) / now; }
 
 }  // namespace
 
@@ -78,7 +76,7 @@ AdjustmentProblem::AdjustmentProblem(const Block& source,
   for (std::size_t i = 0; i < looks; ++i) look_used[i] = block.looks.rejected(i) ? 0 : 1;
   point_status.assign(points, PointStatus::kAdjusted);
   point_reason.resize(points);
-  whitening.resize(looks);
+  weights.assign(looks, {0.0, 0.0});
   control_of.assign(points, -1);
   for (const KnownPosition& known : block.points.known) {
     const bool any = known.held[0] || known.held[1] || known.held[2];
@@ -102,42 +100,66 @@ int AdjustmentProblem::CountLooks(std::size_t point) const {
   return static_cast<int>(std::count(begin, end, std::uint8_t{1}));
 }
 
-WhiteningChange UpdateWhitening(const BlockState& state, AdjustmentProblem* problem) {
+bool EvaluateLook(const LookModel& model,
+                  const BlockState& state,
+                  std::size_t point,
+                  std::size_t look,
+                  const LookWeights& weights,
+                  LookColumns* columns,
+                  LookEvaluation* out) {
+  model.ColumnsOf(look, columns);
+  // The corrections of one block stand together as they are.
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  const double* x = local.data();
+  if (columns->block_count == 1) {
+    const auto block = static_cast<std::size_t>(columns->block[0]);
+    x = state.corrections.data() + model.layout().blocks[block].offset;
+  } else {
+    GatherColumns(model.layout(), *columns, state.corrections, local.data());
+  }
+  return model.Evaluate(
+      {look, *columns, state.start_m[point], state.displacement_m[point], x}, weights, out);
+}
+
+double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
   const Block& block = problem->block;
+  const LookModel& model = problem->model;
   const std::size_t points = block.points.size();
-  std::vector<AdjustedTime>& times = problem->model.adjusted_times();
-  times.resize(block.looks.size());
-  std::vector<WhiteningChange> largest((points + kPointsPerChunk - 1) / kPointsPerChunk);
+  std::vector<double> largest((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
   ParallelForChunks(
       points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        WhiteningChange& change = largest[chunk];
+        LookColumns columns;
+        LookEvaluation at;
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem->Solves(point)) continue;
           for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
                ++i) {
             if (problem->look_used[i] == 0) continue;
-            const auto at = problem->model.Linearise(
-                i, state.start_m[point], state.displacement_m[point], state.corrections);
-            if (!at) continue;
-            const Whitening& w = at->whitening;
-            Whitening& old = problem->whitening[i];
-            const double scale = std::max({std::abs(w.w00), std::abs(w.w10), std::abs(w.w11)});
-            change.weight_1 = std::max({change.weight_1,
-                                        RelativeChange(w.w00, old.w00, scale),
-                                        RelativeChange(w.w10, old.w10, scale),
-                                        RelativeChange(w.w11, old.w11, scale)});
-            change.time_1 = std::max(change.time_1, at->moved_1);
-            old = w;
-            times[i] = at->time;
+            const LookSigma sigma = model.SigmaOf(i);
+            const LookWeights old = problem->weights[i];
+            LookWeights now{1.0 / sigma.range_m, 1.0 / sigma.azimuth};
+            if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
+              if (EvaluateLook(model, state, point, i, {}, &columns, &at)) {
+                now.time_per_s = at.azimuth_mps / sigma.azimuth;
+              } else if (old.time_per_s > 0.0) {
+                now.time_per_s = old.time_per_s;
+              } else {
+                Motion motion;
+                if (!block.passes[block.looks.pass[i]].path.Evaluate(block.looks.time_s[i],
+                                                                     &motion)) {
+                  continue;
+                }
+                now.time_per_s = motion.velocity_mps.norm() / sigma.azimuth;
+              }
+            }
+            largest[chunk] = std::max({largest[chunk],
+                                       RelativeChange(now.range_per_m, old.range_per_m),
+                                       RelativeChange(now.time_per_s, old.time_per_s)});
+            problem->weights[i] = now;
           }
         }
       });
-  WhiteningChange out;
-  for (const WhiteningChange& change : largest) {
-    out.weight_1 = std::max(out.weight_1, change.weight_1);
-    out.time_1 = std::max(out.time_1, change.time_1);
-  }
-  return out;
+  return largest.empty() ? 0.0 : *std::max_element(largest.begin(), largest.end());
 }
 
 ProblemCounts CountProblem(const AdjustmentProblem& problem) {

@@ -3,11 +3,8 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/core/random.h"
-#include "sarblock/geometry/look_equations.h"
 
-#include <array>
 #include <cmath>
-#include <span>
 
 #include <Eigen/Cholesky>
 
@@ -26,8 +23,9 @@ std::uint64_t StreamOf(std::uint64_t run, std::uint64_t kind, std::uint64_t inde
   return MixStream(MixStream(run, kind), index);
 }
 
-/// Time and range at which both equations of a look vanish at the solution. Newton's method; the
-/// model reads the time from `block`, which it was made of.
+/// Time and range at which a look has no error at the solution. The model predicts them from where
+/// it reads the path, which is nearer at every step; it reads the time from `block`, which it was
+/// made of.
 void SolveLook(const AdjustmentProblem& problem,
                const BlockState& state,
                std::size_t point,
@@ -36,42 +34,27 @@ void SolveLook(const AdjustmentProblem& problem,
                ExactReadings* out) {
   LookColumns columns;
   LookEvaluation at;
-  std::array<double, ParameterLayout::kMaxLocalColumns> local;
   double& time_s = block->looks.time_s[look];
-  const std::size_t pass = block->looks.pass[look];
   for (int step = 0; step < kMostSteps; ++step) {
-    problem.model.ColumnsOf(look, &columns);
-    GatherColumns(problem.layout, columns, state.corrections, local.data());
-    const auto motion = problem.model.CorrectedMotionAt(pass, time_s, state.corrections);
-    if (!motion || !problem.model.Evaluate(look,
-                                           columns,
-                                           state.start_m[point],
-                                           state.displacement_m[point],
-                                           std::span<const double>(local).first(
-                                               static_cast<std::size_t>(columns.column_count)),
-                                           &at)) {
+    if (!EvaluateLook(problem.model, state, point, look, {}, &columns, &at) || at.beyond_path) {
       break;
     }
-    const TimeRates rates = LookTimeRates(state.Position(point),
-                                          motion->motion.position_m,
-                                          motion->motion.velocity_mps,
-                                          motion->motion.acceleration_mps2,
-                                          problem.model.ConeOf(look));
-    if (std::abs(at.error_m[1]) < kCloseEnough_m) {
+    if (std::abs(at.error_1[1]) * at.azimuth_mps < kCloseEnough_m) {
       const LookSigma sigma = problem.model.SigmaOf(look);
       out->time_s[look] = time_s;
-      out->range_m[look] = block->looks.range_m[look] + at.error_m[0];
+      out->range_m[look] = block->looks.range_m[look] + at.error_1[0];
       out->time_sigma_s[look] = sigma.azimuth_unit == AzimuthUnit::kSeconds
                                     ? sigma.azimuth
-                                    : sigma.azimuth / std::abs(rates.doppler_mps);
+                                    : sigma.azimuth / at.azimuth_mps;
       return;
     }
-    time_s -= at.error_m[1] / rates.doppler_mps;
+    time_s += at.error_1[1];
   }
   throw InputError("adjust.covariance",
                    "'montecarlo' cannot repeat the look of " +
                        std::string(block->points.ids[point]) + " in pass " +
-                       block->passes[pass].id + ": its noise-free time lies outside the path");
+                       block->passes[block->looks.pass[look]].id +
+                       ": its noise-free time lies outside the path");
 }
 
 /// Noise of the held components of a known position with their covariance, east-north-up [m].

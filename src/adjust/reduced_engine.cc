@@ -14,6 +14,7 @@
 namespace sarblock {
 namespace {
 
+constexpr double kFirstDamping_1 = 1e-8;
 constexpr double kLeastDamping_1 = 1e-12;
 constexpr double kMostDamping_1 = 1e12;
 constexpr double kNear_1 = 0.5;
@@ -46,15 +47,25 @@ std::string WhyStopped(const char* reason, int refused) {
 }  // namespace
 
 SolveReport SolveReduced(const AdjustmentProblem& problem,
-                         const Weighting& asked,
+                         const Weighting& weighting,
                          const SolveOptions& options,
                          BlockState* state,
                          ProgressSink* progress) {
+  ReducedSystem system(problem);
+  return SolveReduced(problem, weighting, options, &system, state, progress);
+}
+
+SolveReport SolveReduced(const AdjustmentProblem& problem,
+                         const Weighting& asked,
+                         const SolveOptions& options,
+                         ReducedSystem* formed,
+                         BlockState* state,
+                         ProgressSink* progress) {
   SolveReport report;
+  ReducedSystem& system = *formed;
   // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
   Weighting weighting = asked;
-  ReducedSystem system(problem);
-  double damping = report.damping_1 = options.damping_1;
+  double damping = kFirstDamping_1;
   int refused = 0;
   double left_before = 0.0;  // at the last accepted step
   std::string left_text;
@@ -75,8 +86,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       system.Form(*state, weighting, nullptr, damping);
       continue;
     }
-    const double left = system.RemainingStep();
-    left_text = ", step left " + Rounded(left) + " sigmas";
+    const double left = system.NewtonDecrement();
+    left_text = ", newton decrement " + Rounded(left) + " sigmas";
     if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear_1) {
       weighting.second_order = true;
       system.Form(*state, weighting, nullptr, damping);
@@ -90,13 +101,13 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const bool stands = contraction >= 1.0 && left <= std::max(options.settled_1, kSettledAnyway_1);
     if (to_come <= options.settled_1 || stands) {
       report.converged = true;
-      report.message = "the step left is " + Rounded(left) + " sigmas";
+      report.message = "the Newton decrement is " + Rounded(left) + " sigmas";
       return report;
     }
     if (report.iterations >= options.max_iterations) break;
     const Eigen::VectorXd dx = system.Step();
     PointSteps steps = SubstituteBack(problem, *state, weighting, damping, dx);
-    const double promised = steps.promised_1 + system.Promised(dx);
+    const double predicted = steps.predicted_decrease_1 + system.PredictedDecrease(dx);
     BlockState next;
     next.displacement_m = std::move(steps.displacement_m);
     next.corrections = state->corrections + dx;
@@ -105,13 +116,14 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     system.Form(next, weighting, nullptr, next_damping);
     next.start_m.swap(state->start_m);
     const double gain = report.final_cost_1 - system.cost();
-    // Rounding of the cost itself: a promise below it cannot be checked and is taken.
+    // Rounding of the cost itself: a predicted decrease below it cannot be checked, and the step is
+    // taken.
     const double rounding = 1e-13 * report.final_cost_1 + 1e-12;
     const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
-    bool better = valid && (gain > 0.1 * promised || (promised < rounding && gain > -rounding));
+    bool better = valid && (gain > 0.1 * predicted || (predicted < rounding && gain > -rounding));
     if (!better && valid && std::abs(gain) <= kUnclear_1 * report.final_cost_1) {
       // The gradient keeps digits that the cost has lost.
-      better = system.FactorDamped() && system.RemainingStep() < 0.5 * left;
+      better = system.FactorDamped() && system.NewtonDecrement() < 0.5 * left;
       if (!better && left <= kSettledAnyway_1) {
         report.converged = true;
         report.message = "the step left is " + Rounded(left) + " sigmas, no more than rounding";
@@ -122,7 +134,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       state->displacement_m.swap(next.displacement_m);
       state->corrections = next.corrections;
       report.final_cost_1 = system.cost();
-      damping = report.damping_1 = next_damping;
+      damping = next_damping;
       left_before = left;
       ++report.iterations;
     } else {

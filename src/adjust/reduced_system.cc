@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "point_terms.h"
-#include "straight_motion.h"
 
 namespace sarblock {
 namespace {
@@ -142,7 +141,7 @@ struct Partial {
   bool any_subtracted = false;
   std::vector<WeakPoint> weak;
   double cost = 0.0, point_step_square = 0.0, point_gradient_square = 0.0;
-  int not_evaluated = 0;
+  int not_evaluated = 0, beyond_path = 0;
 };
 
 /// Scratch of one range of points.
@@ -272,15 +271,15 @@ void Add(const AdjustmentProblem& problem,
          const Weighting& weighting,
          double damping_1,
          bool exact,
-         const StraightMotions& motions,
          std::size_t point,
          PointScratch* scratch,
          Partial* out) {
   PointFactor& factor = scratch->factor;
   scratch->terms.columns.t.clear();
-  FactorPoint(problem, state, weighting, damping_1, point, &factor, &motions);
+  FactorPoint(problem, state, weighting, damping_1, point, &factor);
   out->cost += factor.cost_1;
   out->not_evaluated += factor.looks_not_evaluated;
+  out->beyond_path += factor.looks_beyond_path;
   for (Eigen::Index k = 0; k < 3; ++k) {
     if (!(factor.square_1[k] > 0.0)) continue;
     const double g = factor.gradient[k];
@@ -351,14 +350,13 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   kept_.reset();
   const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
   if (keep) kept_.emplace(kept_for_, points, partials, kept_bytes_);
-  const StraightMotions motions(problem_.model, state.corrections);
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(s_);
     PointScratch scratch;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem_.Solves(point)) continue;
-      Add(problem_, state, weighting, damping_1_, exact, motions, point, &scratch, &out);
+      Add(problem_, state, weighting, damping_1_, exact, point, &scratch, &out);
       if (!keep) continue;
       PointColumns& columns = scratch.terms.columns;
       if (columns.t.empty()) ProjectColumns(problem_, scratch.factor, &columns);
@@ -371,7 +369,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   full_gradient_.setZero(s_.rows());
   weak_points_.clear();
   cost_1_ = gradient_1_ = point_step_square_1_ = 0.0;
-  looks_not_evaluated_ = 0;
+  looks_not_evaluated_ = looks_beyond_path_ = 0;
   bool subtracted = false;
   for (const std::optional<Partial>& part : parts) {
     if (!part) continue;
@@ -386,6 +384,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
     point_step_square_1_ += part->point_step_square;
     gradient_1_ = std::max(gradient_1_, std::sqrt(part->point_gradient_square));
     looks_not_evaluated_ += part->not_evaluated;
+    looks_beyond_path_ += part->beyond_path;
     subtracted |= part->any_subtracted;
   }
   return subtracted;
@@ -468,7 +467,7 @@ bool ReducedSystem::FactorDamped() {
   return factor_->Factorize(scaled).positive_definite;
 }
 
-double ReducedSystem::Promised(const Eigen::VectorXd& dx) const {
+double ReducedSystem::PredictedDecrease(const Eigen::VectorXd& dx) const {
   return 0.5 * (-full_gradient_.dot(dx) + damping_1_ * dx.cwiseAbs2().dot(full_diagonal_));
 }
 
@@ -527,7 +526,7 @@ Eigen::VectorXd ReducedSystem::Step() const {
   return -SolveFor(right_side_);
 }
 
-double ReducedSystem::RemainingStep() const {
+double ReducedSystem::NewtonDecrement() const {
   double square = point_step_square_1_;
   if (s_.rows() > 0) square += right_side_.dot(SolveFor(right_side_).col(0));
   return std::sqrt(std::max(0.0, square));

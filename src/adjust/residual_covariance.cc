@@ -112,25 +112,7 @@ Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const PointEquations
   return c;
 }
 
-/// Turns the two rows of every look to its measured components, in place.
-void TurnToMeasured(const AdjustmentProblem& problem,
-                    const std::vector<std::uint64_t>& looks,
-                    Eigen::Ref<Eigen::MatrixXd> rows) {
-  for (std::size_t k = 0; k < looks.size(); ++k) {
-    const Eigen::Vector2d u =
-        RangeDirection(problem.whitening[looks[k]], problem.block.SigmaOf(looks[k]).range_m);
-    const auto r = static_cast<Eigen::Index>(2 * k);
-    const Eigen::RowVectorXd range = u.x() * rows.row(r) + u.y() * rows.row(r + 1);
-    rows.row(r + 1) = u.x() * rows.row(r + 1) - u.y() * rows.row(r);
-    rows.row(r) = range;
-  }
-}
-
 }  // namespace
-
-Eigen::Vector2d RangeDirection(const Whitening& whitening, double range_sigma_m) {
-  return Eigen::Vector2d(whitening.w00, whitening.w10) * range_sigma_m;
-}
 
 double PointResiduals::w_1(Eigen::Index i) const {
   const double r = q_vv_1(i, i);
@@ -151,7 +133,6 @@ PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
   Eigen::MatrixXd& a = equations.a;
   const Eigen::Index m = a.rows(), columns = equations.columns;
   out.control_rows = static_cast<int>(m) - 2 * static_cast<int>(out.looks.size());
-  TurnToMeasured(problem, out.looks, a);
   out.v_1 = a.col(3 + columns);
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a.leftCols(3));
   const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(m, m);

@@ -56,8 +56,8 @@ Worst OfPoint(const AdjustmentProblem& problem, const BlockState& state, std::si
     if (!problem.layout.passes[pass].time_bias.empty()) {
       rounding_m += kRounding_1 * std::abs(looks.time_s[i]) * motion.velocity_mps.norm();
     }
-    const Whitening& w = problem.whitening[i];
-    meet(rounding_m, std::max(std::abs(w.w00), std::abs(w.w10) + std::abs(w.w11)));
+    const LookWeights& w = problem.weights[i];
+    meet(rounding_m, std::max(w.range_per_m, w.time_per_s / motion.velocity_mps.norm()));
   }
   worst.points = worst.part_1 > kTold_1 ? 1 : 0;
   return worst;

@@ -87,8 +87,9 @@ class Selector {
     RequireSolvable(*problem_);
     Solve();
     // The adjustment that follows starts such points again; the choice does without them.
-    std::optional<ReducedSystem> system;
-    for (const std::size_t point : LostPoints(*problem_, state_, &system, progress_)) {
+    ReducedSystem system(*problem_);
+    system.Form(state_, {}, progress_);
+    for (const std::size_t point : MisplacedPoints(*problem_, state_, system)) {
       if (problem_->control_of[point] >= 0) continue;
       problem_->LeaveOut(point, PointStatus::kUndetermined, "lost while corrections were chosen");
     }
@@ -100,7 +101,7 @@ class Selector {
     solve.max_iterations = options_.max_iterations;
     solve.threads = options_.threads;
     static_cast<void>(SolveReduced(*problem_, weighting_, solve, &state_, progress_));
-    UpdateWhitening(state_, problem_.get());
+    UpdateWeights(state_, problem_.get());
   }
 
   static std::string KeyOf(const Parameter& parameter) {
@@ -112,8 +113,7 @@ class Selector {
     to->look_used = from.look_used;
     to->point_status = from.point_status;
     to->point_reason = from.point_reason;
-    to->whitening = from.whitening;
-    to->model.adjusted_times() = from.model.adjusted_times();
+    to->weights = from.weights;
   }
 
   std::vector<int> ActiveColumns() const { return ActiveColumns(levels_); }

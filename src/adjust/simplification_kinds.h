@@ -13,15 +13,13 @@ namespace sarblock {
 enum SimplificationKind : std::size_t {
   kFlatFrame,
   kFixedTrackAxes,
-  kUncoupledSquint,
   kLinearVelocity,
   kSimplificationKinds
 };
 inline constexpr std::array<const char*, kSimplificationKinds> kSimplificationNames{
-    "flat-frame", "fixed-track-axes", "uncoupled-squint", "linear-velocity"};
+    "flat-frame", "fixed-track-axes", "linear-velocity"};
 
-/// A model without one part. There is none for uncoupled-squint: weights are formed once a round
-/// and cost the same, coupled or not.
+/// A model without one part.
 [[nodiscard]] Simplified OnlySimplified(std::size_t kind, const Eigen::Vector3d& middle_m);
 
 /// Mean of the solved points.

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <span>
 
 #include "simplification_kinds.h"
 #include <Eigen/Eigenvalues>
@@ -23,13 +22,9 @@ struct Models {
   Models(const AdjustmentProblem& problem, const Eigen::Vector3d& middle_m)
       : full(problem.block, problem.layout) {
     full.ScaleSigmas(problem.model.sigma_factors());
-    full.adjusted_times() = problem.model.adjusted_times();
     for (std::size_t kind = 0; kind < kSimplificationKinds; ++kind) {
       const Simplified simplified = OnlySimplified(kind, middle_m);
-      if (simplified.any()) {
-        one[kind] = std::make_unique<LookModel>(problem.block, problem.layout, simplified);
-        one[kind]->adjusted_times() = problem.model.adjusted_times();
-      }
+      one[kind] = std::make_unique<LookModel>(problem.block, problem.layout, simplified);
     }
   }
   LookModel full;
@@ -69,36 +64,19 @@ void AddLook(const AdjustmentProblem& problem,
              PointSums* sums) {
   const std::size_t pass = problem.block.looks.pass[look];
   LookColumns columns;
-  models.full.ColumnsOf(look, &columns);
-  std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  GatherColumns(problem.layout, columns, state.corrections, local.data());
-  const Whitening& w = problem.whitening[look];
-  Eigen::Vector2d error_m, simplified_m;
-  Eigen::Matrix<double, 2, 3> by_point, by_simplified;
-  const auto evaluate = [&](const LookModel& model, Eigen::Vector2d* e_m, auto* by_p) {
-    return model.Evaluate(
-        look, columns, state.start_m[point], state.displacement_m[point], local, w, e_m, by_p, {});
-  };
-  if (!evaluate(models.full, &error_m, &by_point)) {
+  LookEvaluation at, simplified;
+  const LookWeights& weights = problem.weights[look];
+  if (!EvaluateLook(models.full, state, point, look, weights, &columns, &at)) {
     sums->complete = false;
     return;
   }
-  sums->information += by_point.transpose() * by_point;
+  sums->information += at.by_point.transpose() * at.by_point;
   for (std::size_t kind = 0; kind < kSimplificationKinds; ++kind) {
     if (!Matters(problem, pass, kind)) continue;
-    if (evaluate(*models.one[kind], &simplified_m, &by_simplified)) {
-      const Eigen::Vector2d delta_m = simplified_m - error_m;
-      sums->square[kind] += w.Apply(delta_m[0], delta_m[1]).squaredNorm();
-    } else {
-      sums->square[kind] = std::numeric_limits<double>::infinity();
-    }
-  }
-  // A time error of one standard deviation moves the range of a squinted look.
-  const double range_sigma_m = models.full.SigmaOf(look).range_m;
-  const double moved_m2 = 1.0 / (w.w00 * w.w00) - range_sigma_m * range_sigma_m;
-  // Below rounding of the difference the two are not coupled at all.
-  if (moved_m2 > 1e-12 * range_sigma_m * range_sigma_m) {
-    sums->square[kUncoupledSquint] += moved_m2 / (range_sigma_m * range_sigma_m);
+    sums->square[kind] +=
+        EvaluateLook(*models.one[kind], state, point, look, weights, &columns, &simplified)
+            ? (simplified.error_1 - at.error_1).squaredNorm()
+            : std::numeric_limits<double>::infinity();
   }
 }
 

@@ -49,14 +49,9 @@ Eigen::Matrix3d AxesInTheMiddle(const Frame& frame, const FlightPath& path, cons
 
 double LookModel::WorkOf(std::size_t pass) const {
   const PassCorrections& c = layout_.passes[pass];
-  if (straight_[pass].applies) return straight_[pass].curved ? 75.0 : 60.0;
   const bool geocentric = block_.frame.kind() == FrameKind::kGeocentric;
-  double work = 120.0;
-  if (c.NeedsTrackAxes()) {
-    const bool turns = held_axes_1_.empty() && (geocentric || !PathOf(pass).IsStraight());
-    const double axes = !turns ? 10.0 : geocentric ? 150.0 : 50.0;
-    work += c.time_bias.empty() ? axes : 1.5 * axes;
-  }
+  double work = PathOf(pass).IsStraight() ? 100.0 : 105.0;
+  if (c.NeedsTrackAxes() && !axes_[pass].constant) work += geocentric ? 60.0 : 45.0;
   if (!c.troposphere.empty()) work += geocentric && !simplified_.flat_frame ? 120.0 : 40.0;
   return work;
 }

@@ -165,7 +165,7 @@ void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustR
   }
 }
 
-double ShareOf(double tolerance_1, const AdjustmentProblem& problem) {
+double ToleranceFor(double tolerance_1, const AdjustmentProblem& problem) {
   const double share_1 = 1e-3 * static_cast<double>(problem.block.points.size());
   return tolerance_1 * std::clamp(share_1, 1e-2, 1.0);
 }
@@ -274,28 +274,20 @@ void FillResiduals(const AdjustmentProblem& problem,
   ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     LookColumns columns;
     LookEvaluation at;
-    std::array<double, ParameterLayout::kMaxLocalColumns> local;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
       // Rejected looks get residuals too: they show how far off they are.
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-        problem.model.ColumnsOf(i, &columns);
-        GatherColumns(problem.layout, columns, state.corrections, local.data());
-        if (!problem.model.Evaluate(i,
-                                    columns,
-                                    state.start_m[point],
-                                    state.displacement_m[point],
-                                    std::span<const double>(local).first(
-                                        static_cast<std::size_t>(columns.column_count)),
-                                    &at)) {
-          continue;
-        }
-        out.range_residual_m[i] = at.error_m[0];
-        out.azimuth_residual_m[i] = at.error_m[1];
+        if (!EvaluateLook(problem.model, state, point, i, {}, &columns, &at)) continue;
+        out.range_residual_m[i] = at.error_1[0];
+        out.azimuth_residual_m[i] = at.error_1[1] * at.azimuth_mps;
         if (!out.weight.empty() && problem.look_used[i] != 0) {
-          const Eigen::Vector2d w = problem.whitening[i].Apply(at.error_m[0], at.error_m[1]);
-          out.weight[i] = static_cast<float>(
-              EvaluateLoss(weighting.loss, weighting.scale, w.squaredNorm()).weight_1);
+          const LookWeights& w = problem.weights[i];
+          const double square =
+              Eigen::Vector2d(w.range_per_m * at.error_1[0], w.time_per_s * at.error_1[1])
+                  .squaredNorm();
+          out.weight[i] =
+              static_cast<float>(EvaluateLoss(weighting.loss, weighting.scale, square).weight_1);
         }
       }
     }

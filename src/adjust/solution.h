@@ -41,23 +41,25 @@ using AtSelection =
                                     const Eigen::Vector3d& p_m);
 
 /// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
-/// solution, above the antennas or on the side they do not look to. Control points are held.
-/// `formed` becomes the reduced system, without a loss, at the state.
-[[nodiscard]] std::vector<std::size_t> LostPoints(const AdjustmentProblem& problem,
-                                                  const BlockState& state,
-                                                  std::optional<ReducedSystem>* formed,
-                                                  ProgressSink* progress);
+/// solution, above the antennas or on the side they do not look to. Control points are fixed.
+/// `system` is the reduced one, without a loss, at the state.
+[[nodiscard]] std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
+                                                       const BlockState& state,
+                                                       const ReducedSystem& system);
 
-/// Solves and repeats while the weights still move with the solution.
+/// Solves a problem by the engine that is asked for, the weights formed anew as the solution comes
+/// near; least squares end with whole Newton steps, the same for both engines. `solved`, where
+/// given, becomes the reduced system, without a loss and undamped, formed at the solution.
 [[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
                                       const AdjustOptions& options,
                                       AdjustmentProblem* problem,
                                       BlockState* state,
-                                      ProgressSink* progress);
+                                      ProgressSink* progress,
+                                      std::optional<ReducedSystem>* solved = nullptr);
 
-/// The part of a tolerance that a small block gets: few unknowns share what is left among them, and
-/// one step more costs nothing. A hundredth up to 10 points, all of it from 1000 on.
-[[nodiscard]] double ShareOf(double tolerance_1, const AdjustmentProblem& problem);
+/// A tolerance for a block of so many points: few unknowns share what is left among them, and one
+/// step more costs nothing. Scaled by points / 1000, within [0.01, 1].
+[[nodiscard]] double ToleranceFor(double tolerance_1, const AdjustmentProblem& problem);
 
 /// Throws UndeterminedError unless something can be solved at all.
 void RequireSolvable(const AdjustmentProblem& problem);

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/start_values.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <optional>
 
 #include "solution.h"
@@ -66,16 +69,36 @@ PointStart StartOf(const AdjustmentProblem& problem,
   return Refuse(PointStatus::kUndetermined, Explain(met.outcome));
 }
 
-/// Where a point starts kilometres off, so would the time at which it is seen: that look is read at
-/// its measured time until the point is near.
-void LeaveFarTimes(LookModel* model) {
-  constexpr double kFar_sigmas = 10.0;
-  std::vector<AdjustedTime>& times = model->adjusted_times();
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const LookSigma sigma = model->SigmaOf(i);
-    const bool seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
-    const double off = std::abs(seconds ? times[i].shift_s : times[i].doppler_m());
-    if (off > kFar_sigmas * sigma.azimuth) times[i] = {};
+}  // namespace
+
+namespace {
+
+/// Refuses passes whose states contradict each other so much that between them the Doppler cone
+/// passes over a point several times: no time of such a look means anything.
+void RequireSteadyCones(const Block& block) {
+  const std::vector<double> range_m = LargestRanges_m(block);
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    const FlightPath& path = block.passes[pass].path;
+    std::vector<double> turning_1 = ConeTurning_1(path, range_m[pass]);
+    const auto middle = turning_1.begin() + static_cast<std::ptrdiff_t>(turning_1.size() / 2);
+    std::nth_element(turning_1.begin(), middle, turning_1.end());
+    if (!(*middle > 1.0)) continue;
+    const auto folded =
+        std::count_if(turning_1.begin(), turning_1.end(), [](double turn) { return turn > 1.0; });
+    std::array<char, 512> text{};
+    std::snprintf(
+        text.data(),
+        text.size(),
+        "the flight path is too rough to be read at %.4g km: in %lld of %zu intervals "
+        "between its states the path turns the Doppler cone back over points it has "
+        "passed, since positions and velocities contradict each other (median %.2g of the "
+        "cone's own rate, at most 1 is allowed); smooth the states, or give states "
+        "farther apart",
+        1e-3 * range_m[pass],
+        static_cast<long long>(folded),
+        turning_1.size(),
+        *middle);
+    throw InputError("pass " + block.passes[pass].id, text.data());
   }
 }
 
@@ -83,6 +106,7 @@ void LeaveFarTimes(LookModel* model) {
 
 StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress) {
   const Block& block = problem->block;
+  RequireSteadyCones(block);
   const std::size_t points = block.points.size();
   StartReport report;
   report.state.start_m.assign(points, Eigen::Vector3d::Constant(kNotGiven));
@@ -117,8 +141,7 @@ StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progres
   for (const std::vector<std::size_t>& part : lost) {
     report.looks_not_evaluated.insert(report.looks_not_evaluated.end(), part.begin(), part.end());
   }
-  UpdateWhitening(report.state, problem);
-  LeaveFarTimes(&problem->model);
+  UpdateWeights(report.state, problem);
   Step(progress, "start values", points, points);
   return report;
 }

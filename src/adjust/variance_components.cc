@@ -212,7 +212,7 @@ void ScaleProblem(const std::vector<VarianceComponent>& components,
     }
   }
   problem->model.ScaleSigmas(std::move(factor));
-  UpdateWhitening(state, problem);
+  UpdateWeights(state, problem);
 }
 
 /// Takes back which looks and points take part.

@@ -49,17 +49,6 @@ struct PointState {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Turns the two whitened rows of each look to its measured components, range and azimuth.
-void TurnToMeasured(const AdjustmentProblem& problem,
-                    const PointFactor& factor,
-                    Eigen::Ref<Eigen::MatrixXd> rows) {
-  for (int k = 0; k < factor.look_count; ++k) {
-    const std::size_t look = factor.looks[static_cast<std::size_t>(k)].look;
-    rows.middleRows<2>(2 * k) =
-        (ToComponents(problem.whitening[look]) * rows.middleRows<2>(2 * k)).eval();
-  }
-}
-
 /// C over the parameter blocks of a point.
 Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const PointColumns& columns) {
   Eigen::MatrixXd c(columns.width, columns.width);
@@ -103,8 +92,6 @@ void AddPoint(const Sweep& sweep, std::size_t point, PointState* at, Partial* ou
   at->component.resize(static_cast<std::size_t>(m), -1);
   Eigen::MatrixXd q = Eigen::Map<const Eigen::MatrixXd>(factor.q.data(), m, 3);
   Eigen::MatrixXd v = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), m);
-  TurnToMeasured(sweep.problem, factor, q);
-  TurnToMeasured(sweep.problem, factor, v);
   // R = P - B C B' within the point; P projects on what the point leaves open, B = P J_c.
   const Eigen::MatrixXd p = Eigen::MatrixXd::Identity(m, m) - q * q.transpose();
   Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(m, m), b;
@@ -113,7 +100,6 @@ void AddPoint(const Sweep& sweep, std::size_t point, PointState* at, Partial* ou
     Complement(sweep.problem, factor, &at->columns);
     const Eigen::Index n = at->columns.width;
     b = Eigen::Map<const RowMajor>(at->columns.m.data(), m, n + 1).leftCols(n);
-    TurnToMeasured(sweep.problem, factor, b);
     shared = b * Gather(*sweep.inverse, at->columns) * b.transpose();
   }
   VarianceSums& sums = out->sums;

@@ -76,6 +76,8 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
                          from.position_m,
                          from.velocity_mps,
                          Eigen::Vector3d::Zero(),
+                         Eigen::Vector3d::Zero(),
+                         Eigen::Vector3d::Zero(),
                          Eigen::Vector3d::Zero()});
       continue;
     }
@@ -87,29 +89,91 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
                        from.position_m,
                        from.velocity_mps,
                        (3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h,
-                       (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h)});
+                       (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h),
+                       Eigen::Vector3d::Zero(),
+                       Eigen::Vector3d::Zero()});
   }
   if (pieces_.size() + 1 < states_.size()) {  // joined: no longer equally long
     spacing_s_ = 0.0;
     pieces_.shrink_to_fit();
   }
+  FillAccelerations();
+}
+
+// Mean accelerations of the pieces are those in their middles; a state lies between two of them.
+void FlightPath::FillAccelerations() {
+  const std::size_t n = pieces_.size();
+  std::vector<Eigen::Vector3d> at_state_mps2(n + 1);
+  const auto length_s = [&](std::size_t k) { return pieces_[k].end_s - pieces_[k].start_s; };
+  const auto mean_mps2 = [&](std::size_t k) -> Eigen::Vector3d {
+    const double h = length_s(k);
+    return 2.0 * pieces_[k].second_mps2 + (3.0 * h) * pieces_[k].third_mps3;
+  };
+  for (std::size_t k = 1; k < n; ++k) {
+    const double before_s = length_s(k - 1), after_s = length_s(k);
+    at_state_mps2[k] =
+        (after_s * mean_mps2(k - 1) + before_s * mean_mps2(k)) / (before_s + after_s);
+  }
+  at_state_mps2[0] = mean_mps2(0);
+  at_state_mps2[n] = mean_mps2(n - 1);
+  if (n > 1) {  // so that the mean of the first and of the last piece is kept
+    at_state_mps2[0] += at_state_mps2[0] - at_state_mps2[1];
+    at_state_mps2[n] += at_state_mps2[n] - at_state_mps2[n - 1];
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    pieces_[k].acceleration_mps2 = at_state_mps2[k];
+    pieces_[k].jerk_mps3 = (at_state_mps2[k + 1] - at_state_mps2[k]) / length_s(k);
+  }
+}
+
+std::size_t FlightPath::PieceOf(double time_s) const {
+  if (spacing_s_ > 0.0) {
+    const std::size_t last = pieces_.size() - 1;
+    const double before = std::max(0.0, (time_s - start_s()) / spacing_s_);
+    std::size_t k = before < static_cast<double>(last) ? static_cast<std::size_t>(before) : last;
+    while (k > 0 && time_s < pieces_[k].start_s) --k;
+    while (k < last && time_s >= pieces_[k].end_s) ++k;
+    return k;
+  }
+  const auto piece = std::upper_bound(
+      pieces_.begin(), pieces_.end() - 1, time_s, [](double t_s, const Piece& candidate) {
+        return t_s < candidate.end_s;
+      });
+  return static_cast<std::size_t>(piece - pieces_.begin());
+}
+
+double FlightPath::AccelerationMisfit_mps2(std::size_t index) const {
+  const Piece& piece = pieces_[index];
+  const double h = piece.end_s - piece.start_s;
+  const Eigen::Vector3d first = 2.0 * piece.second_mps2 - piece.acceleration_mps2;
+  const Eigen::Vector3d last = first + h * (6.0 * piece.third_mps3 - piece.jerk_mps3);
+  return std::max(first.norm(), last.norm());
+}
+
+bool FlightPath::Read(double time_s,
+                      Acceleration acceleration,
+                      Motion* out,
+                      std::size_t* index) const {
+  if (states_.empty()) return false;
+  const double most_s = end_s() - start_s();
+  if (!(time_s >= start_s() - most_s && time_s <= end_s() + most_s)) return false;
+  const std::size_t k = PieceOf(time_s);
+  if (index != nullptr) *index = k;
+  const Piece& piece = pieces_[k];
+  const double x = time_s - piece.start_s;
+  const Eigen::Vector3d& c2 = piece.second_mps2;
+  const Eigen::Vector3d& c3 = piece.third_mps3;
+  out->position_m = piece.position_m + x * (piece.velocity_mps + x * (c2 + x * c3));
+  out->velocity_mps = piece.velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);
+  const bool own = acceleration == Acceleration::kOfCubic;
+  out->jerk_mps3 = own ? (6.0 * c3).eval() : piece.jerk_mps3;
+  out->acceleration_mps2 = (own ? (2.0 * c2).eval() : piece.acceleration_mps2) + x * out->jerk_mps3;
+  return true;
 }
 
 bool FlightPath::Evaluate(double time_s, Motion* out) const {
   if (states_.empty() || !(time_s >= start_s() && time_s <= end_s())) return false;
-  const Piece* piece = nullptr;
-  if (spacing_s_ > 0.0) {
-    const std::size_t last = pieces_.size() - 1;
-    std::size_t k = std::min(last, static_cast<std::size_t>((time_s - start_s()) / spacing_s_));
-    while (k > 0 && time_s < pieces_[k].start_s) --k;
-    while (k < last && time_s >= pieces_[k].end_s) ++k;
-    piece = &pieces_[k];
-  } else {
-    piece = &*std::upper_bound(
-        pieces_.begin(), pieces_.end() - 1, time_s, [](double t_s, const Piece& candidate) {
-          return t_s < candidate.end_s;
-        });
-  }
+  const Piece* piece = &pieces_[PieceOf(time_s)];
   // Everything relative to the state before: differences of times and of positions are (nearly)
   // exact, so only the final sum rounds at the size of the coordinates (docs/theory/flight_path.md,
   // eqs. (1) to (3)).
@@ -129,6 +193,7 @@ void FlightPath::Prefetch(double time_s) const {
   const Piece* piece = &pieces_[std::min(pieces_.size() - 1, k)];
   __builtin_prefetch(piece);
   __builtin_prefetch(&piece->second_mps2);
+  __builtin_prefetch(&piece->acceleration_mps2);
 }
 
 bool FlightPath::IsStraight() const {

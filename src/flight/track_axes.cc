@@ -74,11 +74,9 @@ TrackAxes Undefined() {
 }
 
 template <int kDerivatives>
-TrackAxes Axes(const Frame& frame, const Motion& motion) {
+TrackAxes Axes(const VerticalMotion& vertical, const Motion& motion) {
   constexpr double kSmallestSine_1 = 1e-6;
   if (!(motion.velocity_mps.squaredNorm() > 0.0)) return Undefined();
-  const VerticalMotion vertical =
-      frame.VerticalAlong(motion.position_m, motion.velocity_mps, motion.acceleration_mps2);
   using Vector = Moving<kDerivatives>;
   const Vector along =
       Normalised(Vector{motion.velocity_mps, motion.acceleration_mps2, motion.jerk_mps3});
@@ -96,16 +94,26 @@ TrackAxes Axes(const Frame& frame, const Motion& motion) {
 
 }  // namespace
 
-TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion) { return Axes<2>(frame, motion); }
+TrackAxes TrackAxesOf(const VerticalMotion& vertical, const Motion& motion) {
+  return Axes<2>(vertical, motion);
+}
+
+TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion) {
+  return Axes<2>(
+      frame.VerticalAlong(motion.position_m, motion.velocity_mps, motion.acceleration_mps2),
+      motion);
+}
 
 TrackAxes TrackAxesWithRate(const Frame& frame, const Motion& motion) {
+  const VerticalMotion vertical =
+      frame.VerticalAlong(motion.position_m, motion.velocity_mps, motion.acceleration_mps2);
   // In the local frame a straight piece has axes that do not turn.
   if (frame.kind() == FrameKind::kLocal &&
       motion.acceleration_mps2.squaredNorm() <=
           kStraight_1ps * kStraight_1ps * motion.velocity_mps.squaredNorm()) {
-    return Axes<0>(frame, motion);
+    return Axes<0>(vertical, motion);
   }
-  return Axes<1>(frame, motion);
+  return Axes<1>(vertical, motion);
 }
 
 }  // namespace sarblock

@@ -323,7 +323,7 @@ class Solver {
       if (out.remaining_step_1 <= kSettled_1 || floor || out.iterations == kMostIterations) break;
       before_1 = out.remaining_step_1;
       Move(dx, &out.state);
-      static_cast<void>(UpdateWhitening(out.state, &problem_));
+      UpdateWeights(out.state, &problem_);
     }
     FillCovariance(&out);
     out.solved = true;

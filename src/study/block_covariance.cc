@@ -56,7 +56,7 @@ BlockCovariance::BlockCovariance(const Block& block,
                          std::to_string(kMostNumbers) + ", this one has " + std::to_string(n) +
                          " corrections and " + std::to_string(points_.size()) + " points");
   }
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
   system.Factor();

@@ -18,6 +18,8 @@ using exact::operator*;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMostIterations = 80;
 const char* const kSettled = "1e-14";
+constexpr int kMostConeSteps = 12;
+const char* const kOnCone_s = "1e-28";
 
 /// Lower triangle of a square matrix, row by row.
 class Triangle {
@@ -188,23 +190,22 @@ class ExactAdjustment {
   }
 
   void AddLook(std::size_t point, std::size_t look, LookColumns* columns) {
-    // The time at which the cone holds the point, by Newton's step. One that the adjustment left as
-    // measured (at the ends of a path) is left here too.
+    // The time at which the cone holds the point, by Newton's method from the last one found.
     Digits& shift_s = shift_s_[look];
     exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_, shift_s);
-    const Digits off_s = at.error[1] / at.doppler_rate;
-    if (problem_.model.adjusted_times()[look].shift_s != 0.0 && abs(off_s) > Digits("1e-20")) {
+    for (int step = 0; step < kMostConeSteps; ++step) {
+      const Digits off_s = at.error[1] / at.doppler_rate;
+      if (abs(off_s) < Digits(kOnCone_s)) break;
       shift_s -= off_s;
       at = model_.Evaluate(look, position_[point], x_, shift_s);
     }
-    const exact::Weights<Digits> w = model_.WeightsOf(look, at);
-    // The errors carried back to the measured time.
-    const Digits range = at.error[0] - at.range_rate * shift_s;
-    const Digits doppler = at.error[1] - at.doppler_rate * shift_s;
-    Row range_row, cone_row;
-    const auto add = [&](std::size_t column, const Digits& r, const Digits& d) {
-      range_row.emplace_back(column, w.w00 * r);
-      cone_row.emplace_back(column, w.w10 * r + w.w11 * d);
+    // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt.
+    const std::array<Digits, 2> sigma = model_.SigmasOf(look, at);
+    Row range_row, time_row;
+    const auto add = [&](std::size_t column, const Digits& range, const Digits& cone) {
+      const Digits time = -cone / at.doppler_rate;
+      range_row.emplace_back(column, (range + at.range_rate * time) / sigma[0]);
+      time_row.emplace_back(column, time / sigma[1]);
     };
     for (std::size_t axis = 0; axis < 3; ++axis) {
       add(first_of_[point] + axis, at.by_point[0][axis], at.by_point[1][axis]);
@@ -221,8 +222,8 @@ class ExactAdjustment {
             at.by_column[1][local]);
       }
     }
-    Add(range_row, w.w00 * range);
-    Add(cone_row, w.w10 * range + w.w11 * doppler);
+    Add(range_row, at.error[0] / sigma[0]);
+    Add(time_row, shift_s / sigma[1]);
   }
 
   /// L^-1 (E (p - p_c)) with L the factor of the covariance of the components held.

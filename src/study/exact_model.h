@@ -96,40 +96,33 @@ struct LookAt {
   T range_rate, doppler_rate;               ///< by azimuth time at a fixed point
 };
 
-/// Lower triangle W of the whitening of a look.
-template <typename T>
-struct Weights {
-  T w00, w10, w11;
-};
-
 template <typename T>
 class LookModelOf {
  public:
   explicit LookModelOf(const AdjustmentProblem& problem) : problem_(problem) {}
 
-  /// `x` are all corrections of the block; the path is read `shift_s` after the measured time.
+  /// `x` are all corrections of the block. The path is read at the measured time and continued by
+  /// its derivatives for `shift_s`.
   LookAt<T> Evaluate(std::size_t look,
                      const Vec<T>& p,
                      const std::vector<T>& x,
                      const T& shift_s) const;
 
-  Weights<T> WeightsOf(std::size_t look, const LookAt<T>& at) const {
+  /// Standard deviations of range [m] and azimuth time [s].
+  std::array<T, 2> SigmasOf(std::size_t look, const LookAt<T>& at) const {
     using std::abs;
-    using std::sqrt;
     const LookSigma sigma = problem_.model.SigmaOf(look);
-    const T range = sigma.range_m;
-    T time = sigma.azimuth;
-    if (sigma.azimuth_unit == AzimuthUnit::kMetres) time = time / abs(at.doppler_rate);
-    const T r = at.range_rate * time, d = at.doppler_rate * time;
-    const T l00 = sqrt(range * range + r * r);
-    const T l11 = abs(d) * range / l00;
-    return {T(1) / l00, -(r * d / l00) / (l00 * l11), T(1) / l11};
+    const T azimuth = sigma.azimuth;
+    return {
+        T(sigma.range_m),
+        sigma.azimuth_unit == AzimuthUnit::kMetres ? T(azimuth / abs(at.doppler_rate)) : azimuth};
   }
 
  private:
   using Path = Vec<Series<T>>;
   struct Nominal {
     Path position, velocity;
+    Vec<T> jerk;
   };
   /// The look's own share of a position correction: how a unit of it moves the antenna.
   struct Direction {
@@ -137,7 +130,9 @@ class LookModelOf {
     Path moves;
   };
 
-  Nominal NominalAt(const Pass& pass, const T& t) const {
+  Nominal NominalAt(std::size_t pass_index, const T& t) const {
+    const Pass& pass = problem_.block.passes[pass_index];
+    const bool own = problem_.model.AccelerationOf(pass_index) == Acceleration::kOfCubic;
     const std::vector<StateVector>& states = pass.path.states();
     std::size_t k = 0;
     while (k + 2 < states.size() && T(states[k + 1].time_s) <= t) ++k;
@@ -145,16 +140,40 @@ class LookModelOf {
     const Vec<T> v0 = Cast<T>(states[k].velocity_mps), v1 = Cast<T>(states[k + 1].velocity_mps);
     const T h = T(states[k + 1].time_s) - T(states[k].time_s);
     const T u = t - T(states[k].time_s);
+    Vec<T> a0, a1;
+    if (!own) {
+      a0 = AccelerationAt(states, k);
+      a1 = AccelerationAt(states, k + 1);
+    }
     Nominal out;
     for (std::size_t i = 0; i < 3; ++i) {
       const T mean = (p1[i] - p0[i]) / h;
       const T c2 = (T(3) * mean - T(2) * v0[i] - v1[i]) / h;
       const T c3 = (v0[i] + v1[i] - T(2) * mean) / (h * h);
-      const T v = v0[i] + u * (T(2) * c2 + T(3) * u * c3), a = T(2) * c2 + T(6) * u * c3;
+      const T v = v0[i] + u * (T(2) * c2 + T(3) * u * c3);
+      out.jerk[i] = own ? T(T(6) * c3) : T((a1[i] - a0[i]) / h);
+      const T a = (own ? T(T(2) * c2) : a0[i]) + u * out.jerk[i];
       out.position[i] = {p0[i] + u * (v0[i] + u * (c2 + u * c3)), v, a};
-      out.velocity[i] = {v, a, T(6) * c3};
+      out.velocity[i] = {v, a, out.jerk[i]};
     }
     return out;
+  }
+
+  /// Acceleration at a state from the velocities of it and its neighbours (FlightPath::Read).
+  static Vec<T> AccelerationAt(const std::vector<StateVector>& states, std::size_t k) {
+    const auto length = [&](std::size_t j) {
+      return T(states[j + 1].time_s) - T(states[j].time_s);
+    };
+    const auto mean = [&](std::size_t j) {
+      return (T(1) / length(j)) *
+             (Cast<T>(states[j + 1].velocity_mps) - Cast<T>(states[j].velocity_mps));
+    };
+    const std::size_t pieces = states.size() - 1;
+    if (pieces == 1) return mean(0);
+    if (k == 0) return T(2) * mean(0) - AccelerationAt(states, 1);
+    if (k == pieces) return T(2) * mean(pieces - 1) - AccelerationAt(states, pieces - 1);
+    const T before = length(k - 1), after = length(k);
+    return (T(1) / (before + after)) * (after * mean(k - 1) + before * mean(k));
   }
 
   std::array<Path, 3> AxesOf(const Nominal& nominal) const {
@@ -232,8 +251,8 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   };
 
   // The corrected path and what moves it.
-  const T t = T(measured_s) + shift_s + sum(c.time_bias);
-  const Nominal nominal = NominalAt(block.passes[pass], t);
+  const T t = T(measured_s) + sum(c.time_bias);
+  const Nominal nominal = NominalAt(pass, t);
   std::array<Path, 3> track;
   if (c.NeedsTrackAxes()) track = AxesOf(nominal);
   Path s = nominal.position;
@@ -272,23 +291,41 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
     s = s + Series<T>(local[static_cast<std::size_t>(d.column)]) * d.moves;
   }
 
+  // A time shift_s later: value, velocity and acceleration of the antenna and of what moves it.
+  const T half = shift_s * shift_s / T(2);
+  const auto later = [&](const Series<T>& at, const T& third) {
+    return Series<T>{at.c0 + shift_s * at.c1 + half * at.c2 + half * shift_s / T(3) * third,
+                     at.c1 + shift_s * at.c2 + half * third,
+                     at.c2 + shift_s * third};
+  };
+  for (std::size_t i = 0; i < 3; ++i) s[i] = later(s[i], nominal.jerk[i]);
+  for (Direction& direction : directions) {
+    for (Series<T>& axis : direction.moves) axis = later(axis, T(0));
+  }
+
   // The cone's axis: the direction of flight, turned by the velocity corrections.
   Path v;
   for (std::size_t i = 0; i < 3; ++i) v[i] = {s[i].c1, s[i].c2, T(0)};  // second never used
   const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
   Path cone_axis = v;
+  std::array<Path, 3> turning;  // track axes a time shift_s later, to first order
   Vec<T> w = {T(0), T(0), T(0)};
   if (turned) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Series<T>& of = track[axis][i];
+        turning[axis][i] = {of.c0 + shift_s * of.c1, of.c1, T(0)};
+      }
+    }
     const Path turn =
-        Series<T>(sum(c.velocity_across)) * track[1] + Series<T>(sum(c.velocity_up)) * track[2];
+        Series<T>(sum(c.velocity_across)) * turning[1] + Series<T>(sum(c.velocity_up)) * turning[2];
     cone_axis = v + Norm(v) * turn;
     for (std::size_t i = 0; i < 3; ++i) w[i] = turn[i].c0;
   }
-  Vec<T> position, velocity, acceleration, axis, axis_rate;
+  Vec<T> position, velocity, axis, axis_rate;
   for (std::size_t i = 0; i < 3; ++i) {
     position[i] = s[i].c0;
     velocity[i] = v[i].c0;
-    acceleration[i] = v[i].c1;
     axis[i] = cone_axis[i].c0;
     axis_rate[i] = cone_axis[i].c1;
   }
@@ -368,8 +405,8 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
     for (std::size_t i = 0; i < 3; ++i) at[i] = of[i].c0;
     return nominal_speed * Dot(cone_by_axis, at);
   };
-  for (const int column : c.velocity_across) set(column, T(0), turn_by(track[1]));
-  for (const int column : c.velocity_up) set(column, T(0), turn_by(track[2]));
+  for (const int column : c.velocity_across) set(column, T(0), turn_by(turning[1]));
+  for (const int column : c.velocity_up) set(column, T(0), turn_by(turning[2]));
   for (const int column : c.range_bias) set(column, T(1), T(0));
   for (const int column : c.range_scale) set(column, rho, T(0));
   for (const int column : c.time_bias) {
@@ -380,15 +417,8 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
     set(c.troposphere[q].column, mappings[q], T(0));
   }
 
-  // What an error of the azimuth time does, corrections of the cone's direction left out.
-  const T path_speed = nominal_speed;
-  const T speed_rate = Dot(direction, acceleration);
-  const Vec<T> direction_rate = (T(1) / path_speed) * (acceleration - speed_rate * direction);
-  const T plain = doppler ? closing / path_speed : sin_given;
-  const T plain_by_speed = doppler ? -plain / path_speed : T(0);
-  out.range_rate = T(-1) * Dot(velocity, d) / rho;
-  out.doppler_rate = Dot(direction_rate, d) - path_speed - out.range_rate * plain -
-                     rho * plain_by_speed * speed_rate;
+  out.range_rate = Dot(range_by_s, velocity);
+  out.doppler_rate = Dot(cone_by_axis, axis_rate) - Dot(cone_by_p, velocity);
   return out;
 }
 

@@ -37,7 +37,7 @@ void Restore(const AdjustResult& result, AdjustmentProblem* problem, BlockState*
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
     state->corrections[static_cast<Eigen::Index>(i)] = result.parameters[i].value;
   }
-  UpdateWhitening(*state, problem);
+  UpdateWeights(*state, problem);
 }
 
 /// Words of a warning that the numbers are not to be trusted to their digits. A warning of points

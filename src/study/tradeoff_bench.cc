@@ -139,8 +139,7 @@ struct TradeoffBench::Impl {
   /// For arithmetic: the problem at its start, made when first needed.
   std::unique_ptr<AdjustmentProblem> problem;
   BlockState start;
-  std::vector<Whitening> whitening;
-  std::vector<AdjustedTime> adjusted_times;
+  std::vector<LookWeights> weights;
 
   void Prepare(const TradeoffChoice& choice, ProgressSink* progress) {
     if (choice.run == TradeoffChoice::Run::kTwoLooks && !two_looks) {
@@ -151,16 +150,14 @@ struct TradeoffBench::Impl {
     const ThreadLimit limit(options.threads);
     problem = std::make_unique<AdjustmentProblem>(simulated.block, options.groups);
     start = ComputeStartValues(problem.get(), progress).state;
-    whitening = problem->whitening;
-    adjusted_times = problem->model.adjusted_times();
+    weights = problem->weights;
     best_arithmetic = RunArithmetic(Arithmetic::kExtended, Elimination::kQr, progress);
   }
 
   [[nodiscard]] TradeoffAnswer RunArithmetic(Arithmetic arithmetic,
                                              Elimination elimination,
                                              ProgressSink* progress) {
-    problem->whitening = whitening;
-    problem->model.adjusted_times() = adjusted_times;
+    problem->weights = weights;
     ArithmeticSolution solution =
         SolveInArithmetic(arithmetic, elimination, start, problem.get(), progress);
     TradeoffAnswer out;

@@ -19,84 +19,41 @@
 namespace sarblock {
 namespace {
 
-/// A noisy block at its true state, paths held, with its times adjusted to the end.
-struct AtTruth {
-  explicit AtTruth(const test::BlockPlan& plan) : known(test::MakeBlock(plan)) {
-    test::AddNoise(17, 1.0, &known);
-    problem.emplace(known.block, std::vector<CorrectionGroup>{});
-    state.start_m = known.truth_m;
-    state.displacement_m.assign(known.truth_m.size(), Eigen::Vector3d::Zero());
-    for (int k = 0; k < 4; ++k) UpdateWhitening(state, &*problem);
-  }
-  [[nodiscard]] std::optional<LookLinearisation> Linearise(std::size_t point,
-                                                           std::size_t look) const {
-    return problem->model.Linearise(
-        look, state.start_m[point], state.displacement_m[point], state.corrections);
-  }
-  test::KnownBlock known;
-  std::optional<AdjustmentProblem> problem;
+class PredictedLookTest : public testing::TestWithParam<double> {};
+
+// Second route: the time at which the cone holds the point, by Newton's method on the path itself,
+// and the range there, under noise of the stated size.
+TEST_P(PredictedLookTest, IsTheTimeAndTheRangeOfThePath) {
+  test::KnownBlock known = test::MakeBlock(test::OrbitPlan(GetParam()));
+  test::AddNoise(17, 1.0, &known);
+  const Block& block = known.block;
+  const AdjustmentProblem problem(block, {});
   BlockState state;
-};
-
-class AdjustedTimeTest : public testing::TestWithParam<double> {};
-
-// Second route: the time at which the cone holds the point, by Newton's method on the path.
-TEST_P(AdjustedTimeTest, IsTheTimeTheConePredicts) {
-  const AtTruth at(test::OrbitPlan(GetParam()));
-  const Block& block = at.known.block;
-  for (std::size_t point = 0; point < at.known.truth_m.size(); ++point) {
+  state.start_m = known.truth_m;
+  state.displacement_m.assign(known.truth_m.size(), Eigen::Vector3d::Zero());
+  for (std::size_t point = 0; point < known.truth_m.size(); ++point) {
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       Cone cone;
       cone.squint_rad = block.looks.cone[i];
-      const auto predicted_s = SolveConeTime(block.passes[block.looks.pass[i]].path,
-                                             at.known.truth_m[point],
-                                             cone,
-                                             block.looks.time_s[i]);
+      const FlightPath& path = block.passes[block.looks.pass[i]].path;
+      const auto predicted_s =
+          SolveConeTime(path, known.truth_m[point], cone, block.looks.time_s[i]);
       ASSERT_TRUE(predicted_s.has_value());
-      // Coordinates are rounded to 1e-9 m, 2.5e-13 s where the cone stands at 60 degrees.
-      const double shift_s = at.problem->model.adjusted_times()[i].shift_s;
-      ASSERT_NE(shift_s, 0.0);
-      EXPECT_NEAR(block.looks.time_s[i] + shift_s, *predicted_s, 3e-12);
-    }
-  }
-}
-
-// The errors that the equations give there are those of the explicit model: R_p - R and t - t_p.
-TEST_P(AdjustedTimeTest, LeavesTheErrorsOfTimeAndRange) {
-  const AtTruth at(test::OrbitPlan(GetParam()));
-  const Block& block = at.known.block;
-  for (std::size_t point = 0; point < at.known.truth_m.size(); ++point) {
-    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-      const AdjustedTime& time = at.problem->model.adjusted_times()[i];
-      const Motion motion =
-          *block.passes[block.looks.pass[i]].path.At(block.looks.time_s[i] + time.shift_s);
-      const double range_error_m =
-          (at.known.truth_m[point] - motion.position_m).norm() - block.looks.range_m[i];
+      const double range_m = (known.truth_m[point] - path.At(*predicted_s)->position_m).norm();
       LookColumns columns;
-      at.problem->model.ColumnsOf(i, &columns);
-      LookEvaluation out;
-      ASSERT_TRUE(at.problem->model.Evaluate(
-          i, columns, at.known.truth_m[point], Eigen::Vector3d::Zero(), {}, &out));
-      EXPECT_NEAR(out.error_m[0], range_error_m - time.range_m(), 1e-8);
-      EXPECT_NEAR(out.error_m[1], -time.doppler_m(), 1e-8);
+      LookEvaluation at;
+      ASSERT_TRUE(EvaluateLook(problem.model, state, point, i, {}, &columns, &at));
+      // Coordinates are rounded to 1e-9 m. The path is a cubic, and continued as one.
+      EXPECT_NEAR(at.error_1[1] * at.azimuth_mps,
+                  (*predicted_s - block.looks.time_s[i]) * at.azimuth_mps,
+                  3e-7);
+      EXPECT_NEAR(at.error_1[0], range_m - block.looks.range_m[i], 3e-7);
+      EXPECT_GT(std::abs(at.error_1[1]), 1e-9);
     }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Squints, AdjustedTimeTest, testing::Values(0.0, 20.0, 60.0));
-
-TEST(AdjustedTimeEndsTest, StaysMeasuredNearTheEndsOfThePath) {
-  AtTruth at(test::AircraftPlan(0.0));
-  Looks& looks = at.known.block.looks;
-  const Pass& pass = at.known.block.passes[looks.pass[0]];
-  const double sigma_s = at.known.block.SigmaOf(0).azimuth / 100.0;  // at some 100 m/s
-  for (const double time_s : {pass.path.start_s() + sigma_s, pass.path.end_s() - sigma_s}) {
-    looks.time_s[0] = time_s;
-    const auto linearised = at.Linearise(0, 0);
-    ASSERT_TRUE(linearised.has_value());
-    EXPECT_EQ(linearised->time.shift_s, 0.0);
-  }
-}
+INSTANTIATE_TEST_SUITE_P(Squints, PredictedLookTest, testing::Values(0.0, 20.0, 60.0));
 
 /// Mean of e' C^-1 e / 3 over the tie points.
 double NormalisedSquare_1(const Block& block, const Truth& truth, const AdjustResult& result) {

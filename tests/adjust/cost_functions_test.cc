@@ -25,33 +25,40 @@ std::vector<CorrectionGroup> FrameOffsetRangeAndSquint() {
           {"squint", SquintCorrection{}, {}, true}};
 }
 
-/// Range sphere and Doppler cone whitened, for Ceres' automatic derivatives: nominal motion given,
-/// a constant offset of the antenna, range bias and scale, squint bias.
+/// Range and azimuth time weighted, for Ceres' automatic derivatives: nominal motion given, a
+/// constant offset of the antenna, range bias and scale, squint bias. The time by a fixed-point
+/// iteration, which carries the derivatives with it.
 struct SphereAndCone {
   Motion motion;
   Eigen::Vector3d start_m;
   double range_m;
   double squint_rad;
-  Whitening w;
-  Eigen::Vector2d carried_m;  // from the adjusted to the measured time
+  LookWeights w;
 
   template <typename T>
   bool operator()(
       const T* displacement, const T* range, const T* squint, const T* offset, T* residuals) const {
     using std::sin;
     using std::sqrt;
-    T square = T(0.0), along = T(0.0);
-    const double speed_mps = motion.velocity_mps.norm();
-    for (int k = 0; k < 3; ++k) {
-      const T d = (start_m[k] - motion.position_m[k]) + displacement[k] - offset[k];
-      square += d * d;
-      along += (motion.velocity_mps[k] / speed_mps) * d;
+    T dt = T(0.0), rho = T(0.0);
+    for (int step = 0; step < 800; ++step) {
+      T square = T(0.0), speed2 = T(0.0), product = T(0.0);
+      for (int k = 0; k < 3; ++k) {
+        const double v0 = motion.velocity_mps[k], a0 = motion.acceleration_mps2[k];
+        const double j0 = motion.jerk_mps3[k];
+        const T moved = dt * (v0 + dt * (0.5 * a0 + dt * (j0 / 6.0)));
+        const T v = v0 + dt * (a0 + dt * (0.5 * j0));
+        const T d = (start_m[k] - motion.position_m[k]) + displacement[k] - offset[k] - moved;
+        square += d * d;
+        speed2 += v * v;
+        product += v * d;
+      }
+      rho = sqrt(square);
+      const T e_d = product / sqrt(speed2) - rho * sin(squint_rad + squint[0]);
+      dt += e_d / motion.velocity_mps.norm();  // the rate but for some tenths
     }
-    const T rho = sqrt(square);
-    const T e_r = rho - range_m + range[0] + range[1] * rho;
-    const T e_d = along - rho * sin(squint_rad + squint[0]);
-    residuals[0] = w.w00 * (e_r - carried_m[0]);
-    residuals[1] = w.w10 * (e_r - carried_m[0]) + w.w11 * (e_d - carried_m[1]);
+    residuals[0] = w.range_per_m * (rho - range_m + range[0] + range[1] * rho);
+    residuals[1] = w.time_per_s * dt;
     return true;
   }
 };
@@ -65,7 +72,7 @@ class LookCostTest : public testing::TestWithParam<double> {
     state_.start_m = known_.truth_m;
     state_.displacement_m.assign(known_.truth_m.size(), Eigen::Vector3d(13.7, -8.3, 21.9));
     state_.corrections.setZero(problem_.layout.size());
-    UpdateWhitening(state_, &problem_);
+    UpdateWeights(state_, &problem_);
   }
   test::KnownBlock known_;
   AdjustmentProblem problem_;
@@ -80,17 +87,15 @@ TEST_P(LookCostTest, AgreesWithAutomaticDerivatives) {
   const std::array<double, 2> range{11.3, 2.7e-5};
   const double squint = 1.9e-3;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-    const AdjustedTime& time = problem_.model.adjusted_times()[i];
-    ASSERT_NE(time.shift_s, 0.0);
-    const Motion motion =
-        *block.passes[block.looks.pass[i]].path.At(block.looks.time_s[i] + time.shift_s);
+    Motion motion;
+    ASSERT_TRUE(block.passes[block.looks.pass[i]].path.Read(
+        block.looks.time_s[i], problem_.model.AccelerationOf(block.looks.pass[i]), &motion));
     const ceres::AutoDiffCostFunction<SphereAndCone, 2, 3, 2, 1, 3> automatic(
         new SphereAndCone{motion,
                           known_.truth_m[point],
                           block.looks.range_m[i],
                           block.looks.cone[i],
-                          problem_.whitening[i],
-                          {time.range_m(), time.doppler_m()}});
+                          problem_.weights[i]});
     const LookCost cost(problem_, state_, point, i);
     ASSERT_EQ(cost.parameter_block_sizes(), automatic.parameter_block_sizes());
     const std::array<const double*, 4> blocks{
@@ -241,7 +246,7 @@ TEST(CeresProblemTest, HoldsEveryLookControlAndPriorOnce) {
   state.start_m = known.truth_m;
   state.displacement_m.assign(known.truth_m.size(), Eigen::Vector3d::Zero());
   state.corrections.setZero(problem.layout.size());
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
   const auto ceres_problem = MakeCeresProblem(problem, {}, &state);
   EXPECT_EQ(ceres_problem->NumResiduals(), 2 * 47 + 2 + 4);
   EXPECT_EQ(ceres_problem->NumParameters(), 3 * 12 + 12);

@@ -131,9 +131,29 @@ TEST(CountsTest, TwoLooksAndNoCorrectionsHaveRedundancyOne) {
   EXPECT_EQ(result.observation_count, 28U);
 }
 
-// Fixed point: weights formed from time sigmas at the solution are those it was solved with, and
-// a second pass changes nothing; away from it they change by the order of the move over the range.
-TEST(WhiteningRoundsTest, SettleAtTheSolution) {
+// Closed form: an azimuth of sigma_a metres at the target is sigma_a / |q| seconds there, q by
+// docs/theory/observations.md, eq. (9).
+TEST(WeightsTest, TurnMetresOfAzimuthIntoSecondsAtTheTarget) {
+  test::BlockPlan plan = test::AircraftPlan(31.0);
+  plan.sigma = {0.83, 1.7, AzimuthUnit::kMetres};
+  const test::KnownBlock known = test::MakeBlock(plan);
+  AdjustmentProblem problem(known.block, {});
+  BlockState state;
+  state.start_m = known.truth_m;
+  state.displacement_m.assign(12, Eigen::Vector3d::Zero());
+  UpdateWeights(state, &problem);
+  const Motion motion = *known.block.passes[1].path.At(known.block.looks.time_s[5]);
+  const TimeRates rates = LookTimeRates(known.truth_m[1],
+                                        motion.position_m,
+                                        motion.velocity_mps,
+                                        motion.acceleration_mps2,
+                                        problem.model.ConeOf(5));
+  EXPECT_NEAR(problem.weights[5].time_per_s, -rates.doppler_mps / 1.7, 1e-9);
+  EXPECT_DOUBLE_EQ(problem.weights[5].range_per_m, 1.0 / 0.83);
+  EXPECT_LT(UpdateWeights(state, &problem), 1e-15) << "nothing moved";
+}
+
+TEST(WeightsTest, LeaveSecondsAsTheyAre) {
   test::BlockPlan plan = test::AircraftPlan(31.0);
   plan.sigma = {0.83, 7.3e-3, AzimuthUnit::kSeconds};
   const test::KnownBlock known = test::MakeBlock(plan);
@@ -141,30 +161,13 @@ TEST(WhiteningRoundsTest, SettleAtTheSolution) {
   BlockState state;
   state.start_m = known.truth_m;
   state.displacement_m.assign(12, Eigen::Vector3d(400.0, -300.0, 200.0));
-  EXPECT_EQ(UpdateWhitening(state, &problem).weight_1, 1.0) << "from nothing";
-  for (int k = 0; k < 5; ++k) UpdateWhitening(state, &problem);  // times from far take steps
-  const WhiteningChange still = UpdateWhitening(state, &problem);
-  EXPECT_LT(still.weight_1, 1e-12) << "nothing moved";
-  EXPECT_LT(still.time_1, 1e-6) << "nothing moved";
-  const Whitening off = problem.whitening[5];
-  state.displacement_m.assign(12, Eigen::Vector3d::Zero());
-  const WhiteningChange change = UpdateWhitening(state, &problem);
-  EXPECT_GT(change.weight_1, 1e-4);
-  EXPECT_LT(change.weight_1, 0.2);
-  EXPECT_GT(change.time_1, 1.0);
-  for (int k = 0; k < 5; ++k) UpdateWhitening(state, &problem);
-  // Closed form at the truth: covariance of (e_r, e_d) from the rates at the look.
-  const Whitening& w = problem.whitening[5];
-  const Motion motion = *known.block.passes[1].path.At(known.block.looks.time_s[5]);
-  const Eigen::Vector3d d_m = known.truth_m[1] - motion.position_m;
-  const double r_mps = -motion.velocity_mps.dot(d_m) / d_m.norm();
-  EXPECT_NEAR(w.w00, 1.0 / std::hypot(0.83, r_mps * 7.3e-3), 1e-12);
-  EXPECT_NE(w.w00, off.w00);
+  UpdateWeights(state, &problem);
+  EXPECT_DOUBLE_EQ(problem.weights[5].time_per_s, 1.0 / 7.3e-3);
 }
 
-TEST(WhiteningRoundsTest, TheSolutionFromFarHasTheWeightsOfTheSolution) {
+TEST(WeightsTest, TheSolutionFromFarHasTheWeightsOfTheSolution) {
   test::BlockPlan plan = test::AircraftPlan(31.0);
-  plan.sigma = {0.83, 7.3e-3, AzimuthUnit::kSeconds};
+  plan.sigma = {0.83, 1.7, AzimuthUnit::kMetres};
   test::KnownBlock known = test::MakeBlock(plan);
   test::AddNoise(8, 1.0, &known);
   const AdjustResult near = Adjust(known.block, {});

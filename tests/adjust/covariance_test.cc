@@ -100,7 +100,7 @@ class CovarianceTest : public testing::TestWithParam<Case> {
     state_.start_m = scenario_.known.truth_m;
     state_.displacement_m.assign(scenario_.known.truth_m.size(), {1.7, -2.3, 0.9});
     state_.corrections.setConstant(problem_.layout.size(), 0.13);
-    UpdateWhitening(state_, &problem_);
+    UpdateWeights(state_, &problem_);
     system_.emplace(problem_);
     system_->Form(state_, {}, nullptr);
     system_->Factor();

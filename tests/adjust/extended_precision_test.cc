@@ -76,7 +76,7 @@ Computed Compute(const Scenario& s) {
     state.displacement_m.emplace_back(-311.2, 203.9, -97.6);
   }
   state.corrections.setConstant(problem.layout.size(), 0.13);
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
   EXPECT_TRUE(system.weak_points().empty());

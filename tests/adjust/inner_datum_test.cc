@@ -40,7 +40,7 @@ struct Floating {
     state.start_m = known.truth_m;
     state.displacement_m.assign(known.truth_m.size(), {0.37, -0.29, 0.53});
     state.corrections.setConstant(problem.layout.size(), 0.11);
-    UpdateWhitening(state, &problem);
+    UpdateWeights(state, &problem);
     ReducedSystem open(problem);
     open.Form(state, {}, nullptr);
     null_space = open.NullSpace();

@@ -8,11 +8,14 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
-/// The observation equations once more, for any scalar type: written from the text of the model
+/// The explicit model of a look once more, for any scalar type: written from the text of the model
 /// (look equations, corrected path, track axes), with other formulas than the library where there
-/// are others. The velocity of the corrected path is the numerical derivative of its position, so
-/// that the turning of the track axes cannot be forgotten; meant for 50 digits.
+/// are others. Velocity and acceleration of the corrected path are numerical derivatives of its
+/// position, so that the turning of the track axes cannot be forgotten; the time at which the cone
+/// holds the point is found by the secant method. Meant for 50 digits.
 namespace sarblock::test {
 
 template <typename T>
@@ -83,10 +86,11 @@ TwinVertical<T> VerticalOf(const Frame& frame, const Vec<T>& p) {
   return {up, Dot(p - q, up)};
 }
 
+/// Predicted less measured.
 template <typename T>
 struct TwinErrors {
   T range;
-  T doppler;
+  T time;
 };
 
 /// The model of one look. `Value(owner, name)` gives a parameter's value.
@@ -104,19 +108,20 @@ class LookModelTwin {
     const T measured = block_.looks.time_s[look];
     T path_time = measured, squint_bias = 0, range_bias = 0, range_scale = 0, delay = 0;
     T across = 0, up = 0;
-    const T step("1e-13");
+    std::vector<std::pair<T, T>> airs;  // zenith delay and scale height
+    const T step("1e-8");
     const auto sum = [&](const CorrectionGroup& group, const std::string& name) {
       return value(group.shared ? group.name : pass.id, name);
     };
     ForEachGroup(pass, [&](const CorrectionGroup& group) {
       if (std::holds_alternative<TimeCorrection>(group.model)) path_time += sum(group, "time.bias");
     });
-    const Vec<T> s = Position(pass, measured, path_time, value);
-    const Vec<T> later = Position(pass, measured, path_time + step, value);
-    const Vec<T> earlier = Position(pass, measured, path_time - step, value);
-    const Vec<T> v = (T(1) / (T(2) * step)) * (later - earlier);
-    const Vec<T> d = p - s;
-    const T rho = Norm(d);
+    const Reading at = Read(pass, path_time);
+    const Vec<T> s0 = Position(pass, measured, path_time, at, T(0), value);
+    const Vec<T> later = Position(pass, measured, path_time, at, step, value);
+    const Vec<T> earlier = Position(pass, measured, path_time, at, -step, value);
+    const Vec<T> s1 = (T(1) / (T(2) * step)) * (later - earlier);
+    const Vec<T> s2 = (T(1) / (step * step)) * ((later - s0) - (s0 - earlier));
     const TwinVertical<T> vertical = VerticalOf(block_.frame, p);
     ForEachGroup(pass, [&](const CorrectionGroup& group) {
       if (const auto* c = std::get_if<VelocityCorrection>(&group.model)) {
@@ -128,24 +133,43 @@ class LookModelTwin {
       } else if (std::holds_alternative<SquintCorrection>(group.model)) {
         squint_bias += sum(group, "squint.bias");
       } else if (const auto* air = std::get_if<TroposphereCorrection>(&group.model)) {
-        const T cos_incidence = -Dot(vertical.up, d) / rho;
-        delay += sum(group, "troposphere.zenith") * exp(-vertical.height / T(air->scale_height_m)) /
-                 cos_incidence;
+        airs.emplace_back(sum(group, "troposphere.zenith"), air->scale_height_m);
       }
     });
-    const std::array<Vec<T>, 3> axes = Axes(pass, path_time);
-    const Vec<T> cone_axis = v + Norm(v) * (across * axes[1] + up * axes[2]);
-    T tau = 0;
+    const std::array<Vec<T>, 3> axes = Axes(at, T(0));
+    const std::array<Vec<T>, 3> axes_later = Axes(at, step), axes_earlier = Axes(at, -step);
     const T cone = block_.looks.cone.empty() ? 0.0 : block_.looks.cone[look];
-    if ((block_.looks.flags[look] & Looks::kDoppler) != 0) {
-      using std::asin;
-      // f_D = 2 v.d / (lambda rho), d along the cone
-      tau = asin(T(pass.wavelength_m) * cone / (T(2) * Norm(cone_axis)));
-    } else {
-      tau = cone;
+    const auto turned = [&](std::size_t axis, const T& dt) {
+      return axes[axis] + (dt / (T(2) * step)) * (axes_later[axis] - axes_earlier[axis]);
+    };
+    Vec<T> d;
+    const auto off_cone = [&](const T& dt) {
+      const Vec<T> v = s1 + dt * s2 + (dt * dt / T(2)) * at.jerk;
+      d = p - (s0 + dt * (s1 + (dt / T(2)) * (s2 + (dt / T(3)) * at.jerk)));
+      const Vec<T> cone_axis = v + Norm(v) * (across * turned(1, dt) + up * turned(2, dt));
+      T tau = cone;
+      if ((block_.looks.flags[look] & Looks::kDoppler) != 0) {
+        using std::asin;
+        // f_D = 2 v.d / (lambda rho), d along the cone
+        tau = asin(T(pass.wavelength_m) * cone / (T(2) * Norm(cone_axis)));
+      }
+      return Dot(Unit(cone_axis), d) - Norm(d) * sin(tau + squint_bias);
+    };
+    using std::abs;
+    T dt0 = 0, off0 = off_cone(dt0), dt = off0 / Norm(s1);
+    for (int k = 0; k < 40; ++k) {
+      const T off = off_cone(dt);
+      if (abs(off) < T("1e-40") || off == off0) break;
+      const T next = dt - off * (dt - dt0) / (off - off0);
+      dt0 = dt;
+      off0 = off;
+      dt = next;
     }
-    return {rho + range_bias + range_scale * rho + delay - T(block_.looks.range_m[look]),
-            Dot(Unit(cone_axis), d) - rho * sin(tau + squint_bias)};
+    const T rho = Norm(d);
+    for (const auto& [zenith, scale_height_m] : airs) {
+      delay += zenith * exp(-vertical.height / scale_height_m) * rho / -Dot(vertical.up, d);
+    }
+    return {rho + range_bias + range_scale * rho + delay - T(block_.looks.range_m[look]), dt};
   }
 
  private:
@@ -178,12 +202,37 @@ class LookModelTwin {
             (d00 * per_h) * p0 + d10 * v0 + (d01 * per_h) * p1 + d11 * v1};
   }
 
-  std::array<Vec<T>, 3> Axes(const Pass& pass, const T& t) const {
+  /// The nominal motion at a path time: the cubic and its derivatives, by differences that are
+  /// exact for a cubic.
+  struct Reading {
+    Vec<T> position, velocity, acceleration, jerk;
+  };
+  static Reading Read(const Pass& pass, const T& t) {
+    const std::vector<StateVector>& states = pass.path.states();
+    std::size_t k = 0;
+    while (k + 2 < states.size() && T(states[k + 1].time_s) <= t) ++k;
+    const T t0 = states[k].time_s, h = T(states[k + 1].time_s) - t0;
+    const auto velocity = [&](const T& part) { return Nominal(pass, t0 + part * h)[1]; };
+    // A parabola through three places of the piece.
+    const Vec<T> v0 = velocity(T("0.25")), v1 = velocity(T("0.5")), v2 = velocity(T("0.75"));
+    const T d = h / T(4);
+    const Vec<T> jerk = (T(1) / (d * d)) * ((v2 - v1) - (v1 - v0));
+    const Vec<T> middle = (T(1) / (T(2) * d)) * (v2 - v0);
     const auto [s, v] = Nominal(pass, t);
+    return {s, v, middle + (t - t0 - T(2) * d) * jerk, jerk};
+  }
+
+  /// Track axes a time `tau` after a reading.
+  std::array<Vec<T>, 3> Axes(const Reading& at, const T& tau) const {
+    const Vec<T> v = at.velocity + tau * at.acceleration + (tau * tau / T(2)) * at.jerk;
     const Vec<T> along = Unit(v);
-    const Vec<T> vertical = VerticalOf(block_.frame, s).up;
+    const Vec<T> vertical = VerticalOf(block_.frame, Moved(at, tau)).up;
     const Vec<T> up = Unit(vertical - Dot(vertical, along) * along);
     return {along, Cross(up, along), up};
+  }
+  static Vec<T> Moved(const Reading& at, const T& tau) {
+    return at.position +
+           tau * (at.velocity + (tau / T(2)) * (at.acceleration + (tau / T(3)) * at.jerk));
   }
 
   static T Legendre(int degree, const T& x) {
@@ -204,10 +253,17 @@ class LookModelTwin {
     }
   }
 
-  /// Corrected position at a path time; the measured time chooses the piece of a spline.
-  Vec<T> Position(const Pass& pass, const T& measured, const T& t, const Value& value) const {
-    Vec<T> s = Nominal(pass, t)[0];
-    const std::array<Vec<T>, 3> track = Axes(pass, t);
+  /// Corrected position a time `tau` after a reading at path time `read`; the measured time chooses
+  /// the piece of a spline.
+  Vec<T> Position(const Pass& pass,
+                  const T& measured,
+                  const T& read,
+                  const Reading& at,
+                  const T& tau,
+                  const Value& value) const {
+    const T t = read + tau;
+    Vec<T> s = Moved(at, tau);
+    const std::array<Vec<T>, 3> track = Axes(at, tau);
     static const std::array<std::array<const char*, 3>, 2> kNames = {
         {{"along", "across", "up"}, {"x", "y", "z"}}};
     ForEachGroup(pass, [&](const CorrectionGroup& group) {

@@ -107,7 +107,7 @@ TEST(LookQualityTest, TheSweepIsTheDiagonalOfTheResidualCovariance) {
     state.start_m = known.truth_m;
     state.displacement_m.assign(known.truth_m.size(), Eigen::Vector3d::Zero());
     state.corrections = Eigen::VectorXd::Zero(problem.layout.size());
-    UpdateWhitening(state, &problem);
+    UpdateWeights(state, &problem);
     ReducedSystem system(problem);
     system.Form(state, {}, nullptr);
     system.Factor();

@@ -85,7 +85,7 @@ TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
   for (std::size_t i = 0; i < held.parameters.size(); ++i) {
     state.corrections[static_cast<Eigen::Index>(i)] = held.parameters[i].value;
   }
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
   const MonteCarloReport small =
       RunMonteCarlo(problem, state, {}, options, held.points.covariance_m2, nullptr);
   EXPECT_THAT(small.sentence, testing::StartsWith("the stated covariance is too small"));
@@ -150,7 +150,7 @@ TEST(MonteCarloTest, ExactReadingsAreThoseOfTheSolution) {
   block.looks.time_s = exact.time_s;
   block.looks.range_m = exact.range_m;
   AdjustmentProblem again(block, options.groups);
-  UpdateWhitening(state, &again);
+  UpdateWeights(state, &again);
   WhitenedLook look;
   for (std::size_t j = 0; j < 12; ++j) {
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {

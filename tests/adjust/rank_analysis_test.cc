@@ -68,7 +68,7 @@ class RankTest : public testing::Test {
     state_.start_m = known_.truth_m;
     state_.displacement_m.assign(known_.truth_m.size(), Eigen::Vector3d::Zero());
     state_.corrections.setZero(problem_->layout.size());
-    UpdateWhitening(state_, &*problem_);
+    UpdateWeights(state_, &*problem_);
     system_.emplace(*problem_);
     system_->Form(state_, {}, nullptr);
     return system_->FactorAndAnalyse(&state_);

@@ -52,9 +52,9 @@ TEST(RealBlockTest, CabeusIsAcceptedWithResidualsOfSevenMetres) {
   EXPECT_TRUE(result.chi_square_passed);
 }
 
-// A blunder planted in real data, in one look after another: a range made 300 m longer, 43 times its
-// standard deviation, is named in every look whose redundancy makes that certain, and located in
-// some. Parallel strips leave the others as one of two or three.
+// A blunder planted in real data, in one look after another: a range made 300 m longer, 43 times
+// its standard deviation, is named in every look whose redundancy makes that certain, and located
+// in some. Parallel strips leave the others as one of two or three.
 TEST(RealBlockTest, ARangeShiftedBy300MetresIsFoundInCabeus) {
   const fs::path folder = fs::path(SARBLOCK_SHARED_DATA) / "cabeus-minirf";
   if (!fs::exists(folder)) GTEST_SKIP() << "no " << folder;

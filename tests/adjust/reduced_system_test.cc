@@ -39,7 +39,7 @@ BlockState StateOf(const test::KnownBlock& known, AdjustmentProblem* problem, do
   state.start_m = known.truth_m;
   state.displacement_m.assign(known.truth_m.size(), offset_m * Eigen::Vector3d(1.0, -0.7, 0.4));
   state.corrections.setConstant(problem->layout.size(), 0.21 * offset_m);
-  UpdateWhitening(state, problem);
+  UpdateWeights(state, problem);
   return state;
 }
 
@@ -101,7 +101,7 @@ TEST_P(ReducedSystemTest, GivesTheDenseNewtonStep) {
   EXPECT_GT(expected.norm(), 0.01);
   EXPECT_LT(difference.norm(), 1e-9 * expected.norm());
   // Length of the step in sigmas: |J step|. Cost: half the square sum. Gradient by columns.
-  EXPECT_NEAR(system_->RemainingStep(), (j * step).norm(), 1e-9 * (j * step).norm());
+  EXPECT_NEAR(system_->NewtonDecrement(), (j * step).norm(), 1e-9 * (j * step).norm());
   EXPECT_NEAR(
       system_->cost(), 0.5 * dense_.residual.squaredNorm(), 1e-12 * dense_.residual.squaredNorm());
   const Eigen::VectorXd g = (j.transpose() * dense_.residual).cwiseQuotient(length);

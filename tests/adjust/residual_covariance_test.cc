@@ -39,7 +39,7 @@ struct Linearised {
     state.start_m = known.truth_m;
     state.displacement_m.assign(known.truth_m.size(), Eigen::Vector3d::Zero());
     state.corrections = Eigen::VectorXd::Zero(problem.layout.size());
-    UpdateWhitening(state, &problem);
+    UpdateWeights(state, &problem);
   }
   test::KnownBlock& known;
   AdjustmentProblem problem;

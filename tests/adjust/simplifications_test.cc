@@ -40,7 +40,7 @@ struct Solved {
       SolveOptions options;
       options.settled_1 = 1e-9;
       static_cast<void>(SolveReduced(problem, {}, options, &state, nullptr));
-      UpdateWhitening(state, &problem);
+      UpdateWeights(state, &problem);
     }
   }
   AdjustmentProblem problem;
@@ -151,15 +151,10 @@ TEST(SimplificationsTest, WhatIsNotThereCostsNothing) {
   const test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
   const Solved solved(known.block, {});
   const auto bounds = BoundSimplifications(solved.problem, solved.state, 0.01);
-  for (const char* name : {"flat-frame", "fixed-track-axes", "uncoupled-squint"}) {
+  for (const char* name : {"flat-frame", "fixed-track-axes"}) {
     EXPECT_EQ(Find(bounds, name).fraction_1, 0.0) << name;
     EXPECT_TRUE(Find(bounds, name).allowed) << name;
   }
-  const test::KnownBlock squinted = test::MakeBlock(test::AircraftPlan(20.0));
-  const Solved coupled(squinted.block, {});
-  EXPECT_GT(Find(BoundSimplifications(coupled.problem, coupled.state, 0.01), "uncoupled-squint")
-                .fraction_1,
-            0.01);
 }
 
 // Second route: the step to the full model is the difference of two adjustments, corrections
@@ -213,7 +208,6 @@ TEST(SimplificationsTest, NothingAboveTheLimitIsTaken) {
   for (const char* name : {"flat-frame", "fixed-track-axes", "linear-velocity"}) {
     EXPECT_EQ(Find(bounds, name).verdict, "not allowed") << name;
   }
-  EXPECT_EQ(Find(bounds, "uncoupled-squint").verdict, "allowed, not taken: it gains nothing");
 }
 
 // Straight flights are far above the limit here: as if the choice had erred.
@@ -249,7 +243,7 @@ TEST(SimplificationsTest, AnAutomaticAdjustmentSaysWhatItTook) {
   options.selection.simplify_1 = 0.3;
   const AdjustResult result = Adjust(known.block, options);
   ASSERT_TRUE(result.accepted);
-  ASSERT_EQ(result.selection.simplifications.size(), 4U);
+  ASSERT_EQ(result.selection.simplifications.size(), 3U);
   ASSERT_TRUE(result.selection.simplified.fixed_track_axes);
   EXPECT_LE(result.selection.simplified_shift_1, 0.3);
   const AdjustResult full = Adjust(known.block, Given(result.selection.groups, 0.3));

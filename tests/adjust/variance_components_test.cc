@@ -55,35 +55,15 @@ struct Residual {
   std::vector<int> component;  // by row; -1 control and priors
 };
 
-/// R = I - A (A'A)^-1 A' of the whole block as one dense matrix, with the equations divided into
-/// measured components by the error model e = D n itself, D = [sR, r st; 0, d st].
+/// R = I - A (A'A)^-1 A' of the whole block as one dense matrix.
 Residual DenseResidual(const AdjustmentProblem& problem, const BlockState& state) {
-  test::DenseEquations dense = test::MakeDenseEquations(problem, state);
+  const test::DenseEquations dense = test::MakeDenseEquations(problem, state);
   Residual out;
   Eigen::Index row = 0;
   const Looks& looks = problem.block.looks;
   for (std::size_t j = 0; j < problem.block.points.size(); ++j) {
     if (!problem.Solves(j)) continue;
     for (std::size_t i = looks.offsets[j]; i < looks.offsets[j + 1]; ++i, row += 2) {
-      const LookSigma sigma = problem.model.SigmaOf(i);
-      const auto at = problem.model.CorrectedMotionAt(
-          looks.pass[i],
-          looks.time_s[i] + problem.model.adjusted_times()[i].shift_s,
-          state.corrections);
-      const TimeRates rates = LookTimeRates(state.Position(j),
-                                            at->motion.position_m,
-                                            at->motion.velocity_mps,
-                                            at->motion.acceleration_mps2,
-                                            problem.model.ConeOf(i));
-      const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
-                                 ? sigma.azimuth
-                                 : sigma.azimuth / std::abs(rates.doppler_mps);
-      Eigen::Matrix2d d, w;
-      d << sigma.range_m, rates.range_mps * sigma_s, 0.0, rates.doppler_mps * sigma_s;
-      w << problem.whitening[i].w00, 0.0, problem.whitening[i].w10, problem.whitening[i].w11;
-      const Eigen::Matrix2d turn = (w * d).inverse();
-      dense.jacobian.middleRows(row, 2) = (turn * dense.jacobian.middleRows(row, 2)).eval();
-      dense.residual.segment<2>(row) = (turn * dense.residual.segment<2>(row)).eval();
       out.component.push_back(looks.pass[i] == 0 ? 0 : 2);
       out.component.push_back(looks.pass[i] == 0 ? 1 : 3);
     }

@@ -143,7 +143,7 @@ void Compare(const std::string& scene_file, std::size_t points, std::size_t pass
   state.start_m = simulated.truth.points_m;
   state.displacement_m.assign(state.start_m.size(), {0.7, -0.3, 0.9});
   state.corrections.setConstant(problem.layout.size(), 0.13);
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
 
   // Each as often as it takes a second, seven times at most; the least counts.
   struct Least {

@@ -170,7 +170,7 @@ void Compare(const std::string& scene_file, std::size_t points, std::size_t pass
   state.start_m = simulated.truth.points_m;
   state.displacement_m.assign(state.start_m.size(), {37.0, -23.0, 29.0});
   state.corrections.setZero(problem.layout.size());
-  UpdateWhitening(state, &problem);
+  UpdateWeights(state, &problem);
   for (int round = 0; round < 3; ++round) {
     Print("reduced", problem, threads, ByReduced(problem, state, threads));
     Print("ceres", problem, threads, ByCeres(problem, state, threads));

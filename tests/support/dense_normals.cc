@@ -30,25 +30,21 @@ DenseEquations MakeDenseEquations(const AdjustmentProblem& problem, const BlockS
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
       LookColumns local;
-      problem.model.ColumnsOf(i, &local);
-      std::vector<double> x(static_cast<std::size_t>(local.column_count));
-      GatherColumns(problem.layout, local, state.corrections, x.data());
       LookEvaluation at;
-      if (!problem.model.Evaluate(i, local, state.start_m[j], state.displacement_m[j], x, &at)) {
+      if (!EvaluateLook(problem.model, state, j, i, problem.weights[i], &local, &at)) {
         throw std::logic_error("a look of a test block has no value");
       }
-      Eigen::Matrix2d w;
-      w << problem.whitening[i].w00, 0.0, problem.whitening[i].w10, problem.whitening[i].w11;
-      out.jacobian.block<2, 3>(row, at_point) = w * at.by_point;
-      out.residual.segment<2>(row) = w * at.error_m;
-      Eigen::Index from = 0;
+      out.jacobian.block<2, 3>(row, at_point) = at.by_point;
+      out.residual.segment<2>(row) = at.error_1;
+      std::size_t from = 0;
       for (int b = 0; b < local.block_count; ++b) {
         const ParameterBlock& to =
             problem.layout
                 .blocks[static_cast<std::size_t>(local.block[static_cast<std::size_t>(b)])];
-        out.jacobian.block(row, columns + to.offset, 2, to.size) =
-            w * at.by_columns.middleCols(from, to.size);
-        from += to.size;
+        for (int c = 0; c < to.size; ++c, ++from) {
+          out.jacobian(row, columns + to.offset + c) = at.row[0][from];
+          out.jacobian(row + 1, columns + to.offset + c) = at.row[1][from];
+        }
       }
       row += 2;
     }

@@ -78,16 +78,6 @@ Digits LargestEigenvalue(const Square& m) {
 
 using Row = std::vector<std::pair<std::size_t, Digits>>;
 
-/// The block with its looks' times as adjusted: there the partials stand.
-Block AtAdjustedTimes(const AdjustmentProblem& problem) {
-  Block block = problem.block;
-  const std::vector<AdjustedTime>& times = problem.model.adjusted_times();
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    block.looks.time_s[i] += times[i].shift_s;
-  }
-  return block;
-}
-
 /// All normal equations: three columns a point, then the corrections.
 class Normals {
  public:
@@ -95,8 +85,7 @@ class Normals {
           const std::vector<CorrectionGroup>& groups,
           const BlockState& state)
       : problem_(problem),
-        at_times_(AtAdjustedTimes(problem)),
-        twin_(at_times_, groups),
+        twin_(problem.block, groups),
         first_(3 * problem.block.points.size()),
         matrix(first_ + static_cast<std::size_t>(problem.layout.size())) {
     for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
@@ -128,14 +117,14 @@ class Normals {
 
   void AddLook(std::size_t point, std::size_t look, const Vec<Digits>& p) {
     const Digits step("1e-15");
-    const Whitening& w = problem_.whitening[look];
-    Row range, doppler;
+    const LookWeights& w = problem_.weights[look];
+    Row range, time;
     const auto add =
         [&](std::size_t column, const TwinErrors<Digits>& after, const TwinErrors<Digits>& before) {
           const Digits r = (after.range - before.range) / (2 * step);
-          const Digits d = (after.doppler - before.doppler) / (2 * step);
-          range.emplace_back(column, Digits(w.w00) * r);
-          doppler.emplace_back(column, Digits(w.w10) * r + Digits(w.w11) * d);
+          const Digits t = (after.time - before.time) / (2 * step);
+          range.emplace_back(column, Digits(w.range_per_m) * r);
+          time.emplace_back(column, Digits(w.time_per_s) * t);
         };
     std::pair<std::string, std::string> moved;
     Digits by = 0;
@@ -165,7 +154,7 @@ class Normals {
       }
     }
     Add(range);
-    Add(doppler);
+    Add(time);
   }
 
   void AddControl(std::size_t point) {
@@ -182,7 +171,6 @@ class Normals {
   }
 
   const AdjustmentProblem& problem_;
-  Block at_times_;
   Twin twin_;
   std::size_t first_;
   std::map<std::pair<std::string, std::string>, Digits> values_;

@@ -13,7 +13,7 @@
 
 namespace sarblock {
 
-/// Both whitened observation equations of one look (LookModel) as a Ceres cost function.
+/// Both weighted measurements of one look (LookModel) as a Ceres cost function.
 ///
 /// Blocks: the point's displacement [3, m], then the parameter blocks of the look's columns.
 /// Residuals: 2, standard normal if the model is true. Analytic Jacobians.
@@ -90,25 +90,24 @@ struct SolveReport {
   int iterations = 0;
   double initial_cost_1 = 0.0;
   double final_cost_1 = 0.0;
-  double damping_1 = 0.0;  ///< of SolveReduced, for a step that goes on
+  /// Newton decrement at the end in sigmas, steps to come included; of least squares.
+  double decrement_1 = 0.0;
   std::string message;
 };
 
 struct SolveOptions {
   int max_iterations = 50;
   int threads = 1;
-  /// Newton step left, in sigmas over all unknowns, at which the solution is done.
+  /// Newton decrement, in sigmas over all unknowns, at which the solution is done.
   double settled_1 = AdjustOptions{}.tolerance_1;
-  double damping_1 = 1e-8;                        ///< of SolveReduced, at the first step
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
 };
 
 /// Levenberg-Marquardt by Ceres, points eliminated first. Ends after a step well below
-/// options.settled_1; what rounding of the cost hides of the last digits is left to Newton steps on
-/// Ceres' Jacobian (from settled_1 = 1e-3 down). Under a robust loss, whose last steps shrink
-/// slowly, it ends where the cost does not change by 1e-12 of itself. Without corrections there is
-/// nothing to reduce: sparse normal equations, whatever options.ceres_solver. Updates `state`.
-/// Throws Interrupted if the sink was cancelled.
+/// options.settled_1; rounding of the cost hides the last digits (NewtonFinish). Under a robust
+/// loss, whose last steps shrink slowly, it ends where the cost does not change by 1e-12 of itself.
+/// Without corrections there is nothing to reduce: sparse normal equations, whatever
+/// options.ceres_solver. Updates `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveWithCeres(const AdjustmentProblem& problem,
                                          const Weighting& weighting,
                                          const SolveOptions& options,

@@ -20,33 +20,22 @@ struct Weighting {
   bool second_order = false;
 };
 
-/// One look at one state, whitened: its two equations are standard normal if the model is true.
+/// One look at one state, weighted: its two equations are standard normal if the model is true.
 /// Under a robust loss both carry the square root of the look's weight.
-struct WhitenedLook {
+struct WhitenedLook : LookEvaluation {
   std::size_t look = 0;  ///< index in the block
   LookColumns columns;
-  Eigen::Matrix<double, 2, 3> by_point;
-  Eigen::Vector2d error_1;
-  /// Rows of the Jacobian, range then Doppler, by the look's local columns; the first column_count
-  /// of each are set.
-  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
-  Eigen::Vector2d error_m;  ///< e_r and e_d, unweighted
-  double cost_1 = 0.0;      ///< half the squared length, robust loss applied
-  double radial_1 = 1.0;    ///< RobustValue::radial_1
+  double cost_1 = 0.0;    ///< half the squared length, robust loss applied
+  double radial_1 = 1.0;  ///< RobustValue::radial_1
 };
 
-/// Straight paths at a state, found once for all looks of a pass; internal.
-class StraightMotions;
-
-/// False where the model has no value at this state. `motions`, where given, are those of the
-/// state's corrections; the results are the same but for rounding.
+/// False where the model has no value at this state.
 [[nodiscard]] bool EvaluateWhitened(const AdjustmentProblem& problem,
                                     const BlockState& state,
                                     const Weighting& weighting,
                                     std::size_t point,
                                     std::size_t look,
-                                    WhitenedLook* out,
-                                    const StraightMotions* motions = nullptr);
+                                    WhitenedLook* out);
 
 /// The equations of one point and the thin QR factorisation of their Jacobian by the point
 /// (docs/theory/covariance.md, eq. (22)):
@@ -60,7 +49,8 @@ struct PointFactor {
   std::vector<WhitenedLook> looks;  ///< the first look_count are set; rows 2 k and 2 k + 1
   int look_count = 0;
   int looks_not_evaluated = 0;
-  double cost_1 = 0.0;  ///< half the square sum, robust loss applied
+  int looks_beyond_path = 0;  ///< that read a path continued beyond its ends
+  double cost_1 = 0.0;        ///< half the square sum, robust loss applied
 
   int row_count = 0;
   std::vector<double> q;  ///< row_count x 3, column by column
@@ -89,8 +79,7 @@ void FactorPoint(const AdjustmentProblem& problem,
                  const Weighting& weighting,
                  double damping_1,
                  std::size_t point,
-                 PointFactor* out,
-                 const StraightMotions* motions = nullptr);
+                 PointFactor* out);
 
 /// Q' of a vector of the point's rows.
 [[nodiscard]] Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows);

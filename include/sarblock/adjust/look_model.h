@@ -5,6 +5,7 @@
 #include "sarblock/adjust/simplified.h"
 #include "sarblock/block/block.h"
 #include "sarblock/flight/track_axes.h"
+#include "sarblock/flight/vertical_table.h"
 #include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/look_equations.h"
 
@@ -26,72 +27,60 @@ struct LookColumns {
   int column_count = 0;
 };
 
-/// One look at one state: errors in metres and partials, not yet weighted. Row 0 is the range
-/// sphere e_r, row 1 the Doppler cone e_d.
+/// Weights of the two measurements of a look: one over their standard deviations.
+struct LookWeights {
+  double range_per_m = 1.0;
+  double time_per_s = 1.0;
+};
+
+/// Where a look is evaluated: its point at start_m + displacement_m, and its local corrections.
+struct LookState {
+  std::size_t look = 0;
+  const LookColumns& columns;
+  const Eigen::Vector3d& start_m;
+  const Eigen::Vector3d& displacement_m;
+  const double* x = nullptr;  ///< column_count values
+};
+
+/// The errors of the two measurements of a look, predicted less measured, and their partials, each
+/// times its weight. Row 0 is the range, row 1 the azimuth time.
 struct LookEvaluation {
-  Eigen::Vector2d error_m = Eigen::Vector2d::Zero();
-  Eigen::Matrix<double, 2, 3> by_point = Eigen::Matrix<double, 2, 3>::Zero();
-  /// By the look's local columns; only the first column_count are set.
-  Eigen::Matrix<double, 2, ParameterLayout::kMaxLocalColumns, Eigen::RowMajor> by_columns;
-};
-
-/// Where the partials of a look by its local columns go: column_count numbers each, or nowhere.
-struct LookRows {
-  double* range = nullptr;
-  double* doppler = nullptr;
-};
-
-/// A look's azimuth time as adjusted, measured + shift, and the rates of its two errors there,
-/// which carry them back to the measured time. The rates scale what the look says of its own time
-/// error and nothing else: single precision is enough.
-struct AdjustedTime {
-  double shift_s = 0.0;
-  float range_mps = 0.0F;    ///< d(e_r)/dt
-  float doppler_mps = 0.0F;  ///< d(e_d)/dt
-  /// What the shift puts into e_r and e_d.
-  [[nodiscard]] double range_m() const { return static_cast<double>(range_mps) * shift_s; }
-  [[nodiscard]] double doppler_m() const { return static_cast<double>(doppler_mps) * shift_s; }
-};
-
-/// Weight and time of a look at one state, held while the unknowns move.
-struct LookLinearisation {
-  Whitening whitening;
-  AdjustedTime time;
-  double moved_1 = 0.0;  ///< change of the shift over the standard deviation of the time
-};
-
-/// A pass whose looks need little: straight in the local frame or with axes that are held, position
-/// corrected by one polynomial of degree 0 or 1 or not at all, range by biases and scales, nothing
-/// else.
-struct StraightPass {
-  bool applies = false;
-  bool curved = false;  ///< the nominal path is read for every look
-  double start_s = 0.0, end_s = 0.0;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< at start_s
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< of the polynomial
+  Eigen::Vector2d error_1;               ///< R_p - R [m] and t_p - t [s], times the weights
+  Eigen::Matrix<double, 2, 3> by_point;  ///< [1] and [s/m], times the weights
+  /// By the look's local columns; the first column_count of each row are set.
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
+  double azimuth_mps = 0.0;  ///< metres at the target that a second of azimuth time is, |q|
+  bool beyond_path = false;  ///< the path was continued beyond its ends
 };
 
 /// The antenna at a time of a pass under corrections.
 struct CorrectedMotion {
-  Motion motion;             ///< corrected position, velocity and acceleration (jerk unused)
+  Motion motion;             ///< corrected position, velocity and acceleration, nominal jerk
   double path_time_s = 0.0;  ///< t + b_t
 };
 
-/// Observation equations of a block with all corrections (model.md, sections 3 and 4;
-/// docs/theory/observations.md).
+/// What a look measures, predicted from its point and all corrections: the explicit model
+/// (model.md, sections 3 and 4; docs/theory/observations.md, eqs. (11) to (11d)).
 ///
-///     e_r = (1 + kappa) rho + b_r + z m(p) - R         d = p - s(t + b_t), rho = |d|
-///     e_d = u.d - rho sin(tau + b_tau)                  u = unit(v + |v| (c_across a + c_up n))
+///     e_r(p, t) = (1 + kappa) rho + b_r + z m(p)     d = p - s(t), rho = |d|
+///     e_d(p, t) = u.d - rho sin(tau + b_tau)          u = unit(v + |v| (c_across a + c_up n))
 ///
-/// The equations are read at the adjusted time t = measured + shift and carried back to the
-/// measured one by their rates, e - (de/dt) shift, so that the partials stand where the point was
-/// seen (Gauss-Helmert; docs/theory/adjustment.md, section 1). Shifts are 0 until adjusted_times()
-/// are set. s and v are position and velocity of the corrected path, the turning of the track axes
-/// included. The piece of a spline is chosen by the measured time t and its polynomial continued
-/// to t + b_t: the difference is of third order in b_t / knot spacing, and the look's columns do
-/// not depend on the state.
-/// Thread-safe; holds references to the block and the layout, which must outlive it.
+///     t_p: e_d(p, t_p) = 0,     R_p = e_r(p, t_p)
+///
+/// The two measurements are independent: t_p - t over sigma_t and R_p - R over sigma_R. Their
+/// partials follow from those of e_r and e_d by the implicit function, dt_p = -(de_d)/q with
+/// q = de_d/dt.
+///
+/// s and v are position and velocity of the corrected path, the turning of the track axes included,
+/// read at the measured time t + b_t. From there the antenna moves on for the time error t_p - t
+/// with its acceleration and jerk: within a piece of the path that is the path itself, to third
+/// order in the time error. So the equations of a look are smooth however much the path's
+/// acceleration jumps at its states, nothing is read beyond the ends of a path but for a time bias,
+/// and a look depends on the same parameters at every state. Where noise of the states makes the
+/// cubic's acceleration turn the cone by more than kMostTurn_1 of the speed at which it passes over
+/// the points, the acceleration of the velocities takes its place. t_p is found anew at every
+/// evaluation (Newton's method on the cone, to 1e-12 of rho). Thread-safe; holds references to the
+/// block and the layout, which must outlive it.
 class LookModel {
  public:
   LookModel(const Block& block, const ParameterLayout& layout, const Simplified& simplified = {});
@@ -100,17 +89,19 @@ class LookModel {
   [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
   [[nodiscard]] const Simplified& simplified() const { return simplified_; }
 
+  /// Part of the speed at which the cone passes over a point; see above.
+  static constexpr double kMostTurn_1 = 0.3;
+  /// Where the acceleration of a pass is taken from.
+  [[nodiscard]] Acceleration AccelerationOf(std::size_t pass) const { return accelerations_[pass]; }
+
   /// Rough work of evaluating a look of a pass, in units of no meaning: counts, not times, decide
   /// whether a simplification is worth taking, so that they decide alike on every machine.
   [[nodiscard]] double WorkOf(std::size_t pass) const;
 
-  /// By pass; of one that the straight route applies to.
-  [[nodiscard]] const StraightPass& straight(std::size_t pass) const { return straight_[pass]; }
-
   /// Standard deviations of a look: the block's times the factors of its pass.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
-  /// Factors on the standard deviations of range and azimuth by pass; empty: 1. The whitening does
-  /// not follow by itself (UpdateWhitening).
+  /// Factors on the standard deviations of range and azimuth by pass; empty: 1. The weights do not
+  /// follow by themselves (UpdateWeights).
   void ScaleSigmas(std::vector<std::array<double, 2>> factor_of_pass_1) {
     sigma_factor_1_ = std::move(factor_of_pass_1);
   }
@@ -122,40 +113,12 @@ class LookModel {
   /// The columns of a look of `pass` measured at `time_s`.
   void ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const;
 
-  /// Errors and partials of `look` with its point at start_m + displacement_m, local corrections
-  /// `x` (column_count values). False where the model has no value: time outside the path, point at
-  /// the antenna, sight line level at the target under a troposphere, overflow.
-  [[nodiscard]] bool Evaluate(std::size_t look,
-                              const LookColumns& columns,
-                              const Eigen::Vector3d& start_m,
-                              const Eigen::Vector3d& displacement_m,
-                              std::span<const double> x,
+  /// Errors and partials of a look. False where the model has no value: path too far away, point at
+  /// the antenna, a cone that the point is never on, sight line level at the target under a
+  /// troposphere, overflow.
+  [[nodiscard]] bool Evaluate(const LookState& at,
+                              const LookWeights& weights,
                               LookEvaluation* out) const;
-  /// The same with both equations' partials whitened by `w` (error_m stays in metres) and those by
-  /// columns put into `rows`.
-  [[nodiscard]] bool Evaluate(std::size_t look,
-                              const LookColumns& columns,
-                              const Eigen::Vector3d& start_m,
-                              const Eigen::Vector3d& displacement_m,
-                              std::span<const double> x,
-                              const Whitening& w,
-                              Eigen::Vector2d* error_m,
-                              Eigen::Matrix<double, 2, 3>* by_point,
-                              LookRows rows) const;
-
-  /// Weight of a look at its point and with all corrections `x` of the block, and its time one
-  /// Newton step on the Doppler cone further. The shift is 0 within ten standard deviations of the
-  /// ends of the path. Nothing where the look has no value.
-  [[nodiscard]] std::optional<LookLinearisation> Linearise(std::size_t look,
-                                                           const Eigen::Vector3d& start_m,
-                                                           const Eigen::Vector3d& displacement_m,
-                                                           const Eigen::VectorXd& x) const;
-  /// Adjusted times by look; empty: the measured ones (UpdateWhitening fills them).
-  [[nodiscard]] const std::vector<AdjustedTime>& adjusted_times() const { return adjusted_times_; }
-  [[nodiscard]] std::vector<AdjustedTime>& adjusted_times() { return adjusted_times_; }
-  [[nodiscard]] AdjustedTime TimeOf(std::size_t look) const {
-    return adjusted_times_.empty() ? AdjustedTime{} : adjusted_times_[look];
-  }
 
   /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
   /// nothing outside the path.
@@ -167,39 +130,48 @@ class LookModel {
   [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAtPathTime(
       std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const;
 
-  /// A look as a Sight of the geometry module with corrections `x`; nothing outside the path.
+  /// A look as a Sight of the geometry module with corrections `x`, read at its measured time;
+  /// nothing outside the path.
   [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;
 
   [[nodiscard]] Cone ConeOf(std::size_t look) const;
 
+  /// Asks the memory for what a look will read of its path.
+  void Prefetch(std::size_t look) const {
+    PathOf(block_.looks.pass[look]).Prefetch(block_.looks.time_s[look]);
+  }
+
  private:
+  struct Reading;  // of a corrected path
+  /// What a pass reads of its track axes.
+  struct PassAxes {
+    bool constant = false;
+    Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< where constant
+    VerticalTable verticals;                               ///< else
+  };
   [[nodiscard]] const FlightPath& PathOf(std::size_t pass) const {
     return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
   }
-  [[nodiscard]] const Eigen::Matrix3d* HeldAxesOf(std::size_t pass) const {
-    return held_axes_1_.empty() ? nullptr : &held_axes_1_[pass];
-  }
   [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
-  bool EvaluateStraight(std::size_t look,
-                        const StraightPass& straight,
-                        const Eigen::Vector3d& start_m,
-                        const Eigen::Vector3d& displacement_m,
-                        std::span<const double> x,
-                        const Whitening& w,
-                        Eigen::Vector2d* error_m,
-                        Eigen::Matrix<double, 2, 3>* by_point,
-                        LookRows rows) const;
+  [[nodiscard]] bool ReadPath(
+      std::size_t pass, double measured_s, double path_s, const double* x, Reading* out) const;
 
   const Block& block_;
   const ParameterLayout& layout_;
   Simplified simplified_;
-  std::vector<FlightPath> straightened_;      // by pass; empty: the block's
-  std::vector<Eigen::Matrix3d> held_axes_1_;  // by pass; empty: they turn
-  Vertical middle_;                           // of a flat frame
-  std::vector<StraightPass> straight_;        // by pass
+  std::vector<FlightPath> straightened_;     // by pass; empty: the block's
+  std::vector<PassAxes> axes_;               // by pass
+  std::vector<Acceleration> accelerations_;  // by pass
+  Vertical middle_;                          // of a flat frame
   std::vector<std::array<double, 2>> sigma_factor_1_;
-  std::vector<AdjustedTime> adjusted_times_;  // by look; empty: the measured ones
 };
+
+/// How much of the speed at which a pass's cone passes over its farthest point, |v|, the noise of
+/// its states turns the cone by: |a_cubic - a_velocities| R / v^2, by piece of the path. Above 1
+/// the rate of the cone changes sign between states.
+[[nodiscard]] std::vector<double> ConeTurning_1(const FlightPath& path, double range_m);
+/// Largest range measured in each pass [m].
+[[nodiscard]] std::vector<double> LargestRanges_m(const Block& block);
 
 /// Local corrections of a look gathered from the block's vector x.
 void GatherColumns(const ParameterLayout& layout,

@@ -18,10 +18,6 @@ namespace sarblock {
                                  const Eigen::Vector3d& p_m,
                                  const Eigen::Matrix3d& covariance_m2);
 
-/// The whitened rows of a look mix the components where squint or a turning path couples them; this
-/// rotation gives the errors of range and azimuth in their own sigmas (docs/theory/quality.md).
-[[nodiscard]] Eigen::Matrix2d ToComponents(const Whitening& w);
-
 /// What a sweep over the points at the solution answers. All of it comes from one evaluation of
 /// every look.
 struct PointSweep {

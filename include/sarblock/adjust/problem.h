@@ -70,7 +70,7 @@ struct AdjustmentProblem {
   std::vector<std::uint8_t> look_used;    ///< by look: takes part
   std::vector<PointStatus> point_status;  ///< by point; IsSolved() takes part
   std::vector<std::string> point_reason;  ///< by point; why not, for people
-  std::vector<Whitening> whitening;       ///< by look
+  std::vector<LookWeights> weights;       ///< by look
   std::vector<ControlEquations> control;  ///< of control points, sorted by point
   std::vector<std::int32_t> control_of;   ///< by point: index into control, or -1
   std::vector<HeldParameter> held;        ///< of a block without a datum
@@ -85,15 +85,20 @@ struct AdjustmentProblem {
   [[nodiscard]] int CountLooks(std::size_t point) const;
 };
 
-/// How much the weights and adjusted times of looks moved, the largest of all.
-struct WhiteningChange {
-  double weight_1 = 0.0;  ///< of an element, by the largest of its look
-  double time_1 = 0.0;    ///< of a time, over its standard deviation
-};
+/// Evaluates a look of a point at a state; finds its columns too. False where the model has no
+/// value.
+[[nodiscard]] bool EvaluateLook(const LookModel& model,
+                                const BlockState& state,
+                                std::size_t point,
+                                std::size_t look,
+                                const LookWeights& weights,
+                                LookColumns* columns,
+                                LookEvaluation* out);
 
-/// Forms the whitening of every look in use at a state and moves its adjusted time (LookModel) one
-/// Newton step. Looks that cannot be evaluated keep their former ones.
-WhiteningChange UpdateWhitening(const BlockState& state, AdjustmentProblem* problem);
+/// Forms the weights of every look in use at a state: an azimuth given in metres at the target
+/// becomes seconds there, sigma_t = sigma_a / |q|. A look without a value keeps its former weights,
+/// at first those of the speed of its path. Returns the largest relative change of a weight.
+double UpdateWeights(const BlockState& state, AdjustmentProblem* problem);
 
 /// Counts of observations and parameters (model.md, section 6).
 struct ProblemCounts {

@@ -4,6 +4,7 @@
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/elimination.h"
 #include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/progress.h"
 
 namespace sarblock {
@@ -20,6 +21,14 @@ namespace sarblock {
 [[nodiscard]] SolveReport SolveReduced(const AdjustmentProblem& problem,
                                        const Weighting& weighting,
                                        const SolveOptions& options,
+                                       BlockState* state,
+                                       ProgressSink* progress);
+
+/// The same on a system of the problem that the caller keeps: its pattern is found once.
+[[nodiscard]] SolveReport SolveReduced(const AdjustmentProblem& problem,
+                                       const Weighting& weighting,
+                                       const SolveOptions& options,
+                                       ReducedSystem* system,
                                        BlockState* state,
                                        ProgressSink* progress);
 

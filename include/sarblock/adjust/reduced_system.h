@@ -66,8 +66,9 @@ class ReducedSystem {
 
   /// Factors without looking for the null space; false where that fails. For damped systems.
   [[nodiscard]] bool FactorDamped();
-  /// What the quadratic model promises of a step of the corrections, their own part.
-  [[nodiscard]] double Promised(const Eigen::VectorXd& dx) const;
+  /// Decrease of the cost that the quadratic model predicts of a step of the corrections, their own
+  /// part.
+  [[nodiscard]] double PredictedDecrease(const Eigen::VectorXd& dx) const;
 
   /// Factors of the last Form, if it was asked to keep them, they fit, and neither damping nor a
   /// robust loss changed them; else null.
@@ -75,6 +76,8 @@ class ReducedSystem {
 
   [[nodiscard]] double cost() const { return cost_1_; }
   [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
+  /// Looks that read a path continued beyond its ends: allowed on the way, not at a solution.
+  [[nodiscard]] int looks_beyond_path() const { return looks_beyond_path_; }
   /// Points whose own equations are rank deficient, ascending.
   [[nodiscard]] const std::vector<WeakPoint>& weak_points() const { return weak_points_; }
   /// Largest |g_i| / sqrt(H_ii) over points and corrections, dimensionless.
@@ -90,8 +93,8 @@ class ReducedSystem {
 
   /// Newton step of the corrections, -S^-1 g; after Factor().
   [[nodiscard]] Eigen::VectorXd Step() const;
-  /// Length of the whole Newton step left, in sigmas: sqrt(g' H^-1 g) over all unknowns.
-  [[nodiscard]] double RemainingStep() const;
+  /// Length of the whole Newton step in sigmas, sqrt(g' H^-1 g) over all unknowns.
+  [[nodiscard]] double NewtonDecrement() const;
   /// Condition of the scaled S (ratio of its extreme eigenvalues); 1 without corrections.
   [[nodiscard]] double Condition() const { return rank_.condition_1; }
 
@@ -126,6 +129,7 @@ class ReducedSystem {
   double gradient_1_ = 0.0;
   double point_step_square_1_ = 0.0;
   int looks_not_evaluated_ = 0;
+  int looks_beyond_path_ = 0;
 };
 
 }  // namespace sarblock

@@ -12,10 +12,6 @@
 
 namespace sarblock {
 
-/// Direction of the range measurement's error in the whitened equations of a look; the azimuth's
-/// is perpendicular, (-y, x). Both have unit length. docs/theory/quality.md, eq. (1)-(2).
-[[nodiscard]] Eigen::Vector2d RangeDirection(const Whitening& whitening, double range_sigma_m);
-
 /// Residuals of one point in the measured components, each in units of its standard deviation, and
 /// their exact covariance in the whole adjustment: range and azimuth of every look, in the order of
 /// the block, then the rows of its known position (whitened by its covariance).

@@ -38,7 +38,7 @@ struct CandidateResult {
 
 /// What a simplification of the model would do to the points (simplifications.h).
 struct SimplificationBound {
-  std::string name{};             ///< "flat-frame", "fixed-track-axes", "uncoupled-squint", ...
+  std::string name{};             ///< "flat-frame", "fixed-track-axes", "linear-velocity"
   double bound_m = kNotGiven;     ///< no point moves by more, at the point with the largest part
   double sigma_m = kNotGiven;     ///< its standard deviation, paths held
   double fraction_1 = kNotGiven;  ///< bound over sigma, the largest of all points

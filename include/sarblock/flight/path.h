@@ -24,6 +24,14 @@ struct StateVector {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
 };
 
+/// Where the acceleration of a flight path is taken from.
+///     kOfCubic       second derivative of the interpolating cubic, which jumps at the states
+///     kOfVelocities  slope of the parabola through the velocities of a state and its neighbours,
+///                    linear between states
+/// Both are O(h^2) from that of a smooth flight. An error dp of a position makes the cubic's jump
+/// by 12 dp / h^2 and leaves the other alone (docs/theory/flight_path.md, eq. (3a)).
+enum class Acceleration { kOfCubic, kOfVelocities };
+
 /// Nominal flight path: cubic Hermite interpolation through position and velocity.
 ///
 /// On [t_k, t_k+1] the cubic that takes both given positions and both given velocities; position
@@ -44,7 +52,23 @@ class FlightPath {
   [[nodiscard]] std::optional<Motion> At(double time_s) const;
   /// The same without a copy, for inner loops; false outside.
   [[nodiscard]] bool Evaluate(double time_s, Motion* out) const;
-  /// Asks the memory for what Evaluate(time_s) will read: points seen by many long paths jump about
+  /// The motion that a look is read with: position and velocity of At(), acceleration and jerk as
+  /// asked for. Beyond the ends the first or last piece is continued by up to the length of the
+  /// path. False farther off. `piece`, where given, becomes the index of the piece.
+  [[nodiscard]] bool Read(double time_s,
+                          Acceleration acceleration,
+                          Motion* out,
+                          std::size_t* piece = nullptr) const;
+  /// Largest difference of the two accelerations in a piece, at one of its ends.
+  [[nodiscard]] double AccelerationMisfit_mps2(std::size_t piece) const;
+  /// Pieces of the path: state to state, or several states that a straight flight passes through.
+  [[nodiscard]] std::size_t piece_count() const { return pieces_.size(); }
+  [[nodiscard]] double PieceStart_s(std::size_t piece) const { return pieces_[piece].start_s; }
+  [[nodiscard]] const Eigen::Vector3d& PieceVelocity_mps(std::size_t piece) const {
+    return pieces_[piece].velocity_mps;  // at its start
+  }
+  [[nodiscard]] double PieceEnd_s(std::size_t piece) const { return pieces_[piece].end_s; }
+  /// Asks the memory for what Read(time_s) will read: points seen by many long paths jump about
   /// in them, and waiting for memory would take as long as all the arithmetic of a look.
   void Prefetch(double time_s) const;
   /// The whole path is one straight piece at constant velocity: that of its first state.
@@ -54,12 +78,16 @@ class FlightPath {
   [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }
 
  private:
-  /// One cubic: everything that a time within it needs, in two lines of the cache.
+  /// One cubic: everything that a time within it needs, in three lines of the cache.
   struct alignas(64) Piece {
     double start_s = 0.0, end_s = 0.0;
     Eigen::Vector3d position_m, velocity_mps;
     Eigen::Vector3d second_mps2, third_mps3;  ///< coefficients of (t - t_k)^2 and (t - t_k)^3
+    Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< kOfVelocities, at start_s
+    Eigen::Vector3d jerk_mps3 = Eigen::Vector3d::Zero();          ///< kOfVelocities
   };
+  [[nodiscard]] std::size_t PieceOf(double time_s) const;
+  void FillAccelerations();
   std::vector<StateVector> states_;
   std::vector<Piece> pieces_;
   double spacing_s_ = 0.0;  // > 0 where the times are equally spaced: index without a search

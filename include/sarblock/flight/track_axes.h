@@ -27,6 +27,9 @@ struct TrackAxes {
 /// angle to the vertical above 1e-6); outside the axes are NaN.
 [[nodiscard]] TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion);
 
+/// The same with the vertical along the path given, as by VerticalTable.
+[[nodiscard]] TrackAxes TrackAxesOf(const VerticalMotion& vertical, const Motion& motion);
+
 /// Axes and rate alone, the acceleration left zero: half the work, for where no second derivative
 /// is asked for.
 [[nodiscard]] TrackAxes TrackAxesWithRate(const Frame& frame, const Motion& motion);
