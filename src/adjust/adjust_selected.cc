@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "adjust_selected.h"
+
 #include "sarblock/adjust/selection.h"
+#include "sarblock/adjust/simplification_choice.h"
 #include "sarblock/adjust/simplifications.h"
 #include "sarblock/core/stage_timer.h"
 
@@ -7,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "adjust_simplified.h"
 #include "selection_rows.h"
-#include "solution.h"
 
 namespace sarblock {
 namespace {
@@ -47,7 +50,7 @@ AdjustResult AdjustSelected(const Block& block,
       };
   {
     const StageTimer timer("select", &stages);
-    report = SelectCorrectionsThen(block, options, simplify, progress);
+    report = SelectCorrections(block, options, simplify, progress);
   }
   AdjustOptions chosen = options;
   chosen.corrections = report.groups.empty() ? CorrectionChoice::kNone : CorrectionChoice::kGiven;

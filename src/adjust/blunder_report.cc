@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "blunder_report.h"
+
 #include <string>
 
 #include "blunder_search.h"
-#include "solution.h"
 
 namespace sarblock {
 namespace {

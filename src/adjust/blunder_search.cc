@@ -2,6 +2,8 @@
 #include "blunder_search.h"
 
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/rank_analysis.h"
+#include "sarblock/adjust/reduced_system.h"
 #include "sarblock/adjust/reliability.h"
 #include "sarblock/adjust/residual_covariance.h"
 #include "sarblock/core/error.h"
@@ -12,7 +14,7 @@
 #include <set>
 
 #include "connectivity.h"
-#include "solution.h"
+#include "form_determined.h"
 #include "suspects.h"
 
 namespace sarblock {
@@ -101,7 +103,7 @@ void Search::TestSolution() {
   for (;;) {
     try {
       FormDetermined(state_, {}, &problem_, &system_, progress_);
-      system_->Factor();
+      FactorRegular(&*system_);
       break;
     } catch (const UndeterminedError&) {
       if (removals_.empty()) throw;
@@ -295,7 +297,7 @@ void Search::StartRobust() {
   if (!before.IsKeptBy(ConnectPasses(problem_))) take_back();
   try {
     FormDetermined(state_, {}, &problem_, &system_, progress_);
-    system_->Factor();
+    FactorRegular(&*system_);
   } catch (const UndeterminedError&) {
     take_back();
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/options.h"
 #include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/result.h"
 #include "sarblock/core/progress.h"
@@ -39,10 +39,5 @@ using SolveAgain = std::function<void(RobustLoss)>;
                                             AdjustmentProblem* problem,
                                             BlockState* state,
                                             ProgressSink* progress);
-
-/// Fills result->looks.reason from the problem, the looks dropped by a robust loss and the report.
-void FillReasons(const AdjustmentProblem& problem,
-                 const std::vector<std::size_t>& dropped,
-                 AdjustResult* result);
 
 }  // namespace sarblock

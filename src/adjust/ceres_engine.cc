@@ -2,6 +2,7 @@
 #include "sarblock/adjust/ceres_engine.h"
 
 #include "sarblock/adjust/engine_choice.h"
+#include "sarblock/adjust/robust.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "solution.h"
+#include "step_tolerance.h"
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <ceres/crs_matrix.h>

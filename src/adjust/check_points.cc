@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "check_points.h"
+
 #include "sarblock/adjust/symmetric_enu.h"
 
 #include <cmath>
 
-#include "solution.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {

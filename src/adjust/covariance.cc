@@ -220,23 +220,4 @@ double CheckFreedom(const AdjustmentProblem& problem,
   return components * components / (components + shared * scale * scale);
 }
 
-std::vector<std::pair<std::uint32_t, std::uint32_t>> AllPairs(const AdjustmentProblem& problem,
-                                                              std::size_t most) {
-  std::vector<std::uint32_t> solved;
-  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
-    if (problem.Solves(point)) solved.push_back(static_cast<std::uint32_t>(point));
-  }
-  const std::size_t count = solved.size() < 2 ? 0 : solved.size() * (solved.size() - 1) / 2;
-  if (count > most) {
-    throw InputError("adjust.pairs",
-                     "'all' means " + std::to_string(count) + " pairs, at most " +
-                         std::to_string(most) + " are allowed; name the pairs in a file");
-  }
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (std::size_t i = 0; i < solved.size(); ++i) {
-    for (std::size_t j = i + 1; j < solved.size(); ++j) pairs.emplace_back(solved[i], solved[j]);
-  }
-  return pairs;
-}
-
 }  // namespace sarblock

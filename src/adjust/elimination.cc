@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/elimination.h"
 
+#include "sarblock/adjust/robust.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/held_covariance.h"
 
-#include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/adjust/problem.h"
 
 #include <optional>

@@ -2,6 +2,7 @@
 #include "sarblock/adjust/inner_datum.h"
 
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -260,7 +261,7 @@ bool HoldIfFloating(const BlockState& state, AdjustmentProblem* problem) {
   ReducedSystem open(*problem);
   open.Form(state, {}, nullptr);
   if (!open.weak_points().empty()) return false;  // judged by name where they stand
-  HoldDatum(open.NullSpace(), open.Unit(), state, problem);
+  HoldDatum(NullSpace(&open), open.Unit(), state, problem);
   return !problem->held.empty();
 }
 
@@ -274,11 +275,11 @@ DatumTransform SettleInnerDatum(const AdjustOptions& options,
     problem->held.clear();
     ReducedSystem open(*problem);
     open.Form(*state, {}, nullptr);
-    const Eigen::MatrixXd null_space = open.NullSpace();
+    const Eigen::MatrixXd null_space = NullSpace(&open);
     HoldDatum(null_space, open.Unit(), *state, problem);
     ReducedSystem system(*problem);
     system.Form(*state, {}, nullptr);
-    system.Factor();
+    FactorRegular(&system);
     DatumTransform datum(*problem, *state, system, null_space, in_datum);
     const double moved_m = datum.Move(*problem, state);
     for (HeldParameter& held : problem->held) held.value = state->corrections[held.parameter];

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "straight_rows.h"
+#include "look_model_inline.h"
 
 namespace sarblock {
 namespace {
@@ -557,6 +557,28 @@ std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd&
   sight.azimuth_sigma = sigma.azimuth;
   sight.azimuth_in_seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
   return sight;
+}
+
+double LookModel::WorkOf(std::size_t pass) const {
+  const PassCorrections& c = layout_.passes[pass];
+  if (straight_[pass].applies) return straight_[pass].curved ? 75.0 : 60.0;
+  const bool geocentric = block_.frame.kind() == FrameKind::kGeocentric;
+  double work = 120.0;
+  if (c.NeedsTrackAxes()) {
+    const bool turns = held_axes_1_.empty() && (geocentric || !PathOf(pass).IsStraight());
+    const double axes = !turns ? 10.0 : geocentric ? 150.0 : 50.0;
+    work += c.time_bias.empty() ? axes : 1.5 * axes;
+  }
+  if (!c.troposphere.empty()) work += geocentric && !simplified_.flat_frame ? 120.0 : 40.0;
+  return work;
+}
+
+Vertical LookModel::DelayVerticalAt(const Eigen::Vector3d& p_m) const {
+  if (!simplified_.flat_frame) return block_.frame.VerticalAt(p_m);
+  Vertical plane = middle_;
+  plane.height_m += middle_.up_1.dot(p_m - simplified_.middle_m);
+  plane.dup_dp.setZero();
+  return plane;
 }
 
 }  // namespace sarblock

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/montecarlo.h"
 
+#include "sarblock/adjust/redraw_solution.h"
 #include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/core/quantile.h"
@@ -10,7 +11,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "solution.h"
+#include "solve_block.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {
@@ -210,14 +211,6 @@ std::string SentenceOf(const MonteCarloReport& report) {
 }
 
 }  // namespace
-
-double RunMean::lower() const {
-  return mean_1 - NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error_1;
-}
-double RunMean::upper() const {
-  return mean_1 + NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error_1;
-}
-bool RunMean::Agrees() const { return lower() <= expected_1 && expected_1 <= upper(); }
 
 MonteCarloReport RunMonteCarlo(const AdjustmentProblem& problem,
                                const BlockState& state,

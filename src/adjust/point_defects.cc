@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/block_structure.h"
+#include "sarblock/adjust/point_defects.h"
+
 #include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_side.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 
-#include "solution.h"
 #include "weak_words.h"
 #include <Eigen/Geometry>
 

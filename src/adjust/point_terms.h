@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/kernel_choice.h"
+#include "sarblock/adjust/point_factor.h"
+#include "sarblock/adjust/problem.h"
 #include "sarblock/adjust/products.h"
 #include "sarblock/sparse/block_matrix.h"
 
@@ -88,14 +90,6 @@ void TurnToRest(const ParameterLayout& layout, const PointFactor& factor, PointT
   return (s0 + s2) + (s1 + s3);
 }
 
-/// Errors, weight under a loss and cost of a look whose equations are evaluated and whitened.
-void WeighLook(const Whitening& w, const Weighting& weighting, WhitenedLook* out);
-
-/// Second-order weighting of a look under a robust loss (after Triggs et al. 2000, with a floor):
-/// rows keep their weight across the residual and get the loss's own curvature along it; the errors
-/// are rescaled so that the gradient stays what it is.
-void BendAlongResidual(WhitenedLook* look);
-
 /// J'J and J'e of a point, the two rows of a look side by side.
 class PointSums {
  public:
@@ -133,15 +127,6 @@ class PointSums {
   }
   std::array<Eigen::Array2d, 9> sums_;
 };
-
-/// R of V = R' R by Cholesky and the inverses of its diagonal; V by its diagonal and the elements
-/// (0, 1), (0, 2) and (1, 2) above it. False for an intersection so thin that V = J'J has lost
-/// digits that J still has.
-[[nodiscard]] bool FactorNormal(const Eigen::Vector3d& diagonal,
-                                const Eigen::Vector3d& above,
-                                bool damped,
-                                Eigen::Matrix3d* r,
-                                Eigen::Vector3d* inverse);
 
 /// R^-1 of an upper triangle.
 [[nodiscard]] inline Eigen::Matrix3d InverseOfUpper(const Eigen::Matrix3d& r) {

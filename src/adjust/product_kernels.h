@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernels of products.h, compiled once for every processor and once for those with vectors of
-// four doubles (products.cc, products_avx2.cc). No header of a library: nothing that a linker could
-// share between the two may be compiled here. The second rounds a product and its sum at once, so
-// that the two differ in the last digits.
+// four doubles (kernel_choice.cc, products_avx2.cc). No header of a library: nothing that a linker
+// could share between the two may be compiled here. The second rounds a product and its sum at
+// once, so that the two differ in the last digits.
 #pragma once
 
 #include "sarblock/adjust/products.h"
@@ -11,11 +11,6 @@
 #define SARBLOCK_INLINE inline __attribute__((always_inline))
 
 namespace sarblock {
-
-#ifdef SARBLOCK_AVX2
-/// For x86-64 processors with vectors of four doubles and fused products.
-[[nodiscard]] const ProductKernels& Avx2Kernels();
-#endif
 
 namespace {
 

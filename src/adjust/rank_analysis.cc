@@ -24,6 +24,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kLift_1 = 1e-9;
+/// Added to the unit diagonal of a singular S so that it can be factored.
+constexpr double kNullSpaceLift_1 = 1e-9;
 /// Eigenpairs above this are not looked at: a parameter a hundred times worse than it would be with
 /// all others known is nothing unusual.
 constexpr double kLooked_1 = 1e-4;
@@ -246,38 +248,6 @@ WeakSpaces FindWeak(const Context& context) {
 
 }  // namespace
 
-TargetEffects TargetEffectsOf(const AdjustmentProblem& problem, const std::vector<int>& pass_of) {
-  const Block& block = problem.block;
-  double sum_m = 0.0, speed_mps = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    if (problem.look_used[i] == 0 || !std::isfinite(block.looks.range_m[i])) continue;
-    sum_m += block.looks.range_m[i];
-    count += 1.0;
-  }
-  for (const Pass& pass : block.passes) {
-    speed_mps +=
-        pass.path.states().front().velocity_mps.norm() / static_cast<double>(block.passes.size());
-  }
-  TargetEffects out;
-  out.range_m = count > 0.0 ? sum_m / count : 0.0;
-  out.metres = VectorXd::Ones(problem.layout.size());
-  for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
-    const std::string& unit = problem.layout.parameters[i].unit;
-    const int pass = pass_of[i];
-    double& metres = out.metres[static_cast<Index>(i)];
-    if (unit == "s") {
-      metres = pass < 0 ? speed_mps
-                        : block.passes[static_cast<std::size_t>(pass)]
-                              .path.states()
-                              .front()
-                              .velocity_mps.norm();
-    } else if (unit != "m") {
-      metres = out.range_m;
-    }
-  }
-  return out;
-}
-
 RankReport AnalyseRank(const AdjustmentProblem& problem,
                        const BlockSymmetricMatrix& scaled,
                        const VectorXd& scale,
@@ -330,6 +300,50 @@ void RequireRegular(const AdjustmentProblem& problem,
   if (report.more) text += "; and more than were looked for";
   for (const std::string& finding : structure) text += "; " + finding;
   throw UndeterminedError(text + "; these parameters take part", names);
+}
+
+void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result) {
+  for (const WeakDirection& direction : rank.nearly) {
+    if (direction.text.empty()) continue;
+    Warn(result, "nearly undetermined: " + direction.text);
+  }
+  if (rank.more || (!rank.nearly.empty() && rank.nearly.back().text.empty())) {
+    Warn(result, "more directions than were looked for or described are nearly undetermined");
+  }
+}
+
+RankReport FactorAndAnalyse(ReducedSystem* system, const BlockState* state) {
+  if (system->matrix().rows() == 0) return {};
+  const BlockSymmetricMatrix scaled = system->FormScaled();
+  return AnalyseRank(system->problem(), scaled, system->Unit(), state, &system->factor());
+}
+
+RankReport FactorRegular(ReducedSystem* system) {
+  RankReport report = FactorAndAnalyse(system);
+  RequireRegular(system->problem(), report);
+  return report;
+}
+
+MatrixXd NullSpace(ReducedSystem* system) {
+  const RankReport report = FactorAndAnalyse(system);
+  if (report.regular()) return MatrixXd(system->matrix().rows(), 0);
+  const BlockSymmetricMatrix scaled = system->FormScaled();
+  BlockCholesky& factor = system->factor();
+  BlockSymmetricMatrix lifted = scaled;
+  for (int b = 0; b < lifted.block_count(); ++b) {
+    lifted.Block(b, b).diagonal().array() += kNullSpaceLift_1;
+  }
+  if (!factor.Factorize(lifted).positive_definite) RequireRegular(system->problem(), report);
+  LeastEigenpairOptions options;
+  options.settle_below_1 = 10.0 * kLeastEigenvalue_1;
+  options.relative_change_1 = 1e-6;
+  for (options.count = 8;; options.count *= 2) {
+    const LeastEigenpairs pairs = FindLeastEigenpairs(scaled, factor, options);
+    Index defects = 0;
+    while (defects < pairs.values.size() && pairs.values[defects] <= kLeastEigenvalue_1) ++defects;
+    if (defects == pairs.values.size() && defects < system->matrix().rows()) continue;
+    return system->Unit().asDiagonal() * pairs.vectors.leftCols(defects);
+  }
 }
 
 }  // namespace sarblock

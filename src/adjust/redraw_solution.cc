@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/montecarlo.h"
+#include "sarblock/adjust/redraw_solution.h"
+
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/core/random.h"

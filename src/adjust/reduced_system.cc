@@ -24,8 +24,6 @@ constexpr double kLeastLeft_1 = 1.0 / 16.0;
 /// the threads.
 constexpr std::size_t kPartialBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostPartials = 16;
-/// Added to the unit diagonal of a singular S so that it can be factored.
-constexpr double kNullSpaceLift_1 = 1e-9;
 
 /// Pairs of blocks seen together: a word a block or a bit table while that is small, else a hash
 /// set.
@@ -454,6 +452,24 @@ BlockSymmetricMatrix ReducedSystem::Scaled() {
   return scaled;
 }
 
+BlockSymmetricMatrix ReducedSystem::FormScaled() {
+  const Eigen::Index n = s_.rows();
+  scale_.resize(n);
+  const ParameterLayout& layout = problem_.layout;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+    const auto diagonal = s_.Block(static_cast<int>(b), static_cast<int>(b)).diagonal();
+    for (int i = 0; i < layout.blocks[b].size; ++i) {
+      const int row = layout.blocks[b].offset + i;
+      // A diagonal that elimination reduced to rounding belongs to a parameter of its own null
+      // direction: scaled by what it was before, it stays as small as it is.
+      const bool own = diagonal[i] > 1e-14 * full_diagonal_[row] && std::isfinite(diagonal[i]);
+      const double unit = own ? diagonal[i] : full_diagonal_[row] > 0.0 ? full_diagonal_[row] : 1.0;
+      scale_[row] = 1.0 / std::sqrt(unit);
+    }
+  }
+  return Scaled();
+}
+
 bool ReducedSystem::FactorDamped() {
   if (s_.rows() == 0) return true;
   scale_.resize(s_.rows());
@@ -471,50 +487,6 @@ bool ReducedSystem::FactorDamped() {
 double ReducedSystem::Promised(const Eigen::VectorXd& dx) const {
   return 0.5 * (-full_gradient_.dot(dx) + damping_1_ * dx.cwiseAbs2().dot(full_diagonal_));
 }
-
-const RankReport& ReducedSystem::FactorAndAnalyse(const BlockState* state) {
-  const Eigen::Index n = s_.rows();
-  rank_ = {};
-  if (n == 0) return rank_;
-  scale_.resize(n);
-  const ParameterLayout& layout = problem_.layout;
-  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
-    const auto diagonal = s_.Block(static_cast<int>(b), static_cast<int>(b)).diagonal();
-    for (int i = 0; i < layout.blocks[b].size; ++i) {
-      const int row = layout.blocks[b].offset + i;
-      // A diagonal that elimination reduced to rounding belongs to a parameter of its own null
-      // direction: scaled by what it was before, it stays as small as it is.
-      const bool own = diagonal[i] > 1e-14 * full_diagonal_[row] && std::isfinite(diagonal[i]);
-      const double unit = own ? diagonal[i] : full_diagonal_[row] > 0.0 ? full_diagonal_[row] : 1.0;
-      scale_[row] = 1.0 / std::sqrt(unit);
-    }
-  }
-  const BlockSymmetricMatrix scaled = Scaled();
-  rank_ = AnalyseRank(problem_, scaled, scale_, state, &*factor_);
-  return rank_;
-}
-
-Eigen::MatrixXd ReducedSystem::NullSpace() {
-  if (FactorAndAnalyse().regular()) return Eigen::MatrixXd(s_.rows(), 0);
-  const BlockSymmetricMatrix scaled = Scaled();
-  BlockSymmetricMatrix lifted = scaled;
-  for (int b = 0; b < lifted.block_count(); ++b) {
-    lifted.Block(b, b).diagonal().array() += kNullSpaceLift_1;
-  }
-  if (!factor_->Factorize(lifted).positive_definite) RequireRegular(problem_, rank_);
-  LeastEigenpairOptions options;
-  options.settle_below_1 = 10.0 * kLeastEigenvalue_1;
-  options.relative_change_1 = 1e-6;
-  for (options.count = 8;; options.count *= 2) {
-    const LeastEigenpairs pairs = FindLeastEigenpairs(scaled, *factor_, options);
-    Eigen::Index defects = 0;
-    while (defects < pairs.values.size() && pairs.values[defects] <= kLeastEigenvalue_1) ++defects;
-    if (defects == pairs.values.size() && defects < s_.rows()) continue;
-    return scale_.asDiagonal() * pairs.vectors.leftCols(defects);
-  }
-}
-
-void ReducedSystem::Factor() { RequireRegular(problem_, FactorAndAnalyse()); }
 
 Eigen::MatrixXd ReducedSystem::SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const {
   Eigen::MatrixXd x = scale_.asDiagonal() * b;

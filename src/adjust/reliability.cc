@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/reliability.h"
 
+#include "sarblock/adjust/result.h"
 #include "sarblock/core/error.h"
 
 #include <cmath>

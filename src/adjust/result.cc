@@ -46,4 +46,6 @@ bool IsSolved(PointStatus status) {
          status == PointStatus::kPredicted;
 }
 
+void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }
+
 }  // namespace sarblock

@@ -10,8 +10,6 @@
 #include <limits>
 #include <string>
 
-#include "solution.h"
-
 namespace sarblock {
 namespace {
 

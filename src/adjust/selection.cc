@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/selection.h"
 
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/adjust/start_values.h"
@@ -16,11 +17,12 @@
 #include <set>
 #include <utility>
 
+#include "form_determined.h"
 #include "quadratic_model.h"
 #include "selection_determinacy.h"
 #include "selection_rows.h"
 #include "selection_terms.h"
-#include "solution.h"
+#include "solve_block.h"
 #include <glog/logging.h>
 
 namespace sarblock {
@@ -578,14 +580,8 @@ class Selector {
 
 SelectionReport SelectCorrections(const Block& block,
                                   const AdjustOptions& options,
+                                  const AtSelection& at_selection,
                                   ProgressSink* progress) {
-  return SelectCorrectionsThen(block, options, nullptr, progress);
-}
-
-SelectionReport SelectCorrectionsThen(const Block& block,
-                                      const AdjustOptions& options,
-                                      const AtSelection& at_selection,
-                                      ProgressSink* progress) {
   const ThreadLimit limit(options.threads);
   Selector selector(block, options, progress);
   SelectionReport report = selector.Run();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/simplified.h"
 
-#include "sarblock/adjust/look_model.h"
 #include "sarblock/flight/track_axes.h"
 
 #include <algorithm>
@@ -45,28 +44,6 @@ Eigen::Matrix3d AxesInTheMiddle(const Frame& frame, const FlightPath& path, cons
     return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
   }
   return TrackAxesWithRate(frame, motion).axes_1;
-}
-
-double LookModel::WorkOf(std::size_t pass) const {
-  const PassCorrections& c = layout_.passes[pass];
-  if (straight_[pass].applies) return straight_[pass].curved ? 75.0 : 60.0;
-  const bool geocentric = block_.frame.kind() == FrameKind::kGeocentric;
-  double work = 120.0;
-  if (c.NeedsTrackAxes()) {
-    const bool turns = held_axes_1_.empty() && (geocentric || !PathOf(pass).IsStraight());
-    const double axes = !turns ? 10.0 : geocentric ? 150.0 : 50.0;
-    work += c.time_bias.empty() ? axes : 1.5 * axes;
-  }
-  if (!c.troposphere.empty()) work += geocentric && !simplified_.flat_frame ? 120.0 : 40.0;
-  return work;
-}
-
-Vertical LookModel::DelayVerticalAt(const Eigen::Vector3d& p_m) const {
-  if (!simplified_.flat_frame) return block_.frame.VerticalAt(p_m);
-  Vertical plane = middle_;
-  plane.height_m += middle_.up_1.dot(p_m - simplified_.middle_m);
-  plane.dup_dp.setZero();
-  return plane;
 }
 
 }  // namespace sarblock

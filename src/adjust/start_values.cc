@@ -2,11 +2,11 @@
 #include "sarblock/adjust/start_values.h"
 
 #include "sarblock/core/parallel.h"
+#include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_side.h"
 
 #include <algorithm>
 #include <optional>
-
-#include "solution.h"
 
 namespace sarblock {
 namespace {

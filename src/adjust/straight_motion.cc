@@ -7,7 +7,7 @@
 #include <cmath>
 #include <span>
 
-#include "straight_rows.h"
+#include "look_model_inline.h"
 
 namespace sarblock {
 namespace {

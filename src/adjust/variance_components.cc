@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/variance_components.h"
 
+#include "sarblock/adjust/rank_analysis.h"
+#include "sarblock/adjust/variance_sums.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -10,7 +12,8 @@
 #include <optional>
 #include <utility>
 
-#include "solution.h"
+#include "form_determined.h"
+#include "global_test.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {
@@ -254,12 +257,6 @@ void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* resul
   if (!report.converged) Warn(result, "the variance components did not settle");
 }
 
-double VarianceComponent::sigma_after() const { return std::sqrt(factor_1) * sigma_before; }
-
-double VarianceComponent::sigma_deviation() const {
-  return 0.5 * sigma_after() * factor_deviation_1 / factor_1;
-}
-
 std::vector<VarianceComponent> ListVarianceComponents(const AdjustOptions& options,
                                                       const Block& block) {
   if (!options.variance_groups.empty() &&
@@ -305,7 +302,7 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
     if (steps.drop_outliers) steps.drop_outliers();
     std::optional<ReducedSystem> system;
     FormDetermined(*state, {}, problem, &system, nullptr);
-    system->Factor();
+    FactorRegular(&*system);
     const VarianceSums sums =
         SumVariances(*problem, *state, *system, component_of, components.size());
     if (report.iterations == 0) {

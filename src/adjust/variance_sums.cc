@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/variance_sums.h"
+
 #include "sarblock/adjust/elimination.h"
 #include "sarblock/adjust/point_sweep.h"
-#include "sarblock/adjust/variance_components.h"
 #include "sarblock/core/parallel.h"
 
 #include <algorithm>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/rank_analysis.h"
+#include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/rank_report.h"
 
 #include <string>
 #include <vector>

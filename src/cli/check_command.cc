@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/block_structure.h"
+#include "sarblock/adjust/point_defects.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "geopackage.h"
+
 // GeoPackage 1.3 (OGC 12-128r17) by SQLite alone: three feature tables whose geometries are blobs
 // of a short header and well-known binary.
 #include "sarblock/adjust/error_ellipse.h"
@@ -17,7 +19,6 @@
 #include <string_view>
 #include <vector>
 
-#include "exporters.h"
 #include <fmt/format.h>
 #include <sqlite3.h>
 

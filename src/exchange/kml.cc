@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "kml.h"
+
 #include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
@@ -9,7 +11,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "exporters.h"
 #include <fmt/format.h>
 
 namespace sarblock {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sinex.h"
+
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
 #include "sarblock/core/version.h"
@@ -14,7 +16,6 @@
 #include <iterator>
 #include <numbers>
 
-#include "exporters.h"
 #include "sinex_covariance.h"
 #include <fmt/format.h>
 

@@ -469,22 +469,6 @@ class Solver {
 
 }  // namespace
 
-const char* NameOf(Arithmetic arithmetic) {
-  switch (arithmetic) {
-    case Arithmetic::kSingle:
-      return "single";
-    case Arithmetic::kDouble:
-      return "double";
-    case Arithmetic::kExtended:
-      return "extended";
-  }
-  return "";
-}
-
-const char* NameOf(Elimination elimination) {
-  return elimination == Elimination::kQr ? "qr" : "normals";
-}
-
 ArithmeticSolution SolveInArithmetic(Arithmetic arithmetic,
                                      Elimination elimination,
                                      BlockState start,

@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/point_influence.h"
 #include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
@@ -59,7 +60,7 @@ BlockCovariance::BlockCovariance(const Block& block,
   UpdateWhitening(state, &problem);
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
-  system.Factor();
+  FactorRegular(&system);
   const auto size = static_cast<Eigen::Index>(n);
   if (size > 0) {
     c_ = system.SolveFor(Eigen::MatrixXd::Identity(size, size));

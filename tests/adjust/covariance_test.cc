@@ -2,7 +2,9 @@
 #include "sarblock/adjust/covariance.h"
 
 #include "sarblock/adjust/ceres_engine.h"
+#include "sarblock/adjust/neighbours.h"
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/rank_analysis.h"
 
 #include <array>
 #include <cmath>
@@ -103,7 +105,7 @@ class CovarianceTest : public testing::TestWithParam<Case> {
     UpdateWhitening(state_, &problem_);
     system_.emplace(problem_);
     system_->Form(state_, {}, nullptr);
-    system_->Factor();
+    FactorRegular(&*system_);
     inverse_ = system_->SelectedInverse();
   }
   Eigen::Matrix3d PointCovariance(const std::vector<SymmetricEnu>& all, std::size_t point) const {
@@ -243,7 +245,7 @@ TEST_P(CovarianceTest, LeavesOutPointsThatAreNotSolved) {
   problem_.LeaveOut(6, PointStatus::kUndetermined, "left out by the test");
   system_.emplace(problem_);
   system_->Form(state_, {}, nullptr);
-  system_->Factor();
+  FactorRegular(&*system_);
   const BlockSymmetricMatrix inverse = system_->SelectedInverse();
   const auto points = SweepPoints(problem_, state_, &inverse, false, nullptr).covariance_m2;
   for (const double value : points[6]) EXPECT_TRUE(std::isnan(value));

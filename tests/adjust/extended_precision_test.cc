@@ -3,6 +3,7 @@
 // shorter bases and ever weaker datums.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/error.h"
 
@@ -80,7 +81,7 @@ Computed Compute(const Scenario& s) {
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
   EXPECT_TRUE(system.weak_points().empty());
-  system.Factor();
+  FactorRegular(&system);
   const BlockSymmetricMatrix inverse = system.SelectedInverse();
   const auto points = SweepPoints(problem, state, &inverse, false, nullptr).covariance_m2;
   const test::ExtendedCovariance exact = test::CovarianceInFiftyDigits(problem, s.groups, state);

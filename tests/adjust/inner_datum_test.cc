@@ -4,6 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/covariance.h"
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 
@@ -43,11 +44,11 @@ struct Floating {
     UpdateWhitening(state, &problem);
     ReducedSystem open(problem);
     open.Form(state, {}, nullptr);
-    null_space = open.NullSpace();
+    null_space = NullSpace(&open);
     HoldDatum(null_space, open.Unit(), state, &problem);
     system.emplace(problem);
     system->Form(state, {}, nullptr);
-    system->Factor();
+    FactorRegular(&*system);
   }
   [[nodiscard]] DatumTransform Datum(const std::vector<std::uint8_t>& in_datum) const {
     return DatumTransform(problem, state, *system, null_space, in_datum);

@@ -3,6 +3,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/point_sweep.h"
 #include "sarblock/adjust/quality_summary.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/adjust/residual_covariance.h"
 #include "sarblock/geometry/look_equations.h"
@@ -110,7 +111,7 @@ TEST(LookQualityTest, TheSweepIsTheDiagonalOfTheResidualCovariance) {
     UpdateWhitening(state, &problem);
     ReducedSystem system(problem);
     system.Form(state, {}, nullptr);
-    system.Factor();
+    FactorRegular(&system);
     const BlockSymmetricMatrix inverse = system.SelectedInverse();
     const PointSweep sweep = SweepPoints(problem, state, &inverse, true, nullptr);
     for (std::size_t point = 0; point < known.block.points.size(); ++point) {

@@ -2,6 +2,9 @@
 #include "sarblock/adjust/montecarlo.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/intersect_block.h"
+#include "sarblock/adjust/predict.h"
+#include "sarblock/adjust/redraw_solution.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
 

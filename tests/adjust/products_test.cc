@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/products.h"
 
+#include "sarblock/adjust/kernel_choice.h"
 #include "sarblock/core/random.h"
 
 #include <numeric>

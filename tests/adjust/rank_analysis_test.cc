@@ -2,6 +2,7 @@
 #include "sarblock/adjust/rank_analysis.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/error.h"
 
@@ -71,7 +72,7 @@ class RankTest : public testing::Test {
     UpdateWhitening(state_, &*problem_);
     system_.emplace(*problem_);
     system_->Form(state_, {}, nullptr);
-    return system_->FactorAndAnalyse(&state_);
+    return FactorAndAnalyse(&*system_, &state_);
   }
 
   static std::vector<std::string> Motions(const RankReport& report) {

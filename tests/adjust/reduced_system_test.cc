@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/reduced_system.h"
 
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -58,7 +59,7 @@ class ReducedSystemTest : public testing::TestWithParam<bool> {
     state_ = StateOf(known_, &*problem_, 1.7);
     system_.emplace(*problem_);
     system_->Form(state_, {}, nullptr);
-    system_->Factor();
+    FactorRegular(&*system_);
     dense_ = test::MakeDenseEquations(*problem_, state_);
   }
   test::KnownBlock known_;
@@ -129,7 +130,7 @@ std::vector<std::string> NamesOfRefusal(AdjustmentProblem* problem, const BlockS
   ReducedSystem system(*problem);
   system.Form(state, {}, nullptr);
   try {
-    system.Factor();
+    FactorRegular(&system);
   } catch (const UndeterminedError& error) {
     EXPECT_THAT(error.what(), HasSubstr("; removed by "));
     return error.names();

@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/elimination.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/reduced_system.h"
 
 #include <cmath>
@@ -88,7 +89,7 @@ void ExpectDense(const test::BlockPlan& plan) {
   const Eigen::MatrixXd gain = c * dense.jacobian.transpose();
   ReducedSystem system(at.problem);
   system.Form(at.state, {}, nullptr);
-  system.Factor();
+  FactorRegular(&system);
   const BlockSymmetricMatrix inverse = system.SelectedInverse();
   Eigen::Index row = 0;
   for (std::size_t point = 0; point < known.block.points.size(); ++point) {
@@ -134,7 +135,7 @@ TEST(ResidualCovarianceTest, TwoLooksHaveOneTest) {
   Linearised at(&known);
   ReducedSystem system(at.problem);
   system.Form(at.state, {}, nullptr);
-  system.Factor();
+  FactorRegular(&system);
   const BlockSymmetricMatrix inverse = system.SelectedInverse();
   for (std::size_t point = 0; point < known.block.points.size(); ++point) {
     const PointResiduals residuals = ResidualsOfPoint(at.problem, at.state, &inverse, point);

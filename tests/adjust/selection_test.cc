@@ -2,6 +2,7 @@
 #include "sarblock/adjust/selection.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
 #include "sarblock/io/scene_file.h"

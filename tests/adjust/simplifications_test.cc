@@ -2,7 +2,9 @@
 #include "sarblock/adjust/simplifications.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/intersect_block.h"
 #include "sarblock/adjust/reduced_engine.h"
+#include "sarblock/adjust/simplification_choice.h"
 #include "sarblock/adjust/start_values.h"
 #include "sarblock/adjust/symmetric_enu.h"
 

@@ -2,7 +2,9 @@
 #include "sarblock/adjust/variance_components.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/variance_sums.h"
 #include "sarblock/core/error.h"
 
 #include <cmath>
@@ -113,7 +115,7 @@ TEST(VarianceSumsTest, AgreeWithTheDenseResidualMatrix) {
   const BlockState state = ComputeStartValues(&problem, nullptr).state;
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
-  system.Factor();
+  FactorRegular(&system);
   const VarianceSums sums =
       SumVariances(problem, state, system, {{0, 1}, {2, 3}, {2, 3}, {2, 3}}, 4);
 

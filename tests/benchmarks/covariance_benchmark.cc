@@ -5,6 +5,7 @@
 // Prints one row of a CSV (header: covariance_benchmark). Run by scripts/bench.sh covariance.
 #include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/adjust/reduced_system.h"
 #include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/parallel.h"
@@ -59,7 +60,7 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, R
   ReducedSystem system(problem, KeptFactors::kMostBytes, KeptFor::kCovariance);
   system.Form(state, {}, nullptr);
   if (rank == RankBy::kSearch) {
-    system.Factor();
+    FactorRegular(&system);
   } else if (!system.FactorDamped()) {
     throw std::runtime_error("singular");
   }
@@ -74,7 +75,7 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, R
 double QualityRatio(const AdjustmentProblem& problem, const BlockState& state) {
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
-  system.Factor();
+  FactorRegular(&system);
   const BlockSymmetricMatrix inverse = system.SelectedInverse();
   double least_s[2] = {HUGE_VAL, HUGE_VAL};
   for (int round = 0; round < 5; ++round) {

@@ -6,6 +6,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/io/stability_file.h"
+#include "sarblock/study/stability_families.h"
 
 #include <cstdint>
 #include <set>

@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/elimination.h"
 #include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/solve_report.h"
 #include "sarblock/core/progress.h"
 
 #include <memory>
@@ -83,25 +84,6 @@ struct CeresUnknowns {
 [[nodiscard]] std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
                                                                const Weighting& weighting,
                                                                BlockState* state);
-
-/// What a solver reports.
-struct SolveReport {
-  bool converged = false;
-  int iterations = 0;
-  double initial_cost_1 = 0.0;
-  double final_cost_1 = 0.0;
-  double damping_1 = 0.0;  ///< of SolveReduced, for a step that goes on
-  std::string message;
-};
-
-struct SolveOptions {
-  int max_iterations = 50;
-  int threads = 1;
-  /// Newton step left, in sigmas over all unknowns, at which the solution is done.
-  double settled_1 = AdjustOptions{}.tolerance_1;
-  double damping_1 = 1e-8;                        ///< of SolveReduced, at the first step
-  CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
-};
 
 /// Levenberg-Marquardt by Ceres, points eliminated first. Ends after a step well below
 /// options.settled_1; what rounding of the cost hides of the last digits is left to Newton steps on

@@ -48,12 +48,4 @@ inline constexpr std::size_t kMostCheckPoints = 300;
     const BlockState& state,
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
-/// Each solved point with its nearest solved neighbour, each pair once, ascending.
-[[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> NeighbourPairs(
-    const AdjustmentProblem& problem, const BlockState& state);
-
-/// All pairs of solved points; throws InputError above `most` pairs.
-[[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> AllPairs(
-    const AdjustmentProblem& problem, std::size_t most = 2000000);
-
 }  // namespace sarblock

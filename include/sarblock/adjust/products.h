@@ -70,9 +70,4 @@ struct ProductKernels {
       int columns, const double* x, std::size_t stride, int terms, const double* c, double* out);
 };
 
-/// For every processor.
-[[nodiscard]] const ProductKernels& BaselineKernels();
-/// The fastest that this processor runs.
-[[nodiscard]] const ProductKernels& KernelsOfThisMachine();
-
 }  // namespace sarblock

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/ceres_engine.h"
 #include "sarblock/adjust/elimination.h"
 #include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/solve_report.h"
 #include "sarblock/core/progress.h"
 
 namespace sarblock {

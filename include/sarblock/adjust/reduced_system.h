@@ -4,7 +4,6 @@
 #include "sarblock/adjust/elimination.h"
 #include "sarblock/adjust/kept_factors.h"
 #include "sarblock/adjust/problem.h"
-#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/sparse/block_cholesky.h"
 
@@ -50,17 +49,12 @@ class ReducedSystem {
             ProgressSink* progress,
             double damping_1 = 0.0);
 
-  /// Factors the scaled S and tells what it does not determine. Only a regular report leaves a
-  /// factor to work with. `state`, where given, lets the report name the points that move.
-  [[nodiscard]] const RankReport& FactorAndAnalyse(const BlockState* state = nullptr);
-  /// The report of the last of these.
-  [[nodiscard]] const RankReport& rank() const { return rank_; }
-  /// The same; throws UndeterminedError in the words of the report unless it is regular.
-  void Factor();
-
-  /// Directions of the corrections that nothing determines, as columns in the parameters' units;
-  /// n x 0 where S is regular. Leaves no factor to work with unless it is.
-  [[nodiscard]] Eigen::MatrixXd NullSpace();
+  /// S in units of its parameters in which its diagonal is one, but where elimination took all of
+  /// it, with a place for its factor. There is one correction at least.
+  [[nodiscard]] BlockSymmetricMatrix FormScaled();
+  /// Of the scaled S, for who factors it (rank_analysis.h); after FormScaled.
+  [[nodiscard]] BlockCholesky& factor() { return *factor_; }
+  [[nodiscard]] const AdjustmentProblem& problem() const { return problem_; }
   /// Units of the parameters in which the scaled S has a unit diagonal; after a factorisation.
   [[nodiscard]] const Eigen::VectorXd& Unit() const { return scale_; }
 
@@ -88,12 +82,10 @@ class ReducedSystem {
   /// Square of the points' own Newton steps, in sigmas: twice what they would take off the cost.
   [[nodiscard]] double point_step_square() const { return point_step_square_1_; }
 
-  /// Newton step of the corrections, -S^-1 g; after Factor().
+  /// Newton step of the corrections, -S^-1 g; once factored.
   [[nodiscard]] Eigen::VectorXd Step() const;
   /// Length of the whole Newton step left, in sigmas: sqrt(g' H^-1 g) over all unknowns.
   [[nodiscard]] double RemainingStep() const;
-  /// Condition of the scaled S (ratio of its extreme eigenvalues); 1 without corrections.
-  [[nodiscard]] double Condition() const { return rank_.condition_1; }
 
   /// S^-1 on the pattern of S, unscaled: covariances of corrections of passes that see common
   /// points.
@@ -116,7 +108,6 @@ class ReducedSystem {
   Eigen::VectorXd full_gradient_;  // before elimination
   Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
   std::optional<BlockCholesky> factor_;
-  RankReport rank_;
   std::size_t kept_bytes_ = 0;  // 0: none
   KeptFor kept_for_;
   std::optional<KeptFactors> kept_;

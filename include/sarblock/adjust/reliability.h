@@ -31,9 +31,6 @@ struct ReliabilityFigures {
 /// Chance that |w| exceeds `critical_1` where its expectation is `shift_1`.
 [[nodiscard]] double TestPower(double shift_1, double critical_1);
 
-/// Redundancy numbers at or below this have no test: rounding makes them.
-inline constexpr double kLeastRedundancy_1 = 1e-9;
-
 /// Minimal detectable blunder delta0 sigma / sqrt(r), in the unit of sigma; NaN where no test is.
 [[nodiscard]] double MinimalDetectable(double delta0_1, double sigma_m, double redundancy_1);
 

@@ -138,6 +138,9 @@ struct SnoopingReport {
   std::vector<std::uint64_t> robust;     ///< looks left out after the robust start for good
 };
 
+/// Redundancy numbers at or below this have no test: rounding makes them.
+inline constexpr double kLeastRedundancy_1 = 1e-9;
+
 /// Reliability of looks, by look index of the block, component 0 the range and 1 the azimuth (along
 /// track, or time where it was given in seconds); NaN where the look took no part. What alpha and
 /// power of a test make of them (minimal detectable blunder delta0 sigma / sqrt(r), its influence
@@ -176,6 +179,15 @@ enum class AdjustStatus {
   kIntersected,  ///< `intersect`
   kPredicted,    ///< `predict`
 };
+
+/// Pairs of point indices, for coordinate differences.
+using PointPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+/// Largest Newton step left, in sigmas over all unknowns together, that is still a solution.
+inline constexpr double kRemainingStepAccepted_1 = 1e-3;
+/// The same under a robust loss, whose kinks (Huber) or flat places (two looks that contradict each
+/// other) let the last steps shrink slowly: far below what the loss itself costs in efficiency.
+inline constexpr double kRemainingRobustStepAccepted_1 = 0.1;
 
 /// Everything an adjustment, an intersection or a prediction answers.
 struct AdjustResult {
@@ -220,5 +232,8 @@ struct AdjustResult {
   SelectionReport selection;  ///< of `corrections = "auto"`, else empty
   std::vector<std::string> warnings;
 };
+
+/// Adds a warning to a result.
+void Warn(AdjustResult* result, const std::string& text);
 
 }  // namespace sarblock

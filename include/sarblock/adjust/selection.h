@@ -1,9 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/options.h"
+#include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/selection_report.h"
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+
+#include <functional>
 
 namespace sarblock {
+
+/// What a caller wants of the problem and its state at the last solution, before they go.
+using AtSelection =
+    std::function<void(const AdjustmentProblem&, const BlockState&, SelectionReport*)>;
 
 /// Chooses the corrections that the observations of a block ask for (model.md, section 10;
 /// docs/theory/selection.md). Starts from the measured values without any correction and adds
@@ -24,13 +34,7 @@ namespace sarblock {
 inline constexpr int kMostCandidateColumns = 4000;
 [[nodiscard]] SelectionReport SelectCorrections(const Block& block,
                                                 const AdjustOptions& options,
+                                                const AtSelection& at_selection = nullptr,
                                                 ProgressSink* progress = nullptr);
-
-/// Adjust() with options.corrections == kAuto: the selection, then the adjustment with what it
-/// chose.
-[[nodiscard]] AdjustResult AdjustSelected(const Block& block,
-                                          const AdjustOptions& options,
-                                          const PointPairs& pairs,
-                                          ProgressSink* progress);
 
 }  // namespace sarblock

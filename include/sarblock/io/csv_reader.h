@@ -13,6 +13,8 @@
 
 namespace sarblock {
 
+class CsvSource;  ///< where the bytes come from (src/io/csv_source.h)
+
 enum class CsvNeed { kOptional, kRequired };
 
 /// A column a reader of a table knows. Its index in the list given to CsvReader is what the cell
@@ -33,8 +35,6 @@ struct CsvColumn {
 /// Everything that is wrong throws InputError with file, line and column.
 class CsvReader {
  public:
-  class Source;  ///< where the bytes come from (src/io/csv_source.h)
-
   /// Opens a file; a name ending in `.gz` is inflated. Reads the header row at once.
   /// Throws if a required column is missing or a known one stands twice.
   CsvReader(const std::filesystem::path& file, std::span<const CsvColumn> columns);
@@ -75,7 +75,7 @@ class CsvReader {
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
 
   CsvReader(std::string name,
-            std::unique_ptr<Source> source,
+            std::unique_ptr<CsvSource> source,
             std::size_t buffer_bytes,
             std::span<const CsvColumn> columns);
   void ReadHeader(std::span<const CsvColumn> columns);
@@ -86,7 +86,7 @@ class CsvReader {
   [[noreturn]] void FailRow(const std::string& problem) const;
 
   std::string file_;
-  std::unique_ptr<Source> source_;
+  std::unique_ptr<CsvSource> source_;
   std::vector<char> buffer_;
   std::size_t begin_ = 0;  // of the text in buffer_ not yet used
   std::size_t end_ = 0;

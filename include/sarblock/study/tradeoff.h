@@ -5,7 +5,7 @@
 #include "sarblock/adjust/result.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/study/arithmetic.h"
+#include "sarblock/study/arithmetic_kind.h"
 
 #include <cstddef>
 #include <limits>

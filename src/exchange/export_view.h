@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/exchange/export.h"
+#include "sarblock/exchange/export_options.h"
+#include "sarblock/io/result_file.h"
 
 #include <cstdint>
-#include <filesystem>
-#include <string>
-#include <string_view>
 #include <vector>
 
 namespace sarblock {
@@ -26,18 +24,6 @@ struct ExportView {
     return result.points.results.covariance_m2[point];
   }
 };
-
-void WriteKml(const std::filesystem::path& file, const ExportView& view, ExportReport* report);
-void WriteGeoPackage(const std::filesystem::path& file,
-                     const ExportView& view,
-                     ExportReport* report);
-void WriteIsisTables(const std::filesystem::path& folder,
-                     const ExportView& view,
-                     ExportReport* report);
-void WriteSinex(const std::filesystem::path& file, const ExportView& view, ExportReport* report);
-void WriteOrbitFiles(const std::filesystem::path& folder,
-                     const ExportView& view,
-                     ExportReport* report);
 
 /// Error of a check point, or null; `checks` are sorted by point.
 [[nodiscard]] const CheckResult* FindCheck(const std::vector<CheckResult>& checks,

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/study/stability.h"
-
 #include <string>
 #include <vector>
 
@@ -19,13 +17,6 @@ struct PlannedFamily {
   StabilityPlan (*plan)(double value);
   bool whole = false;
 };
-
-[[nodiscard]] const std::vector<PlannedFamily>& GeometryFamilies();
-[[nodiscard]] const std::vector<PlannedFamily>& WeightFamilies();
-[[nodiscard]] const std::vector<PlannedFamily>& CorrectionFamilies();
-
-/// The block of a step of a family; throws InputError for a family that does not exist.
-[[nodiscard]] StabilityPlan PlanOf(const std::string& family, double value);
 
 /// `count` values from `from` to `to` with equal ratios.
 [[nodiscard]] std::vector<double> Ratios(double from, double to, int count);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/products.h"
+#include "sarblock/adjust/kernel_choice.h"
 
 #include "product_kernels.h"
+#ifdef SARBLOCK_AVX2
+#include "products_avx2.h"
+#endif
 
 namespace sarblock {
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solution.h"
+#include "finish_result.h"
 
-#include "sarblock/adjust/ceres_covariance.h"
-#include "sarblock/adjust/covariance.h"
-#include "sarblock/adjust/engine_choice.h"
 #include "sarblock/adjust/leberl_prediction.h"
-#include "sarblock/adjust/point_sweep.h"
-#include "sarblock/core/error.h"
 #include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
 
-#include <Eigen/Geometry>
+#include "check_points.h"
+#include "global_test.h"
 
 namespace sarblock {
 namespace {
@@ -86,29 +86,6 @@ void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
 
 }  // namespace
 
-GlobalTest TestGlobally(const AdjustmentProblem& problem, double level, double square_sum_1) {
-  const ProblemCounts counts = CountProblem(problem);
-  GlobalTest test;
-  test.redundancy_1 = counts.redundancy();
-  if (!(test.redundancy_1 > 0.0)) return test;
-  test.sigma0_squared = square_sum_1 / test.redundancy_1;
-  test.chi_square = ChiSquareInterval(level, test.redundancy_1);
-  test.passed = test.chi_square.Contains(square_sum_1);
-  return test;
-}
-
-void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }
-
-void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result) {
-  for (const WeakDirection& direction : rank.nearly) {
-    if (direction.text.empty()) continue;
-    Warn(result, "nearly undetermined: " + direction.text);
-  }
-  if (rank.more || (!rank.nearly.empty() && rank.nearly.back().text.empty())) {
-    Warn(result, "more directions than were looked for or described are nearly undetermined");
-  }
-}
-
 void FinishResult(const AdjustmentProblem& problem,
                   const BlockState& state,
                   const AdjustOptions& options,
@@ -124,109 +101,6 @@ void FinishResult(const AdjustmentProblem& problem,
   for (const Finding& finding : DescribePoints(problem, defects)) Warn(result, finding.text);
   WarnOfOpenPoints(problem, result);
   if (options.covariance != CovarianceLevel::kNone) FillLeberlPrediction(problem, state, result);
-}
-
-void RequireOffered(const AdjustOptions& options) {
-  RequireInnerOffered(options);
-  if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
-    throw InputError("adjust.quality.snooping",
-                     "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
-                     "\"none\" is allowed with it, and snooping = \"robust\" starts from one");
-  }
-  if (options.ceres_solver != CeresSolver::kAuto && Resolve(options.engine) != Engine::kCeres) {
-    throw InputError("adjust.ceres_solver",
-                     "is a choice within engine = \"ceres\", which is not asked for");
-  }
-  if (Resolve(options.covariance_method) == CovarianceMethod::kCeres &&
-      options.covariance != CovarianceLevel::kBlock) {
-    throw InputError("adjust.covariance_method",
-                     "'ceres' forms the covariance of level 'block' only; allowed: auto, reduced");
-  }
-}
-
-void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options) {
-  if (Resolve(options.covariance_method) != CovarianceMethod::kCeres) return;
-  const std::size_t unknowns = CountProblem(problem).parameters;
-  if (unknowns <= kMostCeresUnknowns) return;
-  throw InputError("adjust.covariance_method",
-                   "'ceres' is for blocks of at most " + std::to_string(kMostCeresUnknowns) +
-                       " unknowns, this one has " + std::to_string(unknowns) +
-                       "; allowed: auto, reduced");
-}
-
-void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustResult* result) {
-  if (options.covariance == CovarianceLevel::kMonteCarlo) {
-    throw InputError("adjust.covariance",
-                     std::string("'montecarlo' repeats an adjustment, which ") + command +
-                         " does not make; none, leberl, intersection or block is allowed");
-  }
-  if (options.variance_components != VarianceComponents::kNone) {
-    Warn(result, std::string("variance components are not estimated by ") + command);
-  }
-}
-
-double ShareOf(double tolerance_1, const AdjustmentProblem& problem) {
-  const double share_1 = 1e-3 * static_cast<double>(problem.block.points.size());
-  return tolerance_1 * std::clamp(share_1, 1e-2, 1.0);
-}
-
-bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
-  // The signs of the track components of d (model.md, section 2) need no axes of unit length.
-  const Eigen::Vector3d up_1 = frame.VerticalAt(sight.antenna_m).up_1;
-  const Eigen::Vector3d& v = sight.velocity_mps;
-  const Eigen::Vector3d d = p_m - sight.antenna_m;
-  const double across = up_1.cross(v).dot(d) * sight.side;
-  const double up = up_1.dot(d) * v.squaredNorm() - up_1.dot(v) * v.dot(d);
-  return across > 0.0 && up < 0.0;
-}
-
-void RequireSolvable(const AdjustmentProblem& problem) {
-  // Control points are known anyway: a block in which none of the others can be solved has no
-  // answer, however well its control fits.
-  const Block& block = problem.block;
-  const std::size_t points = block.points.size();
-  const bool only_control = std::all_of(block.points.role.begin(),
-                                        block.points.role.end(),
-                                        [](PointRole role) { return role == PointRole::kControl; });
-  std::map<std::string, std::vector<std::string>> by_reason;
-  for (std::size_t point = 0; point < points; ++point) {
-    const bool counts = only_control || block.points.role[point] != PointRole::kControl;
-    if (!counts) continue;
-    if (problem.Solves(point)) return;
-    by_reason[problem.point_reason[point]].emplace_back(block.points.ids[point]);
-  }
-  std::string text = only_control ? "no point of the block can be determined"
-                                  : "no tie or check point of the block can be determined";
-  std::vector<std::string> names;
-  for (const auto& [reason, ids] : by_reason) {
-    text += "; " + ids.front();
-    if (ids.size() > 1) text += " and " + std::to_string(ids.size() - 1) + " more";
-    text += ": " + reason;
-    names.insert(names.end(), ids.begin(), ids.end());
-  }
-  throw UndeterminedError(text, names);
-}
-
-void LeaveOutWeakPoints(const ReducedSystem& system, AdjustmentProblem* problem) {
-  for (const WeakPoint& weak : system.weak_points()) {
-    problem->LeaveOut(weak.point,
-                      PointStatus::kUndetermined,
-                      "its looks leave a direction open (their circles touch or coincide)");
-  }
-}
-
-void FormDetermined(const BlockState& state,
-                    const Weighting& weighting,
-                    AdjustmentProblem* problem,
-                    std::optional<ReducedSystem>* system,
-                    ProgressSink* progress) {
-  for (;;) {
-    RequireSolvable(*problem);
-    system->emplace(*problem, KeptFactors::kMostBytes);
-    (*system)->Form(state, weighting, progress);
-    if ((*system)->weak_points().empty()) return;
-    LeaveOutWeakPoints(**system, problem);
-  }
 }
 
 void FillPoints(const AdjustmentProblem& problem, const BlockState& state, AdjustResult* result) {
@@ -318,89 +192,7 @@ void FillParameters(const AdjustmentProblem& problem,
   }
 }
 
-namespace {
-
-PointPairs WantedPairs(const AdjustmentProblem& problem,
-                       const BlockState& state,
-                       const AdjustOptions& options,
-                       const PointPairs& listed) {
-  switch (options.pairs) {
-    case PairChoice::kNone:
-      return {};
-    case PairChoice::kNeighbours:
-      return NeighbourPairs(problem, state);
-    case PairChoice::kAll:
-      return AllPairs(problem);
-    case PairChoice::kList:
-      break;
-  }
-  return listed;
-}
-
-void FillCovarianceByCeres(const AdjustmentProblem& problem,
-                           const BlockState& state,
-                           const AdjustOptions& options,
-                           const PointPairs& pairs,
-                           AdjustResult* result) {
-  CeresCovariances found = CovariancesByCeres(
-      problem, state, WantedPairs(problem, state, options, pairs), options.threads);
-  result->points.covariance_m2 = std::move(found.points);
-  result->pairs = std::move(found.pairs);
-  result->parameter_covariance = std::move(found.parameters);
-  for (const ParameterCovariance& c : result->parameter_covariance) {
-    if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
-  }
-}
-
-}  // namespace
-
-void FillCovariance(const AdjustmentProblem& problem,
-                    const BlockState& state,
-                    const ReducedSystem& system,
-                    const std::optional<DatumTransform>& datum,
-                    const AdjustOptions& options,
-                    const PointPairs& pairs,
-                    ProgressSink* progress,
-                    AdjustResult* result) {
-  if (options.covariance == CovarianceLevel::kNone) return;
-  if (Resolve(options.covariance_method) == CovarianceMethod::kCeres) {
-    FillCovarianceByCeres(problem, state, options, pairs, result);
-    return;
-  }
-  const bool block_level = (options.covariance == CovarianceLevel::kBlock ||
-                            options.covariance == CovarianceLevel::kMonteCarlo) &&
-                           problem.layout.size() > 0;
-  std::optional<BlockSymmetricMatrix> inverse;
-  if (block_level) {
-    inverse = system.SelectedInverse();
-    result->parameter_covariance = ParameterCovariances(system, *inverse);
-    if (datum) datum->Transform(&result->parameter_covariance);
-    for (const ParameterCovariance& c : result->parameter_covariance) {
-      if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
-    }
-  }
-  const bool rigorous = options.covariance != CovarianceLevel::kLeberl;
-  if (rigorous) {
-    PointSweep sweep =
-        SweepPoints(problem, state, inverse ? &*inverse : nullptr, true, progress, system.kept());
-    if (datum && block_level) {
-      datum->Transform(problem, state, &sweep.covariance_m2);
-      for (std::vector<float>& shift_m : sweep.quality.shift_m) {
-        std::fill(shift_m.begin(), shift_m.end(), std::numeric_limits<float>::quiet_NaN());
-      }
-    }
-    result->control_quality = ControlQualities(problem, state, sweep.covariance_m2);
-    result->points.covariance_m2 = std::move(sweep.covariance_m2);
-    result->points.redundancy = std::move(sweep.redundancy);
-    result->quality = std::move(sweep.quality);
-  }
-  if (options.pairs == PairChoice::kNone) return;
-  const PointPairs wanted = WantedPairs(problem, state, options, pairs);
-  result->pairs =
-      rigorous ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
-               : PairDifferences(problem, state, wanted);
-  if (datum && block_level) datum->Transform(problem, state, &result->pairs);
-}
+namespace {}  // namespace
 
 namespace {
 

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/result.h"
+
+#include <cstddef>
+
+namespace sarblock {
+
+/// Each solved point with its nearest solved neighbour, each pair once, ascending.
+[[nodiscard]] PointPairs NeighbourPairs(const AdjustmentProblem& problem, const BlockState& state);
+
+/// All pairs of solved points; throws InputError above `most` pairs.
+[[nodiscard]] PointPairs AllPairs(const AdjustmentProblem& problem, std::size_t most = 2000000);
+
+}  // namespace sarblock
