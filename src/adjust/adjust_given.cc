@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjust_given.h"
 
-#include "sarblock/adjust/block_structure.h"
-#include "sarblock/adjust/covariance.h"
-#include "sarblock/adjust/inner_datum.h"
-#include "sarblock/adjust/montecarlo.h"
-#include "sarblock/adjust/rank_analysis.h"
-#include "sarblock/adjust/start_values.h"
-#include "sarblock/adjust/variance_components.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/core/quantile.h"
 
 #include <algorithm>
@@ -19,13 +11,21 @@
 #include <string>
 #include <vector>
 
-#include "blunder_report.h"
-#include "blunder_search.h"
+#include "core/parallel.h"
+#include "covariance/covariance.h"
+#include "covariance/result_covariance.h"
+#include "determinacy/block_structure.h"
+#include "determinacy/form_determined.h"
+#include "determinacy/inner_datum.h"
+#include "determinacy/rank_analysis.h"
 #include "finish_result.h"
-#include "form_determined.h"
-#include "result_covariance.h"
-#include "rounding.h"
-#include "solve_block.h"
+#include "solve/solve_block.h"
+#include "solve/start_values.h"
+#include "testing/blunder_report.h"
+#include "testing/blunder_search.h"
+#include "testing/montecarlo.h"
+#include "testing/rounding.h"
+#include "testing/variance_components.h"
 
 namespace sarblock {
 namespace {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
-#include "sarblock/adjust/problem.h"
-#include "sarblock/adjust/result.h"
-#include "sarblock/adjust/simplified.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+#include "sarblock/model/simplified.h"
 
 #include <functional>
+
+#include "model/problem.h"
 
 namespace sarblock {
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjust_selected.h"
 
-#include "sarblock/adjust/selection.h"
-#include "sarblock/adjust/simplification_choice.h"
-#include "sarblock/adjust/simplifications.h"
 #include "sarblock/core/stage_timer.h"
 
 #include <string>
@@ -11,7 +8,10 @@
 #include <vector>
 
 #include "adjust_simplified.h"
-#include "selection_rows.h"
+#include "selection/selection.h"
+#include "selection/selection_rows.h"
+#include "selection/simplification_choice.h"
+#include "selection/simplifications.h"
 
 namespace sarblock {
 namespace {

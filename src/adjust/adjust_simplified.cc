@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjust_simplified.h"
 
-#include "sarblock/adjust/simplification_choice.h"
-#include "sarblock/adjust/simplifications.h"
-
 #include <array>
 #include <cstdio>
 #include <string>
@@ -11,6 +8,8 @@
 #include <vector>
 
 #include "adjust_given.h"
+#include "selection/simplification_choice.h"
+#include "selection/simplifications.h"
 
 namespace sarblock {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
-#include "sarblock/adjust/result.h"
-#include "sarblock/adjust/selection_report.h"
-#include "sarblock/adjust/simplified.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+#include "sarblock/model/selection_report.h"
+#include "sarblock/model/simplified.h"
 
 namespace sarblock {
 

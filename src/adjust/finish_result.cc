@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finish_result.h"
 
-#include "sarblock/adjust/leberl_prediction.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -13,8 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "check_points.h"
-#include "global_test.h"
+#include "core/parallel.h"
+#include "leberl_prediction.h"
+#include "testing/check_points.h"
+#include "testing/global_test.h"
 
 namespace sarblock {
 namespace {

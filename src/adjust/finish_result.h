@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/elimination.h"
-#include "sarblock/adjust/options.h"
-#include "sarblock/adjust/point_defects.h"
-#include "sarblock/adjust/problem.h"
-#include "sarblock/adjust/result.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include "determinacy/point_defects.h"
+#include "model/problem.h"
+#include "normals/elimination.h"
 
 namespace sarblock {
 

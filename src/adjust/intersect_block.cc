@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/intersect_block.h"
 
-#include "sarblock/adjust/point_sweep.h"
-#include "sarblock/adjust/problem.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 
 #include <algorithm>
 
+#include "core/parallel.h"
+#include "covariance/point_sweep.h"
+#include "determinacy/form_determined.h"
 #include "finish_result.h"
-#include "form_determined.h"
+#include "model/problem.h"
 #include "option_checks.h"
 
 namespace sarblock {

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/leberl_prediction.h"
+#include "leberl_prediction.h"
 
-#include "sarblock/core/parallel.h"
 #include "sarblock/core/units.h"
 #include "sarblock/leberl/point_errors.h"
-#include "sarblock/leberl/reduction.h"
 #include "sarblock/leberl/relative_errors.h"
 
 #include <algorithm>
@@ -15,6 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/parallel.h"
+#include "leberl/reduction.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

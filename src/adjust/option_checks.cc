@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "option_checks.h"
 
-#include "sarblock/adjust/engine_choice.h"
-#include "sarblock/adjust/inner_datum.h"
 #include "sarblock/core/error.h"
 
 #include <string>
+
+#include "determinacy/inner_datum.h"
+#include "solve/engine_choice.h"
 
 namespace sarblock {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
-#include "sarblock/adjust/result.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
 
 namespace sarblock {
 

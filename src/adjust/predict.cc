@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/predict.h"
 
-#include "sarblock/adjust/block_structure.h"
-#include "sarblock/adjust/inner_datum.h"
-#include "sarblock/adjust/point_defects.h"
-#include "sarblock/adjust/rank_analysis.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
-#include "sarblock/flight/track_axes.h"
-#include "sarblock/geometry/cone_time.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.h"
+#include "covariance/result_covariance.h"
+#include "determinacy/block_structure.h"
+#include "determinacy/form_determined.h"
+#include "determinacy/inner_datum.h"
+#include "determinacy/point_defects.h"
+#include "determinacy/rank_analysis.h"
 #include "finish_result.h"
-#include "form_determined.h"
+#include "flight/track_axes.h"
+#include "geometry/cone_time.h"
 #include "option_checks.h"
-#include "result_covariance.h"
 
 namespace sarblock {
 namespace {

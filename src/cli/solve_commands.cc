@@ -2,7 +2,6 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/adjust/predict.h"
-#include "sarblock/adjust/quality_summary.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
@@ -16,6 +15,7 @@
 #include "commands.h"
 #include "print_summary.h"
 #include "report_command.h"
+#include "testing/quality_summary.h"
 #include <fmt/format.h>
 
 namespace sarblock::cli {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/exchange/export.h"
 
-#include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/geojson.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "covariance/error_ellipse.h"
 #include "geopackage.h"
+#include "io/geojson.h"
 #include "isis_tables.h"
 #include "kml.h"
 #include "orbit_files.h"

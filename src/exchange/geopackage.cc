@@ -3,10 +3,8 @@
 
 // GeoPackage 1.3 (OGC 12-128r17) by SQLite alone: three feature tables whose geometries are blobs
 // of a short header and well-known binary.
-#include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/geojson.h"
 #include "sarblock/product/utc_time.h"
 
 #include <array>
@@ -19,6 +17,8 @@
 #include <string_view>
 #include <vector>
 
+#include "covariance/error_ellipse.h"
+#include "io/geojson.h"
 #include <fmt/format.h>
 #include <sqlite3.h>
 

@@ -4,8 +4,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
 #include "sarblock/core/version.h"
-#include "sarblock/io/csv_writer.h"
-#include "sarblock/io/geojson.h"
 #include "sarblock/product/utc_time.h"
 
 #include <algorithm>
@@ -16,6 +14,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "io/csv_writer.h"
+#include "io/geojson.h"
 #include "sinex_covariance.h"
 #include <fmt/format.h>
 

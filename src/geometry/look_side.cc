@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/geometry/look_side.h"
+#include "look_side.h"
 
 #include <Eigen/Geometry>
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/quality_summary.h"
-#include "sarblock/io/csv_writer.h"
-
 #include <array>
 #include <cmath>
 
+#include "csv_writer.h"
 #include "pixel_residuals.h"
 #include "result_tables.h"
+#include "testing/quality_summary.h"
 
 namespace sarblock {
 namespace {

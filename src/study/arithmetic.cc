@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/arithmetic.h"
-
-#include "sarblock/adjust/elimination.h"
-#include "sarblock/adjust/point_sweep.h"
+#include "arithmetic.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
+
+#include "covariance/point_sweep.h"
+#include "normals/elimination.h"
 
 namespace sarblock {
 namespace {

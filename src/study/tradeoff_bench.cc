@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/intersect_block.h"
-#include "sarblock/adjust/start_values.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
-#include "sarblock/study/arithmetic.h"
 #include "sarblock/study/tradeoff.h"
 
 #include <algorithm>
@@ -15,7 +12,10 @@
 #include <set>
 #include <utility>
 
+#include "arithmetic.h"
+#include "core/parallel.h"
 #include "run_cost.h"
+#include "solve/start_values.h"
 
 namespace sarblock {
 namespace {

@@ -3,13 +3,6 @@
 // ceres::Covariance (SPARSE_QR, SuiteSparse) on the same equations at the same linearisation point.
 //   covariance_benchmark SCENE.toml POINTS PASSES THREADS
 // Prints one row of a CSV (header: covariance_benchmark). Run by scripts/bench.sh covariance.
-#include "sarblock/adjust/ceres_engine.h"
-#include "sarblock/adjust/point_sweep.h"
-#include "sarblock/adjust/rank_analysis.h"
-#include "sarblock/adjust/reduced_system.h"
-#include "sarblock/adjust/symmetric_enu.h"
-#include "sarblock/core/parallel.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -22,6 +15,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/parallel.h"
+#include "covariance/point_sweep.h"
+#include "determinacy/rank_analysis.h"
+#include "model/symmetric_enu.h"
+#include "normals/reduced_system.h"
+#include "solve/ceres_engine.h"
 #include "strips_block.h"
 #include <Eigen/Core>
 #include <ceres/covariance.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Quality figures in the files of a result, and looks left out again by a table.
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
 #include "sarblock/io/result_files.h"
 
 #include <array>
 #include <limits>
 
+#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

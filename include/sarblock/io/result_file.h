@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/result.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/core/stage_timer.h"
+#include "sarblock/model/result.h"
 
 #include <array>
 #include <cstddef>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
-#include "sarblock/adjust/result.h"
 #include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 #include "sarblock/study/arithmetic_kind.h"
 

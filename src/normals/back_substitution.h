@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "elimination.h"
+#include "model/problem.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Displacements of the points after a step, and what the quadratic model promises of their part.
+struct PointSteps {
+  std::vector<Eigen::Vector3d> displacement_m;
+  double promised_1 = 0.0;
+};
+
+/// Step of every point for a step `dx` of the corrections:
+///
+///     dp = -V^-1 J_p' (e + J_c dx),   V = J_p' J_p + damping diag(J_p' J_p)
+///
+/// Where the path stays straight J_c dx is the change of the path itself, without the partials by
+/// the corrections, and V is factored as it is. Thin intersections and looks of other paths go
+/// through FactorPoint.
+[[nodiscard]] PointSteps SubstituteBack(const AdjustmentProblem& problem,
+                                        const BlockState& state,
+                                        const Weighting& weighting,
+                                        double damping_1,
+                                        const Eigen::VectorXd& dx);
+
+}  // namespace sarblock
