@@ -208,13 +208,7 @@ void Advance(const VarianceSums& sums,
 void ScaleProblem(const std::vector<VarianceComponent>& components,
                   const BlockState& state,
                   AdjustmentProblem* problem) {
-  std::vector<std::array<double, 2>> factor(problem->block.passes.size(), {1.0, 1.0});
-  for (const VarianceComponent& component : components) {
-    for (const std::size_t pass : component.passes) {
-      factor[pass][static_cast<std::size_t>(component.component)] = std::sqrt(component.factor_1);
-    }
-  }
-  problem->model.ScaleSigmas(std::move(factor));
+  problem->model.ScaleSigmas(SigmaFactors(components, problem->block.passes.size()));
   UpdateWhitening(state, problem);
 }
 

@@ -12,6 +12,7 @@
 #include "solve/start_values.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
+#include "testing/blunder_sizes.h"
 #include "testing/variance_sums.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
@@ -138,6 +139,33 @@ TEST(VarianceSumsTest, AgreeWithTheDenseResidualMatrix) {
   EXPECT_LT((sums.square_1 - square).cwiseAbs().maxCoeff(), 1e-8 * square.maxCoeff());
   EXPECT_EQ(sums.looks, (std::vector<std::size_t>{12, 12, 36, 36}));
   EXPECT_GT(std::abs(helmert(0, 1)), 1e-3) << "the components are coupled: the test tells";
+}
+
+// Two routes: with the standard deviations that were estimated given from the start, the same
+// blunders are detectable and move their points as far.
+TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
+  test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 7, 40);
+  Tell(3.0, 0.5, &known.block);
+  AdjustOptions options = ConstantsOf();
+  options.variance_components = VarianceComponents::kRangeAzimuth;
+  const AdjustResult estimated = Adjust(known.block, options);
+  ASSERT_TRUE(estimated.accepted && estimated.variance_components);
+  const auto& components = estimated.variance_components->components;
+  Block again = known.block;
+  Tell(1.0 / std::sqrt(components[0].factor_1), 1.0 / std::sqrt(components[1].factor_1), &again);
+  options.variance_components = VarianceComponents::kNone;
+  const AdjustResult given = Adjust(again, options);
+  ASSERT_TRUE(given.accepted);
+  const BlunderSizes a(known.block, options, estimated, 1.0), b(again, options, given, 1.0);
+  for (std::size_t point = 0; point < again.points.size(); ++point) {
+    for (std::size_t i = again.looks.offsets[point]; i < again.looks.offsets[point + 1]; ++i) {
+      for (std::size_t k = 0; k < 2; ++k) {
+        const BlunderSize one = a.OfLook(i, point)[k], two = b.OfLook(i, point)[k];
+        EXPECT_NEAR(one.detectable_m, two.detectable_m, 1e-5 * two.detectable_m);
+        EXPECT_NEAR(one.influence_m, two.influence_m, 1e-5 * two.influence_m);
+      }
+    }
+  }
 }
 
 // Invariance and closed form: at the end every estimated component has v'Pv = r, both global tests

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/quantile.h"
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <string>
@@ -50,5 +51,10 @@ struct VarianceComponentReport {
   int iterations = 0;
   bool converged = false;
 };
+
+/// What estimated components multiply standard deviations by: by pass of `passes`, range and
+/// azimuth; 1 for passes in no component.
+[[nodiscard]] std::vector<std::array<double, 2>> SigmaFactors(
+    const std::vector<VarianceComponent>& components, std::size_t passes);
 
 }  // namespace sarblock
