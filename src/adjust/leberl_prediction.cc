@@ -64,9 +64,18 @@ struct Prediction {
 std::vector<std::uint8_t> EntersRange(const ParameterLayout& layout) {
   std::vector<std::uint8_t> enters;
   for (const Parameter& parameter : layout.parameters) {
-    const std::string_view name = parameter.name;
-    enters.push_back((name.starts_with("position.") && !name.starts_with("position.along")) ||
-                     name.starts_with("range.") || name.starts_with("troposphere."));
+    switch (parameter.kind) {
+      case ParameterKind::kPosition:
+        enters.push_back(parameter.axes != PositionCorrection::Axes::kTrack || parameter.axis != 0);
+        break;
+      case ParameterKind::kRangeBias:
+      case ParameterKind::kRangeScale:
+      case ParameterKind::kZenithDelay:
+        enters.push_back(1);
+        break;
+      default:
+        enters.push_back(0);
+    }
   }
   return enters;
 }

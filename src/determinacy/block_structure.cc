@@ -27,11 +27,16 @@ constexpr double kNarrow_rad = 5.0 * kRadPerDeg;
 
 /// Which parameters of a pass have no prior, by what they do.
 struct FreeParameters {
-  int count = 0;        ///< own ones, shared by no other pass
-  std::set<char> axes;  ///< axes whose constant part is free: 'a', 'c', 'u' or 'x', 'y', 'z'
+  int count = 0;  ///< own ones, shared by no other pass
+  /// Axes whose constant part is free: along, across, up of the track; x, y, z of the frame.
+  std::array<bool, 3> track{}, frame{};
   bool time = false, range = false;
-  [[nodiscard]] bool Axis(char track) const {
-    return axes.count(track) > 0 || axes.count('x') + axes.count('y') + axes.count('z') == 3;
+  [[nodiscard]] bool Axis(std::size_t of_track) const {
+    return track[of_track] || (frame[0] && frame[1] && frame[2]);
+  }
+  [[nodiscard]] std::size_t Axes() const {
+    return static_cast<std::size_t>(std::count(track.begin(), track.end(), true) +
+                                    std::count(frame.begin(), frame.end(), true));
   }
 };
 
@@ -43,14 +48,12 @@ FreeParameters FreeOf(const ParameterLayout& layout, std::size_t pass) {
       const Parameter& parameter = layout.parameters[static_cast<std::size_t>(b.offset + i)];
       if (parameter.has_prior()) continue;
       out.count += b.shared ? 0 : 1;
-      const std::string& name = parameter.name;
-      if (name == "time.bias") out.time = true;
-      if (name == "range.bias") out.range = true;
-      const bool constant = constant_part || name.compare(name.size() - 2, 2, ".0") == 0;
-      if (name.rfind("position.", 0) != 0 || !constant) continue;
-      // along, across and up begin differently but for their first letter.
-      const std::string axis = name.substr(9, name.rfind('.') - 9);
-      out.axes.insert(axis == "across" ? 'c' : axis[0]);
+      if (parameter.kind == ParameterKind::kTimeBias) out.time = true;
+      if (parameter.kind == ParameterKind::kRangeBias) out.range = true;
+      if (parameter.kind != ParameterKind::kPosition) continue;
+      if (!constant_part && parameter.degree != 0) continue;
+      const bool of_track = parameter.axes == PositionCorrection::Axes::kTrack;
+      (of_track ? out.track : out.frame)[static_cast<std::size_t>(parameter.axis)] = true;
     }
   };
   for (const int block : layout.passes[pass].blocks) add(block, false);
@@ -111,7 +114,7 @@ std::vector<Island> DescribeIslands(const AdjustmentProblem& problem,
     Island island;
     for (const std::uint32_t pass : passes) {
       island_of[pass] = out.size();
-      island.free_axes = std::min(island.free_axes, free[pass].axes.size());
+      island.free_axes = std::min(island.free_axes, free[pass].Axes());
     }
     island.name = "the island of " + ListNames(NamesOf(block, passes));
     island.passes = std::move(passes);
@@ -286,8 +289,8 @@ void ExaminePasses(const AdjustmentProblem& problem,
                           "corrections",
                       {id}});
     }
-    if (free[pass].time && free[pass].Axis('a')) both.push_back(id);
-    if (free[pass].range && free[pass].Axis('c') && free[pass].Axis('u')) {
+    if (free[pass].time && free[pass].Axis(0)) both.push_back(id);
+    if (free[pass].range && free[pass].Axis(1) && free[pass].Axis(2)) {
       candidates.push_back(pass);
     }
   }

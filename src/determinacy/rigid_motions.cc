@@ -150,7 +150,7 @@ Eigen::MatrixXd RigidMotions(const AdjustmentProblem& problem,
   // Ranges grow with the size; R = (1 + kappa) rho keeps them, and without a scale nothing does.
   bool scaled = false;
   for (std::size_t i = 0; i < layout.parameters.size(); ++i) {
-    if (layout.parameters[i].name != "range.scale") continue;
+    if (layout.parameters[i].kind != ParameterKind::kRangeScale) continue;
     const int pass = pass_of_parameter[i];
     const bool concerned =
         pass < 0 ||

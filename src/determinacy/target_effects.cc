@@ -2,7 +2,6 @@
 #include "target_effects.h"
 
 #include <cmath>
-#include <string>
 
 namespace sarblock {
 
@@ -22,17 +21,25 @@ TargetEffects TargetEffectsOf(const AdjustmentProblem& problem, const std::vecto
   out.range_m = count > 0.0 ? sum_m / count : 0.0;
   out.metres = Eigen::VectorXd::Ones(problem.layout.size());
   for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
-    const std::string& unit = problem.layout.parameters[i].unit;
     const int pass = pass_of[i];
     double& metres = out.metres[static_cast<Eigen::Index>(i)];
-    if (unit == "s") {
-      metres = pass < 0 ? speed_mps
-                        : block.passes[static_cast<std::size_t>(pass)]
-                              .path.states()
-                              .front()
-                              .velocity_mps.norm();
-    } else if (unit != "m") {
-      metres = out.range_m;
+    switch (problem.layout.parameters[i].kind) {
+      case ParameterKind::kPosition:
+      case ParameterKind::kRangeBias:
+      case ParameterKind::kZenithDelay:
+        break;
+      case ParameterKind::kTimeBias:
+        metres = pass < 0 ? speed_mps
+                          : block.passes[static_cast<std::size_t>(pass)]
+                                .path.states()
+                                .front()
+                                .velocity_mps.norm();
+        break;
+      case ParameterKind::kVelocityAcross:
+      case ParameterKind::kVelocityUp:
+      case ParameterKind::kRangeScale:
+      case ParameterKind::kSquintBias:
+        metres = out.range_m;
     }
   }
   return out;

@@ -2,10 +2,13 @@
 #include "weak_words.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <set>
+
+#include "flight/track_axes.h"
 
 namespace sarblock {
 namespace {
@@ -13,7 +16,6 @@ namespace {
 /// Families of parameters that do alike things to a look.
 enum class Family { kAlong, kAcross, kUp, kFrame, kVelocity, kRange, kScale, kTime, kSquint, kAir };
 
-/// "position.across.1" cut in its parts.
 struct Kind {
   Family family = Family::kFrame;
   std::string words;
@@ -25,29 +27,43 @@ std::string Number(double value) {
   return text;
 }
 
-Kind KindOf(const std::string& name, bool spline) {
-  static const std::map<std::string, Kind> kPlain = {
-      {"velocity.across", {Family::kVelocity, "across direction of flight"}},
-      {"velocity.up", {Family::kVelocity, "up direction of flight"}},
-      {"range.bias", {Family::kRange, "range bias"}},
-      {"range.scale", {Family::kScale, "range scale"}},
-      {"time.bias", {Family::kTime, "time bias"}},
-      {"squint.bias", {Family::kSquint, "squint bias"}},
-      {"troposphere.zenith", {Family::kAir, "zenith delay"}}};
-  if (const auto plain = kPlain.find(name); plain != kPlain.end()) return plain->second;
-  const std::size_t first = name.find('.'), last = name.rfind('.');
-  const std::string axis = name.substr(first + 1, last - first - 1), degree = name.substr(last + 1);
+Kind OfPosition(const Parameter& parameter) {
+  constexpr std::array kOfTrack = {Family::kAlong, Family::kAcross, Family::kUp};
+  const auto axis = static_cast<std::size_t>(parameter.axis);
+  const bool track = parameter.axes == PositionCorrection::Axes::kTrack;
   Kind kind;
-  if (axis == "along") kind.family = Family::kAlong;
-  if (axis == "across") kind.family = Family::kAcross;
-  if (axis == "up") kind.family = Family::kUp;
-  kind.words = axis + " position (";
-  if (spline) {
+  kind.family = track ? kOfTrack[axis] : Family::kFrame;
+  kind.words = std::string(track ? kTrackAxisNames[axis] : kFrameAxisNames[axis]) + " position (";
+  if (parameter.spline) {
     kind.words += "spline)";
   } else {
-    kind.words += degree == "0" ? "constant)" : degree == "1" ? "drift)" : "degree " + degree + ")";
+    kind.words += parameter.degree == 0   ? "constant)"
+                  : parameter.degree == 1 ? "drift)"
+                                          : "degree " + std::to_string(parameter.degree) + ")";
   }
   return kind;
+}
+
+Kind KindOf(const Parameter& parameter) {
+  switch (parameter.kind) {
+    case ParameterKind::kPosition:
+      break;
+    case ParameterKind::kVelocityAcross:
+      return {Family::kVelocity, "across direction of flight"};
+    case ParameterKind::kVelocityUp:
+      return {Family::kVelocity, "up direction of flight"};
+    case ParameterKind::kRangeBias:
+      return {Family::kRange, "range bias"};
+    case ParameterKind::kRangeScale:
+      return {Family::kScale, "range scale"};
+    case ParameterKind::kTimeBias:
+      return {Family::kTime, "time bias"};
+    case ParameterKind::kSquintBias:
+      return {Family::kSquint, "squint bias"};
+    case ParameterKind::kZenithDelay:
+      return {Family::kAir, "zenith delay"};
+  }
+  return OfPosition(parameter);
 }
 
 struct Meaning {
@@ -124,16 +140,6 @@ std::string DescribeDirection(const AdjustmentProblem& problem,
                               const std::vector<int>& pass_of_parameter,
                               const WeakDirection& direction) {
   const ParameterLayout& layout = problem.layout;
-  std::set<std::size_t> spline_parameters;
-  for (const PassCorrections& pass : layout.passes) {
-    for (const SplineTerm& term : pass.splines) {
-      const auto begin = static_cast<std::size_t>(
-          layout.blocks[static_cast<std::size_t>(term.first_block)].offset);
-      const std::size_t count =
-          term.spline.count() * static_cast<std::size_t>(term.component_count);
-      for (std::size_t i = 0; i < count; ++i) spline_parameters.insert(begin + i);
-    }
-  }
   std::vector<std::string> kinds;                             // the largest share first
   std::map<std::string, std::vector<std::string>> owners_of;  // by kind, in block order
   std::map<std::string, std::size_t> passes_of;
@@ -144,8 +150,7 @@ std::string DescribeDirection(const AdjustmentProblem& problem,
     return a.index < b.index;
   });
   const auto kind_of = [&](const WeakParameter& p) {
-    const auto i = static_cast<std::size_t>(p.index);
-    return KindOf(layout.parameters[i].name, spline_parameters.count(i) > 0);
+    return KindOf(layout.parameters[static_cast<std::size_t>(p.index)]);
   };
   for (const WeakParameter& parameter : direction.parameters) {
     const Kind kind = kind_of(parameter);

@@ -152,36 +152,65 @@ class LayoutBuilder {
     return sigma_m.size() == 1 ? sigma_m[0] : sigma_m[degree];
   }
 
+  static Parameter OfPosition(const PositionCorrection& position,
+                              std::size_t axis,
+                              std::size_t degree,
+                              double prior_sigma) {
+    Parameter out;
+    out.name = std::string("position.") + AxisNames(position)[axis] + "." + std::to_string(degree);
+    out.unit = "m";
+    out.prior_sigma = prior_sigma;
+    out.axes = position.axes;
+    out.axis = static_cast<int>(axis);
+    out.degree = static_cast<int>(degree);
+    out.spline = position.basis == PositionCorrection::Basis::kSpline;
+    return out;
+  }
+
+  static Parameter OfKind(ParameterKind kind,
+                          const char* name,
+                          const char* unit,
+                          double prior_sigma) {
+    Parameter out;
+    out.kind = kind;
+    out.name = name;
+    out.unit = unit;
+    out.prior_sigma = prior_sigma;
+    return out;
+  }
+
   /// Parameters of a group in the order of its local columns; Bind follows the same order.
   static std::vector<Parameter> StaticParameters(const CorrectionGroup& group) {
     std::vector<Parameter> out;
+    const auto add = [&out](ParameterKind kind, const char* name, const char* unit, double sigma) {
+      out.push_back(OfKind(kind, name, unit, sigma));
+    };
     if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (!position->components[axis]) continue;
-        for (int k = 0; k <= position->degree; ++k) {
-          out.push_back(
-              {{},
-               std::string("position.") + AxisNames(*position)[axis] + "." + std::to_string(k),
-               "m",
-               PriorOf(*position, axis, static_cast<std::size_t>(k))});
+        for (std::size_t k = 0; k <= static_cast<std::size_t>(position->degree); ++k) {
+          out.push_back(OfPosition(*position, axis, k, PriorOf(*position, axis, k)));
         }
       }
     } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
+      const auto& sigma = velocity->prior_sigma;
       if (velocity->components[0]) {
-        out.push_back({{}, "velocity.across", "1", velocity->prior_sigma[0]});
+        add(ParameterKind::kVelocityAcross, "velocity.across", "1", sigma[0]);
       }
-      if (velocity->components[1]) {
-        out.push_back({{}, "velocity.up", "1", velocity->prior_sigma[1]});
-      }
+      if (velocity->components[1]) add(ParameterKind::kVelocityUp, "velocity.up", "1", sigma[1]);
     } else if (const auto* range = std::get_if<RangeCorrection>(&group.model)) {
-      if (range->bias) out.push_back({{}, "range.bias", "m", range->bias_prior_sigma_m});
-      if (range->scale) out.push_back({{}, "range.scale", "1", range->scale_prior_sigma});
+      if (range->bias) {
+        add(ParameterKind::kRangeBias, "range.bias", "m", range->bias_prior_sigma_m);
+      }
+      if (range->scale) {
+        add(ParameterKind::kRangeScale, "range.scale", "1", range->scale_prior_sigma);
+      }
     } else if (const auto* time = std::get_if<TimeCorrection>(&group.model)) {
-      out.push_back({{}, "time.bias", "s", time->bias_prior_sigma_s});
+      add(ParameterKind::kTimeBias, "time.bias", "s", time->bias_prior_sigma_s);
     } else if (const auto* squint = std::get_if<SquintCorrection>(&group.model)) {
-      out.push_back({{}, "squint.bias", "rad", squint->bias_prior_sigma_rad});
+      add(ParameterKind::kSquintBias, "squint.bias", "rad", squint->bias_prior_sigma_rad);
     } else if (const auto* air = std::get_if<TroposphereCorrection>(&group.model)) {
-      out.push_back({{}, "troposphere.zenith", "m", air->zenith_prior_sigma_m});
+      add(ParameterKind::kZenithDelay, "troposphere.zenith", "m", air->zenith_prior_sigma_m);
     }
     if (out.empty()) {
       throw InputError("correction." + group.name, "has no parameter, switch one on");
@@ -238,11 +267,7 @@ class LayoutBuilder {
         std::vector<Parameter> coefficient;
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (!position.components[axis]) continue;
-          coefficient.push_back(
-              {{},
-               std::string("position.") + AxisNames(position)[axis] + "." + std::to_string(q),
-               "m",
-               PriorOf(position, axis, 0)});
+          coefficient.push_back(OfPosition(position, axis, q, PriorOf(position, axis, 0)));
         }
         Append(owner, coefficient);
       }

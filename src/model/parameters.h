@@ -15,13 +15,32 @@ namespace sarblock {
 /// What a prior says of a parameter, in the unit of the parameter.
 using PriorValue = double;
 
-/// One correction parameter of a block.
+/// What a parameter corrects.
+enum class ParameterKind : std::uint8_t {
+  kPosition,  ///< of the antenna, along one axis
+  kVelocityAcross,
+  kVelocityUp,
+  kRangeBias,
+  kRangeScale,
+  kTimeBias,
+  kSquintBias,
+  kZenithDelay,
+};
+
+/// One correction parameter of a block. Its name and unit are for people and files; what it does
+/// is its kind.
 struct Parameter {
   std::string owner;  ///< pass id, or the group's name where shared
   std::string name;   ///< "position.along.0", "range.bias", ...
   std::string unit;   ///< "m", "s", "rad", "1"
   PriorSigma prior_sigma = kNotGiven;
   PriorValue prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
+  ParameterKind kind = ParameterKind::kPosition;
+  // Of kPosition:
+  PositionCorrection::Axes axes = PositionCorrection::Axes::kTrack;
+  int axis = 0;         ///< 0 along or x, 1 across or y, 2 up or z
+  int degree = 0;       ///< of the polynomial; of a spline the number of its coefficient
+  bool spline = false;  ///< coefficient of a spline
   [[nodiscard]] bool has_prior() const { return prior_sigma == prior_sigma; }
 };
 

@@ -105,9 +105,8 @@ class Selector {
     UpdateWhitening(state_, problem_.get());
   }
 
-  static std::string KeyOf(const Parameter& parameter) {
-    return parameter.owner + "\n" + parameter.name;
-  }
+  using Key = std::pair<std::string, std::string>;  // owner and name
+  static Key KeyOf(const Parameter& parameter) { return {parameter.owner, parameter.name}; }
 
   /// Carries what takes part, and with which weights, from one problem to another.
   static void Adopt(const AdjustmentProblem& from, AdjustmentProblem* to) {
@@ -159,7 +158,7 @@ class Selector {
     Adopt(*problem_, &extended);
     BlockState state = state_;
     state.corrections = Eigen::VectorXd::Zero(extended.layout.size());
-    std::map<std::string, double> value_of;
+    std::map<Key, double> value_of;
     for (int i = 0; i < problem_->layout.size(); ++i) {
       value_of[KeyOf(problem_->layout.parameters[static_cast<std::size_t>(i)])] =
           state_.corrections[i];
@@ -228,7 +227,7 @@ class Selector {
     auto next = std::make_unique<AdjustmentProblem>(
         block_, GroupsOf(block_, candidates_, levels_, variance_m2_));
     Adopt(*problem_, next.get());
-    std::map<std::string, double> value_of;
+    std::map<Key, double> value_of;
     for (int i = 0; i < problem_->layout.size(); ++i) {
       value_of[KeyOf(problem_->layout.parameters[static_cast<std::size_t>(i)])] =
           state_.corrections[i];

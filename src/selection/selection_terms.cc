@@ -154,7 +154,7 @@ class Lister {
     const ParameterLayout layout = MakeParameterLayout(block_, out_.extended);
     out_.parameters = layout.parameters;
     for (std::size_t i = 0; i < layout.parameters.size(); ++i) {
-      column_of_[layout.parameters[i].owner + "\n" + layout.parameters[i].name].push_back(
+      column_of_[{layout.parameters[i].owner, layout.parameters[i].name}].push_back(
           static_cast<int>(i));
     }
     for (std::size_t g = 0; g < out_.groups.size(); ++g) ListGroup(g);
@@ -179,6 +179,7 @@ class Lister {
           spline.shared = true;
           spline.name = SplineOwner(g, s, block_.passes[pass].id);
           spline.passes = {block_.passes[pass].id};
+          pass_of_spline_[spline.name] = block_.passes[pass].id;
           out_.extended.push_back(std::move(spline));
         }
       }
@@ -208,7 +209,7 @@ class Lister {
   /// Columns of one parameter name for all owners of a scope.
   void AddColumns(const Scope& scope, const std::string& name, std::vector<int>* columns) const {
     for (const std::string& owner : scope.owners) {
-      const auto found = column_of_.find(owner + "\n" + name);
+      const auto found = column_of_.find({owner, name});
       CHECK(found != column_of_.end()) << owner << " " << name;
       columns->push_back(found->second.front());
     }
@@ -230,7 +231,7 @@ class Lister {
     for (const std::string& owner : scope.owners) {
       for (int q = 0;; ++q) {
         const std::string name = stem + "." + std::to_string(q);
-        if (!column_of_.contains(owner + "\n" + name)) break;
+        if (!column_of_.contains({owner, name})) break;
         AddColumns({{}, {}, {owner}}, name, columns);
       }
     }
@@ -290,7 +291,8 @@ class Lister {
         widest = std::max(widest, level.columns.size());
         for (const int column : level.columns) {
           Parameter& parameter = out_.parameters[static_cast<std::size_t>(column)];
-          parameter.owner = parameter.owner.substr(parameter.owner.rfind('/') + 1);
+          const auto pass = pass_of_spline_.find(parameter.owner);
+          if (pass != pass_of_spline_.end()) parameter.owner = pass->second;
         }
       }
       term->levels.push_back(std::move(level));
@@ -329,7 +331,9 @@ class Lister {
   std::vector<std::size_t> looks_;
   std::vector<double> spacings_s_;
   std::vector<std::vector<std::size_t>> members_;
-  std::map<std::string, std::vector<int>> column_of_;
+  /// By owner and name of a parameter.
+  std::map<std::pair<std::string, std::string>, std::vector<int>> column_of_;
+  std::map<std::string, std::string> pass_of_spline_;  ///< by SplineOwner()
   Candidates out_;
 };
 
