@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/selection.h"
-#include "sarblock/adjust/simplifications.h"
+#include "adjust_selected.h"
+
 #include "sarblock/core/stage_timer.h"
 
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "selection_rows.h"
-#include "solution.h"
+#include "adjust_simplified.h"
+#include "selection/selection.h"
+#include "selection/selection_rows.h"
+#include "selection/simplification_choice.h"
+#include "selection/simplifications.h"
 
 namespace sarblock {
 namespace {
@@ -47,7 +50,7 @@ AdjustResult AdjustSelected(const Block& block,
       };
   {
     const StageTimer timer("select", &stages);
-    report = SelectCorrectionsThen(block, options, simplify, progress);
+    report = SelectCorrections(block, options, simplify, progress);
   }
   AdjustOptions chosen = options;
   chosen.corrections = report.groups.empty() ? CorrectionChoice::kNone : CorrectionChoice::kGiven;

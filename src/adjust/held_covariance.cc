@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/held_covariance.h"
+#include "held_covariance.h"
 
-#include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/point_sweep.h"
-#include "sarblock/adjust/problem.h"
+#include "sarblock/adjust/predict.h"
 
 #include <optional>
+
+#include "covariance/point_sweep.h"
+#include "model/problem.h"
 
 namespace sarblock {
 namespace {

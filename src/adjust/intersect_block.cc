@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/covariance.h"
-#include "sarblock/adjust/point_sweep.h"
-#include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/intersect_block.h"
+
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 
 #include <algorithm>
 
-#include "solution.h"
+#include "core/parallel.h"
+#include "covariance/point_sweep.h"
+#include "determinacy/form_determined.h"
+#include "finish_result.h"
+#include "model/problem.h"
+#include "option_checks.h"
 
 namespace sarblock {
 namespace {

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/leberl_prediction.h"
+#include "leberl_prediction.h"
 
-#include "sarblock/core/parallel.h"
 #include "sarblock/core/units.h"
 #include "sarblock/leberl/point_errors.h"
-#include "sarblock/leberl/reduction.h"
 #include "sarblock/leberl/relative_errors.h"
 
 #include <algorithm>
@@ -15,6 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/parallel.h"
+#include "leberl/reduction.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -64,9 +64,18 @@ struct Prediction {
 std::vector<std::uint8_t> EntersRange(const ParameterLayout& layout) {
   std::vector<std::uint8_t> enters;
   for (const Parameter& parameter : layout.parameters) {
-    const std::string_view name = parameter.name;
-    enters.push_back((name.starts_with("position.") && !name.starts_with("position.along")) ||
-                     name.starts_with("range.") || name.starts_with("troposphere."));
+    switch (parameter.kind) {
+      case ParameterKind::kPosition:
+        enters.push_back(parameter.axes != PositionCorrection::Axes::kTrack || parameter.axis != 0);
+        break;
+      case ParameterKind::kRangeBias:
+      case ParameterKind::kRangeScale:
+      case ParameterKind::kZenithDelay:
+        enters.push_back(1);
+        break;
+      default:
+        enters.push_back(0);
+    }
   }
   return enters;
 }

@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/block_structure.h"
-#include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/predict.h"
+
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
-#include "sarblock/flight/track_axes.h"
-#include "sarblock/geometry/cone_time.h"
+#include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "solution.h"
+#include "core/parallel.h"
+#include "covariance/result_covariance.h"
+#include "determinacy/block_structure.h"
+#include "determinacy/form_determined.h"
+#include "determinacy/inner_datum.h"
+#include "determinacy/point_defects.h"
+#include "determinacy/rank_analysis.h"
+#include "finish_result.h"
+#include "flight/track_axes.h"
+#include "geometry/cone_time.h"
+#include "option_checks.h"
 
 namespace sarblock {
 namespace {
@@ -164,9 +171,10 @@ AdjustResult Predict(const Block& block,
         options, [] {}, &problem, &state));
     system->Form(state, {}, progress);
   }
-  RequireRegular(problem, system->FactorAndAnalyse(&state), structure);
-  WarnOfWeakDirections(system->rank(), &result);
-  result.condition = system->Condition();
+  const RankReport rank = FactorAndAnalyse(&*system, &state);
+  RequireRegular(problem, rank, structure);
+  WarnOfWeakDirections(rank, &result);
+  result.condition = rank.condition_1;
   result.accepted = true;
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);

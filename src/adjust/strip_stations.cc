@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/strip_stations.h"
+#include "strip_stations.h"
 
-#include "sarblock/adjust/look_model.h"
-#include "sarblock/flight/track_axes.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -10,6 +8,9 @@
 #include <cmath>
 #include <optional>
 #include <unordered_map>
+
+#include "flight/track_axes.h"
+#include "model/look_model.h"
 
 namespace sarblock {
 namespace {

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/block_structure.h"
-#include "sarblock/adjust/start_values.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 
@@ -9,7 +6,11 @@
 #include <memory>
 
 #include "commands.h"
+#include "core/parallel.h"
+#include "determinacy/block_structure.h"
+#include "determinacy/point_defects.h"
 #include "print_summary.h"
+#include "solve/start_values.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

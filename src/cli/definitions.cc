@@ -2,14 +2,11 @@
 #include "definitions.h"
 
 #include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_keys.h"
 
 #include <algorithm>
-#include <functional>
-#include <map>
 #include <string_view>
 
-#include "manual.h"
+#include "io/scene_keys.h"
 #include "session.h"
 #include "study_command.h"
 #include <CLI/CLI.hpp>
@@ -134,25 +131,6 @@ void Collect(const CommandDefinition& command, std::vector<const CommandDefiniti
   for (const CommandDefinition& below : command.commands) Collect(below, all);
 }
 
-using Writer = std::function<std::string(const CommandDefinition&)>;
-
-CLI::Option* AddPrinter(CLI::App* app,
-                        const std::string& name,
-                        const std::map<std::string, Writer>& writers,
-                        const std::string& help) {
-  std::vector<std::string> names;
-  for (const auto& [key, writer] : writers) names.push_back(key);
-  return app
-      ->add_option_function<std::string>(
-          name,
-          [app, writers](const std::string& choice) {
-            fmt::print("{}", writers.at(choice)(DefinitionsOf(*app)));
-            throw CLI::Success();
-          },
-          help)
-      ->check(CLI::IsMember(names));
-}
-
 }  // namespace
 
 CommandDefinition DefinitionsOf(const CLI::App& app) { return DefinitionOf(app, ""); }
@@ -202,18 +180,6 @@ std::vector<std::pair<int, std::string>> ExitCodes() {
       {kUndetermined, "the block cannot be determined; the message names parameters or points"},
       {kInternalError, "internal error"},
   };
-}
-
-void AddManualOptions(CLI::App* app) {
-  AddPrinter(app,
-             "--completion",
-             {{"bash", BashCompletion}, {"zsh", ZshCompletion}, {"fish", FishCompletion}},
-             "Print the completion script for a shell and end");
-  AddPrinter(app,
-             "--dump-manual",
-             {{"roff", ManualRoff}, {"markdown", ManualMarkdown}, {"keys", ManualKeys}},
-             "Print the manual and end")
-      ->group("");
 }
 
 }  // namespace sarblock::cli

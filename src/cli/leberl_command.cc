@@ -3,8 +3,8 @@
 
 #include "sarblock/core/units.h"
 #include "sarblock/leberl/parallax.h"
-#include "sarblock/quality/paper_table.h"
-#include "sarblock/quality/single_flight.h"
+#include "sarblock/paper/paper_table.h"
+#include "sarblock/paper/single_flight.h"
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/quality/stereo_errors.h"
+#include "sarblock/paper/stereo_errors.h"
 
 #include <array>
 #include <cmath>

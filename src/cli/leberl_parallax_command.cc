@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/io/csv_reader.h"
-#include "sarblock/quality/stereo_errors.h"
+#include "sarblock/paper/stereo_errors.h"
 
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 
+#include "io/csv_reader.h"
 #include "leberl_command.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

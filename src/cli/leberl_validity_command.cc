@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/csv_writer.h"
 
 #include <cmath>
 #include <filesystem>
 #include <limits>
 
+#include "io/csv_writer.h"
 #include "leberl_command.h"
 #include "validity_plot.h"
 #include <fmt/format.h>

@@ -3,14 +3,59 @@
 #include "sarblock/core/version.h"
 
 #include <exception>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "commands.h"
+#include "definitions.h"
 #include "leberl_command.h"
 #include "manual.h"
 #include "report_command.h"
 #include "study_command.h"
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <glog/logging.h>
+
+namespace sarblock::cli {
+namespace {
+
+using Writer = std::function<std::string(const CommandDefinition&)>;
+
+CLI::Option* AddPrinter(CLI::App* app,
+                        const std::string& name,
+                        const std::map<std::string, Writer>& writers,
+                        const std::string& help) {
+  std::vector<std::string> names;
+  for (const auto& [key, writer] : writers) names.push_back(key);
+  return app
+      ->add_option_function<std::string>(
+          name,
+          [app, writers](const std::string& choice) {
+            fmt::print("{}", writers.at(choice)(DefinitionsOf(*app)));
+            throw CLI::Success();
+          },
+          help)
+      ->check(CLI::IsMember(names));
+}
+
+/// Adds `--completion SHELL` and, not shown by --help, `--dump-manual FORMAT`. Both print what they
+/// are asked for, made from the parser's own definitions, and end. To be called last.
+void AddManualOptions(CLI::App* app) {
+  AddPrinter(app,
+             "--completion",
+             {{"bash", BashCompletion}, {"zsh", ZshCompletion}, {"fish", FishCompletion}},
+             "Print the completion script for a shell and end");
+  AddPrinter(app,
+             "--dump-manual",
+             {{"roff", ManualRoff}, {"markdown", ManualMarkdown}, {"keys", ManualKeys}},
+             "Print the manual and end")
+      ->group("");
+}
+
+}  // namespace
+}  // namespace sarblock::cli
 
 int main(int argc, char** argv) {
   using namespace sarblock;

@@ -7,10 +7,6 @@
 
 namespace sarblock::cli {
 
-/// Adds `--completion SHELL` and, not shown by --help, `--dump-manual FORMAT`. Both print what they
-/// are asked for, made from the parser's own definitions, and end. To be called last.
-void AddManualOptions(CLI::App* app);
-
 /// The manual as a page of man and as docs/commands.md; the keys of --set, one a line behind their
 /// command and a tab.
 [[nodiscard]] std::string ManualRoff(const CommandDefinition& program);

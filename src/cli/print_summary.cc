@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "print_summary.h"
 
-#include "sarblock/adjust/quality_summary.h"
 #include "sarblock/core/units.h"
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <iterator>
 
 #include "print_realism.h"
+#include "testing/quality_summary.h"
 #include <fmt/format.h>
 
 namespace sarblock::cli {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/result.h"
 #include "sarblock/block/block.h"
+#include "sarblock/model/result.h"
 
 #include <string>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session.h"
 
-#include "sarblock/core/parallel.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <atomic>
@@ -9,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "core/parallel.h"
 #include <fmt/format.h>
 #include <unistd.h>
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/scene_file.h"
@@ -8,6 +7,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "core/parallel.h"
 #include "print_summary.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

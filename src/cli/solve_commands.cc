@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/quality_summary.h"
+#include "sarblock/adjust/intersect_block.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
@@ -14,6 +15,7 @@
 #include "commands.h"
 #include "print_summary.h"
 #include "report_command.h"
+#include "testing/quality_summary.h"
 #include <fmt/format.h>
 
 namespace sarblock::cli {

@@ -2,18 +2,18 @@
 #include "study_command.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/densification_file.h"
-#include "sarblock/io/stability_file.h"
-#include "sarblock/io/study_file.h"
-#include "sarblock/io/study_rows.h"
-#include "sarblock/io/tradeoff_study.h"
+#include "sarblock/study_io/densification_file.h"
+#include "sarblock/study_io/stability_file.h"
+#include "sarblock/study_io/study_file.h"
+#include "sarblock/study_io/tradeoff_study.h"
 
 #include <array>
 #include <filesystem>
 #include <memory>
 
+#include "core/parallel.h"
+#include "study_io/study_rows.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

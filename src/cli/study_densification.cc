@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/densification_file.h"
-#include "sarblock/io/svg_plot.h"
+#include "sarblock/study_io/densification_file.h"
 
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 #include <map>
 #include <memory>
 
+#include "io/svg_plot.h"
 #include "study_command.h"
 #include <fmt/format.h>
 

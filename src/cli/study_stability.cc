@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/stability_file.h"
-#include "sarblock/io/study_file.h"
-#include "sarblock/io/svg_plot.h"
+#include "sarblock/study_io/stability_file.h"
+#include "sarblock/study_io/study_file.h"
 
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "io/svg_plot.h"
 #include "study_command.h"
 
 namespace sarblock::cli {

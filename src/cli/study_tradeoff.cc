@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/svg_plot.h"
-#include "sarblock/io/tradeoff_study.h"
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/study/tradeoff_report.h"
-#include "sarblock/study/tradeoff_table.h"
+#include "sarblock/study_io/tradeoff_study.h"
 
 #include <algorithm>
 #include <array>
@@ -11,6 +8,9 @@
 #include <memory>
 #include <utility>
 
+#include "io/svg_plot.h"
+#include "study/tradeoff_report.h"
+#include "study/tradeoff_table.h"
 #include "study_command.h"
 #include <fmt/format.h>
 

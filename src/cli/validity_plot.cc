@@ -2,12 +2,12 @@
 #include "validity_plot.h"
 
 #include "sarblock/core/units.h"
-#include "sarblock/io/svg_plot.h"
 
 #include <algorithm>
 #include <array>
 #include <limits>
 
+#include "io/svg_plot.h"
 #include <fmt/format.h>
 
 namespace sarblock::cli {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/quality/leberl_validity.h"
+#include "sarblock/paper/leberl_validity.h"
 
 #include <string>
 #include <vector>

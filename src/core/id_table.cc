@@ -135,11 +135,6 @@ std::string IdTable::Nearest(std::string_view id) const {
 
 void IdTable::DropIndex() { std::vector<std::uint32_t>().swap(slots_); }
 
-void IdTable::Reserve(std::size_t ids, std::size_t characters) {
-  begin_.reserve(ids + 1);
-  text_.reserve(characters);
-}
-
 std::string NearestName(std::string_view name, const std::vector<std::string>& allowed) {
   const auto candidate = [&allowed](std::size_t i) { return std::string_view(allowed[i]); };
   const std::size_t nearest = NearestIndex(name, allowed.size(), kNoBound, candidate);

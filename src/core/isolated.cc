@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/isolated.h"
+#include "isolated.h"
 
 #include <oneapi/tbb/task_arena.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/parallel.h"
+#include "parallel.h"
 
 #include <algorithm>
 

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/exchange/export.h"
 
-#include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/geojson.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "exporters.h"
+#include "covariance/error_ellipse.h"
+#include "geopackage.h"
+#include "io/geojson.h"
+#include "isis_tables.h"
+#include "kml.h"
+#include "orbit_files.h"
+#include "sinex.h"
 
 namespace sarblock {
 namespace {
@@ -66,19 +70,6 @@ const char* DefaultExportName(ExportFormat format) {
       return "eof";
   }
   return "";
-}
-
-bool ExportView::HasCovariance(std::uint32_t point) const {
-  return !result.points.results.covariance_m2.empty() &&
-         !std::isnan(result.points.results.covariance_m2[point][0]);
-}
-
-const CheckResult* FindCheck(const std::vector<CheckResult>& checks, std::uint32_t point) {
-  const auto found = std::lower_bound(
-      checks.begin(), checks.end(), point, [](const CheckResult& check, std::uint32_t value) {
-        return check.point < value;
-      });
-  return found != checks.end() && found->point == point ? &*found : nullptr;
 }
 
 ExportReport ExportResult(const ResultFile& result,

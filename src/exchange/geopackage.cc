@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "geopackage.h"
+
 // GeoPackage 1.3 (OGC 12-128r17) by SQLite alone: three feature tables whose geometries are blobs
 // of a short header and well-known binary.
-#include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/geojson.h"
 #include "sarblock/product/utc_time.h"
 
 #include <array>
@@ -17,7 +17,8 @@
 #include <string_view>
 #include <vector>
 
-#include "exporters.h"
+#include "covariance/error_ellipse.h"
+#include "io/geojson.h"
 #include <fmt/format.h>
 #include <sqlite3.h>
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "isis_tables.h"
+
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
 
@@ -8,7 +10,6 @@
 #include <map>
 #include <numbers>
 
-#include "exporters.h"
 #include <fmt/format.h>
 
 namespace sarblock {

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/error_ellipse.h"
+#include "kml.h"
+
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/geojson.h"
-#include "sarblock/io/svg_plot.h"
 
 #include <array>
 #include <cmath>
 #include <iterator>
 
-#include "exporters.h"
+#include "covariance/error_ellipse.h"
+#include "io/geojson.h"
+#include "io/svg_plot.h"
 #include <fmt/format.h>
 
 namespace sarblock {

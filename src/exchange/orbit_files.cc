@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "orbit_files.h"
+
 #include "sarblock/core/error.h"
 #include "sarblock/core/version.h"
 #include "sarblock/io/atomic_file.h"
@@ -8,8 +10,6 @@
 #include <cctype>
 #include <cmath>
 #include <set>
-
-#include "exporters.h"
 
 namespace sarblock {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sinex.h"
+
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
 #include "sarblock/core/version.h"
-#include "sarblock/io/csv_writer.h"
-#include "sarblock/io/geojson.h"
 #include "sarblock/product/utc_time.h"
 
 #include <algorithm>
@@ -14,7 +14,8 @@
 #include <iterator>
 #include <numbers>
 
-#include "exporters.h"
+#include "io/csv_writer.h"
+#include "io/geojson.h"
 #include "sinex_covariance.h"
 #include <fmt/format.h>
 

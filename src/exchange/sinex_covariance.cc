@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sinex_covariance.h"
 
-#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
-#include "sarblock/sparse/block_cholesky.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "model/symmetric_enu.h"
+#include "sparse/block_cholesky.h"
 
 namespace sarblock {
 namespace {

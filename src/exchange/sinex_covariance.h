@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "exporters.h"
+#include "export_view.h"
 #include <Eigen/Core>
 
 namespace sarblock {

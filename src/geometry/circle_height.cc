@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "circle_height.h"
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/geometry/look_equations.h"
 
-#include "sarblock/geometry/look_equations_inline.h"
-
 #include <cmath>
+
+#include "look_equations_inline.h"
 
 namespace sarblock {
 

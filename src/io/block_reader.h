@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
 
 #include <array>
 #include <optional>
@@ -11,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "csv_reader.h"
 #include "table_source.h"
 
 namespace sarblock {

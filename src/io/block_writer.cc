@@ -2,7 +2,6 @@
 #include "sarblock/core/units.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_writer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "adjust_reader.h"
 #include "block_image.h"
+#include "csv_writer.h"
 #include "number.h"
 #include "path_writer.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/csv_reader.h"
+#include "csv_reader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,16 +38,16 @@ std::string Count(std::size_t count, const std::string& noun) {
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, std::span<const CsvColumn> columns)
-    : CsvReader(file.string(), Source::Open(file), kBufferBytes, columns) {}
+    : CsvReader(file.string(), CsvSource::Open(file), kBufferBytes, columns) {}
 
 CsvReader::CsvReader(std::string name, std::string_view text, std::span<const CsvColumn> columns)
     : CsvReader(std::move(name),
-                Source::InMemory(text),
+                CsvSource::InMemory(text),
                 std::min(text.size() + 1, kBufferBytes),
                 columns) {}
 
 CsvReader::CsvReader(std::string name,
-                     std::unique_ptr<Source> source,
+                     std::unique_ptr<CsvSource> source,
                      std::size_t buffer_bytes,
                      std::span<const CsvColumn> columns)
     : file_(std::move(name)), source_(std::move(source)), buffer_(buffer_bytes) {

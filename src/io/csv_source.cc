@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csv_source.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -12,7 +14,7 @@
 namespace sarblock {
 namespace {
 
-class PlainSource final : public CsvReader::Source {
+class PlainSource final : public CsvSource {
  public:
   explicit PlainSource(int descriptor) : descriptor_(descriptor) {}
   ~PlainSource() override { ::close(descriptor_); }
@@ -33,7 +35,7 @@ class PlainSource final : public CsvReader::Source {
   int descriptor_;
 };
 
-class GzipSource final : public CsvReader::Source {
+class GzipSource final : public CsvSource {
  public:
   explicit GzipSource(gzFile file) : file_(file) {}
   ~GzipSource() override { gzclose_r(file_); }
@@ -63,7 +65,7 @@ class GzipSource final : public CsvReader::Source {
   gzFile file_;
 };
 
-class MemorySource final : public CsvReader::Source {
+class MemorySource final : public CsvSource {
  public:
   explicit MemorySource(std::string_view text) : text_(text) {}
   std::size_t Read(char* to, std::size_t size, std::string* /*problem*/) override {
@@ -78,7 +80,7 @@ class MemorySource final : public CsvReader::Source {
 
 }  // namespace
 
-std::unique_ptr<CsvReader::Source> CsvReader::Source::Open(const std::filesystem::path& file) {
+std::unique_ptr<CsvSource> CsvSource::Open(const std::filesystem::path& file) {
   const FilePlace place{file.string(), 0, ""};
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
@@ -94,7 +96,7 @@ std::unique_ptr<CsvReader::Source> CsvReader::Source::Open(const std::filesystem
   return std::make_unique<GzipSource>(gzip);
 }
 
-std::unique_ptr<CsvReader::Source> CsvReader::Source::InMemory(std::string_view text) {
+std::unique_ptr<CsvSource> CsvSource::InMemory(std::string_view text) {
   return std::make_unique<MemorySource>(text);
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/csv_reader.h"
-
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -12,15 +10,15 @@
 namespace sarblock {
 
 /// Bytes of a plain file, a gzip file or a text in memory.
-class CsvReader::Source {
+class CsvSource {
  public:
-  virtual ~Source() = default;
+  virtual ~CsvSource() = default;
   /// Up to `size` bytes; 0 at the end. What went wrong, if anything, goes to `problem`.
   [[nodiscard]] virtual std::size_t Read(char* to, std::size_t size, std::string* problem) = 0;
 
   /// Throws InputError naming the file if it cannot be opened.
-  [[nodiscard]] static std::unique_ptr<Source> Open(const std::filesystem::path& file);
-  [[nodiscard]] static std::unique_ptr<Source> InMemory(std::string_view text);
+  [[nodiscard]] static std::unique_ptr<CsvSource> Open(const std::filesystem::path& file);
+  [[nodiscard]] static std::unique_ptr<CsvSource> InMemory(std::string_view text);
 };
 
 }  // namespace sarblock

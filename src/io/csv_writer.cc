@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/csv_writer.h"
+#include "csv_writer.h"
 
 #include <cmath>
 #include <stdexcept>

@@ -2,12 +2,12 @@
 #include "sarblock/io/input_files.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/table_file.h"
 
 #include <array>
 #include <fstream>
 #include <memory>
 
+#include "table_file.h"
 #include <openssl/evp.h>
 
 namespace sarblock {

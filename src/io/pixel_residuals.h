@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/csv_writer.h"
-
 #include <cstddef>
 #include <string_view>
 #include <vector>
 
+#include "csv_writer.h"
 #include "result_tables.h"
 
 namespace sarblock {

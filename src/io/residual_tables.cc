@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/quality_summary.h"
-#include "sarblock/io/csv_writer.h"
-
 #include <array>
-#include <cmath>
 
+#include "csv_writer.h"
 #include "pixel_residuals.h"
 #include "result_tables.h"
+#include "testing/blunder_sizes.h"
+#include "testing/quality_summary.h"
 
 namespace sarblock {
 namespace {
@@ -25,47 +24,25 @@ std::vector<std::uint32_t> FindingOfLook(const ResultView& view) {
   return of_look;
 }
 
-class QualityCells {
- public:
-  explicit QualityCells(const ResultView& view)
-      : view_(view),
-        delta0_1_(view.result.quality.empty() ? kNotGiven
-                                              : ReliabilityOf(view.options, view.result).delta0_1),
-        scale_1_(std::sqrt(view.factor)) {}
-
-  void Write(std::uint64_t look, std::size_t point, CsvWriter* out) const {
-    const LookQuality& quality = view_.result.quality;
-    if (quality.empty()) {
-      out->Empty(10);
-      return;
-    }
-    std::array<double, 2> r_1{}, w_1{}, shift_m{};
-    for (std::size_t k = 0; k < 2; ++k) {
-      r_1[k] = static_cast<double>(quality.redundancy_1[k][look]);
-      w_1[k] = static_cast<double>(quality.w_1[k][look]);
-      shift_m[k] = static_cast<double>(quality.shift_m[k][look]);
-    }
-    const std::array<double, 2> sigma_m = {
-        view_.block.SigmaOf(look).range_m,
-        std::isnan(r_1[1])
-            ? kNotGiven
-            : AzimuthSigma_m(view_.block, look, view_.result.points.position_m[point])};
-    for (const double r : r_1) out->Number(r);
-    for (const double w : w_1) out->Number(w);
-    for (const double w : w_1) out->Number(TauOf(w, view_.result));
-    for (std::size_t k = 0; k < 2; ++k) {
-      out->Number(MinimalDetectable(delta0_1_, scale_1_ * sigma_m[k], r_1[k]));
-    }
-    for (std::size_t k = 0; k < 2; ++k) {
-      out->Number(Influence_m(delta0_1_, scale_1_ * shift_m[k], r_1[k]));
-    }
+void WriteQuality(const ResultView& view,
+                  const BlunderSizes& sizes,
+                  std::uint64_t look,
+                  std::size_t point,
+                  CsvWriter* out) {
+  const LookQuality& quality = view.result.quality;
+  if (quality.empty()) {
+    out->Empty(10);
+    return;
   }
-
- private:
-  const ResultView& view_;
-  double delta0_1_;
-  double scale_1_;
-};
+  std::array<double, 2> w_1{};
+  for (std::size_t k = 0; k < 2; ++k) w_1[k] = static_cast<double>(quality.w_1[k][look]);
+  for (const auto& r : quality.redundancy_1) out->Number(static_cast<double>(r[look]));
+  for (const double w : w_1) out->Number(w);
+  for (const double w : w_1) out->Number(TauOf(w, view.result));
+  const std::array<BlunderSize, 2> size = sizes.OfLook(look, point);
+  for (const BlunderSize& s : size) out->Number(s.detectable_m);
+  for (const BlunderSize& s : size) out->Number(s.influence_m);
+}
 
 }  // namespace
 
@@ -93,14 +70,14 @@ void WriteResidualTable(const std::filesystem::path& file, const ResultView& vie
   CsvWriter out(file, columns, view.context.compression);
   const Block& block = view.block;
   const LookResults& looks = view.result.looks;
-  const QualityCells quality(view);
+  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
   const std::vector<std::uint32_t> finding = FindingOfLook(view);
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       out.Text(block.passes[block.looks.pass[i]].id).Text(block.points.ids[point]);
       out.Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
       out.Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
-      quality.Write(i, point, &out);
+      WriteQuality(view, sizes, i, point, &out);
       const bool rejected =
           looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
       out.Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
@@ -130,17 +107,17 @@ void WriteControlTable(const std::filesystem::path& file, const ResultView& view
                  "mdb_m",
                  "influence_m"},
                 view.context.compression);
-  const double delta0_1 = ReliabilityOf(view.options, view.result).delta0_1;
-  const double scale_1 = std::sqrt(view.factor);
+  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
   for (const ControlQuality& control : view.result.control_quality) {
-    const KnownPosition& known = *view.block.points.FindKnown(control.point);
-    const double sigma_m = std::sqrt(known.covariance_enu_m2(control.component, control.component));
+    const BlunderSize size = sizes.OfControl(control);
     out.Text(view.block.points.ids[control.point]);
     out.Text(kComponents[static_cast<std::size_t>(control.component)]);
-    out.Number(control.residual_m).Number(sigma_m).Number(control.redundancy_1).Number(control.w_1);
+    out.Number(control.residual_m)
+        .Number(size.sigma_m)
+        .Number(control.redundancy_1)
+        .Number(control.w_1);
     out.Number(TauOf(control.w_1, view.result));
-    out.Number(MinimalDetectable(delta0_1, scale_1 * sigma_m, control.redundancy_1));
-    out.Number(Influence_m(delta0_1, scale_1 * control.shift_m, control.redundancy_1)).EndRow();
+    out.Number(size.detectable_m).Number(size.influence_m).EndRow();
   }
   out.Commit();
 }

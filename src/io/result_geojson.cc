@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/io/geojson.h"
 
 #include <array>
 #include <charconv>
 #include <cmath>
 
+#include "covariance/error_ellipse.h"
+#include "geojson.h"
 #include "number.h"
 #include <nlohmann/json.hpp>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_quality.h"
 
-#include "sarblock/adjust/quality_summary.h"
-
 #include "adjust_reader.h"
+#include "testing/quality_summary.h"
 
 namespace sarblock {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/result.h"
+#include "sarblock/model/result.h"
 
 #include <nlohmann/json.hpp>
 

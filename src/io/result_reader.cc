@@ -61,21 +61,6 @@ void ReadCounts(const JsonValue& counts, ResultSummary* summary) {
   summary->redundancy = counts.Require("redundancy").Number();
 }
 
-ResultFile Read(const TableSource& source, const ReadResultOptions& options) {
-  ResultReading reading{source, options, {}, {}};
-  ReadResultSummary(&reading);
-  ReadResultPoints(&reading);
-  ReadResultParameters(&reading);
-  if (options.paths) ReadResultPaths(&reading);
-  if (options.looks) ReadResultLooks(&reading);
-  ReadResultControl(&reading);
-  if (options.pairs) ReadResultPairs(&reading);
-  reading.result.points.ids.DropIndex();
-  return std::move(reading.result);
-}
-
-}  // namespace
-
 void ReadResultSummary(ResultReading* reading) {
   ResultFile& result = reading->result;
   ResultSummary& summary = result.summary;
@@ -118,6 +103,21 @@ void ReadResultSummary(ResultReading* reading) {
     summary.warnings.push_back(warning.Text());
   }
 }
+
+ResultFile Read(const TableSource& source, const ReadResultOptions& options) {
+  ResultReading reading{source, options, {}, {}};
+  ReadResultSummary(&reading);
+  ReadResultPoints(&reading);
+  ReadResultParameters(&reading);
+  if (options.paths) ReadResultPaths(&reading);
+  if (options.looks) ReadResultLooks(&reading);
+  ReadResultControl(&reading);
+  if (options.pairs) ReadResultPairs(&reading);
+  reading.result.points.ids.DropIndex();
+  return std::move(reading.result);
+}
+
+}  // namespace
 
 ResultFile ReadResult(const std::filesystem::path& folder, const ReadResultOptions& options) {
   return Read(*TablesOfFolder(folder, kResult), options);

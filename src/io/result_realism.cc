@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_realism.h"
 
-#include "sarblock/io/csv_writer.h"
-
 #include <cmath>
+
+#include "csv_writer.h"
 
 namespace sarblock {
 namespace {

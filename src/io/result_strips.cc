@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/held_covariance.h"
-#include "sarblock/adjust/strip_stations.h"
-#include "sarblock/io/csv_writer.h"
-
 #include <cmath>
 
+#include "adjust/held_covariance.h"
+#include "adjust/strip_stations.h"
+#include "csv_writer.h"
 #include "result_tables.h"
 
 namespace sarblock {

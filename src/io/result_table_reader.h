@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/result_reader.h"
+#include "sarblock/core/id_table.h"
+#include "sarblock/io/result_file.h"
 
 #include "table_source.h"
 
@@ -15,7 +16,6 @@ struct ResultReading {
   IdTable pass_ids;
 };
 
-void ReadResultSummary(ResultReading* reading);
 void ReadResultPoints(ResultReading* reading);
 void ReadResultParameters(ResultReading* reading);
 void ReadResultLooks(ResultReading* reading);

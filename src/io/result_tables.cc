@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_tables.h"
 
-#include "sarblock/adjust/held_covariance.h"
 #include "sarblock/core/units.h"
-#include "sarblock/io/csv_writer.h"
 
 #include <cmath>
+
+#include "adjust/held_covariance.h"
+#include "csv_writer.h"
 
 namespace sarblock {
 namespace {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/geojson.h"
 #include "sarblock/io/result_files.h"
 
 #include <filesystem>
+
+#include "geojson.h"
 
 namespace sarblock {
 

@@ -2,9 +2,9 @@
 #include "sarblock/io/scene_file.h"
 
 #include "sarblock/core/units.h"
-#include "sarblock/io/scene_keys.h"
 
 #include "ellipsoid_reader.h"
+#include "scene_keys.h"
 #include "scene_table.h"
 #include "toml_document.h"
 

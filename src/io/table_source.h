@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/csv_reader.h"
-#include "sarblock/io/table_file.h"
-
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -12,6 +9,9 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "csv_reader.h"
+#include "table_file.h"
 
 namespace sarblock {
 

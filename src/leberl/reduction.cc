@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/leberl/reduction.h"
+#include "reduction.h"
 
 #include <cmath>
 

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/product/import_block.h"
+#include "sarblock/product/faulty_row.h"
+#include "sarblock/product/sentinel1.h"
 
 #include <optional>
 #include <vector>

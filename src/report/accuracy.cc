@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/units.h"
 #include "sarblock/geodesy/frame.h"
-#include "sarblock/report/statistics.h"
-#include "sarblock/report/verdict.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "statistics.h"
+#include "verdict.h"
 #include <fmt/format.h>
 
 namespace sarblock {

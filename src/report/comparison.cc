@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/comparison.h"
+#include "comparison.h"
 
 #include "sarblock/geodesy/frame.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/html.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "charts.h"
+#include "html.h"
 #include "sections.h"
 #include <fmt/format.h>
 

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/error_ellipse.h"
 #include "sarblock/core/units.h"
-#include "sarblock/report/html.h"
-#include "sarblock/report/statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +7,10 @@
 #include <set>
 
 #include "charts.h"
+#include "covariance/error_ellipse.h"
+#include "html.h"
 #include "sections.h"
+#include "statistics.h"
 #include <fmt/format.h>
 
 namespace sarblock {

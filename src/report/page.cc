@@ -2,13 +2,13 @@
 #include "page.h"
 
 #include "sarblock/core/version.h"
-#include "sarblock/report/html.h"
 
 #include <algorithm>
 #include <map>
 #include <string_view>
 
 #include "assets.h"
+#include "html.h"
 #include <fmt/format.h>
 
 namespace sarblock {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/report/verdict.h"
-
 #include <string>
 #include <variant>
 #include <vector>
+
+#include "verdict.h"
 
 namespace sarblock {
 

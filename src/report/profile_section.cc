@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/units.h"
-#include "sarblock/report/statistics.h"
 
 #include <cmath>
 #include <numbers>
 
 #include "charts.h"
 #include "sections.h"
+#include "statistics.h"
 #include <fmt/format.h>
 
 namespace sarblock {

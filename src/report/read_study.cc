@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/csv_reader.h"
-#include "sarblock/io/table_file.h"
-
 #include <algorithm>
 #include <charconv>
 #include <fstream>
 #include <iterator>
 
+#include "io/csv_reader.h"
+#include "io/table_file.h"
 #include "study_page.h"
 
 namespace sarblock {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/report/result_folder.h"
-
 #include <filesystem>
+
+#include "result_folder.h"
 
 namespace sarblock {
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/csv_reader.h"
-#include "sarblock/io/table_file.h"
-#include "sarblock/report/result_folder.h"
-#include "sarblock/report/statistics.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "io/csv_reader.h"
+#include "io/table_file.h"
 #include "read_summary.h"
+#include "result_folder.h"
+#include "statistics.h"
 
 namespace sarblock {
 namespace {

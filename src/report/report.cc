@@ -3,10 +3,10 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/report/result_folder.h"
 
 #include <utility>
 
+#include "result_folder.h"
 #include "sections.h"
 #include "study_page.h"
 

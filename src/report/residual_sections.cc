@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/html.h"
-#include "sarblock/report/statistics.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "charts.h"
+#include "html.h"
 #include "sections.h"
+#include "statistics.h"
 #include <fmt/format.h>
 
 namespace sarblock {

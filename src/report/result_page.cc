@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/html.h"
-
 #include <cmath>
 
+#include "html.h"
 #include "sections.h"
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/version.h"
-#include "sarblock/report/html.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "html.h"
 #include "sections.h"
 #include <fmt/format.h>
 

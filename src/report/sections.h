@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/report/result_folder.h"
-#include "sarblock/report/verdict.h"
-
 #include <string>
 #include <vector>
 
 #include "page.h"
+#include "result_folder.h"
+#include "verdict.h"
 
 namespace sarblock {
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study_page.h"
 
-#include "sarblock/report/html.h"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +8,7 @@
 #include <set>
 
 #include "charts.h"
+#include "html.h"
 #include "sections.h"
 #include <fmt/format.h>
 

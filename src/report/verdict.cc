@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/verdict.h"
-
-#include "sarblock/report/html.h"
+#include "verdict.h"
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 
+#include "html.h"
 #include <fmt/format.h>
 
 namespace sarblock {

@@ -3,8 +3,6 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
-#include "sarblock/flight/track_axes.h"
-#include "sarblock/geometry/cone_time.h"
 
 #include <algorithm>
 #include <array>
@@ -12,6 +10,8 @@
 #include <functional>
 #include <string_view>
 
+#include "flight/track_axes.h"
+#include "geometry/cone_time.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/core/random.h"
-#include "sarblock/geometry/cone_time.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
 #include <optional>
 #include <string>
 
+#include "core/parallel.h"
+#include "geometry/cone_time.h"
 #include "streams.h"
 
 namespace sarblock {

@@ -2,15 +2,15 @@
 #include "sarblock/simulate/simulate.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
-#include "sarblock/simulate/terrain.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
+#include "core/parallel.h"
 #include "nominal_paths.h"
 #include "place_points.h"
+#include "terrain.h"
 #include "visibility.h"
 
 namespace sarblock {

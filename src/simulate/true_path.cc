@@ -3,11 +3,11 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/flight/track_axes.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "flight/track_axes.h"
 #include "streams.h"
 
 namespace sarblock {

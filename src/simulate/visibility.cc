@@ -3,12 +3,13 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/flight/track_axes.h"
-#include "sarblock/geometry/cone_time.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "flight/track_axes.h"
+#include "geometry/cone_time.h"
 
 namespace sarblock {
 namespace {

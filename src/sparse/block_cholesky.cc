@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/sparse/block_cholesky.h"
+#include "block_cholesky.h"
 
 #include <algorithm>
 #include <atomic>

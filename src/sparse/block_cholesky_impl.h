@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/sparse/block_cholesky.h"
-
 #include <cstddef>
 #include <memory>
 #include <mutex>
 #include <optional>
 
+#include "block_cholesky.h"
 #include "symbolic.h"
 #include "workspace.h"
 

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/sparse/block_cholesky.h"
-#include "sarblock/sparse/least_eigenpairs.h"
-
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <random>
 #include <vector>
 
+#include "block_cholesky.h"
 #include "block_cholesky_impl.h"
 #include "dense_kernels.h"
+#include "least_eigenpairs.h"
 #include <Eigen/Eigenvalues>
 #include <glog/logging.h>
 

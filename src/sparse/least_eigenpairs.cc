@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/sparse/least_eigenpairs.h"
+#include "least_eigenpairs.h"
 
 #include <algorithm>
 #include <cmath>

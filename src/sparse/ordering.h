@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/sparse/block_matrix.h"
-
 #include <span>
 #include <vector>
+
+#include "block_matrix.h"
 
 namespace sarblock::sparse {
 

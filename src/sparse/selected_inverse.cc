@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/sparse/block_cholesky.h"
-
 #include <algorithm>
 #include <atomic>
 #include <memory>
@@ -8,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "block_cholesky.h"
 #include "block_cholesky_impl.h"
 #include "front_schedule.h"
 #include "tiled_kernels.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/sparse/block_matrix.h"
-
 #include <cstddef>
 #include <span>
 #include <vector>
+
+#include "block_matrix.h"
 
 namespace sarblock::sparse {
 

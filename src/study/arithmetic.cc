@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/arithmetic.h"
-
-#include "sarblock/adjust/elimination.h"
-#include "sarblock/adjust/point_sweep.h"
+#include "arithmetic.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
+
+#include "covariance/point_sweep.h"
+#include "normals/elimination.h"
 
 namespace sarblock {
 namespace {
@@ -468,22 +468,6 @@ class Solver {
 };
 
 }  // namespace
-
-const char* NameOf(Arithmetic arithmetic) {
-  switch (arithmetic) {
-    case Arithmetic::kSingle:
-      return "single";
-    case Arithmetic::kDouble:
-      return "double";
-    case Arithmetic::kExtended:
-      return "extended";
-  }
-  return "";
-}
-
-const char* NameOf(Elimination elimination) {
-  return elimination == Elimination::kQr ? "qr" : "normals";
-}
 
 ArithmeticSolution SolveInArithmetic(Arithmetic arithmetic,
                                      Elimination elimination,

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/study/block_covariance.h"
 
-#include "sarblock/adjust/point_influence.h"
-#include "sarblock/adjust/problem.h"
-#include "sarblock/adjust/reduced_system.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 
 #include <algorithm>
 #include <string>
 
+#include "core/parallel.h"
+#include "covariance/point_influence.h"
+#include "determinacy/rank_analysis.h"
+#include "model/problem.h"
+#include "normals/reduced_system.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
@@ -59,7 +60,7 @@ BlockCovariance::BlockCovariance(const Block& block,
   UpdateWeights(state, &problem);
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
-  system.Factor();
+  FactorRegular(&system);
   const auto size = static_cast<Eigen::Index>(n);
   if (size > 0) {
     c_ = system.SolveFor(Eigen::MatrixXd::Identity(size, size));

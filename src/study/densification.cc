@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/study/densification.h"
 
-#include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/core/random.h"
 #include "sarblock/simulate/simulate.h"
 #include "sarblock/study/block_covariance.h"
@@ -17,6 +15,8 @@
 #include <utility>
 
 #include "accuracy.h"
+#include "core/parallel.h"
+#include "covariance/point_sweep.h"
 #include "verification.h"
 
 namespace sarblock {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/exact_adjustment.h"
+#include "exact_adjustment.h"
 
 #include <algorithm>
 #include <cmath>

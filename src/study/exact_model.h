@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/problem.h"
-
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "exact_numbers.h"
+#include "model/problem.h"
 
 /// The observation equations of model.md, sections 3 and 4, with their partials for any scalar
 /// type. Paths, track axes and verticals are series in time, so that velocities, turning axes and

@@ -3,13 +3,14 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/study/exact_adjustment.h"
+#include "sarblock/study/stability_families.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "stability_families.h"
+#include "exact_adjustment.h"
+#include "family_plan.h"
 #include "stability_methods.h"
 
 namespace sarblock {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability_methods.h"
 
-#include "sarblock/adjust/elimination.h"
-#include "sarblock/adjust/point_sweep.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "covariance/point_sweep.h"
+#include "normals/elimination.h"
 
 namespace sarblock {
 namespace {

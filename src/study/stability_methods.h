@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/problem.h"
-#include "sarblock/adjust/result.h"
+#include "sarblock/model/result.h"
 
 #include <vector>
+
+#include "model/problem.h"
 
 namespace sarblock {
 

@@ -3,7 +3,6 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/geometry/cone_time.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "geometry/cone_time.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/study/stability_study.h"
 
-#include "sarblock/core/parallel.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <map>
+
+#include "core/parallel.h"
 
 namespace sarblock {
 namespace {

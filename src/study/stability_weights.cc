@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stability_weights.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "stability_families.h"
 
 namespace sarblock {
 namespace {

@@ -2,8 +2,6 @@
 #include "sarblock/study/study_table.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/isolated.h"
-#include "sarblock/core/parallel.h"
 
 #include <atomic>
 #include <cmath>
@@ -11,6 +9,9 @@
 #include <mutex>
 #include <stdexcept>
 #include <utility>
+
+#include "core/isolated.h"
+#include "core/parallel.h"
 
 namespace sarblock {
 namespace {

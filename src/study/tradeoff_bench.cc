@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/start_values.h"
+#include "sarblock/adjust/intersect_block.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/geometry/intersection.h"
 #include "sarblock/study/tradeoff.h"
 
@@ -13,7 +12,10 @@
 #include <set>
 #include <utility>
 
+#include "arithmetic.h"
+#include "core/parallel.h"
 #include "run_cost.h"
+#include "solve/start_values.h"
 
 namespace sarblock {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/study/tradeoff.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "model/symmetric_enu.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/tradeoff_report.h"
+#include "tradeoff_report.h"
 
 #include <algorithm>
 #include <cmath>

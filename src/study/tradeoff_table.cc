@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/tradeoff_table.h"
+#include "tradeoff_table.h"
 
 #include <algorithm>
 #include <array>

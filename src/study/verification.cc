@@ -2,10 +2,7 @@
 #include "verification.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/isolated.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/core/random.h"
 #include "sarblock/study/block_covariance.h"
 
@@ -16,6 +13,9 @@
 #include <vector>
 
 #include "accuracy.h"
+#include "core/isolated.h"
+#include "core/parallel.h"
+#include "model/symmetric_enu.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {

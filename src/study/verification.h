@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/result.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/core/quantile.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+#include "sarblock/simulate/scene.h"
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/study/densification.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/leberl_prediction.h"
+#include "adjust/leberl_prediction.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/intersect_block.h"
 #include "sarblock/leberl/point_errors.h"
 #include "sarblock/leberl/relative_errors.h"
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ordinary adjustment code in the geometry of Leberl (1979).
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/intersect_block.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
 #include "sarblock/leberl/relative_errors.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/predict.h"
+
 #include "sarblock/adjust/adjust.h"
 
 #include <cmath>

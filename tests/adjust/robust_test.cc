@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/robust.h"
+#include "model/robust.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/quantile.h"
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "model/symmetric_enu.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>

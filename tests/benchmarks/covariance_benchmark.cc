@@ -3,12 +3,6 @@
 // ceres::Covariance (SPARSE_QR, SuiteSparse) on the same equations at the same linearisation point.
 //   covariance_benchmark SCENE.toml POINTS PASSES THREADS
 // Prints one row of a CSV (header: covariance_benchmark). Run by scripts/bench.sh covariance.
-#include "sarblock/adjust/ceres_engine.h"
-#include "sarblock/adjust/point_sweep.h"
-#include "sarblock/adjust/reduced_system.h"
-#include "sarblock/adjust/symmetric_enu.h"
-#include "sarblock/core/parallel.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -21,6 +15,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/parallel.h"
+#include "covariance/point_sweep.h"
+#include "determinacy/rank_analysis.h"
+#include "model/symmetric_enu.h"
+#include "normals/reduced_system.h"
+#include "solve/ceres_engine.h"
 #include "strips_block.h"
 #include <Eigen/Core>
 #include <ceres/covariance.h>
@@ -59,7 +59,7 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, R
   ReducedSystem system(problem, KeptFactors::kMostBytes, KeptFor::kCovariance);
   system.Form(state, {}, nullptr);
   if (rank == RankBy::kSearch) {
-    system.Factor();
+    FactorRegular(&system);
   } else if (!system.FactorDamped()) {
     throw std::runtime_error("singular");
   }
@@ -74,7 +74,7 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, R
 double QualityRatio(const AdjustmentProblem& problem, const BlockState& state) {
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
-  system.Factor();
+  FactorRegular(&system);
   const BlockSymmetricMatrix inverse = system.SelectedInverse();
   double least_s[2] = {HUGE_VAL, HUGE_VAL};
   for (int round = 0; round < 5; ++round) {

@@ -8,10 +8,6 @@
 // back, evaluate the step. It is the time between two reports of the solver, without what comes
 // before the first one (preprocessing, the first linearisation); the fastest counts. Neither
 // contains the steps that finish Ceres' solution to a part of a sigma.
-#include "sarblock/adjust/ceres_engine.h"
-#include "sarblock/adjust/reduced_engine.h"
-#include "sarblock/core/parallel.h"
-
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
@@ -20,6 +16,9 @@
 #include <string>
 #include <vector>
 
+#include "core/parallel.h"
+#include "solve/ceres_engine.h"
+#include "solve/reduced_engine.h"
 #include "strips_block.h"
 #include <ceres/iteration_callback.h>
 #include <ceres/solver.h>

@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "dense_kernels.h"
+#include "sparse/dense_kernels.h"
 
 namespace {
 

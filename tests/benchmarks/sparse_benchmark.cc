@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Factor, selected inverse and solves of the reduced normal matrix: passes of `parameters` each in
 // a strips x segments x sides grid, paired within two steps. Run by hand; results in docs.
-#include "sarblock/sparse/block_cholesky.h"
-#include "sarblock/sparse/least_eigenpairs.h"
-
 #include <cstddef>
 #include <random>
 #include <vector>
 
+#include "sparse/block_cholesky.h"
+#include "sparse/least_eigenpairs.h"
 #include "sparse/random_block_matrix.h"
 #include <benchmark/benchmark.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
+#include "sarblock/model/options.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cstddef>

@@ -4,11 +4,11 @@
 #include "sarblock/core/error.h"
 #include "sarblock/flight/path.h"
 #include "sarblock/geodesy/frame.h"
-#include "sarblock/geometry/cone_time.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <cmath>
 
+#include "geometry/cone_time.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // `sarblock leberl ...` as the interface gives it, by running the program.
-#include "sarblock/io/csv_reader.h"
-
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -9,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include "support/run_program.h"
 #include <gmock/gmock.h>

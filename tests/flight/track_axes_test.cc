@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/track_axes.h"
+#include "flight/track_axes.h"
 
 #include <algorithm>
 #include <array>

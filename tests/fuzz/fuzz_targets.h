@@ -4,18 +4,19 @@
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
-#include "sarblock/io/densification_file.h"
 #include "sarblock/io/result_reader.h"
 #include "sarblock/io/scene_file.h"
-#include "sarblock/io/stability_file.h"
-#include "sarblock/io/tradeoff_study.h"
+#include "sarblock/study_io/densification_file.h"
+#include "sarblock/study_io/stability_file.h"
+#include "sarblock/study_io/tradeoff_study.h"
 
 #include <array>
 #include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "io/csv_reader.h"
 
 // What the fuzzers run and the unit tests replay on the corpus. A file may be refused by
 // InputError and by nothing else; what is accepted has to keep its promises.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/geometry/cone_time.h"
+#include "geometry/cone_time.h"
 
 #include "sarblock/core/units.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/csv_reader.h"
+#include "io/csv_reader.h"
 
 #include <array>
 #include <cmath>

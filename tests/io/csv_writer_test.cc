@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/csv_writer.h"
+#include "io/csv_writer.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/io/csv_reader.h"
 
 #include <array>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

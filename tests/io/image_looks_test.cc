@@ -2,13 +2,13 @@
 // Looks given by line and pixel, standard deviations in lines and pixels.
 #include "sarblock/core/error.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
 #include "sarblock/io/result_files.h"
 
 #include <array>
 #include <cmath>
 #include <string>
 
+#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

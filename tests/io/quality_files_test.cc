@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Quality figures in the files of a result, and looks left out again by a table.
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
 #include "sarblock/io/result_files.h"
 
 #include <array>
 #include <limits>
 
+#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -104,6 +104,28 @@ TEST_F(QualityFilesTest, ResidualsHaveTheFiguresOfTheirLook) {  // hand values
   EXPECT_NEAR(std::stod(sizes[3]), 2.0 * kDelta0, 2e-4);
   EXPECT_THAT(Row("residuals.csv", 2, {{"range_redundancy"}, {"range_mdb_m"}, {"finding"}}),
               ElementsAre("", "", ""));
+}
+
+TEST_F(QualityFilesTest, DetectableBlundersTakeTheStandardDeviationsEstimated) {  // hand values
+  VarianceComponent range;
+  range.passes = {0, 1};
+  range.factor_1 = 0.25;
+  VarianceComponent azimuth;
+  azimuth.passes = {1};
+  azimuth.component = 1;
+  azimuth.factor_1 = 9.0;
+  result_.variance_components = VarianceComponentReport{{range, azimuth}, {}, 1, true};
+  WriteResult(folder_ / "result", block_, options_, result_, {});
+  const std::vector<std::string> sizes =
+      Row("residuals.csv",
+          1,
+          {{"range_mdb_m"}, {"azimuth_mdb_m"}, {"range_influence_m"}, {"azimuth_influence_m"}});
+  constexpr double kDelta0 = 4.1321;
+  EXPECT_NEAR(std::stod(sizes[0]), 2.0 * 0.5 * 1.5 * kDelta0, 2e-4);
+  EXPECT_NEAR(std::stod(sizes[1]), 3.0 * 2.5 * kDelta0, 4e-4);
+  // The shift of the point by one sigma is of the weights reached already.
+  EXPECT_NEAR(std::stod(sizes[2]), 2.0 * 0.25 * kDelta0, 2e-4);
+  EXPECT_NEAR(std::stod(sizes[3]), 2.0 * kDelta0, 2e-4);
 }
 
 TEST_F(QualityFilesTest, ControlHasATableOfItsOwn) {

@@ -3,12 +3,12 @@
 
 #include "sarblock/core/units.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
 
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "io/csv_reader.h"
 #include "io/result_fixture.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>

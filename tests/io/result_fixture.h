@@ -2,13 +2,13 @@
 #pragma once
 
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
 #include "sarblock/io/result_files.h"
 
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 
 namespace sarblock::test {

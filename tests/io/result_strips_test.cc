@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/held_covariance.h"
-#include "sarblock/adjust/strip_stations.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/csv_reader.h"
 #include "sarblock/io/input_files.h"
 #include "sarblock/io/result_files.h"
 
 #include <cmath>
 
+#include "adjust/held_covariance.h"
+#include "adjust/strip_stations.h"
+#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>

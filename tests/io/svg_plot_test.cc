@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/svg_plot.h"
+#include "io/svg_plot.h"
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/leberl/reduction.h"
+#include "leberl/reduction.h"
 
 #include <cmath>
 

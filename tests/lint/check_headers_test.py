@@ -47,6 +47,37 @@ class CheckHeadersTest(CheckerTest):
         self.expect_finding("src/core/a.cc", SPDX + '#include "sarblock/flight/a.h"\n',
                             "src/core/a.cc:2: layer 'core' must not include 'flight'")
 
+    def test_orders_rooms_by_private_headers_too(self):
+        self.expect_finding("src/normals/a.cc", SPDX + '#include "determinacy/a.h"\n',
+                            "src/normals/a.cc:2: layer 'normals' must not include 'determinacy'")
+
+    def test_finds_a_circle_of_headers_and_sources(self):
+        files = {
+            "src/model/a.h": SPDX + '#include "b.h"\n',
+            "src/model/a.cc": SPDX + '#include "a.h"\n',
+            "src/model/b.h": SPDX + '#include "sarblock/model/c.h"\n',
+            "include/sarblock/model/c.h": SPDX,
+            "src/model/c.cc": SPDX + '#include "sarblock/model/c.h"\n\n#include "a.h"\n',
+        }
+        status, output = self.check(files)
+        self.assertEqual((status, output),
+                         (1, "src/model/c.cc:4: circle of includes: model/a -> model/b -> model/c "
+                             "-> model/a\n"))
+        files["src/model/c.cc"] = SPDX + '#include "sarblock/model/c.h"\n'
+        self.assertEqual(self.check(files), (0, ""))
+
+    def test_takes_an_inline_header_for_a_part_of_its_unit(self):
+        self.assertEqual(self.check({
+            "src/model/a.h": SPDX,
+            "src/model/a_inline.h": SPDX + '#include "a.h"\n',
+            "src/model/a.cc": SPDX + '#include "a.h"\n#include "a_inline.h"\n',
+        }), (0, ""))
+
+    def test_finds_a_public_header_that_needs_others(self):
+        for include in ('"model/b.h"', '"b.h"', "<ceres/problem.h>"):
+            self.expect_finding("include/sarblock/model/a.h", SPDX + f"#include {include}\n",
+                                "a.h:2: a public header includes public headers only")
+
     def test_finds_a_module_without_a_layer(self):
         self.expect_finding("src/odd/a.cc", SPDX, "'odd' is not in LAYERS")
 

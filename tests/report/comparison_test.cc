@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/comparison.h"
+#include "report/comparison.h"
 
 #include <cmath>
 

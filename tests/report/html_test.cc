@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/html.h"
+#include "report/html.h"
 
 #include <limits>
 

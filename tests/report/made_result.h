@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/report/result_folder.h"
-
 #include <array>
 #include <string>
+
+#include "report/result_folder.h"
 
 namespace sarblock::test {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/report/report.h"
-#include "sarblock/report/result_folder.h"
 
 #include <cmath>
 #include <sstream>
 
 #include "io/io_fixture.h"
+#include "report/result_folder.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

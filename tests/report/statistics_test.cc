@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/statistics.h"
+#include "report/statistics.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/verdict.h"
+#include "report/verdict.h"
 
 #include <algorithm>
 #include <cmath>

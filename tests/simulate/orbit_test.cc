@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
-#include "sarblock/flight/track_axes.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
 
+#include "flight/track_axes.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 

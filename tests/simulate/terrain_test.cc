@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/terrain.h"
+#include "simulate/terrain.h"
 
 #include "sarblock/core/quantile.h"
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/sparse/block_cholesky.h"
-
-#include "sarblock/core/parallel.h"
+#include "sparse/block_cholesky.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
+#include "core/parallel.h"
 #include "random_block_matrix.h"
 #include <gtest/gtest.h>
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/sparse/block_matrix.h"
-
 #include <cstddef>
 #include <random>
 #include <utility>
 #include <vector>
 
+#include "sparse/block_matrix.h"
 #include <Eigen/Dense>
 
 namespace sarblock::test {

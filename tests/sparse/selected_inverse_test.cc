@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/sparse/block_cholesky.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "random_block_matrix.h"
+#include "sparse/block_cholesky.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -3,7 +3,6 @@
 // are found as often as their redundancy numbers promise, good looks are lost no more often than
 // the level of the tests allows, and no look is named where only one degree of freedom speaks.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/reliability.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "statistics/scene_statistics.h"
+#include "testing/reliability.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -2,7 +2,6 @@
 #include "statistics/scene_statistics.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/symmetric_enu.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 #include "sarblock/io/adjust_table.h"
@@ -16,6 +15,7 @@
 #include <string_view>
 #include <utility>
 
+#include "model/symmetric_enu.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock::test {

@@ -2,7 +2,6 @@
 // The shipped scenes at their full size, each with its own [adjust].
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/flight/track_axes.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "flight/track_axes.h"
 #include "statistics/scene_statistics.h"
 #include <gtest/gtest.h>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The adjustment in other arithmetics. Evidence: two routes (the library's own solver and
 // covariance) and higher precision (19 digits).
-#include "sarblock/study/arithmetic.h"
+#include "study/arithmetic.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/start_values.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "solve/start_values.h"
 #include "support/scene_blocks.h"
 #include <gtest/gtest.h>
 

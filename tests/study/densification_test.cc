@@ -2,13 +2,13 @@
 #include "sarblock/study/densification.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
-#include "sarblock/io/densification_file.h"
+#include "sarblock/study_io/densification_file.h"
 
 #include <cmath>
 #include <fstream>
 #include <iterator>
 
+#include "core/parallel.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

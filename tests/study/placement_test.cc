@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/study/placement.h"
 
-#include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/point_sweep.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"
@@ -13,6 +11,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel.h"
+#include "covariance/point_sweep.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 

@@ -2,16 +2,16 @@
 // What `auto` stands for, held against the recorded study of speed against accuracy
 // (datasets/studies/tradeoff, docs/studies/tradeoff.md). Evidence: recorded measurements; nothing
 // is timed here.
-#include "sarblock/adjust/engine_choice.h"
-#include "sarblock/io/study_rows.h"
-#include "sarblock/io/tradeoff_study.h"
-#include "sarblock/study/tradeoff_report.h"
-#include "sarblock/study/tradeoff_table.h"
+#include "sarblock/study_io/tradeoff_study.h"
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
+#include "solve/engine_choice.h"
+#include "study/tradeoff_report.h"
+#include "study/tradeoff_table.h"
+#include "study_io/study_rows.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -4,8 +4,8 @@
 #include "sarblock/study/stability.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
-#include "sarblock/io/stability_file.h"
+#include "sarblock/study/stability_families.h"
+#include "sarblock/study_io/stability_file.h"
 
 #include <cstdint>
 #include <set>
@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/parallel.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {

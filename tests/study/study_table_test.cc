@@ -2,7 +2,6 @@
 #include "sarblock/study/study_table.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/parallel.h"
 
 #include <atomic>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/parallel.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

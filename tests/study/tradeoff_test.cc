@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the study of speed against accuracy computes of its runs. Evidence: hand values.
-#include "sarblock/study/tradeoff_report.h"
-#include "sarblock/study/tradeoff_table.h"
-
 #include <cmath>
 
+#include "study/tradeoff_report.h"
+#include "study/tradeoff_table.h"
 #include "support/scene_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

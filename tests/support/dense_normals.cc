@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/dense_normals.h"
 
-#include "sarblock/adjust/symmetric_enu.h"
-
 #include <span>
 #include <stdexcept>
+
+#include "model/symmetric_enu.h"
 
 namespace sarblock::test {
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/problem.h"
-
 #include <vector>
 
+#include "model/problem.h"
 #include <Eigen/Core>
 #include <Eigen/QR>
 

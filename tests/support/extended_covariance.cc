@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "adjust/look_model_twin.h"
+#include "model/look_model_twin.h"
 #include <boost/multiprecision/cpp_bin_float.hpp>
 
 namespace sarblock::test {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/corrections.h"
-#include "sarblock/adjust/problem.h"
+#include "sarblock/model/corrections.h"
 
 #include <vector>
 
+#include "model/problem.h"
 #include <Eigen/Core>
 
 namespace sarblock::test {

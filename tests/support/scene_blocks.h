@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
 #include "sarblock/block/block.h"
+#include "sarblock/model/options.h"
 
 #include <string>
 #include <vector>

@@ -3,13 +3,13 @@
 
 #include "sarblock/core/random.h"
 #include "sarblock/core/units.h"
-#include "sarblock/geometry/cone_time.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "geometry/cone_time.h"
 #include <Eigen/Geometry>
 
 namespace sarblock::test {

@@ -30,7 +30,6 @@ class IdTable {
   [[nodiscard]] std::string Nearest(std::string_view id) const;
   /// Frees the hash index (kept memory: the characters and 4 bytes an id).
   void DropIndex();
-  void Reserve(std::size_t ids, std::size_t characters);
 
  private:
   void BuildIndex() const;

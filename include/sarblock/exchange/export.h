@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/result_reader.h"
+#include "sarblock/exchange/export_options.h"
+#include "sarblock/io/result_file.h"
 
-#include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,26 +28,6 @@ enum class ExportFormat {
 /// Where a result goes unless told otherwise: `export.geojson`, `export.kml`, `export.gpkg`, folder
 /// `isis`, `export.snx`, folder `eof`.
 [[nodiscard]] const char* DefaultExportName(ExportFormat format);
-
-struct ExportOptions {
-  /// Probability of the ellipses (error_ellipse.h); left out: standard ellipses, 39.3 percent.
-  std::optional<double> confidence_1;
-  bool ellipses = true;           ///< GeoJSON, KML, GeoPackage: as polygons too, 1 to 2 kB each
-  bool cross_covariances = true;  ///< SINEX: also between the points of pairs.csv
-  std::string agency = "SBK";     ///< SINEX: three characters
-  std::string mission;            ///< orbit files; empty: from the ids of the passes
-  std::string created_utc;        ///< of the file, "2022-10-16T01:50:44Z"; empty: not told
-};
-
-/// What was written.
-struct ExportReport {
-  std::vector<std::filesystem::path> files;
-  std::size_t points = 0;
-  std::size_t points_left_out = 0;  ///< not solved
-  std::size_t ellipses = 0;         ///< as polygons
-  std::size_t paths = 0;
-  std::vector<std::string> warnings;
-};
 
 /// Writes a result in one format: a file, or a folder for kIsis and kOrbitFiles. Files appear whole
 /// or not at all. Points that are not solved are left out. Covariances are those of the result's

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/io/atomic_file.h"
+#include "sarblock/model/options.h"
 
 #include <cstdint>
 #include <filesystem>

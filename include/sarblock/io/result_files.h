@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/result.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/input_files.h"
+#include "sarblock/model/result.h"
 
 #include <cstddef>
 #include <filesystem>

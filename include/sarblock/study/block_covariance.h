@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/options.h"
-#include "sarblock/adjust/result.h"
+#include "sarblock/adjust/predict.h"
 #include "sarblock/block/block.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
 
 #include <cstddef>
 #include <cstdint>

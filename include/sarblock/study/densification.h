@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
+#include "sarblock/model/options.h"
 #include "sarblock/simulate/scene.h"
 #include "sarblock/study/placement.h"
 #include "sarblock/study/study_table.h"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/study/stability.h"
+#include "sarblock/study/stability_families.h"
 #include "sarblock/study/study_table.h"
 
 #include <string>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/options.h"
-#include "sarblock/adjust/result.h"
 #include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/study/arithmetic.h"
+#include "sarblock/study/arithmetic_kind.h"
 
 #include <cstddef>
 #include <limits>

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjust_given.h"
+
+#include "sarblock/core/quantile.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+#include "covariance/covariance.h"
+#include "covariance/result_covariance.h"
+#include "determinacy/block_structure.h"
+#include "determinacy/form_determined.h"
+#include "determinacy/inner_datum.h"
+#include "determinacy/rank_analysis.h"
+#include "finish_result.h"
+#include "normals/elimination.h"
+#include "solve/solve_block.h"
+#include "solve/start_values.h"
+#include "testing/blunder_report.h"
+#include "testing/blunder_search.h"
+#include "testing/montecarlo.h"
+#include "testing/rounding.h"
+#include "testing/variance_components.h"
+
+namespace sarblock {
+namespace {
+
+/// Looks beyond this whitened square length are dropped after a robust solution.
+constexpr double kKeepProbability_1 = 0.999;
+
+std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks) {
+  std::string text;
+  constexpr std::size_t kNamed = 5;
+  for (std::size_t i = 0; i < std::min(looks.size(), kNamed); ++i) {
+    const auto& offsets = block.looks.offsets;
+    const auto after = std::upper_bound(offsets.begin(), offsets.end(), looks[i]);
+    const auto point = static_cast<std::size_t>(after - offsets.begin()) - 1;
+    text += (i == 0 ? "" : ", ") + block.passes[block.looks.pass[looks[i]]].id + "/" +
+            std::string(block.points.ids[point]);
+  }
+  if (looks.size() > kNamed) text += " and " + std::to_string(looks.size() - kNamed) + " more";
+  return text;
+}
+
+/// Standard deviations are those of the place where the solver stopped: what is still to go bends
+/// them by as much.
+void WarnOfSlowSteps(const AdjustmentProblem& problem, double tolerance_1, AdjustResult* result) {
+  const double told_1 = std::max(1e-5, tolerance_1);
+  const auto points = static_cast<double>(problem.block.points.size());
+  if (result->remaining_step <= told_1 * std::sqrt(std::max(1.0, 1e-3 * points))) return;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1e", result->remaining_step);
+  Warn(result,
+       std::string("the last steps shrink slowly, ") + text.data() +
+           " sigmas are still to go: standard deviations may have fewer than six digits (residuals "
+           "too large for the curvature of thin intersections, or too few iterations)");
+}
+
+/// Drops the looks that a robust solution found far off; returns which.
+std::vector<std::size_t> DropOutliers(const BlockState& state, AdjustmentProblem* problem) {
+  const double limit = ChiSquareQuantile(kKeepProbability_1, 2.0);
+  const auto& offsets = problem->block.looks.offsets;
+  std::vector<std::size_t> dropped;
+  WhitenedLook at;
+  for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
+    if (!problem->Solves(point)) continue;
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      if (problem->look_used[i] == 0) continue;
+      const bool near =
+          EvaluateWhitened(*problem, state, {}, point, i, &at) && at.error_1.squaredNorm() <= limit;
+      if (near) continue;
+      problem->look_used[i] = 0;
+      dropped.push_back(i);
+    }
+  }
+  return dropped;
+}
+
+/// After looks were dropped some points may have too few left.
+void LeaveOutStarved(AdjustmentProblem* problem) {
+  for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
+    if (!problem->Solves(point)) continue;
+    const int rows =
+        problem->control_of[point] < 0
+            ? 0
+            : problem->control[static_cast<std::size_t>(problem->control_of[point])].rows;
+    const int looks = problem->CountLooks(point);
+    if (looks == 0) {
+      problem->LeaveOut(point, PointStatus::kNotSeen, "all its looks were dropped as outliers");
+    } else if (2 * looks + rows < 3) {
+      problem->LeaveOut(
+          point, PointStatus::kTooFewLooks, "too few looks were left after outliers were dropped");
+    }
+  }
+}
+
+/// Variance components from a solved state; weights and state follow.
+void EstimateComponents(const Weighting& weighting,
+                        const AdjustOptions& options,
+                        AdjustmentProblem* problem,
+                        BlockState* state,
+                        SolveReport* solve,
+                        AdjustResult* result,
+                        ProgressSink* progress) {
+  VarianceSteps steps;
+  steps.solve = [&] {
+    const SolveReport before = *solve;
+    *solve = SolveRounds(weighting, options, problem, state, progress);
+    solve->iterations += before.iterations;
+    solve->initial_cost_1 = before.initial_cost_1;
+  };
+  if (weighting.loss != RobustLoss::kNone) {
+    steps.drop_outliers = [&] {
+      DropOutliers(*state, problem);
+      LeaveOutStarved(problem);
+    };
+  }
+  const StageTimer timer("variance_components", &result->stages);
+  result->variance_components =
+      EstimateVarianceComponents(options, steps, problem, state, progress);
+  WarnOfComponents(*result->variance_components, result);
+}
+
+}  // namespace
+
+AdjustResult AdjustGiven(const Block& block,
+                         const AdjustOptions& options,
+                         const Simplified& simplified,
+                         const PointPairs& pairs,
+                         const AtSolution& at_solution,
+                         ProgressSink* progress) {
+  const ThreadLimit limit(options.threads);
+  AdjustResult result;
+  const std::vector<CorrectionGroup> none;
+  AdjustmentProblem problem(
+      block, options.corrections == CorrectionChoice::kGiven ? options.groups : none, simplified);
+  BlockState state;
+  std::vector<std::string> structure;
+  PointDefects defects;
+  bool floating = false;
+  {
+    const StageTimer timer("start", &result.stages);
+    StartReport start = ComputeStartValues(&problem, progress);
+    state = std::move(start.state);
+    result.looks_not_evaluated = start.looks_not_evaluated.size();
+    if (!start.looks_not_evaluated.empty()) {
+      Warn(&result,
+           std::to_string(start.looks_not_evaluated.size()) +
+               " looks have no value in the model at the start and are left out: " +
+               NameLooks(block, start.looks_not_evaluated));
+    }
+    RequireSolvable(problem);
+    for (const Finding& finding : ExamineStructure(problem, state)) {
+      structure.push_back(finding.text);
+      Warn(&result, finding.text);
+    }
+    RequireCovarianceMethod(problem, options);
+    std::optional<ReducedSystem> system;
+    system.emplace(problem);
+    system->Form(state, {}, progress);
+    if (options.datum == Datum::kInner) {
+      floating = HoldIfFloating(state, &problem);
+      if (floating) {
+        system->Form(state, {}, progress);
+      } else {
+        Warn(&result, "control or priors give the block a datum: inner constraints change nothing");
+      }
+    }
+    // A singular block is refused before anything is solved with it. Points that are weak at the
+    // start only are judged at the solution.
+    if (system->weak_points().empty()) {
+      RequireRegular(problem, FactorAndAnalyse(&*system, &state), structure);
+    }
+  }
+  const Weighting weighting{options.robust, RobustScale(options)};
+  SolveReport solve;
+  std::optional<ReducedSystem> system;
+  {
+    const StageTimer timer("solve", &result.stages);
+    solve = SolveRounds(weighting, options, &problem, &state, progress, &system);
+    RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
+    for (int round = 0; round < 3 && system->looks_beyond_path() > 0; ++round) {
+      const std::vector<std::size_t> beyond = LeaveOutBeyondPaths(state, &problem);
+      Warn(&result,
+           std::to_string(beyond.size()) +
+               " looks are left out: with the time bias of their pass they lie beyond the ends of "
+               "its flight path: " +
+               NameLooks(block, beyond));
+      LeaveOutStarved(&problem);
+      RequireSolvable(problem);
+      SolveOnce(options, &problem, &state, &solve, &system, progress);
+    }
+  }
+  if (options.quality.snooping != Snooping::kNone) {
+    const StageTimer timer("snooping", &result.stages);
+    const auto again = [&](RobustLoss loss) {
+      AdjustOptions with_loss = options;
+      with_loss.robust = loss;
+      SolveOnce(with_loss, &problem, &state, &solve, nullptr, progress);
+    };
+    system.reset();
+    result.snooping = SearchBlunders(options, again, &problem, &state, progress);
+  }
+  if (options.variance_components != VarianceComponents::kNone) {
+    EstimateComponents(weighting, options, &problem, &state, &solve, &result, progress);
+    system.reset();  // formed with the weights before
+  }
+  std::optional<DatumTransform> datum;
+  if (floating) {
+    const StageTimer timer("datum", &result.stages);
+    const auto again = [&] { SolveOnce(options, &problem, &state, &solve, nullptr, progress); };
+    datum.emplace(SettleInnerDatum(options, again, &problem, &state));
+    system.reset();
+  }
+  std::optional<StageTimer> timer;
+  timer.emplace("covariance", &result.stages);
+  if (options.robust == RobustLoss::kNone) {
+    if (!system || !system->weak_points().empty()) {
+      FormDetermined(state, weighting, &problem, &system, progress);
+      static_cast<void>(NewtonFinish(options, &problem, &state, &*system, &solve, progress));
+    }
+  } else {
+    // A point that lost the weight of all its looks is named below, with the looks dropped.
+    system.emplace(problem);
+    system->Form(state, weighting, progress);
+  }
+  RankReport rank = FactorAndAnalyse(&*system, &state);
+  RequireRegular(problem, rank, structure);
+  result.remaining_step = std::max(system->NewtonDecrement(),
+                                   options.robust == RobustLoss::kNone ? solve.decrement_1 : 0.0);
+  result.iterations = solve.iterations;
+  result.initial_cost = solve.initial_cost_1;
+  result.final_cost = system->cost();
+  result.gradient = system->gradient();
+  result.condition = rank.condition_1;
+  if (system->looks_not_evaluated() > 0) {
+    Warn(&result,
+         std::to_string(system->looks_not_evaluated()) +
+             " looks have no value in the model at the solution");
+  }
+  double square_sum = 2.0 * system->cost();
+  std::vector<std::size_t> dropped;
+  if (options.robust != RobustLoss::kNone) {
+    FillResiduals(problem, state, weighting, &result);
+    dropped = DropOutliers(state, &problem);
+    LeaveOutStarved(&problem);
+    if (!dropped.empty()) {
+      Warn(&result,
+           std::to_string(dropped.size()) +
+               " looks were dropped as outliers after the robust "
+               "solution");
+    }
+    FormDetermined(state, {}, &problem, &system, progress);
+    rank = FactorAndAnalyse(&*system, &state);
+    RequireRegular(problem, rank, structure);
+    square_sum = 2.0 * system->cost();
+    result.condition = rank.condition_1;
+  }
+  // What counts is the step that is left at the end, not what the solver says of itself.
+  const bool converged = result.remaining_step <= (options.robust == RobustLoss::kNone
+                                                       ? kRemainingStepAccepted_1
+                                                       : kRemainingRobustStepAccepted_1) &&
+                         system->looks_not_evaluated() == 0;
+  result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
+  result.accepted = converged;
+  if (!converged) {
+    Warn(&result, "not converged: " + solve.message);
+  } else if (options.robust == RobustLoss::kNone) {
+    WarnOfSlowSteps(problem, options.tolerance_1, &result);
+  }
+
+  WarnOfWeakDirections(rank, &result);
+  FillParameters(problem, state, &result);
+  FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
+  if (options.covariance == CovarianceLevel::kMonteCarlo) {
+    timer.emplace("montecarlo", &result.stages);
+    result.montecarlo =
+        RunMonteCarlo(problem, state, weighting, options, result.points.covariance_m2, progress);
+  }
+  timer.emplace("quality", &result.stages);
+  FillCorrectedPaths(problem, state, &result);
+  FinishResult(problem, state, options, square_sum, defects, &result);
+  WarnOfRounding(problem, state, &result);
+  if (!result.points.covariance_m2.empty() && options.covariance == CovarianceLevel::kBlock) {
+    result.check_freedom_1 = CheckFreedom(problem, state, *system, result.checks);
+  }
+  if (floating && !result.checks.empty()) {
+    result.checks.clear();
+    Warn(&result, "check points are not compared: their coordinates have another datum");
+  }
+  // Also where the point went with them.
+  for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
+  FillReasons(problem, dropped, &result);
+  if (at_solution) {
+    timer.emplace("simplifications", &result.stages);
+    at_solution(problem, state, &result);
+  }
+  timer.reset();  // before the result is handed over
+  return result;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/model/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "model/problem.h"
+
+namespace sarblock {
+
+/// Covariances by ceres::Covariance: the slow independent route beside the reduced normals
+/// (`covariance_method = "ceres"`).
+struct CeresCovariances {
+  std::vector<SymmetricEnu> points;             ///< by point, east-north-up; NaN where not solved
+  std::vector<ParameterCovariance> parameters;  ///< upper triangle of the parameters of each pass
+  std::vector<PairResult> pairs;                ///< as PairCovariances
+};
+
+/// Unknowns (three a point, corrections) up to which covariance_method = "ceres" is offered. Its
+/// time grows with their square: 10,000 take minutes where the reduced route takes milliseconds.
+inline constexpr std::size_t kMostCeresUnknowns = 10000;
+
+/// Exact marginal covariances of all unknowns of the Ceres problem at `state`, looks without loss:
+/// the sparse QR factorisation of the whole Jacobian (SuiteSparseQR; Ceres' documentation of
+/// Covariance::Options), no elimination of points. Parameters: pairs within one parameter block and
+/// of blocks whose passes see a common point, or all while there are at most
+/// kFullParameterCovariance (covariance.h). Throws UndeterminedError where the Jacobian is rank
+/// deficient to Ceres. No limit of size: the caller refuses above kMostCeresUnknowns.
+[[nodiscard]] CeresCovariances CovariancesByCeres(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+    int threads);
+
+}  // namespace sarblock

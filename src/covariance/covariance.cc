@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "covariance.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+#include "point_influence.h"
+#include "point_sweep.h"
+#include <Eigen/QR>
+
+namespace sarblock {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
+                            const BlockState& state,
+                            std::size_t point,
+                            PointFactor* factor,
+                            PointColumns* columns,
+                            Eigen::Ref<Eigen::MatrixXd> full) {
+  FactorPoint(problem, state, {}, 0.0, point, factor);
+  const Eigen::Matrix3d r_inverse =
+      factor->r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+  if (full.cols() == 0) return r_inverse;
+  ProjectColumns(problem, *factor, columns);
+  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> t(
+      columns->t.data(), 3, columns->width);
+  full.setZero();
+  for (std::size_t b = 0; b < columns->blocks.size(); ++b) {
+    const ParameterBlock& block =
+        problem.layout.blocks[static_cast<std::size_t>(columns->blocks[b])];
+    full.middleRows(block.offset, block.size) =
+        (r_inverse * t.middleCols(columns->begin[b], block.size)).transpose();
+  }
+  return r_inverse;
+}
+
+std::vector<ParameterCovariance> ParameterCovariances(const ReducedSystem& system,
+                                                      const BlockSymmetricMatrix& inverse) {
+  std::vector<ParameterCovariance> out;
+  const int n = inverse.rows();
+  if (n <= kFullParameterCovariance) {
+    const Eigen::MatrixXd full = system.SolveFor(Eigen::MatrixXd::Identity(n, n));
+    for (int i = 0; i < n; ++i) {
+      for (int j = i; j < n; ++j) {
+        out.push_back({static_cast<std::uint32_t>(i),
+                       static_cast<std::uint32_t>(j),
+                       0.5 * (full(i, j) + full(j, i))});
+      }
+    }
+    return out;
+  }
+  for (int j = 0; j < inverse.block_count(); ++j) {
+    for (const int i : inverse.RowsOfColumn(j)) {
+      const auto block = inverse.Block(i, j);
+      for (int c = 0; c < inverse.size(j); ++c) {
+        for (int r = i == j ? c : 0; r < inverse.size(i); ++r) {
+          const int a = inverse.offset(j) + c, b = inverse.offset(i) + r;
+          out.push_back({static_cast<std::uint32_t>(std::min(a, b)),
+                         static_cast<std::uint32_t>(std::max(a, b)),
+                         block(r, c)});
+        }
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<PairResult> PairDifferences(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  std::vector<PairResult> out;
+  for (const auto& [a, b] : pairs) {
+    if (!problem.Solves(a) || !problem.Solves(b)) continue;
+    PairResult pair;
+    pair.a = a;
+    pair.b = b;
+    const Eigen::Vector3d a_m = state.Position(a);
+    pair.difference_enu_m = problem.block.frame.EnuFromFrame(a_m) * (state.Position(b) - a_m);
+    pair.covariance_m2.fill(kNaN);
+    out.push_back(pair);
+  }
+  return out;
+}
+
+std::vector<PairResult> PairCovariances(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const ReducedSystem* system,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+    ProgressSink* progress) {
+  std::vector<PairResult> out = PairDifferences(problem, state, pairs);
+  constexpr std::size_t kPairsPerChunk = 32;
+  const Eigen::Index n = problem.layout.size();
+  Step(progress, "pairs", 0, out.size());
+  ParallelForChunks(
+      out.size(), kPairsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        PointFactor factor;
+        PointColumns columns_of_point;
+        // Two sets of three columns a pair, Y_a' and Y_b', solved together.
+        const bool coupled = system != nullptr && n > 0;
+        Eigen::MatrixXd columns(coupled ? n : 0, 6 * count);
+        std::vector<Eigen::Matrix3d> own(static_cast<std::size_t>(count));
+        for (std::size_t q = begin; q < end; ++q) {
+          const auto local = static_cast<Eigen::Index>(q - begin);
+          Eigen::Matrix3d& sum = own[q - begin];
+          sum.setZero();
+          for (const Eigen::Index side : {0, 1}) {
+            const Eigen::Matrix3d r_inverse =
+                SpreadPoint(problem,
+                            state,
+                            side == 0 ? out[q].a : out[q].b,
+                            &factor,
+                            &columns_of_point,
+                            columns.middleCols(6 * local + 3 * side, coupled ? 3 : 0));
+            sum += r_inverse * r_inverse.transpose();
+          }
+        }
+        Eigen::MatrixXd solved;
+        if (coupled) {
+          // cov(b - a) = V_a^-1 + V_b^-1 + D' C D with D = Y_b' - Y_a': one solve, no cancellation.
+          Eigen::MatrixXd difference(n, 3 * count);
+          for (Eigen::Index q = 0; q < count; ++q) {
+            difference.middleCols(3 * q, 3) =
+                columns.middleCols(6 * q + 3, 3) - columns.middleCols(6 * q, 3);
+          }
+          solved = system->SolveFor(difference);
+          for (Eigen::Index q = 0; q < count; ++q) {
+            own[static_cast<std::size_t>(q)] +=
+                difference.middleCols(3 * q, 3).transpose() * solved.middleCols(3 * q, 3);
+          }
+        }
+        for (std::size_t q = begin; q < end; ++q) {
+          PairResult& pair = out[q];
+          const Eigen::Vector3d a_m = state.Position(pair.a);
+          const Eigen::Matrix3d& covariance = own[q - begin];
+          pair.covariance_m2 =
+              ToEnu(problem.block.frame, a_m, 0.5 * (covariance + covariance.transpose()));
+        }
+      });
+  Step(progress, "pairs", out.size(), out.size());
+  return out;
+}
+
+double CheckFreedom(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ReducedSystem& system,
+                    const std::vector<CheckResult>& checks) {
+  std::vector<const CheckResult*> used;
+  double components = 0.0;
+  for (const CheckResult& check : checks) {
+    if (!std::isfinite(check.chi_square)) continue;
+    used.push_back(&check);
+    components += check.components;
+  }
+  const std::size_t stride =
+      std::max<std::size_t>(1, (used.size() + kMostCheckPoints - 1) / kMostCheckPoints);
+  std::vector<const CheckResult*> part;
+  for (std::size_t i = 0; i < used.size(); i += stride) part.push_back(used[i]);
+  const auto count = static_cast<Eigen::Index>(part.size());
+  const Eigen::Index n = problem.layout.size();
+  if (count == 0 || n == 0) return components;
+
+  // By point: the directions known, Y = (R^-1 T)' along them, and Q_i.
+  Eigen::MatrixXd y(n, 3 * count);
+  std::vector<Eigen::MatrixXd> weight(part.size());
+  std::vector<Eigen::MatrixXd> own(part.size());
+  PointFactor factor;
+  PointColumns columns;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const std::uint32_t point = part[static_cast<std::size_t>(i)]->point;
+    const KnownPosition& known = *problem.block.points.FindKnown(point);
+    Eigen::Matrix3d direction = problem.block.frame.EnuFromFrame(state.Position(point));
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (!known.held[static_cast<std::size_t>(k)]) direction.row(k).setZero();
+    }
+    const Eigen::Matrix3d r_inverse =
+        SpreadPoint(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
+    y.middleCols(3 * i, 3) *= direction.transpose();
+    own[static_cast<std::size_t>(i)] =
+        direction * r_inverse * r_inverse.transpose() * direction.transpose();
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      for (Eigen::Index l = 0; l < 3; ++l) {
+        if (known.held[static_cast<std::size_t>(k)] && known.held[static_cast<std::size_t>(l)]) {
+          own[static_cast<std::size_t>(i)](k, l) += known.covariance_enu_m2(k, l);
+        }
+      }
+    }
+  }
+  const Eigen::MatrixXd solved = system.SolveFor(y);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Eigen::Matrix3d q =
+        own[at] + y.middleCols(3 * i, 3).transpose() * solved.middleCols(3 * i, 3);
+    // Components that are not known have zero rows: the pseudo-inverse leaves them out.
+    weight[at] = q.completeOrthogonalDecomposition().pseudoInverse();
+  }
+  double of_part = 0.0, shared = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    of_part += part[static_cast<std::size_t>(i)]->components;
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const Eigen::Matrix3d cross =
+          y.middleCols(3 * i, 3).transpose() * solved.middleCols(3 * j, 3);
+      shared += 2.0 * (weight[static_cast<std::size_t>(i)] * cross *
+                       weight[static_cast<std::size_t>(j)] * cross.transpose())
+                          .trace();
+    }
+  }
+  const double scale = components / of_part;
+  return components * components / (components + shared * scale * scale);
+}
+
+}  // namespace sarblock

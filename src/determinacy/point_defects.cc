@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "point_defects.h"
+
+#include "sarblock/geometry/intersection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "core/parallel.h"
+#include "geometry/look_side.h"
+#include "weak_words.h"
+#include <Eigen/Geometry>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 1024;
+
+/// Circles that cut at a sharper angle than this many sqrt(sigma / R) cannot touch within their
+/// noise: the mirror solution is 3 standard deviations away at 1.7 (docs/theory/rank.md, section
+/// 3).
+constexpr double kThinAngle_1 = 5.0;
+
+bool CutsThin(const Eigen::Vector3d& p_m, const std::vector<Sight>& sights) {
+  double largest_1 = 0.0;
+  for (const Sight& sight : sights) {
+    largest_1 = std::max(largest_1, sight.range_sigma_m / sight.range_m);
+  }
+  return LargestIntersectionAngle(p_m, sights) < kThinAngle_1 * std::sqrt(largest_1);
+}
+
+/// The mirror image of p about the plane through two antennas along their flight lies where all
+/// looks look, too.
+bool MirrorFits(const Frame& frame, const Eigen::Vector3d& p_m, const std::vector<Sight>& sights) {
+  const Sight* other = &sights.back();
+  double most_m2 = 0.0;
+  const Sight& first = sights.front();
+  const Eigen::Vector3d u = first.velocity_mps.normalized();
+  for (const Sight& sight : sights) {
+    const double base_m2 = u.cross(sight.antenna_m - first.antenna_m).squaredNorm();
+    if (base_m2 > most_m2) {
+      most_m2 = base_m2;
+      other = &sight;
+    }
+  }
+  if (!(most_m2 > 0.0)) return false;
+  const Eigen::Vector3d n = u.cross(other->antenna_m - first.antenna_m).normalized();
+  const Eigen::Vector3d mirror_m = p_m - 2.0 * n.dot(p_m - first.antenna_m) * n;
+  return std::all_of(sights.begin(), sights.end(), [&](const Sight& sight) {
+    return LiesWhereItLooks(frame, sight, mirror_m);
+  });
+}
+
+}  // namespace
+
+PointDefects FindPointDefects(const AdjustmentProblem& problem, const BlockState& state) {
+  const Block& block = problem.block;
+  const std::size_t points = block.points.size();
+  std::vector<PointDefects> parts((points + kPointsPerChunk - 1) / kPointsPerChunk);
+  ParallelForChunks(
+      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        std::vector<Sight> sights;
+        for (std::size_t point = begin; point < end; ++point) {
+          if (!problem.Solves(point) || problem.control_of[point] >= 0) continue;
+          sights.clear();
+          for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
+               ++i) {
+            if (problem.look_used[i] == 0) continue;
+            if (const auto sight = problem.model.SightOf(i, state.corrections)) {
+              sights.push_back(*sight);
+            }
+          }
+          if (sights.size() < 2) continue;
+          const Eigen::Vector3d p_m = state.Position(point);
+          if (!CutsThin(p_m, sights) && !MirrorFits(block.frame, p_m, sights)) continue;
+          switch (Intersect(sights, block.frame).outcome) {
+            case IntersectionOutcome::kCirclesTouch:
+              parts[chunk].touching.push_back(point);
+              break;
+            case IntersectionOutcome::kCirclesCoincide:
+              parts[chunk].coinciding.push_back(point);
+              break;
+            case IntersectionOutcome::kAmbiguous:
+              parts[chunk].ambiguous.push_back(point);
+              break;
+            default:
+              break;
+          }
+        }
+      });
+  PointDefects out;
+  const auto append = [](const std::vector<std::size_t>& from, std::vector<std::size_t>* to) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  for (const PointDefects& part : parts) {
+    append(part.touching, &out.touching);
+    append(part.coinciding, &out.coinciding);
+    append(part.ambiguous, &out.ambiguous);
+  }
+  return out;
+}
+
+bool LeaveOutOpenPoints(const PointDefects& defects, AdjustmentProblem* problem) {
+  for (const std::size_t point : defects.touching) {
+    problem->LeaveOut(
+        point, PointStatus::kUndetermined, Explain(IntersectionOutcome::kCirclesTouch));
+  }
+  for (const std::size_t point : defects.coinciding) {
+    problem->LeaveOut(
+        point, PointStatus::kUndetermined, Explain(IntersectionOutcome::kCirclesCoincide));
+  }
+  return !defects.touching.empty() || !defects.coinciding.empty();
+}
+
+std::vector<Finding> DescribePoints(const AdjustmentProblem& problem, const PointDefects& defects) {
+  const IdTable& ids = problem.block.points.ids;
+  std::vector<Finding> out;
+  Finding left_out;
+  std::map<std::string, std::vector<std::string>> by_reason;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (problem.Solves(point)) continue;
+    left_out.names.emplace_back(ids[point]);
+    by_reason[problem.point_reason[point]].emplace_back(ids[point]);
+  }
+  if (!left_out.names.empty()) {
+    left_out.text = std::to_string(left_out.names.size()) + " of " +
+                    std::to_string(problem.block.points.size()) +
+                    " points are not determined and left out";
+    for (const auto& [reason, names] : by_reason) {
+      left_out.text += "; " + ListNames(names) + ": " + reason;
+    }
+    out.push_back(std::move(left_out));
+  }
+  if (!defects.ambiguous.empty()) {
+    Finding mirrored;
+    for (const std::size_t point : defects.ambiguous) mirrored.names.emplace_back(ids[point]);
+    mirrored.text =
+        ListNames(mirrored.names) +
+        ": a mirror point satisfies the looks and their sides as well, only the given "
+        "start coordinates chose between the two; a third look or control has to decide";
+    out.push_back(std::move(mirrored));
+  }
+  return out;
+}
+
+}  // namespace sarblock

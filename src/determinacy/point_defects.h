@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "finding.h"
+#include "model/problem.h"
+
+namespace sarblock {
+
+/// Points that a solution would be given for although their own looks do not determine them, on the
+/// paths of a state. Control points, whose coordinates hold them, are not looked at.
+struct PointDefects {
+  std::vector<std::size_t> touching;    ///< circles meet tangentially
+  std::vector<std::size_t> coinciding;  ///< circles are the same (zero base, single flight)
+  std::vector<std::size_t> ambiguous;   ///< a mirror point fits as well; start coordinates decided
+};
+[[nodiscard]] PointDefects FindPointDefects(const AdjustmentProblem& problem,
+                                            const BlockState& state);
+/// Leaves touching and coinciding points out by name; true if there were any.
+bool LeaveOutOpenPoints(const PointDefects& defects, AdjustmentProblem* problem);
+/// In words: points left out with the reason of the first; points whose given coordinates chose
+/// between two solutions.
+[[nodiscard]] std::vector<Finding> DescribePoints(const AdjustmentProblem& problem,
+                                                  const PointDefects& defects);
+
+}  // namespace sarblock

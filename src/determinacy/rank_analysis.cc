@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rank_analysis.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/parallel.h"
+#include "normals/elimination.h"
+#include "normals/reduced_system.h"
+#include "rigid_motions.h"
+#include "sparse/least_eigenpairs.h"
+#include "target_effects.h"
+#include "weak_basis.h"
+#include "weak_words.h"
+
+namespace sarblock {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kLift_1 = 1e-9;
+/// Added to the unit diagonal of a singular S so that it can be factored.
+constexpr double kNullSpaceLift_1 = 1e-9;
+/// Eigenpairs above this are not looked at: a parameter a hundred times worse than it would be with
+/// all others known is nothing unusual.
+constexpr double kLooked_1 = 1e-4;
+constexpr int kFirstPairs = 6, kMostPairs = 48;
+/// Parameters with less than this part of the largest share are not named.
+constexpr double kNamedShare_1 = 0.1;
+/// More directions than this are not described one by one.
+constexpr std::size_t kDescribed = 12;
+
+/// Everything that judging and naming of directions reads.
+struct Context {
+  const AdjustmentProblem& problem;
+  const BlockSymmetricMatrix& scaled;
+  const VectorXd& scale;
+  const BlockState* state;
+  const BlockCholesky& factor;
+  bool singular;  // the factor is that of a lifted matrix
+  std::vector<int> pass_of;
+  TargetEffects effects;
+
+  [[nodiscard]] const Parameter& At(Index i) const {
+    return problem.layout.parameters[static_cast<std::size_t>(i)];
+  }
+};
+
+/// Figures of a unit direction v of the scaled parameters.
+WeakDirection Judge(const Context& context, const VectorXd& v) {
+  WeakDirection out;
+  out.eigenvalue_1 = std::max(0.0, v.dot(context.scaled.Multiply(v)));
+  double priors = 0.0, effect_m = 0.0;
+  for (Index i = 0; i < v.size(); ++i) {
+    const double moved = v[i] * context.scale[i];
+    if (context.At(i).has_prior()) {
+      const double part = moved / context.At(i).prior_sigma;
+      priors += part * part;
+    } else {
+      effect_m = std::max(effect_m, std::abs(moved) * context.effects.metres[i]);
+    }
+  }
+  out.undetermined = !(out.eigenvalue_1 > kLeastEigenvalue_1);
+  const double length = std::sqrt(out.eigenvalue_1);
+  out.prior_part_1 = length > 0.0 ? std::min(1.0, priors / out.eigenvalue_1) : 0.0;
+  out.effect_m = length > 0.0 ? effect_m / length : std::numeric_limits<double>::infinity();
+  // A direction that priors hold is determined, by them: legitimate whatever it is worth.
+  if (out.prior_part_1 < 0.5 && out.effect_m > kOpenEffectPart_1 * context.effects.range_m) {
+    out.undetermined = true;
+  }
+  const double most = v.cwiseAbs().maxCoeff();
+  for (Index i = 0; i < v.size(); ++i) {
+    if (std::abs(v[i]) < kNamedShare_1 * most) continue;
+    out.parameters.push_back({static_cast<int>(i), v[i]});
+  }
+  std::stable_sort(out.parameters.begin(), out.parameters.end(), [](const auto& a, const auto& b) {
+    return std::abs(a.share_1) > std::abs(b.share_1) * (1.0 + 1e-9);
+  });
+  return out;
+}
+
+bool IsNearly(const Context& context, const WeakDirection& direction) {
+  return direction.eigenvalue_1 < kNearEigenvalue_1 ||
+         (direction.prior_part_1 < 0.5 &&
+          direction.effect_m > kNearEffectPart_1 * context.effects.range_m);
+}
+
+/// Exact posterior sigmas of the parameters named and the correlation of the first two, by
+/// solutions on the factor.
+void AddSigmas(const Context& context, WeakDirection* direction) {
+  constexpr std::size_t kSolved = 4;
+  const auto count = static_cast<Index>(std::min(kSolved, direction->parameters.size()));
+  MatrixXd columns = MatrixXd::Zero(context.scale.size(), count);
+  for (Index k = 0; k < count; ++k) {
+    columns(direction->parameters[static_cast<std::size_t>(k)].index, k) = 1.0;
+  }
+  context.factor.Solve(columns);
+  for (std::size_t k = 0; k < direction->parameters.size(); ++k) {
+    WeakParameter& parameter = direction->parameters[k];
+    const double variance = k < kSolved
+                                ? columns(parameter.index, static_cast<Index>(k))
+                                : parameter.share_1 * parameter.share_1 / direction->eigenvalue_1;
+    parameter.sigma = context.scale[parameter.index] * std::sqrt(std::max(0.0, variance));
+  }
+  if (count < 2) return;
+  const int a = direction->parameters[0].index, b = direction->parameters[1].index;
+  direction->correlation_1 = columns(a, 1) / std::sqrt(columns(a, 0) * columns(b, 1));
+}
+
+/// The tie point each direction moves most, dp = -R^-1 T dc.
+void AddMovedPoints(const Context& context,
+                    const MatrixXd& directions,
+                    std::vector<WeakDirection>* report) {
+  if (context.state == nullptr || report->empty()) return;
+  const AdjustmentProblem& problem = context.problem;
+  constexpr std::size_t kPointsPerChunk = 1024;
+  const std::size_t points = problem.block.points.size();
+  const auto count = static_cast<Index>(report->size());
+  struct Most {
+    double square = -1.0;
+    std::size_t point = 0;
+  };
+  std::vector<std::vector<Most>> parts((points + kPointsPerChunk - 1) / kPointsPerChunk);
+  ParallelForChunks(
+      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        std::vector<Most>& most = parts[chunk];
+        most.resize(report->size());
+        PointFactor factor;
+        PointColumns columns;
+        for (std::size_t point = begin; point < end; ++point) {
+          if (!problem.Solves(point) || problem.control_of[point] >= 0) continue;
+          FactorPoint(problem, *context.state, {}, 0.0, point, &factor);
+          if (!(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) continue;
+          ProjectColumns(problem, factor, &columns);
+          if (columns.width == 0) continue;
+          MatrixXd local(columns.width, count);
+          for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
+            const ParameterBlock& block =
+                problem.layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
+            local.middleRows(columns.begin[b], block.size) =
+                directions.middleRows(block.offset, block.size);
+          }
+          const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> t(
+              columns.t.data(), 3, columns.width);
+          const MatrixXd moved = factor.r.triangularView<Eigen::Upper>().solve(t * local);
+          for (Index k = 0; k < count; ++k) {
+            const double square = moved.col(k).squaredNorm();
+            Most& best = most[static_cast<std::size_t>(k)];
+            if (square > best.square * (1.0 + 1e-9)) best = {square, point};
+          }
+        }
+      });
+  for (std::size_t k = 0; k < report->size(); ++k) {
+    Most best;
+    for (const std::vector<Most>& part : parts) {
+      if (part[k].square > best.square * (1.0 + 1e-9)) best = part[k];
+    }
+    if (!(best.square > 0.0)) continue;
+    (*report)[k].moved_point = static_cast<std::uint32_t>(best.point);
+    (*report)[k].moved_m = std::sqrt(best.square);
+  }
+}
+
+/// Directions of a weak subspace as sparse as they come, judged, rigid motions named.
+std::vector<WeakDirection> Name(const Context& context, const MatrixXd& weak, bool undetermined) {
+  std::vector<WeakDirection> out;
+  const std::vector<NamedDirection> basis =
+      NameableBasis(context.problem, context.pass_of, context.scale, weak);
+  MatrixXd moved(weak.rows(), static_cast<Index>(basis.size()));
+  for (std::size_t k = 0; k < basis.size(); ++k) {
+    WeakDirection direction = Judge(context, basis[k].vector);
+    direction.undetermined = undetermined;
+    direction.motion = basis[k].motion;
+    const double length = std::sqrt(std::max(direction.eigenvalue_1, kLeastEigenvalue_1));
+    moved.col(static_cast<Index>(k)) =
+        context.scale.cwiseProduct(basis[k].vector) / (undetermined ? 1.0 : length);
+    // The factor of a lifted matrix says nothing of sigmas.
+    if (!context.singular) AddSigmas(context, &direction);
+    out.push_back(std::move(direction));
+  }
+  AddMovedPoints(context, moved, &out);
+  for (std::size_t k = 0; k < std::min(out.size(), kDescribed); ++k) {
+    out[k].text = DescribeDirection(context.problem, context.pass_of, out[k]);
+  }
+  return out;
+}
+
+/// Weak eigenvectors, and with them columns of S^-1 of parameters without a prior that even all
+/// others known would leave open.
+struct WeakSpaces {
+  MatrixXd undetermined, nearly;
+  bool more = false;
+  double least_1 = 1.0;
+};
+
+MatrixXd Columns(Index rows, const std::vector<VectorXd>& columns) {
+  MatrixXd out(rows, static_cast<Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k) out.col(static_cast<Index>(k)) = columns[k];
+  return out;
+}
+
+WeakSpaces FindWeak(const Context& context) {
+  WeakSpaces out;
+  LeastEigenpairOptions options;
+  options.settle_below_1 = kLooked_1;
+  std::vector<VectorXd> undetermined, nearly;
+  const Index n = context.scale.size();
+  for (int count = kFirstPairs;; count = std::min(4 * count, kMostPairs)) {
+    options.count = count;
+    undetermined.clear();
+    nearly.clear();
+    const LeastEigenpairs pairs = FindLeastEigenpairs(context.scaled, context.factor, options);
+    out.least_1 = pairs.values[0];
+    for (Index k = 0; k < pairs.values.size() && pairs.values[k] < kLooked_1; ++k) {
+      const VectorXd v = pairs.vectors.col(k);
+      const WeakDirection direction = Judge(context, v);
+      // What the factorisation met is undetermined, however its eigenvalue came out.
+      if (direction.undetermined || (context.singular && k == 0)) {
+        undetermined.push_back(v);
+      } else if (IsNearly(context, direction)) {
+        nearly.push_back(v);
+      }
+    }
+    const auto found = static_cast<Index>(undetermined.size() + nearly.size());
+    const bool all = found == pairs.values.size() && found < n;
+    out.more = all && count >= kMostPairs;
+    if (!all || count >= kMostPairs) break;
+  }
+  for (Index i = 0; i < n && nearly.size() < kDescribed; ++i) {
+    if (context.At(i).has_prior()) continue;
+    const double alone_m = context.scale[i] * context.effects.metres[i];
+    if (!(alone_m > kNearEffectPart_1 * context.effects.range_m)) continue;
+    VectorXd v = VectorXd::Unit(n, i);
+    context.factor.Solve(v);
+    v.normalize();
+    const bool open = alone_m > kOpenEffectPart_1 * context.effects.range_m;
+    (open ? undetermined : nearly).push_back(v);
+  }
+  out.undetermined = Columns(n, undetermined);
+  out.nearly = Columns(n, nearly);
+  return out;
+}
+
+}  // namespace
+
+RankReport AnalyseRank(const AdjustmentProblem& problem,
+                       const BlockSymmetricMatrix& scaled,
+                       const VectorXd& scale,
+                       const BlockState* state,
+                       BlockCholesky* factor) {
+  RankReport report;
+  if (scaled.rows() == 0) return report;
+  const bool singular = !factor->Factorize(scaled).positive_definite;
+  BlockSymmetricMatrix lifted;
+  for (double lift_1 = kLift_1; singular; lift_1 *= 100.0) {
+    lifted = scaled;
+    for (int b = 0; b < lifted.block_count(); ++b) lifted.Block(b, b).diagonal().array() += lift_1;
+    if (factor->Factorize(lifted).positive_definite) break;
+    if (lift_1 > 1.0) {
+      throw UndeterminedError("the reduced matrix of the corrections is not finite or indefinite",
+                              {});
+    }
+  }
+  Context context{
+      problem, scaled, scale, state, *factor, singular, PassOfParameters(problem.layout), {}};
+  context.effects = TargetEffectsOf(problem, context.pass_of);
+  const WeakSpaces weak = FindWeak(context);
+  report.more = weak.more;
+  report.condition_1 = LargestEigenvalue(scaled) / std::max(weak.least_1, 1e-300);
+  report.undetermined = Name(context, weak.undetermined, true);
+  // Beside what is refused, what is merely weak is no news.
+  if (report.regular()) report.nearly = Name(context, weak.nearly, false);
+  return report;
+}
+
+void RequireRegular(const AdjustmentProblem& problem,
+                    const RankReport& report,
+                    const std::vector<std::string>& structure) {
+  if (report.regular()) return;
+  std::string text = "the block does not determine its corrections: ";
+  std::vector<std::string> names;
+  std::set<int> named;
+  std::size_t described = 0;
+  for (const WeakDirection& direction : report.undetermined) {
+    if (!direction.text.empty()) text += (described++ == 0 ? "" : "; ") + direction.text;
+    for (const WeakParameter& parameter : direction.parameters) {
+      if (!named.insert(parameter.index).second) continue;
+      names.push_back(problem.layout.Describe(parameter.index));
+    }
+  }
+  if (described < report.undetermined.size()) {
+    text += "; and " + std::to_string(report.undetermined.size() - described) +
+            " more directions like these";
+  }
+  if (report.more) text += "; and more than were looked for";
+  for (const std::string& finding : structure) text += "; " + finding;
+  throw UndeterminedError(text + "; these parameters take part", names);
+}
+
+void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result) {
+  for (const WeakDirection& direction : rank.nearly) {
+    if (direction.text.empty()) continue;
+    Warn(result, "nearly undetermined: " + direction.text);
+  }
+  if (rank.more || (!rank.nearly.empty() && rank.nearly.back().text.empty())) {
+    Warn(result, "more directions than were looked for or described are nearly undetermined");
+  }
+}
+
+RankReport FactorAndAnalyse(ReducedSystem* system, const BlockState* state) {
+  if (system->matrix().rows() == 0) return {};
+  const BlockSymmetricMatrix scaled = system->FormScaled();
+  return AnalyseRank(system->problem(), scaled, system->Unit(), state, &system->factor());
+}
+
+RankReport FactorRegular(ReducedSystem* system) {
+  RankReport report = FactorAndAnalyse(system);
+  RequireRegular(system->problem(), report);
+  return report;
+}
+
+MatrixXd NullSpace(ReducedSystem* system) {
+  const RankReport report = FactorAndAnalyse(system);
+  if (report.regular()) return MatrixXd(system->matrix().rows(), 0);
+  const BlockSymmetricMatrix scaled = system->FormScaled();
+  BlockCholesky& factor = system->factor();
+  BlockSymmetricMatrix lifted = scaled;
+  for (int b = 0; b < lifted.block_count(); ++b) {
+    lifted.Block(b, b).diagonal().array() += kNullSpaceLift_1;
+  }
+  if (!factor.Factorize(lifted).positive_definite) RequireRegular(system->problem(), report);
+  LeastEigenpairOptions options;
+  options.settle_below_1 = 10.0 * kLeastEigenvalue_1;
+  options.relative_change_1 = 1e-6;
+  for (options.count = 8;; options.count *= 2) {
+    const LeastEigenpairs pairs = FindLeastEigenpairs(scaled, factor, options);
+    Index defects = 0;
+    while (defects < pairs.values.size() && pairs.values[defects] <= kLeastEigenvalue_1) ++defects;
+    if (defects == pairs.values.size() && defects < system->matrix().rows()) continue;
+    return system->Unit().asDiagonal() * pairs.vectors.leftCols(defects);
+  }
+}
+
+}  // namespace sarblock

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/exchange/export_options.h"
+#include "sarblock/io/result_file.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace sarblock {
+
+/// What the writers of the single formats share.
+struct ExportView {
+  const ResultFile& result;
+  const ExportOptions& options;
+  double ellipse_scale_1 = 1.0;
+  std::vector<std::uint32_t> points;  ///< solved ones, in their order
+
+  [[nodiscard]] bool HasCovariance(std::uint32_t point) const;
+  [[nodiscard]] const Eigen::Vector3d& Position_m(std::uint32_t point) const {
+    return result.points.results.position_m[point];
+  }
+  [[nodiscard]] const SymmetricEnu& Covariance_m2(std::uint32_t point) const {
+    return result.points.results.covariance_m2[point];
+  }
+};
+
+/// Error of a check point, or null; `checks` are sorted by point.
+[[nodiscard]] const CheckResult* FindCheck(const std::vector<CheckResult>& checks,
+                                           std::uint32_t point);
+
+}  // namespace sarblock

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "export_view.h"
+
+namespace sarblock {
+
+/// SINEX 2.02 (docs/export.md).
+void WriteSinex(const std::filesystem::path& file, const ExportView& view, ExportReport* report);
+
+}  // namespace sarblock

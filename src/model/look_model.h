@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/flight/track_axes.h"
+#include "sarblock/flight/vertical_table.h"
+#include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
+#include "sarblock/model/simplified.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "flight/track_axes.h"
+#include "parameters.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Parameter blocks a look touches, in the order of its local columns.
+struct LookColumns {
+  std::array<int, ParameterLayout::kMaxLocalColumns> block;  ///< the first block_count are set
+  int block_count = 0;
+  int column_count = 0;
+};
+
+/// Weights of the two measurements of a look: one over their standard deviations.
+struct LookWeights {
+  double range_per_m = 1.0;
+  double time_per_s = 1.0;
+};
+
+/// Where a look is evaluated: its point at start_m + displacement_m, and its local corrections.
+struct LookState {
+  std::size_t look = 0;
+  const LookColumns& columns;
+  const Eigen::Vector3d& start_m;
+  const Eigen::Vector3d& displacement_m;
+  const double* x = nullptr;  ///< column_count values
+};
+
+/// The errors of the two measurements of a look, predicted less measured, and their partials, each
+/// times its weight. Row 0 is the range, row 1 the azimuth time.
+struct LookEvaluation {
+  Eigen::Vector2d error_1;               ///< R_p - R [m] and t_p - t [s], times the weights
+  Eigen::Matrix<double, 2, 3> by_point;  ///< [1] and [s/m], times the weights
+  /// By the look's local columns; the first column_count of each row are set.
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
+  double azimuth_mps = 0.0;  ///< metres at the target that a second of azimuth time is, |q|
+  bool beyond_path = false;  ///< the path was continued beyond its ends
+};
+
+/// The antenna at a time of a pass under corrections.
+struct CorrectedMotion {
+  Motion motion;             ///< corrected position, velocity and acceleration, nominal jerk
+  double path_time_s = 0.0;  ///< t + b_t
+};
+
+/// What a look measures, predicted from its point and all corrections: the explicit model
+/// (model.md, sections 3 and 4; docs/theory/observations.md, eqs. (11) to (11d)).
+///
+///     e_r(p, t) = (1 + kappa) rho + b_r + z m(p)     d = p - s(t), rho = |d|
+///     e_d(p, t) = u.d - rho sin(tau + b_tau)          u = unit(v + |v| (c_across a + c_up n))
+///
+///     t_p: e_d(p, t_p) = 0,     R_p = e_r(p, t_p)
+///
+/// The two measurements are independent: t_p - t over sigma_t and R_p - R over sigma_R. Their
+/// partials follow from those of e_r and e_d by the implicit function, dt_p = -(de_d)/q with
+/// q = de_d/dt.
+///
+/// s and v are position and velocity of the corrected path, the turning of the track axes included,
+/// read at the measured time t + b_t. From there the antenna moves on for the time error t_p - t
+/// with its acceleration and jerk: within a piece of the path that is the path itself, to third
+/// order in the time error. So the equations of a look are smooth however much the path's
+/// acceleration jumps at its states, nothing is read beyond the ends of a path but for a time bias,
+/// and a look depends on the same parameters at every state. Where noise of the states makes the
+/// cubic's acceleration turn the cone by more than kMostTurn_1 of the speed at which it passes over
+/// the points, the acceleration of the velocities takes its place. t_p is found anew at every
+/// evaluation (Newton's method on the cone, to 1e-12 of rho). Thread-safe; holds references to the
+/// block and the layout, which must outlive it.
+class LookModel {
+ public:
+  LookModel(const Block& block, const ParameterLayout& layout, const Simplified& simplified = {});
+
+  [[nodiscard]] const Block& block() const { return block_; }
+  [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
+  [[nodiscard]] const Simplified& simplified() const { return simplified_; }
+
+  /// Part of the speed at which the cone passes over a point; see above.
+  static constexpr double kMostTurn_1 = 0.3;
+  /// Where the acceleration of a pass is taken from.
+  [[nodiscard]] Acceleration AccelerationOf(std::size_t pass) const { return accelerations_[pass]; }
+
+  /// Rough work of evaluating a look of a pass, in units of no meaning: counts, not times, decide
+  /// whether a simplification is worth taking, so that they decide alike on every machine.
+  [[nodiscard]] double WorkOf(std::size_t pass) const;
+
+  /// Standard deviations of a look: the block's times the factors of its pass.
+  [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
+  /// Factors on the standard deviations of range and azimuth by pass; empty: 1. The weights do not
+  /// follow by themselves (UpdateWeights).
+  void ScaleSigmas(std::vector<std::array<double, 2>> factor_of_pass_1) {
+    sigma_factor_1_ = std::move(factor_of_pass_1);
+  }
+  [[nodiscard]] const std::vector<std::array<double, 2>>& sigma_factors() const {
+    return sigma_factor_1_;
+  }
+
+  void ColumnsOf(std::size_t look, LookColumns* columns) const;
+  /// The columns of a look of `pass` measured at `time_s`.
+  void ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const;
+
+  /// Errors and partials of a look. False where the model has no value: path too far away, point at
+  /// the antenna, a cone that the point is never on, sight line level at the target under a
+  /// troposphere, overflow.
+  [[nodiscard]] bool Evaluate(const LookState& at,
+                              const LookWeights& weights,
+                              LookEvaluation* out) const;
+
+  /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
+  /// nothing outside the path.
+  [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAt(std::size_t pass,
+                                                                 double time_s,
+                                                                 const Eigen::VectorXd& x) const;
+
+  /// The same for a path time given outright, as for the states of the corrected path.
+  [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAtPathTime(
+      std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const;
+
+  /// A look as a Sight of the geometry module with corrections `x`, read at its measured time;
+  /// nothing outside the path.
+  [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;
+
+  [[nodiscard]] Cone ConeOf(std::size_t look) const;
+
+  /// Asks the memory for what a look will read of its path.
+  void Prefetch(std::size_t look) const {
+    PathOf(block_.looks.pass[look]).Prefetch(block_.looks.time_s[look]);
+  }
+
+ private:
+  struct Reading;  // of a corrected path
+  /// What a pass reads of its track axes.
+  struct PassAxes {
+    bool constant = false;
+    Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< where constant
+    VerticalTable verticals;                               ///< else
+  };
+  [[nodiscard]] const FlightPath& PathOf(std::size_t pass) const {
+    return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
+  }
+  [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
+  [[nodiscard]] bool ReadPath(
+      std::size_t pass, double measured_s, double path_s, const double* x, Reading* out) const;
+
+  const Block& block_;
+  const ParameterLayout& layout_;
+  Simplified simplified_;
+  std::vector<FlightPath> straightened_;     // by pass; empty: the block's
+  std::vector<PassAxes> axes_;               // by pass
+  std::vector<Acceleration> accelerations_;  // by pass
+  Vertical middle_;                          // of a flat frame
+  std::vector<std::array<double, 2>> sigma_factor_1_;
+};
+
+/// How much of the speed at which a pass's cone passes over its farthest point, |v|, the noise of
+/// its states turns the cone by: |a_cubic - a_velocities| R / v^2, by piece of the path. Above 1
+/// the rate of the cone changes sign between states.
+[[nodiscard]] std::vector<double> ConeTurning_1(const FlightPath& path, double range_m);
+/// Largest range measured in each pass [m].
+[[nodiscard]] std::vector<double> LargestRanges_m(const Block& block);
+
+/// Local corrections of a look gathered from the block's vector x.
+void GatherColumns(const ParameterLayout& layout,
+                   const LookColumns& columns,
+                   const Eigen::VectorXd& x,
+                   double* local);
+
+}  // namespace sarblock

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "parameters.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <map>
+
+#include "flight/track_axes.h"
+
+namespace sarblock {
+namespace {
+
+/// Builds a layout group by group. Static parameters are first collected per owner (a pass or a
+/// shared group) and numbered at the end, so that an owner's parameters stand together.
+class LayoutBuilder {
+ public:
+  explicit LayoutBuilder(const Block& block) : block_(block) {
+    layout_.passes.resize(block.passes.size());
+    own_of_.resize(block.passes.size());
+    for (std::size_t i = 0; i < block.passes.size(); ++i) {
+      const Pass& pass = block.passes[i];
+      layout_.passes[i].middle_s = 0.5 * (pass.start_s + pass.end_s);
+      layout_.passes[i].half_length_s = 0.5 * (pass.end_s - pass.start_s);
+      index_of_pass_[pass.id] = i;
+    }
+  }
+
+  void Add(const CorrectionGroup& group) {
+    const std::vector<std::size_t> members = Members(group);
+    if (!group.shared) {
+      for (const std::size_t pass : members) {
+        for (const CorrectionGroup* other : own_of_[pass]) {
+          if (!Overlap(*other, group)) continue;
+          throw InputError("correction." + group.name,
+                           "pass " + block_.passes[pass].id +
+                               " has two groups of this kind, at most one that is not shared is "
+                               "allowed (for the position: one a component)");
+        }
+        own_of_[pass].push_back(&group);
+      }
+    }
+    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
+      CheckPosition(group, *position);
+      if (position->basis == PositionCorrection::Basis::kSpline) {
+        AddSpline(group, *position, members);
+        return;
+      }
+    }
+    if (group.shared) {
+      const int first = static_cast<int>(layout_.parameters.size());
+      const std::vector<Parameter> parameters = StaticParameters(group);
+      const int block = NewBlock(static_cast<int>(parameters.size()), true);
+      Append(group.name, parameters);
+      for (const std::size_t pass : members) {
+        PassCorrections& corrections = layout_.passes[pass];
+        corrections.blocks.push_back(block);
+        Bind(group, corrections.static_columns, &corrections);
+        corrections.static_columns += static_cast<int>(layout_.parameters.size()) - first;
+      }
+    } else {
+      for (const std::size_t pass : members) own_groups_[pass].push_back(&group);
+    }
+  }
+
+  ParameterLayout Finish() {
+    for (const auto& [pass, groups] : own_groups_) {
+      PassCorrections& corrections = layout_.passes[pass];
+      const int block = NewBlock(0, false);
+      corrections.blocks.push_back(block);
+      for (const CorrectionGroup* group : groups) {
+        const std::vector<Parameter> parameters = StaticParameters(*group);
+        Bind(*group, corrections.static_columns, &corrections);
+        Append(block_.passes[pass].id, parameters);
+        corrections.static_columns += static_cast<int>(parameters.size());
+        layout_.blocks.back().size += static_cast<int>(parameters.size());
+      }
+    }
+    for (std::size_t i = 0; i < layout_.passes.size(); ++i) {
+      const PassCorrections& corrections = layout_.passes[i];
+      CheckTerms(i,
+                 "position (polynomial)",
+                 corrections.polynomials.size(),
+                 ParameterLayout::kMaxPolynomials);
+      CheckTerms(i, "position (spline)", corrections.splines.size(), ParameterLayout::kMaxSplines);
+      CheckTerms(
+          i, "troposphere", corrections.troposphere.size(), ParameterLayout::kMaxTroposphere);
+      int columns = corrections.static_columns;
+      for (const SplineTerm& term : corrections.splines) columns += 4 * term.component_count;
+      if (columns > ParameterLayout::kMaxLocalColumns) {
+        throw InputError("correction",
+                         "pass " + block_.passes[i].id + " has " + std::to_string(columns) +
+                             " parameters at one look, at most " +
+                             std::to_string(ParameterLayout::kMaxLocalColumns) + " are allowed");
+      }
+    }
+    return std::move(layout_);
+  }
+
+ private:
+  std::vector<std::size_t> Members(const CorrectionGroup& group) const {
+    std::vector<std::size_t> members;
+    if (group.passes.empty()) {
+      for (std::size_t i = 0; i < block_.passes.size(); ++i) members.push_back(i);
+      return members;
+    }
+    for (const std::string& id : group.passes) {
+      const auto found = index_of_pass_.find(id);
+      if (found == index_of_pass_.end()) {
+        std::vector<std::string> known;
+        for (const Pass& pass : block_.passes) known.push_back(pass.id);
+        throw InputError(
+            "correction." + group.name + ".passes",
+            "no pass '" + id + "' in the block, did you mean '" + NearestName(id, known) + "'");
+      }
+      members.push_back(found->second);
+    }
+    std::sort(members.begin(), members.end());
+    members.erase(std::unique(members.begin(), members.end()), members.end());
+    return members;
+  }
+
+  static void CheckPosition(const CorrectionGroup& group, const PositionCorrection& position) {
+    const std::string key = "correction." + group.name;
+    const bool spline = position.basis == PositionCorrection::Basis::kSpline;
+    if (position.degree < 0 || position.degree > PositionCorrection::kMaxDegree) {
+      throw InputError(key + ".degree",
+                       std::to_string(position.degree) + " is outside 0 to " +
+                           std::to_string(PositionCorrection::kMaxDegree));
+    }
+    const auto on = std::count(position.components.begin(), position.components.end(), true);
+    if (on == 0) throw InputError(key + ".components", "is empty, name at least one axis");
+    for (const std::vector<double>& sigma_m : position.prior_sigma_m) {
+      const bool fits =
+          sigma_m.size() <= 1 ||
+          (!spline && sigma_m.size() == static_cast<std::size_t>(position.degree) + 1);
+      if (!fits) {
+        throw InputError(key + ".sigma_m",
+                         std::to_string(sigma_m.size()) +
+                             " values for one axis, allowed are one value or one a degree");
+      }
+    }
+  }
+
+  static const std::array<const char*, 3>& AxisNames(const PositionCorrection& position) {
+    return position.axes == PositionCorrection::Axes::kTrack ? kTrackAxisNames : kFrameAxisNames;
+  }
+
+  static double PriorOf(const PositionCorrection& position, std::size_t axis, std::size_t degree) {
+    const std::vector<double>& sigma_m = position.prior_sigma_m[axis];
+    if (sigma_m.empty()) return kNotGiven;
+    return sigma_m.size() == 1 ? sigma_m[0] : sigma_m[degree];
+  }
+
+  static Parameter OfPosition(const PositionCorrection& position,
+                              std::size_t axis,
+                              std::size_t degree,
+                              double prior_sigma) {
+    Parameter out;
+    out.name = std::string("position.") + AxisNames(position)[axis] + "." + std::to_string(degree);
+    out.unit = "m";
+    out.prior_sigma = prior_sigma;
+    out.axes = position.axes;
+    out.axis = static_cast<int>(axis);
+    out.degree = static_cast<int>(degree);
+    out.spline = position.basis == PositionCorrection::Basis::kSpline;
+    return out;
+  }
+
+  static Parameter OfKind(ParameterKind kind,
+                          const char* name,
+                          const char* unit,
+                          double prior_sigma) {
+    Parameter out;
+    out.kind = kind;
+    out.name = name;
+    out.unit = unit;
+    out.prior_sigma = prior_sigma;
+    return out;
+  }
+
+  /// Parameters of a group in the order of its local columns; Bind follows the same order.
+  static std::vector<Parameter> StaticParameters(const CorrectionGroup& group) {
+    std::vector<Parameter> out;
+    const auto add = [&out](ParameterKind kind, const char* name, const char* unit, double sigma) {
+      out.push_back(OfKind(kind, name, unit, sigma));
+    };
+    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!position->components[axis]) continue;
+        for (std::size_t k = 0; k <= static_cast<std::size_t>(position->degree); ++k) {
+          out.push_back(OfPosition(*position, axis, k, PriorOf(*position, axis, k)));
+        }
+      }
+    } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
+      const auto& sigma = velocity->prior_sigma;
+      if (velocity->components[0]) {
+        add(ParameterKind::kVelocityAcross, "velocity.across", "1", sigma[0]);
+      }
+      if (velocity->components[1]) add(ParameterKind::kVelocityUp, "velocity.up", "1", sigma[1]);
+    } else if (const auto* range = std::get_if<RangeCorrection>(&group.model)) {
+      if (range->bias) {
+        add(ParameterKind::kRangeBias, "range.bias", "m", range->bias_prior_sigma_m);
+      }
+      if (range->scale) {
+        add(ParameterKind::kRangeScale, "range.scale", "1", range->scale_prior_sigma);
+      }
+    } else if (const auto* time = std::get_if<TimeCorrection>(&group.model)) {
+      add(ParameterKind::kTimeBias, "time.bias", "s", time->bias_prior_sigma_s);
+    } else if (const auto* squint = std::get_if<SquintCorrection>(&group.model)) {
+      add(ParameterKind::kSquintBias, "squint.bias", "rad", squint->bias_prior_sigma_rad);
+    } else if (const auto* air = std::get_if<TroposphereCorrection>(&group.model)) {
+      add(ParameterKind::kZenithDelay, "troposphere.zenith", "m", air->zenith_prior_sigma_m);
+    }
+    if (out.empty()) {
+      throw InputError("correction." + group.name, "has no parameter, switch one on");
+    }
+    return out;
+  }
+
+  /// Connects a group's columns, from `column` on, to the effects of a pass.
+  static void Bind(const CorrectionGroup& group, int column, PassCorrections* pass) {
+    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
+      pass->polynomials.push_back({position->axes, position->components, position->degree, column});
+    } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
+      if (velocity->components[0]) pass->velocity_across.push_back(column++);
+      if (velocity->components[1]) pass->velocity_up.push_back(column);
+    } else if (const auto* range = std::get_if<RangeCorrection>(&group.model)) {
+      if (range->bias) pass->range_bias.push_back(column++);
+      if (range->scale) pass->range_scale.push_back(column);
+    } else if (std::holds_alternative<TimeCorrection>(group.model)) {
+      pass->time_bias.push_back(column);
+    } else if (std::holds_alternative<SquintCorrection>(group.model)) {
+      pass->squint_bias.push_back(column);
+    } else if (const auto* air = std::get_if<TroposphereCorrection>(&group.model)) {
+      pass->troposphere.push_back({column, air->scale_height_m});
+    }
+  }
+
+  void AddSpline(const CorrectionGroup& group,
+                 const PositionCorrection& position,
+                 const std::vector<std::size_t>& members) {
+    // A shared spline is one function of time over all its passes (strips of one flight).
+    std::vector<std::vector<std::size_t>> sets;
+    if (group.shared) {
+      sets.push_back(members);
+    } else {
+      for (const std::size_t pass : members) sets.push_back({pass});
+    }
+    for (const std::vector<std::size_t>& set : sets) {
+      double start_s = block_.passes[set.front()].start_s;
+      double end_s = block_.passes[set.front()].end_s;
+      for (const std::size_t pass : set) {
+        start_s = std::min(start_s, block_.passes[pass].start_s);
+        end_s = std::max(end_s, block_.passes[pass].end_s);
+      }
+      SplineTerm term;
+      term.axes = position.axes;
+      term.components = position.components;
+      term.component_count = static_cast<int>(
+          std::count(position.components.begin(), position.components.end(), true));
+      term.spline = UniformSpline(start_s, end_s, position.knot_spacing_s);
+      term.first_block = static_cast<int>(layout_.blocks.size());
+      const std::string owner = group.shared ? group.name : block_.passes[set.front()].id;
+      for (std::size_t q = 0; q < term.spline.count(); ++q) {
+        NewBlock(term.component_count, group.shared);
+        std::vector<Parameter> coefficient;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          if (!position.components[axis]) continue;
+          coefficient.push_back(OfPosition(position, axis, q, PriorOf(position, axis, 0)));
+        }
+        Append(owner, coefficient);
+      }
+      for (const std::size_t pass : set) layout_.passes[pass].splines.push_back(term);
+    }
+  }
+
+  void CheckTerms(std::size_t pass, const char* kind, std::size_t count, std::size_t most) const {
+    if (count <= most) return;
+    throw InputError("correction",
+                     "pass " + block_.passes[pass].id + " has " + std::to_string(count) +
+                         " groups of " + kind + ", at most " + std::to_string(most) +
+                         " are allowed");
+  }
+
+  int NewBlock(int size, bool shared) {
+    layout_.blocks.push_back({static_cast<int>(layout_.parameters.size()), size, shared});
+    return static_cast<int>(layout_.blocks.size()) - 1;
+  }
+
+  void Append(const std::string& owner, std::vector<Parameter> parameters) {
+    for (Parameter& parameter : parameters) {
+      parameter.owner = owner;
+      layout_.parameters.push_back(std::move(parameter));
+    }
+  }
+
+  const Block& block_;
+  ParameterLayout layout_;
+  std::map<std::string, std::size_t> index_of_pass_;
+  std::map<std::size_t, std::vector<const CorrectionGroup*>> own_groups_;
+  std::vector<std::vector<const CorrectionGroup*>> own_of_;
+};
+
+}  // namespace
+
+bool Overlap(const CorrectionGroup& a, const CorrectionGroup& b) {
+  if (a.model.index() != b.model.index()) return false;
+  const auto* one = std::get_if<PositionCorrection>(&a.model);
+  const auto* two = std::get_if<PositionCorrection>(&b.model);
+  if (one == nullptr || one->axes != two->axes) return true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (one->components[axis] && two->components[axis]) return true;
+  }
+  return false;
+}
+
+bool PassCorrections::NeedsTrackAxes() const {
+  if (!velocity_across.empty() || !velocity_up.empty()) return true;
+  const auto track = [](const auto& term) { return term.axes == PositionCorrection::Axes::kTrack; };
+  return std::any_of(polynomials.begin(), polynomials.end(), track) ||
+         std::any_of(splines.begin(), splines.end(), track);
+}
+
+std::string ParameterLayout::Describe(int parameter) const {
+  const Parameter& p = parameters[static_cast<std::size_t>(parameter)];
+  return p.owner + " " + p.name;
+}
+
+ParameterLayout MakeParameterLayout(const Block& block,
+                                    const std::vector<CorrectionGroup>& groups) {
+  LayoutBuilder builder(block);
+  for (const CorrectionGroup& group : groups) builder.Add(group);
+  return builder.Finish();
+}
+
+}  // namespace sarblock

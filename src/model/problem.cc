@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include <Eigen/Cholesky>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 4096;
+
+ControlEquations MakeControl(const Block& block, const KnownPosition& known) {
+  ControlEquations control;
+  control.point = known.point;
+  control.known_m = block.points.given_m[known.point];
+  std::array<int, 3> held{};
+  for (int i = 0; i < 3; ++i) {
+    if (known.held[static_cast<std::size_t>(i)]) held[static_cast<std::size_t>(control.rows++)] = i;
+  }
+  control.height_only =
+      control.rows == 1 && held[0] == 2 && block.frame.kind() == FrameKind::kGeocentric;
+  const Eigen::Matrix3d enu_from_frame = block.frame.EnuFromFrame(control.known_m);
+  Eigen::MatrixXd covariance(control.rows, control.rows), rotation(control.rows, 3);
+  for (int i = 0; i < control.rows; ++i) {
+    rotation.row(i) = enu_from_frame.row(held[static_cast<std::size_t>(i)]);
+    for (int j = 0; j < control.rows; ++j) {
+      covariance(i, j) = known.covariance_enu_m2(held[static_cast<std::size_t>(i)],
+                                                 held[static_cast<std::size_t>(j)]);
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+  if (factor.info() != Eigen::Success) {
+    throw InputError("point " + std::string(block.points.ids[known.point]),
+                     "the covariance of the control is not positive definite");
+  }
+  control.weight.topRows(control.rows) = factor.matrixL().solve(rotation);
+  return control;
+}
+
+double RelativeChange(double now, double before) { return std::abs(now - before) / now; }
+
+}  // namespace
+
+ControlEvaluation EvaluateControl(const Frame& frame,
+                                  const ControlEquations& control,
+                                  const Eigen::Vector3d& start_m,
+                                  const Eigen::Vector3d& displacement_m) {
+  ControlEvaluation out;
+  if (control.height_only) {
+    const Vertical at = frame.VerticalAt(start_m + displacement_m);
+    const double known_h_m = frame.VerticalAt(control.known_m).height_m;
+    const double weight = control.weight.row(0).norm();
+    out.residual[0] = weight * (at.height_m - known_h_m);
+    out.by_point.row(0) = weight * at.up_1.transpose();
+    return out;
+  }
+  out.residual = control.weight * ((start_m - control.known_m) + displacement_m);
+  out.by_point = control.weight;
+  return out;
+}
+
+AdjustmentProblem::AdjustmentProblem(const Block& source,
+                                     const std::vector<CorrectionGroup>& asked,
+                                     const Simplified& simplified)
+    : block(source),
+      groups(asked),
+      layout(MakeParameterLayout(source, groups)),
+      model(source, layout, simplified) {
+  const std::size_t points = block.points.size(), looks = block.looks.size();
+  look_used.resize(looks);
+  for (std::size_t i = 0; i < looks; ++i) look_used[i] = block.looks.rejected(i) ? 0 : 1;
+  point_status.assign(points, PointStatus::kAdjusted);
+  point_reason.resize(points);
+  weights.assign(looks, {0.0, 0.0});
+  control_of.assign(points, -1);
+  for (const KnownPosition& known : block.points.known) {
+    const bool any = known.held[0] || known.held[1] || known.held[2];
+    if (block.points.role[known.point] != PointRole::kControl || !any) continue;
+    control_of[known.point] = static_cast<std::int32_t>(control.size());
+    control.push_back(MakeControl(block, known));
+  }
+}
+
+void AdjustmentProblem::LeaveOut(std::size_t point, PointStatus status, const std::string& reason) {
+  point_status[point] = status;
+  point_reason[point] = reason;
+  for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+    look_used[i] = 0;
+  }
+}
+
+int AdjustmentProblem::CountLooks(std::size_t point) const {
+  const auto begin = look_used.begin() + static_cast<std::ptrdiff_t>(block.looks.offsets[point]);
+  const auto end = look_used.begin() + static_cast<std::ptrdiff_t>(block.looks.offsets[point + 1]);
+  return static_cast<int>(std::count(begin, end, std::uint8_t{1}));
+}
+
+bool EvaluateLook(const LookModel& model,
+                  const BlockState& state,
+                  std::size_t point,
+                  std::size_t look,
+                  const LookWeights& weights,
+                  LookColumns* columns,
+                  LookEvaluation* out) {
+  model.ColumnsOf(look, columns);
+  // The corrections of one block stand together as they are.
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  const double* x = local.data();
+  if (columns->block_count == 1) {
+    const auto block = static_cast<std::size_t>(columns->block[0]);
+    x = state.corrections.data() + model.layout().blocks[block].offset;
+  } else {
+    GatherColumns(model.layout(), *columns, state.corrections, local.data());
+  }
+  return model.Evaluate(
+      {look, *columns, state.start_m[point], state.displacement_m[point], x}, weights, out);
+}
+
+double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
+  const Block& block = problem->block;
+  const LookModel& model = problem->model;
+  const std::size_t points = block.points.size();
+  std::vector<double> largest((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
+  ParallelForChunks(
+      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        LookColumns columns;
+        LookEvaluation at;
+        for (std::size_t point = begin; point < end; ++point) {
+          if (!problem->Solves(point)) continue;
+          for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
+               ++i) {
+            if (problem->look_used[i] == 0) continue;
+            const LookSigma sigma = model.SigmaOf(i);
+            const LookWeights old = problem->weights[i];
+            LookWeights now{1.0 / sigma.range_m, 1.0 / sigma.azimuth};
+            if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
+              if (EvaluateLook(model, state, point, i, {}, &columns, &at)) {
+                now.time_per_s = at.azimuth_mps / sigma.azimuth;
+              } else if (old.time_per_s > 0.0) {
+                now.time_per_s = old.time_per_s;
+              } else {
+                Motion motion;
+                if (!block.passes[block.looks.pass[i]].path.Evaluate(block.looks.time_s[i],
+                                                                     &motion)) {
+                  continue;
+                }
+                now.time_per_s = motion.velocity_mps.norm() / sigma.azimuth;
+              }
+            }
+            largest[chunk] = std::max({largest[chunk],
+                                       RelativeChange(now.range_per_m, old.range_per_m),
+                                       RelativeChange(now.time_per_s, old.time_per_s)});
+            problem->weights[i] = now;
+          }
+        }
+      });
+  return largest.empty() ? 0.0 : *std::max_element(largest.begin(), largest.end());
+}
+
+ProblemCounts CountProblem(const AdjustmentProblem& problem) {
+  ProblemCounts counts;
+  counts.defects = problem.held.size();
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    counts.parameters += 3;
+    counts.looks += static_cast<std::size_t>(problem.CountLooks(point));
+    if (problem.control_of[point] >= 0) {
+      counts.observations += static_cast<std::size_t>(
+          problem.control[static_cast<std::size_t>(problem.control_of[point])].rows);
+    }
+  }
+  counts.observations += 2 * counts.looks;
+  for (const Parameter& parameter : problem.layout.parameters) {
+    counts.parameters += 1;
+    if (parameter.has_prior()) ++counts.observations;
+  }
+  return counts;
+}
+
+}  // namespace sarblock

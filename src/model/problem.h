@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include <cstdint>
+#include <vector>
+
+#include "look_model.h"
+#include "parameters.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Unknowns of an adjustment at one moment. A point is a displacement from its own start position,
+/// so that no unknown is a number of millions of metres known to a millimetre.
+struct BlockState {
+  std::vector<Eigen::Vector3d> start_m;         ///< by point, frame axes
+  std::vector<Eigen::Vector3d> displacement_m;  ///< by point
+  Eigen::VectorXd corrections;                  ///< by parameter
+
+  [[nodiscard]] Eigen::Vector3d Position(std::size_t point) const {
+    return start_m[point] + displacement_m[point];
+  }
+};
+
+/// Weighted equations of one control point: up to three rows L^-1 (E (p - p_c)) of the components
+/// held (model.md, section 4). Where only the height of a point in a geocentric frame is held, the
+/// row is the difference of ellipsoidal heights, so that a poor horizontal approximation does not
+/// turn the tangent plane into a height error.
+struct ControlEquations {
+  std::uint32_t point = 0;
+  int rows = 0;
+  bool height_only = false;
+  Eigen::Matrix3d weight = Eigen::Matrix3d::Zero();  ///< first `rows` rows: L^-1 E
+  Eigen::Vector3d known_m = Eigen::Vector3d::Zero();
+};
+
+/// Value and Jacobian of control equations at a position start + displacement.
+struct ControlEvaluation {
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< first `rows` entries [1]
+  Eigen::Matrix3d by_point = Eigen::Matrix3d::Zero();  ///< first `rows` rows [1/m]
+};
+[[nodiscard]] ControlEvaluation EvaluateControl(const Frame& frame,
+                                                const ControlEquations& control,
+                                                const Eigen::Vector3d& start_m,
+                                                const Eigen::Vector3d& displacement_m);
+
+/// A correction held at a value, to give a floating block one solution among many: a minimal
+/// constraint (inner_datum.h). It is no observation.
+struct HeldParameter {
+  int parameter = 0;
+  double value = 0.0;
+};
+
+/// An adjustment before it is solved: the model, what takes part in it and with which weights.
+/// The Ceres cost functions, the reduced normals, the covariance and the quality figures all read
+/// this one description.
+struct AdjustmentProblem {
+  AdjustmentProblem(const Block& source,
+                    const std::vector<CorrectionGroup>& asked,
+                    const Simplified& simplified = {});
+
+  const Block& block;
+  std::vector<CorrectionGroup> groups;
+  ParameterLayout layout;
+  LookModel model;                        ///< refers to block and layout
+  std::vector<std::uint8_t> look_used;    ///< by look: takes part
+  std::vector<PointStatus> point_status;  ///< by point; IsSolved() takes part
+  std::vector<std::string> point_reason;  ///< by point; why not, for people
+  std::vector<LookWeights> weights;       ///< by look
+  std::vector<ControlEquations> control;  ///< of control points, sorted by point
+  std::vector<std::int32_t> control_of;   ///< by point: index into control, or -1
+  std::vector<HeldParameter> held;        ///< of a block without a datum
+
+  AdjustmentProblem(const AdjustmentProblem&) = delete;
+  AdjustmentProblem& operator=(const AdjustmentProblem&) = delete;
+
+  [[nodiscard]] bool Solves(std::size_t point) const { return IsSolved(point_status[point]); }
+  /// Leaves a point and its looks out.
+  void LeaveOut(std::size_t point, PointStatus status, const std::string& reason);
+  /// Looks of a point that take part.
+  [[nodiscard]] int CountLooks(std::size_t point) const;
+};
+
+/// Evaluates a look of a point at a state; finds its columns too. False where the model has no
+/// value.
+[[nodiscard]] bool EvaluateLook(const LookModel& model,
+                                const BlockState& state,
+                                std::size_t point,
+                                std::size_t look,
+                                const LookWeights& weights,
+                                LookColumns* columns,
+                                LookEvaluation* out);
+
+/// Forms the weights of every look in use at a state: an azimuth given in metres at the target
+/// becomes seconds there, sigma_t = sigma_a / |q|. A look without a value keeps its former weights,
+/// at first those of the speed of its path. Returns the largest relative change of a weight.
+double UpdateWeights(const BlockState& state, AdjustmentProblem* problem);
+
+/// Counts of observations and parameters (model.md, section 6).
+struct ProblemCounts {
+  std::size_t looks = 0;
+  std::size_t observations = 0;
+  std::size_t parameters = 0;
+  std::size_t defects = 0;  ///< parameters held because nothing determines them
+  [[nodiscard]] double redundancy() const {
+    return static_cast<double>(observations + defects) - static_cast<double>(parameters);
+  }
+};
+[[nodiscard]] ProblemCounts CountProblem(const AdjustmentProblem& problem);
+
+}  // namespace sarblock

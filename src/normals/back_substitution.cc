@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "back_substitution.h"
+
+#include "core/parallel.h"
+#include "point_terms.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 1024;
+
+/// The step of a point and the decrease of the cost that the quadratic model predicts of it.
+struct PointStep {
+  Eigen::Vector3d step_m = Eigen::Vector3d::Zero();
+  double predicted_decrease_1 = 0.0;
+};
+
+double PredictedDecrease(const Eigen::Vector3d& gradient,
+                         const Eigen::Vector3d& square_1,
+                         double damping_1,
+                         const Eigen::Vector3d& step_m) {
+  return 0.5 * (-gradient.dot(step_m) + damping_1 * step_m.cwiseAbs2().dot(square_1));
+}
+
+/// One state with a step of its corrections.
+struct BackSubstitution {
+  const AdjustmentProblem& problem;
+  const BlockState& state;
+  const Weighting& weighting;
+  double damping_1;
+  const Eigen::VectorXd& dx;
+
+  /// J_c dx of a look.
+  [[nodiscard]] Eigen::Vector2d Along(const WhitenedLook& look) const {
+    Eigen::Vector2d along_1 = Eigen::Vector2d::Zero();
+    std::size_t local = 0;
+    for (int b = 0; b < look.columns.block_count; ++b) {
+      const ParameterBlock& block =
+          problem.layout
+              .blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
+      for (int c = 0; c < block.size; ++c, ++local) {
+        along_1[0] += look.row[0][local] * dx[block.offset + c];
+        along_1[1] += look.row[1][local] * dx[block.offset + c];
+      }
+    }
+    return along_1;
+  }
+
+  /// By the square V of the point's equations; false where V has lost digits that they have.
+  [[nodiscard]] bool BySquare(const PointFactor& factor, std::size_t point, PointStep* out) const {
+    PointSums sums, along_sums;
+    for (int k = 0; k < factor.look_count; ++k) {
+      const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+      sums.Add(look.by_point, look.error_1);
+      along_sums.AddGradient(look.by_point, Along(look));
+    }
+    if (problem.control_of[point] >= 0) {
+      const ControlEquations& equations =
+          problem.control[static_cast<std::size_t>(problem.control_of[point])];
+      sums.Add(EvaluateControl(
+          problem.block.frame, equations, state.start_m[point], state.displacement_m[point]));
+    }
+    const Eigen::Vector3d gradient = sums.Gradient();
+    const Eigen::Vector3d moved = gradient + along_sums.Gradient();
+    Eigen::Vector3d square = sums.Diagonal();
+    if (damping_1 > 0.0) square = square.cwiseMax(kLeastColumnPart_1 * square.maxCoeff());
+    Eigen::Matrix3d r;
+    Eigen::Vector3d inverse;
+    if (!FactorNormal((1.0 + damping_1) * square, sums.Above(), damping_1 > 0.0, &r, &inverse)) {
+      return false;
+    }
+    // V dp = R' R dp = -J_p' (e + J_c dx)
+    Eigen::Vector3d y;
+    y[0] = moved[0] * inverse[0];
+    y[1] = (moved[1] - r(0, 1) * y[0]) * inverse[1];
+    y[2] = (moved[2] - r(0, 2) * y[0] - r(1, 2) * y[1]) * inverse[2];
+    out->step_m[2] = -y[2] * inverse[2];
+    out->step_m[1] = (-y[1] - r(1, 2) * out->step_m[2]) * inverse[1];
+    out->step_m[0] = (-y[0] - r(0, 1) * out->step_m[1] - r(0, 2) * out->step_m[2]) * inverse[0];
+    out->predicted_decrease_1 = PredictedDecrease(gradient, square, damping_1, out->step_m);
+    return true;
+  }
+
+  /// By the QR factors of the point, however thin its intersection.
+  [[nodiscard]] PointStep ByFactors(std::size_t point, PointFactor* factor) const {
+    FactorPoint(problem, state, weighting, damping_1, point, factor);
+    for (int k = 0; k < factor->look_count; ++k) {  // the right side becomes e + J_c dx
+      const Eigen::Vector2d along_1 = Along(factor->looks[static_cast<std::size_t>(k)]);
+      factor->e[static_cast<std::size_t>(2 * k)] += along_1[0];
+      factor->e[static_cast<std::size_t>(2 * k + 1)] += along_1[1];
+    }
+    PointStep out;
+    out.step_m = -factor->r.triangularView<Eigen::Upper>().solve(Project(*factor, factor->e));
+    out.predicted_decrease_1 =
+        PredictedDecrease(factor->gradient, factor->square_1, damping_1, out.step_m);
+    return out;
+  }
+};
+
+}  // namespace
+
+PointSteps SubstituteBack(const AdjustmentProblem& problem,
+                          const BlockState& state,
+                          const Weighting& weighting,
+                          double damping_1,
+                          const Eigen::VectorXd& dx) {
+  const std::size_t points = problem.block.points.size();
+  PointSteps out;
+  out.displacement_m = state.displacement_m;
+  std::vector<double> predicted_1((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
+  const BackSubstitution substitution{problem, state, weighting, damping_1, dx};
+  ParallelForChunks(
+      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        PointFactor factor;
+        for (std::size_t point = begin; point < end; ++point) {
+          if (!problem.Solves(point)) continue;
+          EvaluateLooks(problem, state, weighting, point, &factor);
+          PointStep step;
+          if (!substitution.BySquare(factor, point, &step)) {
+            step = substitution.ByFactors(point, &factor);
+          }
+          if (!step.step_m.allFinite()) continue;
+          out.displacement_m[point] += step.step_m;
+          predicted_1[chunk] += step.predicted_decrease_1;
+        }
+      });
+  for (const double part : predicted_1) out.predicted_decrease_1 += part;
+  return out;
+}
+
+}  // namespace sarblock

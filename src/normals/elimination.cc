@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "elimination.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "model/robust.h"
+#include "point_terms.h"
+
+namespace sarblock {
+namespace {
+
+/// Makes column k of unit length; returns the length it had.
+double Normalise(std::size_t m, double* column) {
+  const double length = std::sqrt(Dot(m, column, column));
+  const double inverse = length > 0.0 ? 1.0 / length : 0.0;
+  for (std::size_t i = 0; i < m; ++i) column[i] *= inverse;
+  return length;
+}
+
+/// Classical Gram-Schmidt, each column twice: orthogonal to rounding, no heap, no pivoting.
+void FactorColumns(std::size_t m, double* q, Eigen::Matrix3d* r) {
+  double* q0 = q;
+  double* q1 = q + m;
+  double* q2 = q + 2 * m;
+  r->setZero();
+  (*r)(0, 0) = Normalise(m, q0);
+  for (int pass = 0; pass < 2; ++pass) {
+    const double d0 = Dot(m, q0, q1);
+    for (std::size_t i = 0; i < m; ++i) q1[i] -= d0 * q0[i];
+    (*r)(0, 1) += d0;
+  }
+  (*r)(1, 1) = Normalise(m, q1);
+  for (int pass = 0; pass < 2; ++pass) {
+    const double d0 = Dot(m, q0, q2), d1 = Dot(m, q1, q2);
+    for (std::size_t i = 0; i < m; ++i) q2[i] -= d0 * q0[i] + d1 * q1[i];
+    (*r)(0, 2) += d0;
+    (*r)(1, 2) += d1;
+  }
+  (*r)(2, 2) = Normalise(m, q2);
+}
+
+/// Where less than this part of a column's length, squared, is left by the columns before it, J'J
+/// has lost digits that J itself still has: two of sixteen, or four for a step on the way, where
+/// the next step mends them.
+constexpr double kLeastPivot_1 = 1e-2;
+constexpr double kLeastDampedPivot_1 = 1e-4;
+
+/// Two rows of J, side by side, by its columns.
+using RowPair = std::array<Eigen::Array2d, 3>;
+
+struct AsTheyAre {
+  void operator()(RowPair*) const {}
+};
+
+/// Times R^-1.
+struct ByFactor {
+  const Eigen::Matrix3d& r;
+  const Eigen::Vector3d& inverse;  // of its diagonal
+  void operator()(RowPair* rows) const {
+    RowPair& q = *rows;
+    q[0] *= inverse[0];
+    q[1] = (q[1] - r(0, 1) * q[0]) * inverse[1];
+    q[2] = (q[2] - r(0, 2) * q[0] - r(1, 2) * q[1]) * inverse[2];
+  }
+};
+
+/// All rows of J under `turn` into out->q, and out->e: looks, control, damping.
+template <typename Turn>
+void FillRows(const ControlEvaluation& control,
+              int control_rows,
+              double damping_1,
+              const Turn& turn,
+              PointFactor* out) {
+  const std::ptrdiff_t m = out->row_count;
+  double* q = out->q.data();
+  double* e = out->e.data();
+  RowPair rows;
+  for (int k = 0; k < out->look_count; ++k, q += 2, e += 2) {
+    const WhitenedLook& look = out->looks[static_cast<std::size_t>(k)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      rows[c] = look.by_point.col(static_cast<Eigen::Index>(c)).array();
+    }
+    turn(&rows);
+    for (std::ptrdiff_t c = 0; c < 3; ++c) {
+      Eigen::Map<Eigen::Array2d>(q + c * m) = rows[static_cast<std::size_t>(c)];
+    }
+    Eigen::Map<Eigen::Vector2d>{e} = look.error_1;
+  }
+  const auto put = [&](const Eigen::Vector3d& row, double error_1) {
+    for (std::size_t c = 0; c < 3; ++c) rows[c] = row[static_cast<Eigen::Index>(c)];
+    turn(&rows);
+    for (std::ptrdiff_t c = 0; c < 3; ++c) q[c * m] = rows[static_cast<std::size_t>(c)][0];
+    *e++ = error_1;
+    ++q;
+  };
+  for (int k = 0; k < control_rows; ++k) put(control.by_point.row(k), control.residual[k]);
+  for (Eigen::Index c = 0; damping_1 > 0.0 && c < 3; ++c) {
+    put(std::sqrt(damping_1 * out->square_1[c]) * Eigen::Vector3d::Unit(c), 0.0);
+  }
+}
+
+double ReciprocalCondition(const Eigen::Matrix3d& r, const Eigen::Vector3d& square) {
+  if (!(square.minCoeff() > 0.0) || !(r.diagonal().cwiseAbs().minCoeff() > 0.0)) return 0.0;
+  // Norms of R D^-1 and D R^-1, D the lengths of the columns.
+  const Eigen::Matrix3d inverse = InverseOfUpper(r);
+  double backward = 0.0;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    for (Eigen::Index k = 0; k <= c; ++k) backward += inverse(k, c) * inverse(k, c) * square[k];
+  }
+  return 1.0 / std::sqrt(3.0 * backward);  // columns of R D^-1 have unit length
+}
+
+}  // namespace
+
+void EvaluateLooks(const AdjustmentProblem& problem,
+                   const BlockState& state,
+                   const Weighting& weighting,
+                   std::size_t point,
+                   PointFactor* out) {
+  const Looks& looks = problem.block.looks;
+  const std::size_t begin = looks.offsets[point], end = looks.offsets[point + 1];
+  if (point + 2 < looks.offsets.size()) {  // the point that most likely comes next
+    for (std::size_t i = end; i < looks.offsets[point + 2]; ++i) problem.model.Prefetch(i);
+  }
+  if (out->looks.size() < end - begin) out->looks.resize(end - begin);
+  out->look_count = 0;
+  out->looks_not_evaluated = out->looks_beyond_path = 0;
+  out->cost_1 = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    WhitenedLook& look = out->looks[static_cast<std::size_t>(out->look_count)];
+    if (!EvaluateWhitened(problem, state, weighting, point, i, &look)) {
+      ++out->looks_not_evaluated;
+      continue;
+    }
+    if (look.beyond_path) ++out->looks_beyond_path;
+    out->cost_1 += look.cost_1;
+    if (weighting.second_order) BendAlongResidual(&look);
+    ++out->look_count;
+  }
+}
+
+void BendAlongResidual(WhitenedLook* look) {
+  const double square = look->error_1.squaredNorm();
+  if (look->radial_1 == 1.0 || !(square > 0.0)) return;
+  const double root = std::sqrt(look->radial_1);
+  const double take = (1.0 - root) / square;
+  const double e0 = look->error_1[0], e1 = look->error_1[1];
+  const auto bend = [&](double& range, double& doppler) {
+    const double along = take * (e0 * range + e1 * doppler);
+    range -= along * e0;
+    doppler -= along * e1;
+  };
+  for (Eigen::Index c = 0; c < 3; ++c) bend(look->by_point(0, c), look->by_point(1, c));
+  for (std::size_t c = 0; c < static_cast<std::size_t>(look->columns.column_count); ++c) {
+    bend(look->row[0][c], look->row[1][c]);
+  }
+  look->error_1 /= root;
+}
+
+bool FactorNormal(const Eigen::Vector3d& diagonal,
+                  const Eigen::Vector3d& above,
+                  bool damped,
+                  Eigen::Matrix3d* r,
+                  Eigen::Vector3d* inverse) {
+  const double least_pivot_1 = damped ? kLeastDampedPivot_1 : kLeastPivot_1;
+  if (!(diagonal.minCoeff() > 0.0)) return false;
+  // First L D L', then the three roots side by side, so that none waits for the one before.
+  const double inverse_0 = 1.0 / diagonal[0];
+  const double l01 = above[0] * inverse_0, l02 = above[1] * inverse_0;
+  const double left_1 = diagonal[1] - above[0] * l01;
+  if (!(left_1 > least_pivot_1 * diagonal[1])) return false;
+  const double left_12 = above[2] - above[0] * l02;
+  const double l12 = left_12 / left_1;
+  const double left_2 = diagonal[2] - above[1] * l02 - left_12 * l12;
+  if (!(left_2 > least_pivot_1 * diagonal[2])) return false;
+  const double r00 = std::sqrt(diagonal[0]), r11 = std::sqrt(left_1), r22 = std::sqrt(left_2);
+  *r << r00, l01 * r00, l02 * r00, 0.0, r11, l12 * r11, 0.0, 0.0, r22;
+  *inverse = {1.0 / r00, 1.0 / r11, 1.0 / r22};
+  return true;
+}
+
+namespace {
+
+/// Cost of a look that is evaluated and weighted, and its weight under a loss.
+void ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
+  const double square = out->error_1.squaredNorm();
+  out->cost_1 = 0.5 * square;
+  out->radial_1 = 1.0;
+  if (weighting.loss == RobustLoss::kNone) return;
+  const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, square);
+  const double root = std::sqrt(robust.weight_1);
+  out->error_1 *= root;
+  out->by_point *= root;
+  for (auto& row : out->row) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(out->columns.column_count); ++c) {
+      row[c] *= root;
+    }
+  }
+  out->cost_1 = 0.5 * robust.loss_1;
+  out->radial_1 = robust.radial_1;
+}
+
+}  // namespace
+
+bool EvaluateWhitened(const AdjustmentProblem& problem,
+                      const BlockState& state,
+                      const Weighting& weighting,
+                      std::size_t point,
+                      std::size_t look,
+                      WhitenedLook* out) {
+  out->look = look;
+  if (!EvaluateLook(problem.model, state, point, look, problem.weights[look], &out->columns, out)) {
+    return false;
+  }
+  ApplyLoss(weighting, out);
+  return true;
+}
+
+void FactorPoint(const AdjustmentProblem& problem,
+                 const BlockState& state,
+                 const Weighting& weighting,
+                 double damping_1,
+                 std::size_t point,
+                 PointFactor* out) {
+  EvaluateLooks(problem, state, weighting, point, out);
+  ControlEvaluation control;
+  int control_rows = 0;
+  if (problem.control_of[point] >= 0) {
+    const ControlEquations& equations =
+        problem.control[static_cast<std::size_t>(problem.control_of[point])];
+    control_rows = equations.rows;
+    control = EvaluateControl(
+        problem.block.frame, equations, state.start_m[point], state.displacement_m[point]);
+  }
+  const int m = 2 * out->look_count + control_rows + (damping_1 > 0.0 ? 3 : 0);
+  out->row_count = m;
+  out->q.resize(static_cast<std::size_t>(3 * m));
+  out->e.resize(static_cast<std::size_t>(m));
+  PointSums sums;
+  for (int k = 0; k < out->look_count; ++k) {
+    const WhitenedLook& look = out->looks[static_cast<std::size_t>(k)];
+    sums.Add(look.by_point, look.error_1);
+  }
+  if (control_rows > 0) {
+    sums.Add(control);
+    out->cost_1 += 0.5 * control.residual.squaredNorm();
+  }
+  out->square_1 = sums.Diagonal();
+  out->gradient = sums.Gradient();
+  if (damping_1 > 0.0) {
+    out->square_1 = out->square_1.cwiseMax(kLeastColumnPart_1 * out->square_1.maxCoeff());
+  }
+  // By the Cholesky factor of J'J, where that holds the digits, a third of the work of
+  // FactorColumns: Q = J R^-1.
+  Eigen::Vector3d inverse;
+  if (FactorNormal(
+          (1.0 + damping_1) * out->square_1, sums.Above(), damping_1 > 0.0, &out->r, &inverse)) {
+    FillRows(control, control_rows, damping_1, ByFactor{out->r, inverse}, out);
+  } else {
+    FillRows(control, control_rows, damping_1, AsTheyAre{}, out);
+    FactorColumns(static_cast<std::size_t>(m), out->q.data(), &out->r);
+  }
+  out->reciprocal_condition_1 =
+      m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square_1);
+}
+
+Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows) {
+  const auto m = static_cast<std::size_t>(factor.row_count);
+  const double* q = factor.q.data();
+  return {Dot(m, q, rows.data()), Dot(m, q + m, rows.data()), Dot(m, q + 2 * m, rows.data())};
+}
+
+void ProjectColumns(const AdjustmentProblem& problem,
+                    const PointFactor& factor,
+                    PointColumns* columns) {
+  FindColumns(problem.layout, factor, columns);
+  columns->t.assign(3 * static_cast<std::size_t>(columns->width), 0.0);
+  AddTurnedColumns(problem.layout, factor, *columns, factor.q.data(), 3, columns->t.data());
+}
+
+void Complement(const AdjustmentProblem& problem,
+                const PointFactor& factor,
+                PointColumns* columns) {
+  const auto rows = static_cast<std::size_t>(factor.row_count);
+  const auto stride = static_cast<std::size_t>(columns->width) + 1;
+  columns->m.assign(rows * stride, 0.0);
+  double* m = columns->m.data();
+  for (int k = 0; k < factor.look_count; ++k) {
+    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+    const double* range = look.row[0].data();
+    const double* doppler = look.row[1].data();
+    double* row = m + 2 * static_cast<std::size_t>(k) * stride;
+    for (int b = 0; b < look.columns.block_count; ++b) {
+      const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)]);
+      const auto size = static_cast<std::size_t>(problem.layout.blocks[id].size);
+      double* at = row + columns->column_of_block[id];
+      std::copy_n(range, size, at);
+      std::copy_n(doppler, size, at + stride);
+      range += size;
+      doppler += size;
+    }
+  }
+  for (std::size_t i = 0; i < rows; ++i) m[i * stride + stride - 1] = factor.e[i];
+  std::vector<double>& t = columns->scratch;
+  for (int pass = 0; pass < 2; ++pass) {
+    t.assign(3 * stride, 0.0);
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double* row = m + i * stride;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double q = factor.q[axis * rows + i];
+        double* sum = t.data() + axis * stride;
+        for (std::size_t c = 0; c < stride; ++c) sum[c] += q * row[c];
+      }
+    }
+    for (std::size_t i = 0; i < rows; ++i) {
+      double* row = m + i * stride;
+      const Eigen::Vector3d q = factor.RowOfQ(static_cast<int>(i));
+      for (std::size_t c = 0; c < stride; ++c) {
+        row[c] -= q[0] * t[c] + q[1] * t[stride + c] + q[2] * t[2 * stride + c];
+      }
+    }
+  }
+}
+
+}  // namespace sarblock

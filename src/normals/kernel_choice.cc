@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel_choice.h"
+
+#include "product_kernels.h"
+#ifdef SARBLOCK_AVX2
+#include "products_avx2.h"
+#endif
+
+namespace sarblock {
+
+const ProductKernels& BaselineKernels() { return kKernelsHere; }
+
+const ProductKernels& KernelsOfThisMachine() {
+#ifdef SARBLOCK_AVX2
+  static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+  if (has) return Avx2Kernels();
+#endif
+  return BaselineKernels();
+}
+
+}  // namespace sarblock

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "elimination.h"
+#include "kept_factors.h"
+#include "model/problem.h"
+#include "sparse/block_cholesky.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// A point whose own equations leave a direction open.
+struct WeakPoint {
+  std::uint32_t point = 0;
+  double reciprocal_condition_1 = 0.0;
+};
+
+/// Smallest reciprocal condition of a point's scaled Jacobian that still counts as determined.
+inline constexpr double kLeastPointCondition_1 = 1e-10;
+
+/// The reduced normal equations of the corrections, points eliminated (model.md, section 7;
+/// docs/theory/covariance.md, eq. (3)-(8)):
+///
+///     S = P + sum_j (Q2' J_c)' (Q2' J_c),   g = P x + sum_j (Q2' J_c)' Q2' e,    P priors
+///
+/// each point by a QR factorisation of its own equations, so that thin intersections cost no
+/// digits. Where points leave enough of every correction's equations, the same sum as
+/// J_c' J_c - (Q' J_c)' (Q' J_c), which is less work for a point of many looks. Scaled to unit
+/// diagonal before it is factored. The sums are formed in a fixed order: results do not depend on
+/// the number of threads.
+class ReducedSystem {
+ public:
+  /// Finds the pattern of S from the looks that take part. Up to `most_kept_bytes` the factors of
+  /// points are kept for a sweep at the same state.
+  explicit ReducedSystem(const AdjustmentProblem& problem,
+                         std::size_t most_kept_bytes = 0,
+                         KeptFor purpose = KeptFor::kQuality);
+
+  /// Forms S and its right-hand side at a state, priors included, with `damping_1` times the
+  /// diagonal of J'J added to every unknown (0: none).
+  void Form(const BlockState& state,
+            const Weighting& weighting,
+            ProgressSink* progress,
+            double damping_1 = 0.0);
+
+  /// S in units of its parameters in which its diagonal is one, but where elimination took all of
+  /// it, with a place for its factor. There is one correction at least.
+  [[nodiscard]] BlockSymmetricMatrix FormScaled();
+  /// Of the scaled S, for who factors it (rank_analysis.h); after FormScaled.
+  [[nodiscard]] BlockCholesky& factor() { return *factor_; }
+  [[nodiscard]] const AdjustmentProblem& problem() const { return problem_; }
+  /// Units of the parameters in which the scaled S has a unit diagonal; after a factorisation.
+  [[nodiscard]] const Eigen::VectorXd& Unit() const { return scale_; }
+
+  /// Factors without looking for the null space; false where that fails. For damped systems.
+  [[nodiscard]] bool FactorDamped();
+  /// Decrease of the cost that the quadratic model predicts of a step of the corrections, their own
+  /// part.
+  [[nodiscard]] double PredictedDecrease(const Eigen::VectorXd& dx) const;
+
+  /// Factors of the last Form, if it was asked to keep them, they fit, and neither damping nor a
+  /// robust loss changed them; else null.
+  [[nodiscard]] const KeptFactors* kept() const { return kept_ ? &*kept_ : nullptr; }
+
+  [[nodiscard]] double cost() const { return cost_1_; }
+  [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
+  /// Looks that read a path continued beyond its ends: allowed on the way, not at a solution.
+  [[nodiscard]] int looks_beyond_path() const { return looks_beyond_path_; }
+  /// Points whose own equations are rank deficient, ascending.
+  [[nodiscard]] const std::vector<WeakPoint>& weak_points() const { return weak_points_; }
+  /// Largest |g_i| / sqrt(H_ii) over points and corrections, dimensionless.
+  [[nodiscard]] double gradient() const { return gradient_1_; }
+
+  /// S and g as formed, unscaled, priors included.
+  [[nodiscard]] const BlockSymmetricMatrix& matrix() const { return s_; }
+  [[nodiscard]] const Eigen::VectorXd& right_side() const { return right_side_; }
+  /// Diagonal of J'J of the corrections before points are eliminated, priors included.
+  [[nodiscard]] const Eigen::VectorXd& full_diagonal() const { return full_diagonal_; }
+  /// Square of the points' own Newton steps, in sigmas: twice what they would take off the cost.
+  [[nodiscard]] double point_step_square() const { return point_step_square_1_; }
+
+  /// Newton step of the corrections, -S^-1 g; once factored.
+  [[nodiscard]] Eigen::VectorXd Step() const;
+  /// Length of the whole Newton step in sigmas, sqrt(g' H^-1 g) over all unknowns.
+  [[nodiscard]] double NewtonDecrement() const;
+
+  /// S^-1 on the pattern of S, unscaled: covariances of corrections of passes that see common
+  /// points.
+  [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
+  /// S^-1 B, any number of columns.
+  [[nodiscard]] Eigen::MatrixXd SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
+
+ private:
+  /// The sums over points; `exact`: by Q2 whatever the number of looks. True if a point was added
+  /// as a difference.
+  bool Sum(const BlockState& state, const Weighting& weighting, bool exact);
+  [[nodiscard]] bool PointsTakeNearlyAll() const;
+  void AddPriors(const BlockState& state);
+  [[nodiscard]] BlockSymmetricMatrix Scaled();
+
+  const AdjustmentProblem& problem_;
+  BlockSymmetricMatrix s_;
+  Eigen::VectorXd right_side_;     // reduced gradient Q2-part, priors included
+  Eigen::VectorXd full_diagonal_;  // of S0: before elimination
+  Eigen::VectorXd full_gradient_;  // before elimination
+  Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
+  std::optional<BlockCholesky> factor_;
+  std::size_t kept_bytes_ = 0;  // 0: none
+  KeptFor kept_for_;
+  std::optional<KeptFactors> kept_;
+  std::vector<WeakPoint> weak_points_;
+  double damping_1_ = 0.0;
+  double cost_1_ = 0.0;
+  double gradient_1_ = 0.0;
+  double point_step_square_1_ = 0.0;
+  int looks_not_evaluated_ = 0;
+  int looks_beyond_path_ = 0;
+};
+
+}  // namespace sarblock

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/paper/stereo_errors.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/intersection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "stereo_system.h"
+
+namespace sarblock {
+namespace {
+
+using leberl::PointError;
+using leberl::StationErrors;
+using leberl::StereoConfiguration;
+using leberl::StereoErrors;
+using stereo::Dual;
+using stereo::Station;
+using stereo::Vector;
+
+/// The true stations, seen from a point (0, y, z).
+template <typename T>
+std::array<Station<T>, 2> TrueStations(const StereoConfiguration& c, const Vector<T>& p) {
+  std::array<Station<T>, 2> stations{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const long double across = k == 0 ? 0.0L : static_cast<long double>(c.base_m);
+    stations[k].antenna = {T{0.0L}, T{across}, T{static_cast<long double>(c.height_m)}};
+    stations[k].axis = {T{1.0L}, T{0.0L}, T{0.0L}};
+    Vector<T> sight{};
+    for (std::size_t i = 0; i < 3; ++i) sight[i] = p[i] - stations[k].antenna[i];
+    stations[k].range = stereo::Norm(sight);
+  }
+  return stations;
+}
+
+template <typename T>
+Vector<T> Derivative(const StereoConfiguration& c, const StereoErrors& errors, const Vector<T>& p) {
+  const std::array<Station<T>, 2> stations = TrueStations(c, p);
+  std::array<Vector<T>, 2> sights{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    for (std::size_t i = 0; i < 3; ++i) sights[k][i] = p[i] - stations[k].antenna[i];
+  }
+  const auto equations = stereo::Evaluate(p, stations);
+  std::array<T, 4> right = stereo::ErrorDirection(equations, sights, {errors.first, errors.second});
+  for (T& value : right) value = -value;
+  return stereo::LeastSquares(equations.row, right);
+}
+
+void Perturb(const StationErrors& e, Station<long double>* station) {
+  station->antenna[0] += static_cast<long double>(e.dx0_m);
+  station->antenna[1] += static_cast<long double>(e.dy0_m);
+  station->antenna[2] += static_cast<long double>(e.dz0_m);
+  station->range += static_cast<long double>(e.dr_m);
+  const Vector<long double> direction{1.0L, e.dydot0_1, e.dzdot0_1};
+  const long double length = stereo::Norm(direction);
+  for (std::size_t i = 0; i < 3; ++i) station->axis[i] = direction[i] / length;
+}
+
+/// Across-track orientation of the two sight lines: its sign tells the two intersections apart.
+long double Orientation(const stereo::Equations<long double>& e) {
+  return e.row[0][1] * e.row[1][2] - e.row[0][2] * e.row[1][1];
+}
+
+PointError ToPointError(long double dx, long double dy, long double dz) {
+  return {static_cast<double>(dx), static_cast<double>(dy), static_cast<double>(dz)};
+}
+
+/// First order in one direction: a component below 1e-14 of the largest is rounding of a zero.
+PointError WithoutRounding(long double dx, long double dy, long double dz) {
+  const long double floor = 1e-14L * std::max({std::abs(dx), std::abs(dy), std::abs(dz)});
+  const auto clean = [floor](long double value) { return std::abs(value) < floor ? 0.0L : value; };
+  return ToPointError(clean(dx), clean(dy), clean(dz));
+}
+
+/// Range r(h) of the point (offset, h) and its image coordinate, with the derivative by h.
+struct ImageCoordinate {
+  long double value_m = 0.0L;
+  long double slope = 0.0L;
+};
+std::optional<ImageCoordinate> ImageOf(long double offset_m,
+                                       long double flying_height_m,
+                                       long double height_m,
+                                       leberl::Presentation presentation) {
+  const long double below_m = flying_height_m - height_m;
+  const long double range_m = std::hypot(offset_m, below_m);
+  if (presentation == leberl::Presentation::kSlantRange) {
+    return ImageCoordinate{range_m, -below_m / range_m};
+  }
+  const long double square_m2 = range_m * range_m - flying_height_m * flying_height_m;
+  if (!(square_m2 > 0.0L)) return std::nullopt;
+  return ImageCoordinate{std::sqrt(square_m2), -below_m / std::sqrt(square_m2)};
+}
+
+/// Parallax difference and its derivative by h.
+std::optional<ImageCoordinate> Parallax(const StereoConfiguration& c,
+                                        long double height_m,
+                                        leberl::Presentation presentation) {
+  const long double sign = c.arrangement == leberl::Arrangement::kSameSide ? -1.0L : 1.0L;
+  const long double offsets[] = {
+      static_cast<long double>(c.ground_range_m),
+      static_cast<long double>(c.ground_range_m) - static_cast<long double>(c.base_m)};
+  ImageCoordinate sum;
+  for (int k = 0; k < 2; ++k) {
+    const auto datum = ImageOf(offsets[k], c.height_m, 0.0L, presentation);
+    const auto raised = ImageOf(offsets[k], c.height_m, height_m, presentation);
+    if (!datum || !raised) return std::nullopt;
+    const long double factor = k == 0 ? sign : 1.0L;
+    sum.value_m += factor * (datum->value_m - raised->value_m);
+    sum.slope -= factor * raised->slope;
+  }
+  return sum;
+}
+
+}  // namespace
+
+PointError StereoErrorDerivative(const StereoConfiguration& c,
+                                 const StereoErrors& errors,
+                                 double terrain_height_m) {
+  const Vector<long double> p{0.0L, c.ground_range_m, terrain_height_m};
+  const Vector<long double> dp = Derivative(c, errors, p);
+  return WithoutRounding(dp[0], dp[1], dp[2]);
+}
+
+std::optional<PointError> StereoErrorExact(const StereoConfiguration& c,
+                                           const StereoErrors& errors,
+                                           double terrain_height_m) {
+  const Vector<long double> truth{0.0L, c.ground_range_m, terrain_height_m};
+  std::array<Station<long double>, 2> stations = TrueStations(c, truth);
+  const long double orientation = Orientation(stereo::Evaluate(truth, stations));
+  Perturb(errors.first, &stations[0]);
+  Perturb(errors.second, &stations[1]);
+
+  // Gauss-Newton from the truth: the residual is at most the disagreement of the two planes, small
+  // against the ranges, so convergence is nearly quadratic. A gap between the circles shows in a
+  // step that does not shrink or in the orientation lost.
+  constexpr int kMaxIterations = 100;
+  constexpr long double kStep = 1e-15L;  // of the range: far below 1e-9 of any error worth asking
+  Vector<long double> p = truth;
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const auto equations = stereo::Evaluate(p, stations);
+    std::array<long double, 4> right{};
+    for (std::size_t k = 0; k < 4; ++k) right[k] = -equations.error[k];
+    const Vector<long double> step = stereo::LeastSquares(equations.row, right);
+    for (std::size_t i = 0; i < 3; ++i) p[i] += step[i];
+    const long double length = stereo::Norm(step);
+    if (!std::isfinite(length)) return std::nullopt;
+    if (length > kStep * stations[0].range) continue;
+    const auto solved = stereo::Evaluate(p, stations);
+    if (!(Orientation(solved) * orientation > 0.0L)) return std::nullopt;
+    return ToPointError(p[0] - truth[0], p[1] - truth[1], p[2] - truth[2]);
+  }
+  return std::nullopt;
+}
+
+PointError DifferenceErrorDerivative(const StereoConfiguration& c,
+                                     const StereoErrors& errors,
+                                     const leberl::Difference& difference) {
+  const Vector<Dual> p{
+      Dual{0.0L, 0.0L}, Dual{c.ground_range_m, difference.dy_m}, Dual{0.0L, difference.dz_m}};
+  const Vector<Dual> dp = Derivative(c, errors, p);
+  return WithoutRounding(dp[0].slope, dp[1].slope, dp[2].slope);
+}
+
+std::optional<PointError> DifferenceErrorExact(const StereoConfiguration& c,
+                                               const StereoErrors& errors,
+                                               const leberl::Difference& difference) {
+  StereoConfiguration moved = c;
+  moved.ground_range_m += difference.dy_m;
+  const auto here = StereoErrorExact(c, errors);
+  const auto there = StereoErrorExact(moved, errors, difference.dz_m);
+  if (!here || !there) return std::nullopt;
+  return PointError{there->dx_m - here->dx_m, there->dy_m - here->dy_m, there->dz_m - here->dz_m};
+}
+
+leberl::RangeNoise StereoRangeNoise(const StereoConfiguration& c, double range_sigma_m) {
+  // The looks go to the intersection as an observer has them: antennas, directions, ranges. Each
+  // looks to the side of its flight direction (+x) on which the point lies.
+  const Eigen::Vector3d point_m(0.0, c.ground_range_m, 0.0);
+  std::array<Sight, 2> sights;
+  for (std::size_t k = 0; k < 2; ++k) {
+    Sight& sight = sights[k];
+    sight.antenna_m = Eigen::Vector3d(0.0, k == 0 ? 0.0 : c.base_m, c.height_m);
+    sight.velocity_mps = Eigen::Vector3d(1.0, 0.0, 0.0);
+    sight.range_m = (point_m - sight.antenna_m).norm();
+    sight.side = point_m.y() > sight.antenna_m.y() ? +1 : -1;
+    sight.range_sigma_m = range_sigma_m;
+    sight.azimuth_sigma = range_sigma_m;
+  }
+  const Intersection found = Intersect(sights, Frame::Local());
+  if (found.outcome != IntersectionOutcome::kDetermined) {
+    throw UndeterminedError("the stereo pair does not determine the point",
+                            {NameOf(found.outcome)});
+  }
+  return {std::sqrt(found.covariance_m2(1, 1)), std::sqrt(found.covariance_m2(2, 2))};
+}
+
+std::optional<double> ExactParallaxFromHeight(const StereoConfiguration& c,
+                                              double height_m,
+                                              leberl::Presentation presentation) {
+  const auto parallax = Parallax(c, height_m, presentation);
+  if (!parallax) return std::nullopt;
+  return static_cast<double>(parallax->value_m);
+}
+
+std::optional<double> ExactHeightFromParallax(const StereoConfiguration& c,
+                                              double parallax_m,
+                                              leberl::Presentation presentation) {
+  constexpr int kMaxIterations = 60;
+  long double height_m = 0.0L;
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const auto parallax = Parallax(c, height_m, presentation);
+    if (!parallax) return std::nullopt;
+    const long double step_m =
+        (static_cast<long double>(parallax_m) - parallax->value_m) / parallax->slope;
+    height_m += step_m;
+    if (!std::isfinite(height_m)) return std::nullopt;
+    if (std::abs(step_m) <= 1e-15L * static_cast<long double>(c.height_m)) {
+      return static_cast<double>(height_m);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "result_folder.h"
+
+namespace sarblock {
+
+/// How well the points of a result are known, and what limits it.
+struct AccuracyFigures {
+  std::size_t points = 0;                                     ///< solved, with standard deviations
+  std::array<double, 3> median_m{kAbsent, kAbsent, kAbsent};  ///< east, north, up
+  std::array<double, 3> most_m{kAbsent, kAbsent, kAbsent};    ///< 95 % are at or below it
+  std::array<double, 3> largest_m{kAbsent, kAbsent, kAbsent};
+  std::array<std::string, 3> largest_point;
+  int weakest = 2;  ///< component with the largest median
+  /// Median part of the variance of that component that the flight paths bring; the looks bring the
+  /// rest. NaN where the result does not tell.
+  double path_part_1 = kAbsent;
+  double median_intersection_deg = kAbsent;
+  /// The twentieth of the points that is weakest in that component, against all points.
+  struct Group {
+    std::size_t points = 0;
+    double median_intersection_deg = kAbsent;
+    double median_looks_1 = kAbsent;
+    double outside_control_1 = kAbsent;  ///< part outside the hull of the control points
+  };
+  Group weak, all;
+};
+[[nodiscard]] AccuracyFigures DescribeAccuracy(const ResultFolder& result);
+
+enum class VerdictState {
+  kAccepted,
+  kReservations,  ///< accepted by the program, yet a test failed or points are missing
+  kNotAccepted,
+  kNeutral,  ///< nothing to accept: an intersection or a prediction
+};
+
+/// The first thing a reader sees: is it accepted and why, how accurate, what limits it.
+struct Verdict {
+  VerdictState state = VerdictState::kNeutral;
+  std::string word;                    ///< "Accepted"
+  std::vector<std::string> sentences;  ///< one paragraph
+  std::vector<std::string> attention;  ///< what a careful reader should look at; may be empty
+};
+[[nodiscard]] Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy);
+
+/// Names of east, north and up in a result: in a local frame x, y and z.
+[[nodiscard]] std::array<const char*, 3> AxisNames(const ReportSummary& summary);
+
+/// Places in a horizontal plane [m]: east and north of the middle of the solved points, or x and y.
+class MapPlane {
+ public:
+  explicit MapPlane(const ResultFolder& result);
+  [[nodiscard]] std::array<double, 2> Place(const std::array<double, 3>& position_m) const;
+  /// "10.1234, 45.6789": the middle in degrees; empty for a local frame.
+  [[nodiscard]] const std::string& middle() const { return middle_; }
+
+ private:
+  std::array<double, 3> origin_m_{};
+  std::array<std::array<double, 3>, 2> axes_1_{{{1, 0, 0}, {0, 1, 0}}};
+  std::string middle_;
+};
+
+}  // namespace sarblock

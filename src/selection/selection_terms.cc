@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "selection_terms.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <compare>
+#include <map>
+#include <sstream>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace sarblock {
+namespace {
+
+using Axes = PositionCorrection::Axes;
+using Basis = PositionCorrection::Basis;
+
+std::vector<std::size_t> LooksByPass(const AdjustmentProblem& problem) {
+  std::vector<std::size_t> looks(problem.block.passes.size(), 0);
+  for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
+    if (problem.look_used[i] != 0) ++looks[problem.block.looks.pass[i]];
+  }
+  return looks;
+}
+
+CorrectionGroup StandardGroup(std::size_t kind, int max_degree) {
+  CorrectionGroup group;
+  switch (kind) {
+    case 0: {
+      PositionCorrection position;
+      position.degree = max_degree;
+      group.name = "position";
+      group.model = position;
+      break;
+    }
+    case 1:
+      group.name = "velocity";
+      group.model = VelocityCorrection{};
+      break;
+    case 2: {
+      RangeCorrection range;
+      range.bias = range.scale = true;
+      group.name = "range";
+      group.model = range;
+      break;
+    }
+    case 3:
+      group.name = "time";
+      group.model = TimeCorrection{};
+      break;
+    case 4:
+      group.name = "squint";
+      group.model = SquintCorrection{};
+      break;
+    default:
+      group.name = "troposphere";
+      group.model = TroposphereCorrection{};
+      break;
+  }
+  return group;
+}
+
+/// The passes of a group that have looks, by index.
+std::vector<std::size_t> MembersOf(const Block& block,
+                                   const CorrectionGroup& group,
+                                   const std::vector<std::size_t>& looks) {
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < block.passes.size(); ++i) {
+    const bool named = group.passes.empty() ||
+                       std::find(group.passes.begin(), group.passes.end(), block.passes[i].id) !=
+                           group.passes.end();
+    if (named && looks[i] > 0) members.push_back(i);
+  }
+  return members;
+}
+
+/// Sets the passes of a group; all passes of the block is the empty list.
+void SetPasses(const Block& block, std::vector<std::size_t> members, CorrectionGroup* group) {
+  group->passes.clear();
+  std::sort(members.begin(), members.end());
+  if (members.size() == block.passes.size()) return;
+  for (const std::size_t pass : members) group->passes.push_back(block.passes[pass].id);
+}
+
+bool HasPrior(const PositionCorrection& position) {
+  return std::any_of(position.prior_sigma_m.begin(),
+                     position.prior_sigma_m.end(),
+                     [](const std::vector<double>& sigma_m) { return !sigma_m.empty(); });
+}
+
+std::vector<double> Spacings(const Block& block, const SelectionOptions& options) {
+  if (options.knot_spacings_s) {
+    std::vector<double> spacings_s = *options.knot_spacings_s;
+    std::sort(spacings_s.rbegin(), spacings_s.rend());
+    return spacings_s;
+  }
+  double longest_s = 0.0;
+  for (const Pass& pass : block.passes) longest_s = std::max(longest_s, pass.end_s - pass.start_s);
+  return {longest_s / 4.0, longest_s / 8.0};
+}
+
+std::string SpacingText(double spacing_s) {
+  std::ostringstream text;
+  text << spacing_s << " s";
+  return text.str();
+}
+
+/// Name of an auxiliary group; the control character keeps it apart from names of passes.
+std::string SplineOwner(std::size_t group, std::size_t spacing, const std::string& pass) {
+  return "\x01" + std::to_string(group) + "/" + std::to_string(spacing) + "/" + pass;
+}
+
+const char* AxisName(const PositionCorrection& position, int axis) {
+  const auto i = static_cast<std::size_t>(axis);
+  return position.axes == Axes::kTrack ? kTrackAxisNames[i] : kFrameAxisNames[i];
+}
+
+/// One set of passes that is chosen for together.
+struct Scope {
+  std::string label;
+  std::vector<std::size_t> passes;
+  std::vector<std::string> owners;  ///< of the parameters, as the layout names them
+};
+
+class Lister {
+ public:
+  Lister(const AdjustmentProblem& measured,
+         const AdjustOptions& options,
+         const std::vector<std::size_t>& spline_groups)
+      : block_(measured.block), options_(options), spline_groups_(spline_groups) {
+    looks_ = LooksByPass(measured);
+    spacings_s_ = Spacings(block_, options.selection);
+  }
+
+  Candidates List() {
+    std::vector<CorrectionGroup> asked = options_.groups;
+    if (asked.empty()) {
+      for (const std::size_t kind : options_.selection.kinds) {
+        asked.push_back(StandardGroup(kind, options_.selection.max_degree));
+      }
+    }
+    for (CorrectionGroup& group : asked) {
+      const std::vector<std::size_t> members = MembersOf(block_, group, looks_);
+      if (members.empty()) continue;
+      SetPasses(block_, members, &group);
+      out_.groups.push_back(group);
+      members_.push_back(members);
+    }
+    Extend();
+    const ParameterLayout layout = MakeParameterLayout(block_, out_.extended);
+    out_.parameters = layout.parameters;
+    for (std::size_t i = 0; i < layout.parameters.size(); ++i) {
+      column_of_[{layout.parameters[i].owner, layout.parameters[i].name}].push_back(
+          static_cast<int>(i));
+    }
+    for (std::size_t g = 0; g < out_.groups.size(); ++g) ListGroup(g);
+    return std::move(out_);
+  }
+
+ private:
+  void Extend() {
+    out_.extended = out_.groups;
+    for (const std::size_t g : spline_groups_) {
+      const auto& position = std::get<PositionCorrection>(out_.groups[g].model);
+      for (std::size_t s = 0; s < spacings_s_.size(); ++s) {
+        for (const std::size_t pass : members_[g]) {
+          CorrectionGroup spline = out_.groups[g];
+          PositionCorrection model = position;
+          model.basis = Basis::kSpline;
+          model.degree = 0;
+          model.knot_spacing_s = spacings_s_[s];
+          spline.model = model;
+          // Shared with nobody: beside the polynomial of the same component, which a group of the
+          // pass's own may not stand.
+          spline.shared = true;
+          spline.name = SplineOwner(g, s, block_.passes[pass].id);
+          spline.passes = {block_.passes[pass].id};
+          pass_of_spline_[spline.name] = block_.passes[pass].id;
+          out_.extended.push_back(std::move(spline));
+        }
+      }
+    }
+  }
+
+  std::vector<Scope> ScopesOf(std::size_t g) const {
+    const CorrectionGroup& group = out_.groups[g];
+    std::vector<Scope> scopes;
+    if (group.shared) return {{group.name, members_[g], {group.name}}};
+    for (const std::size_t pass : members_[g]) {
+      const std::string& id = block_.passes[pass].id;
+      const bool new_scope =
+          scopes.empty() || options_.selection.mode == SelectionOptions::Mode::kPerPass;
+      if (new_scope) scopes.emplace_back();
+      Scope& scope = scopes.back();
+      scope.label += (scope.label.empty() ? "" : " ") + id;
+      scope.passes.push_back(pass);
+      scope.owners.push_back(id);
+    }
+    if (options_.selection.mode == SelectionOptions::Mode::kCommon && group.passes.empty()) {
+      scopes.front().label = "all";
+    }
+    return scopes;
+  }
+
+  /// Columns of one parameter name for all owners of a scope.
+  void AddColumns(const Scope& scope, const std::string& name, std::vector<int>* columns) const {
+    for (const std::string& owner : scope.owners) {
+      const auto found = column_of_.find({owner, name});
+      CHECK(found != column_of_.end()) << owner << " " << name;
+      columns->push_back(found->second.front());
+    }
+  }
+
+  void AddPlain(std::size_t g, const Scope& scope, int axis, const std::string& name) {
+    SelectionTerm term{g, axis, scope.label, scope.passes, {}};
+    TermLevel level;
+    level.name = name;
+    AddColumns(scope, name, &level.columns);
+    term.levels.push_back(std::move(level));
+    out_.terms.push_back(std::move(term));
+  }
+
+  /// Coefficients of a spline, whose number differs with the length of the strip.
+  void AddSplineColumns(const Scope& scope,
+                        const std::string& stem,
+                        std::vector<int>* columns) const {
+    for (const std::string& owner : scope.owners) {
+      for (int q = 0;; ++q) {
+        const std::string name = stem + "." + std::to_string(q);
+        if (!column_of_.contains({owner, name})) break;
+        AddColumns({{}, {}, {owner}}, name, columns);
+      }
+    }
+  }
+
+  void AddPosition(std::size_t g, const Scope& scope, const PositionCorrection& position) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!position.components[static_cast<std::size_t>(axis)]) continue;
+      const std::string stem = std::string("position.") + AxisName(position, axis);
+      SelectionTerm term{g, axis, scope.label, scope.passes, {}};
+      if (position.basis == Basis::kSpline) {
+        TermLevel level{stem + ".spline " + SpacingText(position.knot_spacing_s),
+                        {},
+                        true,
+                        position.knot_spacing_s};
+        AddSplineColumns(scope, stem, &level.columns);
+        term.levels.push_back(std::move(level));
+        out_.terms.push_back(std::move(term));
+        continue;
+      }
+      std::size_t degree_columns = 0;
+      for (int k = 0; k <= position.degree; ++k) {
+        TermLevel level;
+        level.name = stem + "." + std::to_string(k);
+        AddColumns(scope, level.name, &level.columns);
+        degree_columns += level.columns.size();
+        term.levels.push_back(std::move(level));
+      }
+      if (!out_.groups[g].shared && !HasPrior(position)) {
+        AddReplacements(g, scope, stem, position, degree_columns, &term);
+      }
+      out_.terms.push_back(std::move(term));
+    }
+  }
+
+  void AddReplacements(std::size_t g,
+                       const Scope& scope,
+                       const std::string& stem,
+                       const PositionCorrection& position,
+                       std::size_t degree_columns,
+                       SelectionTerm* term) {
+    // A cubic spline contains cubic polynomials, no higher ones.
+    if (position.degree > 3) return;
+    const bool formed =
+        std::find(spline_groups_.begin(), spline_groups_.end(), g) != spline_groups_.end();
+    std::size_t widest = degree_columns;
+    for (std::size_t s = 0; s < spacings_s_.size(); ++s) {
+      TermLevel level{stem + ".spline " + SpacingText(spacings_s_[s]), {}, true, spacings_s_[s]};
+      if (formed) {
+        Scope spline = scope;
+        for (std::size_t i = 0; i < scope.passes.size(); ++i) {
+          spline.owners[i] = SplineOwner(g, s, block_.passes[scope.passes[i]].id);
+        }
+        AddSplineColumns(spline, stem, &level.columns);
+        // What is no larger than the polynomial, or than the spline before, says nothing new.
+        if (level.columns.size() <= widest) level.columns.clear();
+        widest = std::max(widest, level.columns.size());
+        for (const int column : level.columns) {
+          Parameter& parameter = out_.parameters[static_cast<std::size_t>(column)];
+          const auto pass = pass_of_spline_.find(parameter.owner);
+          if (pass != pass_of_spline_.end()) parameter.owner = pass->second;
+        }
+      }
+      term->levels.push_back(std::move(level));
+    }
+    if (spacings_s_.empty()) return;
+    TermLevel process = term->levels.back();
+    process.name = stem + ".process " + SpacingText(process.spacing_s);
+    process.process = true;
+    term->levels.push_back(std::move(process));
+  }
+
+  void ListGroup(std::size_t g) {
+    const CorrectionGroup group = out_.groups[g];
+    for (const Scope& scope : ScopesOf(g)) {
+      if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
+        AddPosition(g, scope, *position);
+      } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
+        if (velocity->components[0]) AddPlain(g, scope, 0, "velocity.across");
+        if (velocity->components[1]) AddPlain(g, scope, 1, "velocity.up");
+      } else if (const auto* range = std::get_if<RangeCorrection>(&group.model)) {
+        if (range->bias) AddPlain(g, scope, 0, "range.bias");
+        if (range->scale) AddPlain(g, scope, 1, "range.scale");
+      } else if (std::holds_alternative<TimeCorrection>(group.model)) {
+        AddPlain(g, scope, -1, "time.bias");
+      } else if (std::holds_alternative<SquintCorrection>(group.model)) {
+        AddPlain(g, scope, -1, "squint.bias");
+      } else {
+        AddPlain(g, scope, -1, "troposphere.zenith");
+      }
+    }
+  }
+
+  const Block& block_;
+  const AdjustOptions& options_;
+  const std::vector<std::size_t>& spline_groups_;
+  std::vector<std::size_t> looks_;
+  std::vector<double> spacings_s_;
+  std::vector<std::vector<std::size_t>> members_;
+  /// By owner and name of a parameter.
+  std::map<std::pair<std::string, std::string>, std::vector<int>> column_of_;
+  std::map<std::string, std::string> pass_of_spline_;  ///< by SplineOwner()
+  Candidates out_;
+};
+
+/// Levels of one group at one pass, by axis (or parameter), and prior variances of processes.
+using AxisLevels = std::array<std::size_t, 3>;
+struct PassLevels {
+  AxisLevels levels{};
+  std::array<double, 3> variance_m2{};
+  auto operator<=>(const PassLevels&) const = default;
+};
+
+/// The part of a position group whose components stand at one level.
+CorrectionGroup PositionAt(const CorrectionGroup& group,
+                           const std::array<bool, 3>& components,
+                           const TermLevel& top,
+                           const PassLevels& at,
+                           std::size_t level) {
+  CorrectionGroup out = group;
+  auto& position = std::get<PositionCorrection>(out.model);
+  position.components = components;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<double>& sigma_m = position.prior_sigma_m[axis];
+    if (!components[axis]) sigma_m.clear();
+    if (!top.spline && sigma_m.size() > level) sigma_m.resize(level);
+  }
+  if (top.spline) {
+    position.basis = Basis::kSpline;
+    position.degree = 0;
+    position.knot_spacing_s = top.spacing_s;
+    for (std::size_t axis = 0; axis < 3 && top.process; ++axis) {
+      if (components[axis]) position.prior_sigma_m[axis] = {std::sqrt(at.variance_m2[axis])};
+    }
+  } else {
+    position.degree = static_cast<int>(level) - 1;
+  }
+  return out;
+}
+
+std::vector<CorrectionGroup> PartsAt(const CorrectionGroup& group,
+                                     const PassLevels& at,
+                                     const std::array<const SelectionTerm*, 3>& terms) {
+  std::vector<CorrectionGroup> out;
+  const AxisLevels& levels = at.levels;
+  if (std::holds_alternative<PositionCorrection>(group.model)) {
+    std::array<bool, 3> done{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (levels[axis] == 0 || done[axis]) continue;
+      std::array<bool, 3> components{};
+      for (std::size_t other = axis; other < 3; ++other) {
+        components[other] = levels[other] == levels[axis];
+        done[other] = done[other] || components[other];
+      }
+      out.push_back(
+          PositionAt(group, components, terms[axis]->levels[levels[axis] - 1], at, levels[axis]));
+    }
+    return out;
+  }
+  if (levels[0] == 0 && levels[1] == 0) return out;
+  CorrectionGroup part = group;
+  if (auto* velocity = std::get_if<VelocityCorrection>(&part.model)) {
+    velocity->components = {levels[0] > 0, levels[1] > 0};
+  } else if (auto* range = std::get_if<RangeCorrection>(&part.model)) {
+    range->bias = levels[0] > 0;
+    range->scale = levels[1] > 0;
+    if (!range->bias) range->bias_prior_sigma_m = kNotGiven;
+    if (!range->scale) range->scale_prior_sigma = kNotGiven;
+  }
+  out.push_back(std::move(part));
+  return out;
+}
+
+}  // namespace
+
+std::vector<int> SelectionTerm::ColumnsAt(std::size_t level) const {
+  if (level == 0) return {};
+  if (levels[level - 1].spline) return levels[level - 1].columns;
+  std::vector<int> columns;
+  for (std::size_t l = 0; l < level; ++l) {
+    columns.insert(columns.end(), levels[l].columns.begin(), levels[l].columns.end());
+  }
+  return columns;
+}
+
+std::size_t SelectionTerm::Degrees() const {
+  return static_cast<std::size_t>(std::count_if(
+      levels.begin(), levels.end(), [](const TermLevel& level) { return !level.spline; }));
+}
+
+Candidates MakeCandidates(const AdjustmentProblem& measured,
+                          const AdjustOptions& options,
+                          const std::vector<std::size_t>& spline_groups) {
+  return Lister(measured, options, spline_groups).List();
+}
+
+std::vector<CorrectionGroup> GroupsOf(const Block& block,
+                                      const Candidates& candidates,
+                                      const std::vector<std::size_t>& levels,
+                                      const std::vector<double>& variance_m2) {
+  std::vector<CorrectionGroup> out;
+  for (std::size_t g = 0; g < candidates.groups.size(); ++g) {
+    const CorrectionGroup& group = candidates.groups[g];
+    std::map<std::size_t, PassLevels> by_pass;
+    std::array<const SelectionTerm*, 3> terms{};
+    for (std::size_t t = 0; t < candidates.terms.size(); ++t) {
+      const SelectionTerm& term = candidates.terms[t];
+      if (term.group != g) continue;
+      const auto slot = static_cast<std::size_t>(std::max(term.axis, 0));
+      terms[slot] = &term;
+      const bool process = levels[t] > 0 && term.levels[levels[t] - 1].process;
+      for (const std::size_t pass : term.passes) {
+        by_pass[pass].levels[slot] = levels[t];
+        if (process) by_pass[pass].variance_m2[slot] = variance_m2[t];
+      }
+    }
+    // Passes of one pattern stand in one group.
+    std::map<PassLevels, std::vector<std::size_t>> by_pattern;
+    for (const auto& [pass, pattern] : by_pass) by_pattern[pattern].push_back(pass);
+    for (const auto& [pattern, passes] : by_pattern) {
+      for (CorrectionGroup& part : PartsAt(group, pattern, terms)) {
+        if (!group.shared) SetPasses(block, passes, &part);
+        out.push_back(std::move(part));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace sarblock

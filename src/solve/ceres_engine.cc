@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ceres_engine.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "engine_choice.h"
+#include "model/robust.h"
+#include <ceres/iteration_callback.h>
+#include <ceres/loss_function.h>
+#include <ceres/solver.h>
+
+namespace sarblock {
+namespace {
+
+/// Our loss functions (robust.h) as one of Ceres.
+class Loss final : public ceres::LossFunction {
+ public:
+  Loss(RobustLoss loss, double scale) : loss_(loss), scale_(scale) {}
+  void Evaluate(double square, double out[3]) const override {
+    const RobustValue value = EvaluateLoss(loss_, scale_, square);
+    out[0] = value.loss_1;
+    out[1] = value.weight_1;
+    // The second derivative only tunes the step; Gauss-Newton weights (zero) keep it positive.
+    out[2] = 0.0;
+  }
+
+ private:
+  RobustLoss loss_;
+  double scale_;
+};
+
+/// A step below this part of what may be left was the last: those to come are shorter still.
+constexpr double kLastStepPart_1 = 0.3;
+ceres::LinearSolverType TypeOf(CeresSolver solver) {
+  switch (solver) {
+    case CeresSolver::kDenseSchur:
+      return ceres::DENSE_SCHUR;
+    case CeresSolver::kIterativeSchur:
+      return ceres::ITERATIVE_SCHUR;
+    default:
+      return ceres::SPARSE_SCHUR;
+  }
+}
+
+/// As the reduced engine damps at first: 1e-8 of the diagonal. Starts are near.
+constexpr double kFirstRadius_1 = 1e8;
+/// How much better the quadratic model may still get where conjugate gradients end.
+constexpr double kConjugateGradients_1 = 1e-3;
+
+/// Reports each iteration and ends the solution at a step below `settled` sigmas. The relative
+/// changes of cost that Ceres looks at cannot tell: 1e-6 sigmas change a cost of a thousand by less
+/// than its rounding.
+class IterationWatch final : public ceres::IterationCallback {
+ public:
+  IterationWatch(ProgressSink* sink, int most, bool least_squares, double last_step)
+      : sink_(sink), most_(most), least_squares_(least_squares), last_step_1_(last_step) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (sink_ != nullptr) {
+      sink_->Update("solve",
+                    static_cast<std::size_t>(summary.iteration),
+                    static_cast<std::size_t>(most_),
+                    "cost " + std::to_string(summary.cost));
+      if (sink_->Cancelled()) return ceres::SOLVER_ABORT;
+    }
+    return least_squares_ && summary.iteration > 0 && summary.step_is_valid && Settled(summary)
+               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+               : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  /// The linear model promises half the square of the step's length in sigmas. A cost that does not
+  /// move at all has no ratio to the promise: the step is then below the root of its rounding.
+  [[nodiscard]] bool Settled(const ceres::IterationSummary& summary) const {
+    if (summary.cost_change == 0.0) return true;
+    const double promised_1 = summary.cost_change / summary.relative_decrease;
+    return 2.0 * promised_1 <= last_step_1_ * last_step_1_;
+  }
+
+  ProgressSink* sink_;
+  int most_;
+  bool least_squares_;
+  double last_step_1_;
+};
+
+}  // namespace
+
+LookCost::LookCost(const AdjustmentProblem& problem,
+                   const BlockState& state,
+                   std::size_t point,
+                   std::size_t look)
+    : problem_(problem),
+      state_(state),
+      point_(static_cast<std::uint32_t>(point)),
+      look_(static_cast<std::uint32_t>(look)) {
+  set_num_residuals(2);
+  mutable_parameter_block_sizes()->push_back(3);
+  LookColumns columns;
+  problem.model.ColumnsOf(look, &columns);
+  for (int b = 0; b < columns.block_count; ++b) {
+    mutable_parameter_block_sizes()->push_back(
+        problem.layout.blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])]
+            .size);
+  }
+}
+
+bool LookCost::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
+  LookColumns columns;
+  problem_.model.ColumnsOf(look_, &columns);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  double* next = local.data();
+  const std::vector<int>& sizes = parameter_block_sizes();
+  for (std::size_t b = 1; b < sizes.size(); ++b) next = std::copy_n(blocks[b], sizes[b], next);
+  LookEvaluation at;
+  const Eigen::Vector3d displacement_m(blocks[0]);
+  if (!problem_.model.Evaluate(
+          {look_, columns, state_.start_m[point_], displacement_m, local.data()},
+          problem_.weights[look_],
+          &at)) {
+    return false;
+  }
+  Eigen::Map<Eigen::Vector2d>{residuals} = at.error_1;
+  if (jacobians == nullptr) return true;
+  if (jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[0]} = at.by_point;
+  }
+  std::size_t column = 0;
+  for (std::size_t b = 1; b < sizes.size(); ++b) {
+    const auto size = static_cast<std::size_t>(sizes[b]);
+    for (std::size_t r = 0; r < 2 && jacobians[b] != nullptr; ++r) {
+      std::copy_n(at.row[r].data() + column, size, jacobians[b] + r * size);
+    }
+    column += size;
+  }
+  return true;
+}
+
+ControlCost::ControlCost(const AdjustmentProblem& problem,
+                         const BlockState& state,
+                         const ControlEquations& control)
+    : problem_(problem), state_(state), control_(control) {
+  set_num_residuals(control.rows);
+  mutable_parameter_block_sizes()->push_back(3);
+}
+
+bool ControlCost::Evaluate(double const* const* blocks,
+                           double* residuals,
+                           double** jacobians) const {
+  const ControlEvaluation at = EvaluateControl(problem_.block.frame,
+                                               control_,
+                                               state_.start_m[control_.point],
+                                               Eigen::Map<const Eigen::Vector3d>(blocks[0]));
+  for (int i = 0; i < control_.rows; ++i) residuals[i] = at.residual[i];
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(
+        jacobians[0], control_.rows, 3) = at.by_point.topRows(control_.rows);
+  }
+  return at.residual.allFinite();
+}
+
+PriorCost::PriorCost(const ParameterLayout& layout, int block)
+    : size_(layout.blocks[static_cast<std::size_t>(block)].size) {
+  const ParameterBlock& b = layout.blocks[static_cast<std::size_t>(block)];
+  for (int i = 0; i < b.size; ++i) {
+    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(b.offset + i)];
+    if (parameter.has_prior()) {
+      rows_.push_back({i, 1.0 / parameter.prior_sigma, parameter.prior_value});
+    }
+  }
+  set_num_residuals(static_cast<int>(rows_.size()));
+  mutable_parameter_block_sizes()->push_back(size_);
+}
+
+bool PriorCost::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    std::fill_n(jacobians[0], static_cast<std::size_t>(size_) * rows_.size(), 0.0);
+  }
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const auto [index, weight, value] = rows_[r];
+    residuals[r] = weight * (blocks[0][index] - value);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      jacobians[0][r * static_cast<std::size_t>(size_) + static_cast<std::size_t>(index)] = weight;
+    }
+  }
+  return true;
+}
+
+std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                 const Weighting& weighting,
+                                                 const BlockState& state,
+                                                 const CeresUnknowns& unknowns) {
+  ceres::Problem::Options options;
+  options.loss_function_ownership = ceres::TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;
+  auto out = std::make_unique<ceres::Problem>(options);
+  const Looks& looks = problem.block.looks;
+  ceres::LossFunction* loss =
+      weighting.loss == RobustLoss::kNone ? nullptr : new Loss(weighting.loss, weighting.scale);
+  bool loss_taken = false;
+  std::vector<double*> blocks;
+  LookColumns columns;
+  for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
+    const ParameterBlock& block = problem.layout.blocks[b];
+    out->AddParameterBlock(unknowns.corrections + block.offset, block.size);
+    auto prior = std::make_unique<PriorCost>(problem.layout, static_cast<int>(b));
+    if (prior->num_residuals() == 0) continue;
+    out->AddResidualBlock(prior.release(), nullptr, unknowns.corrections + block.offset);
+  }
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    double* displacement = unknowns.displacements_m + 3 * point;
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      if (problem.look_used[i] == 0) continue;
+      problem.model.ColumnsOf(i, &columns);
+      blocks.assign(1, displacement);
+      for (int b = 0; b < columns.block_count; ++b) {
+        const std::size_t block =
+            static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)]);
+        blocks.push_back(unknowns.corrections + problem.layout.blocks[block].offset);
+      }
+      out->AddResidualBlock(new LookCost(problem, state, point, i), loss, blocks);
+      loss_taken = true;
+    }
+    if (problem.control_of[point] >= 0) {
+      const auto index = static_cast<std::size_t>(problem.control_of[point]);
+      out->AddResidualBlock(
+          new ControlCost(problem, state, problem.control[index]), nullptr, displacement);
+    }
+  }
+  if (!loss_taken) delete loss;
+  return out;
+}
+
+std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                 const Weighting& weighting,
+                                                 BlockState* state) {
+  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+  return MakeCeresProblem(
+      problem,
+      weighting,
+      *state,
+      {state->displacement_m.empty() ? nullptr : state->displacement_m.front().data(),
+       state->corrections.data()});
+}
+
+SolveReport SolveWithCeres(const AdjustmentProblem& problem,
+                           const Weighting& weighting,
+                           const SolveOptions& options,
+                           BlockState* state,
+                           ProgressSink* progress) {
+  const std::unique_ptr<ceres::Problem> ceres_problem = MakeCeresProblem(problem, weighting, state);
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = options.max_iterations;
+  solver.num_threads = options.threads;
+  solver.logging_type = ceres::SILENT;
+  // Least squares end by IterationWatch. Reweighted ones converge linearly and end on the cost;
+  // rounding of positions of 7e6 m can keep that moving by more than 1e-14 of itself.
+  const bool least_squares = weighting.loss == RobustLoss::kNone;
+  solver.function_tolerance = least_squares ? 0.0 : 1e-12;
+  solver.parameter_tolerance = 1e-13;
+  solver.gradient_tolerance = 0.0;
+  solver.initial_trust_region_radius = kFirstRadius_1;
+  solver.eta = kConjugateGradients_1;
+  solver.max_num_consecutive_invalid_steps = 20;
+  if (problem.layout.size() == 0) {
+    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  } else {
+    solver.linear_solver_type = TypeOf(Resolve(options.ceres_solver, problem.layout.size()));
+    solver.preconditioner_type = ceres::SCHUR_JACOBI;  // of the iterative one
+    auto* ordering = new ceres::ParameterBlockOrdering;
+    for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+      if (problem.Solves(point)) {
+        ordering->AddElementToGroup(state->displacement_m[point].data(), 0);
+      }
+    }
+    for (const ParameterBlock& block : problem.layout.blocks) {
+      ordering->AddElementToGroup(state->corrections.data() + block.offset, 1);
+    }
+    solver.linear_solver_ordering.reset(ordering);
+  }
+  IterationWatch watch(
+      progress, options.max_iterations, least_squares, kLastStepPart_1 * options.settled_1);
+  solver.callbacks.push_back(&watch);
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, ceres_problem.get(), &summary);
+  if (summary.termination_type == ceres::USER_FAILURE) throw Interrupted("solve");
+  SolveReport report;
+  report.converged = summary.termination_type == ceres::CONVERGENCE ||
+                     summary.termination_type == ceres::USER_SUCCESS;
+  report.iterations = summary.num_successful_steps;
+  report.initial_cost_1 = summary.initial_cost;
+  report.final_cost_1 = summary.final_cost;
+  report.message = summary.message;
+  return report;
+}
+
+}  // namespace sarblock

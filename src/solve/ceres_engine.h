@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+
+#include <memory>
+#include <vector>
+
+#include "model/problem.h"
+#include "normals/elimination.h"
+#include "solve_report.h"
+#include <ceres/cost_function.h>
+#include <ceres/problem.h>
+
+namespace sarblock {
+
+/// Both weighted measurements of one look (LookModel) as a Ceres cost function.
+///
+/// Blocks: the point's displacement [3, m], then the parameter blocks of the look's columns.
+/// Residuals: 2, standard normal if the model is true. Analytic Jacobians.
+/// Domain: returns false where LookModel::Evaluate does; Ceres rejects the step. Never throws.
+/// `problem` and `state` (its start positions) must outlive it.
+class LookCost final : public ceres::CostFunction {
+ public:
+  LookCost(const AdjustmentProblem& problem,
+           const BlockState& state,
+           std::size_t point,
+           std::size_t look);
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  const AdjustmentProblem& problem_;
+  const BlockState& state_;
+  std::uint32_t point_;
+  std::uint32_t look_;
+};
+
+/// Control equations of one point as a Ceres cost function; block: the displacement [3, m].
+class ControlCost final : public ceres::CostFunction {
+ public:
+  ControlCost(const AdjustmentProblem& problem,
+              const BlockState& state,
+              const ControlEquations& control);
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  const AdjustmentProblem& problem_;
+  const BlockState& state_;
+  const ControlEquations& control_;
+};
+
+/// Priors (c - c0) / sigma of the parameters of one block that have one.
+class PriorCost final : public ceres::CostFunction {
+ public:
+  PriorCost(const ParameterLayout& layout, int block);
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  struct Row {
+    int index;      // in the block
+    double weight;  // 1 / sigma
+    double value;   // c0
+  };
+  std::vector<Row> rows_;
+  int size_;
+};
+
+/// Memory of the unknowns of a Ceres problem. ceres::Covariance orders them by address, and with it
+/// its sums: two arrays of their own can lie either way, and differ in the last digits.
+struct CeresUnknowns {
+  double* displacements_m = nullptr;  ///< three a point, of all points
+  double* corrections = nullptr;
+};
+
+/// The whole adjustment as a Ceres problem over `unknowns`: one block a solved point (its
+/// displacement) and one a parameter block. `state` gives the start positions alone.
+[[nodiscard]] std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                               const Weighting& weighting,
+                                                               const BlockState& state,
+                                                               const CeresUnknowns& unknowns);
+
+/// The same over the memory of `state`. Used by SolveWithCeres and by the tests that compare
+/// covariances with ceres::Covariance.
+[[nodiscard]] std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
+                                                               const Weighting& weighting,
+                                                               BlockState* state);
+
+/// Levenberg-Marquardt by Ceres, points eliminated first. Ends after a step well below
+/// options.settled_1; rounding of the cost hides the last digits (NewtonFinish). Under a robust
+/// loss, whose last steps shrink slowly, it ends where the cost does not change by 1e-12 of itself.
+/// Without corrections there is nothing to reduce: sparse normal equations, whatever
+/// options.ceres_solver. Updates `state`. Throws Interrupted if the sink was cancelled.
+[[nodiscard]] SolveReport SolveWithCeres(const AdjustmentProblem& problem,
+                                         const Weighting& weighting,
+                                         const SolveOptions& options,
+                                         BlockState* state,
+                                         ProgressSink* progress);
+
+}  // namespace sarblock

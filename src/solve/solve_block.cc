@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve_block.h"
+
+#include "sarblock/geometry/intersection.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "core/parallel.h"
+#include "determinacy/form_determined.h"
+#include "determinacy/rank_analysis.h"
+#include "engine_choice.h"
+#include "geometry/look_side.h"
+#include "reduced_engine.h"
+#include "step_tolerance.h"
+
+namespace sarblock {
+namespace {
+
+/// A weight that changes by less than this at the solution changes no digit that counts.
+constexpr double kWeightsSettled_1 = 1e-7;
+/// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
+/// over to the finishing Newton steps; they start from up to ten times as much.
+constexpr double kApproached_1 = 1.0;
+constexpr int kMostFinishingSteps = 25;
+constexpr int kMostRounds = 5;
+
+/// Sights of a point's looks on the corrected paths.
+std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
+                            const BlockState& state,
+                            std::size_t point) {
+  std::vector<Sight> sights;
+  const auto& offsets = problem.block.looks.offsets;
+  for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    if (const auto sight = problem.model.SightOf(i, state.corrections)) sights.push_back(*sight);
+  }
+  return sights;
+}
+
+}  // namespace
+
+bool NewtonFinish(const AdjustOptions& options,
+                  AdjustmentProblem* problem,
+                  BlockState* state,
+                  ReducedSystem* system,
+                  SolveReport* solve,
+                  ProgressSink* progress) {
+  const auto form = [&](const BlockState& at) {
+    system->Form(at, {}, progress);
+    return system->looks_not_evaluated() == 0 && system->weak_points().empty() &&
+           system->FactorDamped();
+  };
+  solve->decrement_1 = std::numeric_limits<double>::infinity();
+  if (!form(*state)) return false;
+  double left_1 = system->NewtonDecrement(), contraction = 0.0;
+  const double wanted_1 = ToleranceFor(options.tolerance_1, *problem);
+  const int most = std::min(kMostFinishingSteps, options.max_iterations);
+  for (int step = 0; step < most; ++step) {
+    if (!(left_1 > wanted_1 && left_1 < 10.0 * kApproached_1)) break;
+    Step(progress, "solve", static_cast<std::size_t>(solve->iterations), 0, "finish");
+    BlockState next = AfterNewtonStep(*problem, *state, system->Step());
+    UpdateWeights(next, problem);
+    const bool formed = form(next);
+    const double after_1 = formed ? system->NewtonDecrement() : left_1;
+    if (!(after_1 < left_1)) {
+      UpdateWeights(*state, problem);
+      if (!form(*state)) return false;
+      break;
+    }
+    contraction = after_1 / left_1;
+    left_1 = after_1;
+    *state = std::move(next);
+    ++solve->iterations;
+  }
+  solve->final_cost_1 = system->cost();
+  // Where large residuals meet curved equations each step is a fixed part of the one before: the
+  // sum of all to come is what is left.
+  solve->decrement_1 = left_1 > options.tolerance_1 ? left_1 / (1.0 - contraction) : left_1;
+  return true;
+}
+
+SolveReport SolveRounds(const Weighting& weighting,
+                        const AdjustOptions& options,
+                        AdjustmentProblem* problem,
+                        BlockState* state,
+                        ProgressSink* progress,
+                        std::optional<ReducedSystem>* solved) {
+  SolveReport total;
+  // A redescending loss has many minima: it starts from the solution of a convex one, which has an
+  // allowance of iterations of its own.
+  if (weighting.loss == RobustLoss::kTukey) {
+    AdjustOptions convex = options;
+    convex.robust = RobustLoss::kHuber;
+    convex.robust_scale = 0.0;
+    total = SolveRounds({convex.robust, RobustScale(convex)}, convex, problem, state, progress);
+  }
+  const bool least_squares = weighting.loss == RobustLoss::kNone;
+  const bool ceres = Resolve(options.engine) == Engine::kCeres;
+  const int allowed = total.iterations + options.max_iterations;
+  std::optional<ReducedSystem> own;
+  std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
+  system.emplace(*problem, KeptFactors::kMostBytes);
+  for (int round = 0; round < kMostRounds; ++round) {
+    SolveOptions solve;
+    solve.max_iterations = std::max(1, allowed - total.iterations);
+    solve.threads = options.threads;
+    // Least squares first come near; what finishes them needs no damping.
+    solve.settled_1 = least_squares && round == 0 ? kApproached_1 : options.tolerance_1;
+    solve.ceres_solver = options.ceres_solver;
+    SolveReport report = ceres
+                             ? SolveWithCeres(*problem, weighting, solve, state, progress)
+                             : SolveReduced(*problem, weighting, solve, &*system, state, progress);
+    if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
+    if (ceres && !least_squares && report.converged) {  // what the cost hides of the last digits
+      const SolveReport finish =
+          SolveReduced(*problem, weighting, solve, &*system, state, progress);
+      report.final_cost_1 = finish.final_cost_1;
+      report.iterations += finish.iterations;
+    }
+    total.iterations += report.iterations;
+    total.converged = report.converged;
+    total.final_cost_1 = report.final_cost_1;
+    total.message = report.message;
+    const double change_1 = UpdateWeights(*state, problem);
+    if (least_squares) {
+      const bool factored = NewtonFinish(options, problem, state, &*system, &total, progress);
+      if (factored) {
+        total.converged =
+            total.decrement_1 <= std::max(options.tolerance_1, kRemainingStepAccepted_1);
+      }
+      if ((factored && total.converged) || round > 0 || total.iterations >= allowed) break;
+      continue;  // a damped solution to the end, once
+    }
+    if (!report.converged || change_1 <= kWeightsSettled_1 || total.iterations >= allowed) break;
+  }
+  if (!least_squares && solved != nullptr) system->Form(*state, {}, progress);
+  return total;
+}
+
+std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
+                                         const BlockState& state,
+                                         const ReducedSystem& system) {
+  const std::size_t points = problem.block.points.size();
+  std::vector<std::uint8_t> lost(points, 0);
+  for (const WeakPoint& weak : system.weak_points()) lost[weak.point] = 1;
+  ParallelForChunks(points, 1024, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem.Solves(point) || problem.control_of[point] >= 0 || lost[point] != 0) continue;
+      const Eigen::Vector3d p_m = state.Position(point);
+      for (const Sight& sight : SightsOf(problem, state, point)) {
+        if (!LiesWhereItLooks(problem.block.frame, sight, p_m)) lost[point] = 1;
+      }
+    }
+  });
+  std::vector<std::size_t> out;
+  for (std::size_t point = 0; point < points; ++point) {
+    if (lost[point] != 0) out.push_back(point);
+  }
+  return out;
+}
+
+void SolveOnce(const AdjustOptions& options,
+               AdjustmentProblem* problem,
+               BlockState* state,
+               SolveReport* solve,
+               std::optional<ReducedSystem>* system,
+               ProgressSink* progress) {
+  const SolveReport before = *solve;
+  *solve = SolveRounds(
+      {options.robust, RobustScale(options)}, options, problem, state, progress, system);
+  solve->iterations += before.iterations;
+  solve->initial_cost_1 = before.initial_cost_1;
+}
+
+void RecoverMisplacedPoints(const AdjustOptions& options,
+                            AdjustmentProblem* problem,
+                            BlockState* state,
+                            SolveReport* solve,
+                            std::optional<ReducedSystem>* system,
+                            PointDefects* defects,
+                            ProgressSink* progress) {
+  std::vector<std::size_t> lost = MisplacedPoints(*problem, *state, **system);
+  // Each round also mends the corrections that misplaced points have pulled at.
+  for (int round = 0; round < 3 && !lost.empty(); ++round) {
+    for (const std::size_t point : lost) {
+      const Intersection met = Intersect(SightsOf(*problem, *state, point), problem->block.frame);
+      if (met.outcome == IntersectionOutcome::kTooFewLooks) continue;
+      state->start_m[point] = met.position_m;
+      state->displacement_m[point].setZero();
+    }
+    SolveOnce(options, problem, state, solve, system, progress);
+    lost = MisplacedPoints(*problem, *state, **system);
+  }
+  *defects = FindPointDefects(*problem, *state);
+  bool left_out = LeaveOutOpenPoints(*defects, problem);
+  for (const std::size_t point : lost) {
+    if (!problem->Solves(point)) continue;
+    const std::vector<Sight> sights = SightsOf(*problem, *state, point);
+    const bool mirrored = std::any_of(sights.begin(), sights.end(), [&](const Sight& sight) {
+      return !LiesWhereItLooks(problem->block.frame, sight, state->Position(point));
+    });
+    if (!mirrored || problem->control_of[point] >= 0) continue;  // weak points are named later
+    problem->LeaveOut(point,
+                      PointStatus::kUndetermined,
+                      "its looks meet only above the antennas or on the side they do not look to");
+    left_out = true;
+  }
+  if (left_out) {
+    RequireSolvable(*problem);
+    SolveOnce(options, problem, state, solve, system, progress);
+  }
+}
+
+std::vector<std::size_t> LeaveOutBeyondPaths(const BlockState& state, AdjustmentProblem* problem) {
+  std::vector<std::size_t> out;
+  LookColumns columns;
+  LookEvaluation at;
+  const auto& offsets = problem->block.looks.offsets;
+  for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
+    if (!problem->Solves(point)) continue;
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      if (problem->look_used[i] == 0) continue;
+      if (!EvaluateLook(problem->model, state, point, i, {}, &columns, &at)) continue;
+      if (!at.beyond_path) continue;
+      problem->look_used[i] = 0;
+      out.push_back(i);
+    }
+  }
+  return out;
+}
+
+}  // namespace sarblock

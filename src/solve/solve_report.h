@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/model/options.h"
+
+#include <string>
+
+namespace sarblock {
+
+/// What a solver reports.
+struct SolveReport {
+  bool converged = false;
+  int iterations = 0;
+  double initial_cost_1 = 0.0;
+  double final_cost_1 = 0.0;
+  /// Newton decrement at the end in sigmas, steps to come included; of least squares.
+  double decrement_1 = 0.0;
+  std::string message;
+};
+
+struct SolveOptions {
+  int max_iterations = 50;
+  int threads = 1;
+  /// Newton decrement, in sigmas over all unknowns, at which the solution is done.
+  double settled_1 = AdjustOptions{}.tolerance_1;
+  CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
+};
+
+}  // namespace sarblock

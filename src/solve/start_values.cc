@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "start_values.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/geometry/intersection.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <optional>
+
+#include "core/parallel.h"
+#include "geometry/look_side.h"
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerChunk = 512;
+
+/// What one point starts with.
+struct PointStart {
+  PointStatus status = PointStatus::kAdjusted;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Constant(kNotGiven);
+  std::string reason;
+};
+
+PointStart Refuse(PointStatus status, std::string reason) {
+  PointStart out;
+  out.status = status;
+  out.reason = std::move(reason);
+  return out;
+}
+
+PointStart StartOf(const AdjustmentProblem& problem,
+                   std::size_t point,
+                   const std::vector<Sight>& sights) {
+  const Block& block = problem.block;
+  const ControlEquations* control =
+      problem.control_of[point] < 0
+          ? nullptr
+          : &problem.control[static_cast<std::size_t>(problem.control_of[point])];
+  const int control_rows = control == nullptr ? 0 : control->rows;
+  if (sights.empty()) {
+    return Refuse(PointStatus::kNotSeen, "no look of it takes part");
+  }
+  if (2 * static_cast<int>(sights.size()) + control_rows < 3) {
+    return Refuse(PointStatus::kTooFewLooks, "one look and no control: 2 equations, 3 unknowns");
+  }
+  PointStart out;
+  const Eigen::Vector3d& given_m = block.points.given_m[point];
+  // A check point's coordinates are withheld, its start values too.
+  if (given_m.allFinite() && block.points.role[point] != PointRole::kCheck) {
+    const auto sees = [&](const Sight& sight) {
+      return LiesWhereItLooks(block.frame, sight, given_m);
+    };
+    if (control != nullptr || std::all_of(sights.begin(), sights.end(), sees)) {
+      out.position_m = given_m;
+      return out;
+    }
+  }
+  const Intersection met = Intersect(sights, block.frame);
+  // Flight-path errors may keep circles apart that the adjustment brings together: a compromise is
+  // good enough to start from.
+  if (met.outcome == IntersectionOutcome::kDetermined ||
+      met.outcome == IntersectionOutcome::kCirclesDoNotMeet ||
+      met.outcome == IntersectionOutcome::kNotConverged) {
+    out.position_m = met.position_m;
+    return out;
+  }
+  return Refuse(PointStatus::kUndetermined, Explain(met.outcome));
+}
+
+}  // namespace
+
+namespace {
+
+/// Refuses passes whose states contradict each other so much that between them the Doppler cone
+/// passes over a point several times: no time of such a look means anything.
+void RequireSteadyCones(const Block& block) {
+  const std::vector<double> range_m = LargestRanges_m(block);
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    const FlightPath& path = block.passes[pass].path;
+    std::vector<double> turning_1 = ConeTurning_1(path, range_m[pass]);
+    const auto middle = turning_1.begin() + static_cast<std::ptrdiff_t>(turning_1.size() / 2);
+    std::nth_element(turning_1.begin(), middle, turning_1.end());
+    if (!(*middle > 1.0)) continue;
+    const auto folded =
+        std::count_if(turning_1.begin(), turning_1.end(), [](double turn) { return turn > 1.0; });
+    std::array<char, 512> text{};
+    std::snprintf(
+        text.data(),
+        text.size(),
+        "the flight path is too rough to be read at %.4g km: in %lld of %zu intervals "
+        "between its states the path turns the Doppler cone back over points it has "
+        "passed, since positions and velocities contradict each other (median %.2g of the "
+        "cone's own rate, at most 1 is allowed); smooth the states, or give states "
+        "farther apart",
+        1e-3 * range_m[pass],
+        static_cast<long long>(folded),
+        turning_1.size(),
+        *middle);
+    throw InputError("pass " + block.passes[pass].id, text.data());
+  }
+}
+
+}  // namespace
+
+StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress) {
+  const Block& block = problem->block;
+  RequireSteadyCones(block);
+  const std::size_t points = block.points.size();
+  StartReport report;
+  report.state.start_m.assign(points, Eigen::Vector3d::Constant(kNotGiven));
+  report.state.displacement_m.assign(points, Eigen::Vector3d::Zero());
+  report.state.corrections = Eigen::VectorXd::Zero(problem->layout.size());
+  std::vector<std::vector<std::size_t>> lost((points + kPointsPerChunk - 1) / kPointsPerChunk);
+  Step(progress, "start values", 0, points);
+  ParallelForChunks(
+      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        std::vector<Sight> sights;
+        for (std::size_t point = begin; point < end; ++point) {
+          sights.clear();
+          for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
+               ++i) {
+            if (problem->look_used[i] == 0) continue;
+            const std::optional<Sight> sight = problem->model.SightOf(i, report.state.corrections);
+            if (sight) {
+              sights.push_back(*sight);
+            } else {
+              lost[chunk].push_back(i);
+              problem->look_used[i] = 0;
+            }
+          }
+          PointStart start = StartOf(*problem, point, sights);
+          if (IsSolved(start.status)) {
+            report.state.start_m[point] = start.position_m;
+          } else {
+            problem->LeaveOut(point, start.status, start.reason);
+          }
+        }
+      });
+  for (const std::vector<std::size_t>& part : lost) {
+    report.looks_not_evaluated.insert(report.looks_not_evaluated.end(), part.begin(), part.end());
+  }
+  UpdateWeights(report.state, problem);
+  Step(progress, "start values", points, points);
+  return report;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+
+#include "model/problem.h"
+
+namespace sarblock {
+
+/// Start positions for all points (model.md, section 5), corrections at zero:
+/// the given coordinates of a point where the files have some; else the exact intersection of its
+/// looks (a compromise where flight-path errors keep the circles apart); else, with one look and a
+/// known height, the look's circle at that height.
+/// A point that cannot be started is left out of `problem` with its reason; so is one that has
+/// neither two looks nor control. Looks at which the model has no value at the start are left
+/// out and counted. Forms the weights at the start. Throws InputError for a
+/// pass whose states are too rough to be read. Parallel over points.
+struct StartReport {
+  BlockState state;
+  std::vector<std::size_t> looks_not_evaluated;  ///< look indices, ascending
+};
+[[nodiscard]] StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress);
+
+}  // namespace sarblock

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "block_matrix.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Cholesky factor of a BlockSymmetricMatrix, its solves and its selected inverse.
+///
+/// P S P' = L L', P a fill-reducing order (AMD) of the block graph, `last` blocks kept at the end.
+/// Multifrontal on supernodes: dense fronts, BLAS kernels. The selected inverse is the Takahashi
+/// recursion supernode by supernode from the root down: with front variables J (eliminated) and R
+/// (the rest), Z_RJ = -Z_RR L_RJ L_JJ^-1, Z_JJ = L_JJ^-T L_JJ^-1 - (L_RJ L_JJ^-1)' Z_RJ, and Z_RR
+/// is a submatrix of the parent's Z (docs/theory/covariance.md). Work grows with the fill, never
+/// with the square of the matrix. Results do not depend on the number of threads.
+///
+/// Threads: those ThreadLimit allows (core/parallel.h), over the branches of the elimination tree
+/// and over the tiles of large fronts.
+///
+/// Memory: factor_entries() doubles and, while factoring or inverting, the waiting fronts (about a
+/// third of the factor on a two-dimensional grid of passes, more by one branch of the tree for each
+/// further thread). Constructing one restricts OpenBLAS, if that is the BLAS loaded, to one thread
+/// for the whole process; the threads above call it side by side.
+///
+/// Diagonal blocks: only the lower triangle of S is read; SelectedInverse fills both.
+class BlockCholesky {
+ public:
+  /// Symbolic analysis of a pattern; may be kept for any number of factorisations.
+  /// `last` names blocks to be eliminated last (shared parameters seen by all).
+  explicit BlockCholesky(const BlockSymmetricMatrix& pattern, std::span<const int> last = {});
+  ~BlockCholesky();
+  BlockCholesky(BlockCholesky&&) noexcept;
+  BlockCholesky& operator=(BlockCholesky&&) noexcept;
+
+  /// What Factorize met.
+  struct Outcome {
+    bool positive_definite = false;
+    int failed_row = -1;                ///< row of S (original order) whose pivot was not positive
+    double smallest_pivot_ratio = 0.0;  ///< least pivot / diagonal element, 1 for a diagonal S
+    int smallest_pivot_row = -1;
+  };
+  /// Factors `matrix` (same pattern). After a failure only Factorize may be called; the least
+  /// pivot is then the one that failed, with ratio 0. A matrix that is singular but for rounding
+  /// may pass: judge smallest_pivot_ratio, which is of the order of 1e-16 there.
+  [[nodiscard]] Outcome Factorize(const BlockSymmetricMatrix& matrix);
+
+  /// Solves S X = B in place, any number of columns (original order of rows).
+  void Solve(Eigen::Ref<Eigen::MatrixXd> b) const;
+  /// Solves L Y = P B and returns Y, so that B' S^-1 B = Y' Y.
+  [[nodiscard]] Eigen::MatrixXd ForwardSolve(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
+
+  /// Blocks of S^-1 on the pattern of S (exact, not an approximation).
+  [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
+
+  /// Least eigenvalue of S and its unit eigenvector by Lanczos iteration on the inverse, until the
+  /// value changes by less than 1e-6 of itself or after 200 solves. Deterministic start. Kept until
+  /// the next Factorize.
+  struct EigenPair {
+    double value = 0.0;
+    Eigen::VectorXd vector;
+  };
+  [[nodiscard]] EigenPair SmallestEigenpair() const;
+  /// Estimate of the 2-norm condition number of the `matrix` last factored: its largest eigenvalue
+  /// by power iteration (relative change 1e-3) over that of SmallestEigenpair. Both iterations
+  /// come from inside the spectrum, so the estimate is never above the condition number but for
+  /// rounding.
+  [[nodiscard]] double ConditionEstimate(const BlockSymmetricMatrix& matrix) const;
+
+  [[nodiscard]] std::size_t factor_entries() const;  ///< doubles held by the factor
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sarblock

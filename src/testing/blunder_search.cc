@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "blunder_search.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "covariance/point_sweep.h"
+#include "determinacy/connectivity.h"
+#include "determinacy/form_determined.h"
+#include "determinacy/rank_analysis.h"
+#include "normals/reduced_system.h"
+#include "reliability.h"
+#include "residual_covariance.h"
+#include "suspects.h"
+
+namespace sarblock {
+namespace {
+
+/// Control points that hold a datum, and so stay.
+constexpr std::size_t kLeastControlPoints = 3;
+
+using Action = BlunderFinding::Action;
+
+/// A point whose largest statistic is above the critical value.
+struct Candidate {
+  std::uint32_t point = 0;
+  double w_1 = 0.0;
+};
+
+/// What a removal takes, so that it can be undone.
+struct Removal {
+  std::uint32_t point = 0;
+  PointStatus status = PointStatus::kAdjusted;
+  std::string reason;
+  std::int32_t control_of = -1;
+  std::vector<std::uint64_t> looks;
+};
+
+class Search {
+ public:
+  Search(const AdjustOptions& options,
+         const SolveAgain& solve,
+         AdjustmentProblem* problem,
+         BlockState* state,
+         ProgressSink* progress)
+      : options_(options),
+        solve_(solve),
+        problem_(*problem),
+        state_(*state),
+        progress_(progress),
+        held_(problem->block.points.size(), 0),
+        readmitted_(problem->look_used.size(), 0) {}
+
+  SnoopingReport Run() {
+    if (options_.quality.snooping == Snooping::kRobust) StartRobust();
+    Rounds();
+    while (Readmit()) Rounds();
+    NameReadmitted();
+    return std::move(report_);
+  }
+
+ private:
+  void Rounds();
+  void TestSolution();
+  [[nodiscard]] std::vector<Candidate> Candidates() const;
+  [[nodiscard]] bool TakeCandidates();
+  [[nodiscard]] bool Examine(const Candidate& candidate, double* reach_1);
+  [[nodiscard]] bool MayRelease(std::uint32_t point) const;
+  void Remove(const SuspectSet& set, BlunderFinding* finding);
+  void Undo(std::size_t keep, const std::string& note);
+  void DropOfRobust(std::uint32_t point, double limit);
+  void StartRobust();
+  [[nodiscard]] bool Readmit();
+  void NameReadmitted();
+
+  const AdjustOptions& options_;
+  const SolveAgain& solve_;
+  AdjustmentProblem& problem_;
+  BlockState& state_;
+  ProgressSink* progress_;
+  SnoopingReport report_;
+  std::optional<ReducedSystem> system_;
+  std::optional<BlockSymmetricMatrix> inverse_;
+  LookQuality quality_;
+  std::vector<ControlQuality> control_quality_;
+  ReliabilityFigures figures_;
+  double scale_1_ = 1.0;  // of w to the statistic that is tested
+  double critical_1_ = 0.0;
+  PassConnection connection_;
+  std::vector<Removal> removals_;  // of the last round
+  bool one_at_a_time_ = false;
+  std::vector<std::uint8_t> held_;        // by point: reported, not touched again
+  std::vector<std::uint8_t> readmitted_;  // by look: once is enough
+};
+
+/// Quality figures and critical value at the present solution. Where the last round's removals left
+/// corrections open they are undone first.
+void Search::TestSolution() {
+  for (;;) {
+    try {
+      FormDetermined(state_, {}, &problem_, &system_, progress_);
+      FactorRegular(&*system_);
+      break;
+    } catch (const UndeterminedError&) {
+      if (removals_.empty()) throw;
+      one_at_a_time_ = removals_.size() > 1;
+      Undo(0, one_at_a_time_ ? "" : "without it the corrections are not determined");
+      solve_(RobustLoss::kNone);
+    }
+  }
+  removals_.clear();
+  inverse_.reset();
+  if (problem_.layout.size() > 0) inverse_ = system_->SelectedInverse();
+  PointSweep sweep = SweepPoints(
+      problem_, state_, inverse_ ? &*inverse_ : nullptr, true, progress_, system_->kept());
+  control_quality_ = ControlQualities(problem_, state_, sweep.covariance_m2);
+  quality_ = std::move(sweep.quality);
+  const ProblemCounts counts = CountProblem(problem_);
+  const double redundancy =
+      static_cast<double>(counts.observations) - static_cast<double>(counts.parameters);
+  figures_ = MakeReliability(options_.quality, CountTests(quality_, control_quality_), redundancy);
+  const bool tau = options_.quality.test == BlunderTest::kTau;
+  critical_1_ = tau ? figures_.critical_tau_1 : figures_.critical_w_1;
+  const double sigma0 = std::sqrt(2.0 * system_->cost() / redundancy);
+  scale_1_ = tau ? 1.0 / sigma0 : 1.0;
+  connection_ = ConnectPasses(problem_);
+  ++report_.rounds;
+}
+
+std::vector<Candidate> Search::Candidates() const {
+  std::vector<Candidate> found;
+  const auto& offsets = problem_.block.looks.offsets;
+  std::size_t next = 0;
+  for (std::uint32_t point = 0; point < problem_.block.points.size(); ++point) {
+    double largest = 0.0;
+    for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      for (const std::vector<float>& w : quality_.w_1) {
+        largest = std::max(largest, std::abs(static_cast<double>(w[i])));  // NaN never wins
+      }
+    }
+    for (; next < control_quality_.size() && control_quality_[next].point <= point; ++next) {
+      if (control_quality_[next].point == point) {
+        largest = std::max(largest, std::abs(control_quality_[next].w_1));
+      }
+    }
+    if (held_[point] == 0 && scale_1_ * largest > critical_1_) found.push_back({point, largest});
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
+    return a.w_1 > b.w_1;
+  });
+  return found;
+}
+
+/// Known positions may go while enough of them remain.
+bool Search::MayRelease(std::uint32_t point) const {
+  std::size_t others = 0;
+  for (const ControlEquations& control : problem_.control) {
+    const bool counts = problem_.Solves(control.point) && problem_.control_of[control.point] >= 0;
+    if (counts && control.point != point) ++others;
+  }
+  return others >= kLeastControlPoints;
+}
+
+/// Takes what the set names, or the whole point where too little remains of it.
+void Search::Remove(const SuspectSet& set, BlunderFinding* finding) {
+  const std::uint32_t point = finding->point;
+  Removal removal{point,
+                  problem_.point_status[point],
+                  problem_.point_reason[point],
+                  problem_.control_of[point],
+                  {}};
+  const auto& offsets = problem_.block.looks.offsets;
+  for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+    if (problem_.look_used[i] != 0) removal.looks.push_back(i);
+  }
+  removals_.push_back(std::move(removal));
+  if (set.control) problem_.control_of[point] = -1;
+  if (set.rest_determines) {
+    for (const std::uint64_t look : set.looks) problem_.look_used[look] = 0;
+    finding->action = set.control ? Action::kControlReleased : Action::kRejected;
+    return;
+  }
+  problem_.LeaveOut(point, PointStatus::kApart, DescribeContradiction(problem_.block, set));
+  finding->action = Action::kPointLeftOut;
+}
+
+/// Takes back the removals from the `keep`-th on. With a note their points are held and reported,
+/// without they are candidates again.
+void Search::Undo(std::size_t keep, const std::string& note) {
+  while (removals_.size() > keep) {
+    const Removal& removal = removals_.back();
+    problem_.point_status[removal.point] = removal.status;
+    problem_.point_reason[removal.point] = removal.reason;
+    problem_.control_of[removal.point] = removal.control_of;
+    for (const std::uint64_t look : removal.looks) problem_.look_used[look] = 1;
+    const auto finding =
+        std::find_if(report_.findings.rbegin(), report_.findings.rend(), [&](const auto& f) {
+          return f.point == removal.point && f.action != Action::kKept;
+        });
+    if (note.empty()) {
+      report_.findings.erase(std::next(finding).base());
+    } else {
+      finding->action = Action::kKept;
+      finding->note = note;
+      held_[removal.point] = 1;
+    }
+    removals_.pop_back();
+  }
+}
+
+/// Decides on one candidate; true where something was removed.
+bool Search::Examine(const Candidate& candidate, double* reach_1) {
+  const PointResiduals residuals =
+      ResidualsOfPoint(problem_, state_, inverse_ ? &*inverse_ : nullptr, candidate.point);
+  if (!StandsAlone(residuals, *reach_1, critical_1_ / scale_1_)) return false;
+  const SuspectSet set = FindSuspects(residuals, options_.quality.separation_1);
+  BlunderFinding finding;
+  finding.point = candidate.point;
+  finding.round = report_.rounds;
+  finding.w_1 = set.largest_w_1;
+  finding.azimuth = set.azimuth;
+  finding.looks = set.looks;
+  finding.control = set.control;
+  if (set.control && !MayRelease(candidate.point)) {
+    finding.note = "the control left would not hold the block";
+    held_[candidate.point] = 1;
+    report_.findings.push_back(std::move(finding));
+    return false;
+  }
+  *reach_1 += ReachOf(residuals, set);
+  report_.findings.push_back(finding);
+  Remove(set, &report_.findings.back());
+  return true;
+}
+
+/// One round; false where nothing was removed.
+bool Search::TakeCandidates() {
+  const std::vector<Candidate> candidates = Candidates();
+  double reach_1 = 0.0;
+  for (const Candidate& candidate : candidates) {
+    if (!Examine(candidate, &reach_1)) continue;
+    // The passes are looked at one removal at a time only where a round is known to cut them.
+    const bool cut = one_at_a_time_ && !connection_.IsKeptBy(ConnectPasses(problem_));
+    if (cut) Undo(removals_.size() - 1, "without it the passes would not hang together");
+    if (one_at_a_time_ && !cut) break;
+  }
+  if (removals_.empty()) return false;
+  if (!connection_.IsKeptBy(ConnectPasses(problem_))) {
+    Undo(0, "");
+    one_at_a_time_ = true;
+    return TakeCandidates();
+  }
+  return true;
+}
+
+void Search::Rounds() {
+  TestSolution();
+  while (report_.rounds < kMostSearchRounds && TakeCandidates()) {
+    solve_(RobustLoss::kNone);
+    TestSolution();
+  }
+}
+
+/// The looks of a point beyond `limit` in the robust solution, unless too little would remain.
+void Search::DropOfRobust(std::uint32_t point, double limit) {
+  SuspectSet far;
+  const auto& offsets = problem_.block.looks.offsets;
+  WhitenedLook at;
+  for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+    if (problem_.look_used[i] == 0) continue;
+    if (!EvaluateWhitened(problem_, state_, {}, point, i, &at)) continue;
+    if (at.error_1.squaredNorm() > limit) far.looks.push_back(i);
+  }
+  if (far.looks.empty()) return;
+  const PointResiduals residuals = ResidualsOfPoint(problem_, state_, nullptr, point);
+  if (!RestDetermines(residuals, far)) return;
+  for (const std::uint64_t look : far.looks) problem_.look_used[look] = 0;
+  report_.robust.insert(report_.robust.end(), far.looks.begin(), far.looks.end());
+}
+
+/// A redescending loss finds a start that many blunders at once cannot mask.
+void Search::StartRobust() {
+  solve_(RobustLoss::kTukey);
+  const double limit = ChiSquareQuantile(0.999, 2.0);
+  const PassConnection before = ConnectPasses(problem_);
+  for (std::uint32_t point = 0; point < problem_.block.points.size(); ++point) {
+    if (problem_.Solves(point)) DropOfRobust(point, limit);
+  }
+  const auto take_back = [&] {
+    for (const std::uint64_t look : report_.robust) problem_.look_used[look] = 1;
+    report_.robust.clear();
+  };
+  if (!before.IsKeptBy(ConnectPasses(problem_))) take_back();
+  try {
+    FormDetermined(state_, {}, &problem_, &system_, progress_);
+    FactorRegular(&*system_);
+  } catch (const UndeterminedError&) {
+    take_back();
+  }
+  solve_(RobustLoss::kNone);
+}
+
+/// Looks that were left out, though within the critical value in the solution without them: the
+/// residual of a look left out scatters more than its measurement, never less.
+bool Search::Readmit() {
+  if (report_.rounds >= kMostSearchRounds) return false;
+  bool any = false;
+  const auto try_look = [&](std::uint32_t point, std::uint64_t look) {
+    if (readmitted_[look] != 0 || !problem_.Solves(point)) return;
+    const auto corrected = problem_.model.CorrectedMotionAt(
+        problem_.block.looks.pass[look], problem_.block.looks.time_s[look], state_.corrections);
+    WhitenedLook at;
+    if (!corrected || !EvaluateWhitened(problem_, state_, {}, point, look, &at)) return;
+    if (!(scale_1_ * at.error_1.cwiseAbs().maxCoeff() <= critical_1_)) return;
+    readmitted_[look] = 1;
+    problem_.look_used[look] = 1;
+    any = true;
+  };
+  for (const BlunderFinding& finding : report_.findings) {
+    if (finding.action != Action::kRejected) continue;
+    for (const std::uint64_t look : finding.looks) try_look(finding.point, look);
+  }
+  const auto& offsets = problem_.block.looks.offsets;
+  for (const std::uint64_t look : report_.robust) {
+    const auto after = std::upper_bound(offsets.begin(), offsets.end(), look);
+    try_look(static_cast<std::uint32_t>(after - offsets.begin() - 1), look);
+  }
+  if (any) solve_(RobustLoss::kNone);
+  return any;
+}
+
+/// The findings speak of what is still left out.
+void Search::NameReadmitted() {
+  const auto in_use = [&](std::uint64_t look) { return problem_.look_used[look] != 0; };
+  std::set<std::uint64_t> named;
+  for (auto finding = report_.findings.rbegin(); finding != report_.findings.rend(); ++finding) {
+    if (finding->action != Action::kRejected) continue;
+    // A look that was taken back and left out again belongs to the later finding.
+    const auto gone =
+        std::remove_if(finding->looks.begin(), finding->looks.end(), [&](std::uint64_t look) {
+          return in_use(look) || !named.insert(look).second;
+        });
+    finding->looks.erase(gone, finding->looks.end());
+    if (finding->looks.empty()) finding->action = Action::kReadmitted;
+  }
+  const auto gone =
+      std::remove_if(report_.robust.begin(), report_.robust.end(), [&](std::uint64_t look) {
+        return in_use(look) || named.count(look) != 0;
+      });
+  report_.robust.erase(gone, report_.robust.end());
+}
+
+}  // namespace
+
+SnoopingReport SearchBlunders(const AdjustOptions& options,
+                              const SolveAgain& solve,
+                              AdjustmentProblem* problem,
+                              BlockState* state,
+                              ProgressSink* progress) {
+  return Search(options, solve, problem, state, progress).Run();
+}
+
+}  // namespace sarblock

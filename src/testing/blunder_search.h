@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include <functional>
+
+#include "model/problem.h"
+
+namespace sarblock {
+
+/// Rounds after which the search ends, far more than a block that is fit to be adjusted needs.
+inline constexpr int kMostSearchRounds = 200;
+
+/// Solves `problem` from `state` under a loss, with the looks now in use; updates both.
+using SolveAgain = std::function<void(RobustLoss)>;
+
+/// The search for blunders (data snooping, Baarda 1968), from a solved state;
+/// docs/theory/quality.md.
+///
+/// Each round tests every observation of the solution. Above the critical value the largest |w| of
+/// a point is a candidate; which observations of its point might hold the error instead is decided
+/// by the correlation of the tests (suspects.h).
+///
+/// A look alone is a located blunder; it is rejected. Several looks are suspects of which nothing
+/// is claimed: all of them are left out if the rest still determines the point, else the whole
+/// point is. A known position among the suspects is left out with them, but never so that fewer
+/// than three control points remain. Nothing leaves where the passes would fall into more islands,
+/// a pass would lose its last look or the corrections would no longer be determined: it is
+/// reported. Several candidates go in one round, in the order of |w|, where even the largest
+/// correlation that the corrections allow between two points could not explain the one by the
+/// other. Then the block is solved again from where it is. At the end looks left out whose
+/// residuals turned out small are taken back, once each.
+///
+/// Leaves `problem` and `state` at the solution without the blunders.
+[[nodiscard]] SnoopingReport SearchBlunders(const AdjustOptions& options,
+                                            const SolveAgain& solve,
+                                            AdjustmentProblem* problem,
+                                            BlockState* state,
+                                            ProgressSink* progress);
+
+}  // namespace sarblock

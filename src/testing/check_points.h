@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/model/result.h"
+
+namespace sarblock {
+
+/// Errors of check points against their known positions.
+void FillChecks(const Block& block, AdjustResult* result);
+
+}  // namespace sarblock

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+#include "sarblock/model/component_result.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "model/problem.h"
+#include "normals/reduced_system.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Largest standard deviation of an estimated variance, as part of the variance, that is accepted:
+/// a component of its own then has a redundancy of 8 at least. Beyond it the component is held.
+inline constexpr double kMostVarianceDeviation_1 = 0.5;
+
+/// The components that the options ask for: range and azimuth of all passes, of each pass, or of
+/// each of `variance_groups` and, together, of the passes named in none. Nothing estimated yet.
+/// Throws InputError for groups that do not fit.
+[[nodiscard]] std::vector<VarianceComponent> ListVarianceComponents(const AdjustOptions& options,
+                                                                    const Block& block);
+
+/// What the estimation asks of the adjustment around it.
+struct VarianceSteps {
+  /// Solves again from the state, with the weights the problem now has.
+  std::function<void()> solve;
+  /// Leaves out what a robust solution found far off; empty without a loss. Taken back afterwards.
+  std::function<void()> drop_outliers;
+};
+
+/// Variance components by Foerstner's iteration, finished by Helmert's equations
+/// (docs/theory/variance_components.md, eq. (7)-(10)):
+///
+///     sigma_k^2 <- sigma_k^2 v_k' P v_k / r_k,   then   sigma^2 <- sigma^2 (1 + 0.6 H^-1 (v'Pv -
+///     r))
+///
+/// the second only where no element falls below half: variances stay positive. Ends when the step
+/// left is below a hundredth of the standard deviation of each, which come from 2 H^-1. A
+/// component whose standard deviation exceeds kMostVarianceDeviation_1 keeps its factor 1 and gets
+/// a note. From a solved state; leaves `problem` with the new weights and `state` solved with them.
+[[nodiscard]] VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
+                                                                 const VarianceSteps& steps,
+                                                                 AdjustmentProblem* problem,
+                                                                 BlockState* state,
+                                                                 ProgressSink* progress);
+
+/// Says which variance components were held and whether the others settled.
+void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result);
+
+}  // namespace sarblock

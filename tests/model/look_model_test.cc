@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/look_model.h"
+
+#include "sarblock/core/random.h"
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "model/look_model_twin.h"
+#include "support/small_blocks.h"
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using Digits50 = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>,
+                                               boost::multiprecision::et_off>;
+using Twin = test::LookModelTwin<Digits50>;
+using test::operator+;
+
+CorrectionGroup Own(const std::string& name, decltype(CorrectionGroup::model) model) {
+  return {name, std::move(model), {}, false};
+}
+CorrectionGroup Shared(const std::string& name,
+                       decltype(CorrectionGroup::model) model,
+                       std::vector<std::string> passes = {}) {
+  return {name, std::move(model), std::move(passes), true};
+}
+
+/// Every kind at once: polynomial of degree 5 of each pass, shared spline and shared polynomial.
+std::vector<CorrectionGroup> PolynomialGroups(double knot_spacing_s) {
+  PositionCorrection polynomial;
+  polynomial.degree = 5;
+  PositionCorrection frame_polynomial;
+  frame_polynomial.degree = 2;
+  frame_polynomial.axes = PositionCorrection::Axes::kFrame;
+  PositionCorrection spline;
+  spline.basis = PositionCorrection::Basis::kSpline;
+  spline.knot_spacing_s = knot_spacing_s;
+  RangeCorrection range;
+  range.bias = range.scale = true;
+  TroposphereCorrection wet;
+  wet.scale_height_m = 2100.0;
+  return {Own("position", polynomial),
+          Shared("fleet", frame_polynomial, {"A1", "A3"}),
+          Shared("wave", spline, {"A1", "A2"}),
+          Own("velocity", VelocityCorrection{}),
+          Own("range", range),
+          Shared("radar", range),
+          Own("time", TimeCorrection{}),
+          Shared("clock", TimeCorrection{}),
+          Own("squint", SquintCorrection{}),
+          Shared("mount", SquintCorrection{}),
+          Shared("attitude", VelocityCorrection{}),
+          Own("troposphere", TroposphereCorrection{}),
+          Shared("wet", wet, {"A2", "A3"})};
+}
+
+/// Splines of each pass in frame axes, components missing here and there.
+std::vector<CorrectionGroup> SplineGroups(double knot_spacing_s) {
+  PositionCorrection spline;
+  spline.basis = PositionCorrection::Basis::kSpline;
+  spline.axes = PositionCorrection::Axes::kFrame;
+  spline.knot_spacing_s = knot_spacing_s;
+  spline.components = {true, false, true};
+  PositionCorrection track;
+  track.degree = 4;
+  track.components = {false, true, true};
+  VelocityCorrection velocity;
+  velocity.components = {false, true};
+  RangeCorrection scale;
+  scale.scale = true;
+  return {Own("position", spline),
+          Shared("drift", track),
+          Own("velocity", velocity),
+          Own("range", scale),
+          Own("time", TimeCorrection{})};
+}
+
+/// What a straight pass is evaluated for by a shorter way: constant and drift, and ranges.
+std::vector<CorrectionGroup> StraightGroups() {
+  PositionCorrection drift;
+  drift.components = {true, false, true};
+  PositionCorrection constant;
+  constant.degree = 0;
+  constant.axes = PositionCorrection::Axes::kFrame;
+  RangeCorrection range;
+  range.bias = range.scale = true;
+  CorrectionGroup first = Own("drift", drift), second = Own("constant", constant);
+  first.passes = {"A1", "A2"};
+  second.passes = {"A3"};
+  return {first, second, Own("range", range), Shared("radar", range)};
+}
+
+/// Corrections as large as bad ones are: the model has to be right away from zero.
+double SizeOf(const Parameter& parameter) {
+  if (parameter.name.starts_with("velocity")) return 1.7e-3;
+  if (parameter.name == "range.scale") return 3.1e-5;
+  if (parameter.unit == "s") return 0.043;
+  if (parameter.unit == "rad") return 2.3e-3;
+  if (parameter.name.starts_with("troposphere")) return 2.4;
+  return 27.0;
+}
+
+enum class Groups { kPolynomials, kSplines, kStraight };
+
+struct Case {
+  const char* name;
+  bool orbit;
+  double squint_deg;
+  bool doppler;
+  Groups groups;
+};
+std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
+
+class LookModelTest : public testing::TestWithParam<Case> {};
+
+// An independent route: the model's text in 50 digits, velocities as numerical derivatives of
+// positions and partials as numerical derivatives of errors (step 1e-12, so right to 1e-20).
+TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
+  const Case& c = GetParam();
+  test::BlockPlan plan = c.orbit ? test::OrbitPlan(c.squint_deg, c.doppler)
+                                 : test::AircraftPlan(c.squint_deg, c.doppler);
+  plan.points = 2;
+  const test::KnownBlock known = test::MakeBlock(plan);
+  const Block& block = known.block;
+  const double length_s = block.passes[0].end_s - block.passes[0].start_s;
+  const std::vector<CorrectionGroup> groups =
+      c.groups == Groups::kSplines    ? SplineGroups(length_s / 2.7)
+      : c.groups == Groups::kStraight ? StraightGroups()
+                                      : PolynomialGroups(length_s / 3.4);
+  const ParameterLayout layout = MakeParameterLayout(block, groups);
+  const LookModel model(block, layout);
+  const Twin twin(block, groups);
+
+  RandomStream random(20260714, c.orbit ? 1 : 2);
+  Eigen::VectorXd x(layout.size());
+  std::map<std::pair<std::string, std::string>, Digits50> values;
+  for (int i = 0; i < layout.size(); ++i) {
+    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(i)];
+    x[i] = SizeOf(parameter) * (2.0 * random.Uniform() - 1.0);
+    ASSERT_TRUE(values.emplace(std::pair(parameter.owner, parameter.name), x[i]).second);
+  }
+  const Twin::Value value = [&values](const std::string& owner, const std::string& name) {
+    return values.at({owner, name});
+  };
+  // Coordinates of 7e6 m are rounded to 1e-9 m before anything is computed with them.
+  const double error_bound_m = c.orbit ? 4e-9 : 1e-10;
+  const Digits50 step("1e-12");
+  for (std::size_t j = 0; j < block.points.size(); ++j) {
+    for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
+      const Eigen::Vector3d start_m = known.truth_m[j] + Eigen::Vector3d(31.7, -12.3, 8.9);
+      const Eigen::Vector3d displacement_m(-17.3, 23.9, -4.1);
+      LookColumns columns;
+      model.ColumnsOf(i, &columns);
+      std::vector<double> local(static_cast<std::size_t>(columns.column_count));
+      GatherColumns(layout, columns, x, local.data());
+      LookEvaluation at;
+      ASSERT_TRUE(model.Evaluate({i, columns, start_m, displacement_m, local.data()}, {}, &at));
+
+      auto p = test::Cast<Digits50>(start_m) + test::Cast<Digits50>(displacement_m);
+      const auto errors = twin.Errors(i, p, value);
+      EXPECT_NEAR(at.error_1[0], static_cast<double>(errors.range), error_bound_m);
+      EXPECT_NEAR(at.error_1[1] * at.azimuth_mps,
+                  static_cast<double>(errors.time) * at.azimuth_mps,
+                  error_bound_m);
+
+      // Norm of the columns of one unit: what 1e-12 is relative to. (Not row by row: at zero
+      // Doppler the range partial by time is what is left of 7 km/s.)
+      std::map<std::string, double> square;
+      std::vector<std::pair<std::string, Eigen::Vector2d>> differences;
+      const auto compare =
+          [&](const std::string& unit, const Eigen::Vector2d& computed, Digits50* variable) {
+            const Digits50 middle = *variable;
+            *variable = middle + step;
+            const auto above = twin.Errors(i, p, value);
+            *variable = middle - step;
+            const auto below = twin.Errors(i, p, value);
+            *variable = middle;
+            const Eigen::Vector2d expected(
+                static_cast<double>((above.range - below.range) / (2 * step)),
+                at.azimuth_mps * static_cast<double>((above.time - below.time) / (2 * step)));
+            square[unit] += expected.squaredNorm();
+            differences.emplace_back(unit, computed - expected);
+          };
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        compare("point",
+                {at.by_point(0, k), at.azimuth_mps * at.by_point(1, k)},
+                &p[static_cast<std::size_t>(k)]);
+      }
+      int column = 0;
+      for (int b = 0; b < columns.block_count; ++b) {
+        const ParameterBlock& parameters =
+            layout.blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
+        for (int k = 0; k < parameters.size; ++k, ++column) {
+          const Parameter& parameter =
+              layout.parameters[static_cast<std::size_t>(parameters.offset + k)];
+          compare(parameter.unit,
+                  {at.row[0][static_cast<std::size_t>(column)],
+                   at.azimuth_mps * at.row[1][static_cast<std::size_t>(column)]},
+                  &values[{parameter.owner, parameter.name}]);
+        }
+      }
+      EXPECT_EQ(column, columns.column_count);
+      for (std::size_t k = 0; k < differences.size(); ++k) {
+        const auto& [unit, difference] = differences[k];
+        // A time bias moves the place where the cubic is read; its own acceleration differs from
+        // the one that a look is read with by the interpolation's error.
+        const double bound_1 = unit == "s" ? 1e-6 : 2e-12;
+        EXPECT_LE(difference.norm(), bound_1 * std::sqrt(square[unit])) << i << " column " << k;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    EveryCorrection,
+    LookModelTest,
+    testing::Values(Case{"aircraft_zero_doppler", false, 0.0, false, Groups::kPolynomials},
+                    Case{"aircraft_squint", false, 17.3, false, Groups::kSplines},
+                    Case{"aircraft_doppler", false, 6.1, true, Groups::kPolynomials},
+                    Case{"straight_zero_doppler", false, 0.0, false, Groups::kStraight},
+                    Case{"straight_squint", false, 17.3, false, Groups::kStraight},
+                    Case{"straight_doppler", false, 6.1, true, Groups::kStraight},
+                    Case{"orbit_zero_doppler", true, 0.0, false, Groups::kSplines},
+                    Case{"orbit_squint", true, 21.7, false, Groups::kPolynomials},
+                    Case{"orbit_doppler", true, -3.3, true, Groups::kSplines}),
+    [](const testing::TestParamInfo<Case>& tested) { return std::string(tested.param.name); });
+
+/// One look of an aircraft block with time bias and troposphere.
+class LookModelDomainTest : public testing::Test {
+ protected:
+  LookModelDomainTest()
+      : known_(test::MakeBlock(test::AircraftPlan())),
+        layout_(MakeParameterLayout(
+            known_.block,
+            {Own("time", TimeCorrection{}), Own("troposphere", TroposphereCorrection{})})),
+        model_(known_.block, layout_) {
+    model_.ColumnsOf(0, &columns_);
+  }
+  bool Evaluates(const Eigen::Vector3d& p_m, double bias_s) const {
+    const std::array<double, 2> x{bias_s, 2.3};
+    LookEvaluation at;
+    return model_.Evaluate({0, columns_, p_m, Eigen::Vector3d::Zero(), x.data()}, {}, &at);
+  }
+  [[nodiscard]] bool BeyondPath(double bias_s) const {
+    const std::array<double, 2> x{bias_s, 2.3};
+    LookEvaluation at;
+    return model_.Evaluate(
+               {0, columns_, known_.truth_m[0], Eigen::Vector3d::Zero(), x.data()}, {}, &at) &&
+           at.beyond_path;
+  }
+  test::KnownBlock known_;
+  ParameterLayout layout_;
+  LookModel model_;
+  LookColumns columns_;
+};
+
+// On the way to a solution a time bias may lead beyond the path; that is said, and far off there is
+// no value.
+TEST_F(LookModelDomainTest, TellsWhereThePathIsContinuedBeyondItsEnds) {
+  const FlightPath& path = known_.block.passes[0].path;
+  const double time_s = known_.block.looks.time_s[0];
+  EXPECT_TRUE(Evaluates(known_.truth_m[0], 0.0));
+  EXPECT_TRUE(Evaluates(known_.truth_m[0], path.end_s() - time_s - 1e-6));
+  EXPECT_FALSE(BeyondPath(path.end_s() - time_s - 1e-6));
+  EXPECT_TRUE(BeyondPath(path.end_s() - time_s + 1e-6));
+  EXPECT_FALSE(BeyondPath(path.start_s() - time_s + 1e-6));
+  EXPECT_TRUE(BeyondPath(path.start_s() - time_s - 1e-6));
+  EXPECT_FALSE(Evaluates(known_.truth_m[0], 3.0 * (path.end_s() - path.start_s())));
+  EXPECT_FALSE(Evaluates(known_.truth_m[0], kNotGiven));
+}
+
+TEST_F(LookModelDomainTest, HasNoValueAtTheAntennaOrForALevelSight) {
+  const Motion motion = *known_.block.passes[0].path.At(known_.block.looks.time_s[0]);
+  EXPECT_FALSE(Evaluates(motion.position_m, 0.0));
+  Eigen::Vector3d level_m = known_.truth_m[0];
+  level_m.z() = motion.position_m.z();
+  EXPECT_FALSE(Evaluates(level_m, 0.0));
+  level_m.z() -= 1.0;  // a milliradian below the horizon there is air to look through
+  EXPECT_TRUE(Evaluates(level_m, 0.0));
+  EXPECT_FALSE(Evaluates(Eigen::Vector3d::Constant(1e200), 0.0));
+}
+
+}  // namespace
+}  // namespace sarblock

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "normals/reduced_system.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "determinacy/rank_analysis.h"
+#include "support/dense_normals.h"
+#include "support/small_blocks.h"
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+CorrectionGroup Position(int degree,
+                         double sigma_m,
+                         PositionCorrection::Axes axes = PositionCorrection::Axes::kTrack) {
+  PositionCorrection position;
+  position.degree = degree;
+  position.axes = axes;
+  if (sigma_m > 0.0) position.prior_sigma_m.fill({sigma_m});
+  return {"position", position, {}, false};
+}
+
+BlockState StateOf(const test::KnownBlock& known, AdjustmentProblem* problem, double offset_m) {
+  BlockState state;
+  state.start_m = known.truth_m;
+  state.displacement_m.assign(known.truth_m.size(), offset_m * Eigen::Vector3d(1.0, -0.7, 0.4));
+  state.corrections.setConstant(problem->layout.size(), 0.21 * offset_m);
+  UpdateWeights(state, problem);
+  return state;
+}
+
+class ReducedSystemTest : public testing::TestWithParam<bool> {
+ protected:
+  ReducedSystemTest()
+      : known_(test::MakeBlock(GetParam() ? test::OrbitPlan(13.1) : test::AircraftPlan(7.9))) {
+    test::Hold(1, {0.31, 0.47, kNotGiven}, &known_);
+    test::Hold(5, {0.31, 0.47, 0.59}, &known_);
+    test::Hold(8, {0.41, 0.57, 0.29}, &known_);
+    RangeCorrection range;
+    range.bias = true;
+    range.bias_prior_sigma_m = 1.9;
+    problem_.emplace(known_.block,
+                     std::vector<CorrectionGroup>{Position(1, 2.7), {"radar", range, {}, true}});
+    state_ = StateOf(known_, &*problem_, 1.7);
+    system_.emplace(*problem_);
+    system_->Form(state_, {}, nullptr);
+    FactorRegular(&*system_);
+    dense_ = test::MakeDenseEquations(*problem_, state_);
+  }
+  test::KnownBlock known_;
+  std::optional<AdjustmentProblem> problem_;
+  BlockState state_;
+  std::optional<ReducedSystem> system_;
+  test::DenseEquations dense_;
+};
+
+// Second route: S of the dense normal matrix, undone by the factor: S^-1 S_dense = I.
+TEST_P(ReducedSystemTest, IsTheSchurComplementOfTheDenseNormals) {
+  const Eigen::MatrixXd& j = dense_.jacobian;
+  const Eigen::Index p = dense_.first_correction, n = j.cols() - p;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(j.leftCols(p));
+  const Eigen::MatrixXd rotated = qr.householderQ().transpose() * j.rightCols(n);
+  const Eigen::MatrixXd below = rotated.bottomRows(j.rows() - p);
+  const Eigen::MatrixXd s = below.transpose() * below;
+  const Eigen::VectorXd unit = s.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd product =
+      unit.asDiagonal() * system_->SolveFor(s) * unit.cwiseInverse().asDiagonal();
+  EXPECT_LT((product - Eigen::MatrixXd::Identity(n, n)).norm(),
+            1e-15 * 50.0 * system_->Condition());
+  // The selected inverse holds the same blocks (the pattern is full here: all see all).
+  const Eigen::MatrixXd inverse = system_->SelectedInverse().ToDense();
+  EXPECT_LT((unit.asDiagonal() * inverse * s * unit.cwiseInverse().asDiagonal() -
+             Eigen::MatrixXd::Identity(n, n))
+                .norm(),
+            1e-15 * 50.0 * system_->Condition());
+}
+
+// Second route: the Newton step of all unknowns by a dense least-squares solution.
+TEST_P(ReducedSystemTest, GivesTheDenseNewtonStep) {
+  const Eigen::MatrixXd& j = dense_.jacobian;
+  const Eigen::VectorXd length = j.colwise().norm();
+  const Eigen::MatrixXd scaled = j * length.cwiseInverse().asDiagonal();
+  const Eigen::VectorXd step =
+      -(length.cwiseInverse().asDiagonal() * scaled.householderQr().solve(dense_.residual));
+  const Eigen::VectorXd expected = step.tail(problem_->layout.size());
+  const Eigen::VectorXd difference = system_->Step() - expected;
+  EXPECT_GT(expected.norm(), 0.01);
+  EXPECT_LT(difference.norm(), 1e-9 * expected.norm());
+  // Length of the step in sigmas: |J step|. Cost: half the square sum. Gradient by columns.
+  EXPECT_NEAR(system_->NewtonDecrement(), (j * step).norm(), 1e-9 * (j * step).norm());
+  EXPECT_NEAR(
+      system_->cost(), 0.5 * dense_.residual.squaredNorm(), 1e-12 * dense_.residual.squaredNorm());
+  const Eigen::VectorXd g = (j.transpose() * dense_.residual).cwiseQuotient(length);
+  EXPECT_NEAR(system_->gradient(), g.cwiseAbs().maxCoeff(), 1e-10 * g.norm());
+  EXPECT_TRUE(system_->weak_points().empty());
+  EXPECT_EQ(system_->looks_not_evaluated(), 0);
+}
+
+// Definition: ratio of the extreme eigenvalues of S scaled to unit diagonal; the estimate comes
+// from inside the spectrum.
+TEST_P(ReducedSystemTest, EstimatesTheConditionOfTheScaledMatrix) {
+  const Eigen::Index n = problem_->layout.size();
+  const Eigen::MatrixXd s = system_->SolveFor(Eigen::MatrixXd::Identity(n, n)).inverse();
+  const Eigen::VectorXd unit = s.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd values =
+      Eigen::MatrixXd(unit.asDiagonal() * s * unit.asDiagonal()).eigenvalues().real();
+  const double condition = values.maxCoeff() / values.minCoeff();
+  EXPECT_LE(system_->Condition(), condition * 1.0001);
+  EXPECT_GE(system_->Condition(), condition * 0.9);
+}
+
+INSTANTIATE_TEST_SUITE_P(AircraftAndOrbit, ReducedSystemTest, testing::Bool());
+
+std::vector<std::string> NamesOfRefusal(AdjustmentProblem* problem, const BlockState& state) {
+  ReducedSystem system(*problem);
+  system.Form(state, {}, nullptr);
+  try {
+    FactorRegular(&system);
+  } catch (const UndeterminedError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("; removed by "));
+    return error.names();
+  }
+  return {};
+}
+
+// Second route: a dense QR. One pass is a thousand times as precise as the others, so that points
+// take all but a millionth of what its equations say of its corrections; a difference of the two
+// would leave ten digits of its part of S.
+TEST(ReducedSystemDigitsTest, KeepsWhatPointsNearlyTake) {
+  const test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  AdjustmentProblem problem(known.block, {Position(1, 0.0)});
+  problem.model.ScaleSigmas({{1e-3, 1e-3}, {1.0, 1.0}, {1.0, 1.0}, {1.0, 1.0}});
+  const BlockState state = StateOf(known, &problem, 0.3);
+  ReducedSystem system(problem);
+  system.Form(state, {}, nullptr);
+  const test::DenseEquations dense = test::MakeDenseEquations(problem, state);
+  const Eigen::Index p = dense.first_correction, n = problem.layout.size();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(dense.jacobian.leftCols(p));
+  const Eigen::MatrixXd rotated = qr.householderQ().transpose() * dense.jacobian.rightCols(n);
+  const Eigen::MatrixXd below = rotated.bottomRows(rotated.rows() - p);
+  const Eigen::MatrixXd expected = below.transpose() * below;
+  const Eigen::VectorXd full = dense.jacobian.rightCols(n).colwise().squaredNorm();
+  EXPECT_LT(expected(0, 0), 1e-5 * full[0]);
+  const Eigen::VectorXd unit = expected.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd error = system.matrix().ToDense() - expected;
+  EXPECT_LT((unit.asDiagonal() * error * unit.asDiagonal()).cwiseAbs().maxCoeff(), 1e-11);
+}
+
+// Known null space: without control and priors the block may be shifted as a whole; constants of
+// all passes and all axes take part.
+TEST(ReducedSystemRefusalTest, NamesThePositionsOfABlockThatFloats) {
+  const test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  AdjustmentProblem problem(known.block, {Position(0, 0.0, PositionCorrection::Axes::kFrame)});
+  const BlockState state = StateOf(known, &problem, 0.3);
+  const std::vector<std::string> names = NamesOfRefusal(&problem, state);
+  ASSERT_FALSE(names.empty());
+  // A shift moves the same axis of all four passes by the same amount.
+  for (const std::string& name : names) {
+    EXPECT_THAT(name, HasSubstr(" position."));
+    const std::string axis = name.substr(name.find(' '));
+    for (const char* pass : {"A1", "A2", "A3", "A4"}) {
+      EXPECT_THAT(names, Contains(pass + axis));
+    }
+  }
+}
+
+// Known null space: a point held in height only stops up, never the horizontal shift.
+TEST(ReducedSystemRefusalTest, NamesOnlyWhatMovesWhenHeightsAreHeld) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  for (std::size_t j = 0; j < 12; ++j) test::Hold(j, {kNotGiven, kNotGiven, 0.2}, &known);
+  AdjustmentProblem problem(known.block, {Position(0, 0.0, PositionCorrection::Axes::kFrame)});
+  const BlockState state = StateOf(known, &problem, 0.0);
+  const std::vector<std::string> names = NamesOfRefusal(&problem, state);
+  ASSERT_FALSE(names.empty());
+  for (const std::string& name : names) EXPECT_EQ(name.find("position.z"), std::string::npos);
+}
+
+TEST(ReducedSystemRefusalTest, NamesAParameterThatNoLookSees) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  for (std::size_t j = 0; j < 12; ++j) test::Hold(j, {0.2, 0.3, 0.4}, &known);
+  for (std::size_t i = 0; i < known.block.looks.size(); ++i) {
+    if (known.block.looks.pass[i] == 2) known.block.looks.flags[i] |= Looks::kRejected;
+  }
+  RangeCorrection range;
+  range.bias = true;
+  AdjustmentProblem problem(known.block, {{"range", range, {}, false}});
+  const BlockState state = StateOf(known, &problem, 0.0);
+  EXPECT_THAT(NamesOfRefusal(&problem, state), ElementsAre("A3 range.bias"));
+}
+
+// Closed form: along shifts and a time bias of a straight pass are the same thing.
+TEST(ReducedSystemRefusalTest, NamesAlongAndTimeThatAreTheSame) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  for (std::size_t j = 0; j < 12; ++j) test::Hold(j, {0.2, 0.3, 0.4}, &known);
+  Pass& pass = known.block.passes[0];
+  std::vector<StateVector> straight = pass.path.states();
+  const Eigen::Vector3d v_mps(173.0, 4.7, 0.0);
+  for (StateVector& state : straight) {
+    state.position_m = Eigen::Vector3d(20100.0, -18100.0, 9150.0) + v_mps * (state.time_s - 391.7);
+    state.velocity_mps = v_mps;
+  }
+  pass.path = FlightPath(straight);
+  PositionCorrection along;
+  along.components = {true, false, false};
+  AdjustmentProblem problem(
+      known.block, {{"position", along, {"A1"}, false}, {"time", TimeCorrection{}, {"A1"}, false}});
+  const BlockState state = StateOf(known, &problem, 0.0);
+  std::vector<std::string> names = NamesOfRefusal(&problem, state);
+  std::sort(names.begin(), names.end());
+  EXPECT_THAT(names, ElementsAre("A1 position.along.0", "A1 time.bias"));
+}
+
+// Zero base: two looks from one path have the same circle, nothing holds the point on it.
+TEST(ReducedSystemWeakPointTest, ListsAPointOfZeroBase) {
+  test::BlockPlan plan = test::AircraftPlan();
+  plan.passes = {plan.passes[0], plan.passes[0], plan.passes[2]};
+  test::KnownBlock known = test::MakeBlock(plan);
+  // Point 3 loses its third look, point 7 keeps one look and a full control.
+  const auto look = [](std::size_t point, std::size_t pass) { return 3 * point + pass; };
+  known.block.looks.flags[look(3, 2)] |= Looks::kRejected;
+  test::Hold(7, {0.3, 0.3, 0.3}, &known);
+  known.block.looks.flags[look(7, 0)] |= Looks::kRejected;
+  known.block.looks.flags[look(7, 1)] |= Looks::kRejected;
+  AdjustmentProblem problem(known.block, {});
+  const BlockState state = StateOf(known, &problem, 0.2);
+  ReducedSystem system(problem);
+  system.Form(state, {}, nullptr);
+  ASSERT_EQ(system.weak_points().size(), 1U);
+  EXPECT_EQ(system.weak_points()[0].point, 3U);
+  EXPECT_LT(system.weak_points()[0].reciprocal_condition_1, kLeastPointCondition_1);
+}
+
+}  // namespace
+}  // namespace sarblock

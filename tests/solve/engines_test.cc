@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two routes to one solution, on every shipped scene: the reduced normal equations and Ceres. And
+// what a user may choose of either: how Ceres solves, and where iteration ends.
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "model/symmetric_enu.h"
+#include "normals/reduced_system.h"
+#include "solve/reduced_engine.h"
+#include "solve/start_values.h"
+#include "support/scene_blocks.h"
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using test::SceneBlock;
+
+AdjustResult Solved(const SceneBlock& made, Engine engine) {
+  AdjustOptions options = made.options;
+  options.engine = engine;
+  return Adjust(made.block, options);
+}
+
+/// False for a point of two looks of which a loss takes weight: beyond its scale Huber's loss is
+/// linear, so that the misclosure may lie in either look at the same cost.
+bool Unique(const Block& block, const AdjustResult& result, std::size_t point) {
+  const auto begin = block.looks.offsets[point], end = block.looks.offsets[point + 1];
+  if (result.looks.weight.empty() || end - begin > 2) return true;
+  return std::all_of(result.looks.weight.begin() + static_cast<std::ptrdiff_t>(begin),
+                     result.looks.weight.begin() + static_cast<std::ptrdiff_t>(end),
+                     [](float weight) { return weight >= 1.0F; });
+}
+
+/// Largest distance of two solutions in sigmas: of a point sqrt(d' Q^-1 d), of a correction
+/// |d|/sigma.
+double LargestShift_1(const Block& block, const AdjustResult& a, const AdjustResult& b) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.points.status.size(); ++i) {
+    if (!IsSolved(a.points.status[i]) || !Unique(block, a, i)) continue;
+    const SymmetricEnu& q = a.points.covariance_m2[i];
+    const Eigen::Matrix3d covariance = MatrixOf(q);
+    const Eigen::Vector3d shift_m = block.frame.EnuFromFrame(a.points.position_m[i]) *
+                                    (a.points.position_m[i] - b.points.position_m[i]);
+    largest = std::max(largest, std::sqrt(shift_m.dot(covariance.llt().solve(shift_m))));
+  }
+  for (std::size_t k = 0; k < a.parameters.size(); ++k) {
+    largest = std::max(
+        largest, std::abs(a.parameters[k].value - b.parameters[k].value) / a.parameters[k].sigma);
+  }
+  return largest;
+}
+
+/// Largest difference of two covariances, each element by its own sigmas.
+double LargestCovarianceError_1(const AdjustResult& a, const AdjustResult& b) {
+  constexpr std::size_t kRow[] = {0, 1, 2, 0, 0, 1}, kColumn[] = {0, 1, 2, 1, 2, 2};
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.points.status.size(); ++i) {
+    if (!IsSolved(a.points.status[i])) continue;
+    const SymmetricEnu& p = a.points.covariance_m2[i];
+    const SymmetricEnu& q = b.points.covariance_m2[i];
+    for (std::size_t k = 0; k < 6; ++k) {
+      largest = std::max(largest, std::abs(p[k] - q[k]) / std::sqrt(p[kRow[k]] * p[kColumn[k]]));
+    }
+  }
+  for (std::size_t k = 0; k < a.parameters.size(); ++k) {
+    largest = std::max(largest, std::abs(a.parameters[k].sigma / b.parameters[k].sigma - 1.0));
+  }
+  return largest;
+}
+
+void ExpectSameOutcome(const AdjustResult& reduced, const AdjustResult& ceres) {
+  ASSERT_TRUE(reduced.accepted);
+  ASSERT_TRUE(ceres.accepted);
+  ASSERT_EQ(reduced.points.status, ceres.points.status);
+  ASSERT_EQ(reduced.looks.rejected, ceres.looks.rejected);
+  EXPECT_NEAR(reduced.final_cost, ceres.final_cost, 1e-9 * ceres.final_cost);
+}
+
+void ExpectSameRobust(const Block& block, const AdjustResult& reduced, const AdjustResult& ceres) {
+  ExpectSameOutcome(reduced, ceres);
+  // Each is within its last Newton step of the minimum; twice that, for what is not quadratic.
+  const double left_1 = 2.0 * (reduced.remaining_step + ceres.remaining_step);
+  // Reweighting converges linearly: the way left is tens of last steps.
+  EXPECT_LT(LargestShift_1(block, reduced, ceres), 100.0 * left_1 + 1e-8);
+  EXPECT_LT(left_1, 2e-4);
+  EXPECT_LT(LargestCovarianceError_1(reduced, ceres), 1e-6);
+}
+
+class EnginesTest : public testing::TestWithParam<std::string> {};
+
+TEST_P(EnginesTest, GiveTheSamePositionsAndCovariances) {
+  const SceneBlock made = test::SmallSceneBlock(GetParam());
+  if (GetParam() == "single-flight-squint") {  // neither may answer
+    for (const Engine engine : {Engine::kReduced, Engine::kCeres}) {
+      EXPECT_THROW(static_cast<void>(Solved(made, engine)), UndeterminedError);
+    }
+    return;
+  }
+  const AdjustResult reduced = Solved(made, Engine::kReduced);
+  const AdjustResult ceres = Solved(made, Engine::kCeres);
+  ExpectSameOutcome(reduced, ceres);
+  EXPECT_LT(LargestShift_1(made.block, reduced, ceres), 1e-6);
+  EXPECT_LT(LargestCovarianceError_1(reduced, ceres), 1e-6);
+}
+
+// Scenes with points of three and more looks.
+TEST(RobustEnginesTest, GiveTheSameUnderRobustLosses) {
+  for (const std::string name : {"block-12-strips", "earth-same-side", "venus-magellan"}) {
+    SceneBlock made = test::SmallSceneBlock(name);
+    made.options.max_iterations = 1000;
+    for (const RobustLoss loss : {RobustLoss::kHuber, RobustLoss::kCauchy}) {
+      SCOPED_TRACE(name + (loss == RobustLoss::kHuber ? " huber" : " cauchy"));
+      made.options.robust = loss;
+      ExpectSameRobust(made.block, Solved(made, Engine::kReduced), Solved(made, Engine::kCeres));
+    }
+  }
+}
+
+/// A block before it is solved.
+struct Prepared {
+  explicit Prepared(const SceneBlock& made) : problem(made.block, made.options.groups) {
+    state = ComputeStartValues(&problem, nullptr).state;
+  }
+  AdjustmentProblem problem;
+  BlockState state;
+};
+
+/// Newton step that is left, of equations formed anew: neither engine's own word.
+double StepLeft_1(const Prepared& at) {
+  ReducedSystem system(at.problem);
+  system.Form(at.state, {}, nullptr);
+  EXPECT_TRUE(system.FactorDamped());
+  return system.NewtonDecrement();
+}
+
+constexpr CeresSolver kCeresSolvers[] = {
+    CeresSolver::kDenseSchur, CeresSolver::kSparseSchur, CeresSolver::kIterativeSchur};
+
+// A flat block and one in geocentric coordinates, whose rounding hides the last digits of the cost.
+class SolverChoiceTest : public testing::TestWithParam<std::string> {};
+
+TEST_P(SolverChoiceTest, EverySolverEndsWithinItsTolerance) {
+  const SceneBlock made = test::SmallSceneBlock(GetParam());
+  // One rounding of a coordinate of 7e6 m is 1e-9 m, and of some hundred looks of a metre 2e-8
+  // sigmas: less is not there to be had.
+  for (const double tolerance_1 : {1e-3, 1e-5, 1e-7}) {
+    SCOPED_TRACE(tolerance_1);
+    SolveOptions options;
+    options.settled_1 = tolerance_1;
+    Prepared reduced(made);
+    EXPECT_TRUE(SolveReduced(reduced.problem, {}, options, &reduced.state, nullptr).converged);
+    EXPECT_LE(StepLeft_1(reduced), tolerance_1);
+    for (const CeresSolver solver : kCeresSolvers) {
+      SCOPED_TRACE(static_cast<int>(solver));
+      options.ceres_solver = solver;
+      Prepared ceres(made);
+      EXPECT_TRUE(SolveWithCeres(ceres.problem, {}, options, &ceres.state, nullptr).converged);
+      EXPECT_LE(StepLeft_1(ceres), tolerance_1);
+    }
+  }
+}
+
+TEST_P(SolverChoiceTest, AllReachTheSameSolutionWithOneThreadAndWithTwo) {
+  SceneBlock made = test::SmallSceneBlock(GetParam());
+  made.options.tolerance_1 = 1e-9;
+  const AdjustResult best = Solved(made, Engine::kReduced);
+  for (const double tolerance_1 : {1e-3, 1e-6}) {
+    made.options.tolerance_1 = tolerance_1;
+    for (const int threads : {1, 2}) {
+      made.options.threads = threads;
+      made.options.ceres_solver = CeresSolver::kAuto;
+      const AdjustResult reduced = Solved(made, Engine::kReduced);
+      EXPECT_LE(LargestShift_1(made.block, best, reduced), tolerance_1);
+      EXPECT_LE(reduced.remaining_step, tolerance_1);
+      for (const CeresSolver solver : kCeresSolvers) {
+        SCOPED_TRACE(static_cast<int>(solver));
+        made.options.ceres_solver = solver;
+        const AdjustResult ceres = Solved(made, Engine::kCeres);
+        EXPECT_TRUE(ceres.accepted);
+        EXPECT_LE(LargestShift_1(made.block, best, ceres), tolerance_1);
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         SolverChoiceTest,
+                         testing::Values("block-12-strips", "earth-same-side"),
+                         [](const auto& scene) { return test::TestNameOf(scene.param); });
+
+TEST(CeresSolverTest, IsRefusedWithoutCeres) {
+  SceneBlock made = test::SmallSceneBlock("block-12-strips");
+  made.options.ceres_solver = CeresSolver::kIterativeSchur;
+  for (const Engine engine : {Engine::kAuto, Engine::kReduced}) {
+    EXPECT_THROW(static_cast<void>(Solved(made, engine)), InputError);
+  }
+}
+
+/// Counts the trials of a solver.
+class Trials final : public ProgressSink {
+ public:
+  void Update(std::string_view, std::size_t, std::size_t, std::string_view) override { ++count; }
+  [[nodiscard]] bool Cancelled() const override { return false; }
+  int count = 0;
+};
+
+// A step of 3e-6 sigmas takes 5e-12 off a cost of some hundred whose rounding is 1e-10: whether it
+// was a good one only the gradient can tell. Refused steps would be tried again, damped.
+TEST(ReducedEngineTest, TakesAStepThatTheCostIsTooCoarseToShow) {
+  const SceneBlock made = test::SmallSceneBlock("block-12-strips");
+  Prepared solved(made);
+  SolveOptions options;
+  options.settled_1 = 1e-8;
+  ASSERT_TRUE(SolveReduced(solved.problem, {}, options, &solved.state, nullptr).converged);
+  ReducedSystem system(solved.problem);
+  system.Form(solved.state, {}, nullptr);
+  ASSERT_TRUE(system.FactorDamped());
+  const Eigen::VectorXd unit = system.Unit();
+  options.settled_1 = 1e-6;
+  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(20, unit.size()); ++k) {
+    BlockState state = solved.state;
+    state.corrections[k] += 3e-6 * unit[k];
+    Trials trials;
+    const SolveReport report = SolveReduced(solved.problem, {}, options, &state, &trials);
+    EXPECT_TRUE(report.converged);
+    EXPECT_EQ(report.iterations, 1);
+    EXPECT_EQ(trials.count, 2) << k;  // the step, and the look at what is left
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         EnginesTest,
+                         testing::ValuesIn(test::SceneFiles()),
+                         [](const auto& scene) { return test::TestNameOf(scene.param); });
+
+}  // namespace
+}  // namespace sarblock
