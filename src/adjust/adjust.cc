@@ -478,7 +478,9 @@ AdjustResult AdjustGiven(const Block& block,
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
   WarnOfRounding(problem, state, &result);
-  if (!result.points.covariance_m2.empty() && options.covariance == CovarianceLevel::kBlock) {
+  const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
+                              options.covariance == CovarianceLevel::kMonteCarlo;
+  if (!result.points.covariance_m2.empty() && of_whole_block) {
     result.check_freedom_1 = CheckFreedom(problem, state, *system, result.checks);
   }
   if (floating && !result.checks.empty()) {

@@ -133,26 +133,14 @@ void PrintQuality(const Block& block,
 
 void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (result.checks.empty()) return;
-  std::array<double, 3> square{};
-  std::array<std::size_t, 3> count{};
-  for (const CheckResult& check : result.checks) {
-    for (int i = 0; i < 3; ++i) {
-      const auto axis = static_cast<std::size_t>(i);
-      if (std::isnan(check.error_enu_m[i])) continue;
-      square[axis] += check.error_enu_m[i] * check.error_enu_m[i];
-      ++count[axis];
-    }
-  }
-  const auto rms = [&](std::size_t i) {
-    return count[i] == 0 ? kNotGiven : std::sqrt(square[i] / static_cast<double>(count[i]));
-  };
+  const CheckSummary summary = SummariseChecks(result, level);
   fmt::format_to(out,
                  "  {:4} check points rms {:12.4g} {:12.4g} {:12.4g}\n",
-                 result.checks.size(),
-                 rms(0),
-                 rms(1),
-                 rms(2));
-  const std::string verdict = DescribeChecks(SummariseChecks(result, level), level);
+                 summary.points,
+                 summary.rms_m[0],
+                 summary.rms_m[1],
+                 summary.rms_m[2]);
+  const std::string verdict = DescribeChecks(summary, level);
   if (!verdict.empty()) fmt::format_to(out, "    {}\n", verdict);
 }
 

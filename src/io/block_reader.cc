@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_reader.h"
 
+
+#include <cmath>
 #include <utility>
 
 #include "number.h"
@@ -88,6 +90,16 @@ double PositiveNumber(const CsvReader& reader, std::size_t column) {
     reader.Fail(column, NumberText(value) + " is not allowed, a number above 0 is");
   }
   return value;
+}
+
+double LengthNumber(const CsvReader& reader, std::size_t column) {
+  const double value_m = reader.Number(column);
+  if (std::abs(value_m) > kLargestLength_m) {
+    reader.Fail(column,
+                NumberText(value_m) + " m is not allowed, at most " + NumberText(kLargestLength_m) +
+                    " m is");
+  }
+  return value_m;
 }
 
 }  // namespace sarblock

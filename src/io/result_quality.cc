@@ -76,6 +76,10 @@ Json SnoopingJson(const Block& block, const SnoopingReport& report) {
 Json CheckPointsJson(const AdjustResult& result, double level) {
   const CheckSummary summary = SummariseChecks(result, level);
   Json json = {{"points", summary.points},
+               {"points_without_sigma", summary.points_without_sigma},
+               {"rms_e_m", summary.rms_m[0]},
+               {"rms_n_m", summary.rms_m[1]},
+               {"rms_u_m", summary.rms_m[2]},
                {"components", summary.components},
                {"chi_square", summary.chi_square}};
   if (summary.components == 0) return json;
