@@ -6,6 +6,7 @@
 #include "sarblock/adjust/covariance.h"
 #include "sarblock/adjust/engine_choice.h"
 #include "sarblock/adjust/montecarlo.h"
+#include "sarblock/adjust/prior_quality.h"
 #include "sarblock/adjust/reduced_engine.h"
 #include "sarblock/adjust/selection.h"
 #include "sarblock/adjust/start_values.h"
@@ -478,6 +479,7 @@ AdjustResult AdjustGiven(const Block& block,
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
   WarnOfRounding(problem, state, &result);
+  WarnOfContradictedPriors(&result);
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
                               options.covariance == CovarianceLevel::kMonteCarlo;
   if (!result.points.covariance_m2.empty() && of_whole_block) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "print_summary.h"
 
+#include "sarblock/adjust/prior_quality.h"
 #include "sarblock/adjust/quality_summary.h"
 #include "sarblock/core/units.h"
 
@@ -111,11 +112,46 @@ void PrintTests(const QualitySummary& summary, const AdjustResult& result, Out o
       summary.looks_tested[0]);
 }
 
+/// The tests of priors, and the pass that fits worst.
+void PrintPriors(const Block& block,
+                 const AdjustOptions& options,
+                 const AdjustResult& result,
+                 Out out) {
+  const PriorSummary priors = SummarisePriors(options, result);
+  if (priors.tested > 0) {
+    const ParameterResult& worst = result.parameters[priors.worst];
+    fmt::format_to(out,
+                   "  tests of {} priors: {} above it, {:.1f} expected by chance; the largest |w| "
+                   "{:.2f}, {} {}\n",
+                   priors.tested,
+                   priors.above,
+                   priors.expected_above_1,
+                   std::abs(priors.worst_w_1),
+                   worst.owner,
+                   worst.name);
+  }
+  const std::vector<PassShare> shares = SharesOf(block, result);
+  if (shares.size() < 2 || result.status == AdjustStatus::kPredicted) return;
+  const auto worst =
+      std::max_element(shares.begin(), shares.end(), [](const PassShare& a, const PassShare& b) {
+        return std::isnan(a.variance_factor()) || a.variance_factor() < b.variance_factor();
+      });
+  if (std::isnan(worst->variance_factor())) return;
+  fmt::format_to(out,
+                 "    the pass that fits worst: {}, s0^2 {:.4g} with redundancy {:.1f}\n",
+                 worst->owner,
+                 worst->variance_factor(),
+                 worst->redundancy_1 + worst->prior_redundancy_1);
+}
+
 void PrintQuality(const Block& block,
                   const AdjustOptions& options,
                   const AdjustResult& result,
                   Out out) {
-  if (!result.quality.empty()) PrintTests(SummariseQuality(block, options, result), result, out);
+  if (!result.quality.empty()) {
+    PrintTests(SummariseQuality(block, options, result), result, out);
+    PrintPriors(block, options, result, out);
+  }
   if (!result.snooping) return;
   const std::vector<BlunderFinding>& findings = result.snooping->findings;
   fmt::format_to(out,

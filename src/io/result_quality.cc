@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_quality.h"
 
+#include "sarblock/adjust/prior_quality.h"
 #include "sarblock/adjust/quality_summary.h"
 
 #include "adjust_reader.h"
@@ -22,6 +23,34 @@ Json WorstJson(const Block& block, const QualitySummary& summary) {
                      {"redundancy", look.redundancy_1}});
   }
   return worst;
+}
+
+Json PriorsJson(const AdjustOptions& options, const AdjustResult& result) {
+  const PriorSummary summary = SummarisePriors(options, result);
+  Json json = {{"priors", summary.priors},
+               {"redundancy", summary.redundancy_1},
+               {"tested", summary.tested},
+               {"above_critical", summary.above},
+               {"expected_above", summary.expected_above_1}};
+  if (summary.tested > 0) {
+    const ParameterResult& worst = result.parameters[summary.worst];
+    json["worst"] = {{"pass", worst.owner}, {"parameter", worst.name}, {"w", summary.worst_w_1}};
+  }
+  return json;
+}
+
+Json SharesJson(const Block& block, const AdjustResult& result) {
+  Json shares = Json::array();
+  for (const PassShare& share : SharesOf(block, result)) {
+    shares.push_back({{"pass", share.owner},
+                      {"looks", share.looks},
+                      {"square_sum", share.square_sum_1},
+                      {"redundancy", share.redundancy_1},
+                      {"prior_square_sum", share.prior_square_sum_1},
+                      {"prior_redundancy", share.prior_redundancy_1},
+                      {"sigma0_squared", share.variance_factor()}});
+  }
+  return shares;
 }
 
 }  // namespace
@@ -48,7 +77,9 @@ Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustR
         {"control", summary.control_above}}},
       {"expected_above", figures.alpha_one_1 * static_cast<double>(figures.tests)},
       {"looks_not_localisable", summary.looks_not_localisable},
-      {"worst", WorstJson(block, summary)}};
+      {"worst", WorstJson(block, summary)},
+      {"priors", PriorsJson(options, result)},
+      {"passes", SharesJson(block, result)}};
 }
 
 Json SnoopingJson(const Block& block, const SnoopingReport& report) {
