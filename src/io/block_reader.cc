@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_reader.h"
 
+#include "sarblock/block/plausibility.h"
 
 #include <cmath>
 #include <utility>
@@ -20,6 +21,10 @@ BlockFile Read(const TableSource& source, const ReadOptions& options) {
   ReadPoints(&reading);
   ReadLooks(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
+  RequireAboveGround(reading.result.block);
+  for (std::string& remark : ExaminePlausibility(reading.result.block)) {
+    reading.result.warnings.push_back(std::move(remark));
+  }
   reading.result.block.points.ids.DropIndex();
   return std::move(reading.result);
 }
