@@ -25,6 +25,7 @@
 #include "testing/blunder_report.h"
 #include "testing/blunder_search.h"
 #include "testing/montecarlo.h"
+#include "testing/prior_quality.h"
 #include "testing/rounding.h"
 #include "testing/variance_components.h"
 
@@ -287,7 +288,10 @@ AdjustResult AdjustGiven(const Block& block,
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
   WarnOfRounding(problem, state, &result);
-  if (!result.points.covariance_m2.empty() && options.covariance == CovarianceLevel::kBlock) {
+  WarnOfContradictedPriors(&result);
+  const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
+                              options.covariance == CovarianceLevel::kMonteCarlo;
+  if (!result.points.covariance_m2.empty() && of_whole_block) {
     result.check_freedom_1 = CheckFreedom(problem, state, *system, result.checks);
   }
   if (floating && !result.checks.empty()) {

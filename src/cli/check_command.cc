@@ -3,6 +3,7 @@
 #include "sarblock/io/block_files.h"
 
 #include <array>
+#include <filesystem>
 #include <memory>
 
 #include "commands.h"
@@ -27,11 +28,30 @@ std::vector<Finding> Examine(AdjustmentProblem* problem, const Session& session)
   return findings;
 }
 
-int Run(const std::string& folder, const Session& session) {
+struct Arguments {
+  std::string block;
+  std::string rejections;
+};
+
+/// Reads the other files that an adjustment of the block would read; returns looks left out.
+std::size_t ReadNamedFiles(const Arguments& arguments, BlockFile* file) {
+  AdjustOptions& adjust = file->adjust;
+  if (!arguments.rejections.empty()) {
+    adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
+  }
+  if (adjust.pairs == PairChoice::kList) {
+    static_cast<void>(ReadPairs(arguments.block, adjust.pairs_file, file->block));
+  }
+  if (adjust.rejections_file.empty()) return 0;
+  return ApplyRejections(arguments.block, adjust.rejections_file, &file->block);
+}
+
+int Run(const Arguments& arguments, const Session& session) {
   ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
-  const BlockFile file = ReadBlock(folder, read);
+  BlockFile file = ReadBlock(arguments.block, read);
+  const std::size_t left_out = ReadNamedFiles(arguments, &file);
   if (session.dump_config) {
     fmt::print("{}", DumpAdjustTable(file.adjust));
     return kAccepted;
@@ -55,12 +75,16 @@ int Run(const std::string& folder, const Session& session) {
                                     {"control", roles[1]},
                                     {"check", roles[2]},
                                     {"looks", file.block.looks.size()},
+                                    {"left_out_by_rejections", left_out},
                                     {"corrections", corrections},
                                     {"warnings", warnings}};
     fmt::print("{}\n", summary.dump(2));
     return kAccepted;
   }
   fmt::print("{}  corrections {}\n", DescribeBlock(file.block), corrections);
+  if (left_out > 0) {
+    fmt::print("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
+  }
   for (const std::string& warning : warnings) fmt::print("  warning: {}\n", warning);
   return kAccepted;
 }
@@ -68,10 +92,13 @@ int Run(const std::string& folder, const Session& session) {
 }  // namespace
 
 void AddCheck(CLI::App* app, Session* session) {
-  auto folder = std::make_shared<std::string>();
+  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app->add_subcommand("check", "Validate and describe a block, change nothing");
-  command->add_option("block", *folder, "Folder of the block")->required();
-  command->callback([=] { session->run = [=] { return Run(*folder, *session); }; });
+  command->add_option("block", arguments->block, "Folder of the block")->required();
+  command->add_option("--rejections",
+                      arguments->rejections,
+                      "Leave out the looks with rejected = 1 in this table, as adjust would");
+  command->callback([=] { session->run = [=] { return Run(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

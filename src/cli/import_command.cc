@@ -2,6 +2,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
+#include "sarblock/io/output_folder.h"
 #include "sarblock/product/import_block.h"
 
 #include <filesystem>
@@ -22,6 +23,7 @@ struct Arguments {
   std::string out;
   ImportOptions options;
   bool gzip = false;
+  bool force = false;
 };
 
 std::string ReadText(const std::string& file) {
@@ -98,6 +100,11 @@ std::string SummaryJson(const Arguments& arguments, const ImportedBlock& importe
 }
 
 int Run(const Arguments& arguments, const Session& session) {
+  if (!session.dump_config) {
+    RequireFolderFor(FolderContent::kBlock,
+                     arguments.out,
+                     arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+  }
   std::vector<Sentinel1Product> products;
   for (const std::string& file : arguments.annotations) {
     Step(session.progress.get(), "read", products.size(), arguments.annotations.size(), "products");
@@ -194,6 +201,7 @@ void AddOptions(CLI::App* command, Arguments* arguments) {
   command->add_option("--id", options.pass_ids, "Ids of the passes, one a product");
   command->add_option("--name", options.name, "Name of the block (left out: that of its folder)");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
 }
 
 }  // namespace

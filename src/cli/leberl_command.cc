@@ -10,6 +10,7 @@
 #include <cmath>
 #include <vector>
 
+#include "environment.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -211,7 +212,7 @@ int PrintSingleFlight(const SquintPair& pair, const Session& session) {
                proof.singular_1[2],
                NameOf(proof.outcome));
   }
-  fmt::print(stderr, "sarblock: {}\n", proof.reason);
+  Tell("sarblock: " + proof.reason);
   return kUndetermined;
 }
 

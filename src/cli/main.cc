@@ -10,6 +10,7 @@
 
 #include "commands.h"
 #include "definitions.h"
+#include "environment.h"
 #include "leberl_command.h"
 #include "manual.h"
 #include "report_command.h"
@@ -54,16 +55,12 @@ void AddManualOptions(CLI::App* app) {
       ->group("");
 }
 
-}  // namespace
-}  // namespace sarblock::cli
-
-int main(int argc, char** argv) {
-  using namespace sarblock;
+int Main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_ERROR;
 
-  cli::Session session;
+  Session session;
   CLI::App app(
       "sarblock: least-squares stereo block adjustment for side-looking radar, with the exact "
       "covariance of everything it solves.",
@@ -71,39 +68,50 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("sarblock ") + Version());
   app.require_subcommand(1);
   app.fallthrough();
-  cli::AddGlobalOptions(&app, &session);
-  cli::AddSimulate(&app, &session);
-  cli::AddImport(&app, &session);
-  cli::AddCheck(&app, &session);
-  cli::AddIntersect(&app, &session);
-  cli::AddPredict(&app, &session);
-  cli::AddAdjust(&app, &session);
-  cli::AddReport(&app, &session);
-  cli::AddExport(&app, &session);
-  cli::AddStudy(&app, &session);
-  cli::AddLeberl(&app, &session);
-  cli::AddManualOptions(&app);
+  AddGlobalOptions(&app, &session);
+  AddSimulate(&app, &session);
+  AddImport(&app, &session);
+  AddCheck(&app, &session);
+  AddIntersect(&app, &session);
+  AddPredict(&app, &session);
+  AddAdjust(&app, &session);
+  AddReport(&app, &session);
+  AddExport(&app, &session);
+  AddStudy(&app, &session);
+  AddLeberl(&app, &session);
+  AddManualOptions(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::kAccepted : cli::kWrongUsage;
+    return app.exit(error) == 0 ? kAccepted : kWrongUsage;
   }
-  cli::InstallInterruptHandler();
-  cli::MakeProgress(&session);
+  InstallInterruptHandler();
+  MakeProgress(&session);
   const auto fail = [&session](const char* what, int code) {
     session.progress.reset();  // clears the bar's line
-    fmt::print(stderr, "sarblock: {}\n", what);
+    Tell(std::string("sarblock: ") + what);
     return code;
   };
   try {
     return session.run();
   } catch (const InputError& error) {
-    return fail(error.what(), cli::kBadInput);
+    return fail(error.what(), kBadInput);
   } catch (const UndeterminedError& error) {
-    return fail(error.what(), cli::kUndetermined);
+    return fail(error.what(), kUndetermined);
   } catch (const Interrupted& error) {
-    return fail(error.what(), cli::kNotAccepted);
+    return fail(error.what(), kNotAccepted);
+  }
+}
+
+}  // namespace
+}  // namespace sarblock::cli
+
+int main(int argc, char** argv) {
+  using namespace sarblock::cli;
+  OpenStandardStreams();
+  try {
+    return FinishOutput(Main(argc, argv));
   } catch (const std::exception& error) {
-    return fail((std::string("internal error: ") + error.what()).c_str(), cli::kInternalError);
+    return ExplainError(error);
   }
 }

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "print_realism.h"
+#include "testing/prior_quality.h"
 #include "testing/quality_summary.h"
 #include <fmt/format.h>
 
@@ -111,11 +112,46 @@ void PrintTests(const QualitySummary& summary, const AdjustResult& result, Out o
       summary.looks_tested[0]);
 }
 
+/// The tests of priors, and the pass that fits worst.
+void PrintPriors(const Block& block,
+                 const AdjustOptions& options,
+                 const AdjustResult& result,
+                 Out out) {
+  const PriorSummary priors = SummarisePriors(options, result);
+  if (priors.tested > 0) {
+    const ParameterResult& worst = result.parameters[priors.worst];
+    fmt::format_to(out,
+                   "  tests of {} priors: {} above it, {:.1f} expected by chance; the largest |w| "
+                   "{:.2f}, {} {}\n",
+                   priors.tested,
+                   priors.above,
+                   priors.expected_above_1,
+                   std::abs(priors.worst_w_1),
+                   worst.owner,
+                   worst.name);
+  }
+  const std::vector<PassShare> shares = SharesOf(block, result);
+  if (shares.size() < 2 || result.status == AdjustStatus::kPredicted) return;
+  const auto worst =
+      std::max_element(shares.begin(), shares.end(), [](const PassShare& a, const PassShare& b) {
+        return std::isnan(a.variance_factor()) || a.variance_factor() < b.variance_factor();
+      });
+  if (std::isnan(worst->variance_factor())) return;
+  fmt::format_to(out,
+                 "    the pass that fits worst: {}, s0^2 {:.4g} with redundancy {:.1f}\n",
+                 worst->owner,
+                 worst->variance_factor(),
+                 worst->redundancy_1 + worst->prior_redundancy_1);
+}
+
 void PrintQuality(const Block& block,
                   const AdjustOptions& options,
                   const AdjustResult& result,
                   Out out) {
-  if (!result.quality.empty()) PrintTests(SummariseQuality(block, options, result), result, out);
+  if (!result.quality.empty()) {
+    PrintTests(SummariseQuality(block, options, result), result, out);
+    PrintPriors(block, options, result, out);
+  }
   if (!result.snooping) return;
   const std::vector<BlunderFinding>& findings = result.snooping->findings;
   fmt::format_to(out,
@@ -133,26 +169,14 @@ void PrintQuality(const Block& block,
 
 void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (result.checks.empty()) return;
-  std::array<double, 3> square{};
-  std::array<std::size_t, 3> count{};
-  for (const CheckResult& check : result.checks) {
-    for (int i = 0; i < 3; ++i) {
-      const auto axis = static_cast<std::size_t>(i);
-      if (std::isnan(check.error_enu_m[i])) continue;
-      square[axis] += check.error_enu_m[i] * check.error_enu_m[i];
-      ++count[axis];
-    }
-  }
-  const auto rms = [&](std::size_t i) {
-    return count[i] == 0 ? kNotGiven : std::sqrt(square[i] / static_cast<double>(count[i]));
-  };
+  const CheckSummary summary = SummariseChecks(result, level);
   fmt::format_to(out,
                  "  {:4} check points rms {:12.4g} {:12.4g} {:12.4g}\n",
-                 result.checks.size(),
-                 rms(0),
-                 rms(1),
-                 rms(2));
-  const std::string verdict = DescribeChecks(SummariseChecks(result, level), level);
+                 summary.points,
+                 summary.rms_m[0],
+                 summary.rms_m[1],
+                 summary.rms_m[2]);
+  const std::string verdict = DescribeChecks(summary, level);
   if (!verdict.empty()) fmt::format_to(out, "    {}\n", verdict);
 }
 

@@ -9,6 +9,7 @@
 #include <cstdio>
 
 #include "core/parallel.h"
+#include "environment.h"
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -57,7 +58,8 @@ class TerminalProgress final : public ProgressSink {
       }
     }
     if (!detail.empty()) line += fmt::format("  {}", detail);
-    fmt::print(stderr, "\r\033[K{}", line);
+    line.insert(0, "\r\033[K");
+    static_cast<void>(std::fputs(line.c_str(), stderr));
     std::fflush(stderr);
     shown_ = true;
   }
@@ -66,7 +68,7 @@ class TerminalProgress final : public ProgressSink {
 
  private:
   void Clear() {
-    if (shown_) fmt::print(stderr, "\r\033[K");
+    if (shown_) static_cast<void>(std::fputs("\r\033[K", stderr));
   }
   bool visible_;
   bool shown_ = false;
@@ -81,7 +83,7 @@ class TerminalProgress final : public ProgressSink {
 int Session::Threads() const { return threads > 0 ? threads : AvailableCores(); }
 
 void Session::Say(const std::string& line) const {
-  if (!quiet) fmt::print(stderr, "{}\n", line);
+  if (!quiet) Tell(line);
 }
 
 void AddGlobalOptions(CLI::App* app, Session* session) {

@@ -42,7 +42,7 @@ void AddGlobalOptions(CLI::App* app, Session* session);
 void MakeProgress(Session* session);
 
 /// Ctrl-C asks the running work to end between steps; a second one ends at once. Temporary files
-/// are removed both ways.
+/// are removed both ways; a folder that was being written is cleared by the next run into it.
 void InstallInterruptHandler();
 
 }  // namespace sarblock::cli

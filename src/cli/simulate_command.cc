@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
+#include "sarblock/io/output_folder.h"
 #include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 
@@ -19,6 +20,7 @@ struct Arguments {
   std::string scene;
   std::string out;
   bool gzip = false;
+  bool force = false;
 };
 
 int Run(const Arguments& arguments, const Session& session) {
@@ -26,6 +28,9 @@ int Run(const Arguments& arguments, const Session& session) {
     fmt::print("{}\n", EffectiveSceneText(arguments.scene, session.set));
     return kAccepted;
   }
+  RequireFolderFor(FolderContent::kBlock,
+                   arguments.out,
+                   arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
   const ThreadLimit limit(session.Threads());
   const Scene scene = ReadScene(arguments.scene, session.set);
   const SimulatedBlock simulated = Simulate(scene, session.progress.get());
@@ -65,6 +70,7 @@ void AddSimulate(CLI::App* app, Session* session) {
   command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
   command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
   command->callback([=] { session->run = [=] { return Run(*arguments, *session); }; });
 }
 

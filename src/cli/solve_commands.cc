@@ -5,6 +5,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
+#include "sarblock/io/output_folder.h"
 #include "sarblock/io/result_files.h"
 
 #include <cmath>
@@ -27,6 +28,7 @@ struct Arguments {
   bool strict = false;
   bool gzip = false;
   bool report = false;
+  bool force = false;
   std::string rejections;
 };
 
@@ -74,6 +76,9 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
                      "is the folder of the block, whose tables the result would overwrite; any "
                      "other folder is allowed");
   }
+  RequireFolderFor(FolderContent::kResult,
+                   arguments.out,
+                   arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
   if (!file.adjust.rejections_file.empty()) {
     const std::size_t rejected =
         ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
@@ -119,6 +124,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                     arguments->strict,
                     "Not accepted either if the global test or the check points fail");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
   command->add_flag(
       "--report", arguments->report, "Write report.html into the result's folder as well");
   command->add_option("--rejections",

@@ -135,11 +135,17 @@ std::vector<Finding> DescribePoints(const AdjustmentProblem& problem, const Poin
   }
   if (!defects.ambiguous.empty()) {
     Finding mirrored;
-    for (const std::size_t point : defects.ambiguous) mirrored.names.emplace_back(ids[point]);
-    mirrored.text =
-        ListNames(mirrored.names) +
-        ": a mirror point satisfies the looks and their sides as well, only the given "
-        "start coordinates chose between the two; a third look or control has to decide";
+    bool all_given = true;
+    for (const std::size_t point : defects.ambiguous) {
+      mirrored.names.emplace_back(ids[point]);
+      all_given = all_given && problem.block.points.given_m[point].allFinite() &&
+                  problem.block.points.role[point] != PointRole::kCheck;
+    }
+    mirrored.text = ListNames(mirrored.names) +
+                    ": a mirror point satisfies the looks and their sides as well, " +
+                    (all_given ? "only the given start coordinates chose between the two"
+                               : "and nothing in the block chooses between the two") +
+                    "; a third look or control has to decide";
     out.push_back(std::move(mirrored));
   }
   return out;

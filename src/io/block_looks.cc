@@ -69,6 +69,7 @@ RadarCoordinates ReadRadar(const CsvReader& reader, Measurements measurements) {
   const RadarCoordinates radar{required ? reader.RequiredNumber(kTime) : reader.Number(kTime),
                                PositiveNumber(reader, kRange)};
   if (required && std::isnan(radar.range_m)) reader.Fail(kRange, "is empty, a number is needed");
+  static_cast<void>(LengthNumber(reader, kRange));
   return radar;
 }
 

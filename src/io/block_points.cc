@@ -58,7 +58,7 @@ Eigen::Vector3d ReadPosition(const CsvReader& reader, const Frame& frame, PointR
     reader.Fail(kLat, "stands beside x_m, y_m, z_m; one kind of coordinates is allowed");
   }
   if (cartesian) {
-    return {reader.Number(kX), reader.Number(kY), reader.Number(kZ)};
+    return {LengthNumber(reader, kX), LengthNumber(reader, kY), LengthNumber(reader, kZ)};
   }
   if (geodetic) {
     const double lat_deg = reader.Number(kLat), lon_deg = reader.Number(kLon);
@@ -69,7 +69,7 @@ Eigen::Vector3d ReadPosition(const CsvReader& reader, const Frame& frame, PointR
       reader.Fail(kLon, NumberText(lon_deg) + " is not allowed, -360 to 360 is");
     }
     return frame.FrameFromGeodetic(
-        {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, reader.Number(kHeight)});
+        {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, LengthNumber(reader, kHeight)});
   }
   if (role != PointRole::kTie) {
     const bool local = frame.kind() == FrameKind::kLocal;

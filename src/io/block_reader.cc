@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_reader.h"
 
+#include "sarblock/block/plausibility.h"
+
+#include <cmath>
 #include <utility>
 
 #include "number.h"
@@ -18,6 +21,10 @@ BlockFile Read(const TableSource& source, const ReadOptions& options) {
   ReadPoints(&reading);
   ReadLooks(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
+  RequireAboveGround(reading.result.block);
+  for (std::string& remark : ExaminePlausibility(reading.result.block)) {
+    reading.result.warnings.push_back(std::move(remark));
+  }
   reading.result.block.points.ids.DropIndex();
   return std::move(reading.result);
 }
@@ -88,6 +95,16 @@ double PositiveNumber(const CsvReader& reader, std::size_t column) {
     reader.Fail(column, NumberText(value) + " is not allowed, a number above 0 is");
   }
   return value;
+}
+
+double LengthNumber(const CsvReader& reader, std::size_t column) {
+  const double value_m = reader.Number(column);
+  if (std::abs(value_m) > kLargestLength_m) {
+    reader.Fail(column,
+                NumberText(value_m) + " m is not allowed, at most " + NumberText(kLargestLength_m) +
+                    " m is");
+  }
+  return value_m;
 }
 
 }  // namespace sarblock

@@ -52,6 +52,12 @@ void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* war
 /// A number above 0, or NaN for an empty cell.
 [[nodiscard]] double PositiveNumber(const CsvReader& reader, std::size_t column);
 
+/// Lengths beyond this have squares and positions without a meaning; no body's ground is as far
+/// from the origin of its frame, nor an antenna from the ground.
+inline constexpr double kLargestLength_m = 1e12;
+/// A coordinate or a range of at most kLargestLength_m, or NaN for an empty cell.
+[[nodiscard]] double LengthNumber(const CsvReader& reader, std::size_t column);
+
 /// Paths by pass from a table with the columns of trajectories.csv. A pass without states gets an
 /// empty path.
 struct PathTable {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/units.h"
+
+#include <cmath>
 #include <utility>
 
 #include "block_reader.h"
@@ -9,10 +12,26 @@ namespace {
 
 enum { kPass, kTime, kX, kY, kZ, kVx, kVy, kVz };
 
-Eigen::Vector3d Vector(const CsvReader& reader, std::size_t first) {
-  return {reader.RequiredNumber(first),
-          reader.RequiredNumber(first + 1),
-          reader.RequiredNumber(first + 2)};
+Eigen::Vector3d Position(const CsvReader& reader) {
+  Eigen::Vector3d position_m;
+  for (std::size_t k = 0; k < 3; ++k) {
+    static_cast<void>(reader.RequiredNumber(kX + k));
+    position_m[static_cast<Eigen::Index>(k)] = LengthNumber(reader, kX + k);
+  }
+  return position_m;
+}
+
+Eigen::Vector3d Velocity(const CsvReader& reader) {
+  Eigen::Vector3d velocity_mps;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double value_mps = reader.RequiredNumber(kVx + k);
+    if (!(std::abs(value_mps) < kSpeedOfLight_mps)) {
+      reader.Fail(kVx + k,
+                  NumberText(value_mps) + " m/s is not allowed, less than the speed of light is");
+    }
+    velocity_mps[static_cast<Eigen::Index>(k)] = value_mps;
+  }
+  return velocity_mps;
 }
 
 }  // namespace
@@ -24,8 +43,7 @@ PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids, const char* hold
   while (reader->Next()) {
     const std::uint32_t pass = FindPass(*reader, kPass, pass_ids, holder);
     std::vector<StateVector>& states = table.states[pass];
-    const StateVector state{
-        reader->RequiredNumber(kTime), Vector(*reader, kX), Vector(*reader, kVx)};
+    const StateVector state{reader->RequiredNumber(kTime), Position(*reader), Velocity(*reader)};
     if (!states.empty() && !(state.time_s > states.back().time_s)) {
       const std::string before = "; the state before, on line " +
                                  std::to_string(table.lines[pass]) + ", is at " +

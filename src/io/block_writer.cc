@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <system_error>
 
 #include "adjust_reader.h"
 #include "block_image.h"
@@ -17,20 +16,6 @@ namespace sarblock {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The file to write; the same table of the other compression would contradict it and goes.
-fs::path TableFile(const fs::path& folder, const std::string& name, Compression compression) {
-  std::error_code ignored;
-  const bool gzip = compression == Compression::kGzip;
-  fs::remove(folder / (name + (gzip ? ".csv" : ".csv.gz")), ignored);
-  return folder / (name + (gzip ? ".csv.gz" : ".csv"));
-}
-
-void RemoveTable(const fs::path& folder, const std::string& name) {
-  std::error_code ignored;
-  fs::remove(folder / (name + ".csv"), ignored);
-  fs::remove(folder / (name + ".csv.gz"), ignored);
-}
 
 void AppendSigma(const LookSigma& sigma, const std::string& infix, std::string* text) {
   if (!std::isnan(sigma.range_m)) {
@@ -227,24 +212,31 @@ void WriteBlock(const fs::path& folder,
                 const AdjustOptions& adjust,
                 const Truth* truth,
                 Compression compression) {
-  MakeFolder(folder);
-  AtomicFile toml(folder / "block.toml");
-  toml.Write(BlockTomlText(block, adjust));
-  const auto file = [&](const std::string& name) { return TableFile(folder, name, compression); };
-  WritePaths(file("trajectories"), block, NominalPaths(block), compression);
-  WriteLooks(file("observations"), block, compression);
-  WritePoints(file("points"), block, compression);
-  if (truth != nullptr && !truth->points_m.empty()) {
-    WriteTruePoints(file("truth"), block, *truth, compression);
-  } else {
-    RemoveTable(folder, "truth");
+  StagedFolder staged(FolderContent::kBlock, folder);
+  staged.Write([&](const fs::path& to) {
+    const char* const ending = compression == Compression::kGzip ? ".csv.gz" : ".csv";
+    const auto file = [&](const std::string& name) { return to / (name + ending); };
+    WritePaths(file("trajectories"), block, NominalPaths(block), compression);
+    WriteLooks(file("observations"), block, compression);
+    WritePoints(file("points"), block, compression);
+    if (truth != nullptr && !truth->points_m.empty()) {
+      WriteTruePoints(file("truth"), block, *truth, compression);
+    }
+    if (truth != nullptr && !truth->paths.empty()) {
+      WritePaths(file("truth_passes"), block, truth->paths, compression);
+    }
+    AtomicFile toml(to / "block.toml");
+    toml.Write(kWrittenBySarblock);
+    toml.Write(BlockTomlText(block, adjust));
+    toml.Commit();
+  });
+  // Tables in the other compression, and the truth of an earlier block, would be read with this
+  // one.
+  std::vector<std::string> known;
+  for (const char* table : {"trajectories", "observations", "points", "truth", "truth_passes"}) {
+    for (const char* ending : {".csv", ".csv.gz"}) known.push_back(std::string(table) + ending);
   }
-  if (truth != nullptr && !truth->paths.empty()) {
-    WritePaths(file("truth_passes"), block, truth->paths, compression);
-  } else {
-    RemoveTable(folder, "truth_passes");
-  }
-  toml.Commit();
+  staged.Publish(known);
 }
 
 }  // namespace sarblock

@@ -2,6 +2,7 @@
 #include "result_quality.h"
 
 #include "adjust_reader.h"
+#include "testing/prior_quality.h"
 #include "testing/quality_summary.h"
 
 namespace sarblock {
@@ -21,6 +22,34 @@ Json WorstJson(const Block& block, const QualitySummary& summary) {
                      {"redundancy", look.redundancy_1}});
   }
   return worst;
+}
+
+Json PriorsJson(const AdjustOptions& options, const AdjustResult& result) {
+  const PriorSummary summary = SummarisePriors(options, result);
+  Json json = {{"priors", summary.priors},
+               {"redundancy", summary.redundancy_1},
+               {"tested", summary.tested},
+               {"above_critical", summary.above},
+               {"expected_above", summary.expected_above_1}};
+  if (summary.tested > 0) {
+    const ParameterResult& worst = result.parameters[summary.worst];
+    json["worst"] = {{"pass", worst.owner}, {"parameter", worst.name}, {"w", summary.worst_w_1}};
+  }
+  return json;
+}
+
+Json SharesJson(const Block& block, const AdjustResult& result) {
+  Json shares = Json::array();
+  for (const PassShare& share : SharesOf(block, result)) {
+    shares.push_back({{"pass", share.owner},
+                      {"looks", share.looks},
+                      {"square_sum", share.square_sum_1},
+                      {"redundancy", share.redundancy_1},
+                      {"prior_square_sum", share.prior_square_sum_1},
+                      {"prior_redundancy", share.prior_redundancy_1},
+                      {"sigma0_squared", share.variance_factor()}});
+  }
+  return shares;
 }
 
 }  // namespace
@@ -47,7 +76,9 @@ Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustR
         {"control", summary.control_above}}},
       {"expected_above", figures.alpha_one_1 * static_cast<double>(figures.tests)},
       {"looks_not_localisable", summary.looks_not_localisable},
-      {"worst", WorstJson(block, summary)}};
+      {"worst", WorstJson(block, summary)},
+      {"priors", PriorsJson(options, result)},
+      {"passes", SharesJson(block, result)}};
 }
 
 Json SnoopingJson(const Block& block, const SnoopingReport& report) {
@@ -75,6 +106,10 @@ Json SnoopingJson(const Block& block, const SnoopingReport& report) {
 Json CheckPointsJson(const AdjustResult& result, double level) {
   const CheckSummary summary = SummariseChecks(result, level);
   Json json = {{"points", summary.points},
+               {"points_without_sigma", summary.points_without_sigma},
+               {"rms_e_m", summary.rms_m[0]},
+               {"rms_n_m", summary.rms_m[1]},
+               {"rms_u_m", summary.rms_m[2]},
                {"components", summary.components},
                {"chi_square", summary.chi_square}};
   if (summary.components == 0) return json;

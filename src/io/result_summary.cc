@@ -2,6 +2,7 @@
 #include "sarblock/core/stage_timer.h"
 #include "sarblock/core/version.h"
 #include "sarblock/io/adjust_table.h"
+#include "sarblock/io/output_folder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -208,33 +209,58 @@ std::string SummaryJson(const Block& block,
 
 namespace {
 
-// An earlier result in the same folder leaves nothing beside this one that could be taken for it:
-// no table in the other compression, and none of those that this result has not.
-void RemoveStaleTables(const std::filesystem::path& folder,
-                       Compression compression,
-                       const std::vector<const char*>& absent,
-                       bool geocentric) {
-  std::error_code ignored;
-  const char* const other = compression == Compression::kGzip ? ".csv" : ".csv.gz";
-  for (const char* name : {"points",
-                           "passes",
-                           "passes_covariance",
-                           "residuals",
-                           "control_quality",
-                           "pairs",
-                           "trajectories",
-                           "strips",
-                           "montecarlo",
-                           "selection",
-                           "simplifications"}) {
-    std::filesystem::remove(folder / (std::string(name) + other), ignored);
+// Every file that a result may have, so that an earlier one in the same folder leaves nothing
+// beside this one that could be taken for it: no table in the other compression, none that this
+// result has not, no report.
+std::vector<std::string> KnownFiles() {
+  std::vector<std::string> names{"points.geojson", "report.html"};
+  for (const char* table : {"points",
+                            "passes",
+                            "passes_covariance",
+                            "residuals",
+                            "control_quality",
+                            "pairs",
+                            "trajectories",
+                            "strips",
+                            "montecarlo",
+                            "selection",
+                            "simplifications"}) {
+    for (const char* ending : {".csv", ".csv.gz"}) names.push_back(std::string(table) + ending);
   }
-  for (const char* name : absent) {
-    for (const char* ending : {".csv", ".csv.gz"}) {
-      std::filesystem::remove(folder / (std::string(name) + ending), ignored);
-    }
+  return names;
+}
+
+void WriteTables(const std::filesystem::path& folder, const ResultView& view) {
+  const Block& block = view.block;
+  const AdjustResult& result = view.result;
+  const char* const ending = view.context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
+  const auto table = [&](const std::string& name) { return folder / (name + ending); };
+  WritePointTable(table("points"), view);
+  WriteParameterTable(table("passes"), view);
+  WriteParameterCovariance(table("passes_covariance"), view);
+  if (!result.selection.empty()) {
+    WriteSelectionTable(table("selection"), view);
+    WriteSimplificationTable(table("simplifications"), view);
   }
-  if (!geocentric) std::filesystem::remove(folder / "points.geojson", ignored);
+  WriteStripTable(table("strips"), view);
+  WriteResidualTable(table("residuals"), view);
+  if (!result.control_quality.empty()) WriteControlTable(table("control_quality"), view);
+  if (view.options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
+  if (result.montecarlo) WriteMonteCarloTable(table("montecarlo"), view);
+  const bool corrected = !result.corrected_paths.empty();
+  WritePaths(table("trajectories"),
+             block,
+             corrected ? result.corrected_paths : NominalPaths(block),
+             view.context.compression);
+  if (block.frame.kind() != FrameKind::kGeocentric) return;
+  WriteGeoJson(folder / "points.geojson",
+               {.frame = block.frame,
+                .name = block.name,
+                .ids = block.points.ids,
+                .role = block.points.role,
+                .points = result.points,
+                .covariance_factor_1 = view.factor,
+                .polygons = result.points.status.size() <= view.context.ellipse_limit});
 }
 
 }  // namespace
@@ -244,63 +270,29 @@ std::string WriteResult(const std::filesystem::path& folder,
                         const AdjustOptions& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
-  MakeFolder(folder);
   const ResultView view{block, options, result, context, CovarianceFactor(options, result)};
-  const char* const ending = context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
-  const auto table = [&](const std::string& name) { return folder / (name + ending); };
-  const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
-  const bool control = !result.control_quality.empty();
-  std::vector<const char*> absent;
-  if (!control) absent.push_back("control_quality");
-  if (options.pairs == PairChoice::kNone) absent.push_back("pairs");
-  if (!result.montecarlo) absent.push_back("montecarlo");
-  if (result.selection.empty()) {
-    absent.push_back("selection");
-    absent.push_back("simplifications");
-  }
-  RemoveStaleTables(folder, context.compression, absent, geocentric);
-  std::vector<StageCost> written;
   ResultContext said = context;
-  {
-    const StageTimer timer("write", &written);
-    WritePointTable(table("points"), view);
-    WriteParameterTable(table("passes"), view);
-    WriteParameterCovariance(table("passes_covariance"), view);
-    if (!result.selection.empty()) {
-      WriteSelectionTable(table("selection"), view);
-      WriteSimplificationTable(table("simplifications"), view);
-    }
-    WriteStripTable(table("strips"), view);
-    WriteResidualTable(table("residuals"), view);
-    if (control) WriteControlTable(table("control_quality"), view);
-    if (options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
-    if (result.montecarlo) WriteMonteCarloTable(table("montecarlo"), view);
-    const bool corrected = !result.corrected_paths.empty();
-    WritePaths(table("trajectories"),
-               block,
-               corrected ? result.corrected_paths : NominalPaths(block),
-               context.compression);
-    if (geocentric) {
-      WriteGeoJson(folder / "points.geojson",
-                   {.frame = block.frame,
-                    .name = block.name,
-                    .ids = block.points.ids,
-                    .role = block.points.role,
-                    .points = result.points,
-                    .covariance_factor_1 = view.factor,
-                    .polygons = result.points.status.size() <= context.ellipse_limit});
-    }
-  }
-  if (geocentric && result.points.status.size() > context.ellipse_limit) {
+  if (block.frame.kind() == FrameKind::kGeocentric &&
+      result.points.status.size() > context.ellipse_limit) {
     said.warnings.push_back(
         "points.geojson has the numbers of the error ellipses but not their "
         "polygons, there are more than " +
         std::to_string(context.ellipse_limit) + " points");
   }
-  const std::string summary = Summary(block, options, result, said, written);
-  AtomicFile out(folder / "summary.json");
-  out.Write(summary);
-  out.Commit();
+  std::string summary;
+  StagedFolder staged(FolderContent::kResult, folder);
+  staged.Write([&](const std::filesystem::path& to) {
+    std::vector<StageCost> written;
+    {
+      const StageTimer timer("write", &written);
+      WriteTables(to, view);
+    }
+    summary = Summary(block, options, result, said, written);
+    AtomicFile out(to / "summary.json");
+    out.Write(summary);
+    out.Commit();
+  });
+  staged.Publish(KnownFiles());
   return summary;
 }
 

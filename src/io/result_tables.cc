@@ -7,6 +7,7 @@
 
 #include "adjust/held_covariance.h"
 #include "csv_writer.h"
+#include "testing/prior_quality.h"
 
 namespace sarblock {
 namespace {
@@ -166,16 +167,26 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
 }
 
 void WriteParameterTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(
-      file,
-      {"pass", "parameter", "unit", "value", "sigma", "prior_sigma", "significance", "kept"},
-      view.context.compression);
+  CsvWriter out(file,
+                {"pass",
+                 "parameter",
+                 "unit",
+                 "value",
+                 "sigma",
+                 "prior_sigma",
+                 "significance",
+                 "kept",
+                 "prior_redundancy",
+                 "prior_w"},
+                view.context.compression);
   for (const ParameterResult& parameter : view.result.parameters) {
     const double sigma = std::sqrt(view.factor) * parameter.sigma;
     out.Text(parameter.owner).Text(parameter.name).Text(parameter.unit).Number(parameter.value);
     out.Number(sigma).Number(parameter.prior_sigma);
     out.Number(sigma > 0.0 ? std::abs(parameter.value) / sigma : kNotGiven);
-    out.Text(parameter.kept).EndRow();
+    out.Text(parameter.kept);
+    const PriorTest prior = TestOfPrior(view.result, parameter);
+    out.Number(prior.redundancy_1).Number(prior.w_1).EndRow();
   }
   out.Commit();
 }

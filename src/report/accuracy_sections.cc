@@ -127,11 +127,18 @@ void AddCheckItems(const ResultFolder& result, PageSection* section) {
                  {"rms predicted [m]", true},
                  {"ratio", true}};
   PageFigures figures;
+  const bool predicted_at_all =
+      std::any_of(points.checks.begin(), points.checks.end(), [](const ReportPoints::Check& check) {
+        return !std::isnan(check.chi_square);
+      });
   for (std::size_t k = 0; k < 3; ++k) {
     KnownFigure known;
     double sum = 0.0, squares = 0.0, predicted = 0.0, n = 0.0;
     for (const ReportPoints::Check& check : points.checks) {
-      if (std::isnan(check.error_m[k])) continue;
+      // A point without a standard deviation (left out as contradictory) is compared with nothing.
+      if (std::isnan(check.error_m[k]) || (predicted_at_all && std::isnan(check.sigma_m[k]))) {
+        continue;
+      }
       n += 1.0;
       sum += check.error_m[k];
       squares += check.error_m[k] * check.error_m[k];

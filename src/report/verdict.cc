@@ -90,8 +90,10 @@ void AddFit(const ReportSummary& summary, Verdict* out) {
   } else {
     out->sentences.push_back(fmt::format(
         "The looks fit better than their standard deviations promise: residuals are {} times as "
-        "large ({}). The standard deviations of the looks were stated too large, and so are those "
-        "below{}.",
+        "large ({}). Either the standard deviations of the looks were stated too large, and so are "
+        "those below{}; or the same measurements stand in the block more than once, and those "
+        "below "
+        "are too small.",
         Brief(ratio),
         figures,
         summary.scaled_by_posterior ? " were, before they were scaled by this factor" : ""));

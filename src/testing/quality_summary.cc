@@ -117,15 +117,40 @@ QualitySummary SummariseQuality(const Block& block,
   return out;
 }
 
+namespace {
+
+/// Whether a check point's error can be compared with a prediction. Without covariances at all
+/// every solved point is as good as another.
+bool IsCompared(const AdjustResult& result, const CheckResult& check) {
+  if (!result.points.covariance_m2.empty()) return !std::isnan(check.chi_square);
+  return result.points.status.empty() || IsSolved(result.points.status[check.point]);
+}
+
+}  // namespace
+
 CheckSummary SummariseChecks(const AdjustResult& result, double level) {
   CheckSummary out;
-  out.points = result.checks.size();
+  std::array<double, 3> square_m2{}, count{};
   for (const CheckResult& check : result.checks) {
+    if (!IsCompared(result, check)) {
+      ++out.points_without_sigma;
+      continue;
+    }
+    ++out.points;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double error_m = check.error_enu_m[static_cast<Eigen::Index>(k)];
+      if (std::isnan(error_m)) continue;
+      square_m2[k] += error_m * error_m;
+      count[k] += 1.0;
+    }
     if (std::isnan(check.chi_square)) continue;
     out.chi_square += check.chi_square;
     out.components += check.components;
     const double limit = ChiSquareQuantile(level, static_cast<double>(check.components));
     out.points_outside += check.chi_square > limit ? 1U : 0U;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    out.rms_m[k] = count[k] > 0.0 ? std::sqrt(square_m2[k] / count[k]) : kNotGiven;
   }
   if (out.components == 0) return out;
   const auto n = static_cast<double>(out.components);
@@ -151,6 +176,10 @@ std::string DescribeChecks(const CheckSummary& summary, double level) {
           Short(summary.freedom_1) + " independent components); " +
           std::to_string(summary.points_outside) + " of " + std::to_string(summary.points) +
           " points are outside alone";
+  if (summary.points_without_sigma > 0) {
+    text += "; " + std::to_string(summary.points_without_sigma) +
+            " more have no standard deviation and are not compared";
+  }
   return text;
 }
 

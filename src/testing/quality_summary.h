@@ -57,7 +57,11 @@ struct QualitySummary {
 /// predicted accuracy is realistic. The interval is that of a chi-square of `freedom` degrees,
 /// scaled to that expectation: errors of check points are correlated by the paths they share.
 struct CheckSummary {
-  std::size_t points = 0;
+  std::size_t points = 0;  ///< compared: solved and, where there are covariances, with one
+  /// Check points that have an error but no standard deviation (left out as contradictory): they
+  /// count in no figure here.
+  std::size_t points_without_sigma = 0;
+  std::array<double, 3> rms_m{};  ///< east, north, up of the points compared; NaN: not known
   int components = 0;
   double freedom_1 = 0.0;  ///< independent components they are worth
   double chi_square = 0.0;

@@ -51,9 +51,8 @@ Worst OfPoint(const AdjustmentProblem& problem, const BlockState& state, std::si
     double rounding_m =
         kRounding_1 *
         std::max({point_m, motion.position_m.lpNorm<Eigen::Infinity>(), looks.range_m[i]});
-    if (!problem.layout.passes[pass].time_bias.empty()) {
-      rounding_m += kRounding_1 * std::abs(looks.time_s[i]) * motion.velocity_mps.norm();
-    }
+    // A time is no finer in its file than it is here.
+    rounding_m += kRounding_1 * std::abs(looks.time_s[i]) * motion.velocity_mps.norm();
     const LookWeights& w = problem.weights[i];
     meet(rounding_m, std::max(w.range_per_m, w.time_per_s / motion.velocity_mps.norm()));
   }

@@ -71,6 +71,9 @@ const Fault kFaults[] = {
     {"trajectories.csv", "A,70", "C,70", "trajectories.csv:3: pass: "},
     {"trajectories.csv", ",vz_mps", ",vz", "trajectories.csv:1: vz_mps: "},
     {"trajectories.csv", "173,0,0", "0,0,0", "trajectories.csv:2: "},
+    {"trajectories.csv", "A,0,-700", "A,0,-1e308", "trajectories.csv:2: x_m: "},
+    {"trajectories.csv", "173,0,0", "173,0,3e8", "trajectories.csv:2: vz_mps: "},
+    {"observations.csv", "17601.5", "1e308", "observations.csv:2: range_m: "},
     {"observations.csv", "17601.5", "", "observations.csv:2: range_m: "},
     {"observations.csv", "17601.5", "-17601.5", "observations.csv:2: range_m: "},
     {"observations.csv", "17601.5", "1e999", "observations.csv:2: range_m: "},
@@ -85,6 +88,8 @@ const Fault kFaults[] = {
      "P1,control,4700,15000,90,0,1,1",
      "points.csv:2: sigma_e_m: "},
     {"points.csv", "P1,tie,4700", "P1,control,", "points.csv:2: x_m: "},
+    {"points.csv", "P1,tie,4700,15000", "P1,check,4700,1e308", "points.csv:2: y_m: "},
+    {"points.csv", "P1,tie,4700,15000,90", "P1,check,4700,15000,-1e13", "points.csv:2: z_m: "},
 };
 
 class BadInputTest : public test::CliTest {

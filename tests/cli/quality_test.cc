@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Search for blunders and re-run from its rejections, as a user does it.
+#include <cmath>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "cli/cli_fixture.h"
 #include <gmock/gmock.h>
@@ -11,6 +14,13 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
 
 class QualityCommandTest : public test::CliTest {};
 
@@ -45,6 +55,29 @@ TEST_F(QualityCommandTest, ARunStartsFromTheRejectionsOfAnother) {
   EXPECT_EQ(Run("adjust", block, "plain").exit_code, 0);
   const json plain = json::parse(Content(folder_ / "plain/summary.json"));
   EXPECT_GT(plain["sigma0_squared"].get<double>(), 2.0 * found["sigma0_squared"].get<double>());
+}
+
+// The trajectories of two passes exchanged: the looks follow, the priors do not.
+TEST_F(QualityCommandTest, ExchangedTrajectoriesAreSaidOfThePriors) {
+  const Path block = Simulated("leberl-aircraft", "block");
+  std::string exchanged;
+  for (const std::string& line : Lines(Content(block / "trajectories.csv"))) {
+    const bool first = line.starts_with("A1,"), second = line.starts_with("A2,");
+    exchanged += (first ? "A2," : second ? "A1," : line.substr(0, 3)) + line.substr(3) + "\n";
+  }
+  Put("block/trajectories.csv", exchanged);
+  const test::ProgramRun run = Run("adjust", block, "result");
+  EXPECT_THAT(run.out, HasSubstr("the observations contradict the priors of "));
+  EXPECT_THAT(run.out, HasSubstr("  tests of "));
+  const json quality = json::parse(Content(folder_ / "result/summary.json"))["quality"];
+  EXPECT_GT(quality["priors"]["above_critical"].get<int>(), 0);
+  EXPECT_GT(std::abs(quality["priors"]["worst"]["w"].get<double>()), 10.0);
+  EXPECT_EQ(quality["passes"].size(), 2U);
+  const auto rows = test::RowsOf(Content(folder_ / "result/passes.csv"));
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i][test::ColumnOf(rows, "prior_w")].empty(),
+              rows[i][test::ColumnOf(rows, "prior_sigma")].empty());
+  }
 }
 
 TEST_F(QualityCommandTest, LevelsThatMakeNoTestAreRefused) {

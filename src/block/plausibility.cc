@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/block/plausibility.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <utility>
+
+namespace sarblock {
+namespace {
+
+/// Of the speed: what velocities and positions may differ by between two states. A cubic follows an
+/// orbit with states 5 minutes apart to a hundredth.
+constexpr double kVelocityPart_1 = 0.05;
+/// Of the range: what errors of navigation may come to.
+constexpr double kPassPart_1 = 0.05, kPointPart_1 = 0.03;
+/// Of the height: what terrain may take off the shortest range.
+constexpr double kHeightPart_1 = 0.5;
+/// Equal looks of two passes that no chance makes.
+constexpr std::size_t kLeastEqual = 3;
+
+std::string Short(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+std::string Km(double length_m) { return Short(1e-3 * length_m) + " km"; }
+
+double MedianOf(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+// ---- one path
+
+std::string VelocityRemark(const Pass& pass) {
+  const std::vector<StateVector>& states = pass.path.states();
+  for (std::size_t i = 1; i < states.size(); ++i) {
+    const StateVector &a = states[i - 1], &b = states[i];
+    const Eigen::Vector3d moved_mps = (b.position_m - a.position_m) / (b.time_s - a.time_s);
+    const Eigen::Vector3d said_mps = 0.5 * (a.velocity_mps + b.velocity_mps);
+    const double larger_mps = std::max(moved_mps.norm(), said_mps.norm());
+    if ((moved_mps - said_mps).norm() <= kVelocityPart_1 * larger_mps) continue;
+    return "pass " + pass.id + ": its velocities are not those of its positions: from " +
+           Short(a.time_s) + " s to " + Short(b.time_s) + " s it moves at " +
+           Short(moved_mps.norm()) + " m/s, the velocities say " + Short(said_mps.norm()) +
+           " m/s and differ by " + Short((moved_mps - said_mps).norm()) +
+           " m/s (a unit, an axis, a sign, or times of another unit)";
+  }
+  return "";
+}
+
+// ---- what a pass sees
+
+/// A look at a known point, read on the nominal path at its measured time.
+struct KnownLook {
+  std::uint32_t point = 0;
+  double range_ratio_1 = 0.0;  ///< measured over the distance to the known position
+  double ahead_m = 0.0;        ///< how far the known position lies ahead of the cone
+  double range_m = 0.0;
+  bool on_its_side = false;  ///< below the antenna, on the side it looks to
+};
+
+struct PassLooks {
+  std::vector<KnownLook> known;
+  double shortest_range_m = kNotGiven;
+};
+
+double SineOfSquint(const Block& block, std::size_t look, double speed_mps) {
+  if (block.looks.cone.empty() || std::isnan(block.looks.cone[look])) return 0.0;
+  const double given = block.looks.cone[look];
+  if ((block.looks.flags[look] & Looks::kDoppler) == 0) return std::sin(given);
+  const double wavelength_m = block.passes[block.looks.pass[look]].wavelength_m;
+  return 0.5 * wavelength_m * given / speed_mps;
+}
+
+/// Nothing where the look has no measured values or components of the position are not known.
+bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, KnownLook* out) {
+  const Looks& looks = block.looks;
+  const Pass& pass = block.passes[looks.pass[look]];
+  Motion motion;
+  if (!pass.path.Evaluate(looks.time_s[look], &motion) || std::isnan(looks.range_m[look])) {
+    return false;
+  }
+  const Eigen::Vector3d sight_m = block.points.given_m[point] - motion.position_m;
+  const Eigen::Vector3d& v = motion.velocity_mps;
+  const double distance_m = sight_m.norm(), speed_mps = v.norm();
+  const Eigen::Vector3d up_1 = block.frame.VerticalAt(motion.position_m).up_1;
+  const double side = pass.side == LookSide::kLeft ? 1.0 : -1.0;
+  out->point = point;
+  out->range_m = looks.range_m[look];
+  out->range_ratio_1 = looks.range_m[look] / distance_m;
+  out->ahead_m = v.dot(sight_m) / speed_mps - distance_m * SineOfSquint(block, look, speed_mps);
+  out->on_its_side = up_1.cross(v).dot(sight_m) * side > 0.0 && up_1.dot(sight_m) < 0.0;
+  return true;
+}
+
+std::vector<PassLooks> LooksByPass(const Block& block) {
+  std::vector<PassLooks> out(block.passes.size());
+  const Looks& looks = block.looks;
+  for (std::uint32_t point = 0; point < block.points.size(); ++point) {
+    const KnownPosition* known =
+        block.points.role[point] == PointRole::kTie ? nullptr : block.points.FindKnown(point);
+    const bool compared = known != nullptr && known->held[0] && known->held[1] && known->held[2];
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      if (looks.rejected(i)) continue;
+      PassLooks& pass = out[looks.pass[i]];
+      if (!(looks.range_m[i] >= pass.shortest_range_m)) {  // also where nothing stood yet
+        if (!std::isnan(looks.range_m[i])) pass.shortest_range_m = looks.range_m[i];
+      }
+      KnownLook look;
+      if (compared && ReadKnownLook(block, i, point, &look)) pass.known.push_back(look);
+    }
+  }
+  return out;
+}
+
+std::string SideRemark(const Pass& pass, const PassLooks& looks) {
+  const auto wrong = static_cast<std::size_t>(
+      std::count_if(looks.known.begin(), looks.known.end(), [](const KnownLook& look) {
+        return !look.on_its_side;
+      }));
+  if (2 * wrong <= looks.known.size()) return "";
+  return "pass " + pass.id + ": " + std::to_string(wrong) + " of its " +
+         std::to_string(looks.known.size()) +
+         " known points lie above the antenna or on the side " + "it does not look to (look = \"" +
+         (pass.side == LookSide::kLeft ? "left" : "right") + "\")";
+}
+
+struct Medians {
+  double ratio_1 = 1.0, ahead_m = 0.0;
+};
+
+Medians MediansOf(const std::vector<KnownLook>& known) {
+  std::vector<double> ratio, ahead;
+  for (const KnownLook& look : known) {
+    ratio.push_back(look.range_ratio_1);
+    ahead.push_back(look.ahead_m);
+  }
+  return {MedianOf(&ratio), MedianOf(&ahead)};
+}
+
+std::string KnownPointsRemark(const Pass& pass, const PassLooks& looks, const Medians& median) {
+  const std::string of = " (median of " + std::to_string(looks.known.size()) + ")";
+  if (std::abs(median.ratio_1 - 1.0) > kPassPart_1) {
+    return "pass " + pass.id + ": its ranges are " + Short(median.ratio_1) +
+           " times the distances to its known points" + of +
+           ": ranges there and back, a unit, a path or control of another frame";
+  }
+  const double range_m = looks.known.front().range_m;
+  if (std::abs(median.ahead_m) <= kPassPart_1 * range_m) return "";
+  const double speed_mps = pass.path.states().front().velocity_mps.norm();
+  return "pass " + pass.id + ": its known points lie " + Km(std::abs(median.ahead_m)) + " (" +
+         Short(std::abs(median.ahead_m) / speed_mps) + " s of flight) " +
+         (median.ahead_m > 0.0 ? "ahead of" : "behind") + " where its looks see them" + of +
+         ": times of another origin, a path or control of another frame";
+}
+
+/// Ground below a pass: the ellipsoid, or the mean of the known points.
+std::string HeightRemark(const Block& block, const Pass& pass, const PassLooks& looks) {
+  if (std::isnan(looks.shortest_range_m)) return "";
+  const Eigen::Vector3d& antenna_m = pass.path.states().front().position_m;
+  double height_m = 0.0;
+  if (block.frame.kind() == FrameKind::kGeocentric) {
+    height_m = block.frame.GeodeticFromFrame(antenna_m).h_m;
+  } else {
+    if (looks.known.empty()) return "";
+    double ground_m = 0.0;
+    for (const KnownLook& look : looks.known) ground_m += block.points.given_m[look.point].z();
+    height_m = antenna_m.z() - ground_m / static_cast<double>(looks.known.size());
+  }
+  const std::string ground =
+      block.frame.kind() == FrameKind::kGeocentric ? "the ellipsoid" : "its known points";
+  if (height_m < 0.0) {
+    return "pass " + pass.id + ": its path lies " + Km(-height_m) + " below " + ground +
+           ": coordinates of another frame or another ellipsoid";
+  }
+  if (looks.shortest_range_m >= kHeightPart_1 * height_m) return "";
+  return "pass " + pass.id + ": it flies " + Km(height_m) + " above " + ground +
+         " but its shortest range is " + Km(looks.shortest_range_m) +
+         ": a unit, or another frame or ellipsoid";
+}
+
+// ---- single known points
+
+std::string PointsRemark(const Block& block,
+                         const std::vector<PassLooks>& passes,
+                         const std::vector<Medians>& medians) {
+  // By point: looks that deviate, all looks, and the largest deviation.
+  struct Deviation {
+    std::size_t off = 0, looks = 0;
+    double largest_m = 0.0;
+  };
+  std::map<std::uint32_t, Deviation> by_point;
+  for (std::size_t pass = 0; pass < passes.size(); ++pass) {
+    if (passes[pass].known.size() < 3) continue;  // no majority to deviate from
+    for (const KnownLook& look : passes[pass].known) {
+      const double range_m = look.range_m * (1.0 - medians[pass].ratio_1 / look.range_ratio_1);
+      const double ahead_m = look.ahead_m - medians[pass].ahead_m;
+      const double off_m = std::hypot(range_m, ahead_m);
+      Deviation& point = by_point[look.point];
+      ++point.looks;
+      point.off += off_m > kPointPart_1 * look.range_m ? 1U : 0U;
+      point.largest_m = std::max(point.largest_m, off_m);
+    }
+  }
+  std::vector<std::pair<std::uint32_t, Deviation>> off;
+  for (const auto& [point, deviation] : by_point) {
+    if (2 * deviation.off > deviation.looks) off.emplace_back(point, deviation);
+  }
+  if (off.empty()) return "";
+  constexpr std::size_t kNamed = 5;
+  std::string text = "known points that do not lie where their looks see them:";
+  for (std::size_t i = 0; i < std::min(kNamed, off.size()); ++i) {
+    text += (i == 0 ? " " : ", ") + std::string(block.points.ids[off[i].first]) + " (" +
+            Km(off[i].second.largest_m) + ")";
+  }
+  if (off.size() > kNamed) text += " and " + std::to_string(off.size() - kNamed) + " more";
+  return text + ": coordinates or names are mistaken";
+}
+
+// ---- copies
+
+std::vector<std::string> CopyRemarks(const Block& block) {
+  const Looks& looks = block.looks;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> equal;
+  std::vector<std::size_t> of_pass(block.passes.size(), 0);
+  std::vector<std::size_t> order;
+  const auto key = [&](std::size_t i) { return std::pair(looks.time_s[i], looks.range_m[i]); };
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    order.clear();
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      ++of_pass[looks.pass[i]];
+      if (!std::isnan(looks.time_s[i]) && !std::isnan(looks.range_m[i])) order.push_back(i);
+    }
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return key(a) != key(b) ? key(a) < key(b) : looks.pass[a] < looks.pass[b];
+    });
+    // Neighbours alone: of three copies the first and second, the second and third are named.
+    for (std::size_t k = 1; k < order.size(); ++k) {
+      if (key(order[k - 1]) != key(order[k])) continue;
+      ++equal[{looks.pass[order[k - 1]], looks.pass[order[k]]}];
+    }
+  }
+  std::vector<std::string> remarks;
+  for (const auto& [passes, count] : equal) {
+    const auto& [a, b] = passes;
+    if (count < kLeastEqual || 2 * count < std::min(of_pass[a], of_pass[b])) continue;
+    remarks.push_back("pass " + block.passes[b].id + ": " + std::to_string(count) + " of its " +
+                      std::to_string(of_pass[b]) + " looks equal those of pass " +
+                      block.passes[a].id +
+                      ": one is a copy, its measurements count twice and standard deviations come "
+                      "out too small");
+  }
+  return remarks;
+}
+
+}  // namespace
+
+std::vector<std::string> ExaminePlausibility(const Block& block) {
+  std::vector<std::string> remarks;
+  const auto add = [&remarks](std::string remark) {
+    if (!remark.empty()) remarks.push_back(std::move(remark));
+  };
+  const std::vector<PassLooks> looks = LooksByPass(block);
+  std::vector<Medians> medians(looks.size());
+  for (std::size_t i = 0; i < block.passes.size(); ++i) {
+    const Pass& pass = block.passes[i];
+    add(VelocityRemark(pass));
+    add(HeightRemark(block, pass, looks[i]));
+    if (looks[i].known.empty()) continue;
+    medians[i] = MediansOf(looks[i].known);
+    std::string side = SideRemark(pass, looks[i]);
+    // A point on the wrong side has the range and the time of its mirror image.
+    add(side.empty() ? KnownPointsRemark(pass, looks[i], medians[i]) : std::move(side));
+  }
+  add(PointsRemark(block, looks, medians));
+  for (std::string& remark : CopyRemarks(block)) add(std::move(remark));
+  return remarks;
+}
+
+void RequireAboveGround(const Block& block) {
+  if (block.frame.kind() != FrameKind::kGeocentric) return;
+  const Ellipsoid& ellipsoid = block.frame.ellipsoid();
+  const double least_m = 0.5 * ellipsoid.a_m * std::min(1.0, 1.0 - ellipsoid.flattening);
+  for (const Pass& pass : block.passes) {
+    for (const StateVector& state : pass.path.states()) {
+      const double radius_m = state.position_m.norm();
+      if (radius_m >= least_m) continue;
+      throw InputError("pass " + pass.id,
+                       "its path is " + Km(radius_m) + " from the centre of " +
+                           (ellipsoid.name.empty() ? "the ellipsoid" : ellipsoid.name) +
+                           ", deep below the ground; geocentric coordinates of this body are "
+                           "needed, or kind = \"local\"");
+    }
+  }
+}
+
+}  // namespace sarblock

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "prior_quality.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "quality_summary.h"
+#include "reliability.h"
+
+namespace sarblock {
+namespace {
+
+/// Chance that a block whose priors hold is warned of.
+constexpr double kWarnLevel_1 = 0.001;
+
+}  // namespace
+
+PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& parameter) {
+  PriorTest out;
+  const double ratio_1 = parameter.sigma / parameter.prior_sigma;
+  if (std::isnan(ratio_1)) return out;
+  out.redundancy_1 = std::max(0.0, 1.0 - ratio_1 * ratio_1);
+  const bool measured = result.status != AdjustStatus::kPredicted;
+  if (!measured || out.redundancy_1 <= kLeastRedundancy_1) return out;
+  out.w_1 = parameter.value / (parameter.prior_sigma * std::sqrt(out.redundancy_1));
+  return out;
+}
+
+void WarnOfContradictedPriors(AdjustResult* result) {
+  std::vector<double> w_1;
+  std::size_t tested = 0;
+  for (const ParameterResult& p : result->parameters) {
+    w_1.push_back(std::abs(TestOfPrior(*result, p).w_1));
+    tested += std::isnan(w_1.back()) ? 0U : 1U;
+  }
+  QualityOptions all;
+  all.alpha_1 = kWarnLevel_1;
+  all.family_wise = FamilyWise::kBonferroni;
+  const double critical_1 = MakeReliability(all, tested, result->redundancy()).critical_w_1;
+  std::size_t above = 0, worst = 0;
+  for (std::size_t i = 0; i < w_1.size(); ++i) {
+    if (!(w_1[i] > critical_1)) continue;
+    if (above++ == 0 || w_1[i] > w_1[worst]) worst = i;
+  }
+  if (above == 0) return;
+  const ParameterResult& p = result->parameters[worst];
+  std::array<char, 160> figures{};
+  std::snprintf(
+      figures.data(),
+      figures.size(),
+      "%.4g %s beside a standard deviation of %.4g %s, |w| %.1f; beyond %.2f is no chance",
+      p.value,
+      p.unit.c_str(),
+      p.prior_sigma,
+      p.unit.c_str(),
+      w_1[worst],
+      critical_1);
+  Warn(result,
+       "the observations contradict the priors of " + std::to_string(above) + " of " +
+           std::to_string(tested) + " corrections, most that of " + p.owner + " " + p.name + " (" +
+           figures.data() +
+           "): a path that belongs to another pass, a prior that is too tight, or blunders in "
+           "looks or control");
+}
+
+PriorSummary SummarisePriors(const AdjustOptions& options, const AdjustResult& result) {
+  PriorSummary out;
+  const ReliabilityFigures figures = ReliabilityOf(options, result);
+  const bool tau = options.quality.test == BlunderTest::kTau;
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const ParameterResult& p = result.parameters[i];
+    const PriorTest test = TestOfPrior(result, p);
+    if (std::isnan(test.redundancy_1)) continue;
+    out.redundancy_1 = (out.priors++ == 0 ? 0.0 : out.redundancy_1) + test.redundancy_1;
+    if (std::isnan(test.w_1)) continue;
+    ++out.tested;
+    const double statistic = std::abs(tau ? TauOf(test.w_1, result) : test.w_1);
+    out.above += statistic > (tau ? figures.critical_tau_1 : figures.critical_w_1) ? 1U : 0U;
+    if (out.tested == 1 || std::abs(test.w_1) > std::abs(out.worst_w_1)) {
+      out.worst = i;
+      out.worst_w_1 = test.w_1;
+    }
+  }
+  out.expected_above_1 = figures.alpha_one_1 * static_cast<double>(out.tested);
+  return out;
+}
+
+double PassShare::variance_factor() const {
+  const double redundancy = redundancy_1 + prior_redundancy_1;
+  return redundancy > kLeastRedundancy_1 ? (square_sum_1 + prior_square_sum_1) / redundancy
+                                         : kNotGiven;
+}
+
+std::vector<PassShare> SharesOf(const Block& block, const AdjustResult& result) {
+  std::vector<PassShare> out;
+  if (result.quality.empty()) return out;
+  std::map<std::string, std::size_t> index;
+  const auto share_of = [&](const std::string& owner) -> PassShare& {
+    const auto [found, added] = index.emplace(owner, out.size());
+    if (added) {
+      out.emplace_back();
+      out.back().owner = owner;
+    }
+    return out[found->second];
+  };
+  for (const Pass& pass : block.passes) share_of(pass.id);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    PassShare& share = out[block.looks.pass[i]];
+    bool counts = false;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto r_1 = static_cast<double>(result.quality.redundancy_1[k][i]);
+      const auto w_1 = static_cast<double>(result.quality.w_1[k][i]);
+      if (std::isnan(r_1)) continue;
+      counts = true;
+      share.redundancy_1 += r_1;
+      // v^2 = w^2 r in units of sigma; without redundancy there is no residual either.
+      if (!std::isnan(w_1)) share.square_sum_1 += w_1 * w_1 * r_1;
+    }
+    share.looks += counts ? 1U : 0U;
+  }
+  for (const ParameterResult& p : result.parameters) {
+    const PriorTest test = TestOfPrior(result, p);
+    if (std::isnan(test.redundancy_1)) continue;
+    PassShare& share = share_of(p.owner);
+    share.prior_redundancy_1 += test.redundancy_1;
+    if (!std::isnan(test.w_1)) share.prior_square_sum_1 += test.w_1 * test.w_1 * test.redundancy_1;
+  }
+  return out;
+}
+
+}  // namespace sarblock

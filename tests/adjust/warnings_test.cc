@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an adjustment says of itself that no figure shows.
+#include "sarblock/adjust/adjust.h"
+
+#include <utility>
+#include <vector>
+
+#include "determinacy/block_structure.h"
+#include "support/small_blocks.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+test::KnownBlock WithTimesFrom(double origin_s) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  for (const std::size_t point : {0U, 3U, 7U}) test::Hold(point, {0.31, 0.47, 0.83}, &known);
+  for (double& time_s : known.block.looks.time_s) time_s += origin_s;
+  for (Pass& pass : known.block.passes) {
+    std::vector<StateVector> states(pass.path.states());
+    for (StateVector& state : states) state.time_s += origin_s;
+    pass.path = FlightPath(std::move(states));
+    pass.start_s += origin_s;
+    pass.end_s += origin_s;
+  }
+  return known;
+}
+
+// Hand value: one rounding of 1.7e11 s is 3e-5 s, at 173 m/s 5 mm of an azimuth known to 1.2 m.
+TEST(WarningsTest, TimesSoLargeThatTheirRoundingCountsAreWarnedOf) {
+  EXPECT_THAT(Adjust(WithTimesFrom(0.0).block, {}).warnings,
+              Not(Contains(HasSubstr("rounding of double precision"))));
+  EXPECT_THAT(Adjust(WithTimesFrom(1.7e11).block, {}).warnings,
+              Contains(HasSubstr("rounding of double precision")));
+}
+
+// Hand cases: the words say what chose between a point and its mirror image.
+TEST(WarningsTest, StartCoordinatesAreNamedOnlyWhereThereAreSome) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  PointDefects defects;
+  defects.ambiguous = {0, 1};
+  const auto text = [&] {
+    const AdjustmentProblem problem(known.block, {});
+    return DescribePoints(problem, defects).back().text;
+  };
+  EXPECT_THAT(text(), AllOf(HasSubstr("nothing in the block"), Not(HasSubstr("coordinates"))));
+  known.block.points.given_m[0] = known.truth_m[0];
+  EXPECT_THAT(text(), Not(HasSubstr("coordinates")));
+  known.block.points.given_m[1] = known.truth_m[1];
+  EXPECT_THAT(text(), HasSubstr("only the given start coordinates chose between the two"));
+}
+
+}  // namespace
+}  // namespace sarblock
