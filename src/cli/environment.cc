@@ -10,7 +10,7 @@
 #include <string>
 #include <system_error>
 
-#include "session.h"
+#include "exit_code.h"
 #include <fcntl.h>
 #include <unistd.h>
 

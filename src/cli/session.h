@@ -8,19 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "exit_code.h"
 #include <CLI/CLI.hpp>
 
 namespace sarblock::cli {
-
-/// Exit codes (interface.md).
-enum ExitCode : int {
-  kAccepted = 0,
-  kNotAccepted = 1,
-  kWrongUsage = 2,
-  kBadInput = 3,
-  kUndetermined = 4,
-  kInternalError = 5,
-};
 
 /// What every command understands.
 struct Session {

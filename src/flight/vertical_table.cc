@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/vertical_table.h"
+#include "vertical_table.h"
 
 #include "sarblock/core/error.h"
 

@@ -2,8 +2,6 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/track_axes.h"
-#include "sarblock/flight/vertical_table.h"
 #include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/look_equations.h"
 #include "sarblock/model/simplified.h"
@@ -16,6 +14,7 @@
 #include <vector>
 
 #include "flight/track_axes.h"
+#include "flight/vertical_table.h"
 #include "parameters.h"
 #include <Eigen/Core>
 

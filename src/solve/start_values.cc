@@ -74,6 +74,12 @@ PointStart StartOf(const AdjustmentProblem& problem,
 
 namespace {
 
+/// Median of ConeTurning_1 above which a path is refused. It is the length of a difference of
+/// accelerations at the worse end of an interval; what turns the cone is its part along the sight
+/// line, half of that in the mean over directions and ends: from 2 on the cone turns back in every
+/// other interval, from 3 on in most.
+constexpr double kMostTurning_1 = 3.0;
+
 /// Refuses passes whose states contradict each other so much that between them the Doppler cone
 /// passes over a point several times: no time of such a look means anything.
 void RequireSteadyCones(const Block& block) {
@@ -83,9 +89,9 @@ void RequireSteadyCones(const Block& block) {
     std::vector<double> turning_1 = ConeTurning_1(path, range_m[pass]);
     const auto middle = turning_1.begin() + static_cast<std::ptrdiff_t>(turning_1.size() / 2);
     std::nth_element(turning_1.begin(), middle, turning_1.end());
-    if (!(*middle > 1.0)) continue;
-    const auto folded =
-        std::count_if(turning_1.begin(), turning_1.end(), [](double turn) { return turn > 1.0; });
+    if (!(*middle > kMostTurning_1)) continue;
+    const auto folded = std::count_if(
+        turning_1.begin(), turning_1.end(), [](double turn) { return turn > kMostTurning_1; });
     std::array<char, 512> text{};
     std::snprintf(
         text.data(),
@@ -93,12 +99,13 @@ void RequireSteadyCones(const Block& block) {
         "the flight path is too rough to be read at %.4g km: in %lld of %zu intervals "
         "between its states the path turns the Doppler cone back over points it has "
         "passed, since positions and velocities contradict each other (median %.2g of the "
-        "cone's own rate, at most 1 is allowed); smooth the states, or give states "
+        "cone's own rate, at most %.2g is allowed); smooth the states, or give states "
         "farther apart",
         1e-3 * range_m[pass],
         static_cast<long long>(folded),
         turning_1.size(),
-        *middle);
+        *middle,
+        kMostTurning_1);
     throw InputError("pass " + block.passes[pass].id, text.data());
   }
 }
