@@ -10,6 +10,8 @@
 #include <map>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 namespace sarblock {
 namespace {
 
