@@ -4,6 +4,7 @@
 #include <array>
 
 #include "support/small_blocks.h"
+#include "model/problem.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/small_blocks.h"
+#include "model/problem.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
