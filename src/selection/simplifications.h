@@ -10,7 +10,7 @@
 namespace sarblock {
 
 /// Bounds of what four simplifications of the model would do to the points of a block at a solution
-/// (docs/theory/selection.md, eqs. 9 to 13), flight paths held. With the errors of the equations of
+/// (docs/theory/selection.md, eqs. 9 to 12), flight paths held. With the errors of the equations of
 /// look i changed by delta_i, in metres, no direction u of a point moves by more than
 ///
 ///     |u'dp| <= sigma_u sqrt( sum over looks |W_i delta_i|^2 ),      W_i the weights

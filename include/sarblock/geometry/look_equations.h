@@ -63,7 +63,7 @@ struct Whitening {
 };
 
 /// Whitening from sigma_R [m] and sigma_t [s]. With rates (r, d): covariance
-/// [[sR^2 + r^2 st^2, r d st^2], [., d^2 st^2]]; docs/theory/observations.md, eq. (9)-(11).
+/// [[sR^2 + r^2 st^2, r d st^2], [., d^2 st^2]]; docs/theory/observations.md, eq. (11a).
 [[nodiscard]] Whitening WhitenTime(double range_sigma_m,
                                    double time_sigma_s,
                                    const TimeRates& rates);
