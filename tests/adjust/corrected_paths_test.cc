@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "support/small_blocks.h"
 #include "model/problem.h"
+#include "support/small_blocks.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

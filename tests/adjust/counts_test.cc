@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "support/small_blocks.h"
 #include "model/problem.h"
+#include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 
 #include "model/symmetric_enu.h"
 #include "normals/reduced_system.h"
+#include "solve/ceres_engine.h"
 #include "solve/reduced_engine.h"
 #include "solve/start_values.h"
 #include "support/scene_blocks.h"
