@@ -270,7 +270,7 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
   const auto add = [&remarks](std::string remark) {
     if (!remark.empty()) remarks.push_back(std::move(remark));
   };
-  const std::vector<PassLooks> looks = LooksByPass(block);
+  std::vector<PassLooks> looks = LooksByPass(block);
   std::vector<Medians> medians(looks.size());
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
     const Pass& pass = block.passes[i];
@@ -280,7 +280,10 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
     medians[i] = MediansOf(looks[i].known);
     std::string side = SideRemark(pass, looks[i]);
     // A point on the wrong side has the range and the time of its mirror image.
-    add(side.empty() ? KnownPointsRemark(pass, looks[i], medians[i]) : std::move(side));
+    std::string remark =
+        side.empty() ? KnownPointsRemark(pass, looks[i], medians[i]) : std::move(side);
+    if (!remark.empty()) looks[i].known.clear();  // says nothing of single points
+    add(std::move(remark));
   }
   add(PointsRemark(block, looks, medians));
   for (std::string& remark : CopyRemarks(block)) add(std::move(remark));

@@ -35,6 +35,8 @@ class Loss final : public ceres::LossFunction {
 
 /// A step below this part of what may be left was the last: those to come are shorter still.
 constexpr double kLastStepPart_1 = 0.3;
+/// Under a loss: a change of the cost by this part of it. The reduced engine goes on from there.
+constexpr double kSettledCost_1 = 1e-9;
 ceres::LinearSolverType TypeOf(CeresSolver solver) {
   switch (solver) {
     case CeresSolver::kDenseSchur:
@@ -259,7 +261,7 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   // Least squares end by IterationWatch. Reweighted ones converge linearly and end on the cost;
   // rounding of positions of 7e6 m can keep that moving by more than 1e-14 of itself.
   const bool least_squares = weighting.loss == RobustLoss::kNone;
-  solver.function_tolerance = least_squares ? 0.0 : 1e-12;
+  solver.function_tolerance = least_squares ? 0.0 : kSettledCost_1;
   solver.parameter_tolerance = 1e-13;
   solver.gradient_tolerance = 0.0;
   solver.initial_trust_region_radius = kFirstRadius_1;

@@ -106,19 +106,16 @@ SolveReport SolveRounds(const Weighting& weighting,
     SolveOptions solve;
     solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
-    // Least squares first come near; what finishes them needs no damping.
-    solve.settled_1 = least_squares && round == 0 ? kApproached_1 : options.tolerance_1;
+    // First come near; least squares are finished by steps that need no damping, a loss by the
+    // reduced engine with its second order.
+    const bool approach = round == 0;
+    solve.settled_1 = approach ? kApproached_1 : options.tolerance_1;
     solve.ceres_solver = options.ceres_solver;
-    SolveReport report = ceres
-                             ? SolveWithCeres(*problem, weighting, solve, state, progress)
-                             : SolveReduced(*problem, weighting, solve, &*system, state, progress);
+    const SolveReport report =
+        ceres && (approach || least_squares)
+            ? SolveWithCeres(*problem, weighting, solve, state, progress)
+            : SolveReduced(*problem, weighting, solve, &*system, state, progress);
     if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
-    if (ceres && !least_squares && report.converged) {  // what the cost hides of the last digits
-      const SolveReport finish =
-          SolveReduced(*problem, weighting, solve, &*system, state, progress);
-      report.final_cost_1 = finish.final_cost_1;
-      report.iterations += finish.iterations;
-    }
     total.iterations += report.iterations;
     total.converged = report.converged;
     total.final_cost_1 = report.final_cost_1;
@@ -133,7 +130,8 @@ SolveReport SolveRounds(const Weighting& weighting,
       if ((factored && total.converged) || round > 0 || total.iterations >= allowed) break;
       continue;  // a damped solution to the end, once
     }
-    if (!report.converged || change_1 <= kWeightsSettled_1 || total.iterations >= allowed) break;
+    if (!report.converged || total.iterations >= allowed) break;
+    if (!approach && change_1 <= kWeightsSettled_1) break;
   }
   if (!least_squares && solved != nullptr) system->Form(*state, {}, progress);
   return total;
