@@ -2,7 +2,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/output_folder.h"
 #include "sarblock/product/import_block.h"
 
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "io/output_folder.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

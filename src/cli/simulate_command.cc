@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/output_folder.h"
 #include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 
@@ -9,6 +8,7 @@
 
 #include "commands.h"
 #include "core/parallel.h"
+#include "io/output_folder.h"
 #include "print_summary.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -5,7 +5,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
-#include "sarblock/io/output_folder.h"
 #include "sarblock/io/result_files.h"
 
 #include <cmath>
@@ -14,6 +13,7 @@
 #include <system_error>
 
 #include "commands.h"
+#include "io/output_folder.h"
 #include "print_summary.h"
 #include "report_command.h"
 #include "testing/quality_summary.h"

@@ -10,6 +10,7 @@
 #include "block_image.h"
 #include "csv_writer.h"
 #include "number.h"
+#include "output_folder.h"
 #include "path_writer.h"
 
 namespace sarblock {

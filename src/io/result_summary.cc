@@ -2,7 +2,6 @@
 #include "sarblock/core/stage_timer.h"
 #include "sarblock/core/version.h"
 #include "sarblock/io/adjust_table.h"
-#include "sarblock/io/output_folder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <sstream>
 
 #include "adjust_reader.h"
+#include "output_folder.h"
 #include "path_writer.h"
 #include "result_quality.h"
 #include "result_realism.h"

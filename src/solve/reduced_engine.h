@@ -5,6 +5,7 @@
 
 #include "model/problem.h"
 #include "normals/elimination.h"
+#include "normals/reduced_system.h"
 #include "solve_report.h"
 
 namespace sarblock {

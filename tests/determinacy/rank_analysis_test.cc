@@ -64,7 +64,7 @@ class RankTest : public testing::Test {
     return plan;
   }
 
-  const RankReport& Analysed(const std::vector<CorrectionGroup>& groups) {
+  RankReport Analysed(const std::vector<CorrectionGroup>& groups) {
     problem_.emplace(known_.block, groups);
     state_.start_m = known_.truth_m;
     state_.displacement_m.assign(known_.truth_m.size(), Eigen::Vector3d::Zero());

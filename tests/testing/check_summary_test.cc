@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/quality_summary.h"
+#include "testing/quality_summary.h"
 
 #include <cmath>
 
