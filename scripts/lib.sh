@@ -29,11 +29,14 @@ as_root() {
   fi
 }
 
-# Installs what is missing of scripts/packages.txt. With nothing missing it asks only dpkg and needs
-# neither root nor network.
+# install_packages [SECTION]...: installs what is missing of these sections of scripts/packages.txt,
+# of all without a name. With nothing missing it asks only dpkg and needs neither root nor network.
 install_packages() {
   local wanted missing=() package
-  mapfile -t wanted < <(sed -e 's/#.*//' -e '/^[[:space:]]*$/d' "$root/scripts/packages.txt")
+  mapfile -t wanted < <(awk -v sections="$(printf '%s|' "$@")" '
+    /^# / { section = substr($0, 3) "|" }
+    /^[^#]/ && (sections == "|" || index("|" sections, "|" section)) { print $1 }
+  ' "$root/scripts/packages.txt")
   command -v dpkg-query >/dev/null || fail "not a Debian system: install the libraries of" \
     "docs/dependencies.md by hand, then use the presets (CONTRIBUTING.md)"
   for package in "${wanted[@]}"; do
