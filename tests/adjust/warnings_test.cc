@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "determinacy/block_structure.h"
+#include "determinacy/point_defects.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "adjust/adjust_simplified.h"
 #include "model/symmetric_enu.h"
 #include "selection/simplification_choice.h"
 #include "solve/reduced_engine.h"

@@ -3,6 +3,7 @@
 #include "testing/prior_quality.h"
 
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/adjust/predict.h"
 
 #include <cmath>
 #include <vector>
