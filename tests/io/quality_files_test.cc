@@ -162,6 +162,7 @@ TEST_F(QualityFilesTest, TheSummarySaysWhatWasTestedAndFound) {
 
 TEST_F(QualityFilesTest, CheckPointsJudgeThePredictedAccuracy) {  // hand values
   result_.checks = {{0, Eigen::Vector3d(1, 1, 1), 9.0, 3}, {1, Eigen::Vector3d(1, 1, 1), 3.0, 3}};
+  result_.points.status[1] = PointStatus::kAdjusted;
   options_.test_level = 0.95;
   json checks = json::parse(SummaryJson(block_, options_, result_, {}))["check_points"];
   EXPECT_EQ(checks["chi_square"], 12.0);

@@ -194,9 +194,11 @@ TEST_F(ResultFilesTest, PointsNotSolvedHaveEmptyCellsAndAReason) {
 
 TEST_F(ResultFilesTest, ParametersHaveSignificance) {
   WriteResult(folder_, block_, options_, result_, context_);
-  EXPECT_EQ(Content(folder_ / "passes.csv"),
-            "pass,parameter,unit,value,sigma,prior_sigma,significance,kept\n"
-            "A,range.bias,m,-3.5,0.5,20,7,\nB,range.bias,m,1.25,,,,\n");
+  EXPECT_EQ(
+      Content(folder_ / "passes.csv"),
+      "pass,parameter,unit,value,sigma,prior_sigma,significance,kept,prior_redundancy,prior_w\n"
+      "A,range.bias,m,-3.5,0.5,20,7,,0.999375,-0.17505471314812435\n"
+      "B,range.bias,m,1.25,,,,,,\n");
   EXPECT_EQ(Content(folder_ / "passes_covariance.csv"),
             "pass_a,parameter_a,pass_b,parameter_b,covariance\n"
             "A,range.bias,A,range.bias,0.25\nA,range.bias,B,range.bias,-0.125\n");
