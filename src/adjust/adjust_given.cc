@@ -128,6 +128,28 @@ void EstimateComponents(const Weighting& weighting,
   WarnOfComponents(*result->variance_components, result);
 }
 
+/// A search for blunders that leaves out more than this part of the looks has not found blunders: a
+/// cause that many looks share is wrong, and what is left fits because the rest is gone.
+constexpr double kMostLeftOut_1 = 0.1;
+
+void RefuseLargeSearch(const AdjustmentProblem& problem, AdjustResult* result) {
+  if (!result->snooping) return;
+  std::size_t given = 0, used = 0;
+  for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
+    if (problem.block.looks.rejected(i)) continue;
+    ++given;
+    if (problem.look_used[i] != 0) ++used;
+  }
+  const std::size_t left_out = given - used;
+  if (static_cast<double>(left_out) <= kMostLeftOut_1 * static_cast<double>(given)) return;
+  result->accepted = false;
+  Warn(result,
+       "not accepted: the search for blunders left out " + std::to_string(left_out) + " of " +
+           std::to_string(given) +
+           " looks, more than a tenth; something that many looks share is wrong (the times, ranges "
+           "or ids of a pass, a control point, the standard deviations)");
+}
+
 }  // namespace
 
 AdjustResult AdjustGiven(const Block& block,
@@ -207,10 +229,16 @@ AdjustResult AdjustGiven(const Block& block,
     };
     system.reset();
     result.snooping = SearchBlunders(options, again, &problem, &state, progress);
+    // The search may have led points away, or freed others from what had led them.
+    system.emplace(problem, KeptFactors::kMostBytes);
+    system->Form(state, {}, progress);
+    RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
   }
   if (options.variance_components != VarianceComponents::kNone) {
     EstimateComponents(weighting, options, &problem, &state, &solve, &result, progress);
-    system.reset();  // formed with the weights before
+    system.emplace(problem, KeptFactors::kMostBytes);  // that before had other weights
+    system->Form(state, {}, progress);
+    RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
   }
   std::optional<DatumTransform> datum;
   if (floating) {
@@ -276,6 +304,7 @@ AdjustResult AdjustGiven(const Block& block,
     WarnOfSlowSteps(problem, options.tolerance_1, &result);
   }
 
+  RefuseLargeSearch(problem, &result);
   WarnOfWeakDirections(rank, &result);
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);

@@ -60,7 +60,7 @@ class BashTest(unittest.TestCase):
     def test_completes_options_of_the_command_and_of_every_command(self):
         self.assertEqual(self.complete("sarblock adjust b --rej"), ["--rejections"])
         self.assertEqual(self.complete("sarblock adjust b --thr"), ["--threads"])
-        self.assertEqual(self.complete("sarblock check b --rej"), [])
+        self.assertEqual(self.complete("sarblock check b --forc"), [])
         self.assertIn("--orbit-step-s", self.complete("sarblock import sentinel1 --orbit"))
 
     def test_completes_the_values_of_an_enumeration(self):
