@@ -87,6 +87,7 @@ void RequireSteadyCones(const Block& block) {
   for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
     const FlightPath& path = block.passes[pass].path;
     std::vector<double> turning_1 = ConeTurning_1(path, range_m[pass]);
+    if (turning_1.empty()) continue;
     const auto middle = turning_1.begin() + static_cast<std::ptrdiff_t>(turning_1.size() / 2);
     std::nth_element(turning_1.begin(), middle, turning_1.end());
     if (!(*middle > kMostTurning_1)) continue;
