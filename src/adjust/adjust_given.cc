@@ -130,7 +130,7 @@ void EstimateComponents(const Weighting& weighting,
 
 /// A search for blunders that leaves out more than this part of the looks has not found blunders: a
 /// cause that many looks share is wrong, and what is left fits because the rest is gone.
-constexpr double kMostLeftOut_1 = 0.1;
+constexpr double kMostLeftOut_1 = 0.25;
 
 void RefuseLargeSearch(const AdjustmentProblem& problem, AdjustResult* result) {
   if (!result->snooping) return;
@@ -146,7 +146,7 @@ void RefuseLargeSearch(const AdjustmentProblem& problem, AdjustResult* result) {
   Warn(result,
        "not accepted: the search for blunders left out " + std::to_string(left_out) + " of " +
            std::to_string(given) +
-           " looks, more than a tenth; something that many looks share is wrong (the times, ranges "
+           " looks, more than a quarter; something that many looks share is wrong (the times, ranges "
            "or ids of a pass, a control point, the standard deviations)");
 }
 
