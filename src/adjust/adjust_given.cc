@@ -146,7 +146,8 @@ void RefuseLargeSearch(const AdjustmentProblem& problem, AdjustResult* result) {
   Warn(result,
        "not accepted: the search for blunders left out " + std::to_string(left_out) + " of " +
            std::to_string(given) +
-           " looks, more than a quarter; something that many looks share is wrong (the times, ranges "
+           " looks, more than a quarter; something that many looks share is wrong (the times, "
+           "ranges "
            "or ids of a pass, a control point, the standard deviations)");
 }
 

@@ -47,7 +47,7 @@ std::size_t PointOf(const Block& block, const std::string& id) {
   return block.points.size();
 }
 
-class ExchangedPointsTest : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+class ExchangedPointsTest : public testing::TestWithParam<std::pair<std::string, std::string>> {};
 
 TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
   const Scene12 made;
@@ -77,7 +77,9 @@ TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Pairs, ExchangedPointsTest, testing::Values(std::pair("T697", "T472")));
+INSTANTIATE_TEST_SUITE_P(Pairs,
+                         ExchangedPointsTest,
+                         testing::Values(std::pair<std::string, std::string>("T697", "T472")));
 
 }  // namespace
 }  // namespace sarblock
