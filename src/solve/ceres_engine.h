@@ -87,8 +87,8 @@ struct CeresUnknowns {
 
 /// Levenberg-Marquardt by Ceres, points eliminated first. Ends after a step well below
 /// options.settled_1; rounding of the cost hides the last digits (NewtonFinish). Under a robust
-/// loss, whose last steps shrink slowly, it ends where the cost changes by less than 1e-9 of itself.
-/// Without corrections there is nothing to reduce: sparse normal equations, whatever
+/// loss, whose last steps shrink slowly, it ends where the cost changes by less than 1e-9 of
+/// itself. Without corrections there is nothing to reduce: sparse normal equations, whatever
 /// options.ceres_solver. Updates `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveWithCeres(const AdjustmentProblem& problem,
                                          const Weighting& weighting,
