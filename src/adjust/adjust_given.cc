@@ -102,21 +102,15 @@ void LeaveOutStarved(AdjustmentProblem* problem) {
 }
 
 /// Variance components from a solved state; weights and state follow.
-void EstimateComponents(const Weighting& weighting,
-                        const AdjustOptions& options,
+void EstimateComponents(const AdjustOptions& options,
                         AdjustmentProblem* problem,
                         BlockState* state,
                         SolveReport* solve,
                         AdjustResult* result,
                         ProgressSink* progress) {
   VarianceSteps steps;
-  steps.solve = [&] {
-    const SolveReport before = *solve;
-    *solve = SolveRounds(weighting, options, problem, state, progress);
-    solve->iterations += before.iterations;
-    solve->initial_cost_1 = before.initial_cost_1;
-  };
-  if (weighting.loss != RobustLoss::kNone) {
+  steps.solve = [&] { SolveOnce(options, problem, state, solve, nullptr, progress); };
+  if (options.robust != RobustLoss::kNone) {
     steps.drop_outliers = [&] {
       DropOutliers(*state, problem);
       LeaveOutStarved(problem);
@@ -236,7 +230,7 @@ AdjustResult AdjustGiven(const Block& block,
     RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
   }
   if (options.variance_components != VarianceComponents::kNone) {
-    EstimateComponents(weighting, options, &problem, &state, &solve, &result, progress);
+    EstimateComponents(options, &problem, &state, &solve, &result, progress);
     system.emplace(problem, KeptFactors::kMostBytes);  // that before had other weights
     system->Form(state, {}, progress);
     RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
