@@ -78,8 +78,6 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
                          from.position_m,
                          from.velocity_mps,
                          Eigen::Vector3d::Zero(),
-                         Eigen::Vector3d::Zero(),
-                         Eigen::Vector3d::Zero(),
                          Eigen::Vector3d::Zero()});
       continue;
     }
@@ -91,9 +89,7 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
                        from.position_m,
                        from.velocity_mps,
                        (3.0 * mean - 2.0 * from.velocity_mps - to.velocity_mps) / h,
-                       (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h),
-                       Eigen::Vector3d::Zero(),
-                       Eigen::Vector3d::Zero()});
+                       (from.velocity_mps + to.velocity_mps - 2.0 * mean) / (h * h)});
   }
   if (pieces_.size() + 1 < states_.size()) {  // joined: no longer equally long
     spacing_s_ = 0.0;
@@ -122,9 +118,10 @@ void FlightPath::FillAccelerations() {
     at_state_mps2[0] += at_state_mps2[0] - at_state_mps2[1];
     at_state_mps2[n] += at_state_mps2[n] - at_state_mps2[n - 1];
   }
+  mean_motions_.reserve(n);
   for (std::size_t k = 0; k < n; ++k) {
-    pieces_[k].acceleration_mps2 = at_state_mps2[k];
-    pieces_[k].jerk_mps3 = (at_state_mps2[k + 1] - at_state_mps2[k]) / length_s(k);
+    mean_motions_.push_back(
+        {at_state_mps2[k], (at_state_mps2[k + 1] - at_state_mps2[k]) / length_s(k)});
   }
 }
 
@@ -147,8 +144,9 @@ std::size_t FlightPath::PieceOf(double time_s) const {
 double FlightPath::AccelerationMisfit_mps2(std::size_t index) const {
   const Piece& piece = pieces_[index];
   const double h = piece.end_s - piece.start_s;
-  const Eigen::Vector3d first = 2.0 * piece.second_mps2 - piece.acceleration_mps2;
-  const Eigen::Vector3d last = first + h * (6.0 * piece.third_mps3 - piece.jerk_mps3);
+  const MeanMotion& mean = mean_motions_[index];
+  const Eigen::Vector3d first = 2.0 * piece.second_mps2 - mean.acceleration_mps2;
+  const Eigen::Vector3d last = first + h * (6.0 * piece.third_mps3 - mean.jerk_mps3);
   return std::max(first.norm(), last.norm());
 }
 
@@ -169,9 +167,13 @@ bool FlightPath::Read(double time_s,
   const Eigen::Vector3d& c3 = piece.third_mps3;
   out->position_m = piece.position_m + x * (piece.velocity_mps + x * (c2 + x * c3));
   out->velocity_mps = piece.velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);
-  const bool own = acceleration == Acceleration::kOfCubic;
-  out->jerk_mps3 = own ? (6.0 * c3).eval() : piece.jerk_mps3;
-  out->acceleration_mps2 = (own ? (2.0 * c2).eval() : piece.acceleration_mps2) + x * out->jerk_mps3;
+  if (acceleration == Acceleration::kOfCubic) {
+    out->jerk_mps3 = 6.0 * c3;
+    out->acceleration_mps2 = 2.0 * c2 + x * out->jerk_mps3;
+  } else {
+    out->jerk_mps3 = mean_motions_[k].jerk_mps3;
+    out->acceleration_mps2 = mean_motions_[k].acceleration_mps2 + x * out->jerk_mps3;
+  }
   return true;
 }
 
@@ -184,8 +186,7 @@ void FlightPath::Prefetch(double time_s) const {
   const auto k = static_cast<std::size_t>((time_s - start_s_) / spacing_s_);
   const Piece* piece = &pieces_[std::min(pieces_.size() - 1, k)];
   __builtin_prefetch(piece);
-  __builtin_prefetch(&piece->second_mps2);
-  __builtin_prefetch(&piece->acceleration_mps2);
+  __builtin_prefetch(&piece->third_mps3);
 }
 
 bool FlightPath::IsStraight() const {

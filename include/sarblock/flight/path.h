@@ -80,18 +80,21 @@ class FlightPath {
   [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }
 
  private:
-  /// One cubic: everything that a time within it needs, in three lines of the cache.
-  struct alignas(64) Piece {
+  /// One cubic: everything that a time within it needs, in two neighbouring lines of the cache.
+  struct alignas(128) Piece {
     double start_s = 0.0, end_s = 0.0;
     Eigen::Vector3d position_m, velocity_mps;
     Eigen::Vector3d second_mps2, third_mps3;  ///< coefficients of (t - t_k)^2 and (t - t_k)^3
-    Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< kOfVelocities, at start_s
-    Eigen::Vector3d jerk_mps3 = Eigen::Vector3d::Zero();          ///< kOfVelocities
+  };
+  /// Acceleration::kOfVelocities of one piece: at its start, and its rate.
+  struct MeanMotion {
+    Eigen::Vector3d acceleration_mps2, jerk_mps3;
   };
   void FillAccelerations();
   std::vector<StateVector> states_;
   std::vector<Piece> pieces_;
-  double start_s_ = 1.0, end_s_ = 0.0;  // of a path without states nothing lies between
+  std::vector<MeanMotion> mean_motions_;  // by piece
+  double start_s_ = 1.0, end_s_ = 0.0;    // of a path without states nothing lies between
   double spacing_s_ = 0.0;  // > 0 where the times are equally spaced: index without a search
 };
 
