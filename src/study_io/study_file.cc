@@ -2,7 +2,7 @@
 #include "sarblock/study_io/study_file.h"
 
 #include "io/toml_document.h"
-#include "study_heading.h"
+#include "study_file.h"
 
 namespace sarblock {
 namespace {
