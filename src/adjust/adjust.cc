@@ -3,6 +3,7 @@
 
 #include "adjust_given.h"
 #include "adjust_selected.h"
+#include "describe_paths.h"
 #include "option_checks.h"
 
 namespace sarblock {
@@ -12,10 +13,11 @@ AdjustResult Adjust(const Block& block,
                     const PointPairs& pairs,
                     ProgressSink* progress) {
   RequireOffered(options);
-  if (options.corrections == CorrectionChoice::kAuto) {
-    return AdjustSelected(block, options, pairs, progress);
-  }
-  return AdjustGiven(block, options, {}, pairs, nullptr, progress);
+  AdjustResult result = options.corrections == CorrectionChoice::kAuto
+                            ? AdjustSelected(block, options, pairs, progress)
+                            : AdjustGiven(block, options, {}, pairs, nullptr, progress);
+  DescribePaths(block, block, options, &result);
+  return result;
 }
 
 }  // namespace sarblock

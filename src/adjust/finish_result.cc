@@ -96,7 +96,7 @@ void FinishResult(const AdjustmentProblem& problem,
   FillPoints(problem, state, result);
   const bool measured = !std::isnan(square_sum_1);
   if (measured && result->looks.range_residual_m.empty()) FillResiduals(problem, state, {}, result);
-  if (measured) FillChecks(problem.block, result);
+  if (measured) FillChecks(problem.block, options, result);
   MarkRejected(problem, result);
   for (const Finding& finding : DescribePoints(problem, defects)) Warn(result, finding.text);
   WarnOfOpenPoints(problem, result);
@@ -183,8 +183,6 @@ void FillParameters(const AdjustmentProblem& problem,
     result->parameters.push_back(std::move(out));
   }
 }
-
-namespace {}  // namespace
 
 namespace {
 

@@ -8,6 +8,7 @@
 #include "core/nan.h"
 #include "core/parallel.h"
 #include "covariance/point_sweep.h"
+#include "describe_paths.h"
 #include "determinacy/form_determined.h"
 #include "finish_result.h"
 #include "model/problem.h"
@@ -99,6 +100,7 @@ AdjustResult IntersectBlock(const Block& block,
   }
   FinishResult(problem, state, options, total, {}, &result);
   result.accepted = result.looks_used > 0;
+  DescribePaths(block, block, options, &result);
   return result;
 }
 

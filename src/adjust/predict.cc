@@ -9,6 +9,7 @@
 
 #include "core/parallel.h"
 #include "covariance/result_covariance.h"
+#include "describe_paths.h"
 #include "determinacy/block_structure.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/inner_datum.h"
@@ -181,6 +182,7 @@ AdjustResult Predict(const Block& block,
   FinishResult(problem, state, options, kNotGiven, defects, &result);
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};
+  DescribePaths(block, filled, options, &result);
   return result;
 }
 

@@ -32,11 +32,6 @@ const KnownPosition* Points::FindKnown(std::uint32_t point) const {
   return found != known.end() && found->point == point ? &*found : nullptr;
 }
 
-std::span<const std::uint32_t> Block::PassesOf(std::size_t point) const {
-  const std::size_t begin = looks.offsets[point], end = looks.offsets[point + 1];
-  return std::span<const std::uint32_t>(looks.pass).subspan(begin, end - begin);
-}
-
 LookSigma Block::SigmaOf(std::size_t look) const {
   LookSigma sigma = passes[looks.pass[look]].sigma;
   sigma.range_m = ValueOr(looks.range_sigma_m, look, sigma.range_m);

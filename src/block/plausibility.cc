@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/block/plausibility.h"
+#include "plausibility.h"
 
 #include "sarblock/core/error.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "io/scene_keys.h"
+#include "io/scene_file.h"
 #include "session.h"
 #include "study_command.h"
 #include <CLI/CLI.hpp>

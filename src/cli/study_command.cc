@@ -5,7 +5,6 @@
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/study_io/densification_file.h"
 #include "sarblock/study_io/stability_file.h"
-#include "sarblock/study_io/study_file.h"
 #include "sarblock/study_io/tradeoff_study.h"
 
 #include <array>
@@ -13,6 +12,7 @@
 #include <memory>
 
 #include "core/parallel.h"
+#include "study_io/study_file.h"
 #include "study_io/study_rows.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/study_io/stability_file.h"
-#include "sarblock/study_io/study_file.h"
 
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 
 #include "io/svg_plot.h"
 #include "study_command.h"
+#include "study_io/study_file.h"
 
 namespace sarblock::cli {
 namespace {

@@ -143,9 +143,9 @@ class SinexWriter {
   void Statistics() {
     const ResultSummary& summary = view_.result.summary;
     Add("+SOLUTION/STATISTICS\n");
-    Statistic("NUMBER OF OBSERVATIONS", static_cast<double>(summary.observations));
-    Statistic("NUMBER OF UNKNOWNS", static_cast<double>(summary.parameters));
-    Statistic("NUMBER OF DEGREES OF FREEDOM", summary.redundancy);
+    Statistic("NUMBER OF OBSERVATIONS", summary.Count("observations"));
+    Statistic("NUMBER OF UNKNOWNS", summary.Count("parameters"));
+    Statistic("NUMBER OF DEGREES OF FREEDOM", summary.Count("redundancy"));
     Statistic("VARIANCE FACTOR", summary.sigma0_squared);
     Add("-SOLUTION/STATISTICS\n");
   }

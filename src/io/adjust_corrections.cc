@@ -1,16 +1,68 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "adjust_corrections.h"
+
 #include "sarblock/core/id_table.h"
 #include "sarblock/core/units.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
-#include "adjust_reader.h"
 #include "number.h"
 
 namespace sarblock {
 namespace {
+
+// clang-format off
+constexpr std::array kOptions = std::to_array<AdjustOption>({
+  {"correction.position.basis", "text", "polynomial, spline", "polynomial",
+   "Functions of time of the antenna's displacement: Legendre polynomials or a cubic B-spline."},
+  {"correction.position.degree", "integer", "0 to 15", "0", "Highest Legendre degree."},
+  {"correction.position.knot_spacing_s", "number", "above 0", "none, a spline needs it",
+   "Time between the knots of the spline."},
+  {"correction.position.axes", "text", "track, frame", "track", "Axes of the displacement."},
+  {"correction.position.components", "list", "along, across, up, or x, y, z in frame axes", "all",
+   "Axes that are estimated."},
+  {"correction.position.sigma_m", "number or list", "above 0, or none", "no prior",
+   "Prior standard deviation: one number, or one entry a component, each a number, none, or a "
+   "list with one number a degree."},
+  {"correction.position.passes", "list", "pass ids", "all", "Passes that have the correction."},
+  {"correction.position.shared", "flag", "true, false", "false",
+   "One set of parameters for all these passes."},
+  {"correction.velocity.components", "list", "across, up", "all", "Axes that are estimated."},
+  {"correction.velocity.sigma", "number or list", "above 0, or none", "no prior",
+   "Prior standard deviation of the direction error, dimensionless, one entry a component."},
+  {"correction.velocity.passes", "list", "pass ids", "all", "Passes that have the correction."},
+  {"correction.velocity.shared", "flag", "true, false", "false", "One set for all these passes."},
+  {"correction.range.bias", "flag", "true, false", "true where bias_sigma_m stands",
+   "Estimate a range bias."},
+  {"correction.range.bias_sigma_m", "number", "above 0", "no prior", "Its prior."},
+  {"correction.range.scale", "flag", "true, false", "true where scale_sigma_ppm stands",
+   "Estimate a range scale."},
+  {"correction.range.scale_sigma_ppm", "number", "above 0", "no prior", "Its prior."},
+  {"correction.range.passes", "list", "pass ids", "all", "Passes that have the correction."},
+  {"correction.range.shared", "flag", "true, false", "false", "One set for all these passes."},
+  {"correction.time.bias", "flag", "true, false", "true where bias_sigma_s stands",
+   "Estimate an azimuth time bias."},
+  {"correction.time.bias_sigma_s", "number", "above 0", "no prior", "Its prior."},
+  {"correction.time.passes", "list", "pass ids", "all", "Passes that have the correction."},
+  {"correction.time.shared", "flag", "true, false", "false", "One set for all these passes."},
+  {"correction.squint.bias", "flag", "true, false", "true where bias_sigma_deg stands",
+   "Estimate a squint bias."},
+  {"correction.squint.bias_sigma_deg", "number", "above 0", "no prior", "Its prior."},
+  {"correction.squint.passes", "list", "pass ids", "all", "Passes that have the correction."},
+  {"correction.squint.shared", "flag", "true, false", "false", "One set for all these passes."},
+  {"correction.troposphere.zenith", "flag", "true, false", "true where zenith_sigma_m stands",
+   "Estimate the zenith delay."},
+  {"correction.troposphere.zenith_sigma_m", "number", "above 0", "no prior", "Its prior."},
+  {"correction.troposphere.scale_height_m", "number", "above 0", "7000",
+   "Height over which the delay falls to 1/e."},
+  {"correction.troposphere.passes", "list", "pass ids", "all", "Passes that have the correction."},
+  {"correction.troposphere.shared", "flag", "true, false", "false",
+   "One set for all these passes."},
+});
+// clang-format on
 
 // Axes of `components = [...]` in their order there; all axes where it is left out.
 std::vector<std::size_t> ReadComponents(const TomlTable& table,
@@ -199,7 +251,7 @@ CorrectionGroup ReadGroup(std::size_t kind,
                           const std::string& name,
                           const TomlTable& table,
                           const std::vector<std::string>& pass_ids) {
-  table.RefuseOthers(OptionKeys("correction." + CorrectionKinds()[kind] + "."));
+  table.RefuseOthers(KeysWithin(kOptions, "correction." + CorrectionKinds()[kind] + "."));
   CorrectionGroup group;
   group.name = name;
   switch (kind) {
@@ -260,7 +312,110 @@ void RefuseOverlap(const std::vector<CorrectionGroup>& before,
   }
 }
 
+std::string SigmaText(double sigma) { return std::isnan(sigma) ? "\"none\"" : NumberText(sigma); }
+
+std::string DegreesText(const std::vector<double>& sigmas) {
+  if (sigmas.size() == 1) return SigmaText(sigmas[0]);
+  std::string text = sigmas.empty() ? "\"none\"" : "[";
+  for (std::size_t i = 0; i < sigmas.size(); ++i)
+    text += (i > 0 ? ", " : "") + SigmaText(sigmas[i]);
+  return sigmas.empty() ? text : text + "]";
+}
+
+class GroupDump {
+ public:
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+  void Line(std::string_view key, const std::string& value) {
+    text_.append(key).append(" = ").append(value).append("\n");
+  }
+  void List(std::string_view key, const std::vector<std::string>& entries) {
+    std::string value;
+    for (const std::string& entry : entries) value += (value.empty() ? "" : ", ") + entry;
+    Line(key, "[" + value + "]");
+  }
+  void Parameter(const std::string& name,
+                 const std::string& sigma_name,
+                 double sigma,
+                 double unit) {
+    if (std::isnan(sigma)) {
+      Line(name, "true");
+    } else {
+      Line(sigma_name, NumberText(InUnit(sigma, unit)));
+    }
+  }
+
+  void operator()(const PositionCorrection& model) {
+    const bool spline = model.basis == PositionCorrection::Basis::kSpline;
+    const bool track = model.axes == PositionCorrection::Axes::kTrack;
+    Line("basis", spline ? "\"spline\"" : "\"polynomial\"");
+    if (spline) Line("knot_spacing_s", NumberText(model.knot_spacing_s));
+    if (!spline) Line("degree", std::to_string(model.degree));
+    Line("axes", track ? "\"track\"" : "\"frame\"");
+    const char* const names[2][3] = {{"\"x\"", "\"y\"", "\"z\""},
+                                     {"\"along\"", "\"across\"", "\"up\""}};
+    std::vector<std::string> components, sigmas;
+    bool prior = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!model.components[axis]) continue;
+      components.emplace_back(names[track ? 1 : 0][axis]);
+      sigmas.push_back(DegreesText(model.prior_sigma_m[axis]));
+      prior = prior || !model.prior_sigma_m[axis].empty();
+    }
+    List("components", components);
+    if (prior) List("sigma_m", sigmas);
+  }
+  void operator()(const VelocityCorrection& model) {
+    std::vector<std::string> components, sigmas;
+    bool prior = false;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if (!model.components[axis]) continue;
+      components.emplace_back(axis == 0 ? "\"across\"" : "\"up\"");
+      sigmas.push_back(SigmaText(model.prior_sigma[axis]));
+      prior = prior || !std::isnan(model.prior_sigma[axis]);
+    }
+    List("components", components);
+    if (prior) List("sigma", sigmas);
+  }
+  void operator()(const RangeCorrection& model) {
+    if (model.bias) Parameter("bias", "bias_sigma_m", model.bias_prior_sigma_m, 1.0);
+    if (model.scale) Parameter("scale", "scale_sigma_ppm", model.scale_prior_sigma, 1e-6);
+  }
+  void operator()(const TimeCorrection& model) {
+    Parameter("bias", "bias_sigma_s", model.bias_prior_sigma_s, 1.0);
+  }
+  void operator()(const SquintCorrection& model) {
+    Parameter("bias", "bias_sigma_deg", model.bias_prior_sigma_rad, kRadPerDeg);
+  }
+  void operator()(const TroposphereCorrection& model) {
+    Parameter("zenith", "zenith_sigma_m", model.zenith_prior_sigma_m, 1.0);
+    Line("scale_height_m", NumberText(model.scale_height_m));
+  }
+
+ private:
+  std::string text_;
+};
+
 }  // namespace
+
+std::span<const AdjustOption> CorrectionOptions() { return kOptions; }
+
+const std::vector<std::string>& CorrectionKinds() {
+  static const std::vector<std::string> kinds{
+      "position", "velocity", "range", "time", "squint", "troposphere"};
+  return kinds;
+}
+
+std::vector<std::string> KeysWithin(std::span<const AdjustOption> options,
+                                    std::string_view prefix) {
+  std::vector<std::string> keys;
+  for (const AdjustOption& option : options) {
+    if (!option.key.starts_with(prefix)) continue;
+    const std::string_view rest = option.key.substr(prefix.size());
+    if (rest.find('.') == rest.npos) keys.emplace_back(rest);
+  }
+  return keys;
+}
 
 std::vector<CorrectionGroup> ReadCorrections(const TomlTable& correction,
                                              const std::vector<std::string>& pass_ids) {
@@ -281,6 +436,28 @@ std::vector<CorrectionGroup> ReadCorrections(const TomlTable& correction,
     }
   }
   return groups;
+}
+
+std::string DumpCorrections(const std::vector<CorrectionGroup>& groups) {
+  std::string text;
+  for (std::size_t kind = 0; kind < CorrectionKinds().size(); ++kind) {
+    std::vector<const CorrectionGroup*> same;
+    for (const CorrectionGroup& group : groups) {
+      if (group.model.index() == kind) same.push_back(&group);
+    }
+    for (const CorrectionGroup* group : same) {
+      const std::string header = "[adjust.correction." + CorrectionKinds()[kind] + "]";
+      text += same.size() > 1 ? "[" + header + "]\n" : header + "\n";
+      GroupDump dump;
+      std::visit(dump, group->model);
+      std::vector<std::string> ids;
+      for (const std::string& id : group->passes) ids.push_back(TomlText(id));
+      if (!ids.empty()) dump.List("passes", ids);
+      if (group->shared) dump.Line("shared", "true");
+      text += dump.text();
+    }
+  }
+  return text;
 }
 
 }  // namespace sarblock

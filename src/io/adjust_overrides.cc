@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "adjust_overrides.h"
+
 #include <charconv>
 
-#include "adjust_reader.h"
 #include "number.h"
+#include "toml_reader.h"
 
 namespace sarblock {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_reader.h"
 
-#include "sarblock/block/plausibility.h"
-
 #include <cmath>
 #include <utility>
 
+#include "block/plausibility.h"
 #include "number.h"
 #include "toml_reader.h"
 

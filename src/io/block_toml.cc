@@ -2,7 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "adjust_reader.h"
+#include "adjust_overrides.h"
+#include "adjust_table.h"
 #include "block_image.h"
 #include "block_reader.h"
 #include "ellipsoid_reader.h"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "adjust_reader.h"
 #include "block_image.h"
 #include "csv_writer.h"
 #include "number.h"

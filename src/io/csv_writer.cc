@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "csv_cells.h"
 #include "number.h"
 
 namespace sarblock {

@@ -42,4 +42,8 @@ class CsvWriter {
   std::size_t cells_ = 0;
 };
 
+/// A cell of text as CSV, quoted where it has to be, so that CsvReader reads it back unchanged;
+/// appended.
+void AppendCsvText(std::string_view text, std::string* row);
+
 }  // namespace sarblock

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <memory>
 
-#include "table_file.h"
+#include "table_source.h"
 #include <openssl/evp.h>
 
 namespace sarblock {

@@ -9,9 +9,9 @@
 
 namespace sarblock {
 
-nlohmann::json ParseJson(std::string_view text, const std::string& file) {
+nlohmann::ordered_json ParseJson(std::string_view text, const std::string& file) {
   try {
-    return nlohmann::json::parse(text);
+    return nlohmann::ordered_json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     const std::size_t end = std::min(error.byte, text.size());
     const auto lines =

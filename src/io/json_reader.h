@@ -17,7 +17,7 @@ namespace sarblock {
 /// has the wrong type throws InputError with file and key.
 class JsonValue {
  public:
-  JsonValue(const nlohmann::json& node, const std::string& file, std::string key)
+  JsonValue(const nlohmann::ordered_json& node, const std::string& file, std::string key)
       : node_(&node), file_(&file), key_(std::move(key)) {}
 
   [[nodiscard]] std::string Text() const;
@@ -26,6 +26,8 @@ class JsonValue {
   [[nodiscard]] std::uint64_t Count() const;
   [[nodiscard]] std::vector<JsonValue> Entries() const;  ///< of a list
   [[nodiscard]] std::vector<std::pair<std::string, JsonValue>> Members() const;
+  [[nodiscard]] bool IsObject() const { return node_->is_object(); }
+  [[nodiscard]] std::string Dump() const { return node_->dump(); }  ///< as JSON
   /// The member of an object, or nothing if it does not stand there or is null.
   [[nodiscard]] std::optional<JsonValue> Find(const char* name) const;
   [[nodiscard]] JsonValue Require(const char* name) const;
@@ -35,12 +37,12 @@ class JsonValue {
   [[noreturn]] void Fail(const std::string& problem) const;
 
  private:
-  const nlohmann::json* node_;
+  const nlohmann::ordered_json* node_;
   const std::string* file_;
   std::string key_;
 };
 
 /// Parses a text; syntax errors become InputError with file and line.
-[[nodiscard]] nlohmann::json ParseJson(std::string_view text, const std::string& file);
+[[nodiscard]] nlohmann::ordered_json ParseJson(std::string_view text, const std::string& file);
 
 }  // namespace sarblock

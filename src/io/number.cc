@@ -46,4 +46,13 @@ std::string NumberText(double value) {
   return text;
 }
 
+double InUnit(double value, double factor) {
+  double best = value / factor;
+  double candidate = std::nextafter(std::nextafter(best, -HUGE_VAL), -HUGE_VAL);
+  for (int i = 0; i < 5; ++i, candidate = std::nextafter(candidate, HUGE_VAL)) {
+    if (candidate * factor == value && best * factor != value) best = candidate;
+  }
+  return best;
+}
+
 }  // namespace sarblock

@@ -17,4 +17,8 @@ namespace sarblock {
 void AppendNumber(double value, std::string* text);
 [[nodiscard]] std::string NumberText(double value);
 
+/// A number x with x * factor == value where one exists near value / factor, so that a unit
+/// converted for a file comes back to the same double.
+[[nodiscard]] double InUnit(double value, double factor);
+
 }  // namespace sarblock

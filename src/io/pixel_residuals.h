@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "csv_writer.h"
-#include "result_tables.h"
+#include "result_view.h"
 
 namespace sarblock {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_quality.h"
 
-#include "adjust_reader.h"
+#include "adjust_table.h"
 #include "testing/prior_quality.h"
 #include "testing/quality_summary.h"
 
@@ -60,8 +60,8 @@ Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustR
   return {
       {"alpha", options.quality.alpha_1},
       {"power", options.quality.power_1},
-      {"family_wise", NameIn(options.quality.family_wise)},
-      {"test", NameIn(options.quality.test)},
+      {"family_wise", NameOfChoice("quality.family_wise", options)},
+      {"test", NameOfChoice("quality.test", options)},
       {"tests", figures.tests},
       {"alpha_one", figures.alpha_one_1},
       {"alpha_all", figures.alpha_all_1},

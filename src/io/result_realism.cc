@@ -92,7 +92,7 @@ void WriteMonteCarloTable(const std::filesystem::path& file, const ResultView& v
                  "coverage_50",
                  "coverage_90",
                  "coverage_99"},
-                view.context.compression);
+                view.compression);
   const MonteCarloReport& report = *view.result.montecarlo;
   for (std::uint32_t point = 0; point < report.square_1.size(); ++point) {
     if (report.runs == 0 || std::isnan(report.square_1[point])) continue;

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "result_tables.h"
+#include "result_view.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {

@@ -9,7 +9,9 @@
 #include <map>
 
 #include "block_reader.h"
+#include "geojson.h"
 #include "number.h"
+#include "result_tables.h"
 #include "toml_reader.h"
 
 namespace sarblock {
@@ -79,9 +81,16 @@ enum PointColumn : std::size_t {
   kErrorN,
   kErrorU,
   kChiSquare,
+  kErrorSigmaE,
+  kErrorSigmaN,
+  kErrorSigmaU,
+  kFixedPathE,
+  kFixedPathN,
+  kFixedPathU,
+  kFixedPathEN,
   kReason
 };
-constexpr std::array<CsvColumn, 25> kPointColumns{{{"point", kRequired},
+constexpr std::array<CsvColumn, 32> kPointColumns{{{"point", kRequired},
                                                    {"role", kRequired},
                                                    {"status", kRequired},
                                                    {"looks", kRequired},
@@ -105,6 +114,13 @@ constexpr std::array<CsvColumn, 25> kPointColumns{{{"point", kRequired},
                                                    {"error_n_m"},
                                                    {"error_u_m"},
                                                    {"chi_square_3"},
+                                                   {"error_sigma_e_m"},
+                                                   {"error_sigma_n_m"},
+                                                   {"error_sigma_u_m"},
+                                                   {"sigma_held_e_m"},
+                                                   {"sigma_held_n_m"},
+                                                   {"sigma_held_u_m"},
+                                                   {"cov_held_en_m2"},
                                                    {"reason"}}};
 
 SymmetricEnu ReadCovariance(const CsvReader& reader) {
@@ -121,12 +137,31 @@ SymmetricEnu ReadCovariance(const CsvReader& reader) {
   return covariance_m2;
 }
 
+/// The table has no covariances of up.
+SymmetricEnu ReadFixedPathCovariance(const CsvReader& reader) {
+  SymmetricEnu covariance_m2;
+  covariance_m2.fill(kNotGiven);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double sigma_m = ReadSigma(reader, kFixedPathE + k);
+    covariance_m2[k] = sigma_m * sigma_m;
+  }
+  covariance_m2[3] = reader.Number(kFixedPathEN);
+  return covariance_m2;
+}
+
+/// Empty where no point has a covariance.
+void DropIfUnknown(std::vector<SymmetricEnu>* covariances_m2) {
+  const auto known = [](const SymmetricEnu& c) { return !std::isnan(c[0]); };
+  if (std::none_of(covariances_m2->begin(), covariances_m2->end(), known)) covariances_m2->clear();
+}
+
 void ReadCheck(const CsvReader& reader, std::uint32_t point, std::vector<CheckResult>* checks) {
   CheckResult check;
   check.point = point;
   for (std::size_t k = 0; k < 3; ++k) {
     const double error_m = reader.Number(kErrorE + k);
     check.error_enu_m[static_cast<Eigen::Index>(k)] = error_m;
+    check.sigma_enu_m[static_cast<Eigen::Index>(k)] = ReadSigma(reader, kErrorSigmaE + k);
     check.components += std::isnan(error_m) ? 0 : 1;
   }
   if (check.components == 0) return;
@@ -156,6 +191,7 @@ void ReadResultPoints(ResultReading* reading) {
     }
     results.position_m.push_back(position_m);
     results.covariance_m2.push_back(ReadCovariance(reader));
+    results.fixed_path_covariance_m2.push_back(ReadFixedPathCovariance(reader));
     results.intersection_rad.push_back(reader.Number(kIntersection) * kRadPerDeg);
     results.sigma_leberl_across_m.push_back(reader.Number(kLeberlAcross));
     results.sigma_leberl_up_m.push_back(reader.Number(kLeberlUp));
@@ -168,16 +204,14 @@ void ReadResultPoints(ResultReading* reading) {
     reasons = reasons || reader.Given(kReason);
     if (index % 65536 == 65535) Step(reading->options.progress, "read", index, 0, "points");
   }
-  if (points.size() != reading->result.summary.points) {
+  if (points.size() != reading->points) {
     throw InputError(FilePlace{reader.file(), 0, ""},
                      "has " + std::to_string(points.size()) + " points where summary.json counts " +
-                         std::to_string(reading->result.summary.points) + ": files of two results");
+                         std::to_string(reading->points) + ": files of two results");
   }
   if (!reasons) results.reason.clear();
-  const auto known = [](const SymmetricEnu& c) { return !std::isnan(c[0]); };
-  if (std::none_of(results.covariance_m2.begin(), results.covariance_m2.end(), known)) {
-    results.covariance_m2.clear();
-  }
+  DropIfUnknown(&results.covariance_m2);
+  DropIfUnknown(&results.fixed_path_covariance_m2);
   for (auto* column : {&results.intersection_rad,
                        &results.sigma_leberl_across_m,
                        &results.sigma_leberl_up_m,
@@ -315,10 +349,10 @@ void ReadResultLooks(ResultReading* reading) {
     for (std::size_t i = 0; i < 4; ++i) image[i]->push_back(reader.Number(kImage + i));
     if (row % 65536 == 65535) Step(reading->options.progress, "read", row, 0, "looks");
   }
-  if (looks.size() != reading->result.summary.looks) {
+  if (looks.size() != reading->looks) {
     throw InputError(FilePlace{reader.file(), 0, ""},
                      "has " + std::to_string(looks.size()) + " looks where summary.json counts " +
-                         std::to_string(reading->result.summary.looks) + ": files of two results");
+                         std::to_string(reading->looks) + ": files of two results");
   }
   for (auto* figures : quality) {
     for (std::vector<float>& component : *figures) DropIfEmpty(&component);
@@ -327,9 +361,10 @@ void ReadResultLooks(ResultReading* reading) {
 }
 
 void ReadResultControl(ResultReading* reading) {
-  constexpr std::array<CsvColumn, 8> kColumns{{{"point", kRequired},
+  constexpr std::array<CsvColumn, 9> kColumns{{{"point", kRequired},
                                                {"component", kRequired},
                                                {"residual_m", kRequired},
+                                               {"sigma_m"},
                                                {"redundancy"},
                                                {"w"},
                                                {"tau"},
@@ -348,11 +383,12 @@ void ReadResultControl(ResultReading* reading) {
     }
     control.component = static_cast<int>(found);
     control.residual_m = reader->RequiredNumber(2);
-    control.redundancy_1 = reader->Number(3);
-    control.w_1 = reader->Number(4);
-    control.tau_1 = reader->Number(5);
-    control.mdb_m = reader->Number(6);
-    control.influence_m = reader->Number(7);
+    control.sigma_m = reader->Number(3);
+    control.redundancy_1 = reader->Number(4);
+    control.w_1 = reader->Number(5);
+    control.tau_1 = reader->Number(6);
+    control.mdb_m = reader->Number(7);
+    control.influence_m = reader->Number(8);
     reading->result.control.push_back(control);
   }
 }
@@ -387,6 +423,101 @@ void ReadResultPairs(ResultReading* reading) {
     pair.sigma_leberl_path_across_m = reader->Number(13);
     pair.sigma_leberl_path_up_m = reader->Number(14);
     reading->result.pairs.push_back(pair);
+  }
+}
+
+void ReadResultStrips(ResultReading* reading) {
+  constexpr std::array<CsvColumn, 18> kColumns{{{"pass", kRequired},
+                                                {"time_s", kRequired},
+                                                {"strip_time", kRequired},
+                                                {"x_m", kRequired},  // 3
+                                                {"y_m", kRequired},
+                                                {"z_m", kRequired},
+                                                {"near_x_m"},  // 6
+                                                {"near_y_m"},
+                                                {"near_z_m"},
+                                                {"far_x_m"},  // 9
+                                                {"far_y_m"},
+                                                {"far_z_m"},
+                                                {"correction_along_m"},  // 12
+                                                {"correction_across_m"},
+                                                {"correction_up_m"},
+                                                {"sigma_along_m"},  // 15
+                                                {"sigma_across_m"},
+                                                {"sigma_up_m"}}};
+  auto reader = reading->source.Open("strips", kColumns);
+  const auto triple = [&](std::size_t first) {
+    return Eigen::Vector3d(
+        reader->Number(first), reader->Number(first + 1), reader->Number(first + 2));
+  };
+  std::vector<StripStation>& strips = reading->result.strips;
+  while (reader && reader->Next()) {
+    StripStation station{FindPass(*reader, 0, reading->pass_ids, kSummaryFile),
+                         reader->RequiredNumber(1),
+                         reader->RequiredNumber(2),
+                         triple(3),
+                         triple(6),
+                         triple(9),
+                         triple(12),
+                         triple(15)};
+    if (!strips.empty() && station.pass < strips.back().pass) {
+      reader->Fail(0, Quoted(reader->Text(0)) + " is not in the order of summary.json");
+    }
+    if (!station.antenna_m.allFinite()) reader->Fail(3, "is empty, a station has a position");
+    strips.push_back(station);
+  }
+}
+
+void ReadResultSelection(ResultReading* reading) {
+  constexpr std::array<CsvColumn, 12> kColumns{{{"candidate", kRequired},
+                                                {"passes"},
+                                                {"parameters"},
+                                                {"test"},
+                                                {"statistic"},
+                                                {"f"},
+                                                {"p"},
+                                                {"delta_bic"},
+                                                {"condition"},
+                                                {"posterior_prior"},
+                                                {"verdict", kRequired},
+                                                {"reason"}}};
+  auto reader = reading->source.Open("selection", kColumns);
+  while (reader && reader->Next()) {
+    CandidateResult candidate;
+    candidate.name = reader->Id(0);
+    candidate.passes = reader->Text(1);
+    candidate.parameters = static_cast<int>(ReadCount(*reader, 2));
+    candidate.test = ReadName(*reader, 3, SelectionTest::kNotTried);
+    candidate.statistic_1 = reader->Number(4);
+    candidate.f_1 = reader->Number(5);
+    candidate.probability_1 = reader->Number(6);
+    candidate.delta_bic_1 = reader->Number(7);
+    candidate.condition_1 = reader->Number(8);
+    candidate.posterior_prior_1 = reader->Number(9);
+    candidate.kept = reader->Text(10) == "kept";
+    if (!candidate.kept && reader->Text(10) != "dropped") {
+      reader->Fail(10, Quoted(reader->Text(10)) + " is not known, kept or dropped is allowed");
+    }
+    candidate.reason = reader->Text(11);
+    reading->result.candidates.push_back(std::move(candidate));
+  }
+  constexpr std::array<CsvColumn, 7> kBounds{{{"simplification", kRequired},
+                                              {"bound_m"},
+                                              {"sigma_m"},
+                                              {"fraction"},
+                                              {"allowed"},
+                                              {"taken"},
+                                              {"verdict"}}};
+  auto bounds = reading->source.Open("simplifications", kBounds);
+  while (bounds && bounds->Next()) {
+    reading->result.simplifications.push_back({std::string(bounds->Id(0)),
+                                               bounds->Number(1),
+                                               bounds->Number(2),
+                                               bounds->Number(3),
+                                               ReadCount(*bounds, 4) != 0,
+                                               ReadCount(*bounds, 5) != 0,
+                                               kNotGiven,
+                                               std::string(bounds->Text(6))});
   }
 }
 

@@ -14,6 +14,7 @@ struct ResultReading {
   const ReadResultOptions& options;
   ResultFile result;
   IdTable pass_ids;
+  std::size_t points, looks;  ///< that the summary counts
 };
 
 void ReadResultPoints(ResultReading* reading);
@@ -21,6 +22,9 @@ void ReadResultParameters(ResultReading* reading);
 void ReadResultLooks(ResultReading* reading);
 void ReadResultControl(ResultReading* reading);
 void ReadResultPairs(ResultReading* reading);
+void ReadResultStrips(ResultReading* reading);
+/// selection.csv and simplifications.csv.
+void ReadResultSelection(ResultReading* reading);
 void ReadResultPaths(ResultReading* reading);
 
 }  // namespace sarblock

@@ -3,11 +3,14 @@
 
 #include "sarblock/core/units.h"
 
+#include <array>
 #include <cmath>
 
-#include "adjust/held_covariance.h"
 #include "csv_writer.h"
+#include "pixel_residuals.h"
+#include "testing/blunder_sizes.h"
 #include "testing/prior_quality.h"
+#include "testing/quality_summary.h"
 
 namespace sarblock {
 namespace {
@@ -27,30 +30,17 @@ void WriteCheck(const ResultView& view, std::uint32_t point, std::size_t* next, 
   const CheckResult& check = checks[*next];
   for (Eigen::Index k = 0; k < 3; ++k) out->Number(check.error_enu_m[k]);
   out->Number(check.chi_square);
-  const PointResults& points = view.result.points;
-  const KnownPosition* known = view.block.points.FindKnown(point);
-  if (points.covariance_m2.empty() || known == nullptr) {
-    out->Empty(3);
-    return;
-  }
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    const auto axis = static_cast<std::size_t>(k);
-    out->Number(known->held[axis] ? std::sqrt(view.factor * points.covariance_m2[point][axis] +
-                                              known->covariance_enu_m2(k, k))
-                                  : kNotGiven);
-  }
+  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check.sigma_enu_m[k]);
 }
 
-void WriteHeld(const std::vector<SymmetricEnu>& held,
-               double factor,
-               std::size_t i,
-               CsvWriter* out) {
-  if (held.empty()) {
+void WriteWithFixedPaths(const PointResults& points, double factor, std::size_t i, CsvWriter* out) {
+  if (points.fixed_path_covariance_m2.empty()) {
     out->Empty(4);
     return;
   }
-  for (std::size_t k = 0; k < 3; ++k) out->Number(std::sqrt(factor * held[i][k]));
-  out->Number(factor * held[i][3]);
+  const SymmetricEnu& c = points.fixed_path_covariance_m2[i];
+  for (std::size_t k = 0; k < 3; ++k) out->Number(std::sqrt(factor * c[k]));
+  out->Number(factor * c[3]);
 }
 
 void WriteLeberl(const PointResults& points, std::size_t i, CsvWriter* out) {
@@ -61,6 +51,44 @@ void WriteLeberl(const PointResults& points, std::size_t i, CsvWriter* out) {
   out->Number(points.sigma_leberl_across_m[i]).Number(points.sigma_leberl_up_m[i]);
   out->Number(points.sigma_leberl_path_across_m[i]).Number(points.sigma_leberl_path_up_m[i]);
   out->Number(points.leberl_across_azimuth_rad[i] * kDegPerRad);
+}
+
+constexpr std::array<const char*, 3> kComponents = {"e", "n", "u"};
+
+/// By look: the number of the finding of the blunder search that names it, 0 without one.
+std::vector<std::uint32_t> FindingOfLook(const ResultView& view) {
+  std::vector<std::uint32_t> of_look(view.block.looks.size(), 0);
+  if (!view.result.snooping) return of_look;
+  std::uint32_t number = 0;
+  for (const BlunderFinding& finding : view.result.snooping->findings) {
+    ++number;
+    for (const std::uint64_t look : finding.looks) of_look[look] = number;
+  }
+  return of_look;
+}
+
+void WriteQuality(const ResultView& view,
+                  const BlunderSizes& sizes,
+                  std::uint64_t look,
+                  std::size_t point,
+                  CsvWriter* out) {
+  const LookQuality& quality = view.result.quality;
+  if (quality.empty()) {
+    out->Empty(10);
+    return;
+  }
+  std::array<double, 2> w_1{};
+  for (std::size_t k = 0; k < 2; ++k) w_1[k] = static_cast<double>(quality.w_1[k][look]);
+  for (const auto& r : quality.redundancy_1) out->Number(static_cast<double>(r[look]));
+  for (const double w : w_1) out->Number(w);
+  for (const double w : w_1) out->Number(TauOf(w, view.result));
+  const std::array<BlunderSize, 2> size = sizes.OfLook(look, point);
+  for (const BlunderSize& s : size) out->Number(s.detectable_m);
+  for (const BlunderSize& s : size) out->Number(s.influence_m);
+}
+
+void WriteVector(const Eigen::Vector3d& v, double factor, CsvWriter* out) {
+  for (Eigen::Index k = 0; k < 3; ++k) out->Number(factor * v[k]);
 }
 
 }  // namespace
@@ -126,11 +154,10 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
                  "sigma_held_u_m",
                  "cov_held_en_m2",
                  "reason"},
-                view.context.compression);
+                view.compression);
   const PointResults& points = view.result.points;
   const bool geocentric = view.block.frame.kind() == FrameKind::kGeocentric;
   std::size_t next_check = 0;
-  const std::vector<SymmetricEnu> held = HeldCovariances(view.block, view.options, view.result);
   for (std::uint32_t i = 0; i < points.status.size(); ++i) {
     out.Text(view.block.points.ids[i]).Text(NameOf(view.block.points.role[i]));
     out.Text(NameOf(points.status[i])).Integer(points.looks[i]);
@@ -159,7 +186,7 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
     WriteLeberl(points, i, &out);
     out.Number(points.redundancy.empty() ? kNotGiven : points.redundancy[i]);
     WriteCheck(view, i, &next_check, &out);
-    WriteHeld(held, view.factor, i, &out);
+    WriteWithFixedPaths(points, view.factor, i, &out);
     out.Text(points.reason.empty() ? std::string_view() : points.reason[i]);
     out.EndRow();
   }
@@ -178,12 +205,12 @@ void WriteParameterTable(const std::filesystem::path& file, const ResultView& vi
                  "kept",
                  "prior_redundancy",
                  "prior_w"},
-                view.context.compression);
+                view.compression);
   for (const ParameterResult& parameter : view.result.parameters) {
-    const double sigma = std::sqrt(view.factor) * parameter.sigma;
+    ParameterResult scaled = parameter;
+    scaled.sigma *= std::sqrt(view.factor);
     out.Text(parameter.owner).Text(parameter.name).Text(parameter.unit).Number(parameter.value);
-    out.Number(sigma).Number(parameter.prior_sigma);
-    out.Number(sigma > 0.0 ? std::abs(parameter.value) / sigma : kNotGiven);
+    out.Number(scaled.sigma).Number(parameter.prior_sigma).Number(scaled.significance_1());
     out.Text(parameter.kept);
     const PriorTest prior = TestOfPrior(view.result, parameter);
     out.Number(prior.redundancy_1).Number(prior.w_1).EndRow();
@@ -206,7 +233,7 @@ void WriteSelectionTable(const std::filesystem::path& file, const ResultView& vi
                  "verdict",
                  "reason",
                  "step"},
-                view.context.compression);
+                view.compression);
   for (const CandidateResult& candidate : view.result.selection.candidates) {
     out.Text(candidate.name).Text(candidate.passes);
     out.Integer(candidate.parameters).Text(NameOf(candidate.test));
@@ -229,7 +256,7 @@ void WriteSelectionTable(const std::filesystem::path& file, const ResultView& vi
 void WriteSimplificationTable(const std::filesystem::path& file, const ResultView& view) {
   CsvWriter out(file,
                 {"simplification", "bound_m", "sigma_m", "fraction", "allowed", "taken", "verdict"},
-                view.context.compression);
+                view.compression);
   for (const SimplificationBound& bound : view.result.selection.simplifications) {
     out.Text(bound.name).Number(bound.bound_m).Number(bound.sigma_m).Number(bound.fraction_1);
     // Measured gains are not written: they would differ from run to run.
@@ -239,9 +266,8 @@ void WriteSimplificationTable(const std::filesystem::path& file, const ResultVie
 }
 
 void WriteParameterCovariance(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"pass_a", "parameter_a", "pass_b", "parameter_b", "covariance"},
-                view.context.compression);
+  CsvWriter out(
+      file, {"pass_a", "parameter_a", "pass_b", "parameter_b", "covariance"}, view.compression);
   for (const ParameterCovariance& entry : view.result.parameter_covariance) {
     const ParameterResult& a = view.result.parameters[entry.a];
     const ParameterResult& b = view.result.parameters[entry.b];
@@ -268,13 +294,125 @@ void WritePairTable(const std::filesystem::path& file, const ResultView& view) {
                  "sigma_leberl_up_m",
                  "sigma_leberl_path_across_m",
                  "sigma_leberl_path_up_m"},
-                view.context.compression);
+                view.compression);
   for (const PairResult& pair : view.result.pairs) {
     out.Text(view.block.points.ids[pair.a]).Text(view.block.points.ids[pair.b]);
     for (Eigen::Index k = 0; k < 3; ++k) out.Number(pair.difference_enu_m[k]);
     WriteCovariance(pair.covariance_m2, view.factor, &out);
     out.Number(pair.sigma_leberl_across_m).Number(pair.sigma_leberl_up_m);
     out.Number(pair.sigma_leberl_path_across_m).Number(pair.sigma_leberl_path_up_m).EndRow();
+  }
+  out.Commit();
+}
+
+void WriteResidualTable(const std::filesystem::path& file, const ResultView& view) {
+  std::vector<std::string_view> columns{"pass",
+                                        "point",
+                                        "range_residual_m",
+                                        "azimuth_residual_m",
+                                        "range_redundancy",
+                                        "azimuth_redundancy",
+                                        "range_w",
+                                        "azimuth_w",
+                                        "range_tau",
+                                        "azimuth_tau",
+                                        "range_mdb_m",
+                                        "azimuth_mdb_m",
+                                        "range_influence_m",
+                                        "azimuth_influence_m",
+                                        "weight",
+                                        "rejected",
+                                        "reason",
+                                        "finding"};
+  const PixelResiduals pixels(view);
+  pixels.AddColumns(&columns);
+  CsvWriter out(file, columns, view.compression);
+  const Block& block = view.block;
+  const LookResults& looks = view.result.looks;
+  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
+  const std::vector<std::uint32_t> finding = FindingOfLook(view);
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      out.Text(block.passes[block.looks.pass[i]].id).Text(block.points.ids[point]);
+      out.Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
+      out.Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
+      WriteQuality(view, sizes, i, point, &out);
+      const bool rejected =
+          looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
+      out.Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
+      out.Integer(rejected ? 1 : 0);
+      out.Text(looks.reason.empty() ? "" : sarblock::NameOf(looks.reason[i]));
+      if (finding[i] > 0) {
+        out.Integer(finding[i]);
+      } else {
+        out.Empty();
+      }
+      pixels.Write(i, point, &out);
+      out.EndRow();
+    }
+  }
+  out.Commit();
+}
+
+void WriteControlTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"point",
+                 "component",
+                 "residual_m",
+                 "sigma_m",
+                 "redundancy",
+                 "w",
+                 "tau",
+                 "mdb_m",
+                 "influence_m"},
+                view.compression);
+  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
+  for (const ControlQuality& control : view.result.control_quality) {
+    const BlunderSize size = sizes.OfControl(control);
+    out.Text(view.block.points.ids[control.point]);
+    out.Text(kComponents[static_cast<std::size_t>(control.component)]);
+    out.Number(control.residual_m)
+        .Number(size.sigma_m)
+        .Number(control.redundancy_1)
+        .Number(control.w_1);
+    out.Number(TauOf(control.w_1, view.result));
+    out.Number(size.detectable_m).Number(size.influence_m).EndRow();
+  }
+  out.Commit();
+}
+
+void WriteStripTable(const std::filesystem::path& file, const ResultView& view) {
+  CsvWriter out(file,
+                {"pass",
+                 "look",
+                 "time_s",
+                 "strip_time",
+                 "x_m",
+                 "y_m",
+                 "z_m",
+                 "near_x_m",
+                 "near_y_m",
+                 "near_z_m",
+                 "far_x_m",
+                 "far_y_m",
+                 "far_z_m",
+                 "correction_along_m",
+                 "correction_across_m",
+                 "correction_up_m",
+                 "sigma_along_m",
+                 "sigma_across_m",
+                 "sigma_up_m"},
+                view.compression);
+  for (const StripStation& station : view.result.strips) {
+    const Pass& pass = view.block.passes[station.pass];
+    out.Text(pass.id).Text(pass.side == LookSide::kLeft ? "left" : "right");
+    out.Number(station.time_s).Number(station.strip_time_1);
+    WriteVector(station.antenna_m, 1.0, &out);
+    WriteVector(station.near_m, 1.0, &out);
+    WriteVector(station.far_m, 1.0, &out);
+    WriteVector(station.correction_m, 1.0, &out);
+    WriteVector(station.correction_sigma_m, std::sqrt(view.factor), &out);
+    out.EndRow();
   }
   out.Commit();
 }

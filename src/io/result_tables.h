@@ -1,22 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/result_files.h"
-
 #include <filesystem>
 
 #include "geojson.h"
+#include "result_view.h"
 
 namespace sarblock {
-
-/// What the writers of the single files of a result share.
-struct ResultView {
-  const Block& block;
-  const AdjustOptions& options;
-  const AdjustResult& result;
-  const ResultContext& context;
-  double factor = 1.0;  ///< on covariances
-};
 
 /// "score", "wald" or nothing.
 [[nodiscard]] const char* NameOf(SelectionTest test);

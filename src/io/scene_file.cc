@@ -4,7 +4,7 @@
 #include "sarblock/core/units.h"
 
 #include "ellipsoid_reader.h"
-#include "scene_keys.h"
+#include "scene_file.h"
 #include "scene_table.h"
 #include "toml_document.h"
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "csv_reader.h"
-#include "table_file.h"
 
 namespace sarblock {
 
@@ -50,5 +49,10 @@ class TableSource {
 /// Texts by the name of their file; a file whose text is absent does not stand there.
 using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_view>>>;
 [[nodiscard]] std::unique_ptr<TableSource> TablesOfTexts(FileTexts texts, FolderKind kind);
+
+/// The file of a table in a folder: NAME.csv or NAME.csv.gz; nothing if neither is there. Both at
+/// once are refused.
+[[nodiscard]] std::optional<std::filesystem::path> FindTable(const std::filesystem::path& folder,
+                                                             std::string_view name);
 
 }  // namespace sarblock

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/model/result.h"
 
+#include <cmath>
+
 namespace sarblock {
 
 const char* NameOf(PointStatus status) {
@@ -44,6 +46,11 @@ const char* NameOf(RejectReason reason) {
 bool IsSolved(PointStatus status) {
   return status == PointStatus::kAdjusted || status == PointStatus::kIntersected ||
          status == PointStatus::kPredicted;
+}
+
+double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result) {
+  return options.scale_by_posterior && std::isfinite(result.sigma0_squared) ? result.sigma0_squared
+                                                                            : 1.0;
 }
 
 void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }

@@ -12,20 +12,21 @@
 namespace sarblock {
 namespace {
 
-bool HasSigma(const ReportPoints& points, std::size_t i) {
-  return points.solved[i] != 0 && !std::isnan(points.sigma_m[i][0]);
+bool HasSigma(const ResultPoints& points, std::size_t i) {
+  return IsSolved(points.results.status[i]) && !std::isnan(SigmaOf(points, i, 0));
 }
 
-ConvexHull HullOfControl(const ReportPoints& points, const MapPlane& plane) {
+ConvexHull HullOfControl(const ResultPoints& points, const MapPlane& plane) {
   std::vector<std::array<double, 2>> places_m;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points.role[i] == ReportRole::kControl)
-      places_m.push_back(plane.Place(points.position_m[i]));
+    if (points.role[i] == PointRole::kControl) {
+      places_m.push_back(plane.Place(points.results.position_m[i]));
+    }
   }
   return ConvexHull(std::move(places_m));
 }
 
-AccuracyFigures::Group DescribeGroup(const ReportPoints& points,
+AccuracyFigures::Group DescribeGroup(const ResultPoints& points,
                                      const std::vector<std::uint32_t>& members,
                                      const ConvexHull& hull,
                                      const MapPlane& plane) {
@@ -34,9 +35,9 @@ AccuracyFigures::Group DescribeGroup(const ReportPoints& points,
   std::vector<double> angle_deg, looks;
   std::size_t outside = 0;
   for (const std::uint32_t i : members) {
-    angle_deg.push_back(static_cast<double>(points.intersection_deg[i]));
-    looks.push_back(points.looks[i]);
-    const std::array<double, 2> place = plane.Place(points.position_m[i]);
+    angle_deg.push_back(IntersectionOf_deg(points, i));
+    looks.push_back(points.results.looks[i]);
+    const std::array<double, 2> place = plane.Place(points.results.position_m[i]);
     if (!hull.Contains(place[0], place[1])) ++outside;
   }
   out.median_intersection_deg = SampleQuantile(std::move(angle_deg), 0.5);
@@ -49,51 +50,40 @@ AccuracyFigures::Group DescribeGroup(const ReportPoints& points,
 
 }  // namespace
 
-std::array<const char*, 3> AxisNames(const ReportSummary& summary) {
-  if (summary.geocentric) return {"east", "north", "up"};
+std::array<const char*, 3> AxisNames(const Frame& frame) {
+  if (frame.kind() == FrameKind::kGeocentric) return {"east", "north", "up"};
   return {"x", "y", "z"};
 }
 
 MapPlane::MapPlane(const ResultFolder& result) {
-  if (!result.summary.geocentric) return;
+  const Frame& frame = result.file.frame;
+  if (frame.kind() != FrameKind::kGeocentric) return;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0.0;
-  for (const std::array<double, 3>& p : result.points.position_m) {
+  for (const Eigen::Vector3d& p : result.file.points.results.position_m) {
     if (std::isnan(p[0])) continue;
-    sum += Eigen::Vector3d(p[0], p[1], p[2]);
+    sum += p;
     count += 1.0;
   }
-  if (count == 0.0 || !(result.summary.a_m > 0.0)) return;
-  const Frame frame = Frame::Geocentric({"", result.summary.a_m, result.summary.flattening});
-  const Eigen::Vector3d middle_m = sum / count;
-  const Eigen::Matrix3d enu = frame.EnuFromFrame(middle_m);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto axis = static_cast<Eigen::Index>(k);
-    origin_m_[k] = middle_m[axis];
-    axes_1_[0][k] = enu(0, axis);
-    axes_1_[1][k] = enu(1, axis);
-  }
-  const Geodetic place = frame.GeodeticFromFrame(middle_m);
+  if (count == 0.0) return;
+  origin_m_ = sum / count;
+  axes_1_ = frame.EnuFromFrame(origin_m_);
+  const Geodetic place = frame.GeodeticFromFrame(origin_m_);
   middle_ = fmt::format("{:.4f}, {:.4f}", place.lat_rad * kDegPerRad, place.lon_rad * kDegPerRad);
 }
 
-std::array<double, 2> MapPlane::Place(const std::array<double, 3>& position_m) const {
-  std::array<double, 2> out{};
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      out[axis] += axes_1_[axis][k] * (position_m[k] - origin_m_[k]);
-    }
-  }
-  return out;
+std::array<double, 2> MapPlane::Place(const Eigen::Vector3d& position_m) const {
+  const Eigen::Vector3d place_m = axes_1_ * (position_m - origin_m_);
+  return {place_m[0], place_m[1]};
 }
 
 AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
-  const ReportPoints& points = result.points;
+  const ResultPoints& points = result.file.points;
   AccuracyFigures out;
   std::vector<std::uint32_t> members;
   std::vector<double> angle_deg;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (points.solved[i] != 0) angle_deg.push_back(static_cast<double>(points.intersection_deg[i]));
+    if (IsSolved(points.results.status[i])) angle_deg.push_back(IntersectionOf_deg(points, i));
     if (HasSigma(points, i)) members.push_back(i);
   }
   out.points = members.size();
@@ -103,14 +93,14 @@ AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
     std::vector<double> sigma_m;
     std::uint32_t largest = members.front();
     for (const std::uint32_t i : members) {
-      sigma_m.push_back(static_cast<double>(points.sigma_m[i][k]));
-      if (points.sigma_m[i][k] > points.sigma_m[largest][k]) largest = i;
+      sigma_m.push_back(SigmaOf(points, i, k));
+      if (SigmaOf(points, i, k) > SigmaOf(points, largest, k)) largest = i;
     }
     constexpr std::array kParts{0.5, 0.95};
     const std::vector<double> parts = SampleQuantiles(std::move(sigma_m), kParts);
     out.median_m[k] = parts[0];
     out.most_m[k] = parts[1];
-    out.largest_m[k] = static_cast<double>(points.sigma_m[largest][k]);
+    out.largest_m[k] = SigmaOf(points, largest, k);
     out.largest_point[k] = std::string(points.ids[largest]);
   }
   out.weakest = static_cast<int>(std::max_element(out.median_m.begin(), out.median_m.end()) -
@@ -118,9 +108,8 @@ AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
   const auto weak = static_cast<std::size_t>(out.weakest);
   std::vector<double> parts;
   for (const std::uint32_t i : members) {
-    const auto held = static_cast<double>(points.sigma_held_m[i][weak]);
-    const auto whole = static_cast<double>(points.sigma_m[i][weak]);
-    parts.push_back(1.0 - held * held / (whole * whole));
+    const double looks_m = FixedPathSigmaOf(points, i, weak), whole_m = SigmaOf(points, i, weak);
+    parts.push_back(1.0 - looks_m * looks_m / (whole_m * whole_m));
   }
   out.path_part_1 = SampleQuantile(std::move(parts), 0.5);
   const MapPlane plane(result);
@@ -131,7 +120,7 @@ AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
                     members.begin() + static_cast<std::ptrdiff_t>(twentieth),
                     members.end(),
                     [&](std::uint32_t a, std::uint32_t b) {
-                      return points.sigma_m[a][weak] > points.sigma_m[b][weak];
+                      return SigmaOf(points, a, weak) > SigmaOf(points, b, weak);
                     });
   members.resize(twentieth);
   out.weak = DescribeGroup(points, members, hull, plane);

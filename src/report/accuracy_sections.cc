@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMostKnownRows = 30;
 constexpr std::size_t kMostChecks = 400;  // in a chart
 
-std::vector<std::string> TestRow(const std::string& name, const GlobalTestFigures& test) {
+std::vector<std::string> TestRow(const std::string& name, const ResultTest& test) {
   return {name,
           Shown(test.sigma0_squared),
           Shown(test.lower / test.redundancy),
@@ -24,7 +24,7 @@ std::vector<std::string> TestRow(const std::string& name, const GlobalTestFigure
           test.passed ? "passed" : "FAILED"};
 }
 
-PageTable VarianceTable(const ReportSummary& summary) {
+PageTable VarianceTable(const ResultSummary& summary) {
   PageTable table;
   table.title = "Variance components";
   table.columns = {{"group", false},
@@ -36,10 +36,10 @@ PageTable VarianceTable(const ReportSummary& summary) {
                    {"sigma after", true},
                    {"unit", false},
                    {"note", false}};
-  for (const VarianceFigures& v : summary.variances) {
+  for (const ResultVariance& v : summary.variances) {
     table.rows.push_back({v.group,
                           v.component,
-                          ReadableCount(v.looks_1),
+                          ReadableCount(v.looks),
                           Shown(v.redundancy),
                           ShownWithSigma(v.factor_1, v.factor_sigma_1),
                           Shown(v.sigma_before),
@@ -54,15 +54,15 @@ PageTable VarianceTable(const ReportSummary& summary) {
   return table;
 }
 
-void AddMonteCarlo(const MonteCarloFigures& runs, PageSection* section) {
+void AddMonteCarlo(const ResultRepetition& runs, PageSection* section) {
   PageTable table;
-  table.title = fmt::format("Repeated adjustments with drawn noise: {:.0f} runs", runs.runs_1);
+  table.title = fmt::format("Repeated adjustments with drawn noise: {} runs", runs.runs);
   table.columns = {{"figure", false},
                    {"expected", true},
                    {"mean", true},
                    {"99 % interval of the mean", true},
                    {"", false}};
-  for (const RunFigures& row : runs.rows) {
+  for (const ResultRepetition::Figure& row : runs.figures) {
     if (!row.agrees) table.marked.push_back(table.rows.size());
     table.rows.push_back({row.name,
                           Shown(row.expected_1),
@@ -112,10 +112,10 @@ PageFigure ErrorFigure(const KnownFigure& known, const char* axis, std::size_t c
 }
 
 void AddCheckItems(const ResultFolder& result, PageSection* section) {
-  const std::array<const char*, 3> axes = AxisNames(result.summary);
-  const ReportPoints& points = result.points;
-  if (result.summary.checks && !result.summary.checks->says.empty()) {
-    const std::string& says = result.summary.checks->says;
+  const std::array<const char*, 3> axes = AxisNames(result.file.frame);
+  const ResultPoints& points = result.file.points;
+  if (result.file.summary.checks && !result.file.summary.checks->says.empty()) {
+    const std::string& says = result.file.summary.checks->says;
     section->items.emplace_back(PageText{Capital(says) + (says.ends_with('.') ? "" : "."), ""});
   }
   PageTable rms;
@@ -128,24 +128,24 @@ void AddCheckItems(const ResultFolder& result, PageSection* section) {
                  {"ratio", true}};
   PageFigures figures;
   const bool predicted_at_all =
-      std::any_of(points.checks.begin(), points.checks.end(), [](const ReportPoints::Check& check) {
+      std::any_of(points.checks.begin(), points.checks.end(), [](const CheckResult& check) {
         return !std::isnan(check.chi_square);
       });
   for (std::size_t k = 0; k < 3; ++k) {
     KnownFigure known;
     double sum = 0.0, squares = 0.0, predicted = 0.0, n = 0.0;
-    for (const ReportPoints::Check& check : points.checks) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    for (const CheckResult& check : points.checks) {
+      const double error_m = check.error_enu_m[axis], sigma_m = check.sigma_enu_m[axis];
       // A point without a standard deviation (left out as contradictory) is compared with nothing.
-      if (std::isnan(check.error_m[k]) || (predicted_at_all && std::isnan(check.sigma_m[k]))) {
-        continue;
-      }
+      if (std::isnan(error_m) || (predicted_at_all && std::isnan(sigma_m))) continue;
       n += 1.0;
-      sum += check.error_m[k];
-      squares += check.error_m[k] * check.error_m[k];
-      predicted += check.sigma_m[k] * check.sigma_m[k];
+      sum += error_m;
+      squares += error_m * error_m;
+      predicted += sigma_m * sigma_m;
       if (known.error_m.size() < kMostChecks) {
-        known.error_m.push_back(check.error_m[k]);
-        known.sigma_m.push_back(check.sigma_m[k]);
+        known.error_m.push_back(error_m);
+        known.sigma_m.push_back(sigma_m);
         known.names.emplace_back(points.ids[check.point]);
       }
     }
@@ -168,9 +168,9 @@ void AddCheckItems(const ResultFolder& result, PageSection* section) {
 }
 
 PageTable CheckTable(const ResultFolder& result) {
-  const std::array<const char*, 3> axes = AxisNames(result.summary);
-  std::vector<const ReportPoints::Check*> order;
-  for (const ReportPoints::Check& check : result.points.checks) order.push_back(&check);
+  const std::array<const char*, 3> axes = AxisNames(result.file.frame);
+  std::vector<const CheckResult*> order;
+  for (const CheckResult& check : result.file.points.checks) order.push_back(&check);
   std::sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
     return a->chi_square > b->chi_square ||
            (std::isnan(b->chi_square) && !std::isnan(a->chi_square));
@@ -186,10 +186,10 @@ PageTable CheckTable(const ResultFolder& result) {
     table.columns.push_back({std::string("sigma ") + axis + " [m]", true});
   table.columns.push_back({"chi-square", true});
   for (std::size_t i = 0; i < std::min(order.size(), kMostKnownRows); ++i) {
-    const ReportPoints::Check& check = *order[i];
-    std::vector<std::string> row{std::string(result.points.ids[check.point])};
-    for (const double error_m : check.error_m) row.push_back(Shown(error_m, 3));
-    for (const double sigma_m : check.sigma_m) row.push_back(Shown(sigma_m, 3));
+    const CheckResult& check = *order[i];
+    std::vector<std::string> row{std::string(result.file.points.ids[check.point])};
+    for (const double error_m : check.error_enu_m) row.push_back(Shown(error_m, 3));
+    for (const double sigma_m : check.sigma_enu_m) row.push_back(Shown(sigma_m, 3));
     row.push_back(Shown(check.chi_square, 3));
     table.rows.push_back(std::move(row));
   }
@@ -200,9 +200,9 @@ PageTable CheckTable(const ResultFolder& result) {
 }
 
 PageTable ControlTable(const ResultFolder& result) {
-  const std::array<const char*, 3> axes = AxisNames(result.summary);
-  std::vector<const ReportControl*> order;
-  for (const ReportControl& control : result.control) order.push_back(&control);
+  const std::array<const char*, 3> axes = AxisNames(result.file.frame);
+  std::vector<const ResultControl*> order;
+  for (const ResultControl& control : result.file.control) order.push_back(&control);
   std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
     return std::abs(a->w_1) > std::abs(b->w_1);
   });
@@ -216,15 +216,16 @@ PageTable ControlTable(const ResultFolder& result) {
                    {"w", true},
                    {"minimal detectable blunder [m]", true},
                    {"its influence [m]", true}};
-  const double critical = result.summary.tests ? result.summary.tests->critical_w_1 : kAbsent;
+  const double critical =
+      result.file.summary.tests ? result.file.summary.tests->critical_w_1 : kAbsent;
   for (std::size_t i = 0; i < std::min(order.size(), kMostKnownRows); ++i) {
-    const ReportControl& c = *order[i];
+    const ResultControl& c = *order[i];
     if (std::abs(c.w_1) > critical) table.marked.push_back(i);
-    table.rows.push_back({c.point,
+    table.rows.push_back({std::string(result.file.points.ids[c.point]),
                           axes[static_cast<std::size_t>(c.component)],
                           Shown(c.residual_m, 3),
                           Shown(c.sigma_m, 3),
-                          Shown(c.redundancy, 3),
+                          Shown(c.redundancy_1, 3),
                           Shown(c.w_1, 3),
                           Shown(c.mdb_m, 3),
                           Shown(c.influence_m, 3)});
@@ -241,8 +242,8 @@ PageTable ControlTable(const ResultFolder& result) {
 
 PageSection TestSection(const ResultFolder& result) {
   PageSection section{"test", "Global test and variance components", {}};
-  const ReportSummary& summary = result.summary;
-  if (!summary.test.given()) {
+  const ResultSummary& summary = result.file.summary;
+  if (!summary.chi_square) {
     section.items.emplace_back(
         PageText{summary.status == "predicted"
                      ? "A prediction has no residuals, so there is no variance factor to test."
@@ -259,14 +260,14 @@ PageSection TestSection(const ResultFolder& result) {
                      {"", false}};
     if (summary.test_before)
       table.rows.push_back(TestRow("as weighted at first", *summary.test_before));
-    table.rows.push_back(
-        TestRow(summary.test_before ? "with variances estimated" : "all looks", summary.test));
-    if (!summary.test.passed) table.marked.push_back(table.rows.size() - 1);
-    table.note = summary.scaled_by_posterior
+    table.rows.push_back(TestRow(summary.test_before ? "with variances estimated" : "all looks",
+                                 *summary.chi_square));
+    if (!summary.chi_square->passed) table.marked.push_back(table.rows.size() - 1);
+    table.note = summary.sigma_scaled_by_posterior
                      ? "All standard deviations of this report are scaled by s0."
                      : "All standard deviations of this report are those of the weights as given; "
                        "with s0\xc2\xb2 taken into account they would be multiplied by " +
-                           Shown(std::sqrt(summary.test.sigma0_squared)) + ".";
+                           Shown(std::sqrt(summary.sigma0_squared)) + ".";
     section.items.emplace_back(std::move(table));
   }
   if (!summary.variances.empty()) {
@@ -277,21 +278,21 @@ PageSection TestSection(const ResultFolder& result) {
                  "= \"range-azimuth\" or \"per-pass\" would).",
                  "note"});
   }
-  if (summary.montecarlo) AddMonteCarlo(*summary.montecarlo, &section);
+  if (summary.repetition) AddMonteCarlo(*summary.repetition, &section);
   return section;
 }
 
 PageSection KnownPointsSection(const ResultFolder& result) {
   PageSection section{"known", "Control and check points", {}};
-  if (result.points.checks.empty()) {
+  if (result.file.points.checks.empty()) {
     section.items.emplace_back(PageText{
         "There are no check points: no known position was kept out of the adjustment.", "note"});
   } else {
     AddCheckItems(result, &section);
     section.items.emplace_back(CheckTable(result));
   }
-  if (result.control.empty()) {
-    const bool some = result.summary.Count("control_points") > 0.0;
+  if (result.file.control.empty()) {
+    const bool some = result.file.summary.Count("control_points") > 0.0;
     section.items.emplace_back(PageText{some
                                             ? "The result holds no residuals of its control points."
                                             : "There are no control points.",

@@ -16,14 +16,12 @@ using Key = std::pair<std::string, std::string>;
 double Larger(double a, double b) { return std::fmax(a, b); }
 
 void ComparePoints(const ResultFolder& a, const ResultFolder& b, ResultDifference* out) {
-  const bool geocentric = a.summary.geocentric && a.summary.a_m > 0.0;
-  const Frame frame =
-      geocentric ? Frame::Geocentric({"", a.summary.a_m, a.summary.flattening}) : Frame::Local();
+  const ResultPoints &pa = a.file.points, &pb = b.file.points;
   std::size_t matched = 0;
-  for (std::uint32_t i = 0; i < a.points.size(); ++i) {
-    if (a.points.solved[i] == 0) continue;
-    const std::uint32_t j = b.points.ids.Find(a.points.ids[i]);
-    if (j == IdTable::kNone || b.points.solved[j] == 0) {
+  for (std::uint32_t i = 0; i < pa.size(); ++i) {
+    if (!IsSolved(pa.results.status[i])) continue;
+    const std::uint32_t j = pb.ids.Find(pa.ids[i]);
+    if (j == IdTable::kNone || !IsSolved(pb.results.status[j])) {
       ++out->only_in_a;
       continue;
     }
@@ -31,33 +29,31 @@ void ComparePoints(const ResultFolder& a, const ResultFolder& b, ResultDifferenc
     ResultDifference::Point point;
     point.a = i;
     point.b = j;
-    const auto& pa = a.points.position_m[i];
-    const auto& pb = b.points.position_m[j];
-    const Eigen::Vector3d from(pa[0], pa[1], pa[2]), to(pb[0], pb[1], pb[2]);
-    const Eigen::Vector3d shift = frame.EnuFromFrame(from) * (to - from);
+    const Eigen::Vector3d& from_m = pa.results.position_m[i];
+    const Eigen::Vector3d shift =
+        a.file.frame.EnuFromFrame(from_m) * (pb.results.position_m[j] - from_m);
     point.shift_length_m = shift.norm();
     for (std::size_t k = 0; k < 3; ++k) {
       point.shift_m[k] = shift[static_cast<Eigen::Index>(k)];
-      const auto sa = static_cast<double>(a.points.sigma_m[i][k]);
-      const auto sb = static_cast<double>(b.points.sigma_m[j][k]);
+      const double sa = SigmaOf(pa, i, k), sb = SigmaOf(pb, j, k);
       point.sigma_ratio_1[k] = sb / sa;
       point.shift_sigmas_1 =
           Larger(point.shift_sigmas_1, std::abs(point.shift_m[k]) / Larger(sa, sb));
     }
     out->common.push_back(point);
   }
-  const auto solved_in_b = static_cast<std::size_t>(
-      std::count(b.points.solved.begin(), b.points.solved.end(), std::uint8_t{1}));
-  out->only_in_b = solved_in_b - matched;
+  out->only_in_b = pb.size() - b.unsolved.size() - matched;
 }
 
-void CompareParameters(const ResultFolder& a, const ResultFolder& b, ResultDifference* out) {
+void CompareParameters(const std::vector<ParameterResult>& a,
+                       const std::vector<ParameterResult>& b,
+                       ResultDifference* out) {
   std::map<Key, std::uint32_t> of_b;
-  for (std::uint32_t j = 0; j < b.parameters.size(); ++j) {
-    of_b[{b.parameters[j].pass, b.parameters[j].name}] = j;
+  for (std::uint32_t j = 0; j < b.size(); ++j) {
+    of_b[{b[j].owner, b[j].name}] = j;
   }
-  for (std::uint32_t i = 0; i < a.parameters.size(); ++i) {
-    const auto found = of_b.find({a.parameters[i].pass, a.parameters[i].name});
+  for (std::uint32_t i = 0; i < a.size(); ++i) {
+    const auto found = of_b.find({a[i].owner, a[i].name});
     if (found == of_b.end()) {
       ++out->parameters_only_in_a;
       continue;
@@ -65,15 +61,15 @@ void CompareParameters(const ResultFolder& a, const ResultFolder& b, ResultDiffe
     ResultDifference::Parameter parameter;
     parameter.a = i;
     parameter.b = found->second;
-    parameter.change = b.parameters[found->second].value - a.parameters[i].value;
-    parameter.change_sigmas_1 = std::abs(parameter.change) /
-                                Larger(a.parameters[i].sigma, b.parameters[found->second].sigma);
+    parameter.change = b[found->second].value - a[i].value;
+    parameter.change_sigmas_1 =
+        std::abs(parameter.change) / Larger(a[i].sigma, b[found->second].sigma);
     out->parameters.push_back(parameter);
   }
-  out->parameters_only_in_b = b.parameters.size() - out->parameters.size();
+  out->parameters_only_in_b = b.size() - out->parameters.size();
 }
 
-void CompareSettings(const ReportSummary& a, const ReportSummary& b, ResultDifference* out) {
+void CompareSettings(const ResultSummary& a, const ResultSummary& b, ResultDifference* out) {
   std::map<std::string, std::array<std::string, 2>> values;
   for (const auto& [key, value] : a.configuration) values[key][0] = value;
   for (const auto& [key, value] : b.configuration) values[key][1] = value;
@@ -81,8 +77,8 @@ void CompareSettings(const ReportSummary& a, const ReportSummary& b, ResultDiffe
     if (value[0] != value[1]) out->settings.push_back({key, value[0], value[1]});
   }
   std::map<std::string, std::array<std::string, 2>> files;
-  for (const InputFigures& input : a.inputs) files[input.file][0] = input.sha256;
-  for (const InputFigures& input : b.inputs) files[input.file][1] = input.sha256;
+  for (const InputFile& input : a.inputs) files[input.name][0] = input.sha256;
+  for (const InputFile& input : b.inputs) files[input.name][1] = input.sha256;
   for (const auto& [name, sums] : files) {
     if (sums[0] != sums[1]) out->inputs.push_back(name);
   }
@@ -93,8 +89,8 @@ void CompareSettings(const ReportSummary& a, const ReportSummary& b, ResultDiffe
 ResultDifference CompareResults(const ResultFolder& a, const ResultFolder& b) {
   ResultDifference out;
   ComparePoints(a, b, &out);
-  CompareParameters(a, b, &out);
-  CompareSettings(a.summary, b.summary, &out);
+  CompareParameters(a.file.parameters, b.file.parameters, &out);
+  CompareSettings(a.file.summary, b.file.summary, &out);
   return out;
 }
 

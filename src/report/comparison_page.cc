@@ -40,8 +40,8 @@ PageTable FigureTable(const Side& a, const Side& b) {
   const auto number = [&](const std::string& name, double va, double vb) {
     table.rows.push_back({name, Shown(va), Shown(vb), Ratio(va, vb)});
   };
-  const ReportSummary& sa = a.result.summary;
-  const ReportSummary& sb = b.result.summary;
+  const ResultSummary& sa = a.result.file.summary;
+  const ResultSummary& sb = b.result.file.summary;
   text("verdict", a.verdict.word, b.verdict.word);
   text("command", sa.command, sb.command);
   text("block", sa.block, sb.block);
@@ -55,9 +55,9 @@ PageTable FigureTable(const Side& a, const Side& b) {
                           ReadableCount(sb.Count(count)),
                           Ratio(sa.Count(count), sb.Count(count))});
   }
-  number("variance factor", sa.test.sigma0_squared, sb.test.sigma0_squared);
+  number("variance factor", sa.sigma0_squared, sb.sigma0_squared);
   number("condition", sa.condition, sb.condition);
-  const std::array<const char*, 3> axes = AxisNames(sa);
+  const std::array<const char*, 3> axes = AxisNames(a.result.file.frame);
   for (std::size_t k = 0; k < 3; ++k) {
     number(fmt::format("median sigma {} [m]", axes[k]),
            a.accuracy.median_m[k],
@@ -71,16 +71,16 @@ PageTable FigureTable(const Side& a, const Side& b) {
   if (sa.checks && sb.checks) {
     number("check points, error over sigma", sa.checks->error_ratio_1, sb.checks->error_ratio_1);
   }
-  const auto above = [](const ReportSummary& s) {
-    return s.tests ? s.tests->above_1[0] + s.tests->above_1[1] + s.tests->above_1[2] : kAbsent;
+  const auto above = [](const ResultSummary& s) {
+    return s.tests ? static_cast<double>(s.tests->above_all()) : kAbsent;
   };
   number("observations beyond the critical value", above(sa), above(sb));
   number("looks left out",
          static_cast<double>(a.result.looks.rejected),
          static_cast<double>(b.result.looks.rejected));
   double time_a = 0.0, time_b = 0.0;
-  for (const StageFigures& stage : sa.stages) time_a += stage.wall_s;
-  for (const StageFigures& stage : sb.stages) time_b += stage.wall_s;
+  for (const StageCost& stage : sa.stages) time_a += stage.wall_s;
+  for (const StageCost& stage : sb.stages) time_b += stage.wall_s;
   number("wall time [s]", time_a, time_b);
   return table;
 }
@@ -131,12 +131,12 @@ PageFigure SigmaFigure(const ResultDifference& difference,
   double low = kAbsent, high = kAbsent;
   for (const std::uint32_t n : SampleIndices(difference.common.size(), kMostComparedDots)) {
     const ResultDifference::Point& point = difference.common[n];
-    const auto x = static_cast<double>(a.result.points.sigma_m[point.a][k]);
-    const auto y = static_cast<double>(b.result.points.sigma_m[point.b][k]);
+    const double x = SigmaOf(a.result.file.points, point.a, k);
+    const double y = SigmaOf(b.result.file.points, point.b, k);
     if (!(x > 0.0) || !(y > 0.0)) continue;
     dots.x.push_back(x);
     dots.y.push_back(y);
-    dots.names.emplace_back(a.result.points.ids[point.a]);
+    dots.names.emplace_back(a.result.file.points.ids[point.a]);
     low = std::fmin(low, std::fmin(x, y));
     high = std::fmax(high, std::fmax(x, y));
   }
@@ -144,7 +144,7 @@ PageFigure SigmaFigure(const ResultDifference& difference,
   chart.series = {line, dots};
   const std::string id = fmt::format("sigma-{}", k);
   return {id,
-          fmt::format("Sigma {}", AxisNames(a.result.summary)[k]),
+          fmt::format("Sigma {}", AxisNames(a.result.file.frame)[k]),
           "",
           "third",
           ChartJson(id, chart)};
@@ -168,7 +168,7 @@ PageSection PointSection(const ResultDifference& difference, const Side& a, cons
   };
   PageTable table;
   table.columns = {{"", false}, {"median", true}, {"95 %", true}, {"largest", true}};
-  const std::array<const char*, 3> axes = AxisNames(a.result.summary);
+  const std::array<const char*, 3> axes = AxisNames(a.result.file.frame);
   table.rows.push_back(row("shift [m]", shift.length_m));
   table.rows.push_back(row("largest component of the shift [sigma]", shift.sigmas));
   for (std::size_t k = 0; k < 3; ++k) {
@@ -194,7 +194,7 @@ PageSection PointSection(const ResultDifference& difference, const Side& a, cons
                    {"largest component [sigma]", true}};
   for (std::size_t i = 0; i < std::min(order.size(), kMostChangedRows); ++i) {
     const ResultDifference::Point& point = *order[i];
-    moved.rows.push_back({std::string(a.result.points.ids[point.a]),
+    moved.rows.push_back({std::string(a.result.file.points.ids[point.a]),
                           Shown(point.shift_m[0], 3),
                           Shown(point.shift_m[1], 3),
                           Shown(point.shift_m[2], 3),
@@ -227,8 +227,8 @@ PageSection ParameterSection(const ResultDifference& difference, const Side& a) 
                    {"unit", false},
                    {"change [sigma]", true}};
   for (std::size_t i = 0; i < std::min(order.size(), kMostChangedRows); ++i) {
-    const ReportParameter& p = a.result.parameters[order[i]->a];
-    table.rows.push_back({p.pass,
+    const ParameterResult& p = a.result.file.parameters[order[i]->a];
+    table.rows.push_back({p.owner,
                           p.name,
                           ShownWithSigma(p.value, p.sigma),
                           Shown(order[i]->change, 3),
@@ -248,7 +248,7 @@ void Judge(const ResultDifference& difference, const Side& a, const Side& b, Pag
   verdict.word = a.verdict.word == b.verdict.word ? "Both: " + a.verdict.word
                                                   : a.verdict.word + ", then " + b.verdict.word;
   const auto weak = static_cast<std::size_t>(b.accuracy.weakest);
-  const char* axis = AxisNames(b.result.summary)[weak];
+  const char* axis = AxisNames(b.result.file.frame)[weak];
   if (a.accuracy.points > 0 && b.accuracy.points > 0) {
     const double ratio = b.accuracy.median_m[weak] / a.accuracy.median_m[weak];
     verdict.sentences.push_back(
@@ -287,9 +287,9 @@ Page MakeComparisonPage(const ResultFolder& first, const ResultFolder& second) {
   const Side a(first), b(second);
   const ResultDifference difference = CompareResults(first, second);
   Page page;
-  page.title = first.summary.block == second.summary.block
-                   ? first.summary.block
-                   : first.summary.block + " and " + second.summary.block;
+  page.title = first.file.summary.block == second.file.summary.block
+                   ? first.file.summary.block
+                   : first.file.summary.block + " and " + second.file.summary.block;
   page.kind = "Comparison of two results";
   page.subtitle = "A: " + first.path + "   B: " + second.path;
   Judge(difference, a, b, &page);

@@ -6,6 +6,7 @@
 #include "charts.h"
 #include "html.h"
 #include "sections.h"
+#include "statistics.h"
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -16,36 +17,37 @@ constexpr std::size_t kMostParameterRows = 40;
 constexpr const char* kTrackAxes[] = {"along", "across", "up"};
 constexpr const char* kTrackColors[] = {"blue", "orange", "green"};
 
-bool Corrected(const ReportStrip& strip) {
-  return !strip.correction_m.empty() && !std::isnan(strip.correction_m.front()[0]);
-}
+using Strip = std::span<const StripStation>;
+
+bool Corrected(const Strip& strip) { return !std::isnan(strip.front().correction_m[0]); }
 
 /// Largest correction over its standard deviation, along the strip.
-double Significance(const ReportStrip& strip) {
+double Significance(const Strip& strip) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < strip.correction_m.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double ratio = std::abs(strip.correction_m[i][k]) / strip.correction_sigma_m[i][k];
+  for (const StripStation& station : strip) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double ratio = std::abs(station.correction_m[k]) / station.correction_sigma_m[k];
       if (std::isfinite(ratio)) largest = std::max(largest, ratio);
     }
   }
   return largest;
 }
 
-PageFigure StripFigure(const ReportStrip& strip, std::size_t number) {
+PageFigure StripFigure(const std::string& pass, const Strip& strip, std::size_t number) {
   XyChart chart;
   chart.x = {"strip from start to end", false, -1.0, 1.0};
   chart.y.label = "correction [m]";
   for (std::size_t k = 0; k < 3; ++k) {
     ChartSeries band{"", "band", kTrackColors[k], {}, {}, {}, {}, {}};
     ChartSeries line{kTrackAxes[k], "line", kTrackColors[k], {}, {}, {}, {}, {}};
-    for (std::size_t i = 0; i < strip.correction_m.size(); ++i) {
-      const double value_m = strip.correction_m[i][k];
-      const double sigma_m = strip.correction_sigma_m[i][k];
-      line.x.push_back(strip.strip_time_1[i]);
+    const auto axis = static_cast<Eigen::Index>(k);
+    for (const StripStation& station : strip) {
+      const double value_m = station.correction_m[axis];
+      const double sigma_m = station.correction_sigma_m[axis];
+      line.x.push_back(station.strip_time_1);
       line.y.push_back(value_m);
       if (std::isnan(sigma_m)) continue;
-      band.x.push_back(strip.strip_time_1[i]);
+      band.x.push_back(station.strip_time_1);
       band.y.push_back(value_m);
       band.low.push_back(value_m - 2.0 * sigma_m);
       band.high.push_back(value_m + 2.0 * sigma_m);
@@ -56,14 +58,15 @@ PageFigure StripFigure(const ReportStrip& strip, std::size_t number) {
     chart.series.push_back(std::move(line));
   }
   const std::string id = fmt::format("strip-{}", number);
-  return {id, "Pass " + strip.pass, "", "small", ChartJson(id, chart)};
+  return {id, "Pass " + pass, "", "small", ChartJson(id, chart)};
 }
 
 PageTable ParameterTable(const ResultFolder& result) {
-  std::vector<std::size_t> order(result.parameters.size());
+  std::vector<std::size_t> order(result.file.parameters.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const double sa = result.parameters[a].significance, sb = result.parameters[b].significance;
+    const double sa = result.file.parameters[a].significance_1();
+    const double sb = result.file.parameters[b].significance_1();
     return std::isnan(sb) ? !std::isnan(sa) : sa > sb;
   });
   PageTable table;
@@ -77,20 +80,22 @@ PageTable ParameterTable(const ResultFolder& result) {
                    {"significance", true}};
   const std::size_t rows = std::min(order.size(), kMostParameterRows);
   for (std::size_t i = 0; i < rows; ++i) {
-    const ReportParameter& p = result.parameters[order[i]];
-    table.rows.push_back({p.pass,
+    const ParameterResult& p = result.file.parameters[order[i]];
+    const double significance = p.significance_1();
+    table.rows.push_back({p.owner,
                           p.name,
                           Shown(p.value),
                           Shown(p.sigma, 3),
                           p.unit,
                           Shown(p.prior_sigma, 3),
-                          std::isnan(p.significance) ? "-" : Shown(p.significance, 3) + " sigma"});
+                          std::isnan(significance) ? "-" : Shown(significance, 3) + " sigma"});
   }
-  const auto weak = std::count_if(result.parameters.begin(),
-                                  result.parameters.end(),
-                                  [](const ReportParameter& p) { return p.significance < 2.0; });
+  const auto weak = std::count_if(
+      result.file.parameters.begin(), result.file.parameters.end(), [](const ParameterResult& p) {
+        return p.significance_1() < 2.0;
+      });
   const auto unlearned = std::count_if(
-      result.parameters.begin(), result.parameters.end(), [](const ReportParameter& p) {
+      result.file.parameters.begin(), result.file.parameters.end(), [](const ParameterResult& p) {
         return p.sigma > 0.9 * p.prior_sigma;
       });
   table.note = fmt::format(
@@ -108,7 +113,7 @@ PageTable CorrelationTable(const ResultFolder& result) {
   table.title = "Correlations above 0.95";
   table.columns = {{"correction", false}, {"and", false}, {"correlation", true}};
   const auto name = [&](std::uint32_t i) {
-    return result.parameters[i].pass + " " + result.parameters[i].name;
+    return result.file.parameters[i].owner + " " + result.file.parameters[i].name;
   };
   for (const ReportCorrelation& c : result.correlations) {
     table.rows.push_back({name(c.a), name(c.b), fmt::format("{:+.4f}", c.correlation_1)});
@@ -133,46 +138,71 @@ PageTable CandidateTable(const ResultFolder& result) {
                    {"condition", true},
                    {"verdict", false},
                    {"reason", false}};
-  for (const ReportCandidate& c : result.candidates) {
-    if (c.verdict == "kept") table.marked.push_back(table.rows.size());
+  for (const CandidateResult& c : result.file.candidates) {
+    if (c.kept) table.marked.push_back(table.rows.size());
     table.rows.push_back({c.name,
                           c.passes,
-                          ReadableCount(c.parameters_1),
+                          ReadableCount(static_cast<double>(c.parameters)),
                           Shown(c.f_1, 3),
                           Shown(c.probability_1, 2),
                           Shown(c.delta_bic_1, 3),
-                          Shown(c.condition, 2),
-                          c.verdict,
+                          Shown(c.condition_1, 2),
+                          c.kept ? "kept" : "dropped",
                           c.reason});
   }
   return table;
+}
+
+/// Medians of the standard deviations of differences.
+PageText PairText(const ResultFile& file) {
+  const auto median = [&](const auto& value_m) {
+    std::vector<double> values_m;
+    for (const PairResult& pair : file.pairs) values_m.push_back(value_m(pair));
+    return Shown(SampleQuantile(std::move(values_m), 0.5), 3);
+  };
+  const auto sigma = [&](std::size_t axis) {
+    return median([&](const PairResult& pair) { return std::sqrt(pair.covariance_m2[axis]); });
+  };
+  const std::array<const char*, 3> axes = AxisNames(file.frame);
+  return {fmt::format("Relative accuracy: differences of {} pairs of points have median sigmas of "
+                      "{} m {}, {} m {} and {} m {}; the 1979 paper gives {} m across and {} m in "
+                      "height by range noise.",
+                      ReadableCount(file.pairs.size()),
+                      sigma(0),
+                      axes[0],
+                      sigma(1),
+                      axes[1],
+                      sigma(2),
+                      axes[2],
+                      median([](const PairResult& pair) { return pair.sigma_leberl_across_m; }),
+                      median([](const PairResult& pair) { return pair.sigma_leberl_up_m; })),
+          ""};
 }
 
 }  // namespace
 
 PageSection CorrectionSection(const ResultFolder& result) {
   PageSection section{"corrections", "Corrections of the passes", {}};
-  if (result.parameters.empty()) {
+  if (result.file.parameters.empty()) {
     section.items.emplace_back(
         PageText{"No corrections were estimated: the flight paths were taken as given.", "note"});
     return section;
   }
-  std::vector<const ReportStrip*> strips;
-  for (const ReportStrip& strip : result.strips) {
-    if (Corrected(strip)) strips.push_back(&strip);
-  }
+  std::vector<Strip> strips = StripsOf(result.file);
+  std::erase_if(strips, [](const Strip& strip) { return !Corrected(strip); });
   const std::size_t all = strips.size();
   if (all > kMostCharts) {
-    std::stable_sort(strips.begin(), strips.end(), [](const auto* a, const auto* b) {
-      return Significance(*a) > Significance(*b);
+    std::stable_sort(strips.begin(), strips.end(), [](const Strip& a, const Strip& b) {
+      return Significance(a) > Significance(b);
     });
     strips.resize(kMostCharts);
   }
-  const bool predicted = result.summary.status == "predicted";
+  const bool predicted = result.file.summary.status == "predicted";
   if (!strips.empty() && !predicted) {
     PageFigures figures;
     for (std::size_t i = 0; i < strips.size(); ++i) {
-      figures.figures.push_back(StripFigure(*strips[i], i));
+      const std::string& pass = result.file.passes[strips[i].front().pass].id;
+      figures.figures.push_back(StripFigure(pass, strips[i], i));
     }
     section.items.emplace_back(std::move(figures));
     std::string note =
@@ -194,13 +224,13 @@ PageSection CorrectionSection(const ResultFolder& result) {
 
 PageSection ModelSection(const ResultFolder& result) {
   PageSection section{"model", "What was modelled and why", {}};
-  const ReportSummary& summary = result.summary;
-  if (result.candidates.empty()) {
+  const ResultSummary& summary = result.file.summary;
+  if (result.file.candidates.empty()) {
     std::string groups;
     for (const auto& [key, value] : summary.configuration) {
       if (key.starts_with("correction.")) groups += key + " = " + value + "\n";
     }
-    if (result.parameters.empty()) {
+    if (result.file.parameters.empty()) {
       section.items.emplace_back(
           PageText{"Range spheres and Doppler cones of the looks, no corrections.", ""});
     } else {
@@ -211,15 +241,15 @@ PageSection ModelSection(const ResultFolder& result) {
       if (!groups.empty()) section.items.emplace_back(PagePre{"Correction groups", groups});
     }
   } else {
-    const auto kept = std::count_if(result.candidates.begin(),
-                                    result.candidates.end(),
-                                    [](const ReportCandidate& c) { return c.verdict == "kept"; });
+    const auto kept = std::count_if(result.file.candidates.begin(),
+                                    result.file.candidates.end(),
+                                    [](const CandidateResult& c) { return c.kept; });
     section.items.emplace_back(PageText{
         fmt::format(
             "Corrections were chosen by the program: {} of {} candidates were kept, each because "
             "it is determinable, significant and pays.{}",
             kept,
-            result.candidates.size(),
+            result.file.candidates.size(),
             summary.selection_settled ? "" : " The choice had not settled when it was stopped."),
         ""});
     section.items.emplace_back(CandidateTable(result));
@@ -227,7 +257,7 @@ PageSection ModelSection(const ResultFolder& result) {
       section.items.emplace_back(PagePre{"The model chosen", summary.selected_model});
     }
   }
-  if (!result.simplifications.empty()) {
+  if (!result.file.simplifications.empty()) {
     PageTable table;
     table.title = "What can be left out of the model";
     table.columns = {{"simplification", false},
@@ -235,29 +265,16 @@ PageSection ModelSection(const ResultFolder& result) {
                      {"its sigma [m]", true},
                      {"part", true},
                      {"verdict", false}};
-    for (const ReportSimplification& s : result.simplifications) {
-      table.rows.push_back(
-          {s.name, Shown(s.bound_m, 3), Shown(s.sigma_m, 3), ShownPercent(s.fraction), s.verdict});
+    for (const SimplificationBound& s : result.file.simplifications) {
+      table.rows.push_back({s.name,
+                            Shown(s.bound_m, 3),
+                            Shown(s.sigma_m, 3),
+                            ShownPercent(s.fraction_1),
+                            s.verdict});
     }
     section.items.emplace_back(std::move(table));
   }
-  if (result.pairs.count > 0) {
-    const std::array<const char*, 3> axes = AxisNames(summary);
-    section.items.emplace_back(
-        PageText{fmt::format("Relative accuracy: differences of {} pairs of points have median "
-                             "sigmas of {} m {}, {} m {} and {} m {}; the 1979 paper gives {} m "
-                             "across and {} m in height by range noise.",
-                             ReadableCount(static_cast<double>(result.pairs.count)),
-                             Shown(result.pairs.median_sigma_m[0], 3),
-                             axes[0],
-                             Shown(result.pairs.median_sigma_m[1], 3),
-                             axes[1],
-                             Shown(result.pairs.median_sigma_m[2], 3),
-                             axes[2],
-                             Shown(result.pairs.median_leberl_across_m, 3),
-                             Shown(result.pairs.median_leberl_up_m, 3)),
-                 ""});
-  }
+  if (!result.file.pairs.empty()) section.items.emplace_back(PairText(result.file));
   return section;
 }
 

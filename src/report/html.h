@@ -21,5 +21,8 @@ namespace sarblock {
 
 /// A count with thin spaces between groups of three from five digits on.
 [[nodiscard]] std::string ReadableCount(double count_1);
+[[nodiscard]] inline std::string ReadableCount(std::size_t count) {
+  return ReadableCount(static_cast<double>(count));
+}
 
 }  // namespace sarblock

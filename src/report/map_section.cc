@@ -9,6 +9,7 @@
 #include "charts.h"
 #include "covariance/error_ellipse.h"
 #include "html.h"
+#include "io/geojson.h"
 #include "sections.h"
 #include "statistics.h"
 #include <fmt/core.h>
@@ -37,11 +38,11 @@ class MapMaker {
  public:
   MapMaker(const ResultFolder& result, const AccuracyFigures& accuracy)
       : result_(result), accuracy_(accuracy), plane_(result) {
-    const ReportPoints& points = result.points;
+    const ResultPoints& points = result.file.points;
     for (std::uint32_t i = 0; i < points.size(); ++i) {
-      if (std::isnan(points.position_m[i][0])) continue;
+      if (std::isnan(points.results.position_m[i][0])) continue;
       placed_.push_back(i);
-      box_.Add(plane_.Place(points.position_m[i]));
+      box_.Add(plane_.Place(points.results.position_m[i]));
     }
     per_unit_m_ = box_.size() >= 3000.0 ? 1000.0 : 1.0;
   }
@@ -71,22 +72,22 @@ class MapMaker {
     return {place_m[0] / per_unit_m_, place_m[1] / per_unit_m_};
   }
   std::array<double, 2> PlaceOf(std::uint32_t i) const {
-    return plane_.Place(result_.points.position_m[i]);
+    return plane_.Place(result_.file.points.results.position_m[i]);
   }
 
   void AddStrips() {
-    for (std::size_t s = 0; s < std::min(result_.strips.size(), kMostPasses); ++s) {
-      const ReportStrip& strip = result_.strips[s];
-      MapChart::Line track{strip.pass, {}}, swath{strip.pass, {}};
-      for (const auto& p : strip.antenna_m) track.places.push_back(InUnits(plane_.Place(p)));
-      for (const auto& p : strip.near_m) {
-        if (!std::isnan(p[0])) swath.places.push_back(InUnits(plane_.Place(p)));
+    const auto strips = StripsOf(result_.file);
+    for (std::size_t s = 0; s < std::min(strips.size(), kMostPasses); ++s) {
+      const std::string& pass = result_.file.passes[strips[s].front().pass].id;
+      MapChart::Line track{pass, {}}, swath{pass, {}};
+      const auto add = [&](const Eigen::Vector3d& edge_m) {
+        if (!std::isnan(edge_m[0])) swath.places.push_back(InUnits(plane_.Place(edge_m)));
+      };
+      for (const StripStation& station : strips[s]) {
+        track.places.push_back(InUnits(plane_.Place(station.antenna_m)));
+        add(station.near_m);
       }
-      for (std::size_t i = strip.far_m.size(); i-- > 0;) {
-        if (!std::isnan(strip.far_m[i][0])) {
-          swath.places.push_back(InUnits(plane_.Place(strip.far_m[i])));
-        }
-      }
+      for (std::size_t i = strips[s].size(); i-- > 0;) add(strips[s][i].far_m);
       if (swath.places.size() > 3) {
         swath.places.push_back(swath.places.front());
         chart_.swaths.push_back(std::move(swath));
@@ -96,7 +97,7 @@ class MapMaker {
   }
 
   void AddPoints() {
-    const ReportPoints& points = result_.points;
+    const ResultPoints& points = result_.file.points;
     std::vector<std::uint32_t> shown;
     for (const std::uint32_t k : SampleIndices(placed_.size(), kMostPoints)) {
       shown.push_back(placed_[k]);
@@ -109,7 +110,7 @@ class MapMaker {
       }
     }
     sampled_ = shown.size();
-    const std::array<const char*, 3> axes = AxisNames(result_.summary);
+    const std::array<const char*, 3> axes = AxisNames(result_.file.frame);
     if (accuracy_.points > 0) {
       for (const char* axis : axes) {
         chart_.values.push_back({fmt::format("sigma {} [m]", axis), {}});
@@ -121,18 +122,18 @@ class MapMaker {
       chart_.points.push_back(InUnits(PlaceOf(i)));
       chart_.point_names.emplace_back(points.ids[i]);
       for (std::size_t k = 0; k + 1 < chart_.values.size(); ++k) {
-        chart_.values[k].of_point.push_back(static_cast<double>(points.sigma_m[i][k]));
+        chart_.values[k].of_point.push_back(SigmaOf(points, i, k));
       }
-      chart_.values.back().of_point.push_back(static_cast<double>(points.intersection_deg[i]));
+      chart_.values.back().of_point.push_back(IntersectionOf_deg(points, i));
     }
   }
 
   void AddKnown() {
-    const ReportPoints& points = result_.points;
+    const ResultPoints& points = result_.file.points;
     for (const std::uint32_t i : placed_) {
-      const ReportRole role = points.role[i];
-      if (role == ReportRole::kTie) continue;
-      const bool control = role == ReportRole::kControl;
+      const PointRole role = points.role[i];
+      if (role == PointRole::kTie) continue;
+      const bool control = role == PointRole::kControl;
       ChartPlaces& places = control ? chart_.control : chart_.checks;
       if (places.size() >= kMostMarks) continue;
       places.push_back(InUnits(PlaceOf(i)));
@@ -141,10 +142,10 @@ class MapMaker {
   }
 
   ErrorEllipse EllipseAt(std::uint32_t i) const {
-    const ReportPoints& points = result_.points;
-    const auto e = static_cast<double>(points.sigma_m[i][0]);
-    const auto n = static_cast<double>(points.sigma_m[i][1]);
-    return EllipseOf({e * e, n * n, 0.0, static_cast<double>(points.cov_en_m2[i]), 0.0, 0.0});
+    const ResultPoints& points = result_.file.points;
+    constexpr SymmetricEnu kUnknown{kAbsent, kAbsent, 0.0, kAbsent, 0.0, 0.0};
+    const std::vector<SymmetricEnu>& q_m2 = points.results.covariance_m2;
+    return EllipseOf(q_m2.empty() ? kUnknown : q_m2[i]);
   }
 
   void Magnify() {
@@ -184,13 +185,13 @@ class MapMaker {
   }
 
   void AddErrors() {
-    for (const ReportPoints::Check& check : result_.points.checks) {
+    for (const CheckResult& check : result_.file.points.checks) {
       if (chart_.errors.size() >= kMostErrors) return;
-      if (std::isnan(check.error_m[0]) || std::isnan(check.error_m[1])) continue;
+      if (std::isnan(check.error_enu_m[0]) || std::isnan(check.error_enu_m[1])) continue;
       const std::array<double, 2> from_m = PlaceOf(check.point);
       chart_.errors.push_back({InUnits(from_m),
-                               InUnits({from_m[0] + chart_.magnified * check.error_m[0],
-                                        from_m[1] + chart_.magnified * check.error_m[1]})});
+                               InUnits({from_m[0] + chart_.magnified * check.error_enu_m[0],
+                                        from_m[1] + chart_.magnified * check.error_enu_m[1]})});
     }
   }
 
@@ -206,7 +207,7 @@ class MapMaker {
 
 std::string Caption(const ResultFolder& result, const MapMaker& map, const MapChart& chart) {
   std::string text =
-      result.summary.geocentric
+      result.file.frame.kind() == FrameKind::kGeocentric
           ? fmt::format(
                 "Plane through the middle of the block ({} degrees), east and north in {}. ",
                 map.plane().middle(),
@@ -222,10 +223,8 @@ std::string Caption(const ResultFolder& result, const MapMaker& map, const MapCh
                         ReadableCount(static_cast<double>(map.sampled())),
                         ReadableCount(static_cast<double>(map.placed())));
   }
-  if (result.strips.size() > kMostPasses) {
-    text += fmt::format(" {} of {} passes are shown.",
-                        kMostPasses,
-                        ReadableCount(static_cast<double>(result.strips.size())));
+  if (const std::size_t strips = StripsOf(result.file).size(); strips > kMostPasses) {
+    text += fmt::format(" {} of {} passes are shown.", kMostPasses, ReadableCount(strips));
   }
   return text;
 }
@@ -241,43 +240,47 @@ PageTable PassTable(const ResultFolder& result, const MapPlane& plane) {
                    {"to [s]", true},
                    {"swath, near to far [km]", true}};
   constexpr std::size_t kMostPassRows = 60;
-  for (std::size_t s = 0; s < std::min(result.strips.size(), kMostPassRows); ++s) {
-    const ReportStrip& strip = result.strips[s];
-    const auto first = plane.Place(strip.antenna_m.front());
-    const auto last = plane.Place(strip.antenna_m.back());
+  const auto strips = StripsOf(result.file);
+  for (std::size_t s = 0; s < std::min(strips.size(), kMostPassRows); ++s) {
+    const std::span<const StripStation> strip = strips[s];
+    const ResultPass& pass = result.file.passes[strip.front().pass];
+    const auto first = plane.Place(strip.front().antenna_m);
+    const auto last = plane.Place(strip.back().antenna_m);
     double heading_deg = std::atan2(last[0] - first[0], last[1] - first[1]) * kDegPerRad;
     if (heading_deg < 0.0) heading_deg += 360.0;
-    const std::size_t middle = strip.near_m.size() / 2;
-    const auto near = plane.Place(strip.near_m[middle]), far = plane.Place(strip.far_m[middle]);
-    table.rows.push_back({strip.pass,
-                          strip.left ? "left" : "right",
+    const StripStation& middle = strip[strip.size() / 2];
+    const auto near = plane.Place(middle.near_m), far = plane.Place(middle.far_m);
+    table.rows.push_back({pass.id,
+                          pass.side == LookSide::kLeft ? "left" : "right",
                           Shown(heading_deg, 4),
-                          Shown(strip.time_s.front(), 6),
-                          Shown(strip.time_s.back(), 6),
+                          Shown(strip.front().time_s, 6),
+                          Shown(strip.back().time_s, 6),
                           Shown(std::hypot(far[0] - near[0], far[1] - near[1]) / 1000.0, 3)});
   }
   table.note = "Headings clockwise from north (y in a local frame).";
-  if (result.strips.size() > kMostPassRows) {
-    table.note += fmt::format(" The first {} of {}.", kMostPassRows, result.strips.size());
+  if (strips.size() > kMostPassRows) {
+    table.note += fmt::format(" The first {} of {}.", kMostPassRows, strips.size());
   }
   return table;
 }
 
 PageTable WeakestTable(const ResultFolder& result, const AccuracyFigures& accuracy) {
-  const ReportPoints& points = result.points;
-  const std::array<const char*, 3> axes = AxisNames(result.summary);
+  const ResultPoints& points = result.file.points;
+  const std::array<const char*, 3> axes = AxisNames(result.file.frame);
   const auto weak = static_cast<std::size_t>(accuracy.weakest);
   constexpr std::size_t kWeakRows = 15;
   std::vector<std::uint32_t> order;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (points.solved[i] != 0 && !std::isnan(points.sigma_m[i][0])) order.push_back(i);
+    if (IsSolved(points.results.status[i]) && !std::isnan(SigmaOf(points, i, 0))) {
+      order.push_back(i);
+    }
   }
   const std::size_t rows = std::min(order.size(), kWeakRows);
   std::partial_sort(order.begin(),
                     order.begin() + static_cast<std::ptrdiff_t>(rows),
                     order.end(),
                     [&](std::uint32_t a, std::uint32_t b) {
-                      return points.sigma_m[a][weak] > points.sigma_m[b][weak];
+                      return SigmaOf(points, a, weak) > SigmaOf(points, b, weak);
                     });
   PageTable table;
   table.title = fmt::format("The {} weakest points", rows);
@@ -290,16 +293,12 @@ PageTable WeakestTable(const ResultFolder& result, const AccuracyFigures& accura
   table.columns.push_back({"redundancy", true});
   for (std::size_t k = 0; k < rows; ++k) {
     const std::uint32_t i = order[k];
-    const ReportRole role = points.role[i];
-    std::vector<std::string> row{
-        std::string(points.ids[i]),
-        role == ReportRole::kControl ? "control" : (role == ReportRole::kCheck ? "check" : "tie")};
-    for (const float sigma_m : points.sigma_m[i])
-      row.push_back(Shown(static_cast<double>(sigma_m), 3));
-    row.push_back(Shown(static_cast<double>(points.sigma_held_m[i][weak]), 3));
-    row.push_back(std::to_string(points.looks[i]));
-    row.push_back(Shown(static_cast<double>(points.intersection_deg[i]), 3));
-    row.push_back(Shown(static_cast<double>(points.redundancy[i]), 3));
+    std::vector<std::string> row{std::string(points.ids[i]), NameOf(points.role[i])};
+    for (std::size_t axis = 0; axis < 3; ++axis) row.push_back(Shown(SigmaOf(points, i, axis), 3));
+    row.push_back(Shown(FixedPathSigmaOf(points, i, weak), 3));
+    row.push_back(std::to_string(points.results.looks[i]));
+    row.push_back(Shown(IntersectionOf_deg(points, i), 3));
+    row.push_back(Shown(FigureOf(points.results.redundancy, i), 3));
     table.rows.push_back(std::move(row));
   }
   table.note =
@@ -323,7 +322,7 @@ PageSection MapSection(const ResultFolder& result, const AccuracyFigures& accura
                                         Caption(result, map, chart),
                                         "map",
                                         ChartJson("map-chart", chart)});
-  if (result.strips.empty()) {
+  if (result.file.strips.empty()) {
     section.items.emplace_back(
         PageText{"The result holds no flight paths and swaths (strips.csv).", "note"});
   } else {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/units.h"
-
 #include <cmath>
 #include <numbers>
 
@@ -19,9 +17,9 @@ constexpr std::size_t kMostDots = 1500;
 /// their sense, so angles are doubled.
 std::array<double, 2> AcrossDirection(const ResultFolder& result, const MapPlane& plane) {
   double c = 0.0, s = 0.0;
-  for (const ReportStrip& strip : result.strips) {
-    const auto first = plane.Place(strip.antenna_m.front());
-    const auto last = plane.Place(strip.antenna_m.back());
+  for (const std::span<const StripStation> strip : StripsOf(result.file)) {
+    const auto first = plane.Place(strip.front().antenna_m);
+    const auto last = plane.Place(strip.back().antenna_m);
     const double angle = std::atan2(last[1] - first[1], last[0] - first[0]);
     c += std::cos(2.0 * angle);
     s += std::sin(2.0 * angle);
@@ -33,14 +31,16 @@ std::array<double, 2> AcrossDirection(const ResultFolder& result, const MapPlane
   return across;
 }
 
-double AlongAzimuth(double ee_m2, double nn_m2, double en_m2, double azimuth_rad) {
+double AlongAzimuth(const std::vector<SymmetricEnu>& q_m2, std::size_t point, double azimuth_rad) {
+  if (q_m2.empty()) return kAbsent;
   const double s = std::sin(azimuth_rad), c = std::cos(azimuth_rad);
+  const auto& [ee_m2, nn_m2, uu_m2, en_m2, eu_m2, nu_m2] = q_m2[point];
   return std::sqrt(s * s * ee_m2 + c * c * nn_m2 + 2.0 * s * c * en_m2);
 }
 
 /// By point: what is shown of one component.
 struct Profile {
-  std::vector<double> paper_m, paper_with_path_m, held_m, whole_m;
+  std::vector<double> paper_m, paper_with_path_m, fixed_paths_m, whole_m;
 };
 
 struct Profiles {
@@ -49,43 +49,37 @@ struct Profiles {
   Profile across, up;
 };
 
-double Together(double noise_m, double path_m) { return std::hypot(noise_m, path_m); }
-
 Profiles Collect(const ResultFolder& result) {
-  const ReportPoints& points = result.points;
+  const ResultPoints& points = result.file.points;
+  const PointResults& figures = points.results;
   const MapPlane plane(result);
   const std::array<double, 2> direction = AcrossDirection(result, plane);
   const double fallback_rad = std::atan2(direction[0], direction[1]);
   Profiles out;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     // A control point is known beforehand: it would say nothing of the geometry.
-    if (points.solved[i] == 0 || points.role[i] == ReportRole::kControl ||
-        std::isnan(points.sigma_m[i][0])) {
+    if (!IsSolved(figures.status[i]) || points.role[i] == PointRole::kControl ||
+        std::isnan(SigmaOf(points, i, 0))) {
       continue;
     }
-    const auto place = plane.Place(points.position_m[i]);
+    const auto place = plane.Place(figures.position_m[i]);
     out.x_km.push_back((place[0] * direction[0] + place[1] * direction[1]) / 1000.0);
     out.names.emplace_back(points.ids[i]);
-    const auto leberl_deg = static_cast<double>(points.leberl_azimuth_deg[i]);
-    const double azimuth_rad = std::isnan(leberl_deg) ? fallback_rad : leberl_deg * kRadPerDeg;
-    const auto square = [](float v) { return static_cast<double>(v) * static_cast<double>(v); };
-    const auto& sigma_m = points.sigma_m[i];
-    const auto& held_m = points.sigma_held_m[i];
-    const auto paper = [&](std::size_t k) { return static_cast<double>(points.leberl_m[i][k]); };
-    out.across.whole_m.push_back(AlongAzimuth(square(sigma_m[0]),
-                                              square(sigma_m[1]),
-                                              static_cast<double>(points.cov_en_m2[i]),
-                                              azimuth_rad));
-    out.across.held_m.push_back(AlongAzimuth(square(held_m[0]),
-                                             square(held_m[1]),
-                                             static_cast<double>(points.cov_held_en_m2[i]),
-                                             azimuth_rad));
-    out.across.paper_m.push_back(paper(0));
-    out.across.paper_with_path_m.push_back(Together(paper(0), paper(2)));
-    out.up.whole_m.push_back(static_cast<double>(sigma_m[2]));
-    out.up.held_m.push_back(static_cast<double>(held_m[2]));
-    out.up.paper_m.push_back(paper(1));
-    out.up.paper_with_path_m.push_back(Together(paper(1), paper(3)));
+    const double leberl_rad = FigureOf(figures.leberl_across_azimuth_rad, i);
+    const double azimuth_rad = std::isnan(leberl_rad) ? fallback_rad : leberl_rad;
+    const double across_m = FigureOf(figures.sigma_leberl_across_m, i);
+    const double up_m = FigureOf(figures.sigma_leberl_up_m, i);
+    out.across.whole_m.push_back(AlongAzimuth(figures.covariance_m2, i, azimuth_rad));
+    out.across.fixed_paths_m.push_back(
+        AlongAzimuth(figures.fixed_path_covariance_m2, i, azimuth_rad));
+    out.across.paper_m.push_back(across_m);
+    out.across.paper_with_path_m.push_back(
+        std::hypot(across_m, FigureOf(figures.sigma_leberl_path_across_m, i)));
+    out.up.whole_m.push_back(SigmaOf(points, i, 2));
+    out.up.fixed_paths_m.push_back(FixedPathSigmaOf(points, i, 2));
+    out.up.paper_m.push_back(up_m);
+    out.up.paper_with_path_m.push_back(
+        std::hypot(up_m, FigureOf(figures.sigma_leberl_path_up_m, i)));
   }
   return out;
 }
@@ -124,7 +118,7 @@ PageFigure ProfileFigure(const Profiles& profiles,
        {MedianLine(
             "1979 paper, with priors of paths", "dash", "purple", x, profile.paper_with_path_m),
         MedianLine("1979 paper, range noise", "dash", "orange", x, profile.paper_m),
-        MedianLine("rigorous intersection, paths exact", "line", "green", x, profile.held_m),
+        MedianLine("rigorous intersection, paths exact", "line", "green", x, profile.fixed_paths_m),
         MedianLine(whole, "line", "blue", x, profile.whole_m)}) {
     if (!series.x.empty()) chart.series.push_back(std::move(series));
   }
@@ -141,7 +135,7 @@ PageSection ProfileSection(const ResultFolder& result) {
     return section;
   }
   const std::string whole =
-      result.summary.command == "intersect" ? "rigorous intersection" : "whole block";
+      result.file.summary.command == "intersect" ? "rigorous intersection" : "whole block";
   PageFigures figures;
   figures.figures.push_back(
       ProfileFigure(profiles, profiles.across, "profile-across", "Sigma across track", whole));

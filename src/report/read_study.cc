@@ -4,8 +4,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "io/csv_reader.h"
-#include "io/table_file.h"
+#include "io/table_source.h"
 #include "study_page.h"
 
 namespace sarblock {

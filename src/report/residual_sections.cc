@@ -125,7 +125,11 @@ PageTable ResidualTable(const ReportLooks& looks) {
   return table;
 }
 
-PageTable LookTable(const std::vector<ReportLook>& looks, double critical) {
+double ResidualOf_m(const ResultLooks& looks, std::size_t look, std::size_t component) {
+  return component == 0 ? looks.range_residual_m[look] : looks.azimuth_residual_m[look];
+}
+
+PageTable LookTable(const ResultFile& file, const std::vector<ReportLook>& shown, double critical) {
   PageTable table;
   table.columns = {{"pass", false},
                    {"point", false},
@@ -135,21 +139,27 @@ PageTable LookTable(const std::vector<ReportLook>& looks, double critical) {
                    {"w", true},
                    {"minimal detectable blunder [m]", true},
                    {"its influence on the point [m]", true}};
-  for (const ReportLook& look : looks) {
-    if (std::abs(look.w_1) > critical) table.marked.push_back(table.rows.size());
-    table.rows.push_back({look.pass,
-                          look.point,
-                          look.azimuth ? "azimuth" : "range",
-                          Shown(look.residual_m, 3),
-                          Shown(look.redundancy, 3),
-                          Shown(look.w_1, 3),
-                          Shown(look.mdb_m, 3),
-                          Shown(look.influence_m, 3)});
+  const ResultLooks& looks = file.looks;
+  for (const auto& [look, k] : shown) {
+    const auto figure = [&, i = look](const std::vector<float>& of_looks) {
+      return Shown(of_looks.empty() ? kAbsent : static_cast<double>(of_looks[i]), 3);
+    };
+    if (std::abs(static_cast<double>(looks.w_1[k][look])) > critical) {
+      table.marked.push_back(table.rows.size());
+    }
+    table.rows.push_back({file.passes[looks.pass[look]].id,
+                          std::string(file.points.ids[looks.point[look]]),
+                          kComponents[k],
+                          Shown(ResidualOf_m(looks, look, k), 3),
+                          figure(looks.redundancy_1[k]),
+                          figure(looks.w_1[k]),
+                          figure(looks.mdb_m[k]),
+                          figure(looks.influence_m[k])});
   }
   return table;
 }
 
-PageTable FindingTable(const ReportSummary& summary) {
+PageTable FindingTable(const ResultSummary& summary) {
   constexpr std::size_t kRows = 40;
   PageTable table;
   table.title = "What the search for blunders found";
@@ -162,7 +172,7 @@ PageTable FindingTable(const ReportSummary& summary) {
                    {"done", false},
                    {"note", false}};
   for (std::size_t i = 0; i < std::min(kRows, summary.findings.size()); ++i) {
-    const FindingFigures& f = summary.findings[i];
+    const ResultFinding& f = summary.findings[i];
     table.rows.push_back({std::to_string(f.round),
                           f.point,
                           f.passes,
@@ -173,7 +183,7 @@ PageTable FindingTable(const ReportSummary& summary) {
                           f.note});
   }
   table.note =
-      fmt::format("{} findings in {:.0f} rounds{}.",
+      fmt::format("{} findings in {} rounds{}.",
                   summary.findings.size(),
                   *summary.snooping_rounds,
                   summary.findings.size() > kRows ? "; the others stand in summary.json" : "");
@@ -186,7 +196,7 @@ PageSection ResidualSection(const ResultFolder& result) {
   PageSection section{"residuals", "Standardised residuals", {}};
   const ReportLooks& looks = result.looks;
   if (looks.w_1[0].empty() && looks.w_1[1].empty()) {
-    section.items.emplace_back(PageText{result.summary.status == "predicted"
+    section.items.emplace_back(PageText{result.file.summary.status == "predicted"
                                             ? "A prediction has no residuals: nothing was measured."
                                             : "The result has no standardised residuals: they come "
                                               "with a covariance of the adjustment.",
@@ -208,27 +218,27 @@ PageSection ResidualSection(const ResultFolder& result) {
 PageSection WorstLooksSection(const ResultFolder& result) {
   PageSection section{"worst", "Worst looks", {}};
   const ReportLooks& looks = result.looks;
-  const auto& tests = result.summary.tests;
+  const auto& tests = result.file.summary.tests;
   if (looks.worst.empty()) {
     section.items.emplace_back(PageText{"No look was tested.", "note"});
   } else {
     if (tests) {
       section.items.emplace_back(PageText{
           fmt::format("{} observations were tested one by one at level {}: |w| above {} is rare. "
-                      "{:.0f} range, {:.0f} azimuth and {:.0f} control components are above it, {} "
+                      "{} range, {} azimuth and {} control components are above it, {} "
                       "are expected by chance. {} looks belong to points with one degree of "
                       "freedom, where a blunder shows but cannot be located.",
-                      ReadableCount(tests->tests_1),
+                      ReadableCount(tests->tests),
                       Shown(tests->alpha_1, 2),
                       Shown(tests->critical_w_1, 3),
-                      tests->above_1[0],
-                      tests->above_1[1],
-                      tests->above_1[2],
+                      tests->above[0],
+                      tests->above[1],
+                      tests->above[2],
                       Shown(tests->expected_above_1, 2),
-                      ReadableCount(tests->not_localisable_1)),
+                      ReadableCount(tests->not_localisable)),
           ""});
     }
-    PageTable table = LookTable(looks.worst, tests ? tests->critical_w_1 : kAbsent);
+    PageTable table = LookTable(result.file, looks.worst, tests ? tests->critical_w_1 : kAbsent);
     table.note = fmt::format(
         "The {} largest |w|; beyond the critical value they are marked. The minimal detectable "
         "blunder is found with a power of {}; smaller ones may stay, and move the point by up to "
@@ -237,25 +247,26 @@ PageSection WorstLooksSection(const ResultFolder& result) {
         ShownPercent(tests ? tests->power_1 : kAbsent));
     section.items.emplace_back(std::move(table));
   }
-  if (result.summary.snooping_rounds && !result.summary.findings.empty()) {
-    section.items.emplace_back(FindingTable(result.summary));
+  if (result.file.summary.snooping_rounds && !result.file.summary.findings.empty()) {
+    section.items.emplace_back(FindingTable(result.file.summary));
   }
   if (!looks.left_out.empty()) {
     PageTable table;
     table.title = "Looks that were left out";
     table.columns = {
         {"pass", false}, {"point", false}, {"reason", false}, {"largest residual [m]", true}};
-    for (const ReportLook& look : looks.left_out) {
-      table.rows.push_back({look.pass,
-                            look.point,
-                            look.reason,
-                            Shown(look.residual_m, 3) + (look.azimuth ? " azimuth" : " range")});
+    const ResultLooks& all = result.file.looks;
+    for (const auto& [look, k] : looks.left_out) {
+      table.rows.push_back({result.file.passes[all.pass[look]].id,
+                            std::string(result.file.points.ids[all.point[look]]),
+                            NameOf(all.reason[look]),
+                            Shown(ResidualOf_m(all, look, k), 3) + " " + kComponents[k]});
     }
     table.note = fmt::format(
         "{} of {}, the largest residuals first. A list to use again: --rejections with "
         "residuals.csv.",
         looks.left_out.size(),
-        ReadableCount(static_cast<double>(looks.rejected)));
+        ReadableCount(looks.rejected));
     section.items.emplace_back(std::move(table));
   }
   return section;

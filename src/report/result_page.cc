@@ -8,7 +8,7 @@
 namespace sarblock {
 namespace {
 
-const char* KindOf(const ReportSummary& summary) {
+const char* KindOf(const ResultSummary& summary) {
   if (summary.command == "intersect") return "Intersection";
   if (summary.command == "predict") return "Prediction";
   return "Block adjustment";
@@ -16,7 +16,7 @@ const char* KindOf(const ReportSummary& summary) {
 
 std::vector<PageFact> VerdictFacts(const ResultFolder& result, const AccuracyFigures& accuracy) {
   std::vector<PageFact> out;
-  const std::array<const char*, 3> axes = AxisNames(result.summary);
+  const std::array<const char*, 3> axes = AxisNames(result.file.frame);
   if (accuracy.points > 0) {
     const auto weak = static_cast<std::size_t>(accuracy.weakest);
     out.push_back(
@@ -30,28 +30,28 @@ std::vector<PageFact> VerdictFacts(const ResultFolder& result, const AccuracyFig
                    fmt::format("{} m {}", Shown(accuracy.largest_m[weak], 3), axes[weak]),
                    "at " + accuracy.largest_point[weak]});
   }
-  const GlobalTestFigures& test = result.summary.test;
-  if (test.given()) {
+  if (const auto& test = result.file.summary.chi_square) {
     out.push_back({"Variance factor",
-                   Shown(test.sigma0_squared),
+                   Shown(test->sigma0_squared),
                    fmt::format("{}: {} to {} allowed",
-                               test.passed ? "passed" : "failed",
-                               Shown(test.lower / test.redundancy, 3),
-                               Shown(test.upper / test.redundancy, 3))});
+                               test->passed ? "passed" : "failed",
+                               Shown(test->lower / test->redundancy, 3),
+                               Shown(test->upper / test->redundancy, 3))});
   }
-  if (const auto& checks = result.summary.checks; checks && checks->components_1 > 0.0) {
+  if (const auto& checks = result.file.summary.checks; checks && checks->components > 0) {
     out.push_back({"Check points, error over sigma",
                    Shown(checks->error_ratio_1, 3),
                    fmt::format("{} point{}, {}",
-                               checks->points_1,
-                               checks->points_1 == 1.0 ? "" : "s",
+                               checks->points,
+                               checks->points == 1 ? "" : "s",
                                checks->realistic ? "realistic" : "not realistic")});
   }
-  out.push_back({"Observations, unknowns",
-                 fmt::format("{}, {}",
-                             ReadableCount(result.summary.Count("observations")),
-                             ReadableCount(result.summary.Count("parameters"))),
-                 fmt::format("redundancy {}", ReadableCount(result.summary.Count("redundancy")))});
+  out.push_back(
+      {"Observations, unknowns",
+       fmt::format("{}, {}",
+                   ReadableCount(result.file.summary.Count("observations")),
+                   ReadableCount(result.file.summary.Count("parameters"))),
+       fmt::format("redundancy {}", ReadableCount(result.file.summary.Count("redundancy")))});
   return out;
 }
 
@@ -76,15 +76,17 @@ std::string Capital(std::string text) {
 
 Page MakeResultPage(const ResultFolder& result) {
   const AccuracyFigures accuracy = DescribeAccuracy(result);
+  const Frame& frame = result.file.frame;
   Page page;
-  page.title = result.summary.block.empty() ? "Result" : result.summary.block;
-  page.kind = KindOf(result.summary);
-  page.subtitle = fmt::format(
-      "{} passes, {} points, {} looks; {}",
-      ReadableCount(result.summary.Count("passes")),
-      ReadableCount(result.summary.Count("points")),
-      ReadableCount(result.summary.Count("looks")),
-      result.summary.geocentric ? "geocentric frame, " + result.summary.ellipsoid : "local frame");
+  page.title = result.file.summary.block.empty() ? "Result" : result.file.summary.block;
+  page.kind = KindOf(result.file.summary);
+  page.subtitle = fmt::format("{} passes, {} points, {} looks; {}",
+                              ReadableCount(result.file.summary.Count("passes")),
+                              ReadableCount(result.file.summary.Count("points")),
+                              ReadableCount(result.file.summary.Count("looks")),
+                              frame.kind() == FrameKind::kGeocentric
+                                  ? "geocentric frame, " + frame.ellipsoid().name
+                                  : "local frame");
   page.verdict = JudgeResult(result, accuracy);
   page.facts = VerdictFacts(result, accuracy);
   page.sections = {CountsSection(result),

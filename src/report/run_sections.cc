@@ -30,7 +30,7 @@ constexpr NamedCount kCounts[] = {
     {"redundancy", "Redundancy"},
 };
 
-std::string Setting(const ReportSummary& summary, const std::string& key) {
+std::string Setting(const ResultSummary& summary, const std::string& key) {
   for (const auto& [name, value] : summary.configuration) {
     if (name != key) continue;
     const bool quoted = value.size() >= 2 && value.front() == '"';
@@ -39,7 +39,7 @@ std::string Setting(const ReportSummary& summary, const std::string& key) {
   return "";
 }
 
-PageTable CountTable(const ReportSummary& summary) {
+PageTable CountTable(const ResultSummary& summary) {
   PageTable table;
   table.columns = {{"", false}, {"count", true}};
   for (const NamedCount& count : kCounts) {
@@ -56,7 +56,7 @@ PageTable CountTable(const ReportSummary& summary) {
   return table;
 }
 
-PageTable SettingTable(const ReportSummary& summary) {
+PageTable SettingTable(const ResultSummary& summary) {
   PageTable table;
   table.columns = {{"setting", false}, {"value", false}};
   for (const char* key : {"corrections",
@@ -78,46 +78,49 @@ PageTable SettingTable(const ReportSummary& summary) {
 
 PageSection CountsSection(const ResultFolder& result) {
   PageSection section{"counts", "Counts and settings", {}};
-  section.items.emplace_back(CountTable(result.summary));
-  section.items.emplace_back(SettingTable(result.summary));
-  if (result.points.unsolved_count > 0) {
+  section.items.emplace_back(CountTable(result.file.summary));
+  section.items.emplace_back(SettingTable(result.file.summary));
+  if (!result.unsolved.empty()) {
+    constexpr std::size_t kMostUnsolved = 50;
+    const ResultPoints& points = result.file.points;
     PageTable table;
     table.title = "Points that were left out";
     table.columns = {{"point", false}, {"status", false}, {"why", false}};
-    for (const ReportPoints::Unsolved& point : result.points.unsolved) {
-      table.rows.push_back(
-          {std::string(result.points.ids[point.point]), point.status, point.reason});
+    const std::size_t shown = std::min(result.unsolved.size(), kMostUnsolved);
+    for (const std::uint32_t point : std::span(result.unsolved).first(shown)) {
+      table.rows.push_back({std::string(points.ids[point]),
+                            NameOf(points.results.status[point]),
+                            points.results.reason.empty() ? "" : points.results.reason[point]});
     }
-    if (result.points.unsolved_count > result.points.unsolved.size()) {
-      table.note = fmt::format("The first {} of {}; all stand in points.csv.",
-                               result.points.unsolved.size(),
-                               result.points.unsolved_count);
+    if (result.unsolved.size() > shown) {
+      table.note = fmt::format(
+          "The first {} of {}; all stand in points.csv.", shown, result.unsolved.size());
     }
     section.items.emplace_back(std::move(table));
   }
-  if (!result.summary.warnings.empty()) {
+  if (!result.file.summary.warnings.empty()) {
     section.items.emplace_back(PageText{"Warnings of the run:", ""});
-    section.items.emplace_back(PageList{result.summary.warnings});
+    section.items.emplace_back(PageList{result.file.summary.warnings});
   }
   return section;
 }
 
 PageSection CostSection(const ResultFolder& result) {
   PageSection section{"cost", "Time and memory", {}};
-  if (result.summary.stages.empty()) {
+  if (result.file.summary.stages.empty()) {
     section.items.emplace_back(PageText{"The result does not say what its stages cost.", "note"});
     return section;
   }
   PageTable table;
   table.columns = {{"stage", false}, {"wall time [s]", true}, {"peak memory [MiB]", true}};
   double total_s = 0.0, peak_mib = 0.0;
-  for (const StageFigures& stage : result.summary.stages) {
-    table.rows.push_back({stage.name, Shown(stage.wall_s, 3), Shown(stage.peak_mib, 3)});
+  for (const StageCost& stage : result.file.summary.stages) {
+    table.rows.push_back({stage.stage, Shown(stage.wall_s, 3), Shown(stage.peak_mib, 3)});
     total_s += stage.wall_s;
     peak_mib = std::max(peak_mib, stage.peak_mib);
   }
   table.rows.push_back({"all", Shown(total_s, 3), Shown(peak_mib, 3)});
-  const std::string threads = Setting(result.summary, "threads");
+  const std::string threads = Setting(result.file.summary, "threads");
   if (!threads.empty()) table.note = "Threads: " + threads + ".";
   section.items.emplace_back(std::move(table));
   return section;
@@ -125,16 +128,16 @@ PageSection CostSection(const ResultFolder& result) {
 
 PageSection OriginSection(const ResultFolder& result) {
   PageSection section{"origin", "Version, inputs and configuration", {}};
-  const ReportSummary& summary = result.summary;
+  const ResultSummary& summary = result.file.summary;
   section.items.emplace_back(
       PageText{fmt::format("Result of sarblock {} {}, report by sarblock {}.",
                            summary.version,
                            summary.command,
                            Version()),
                ""});
-  if (summary.montecarlo) {
-    section.items.emplace_back(
-        PageText{"Seed of the repeated adjustments: " + summary.montecarlo->seed + ".", ""});
+  if (summary.repetition) {
+    section.items.emplace_back(PageText{
+        fmt::format("Seed of the repeated adjustments: {}.", summary.repetition->seed), ""});
   }
   if (summary.inputs.empty()) {
     section.items.emplace_back(
@@ -143,8 +146,8 @@ PageSection OriginSection(const ResultFolder& result) {
     PageTable table;
     table.title = "Input files";
     table.columns = {{"file", false}, {"bytes", true}, {"SHA-256", false}};
-    for (const InputFigures& input : summary.inputs) {
-      table.rows.push_back({input.file, ReadableCount(input.bytes_1), input.sha256});
+    for (const InputFile& input : summary.inputs) {
+      table.rows.push_back({input.name, ReadableCount(input.bytes), input.sha256});
     }
     table.note = "sha256sum of the same files gives the same digits.";
     section.items.emplace_back(std::move(table));

@@ -14,17 +14,18 @@ namespace {
 std::string Brief(double value) { return ReadableNumber(value, 3); }
 
 /// "in x" of a local frame, "east" of a geocentric one.
-std::array<std::string, 3> AxisPhrases(const ReportSummary& summary) {
+std::array<std::string, 3> AxisPhrases(const Frame& frame) {
   std::array<std::string, 3> out;
   for (std::size_t k = 0; k < 3; ++k) {
-    out[k] = std::string(summary.geocentric ? "" : "in ") + AxisNames(summary)[k];
+    const bool geocentric = frame.kind() == FrameKind::kGeocentric;
+    out[k] = std::string(geocentric ? "" : "in ") + AxisNames(frame)[k];
   }
   return out;
 }
 
 std::string Percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
 
-const char* Plural(double count) { return count == 1.0 ? "" : "s"; }
+const char* Plural(std::size_t count) { return count == 1 ? "" : "s"; }
 
 /// "0.38 m in x, 1.6 m in y and 2.8 m in z"
 std::string InAxes(const std::array<double, 3>& sigma_m, const std::array<std::string, 3>& axes) {
@@ -37,8 +38,8 @@ std::string InAxes(const std::array<double, 3>& sigma_m, const std::array<std::s
                      axes[2]);
 }
 
-std::string StatusSentence(const ReportSummary& summary) {
-  const std::string rounds = fmt::format("{:.0f} iterations", summary.iterations_1);
+std::string StatusSentence(const ResultSummary& summary) {
+  const std::string rounds = fmt::format("{} iterations", summary.iterations);
   if (summary.status == "not_converged") {
     return fmt::format(
         "The adjustment did not converge in {}: a step of {} sigma was still to go, so its numbers "
@@ -61,9 +62,9 @@ std::string StatusSentence(const ReportSummary& summary) {
                                 rounds);
 }
 
-void AddFit(const ReportSummary& summary, Verdict* out) {
-  const GlobalTestFigures& test = summary.test;
-  if (!test.given()) return;
+void AddFit(const ResultSummary& summary, Verdict* out) {
+  if (!summary.chi_square) return;
+  const ResultTest& test = *summary.chi_square;
   const double ratio = std::sqrt(test.sigma0_squared);
   const std::string figures = fmt::format("variance factor {}, {} to {} allowed at {}",
                                           Brief(test.sigma0_squared),
@@ -82,7 +83,7 @@ void AddFit(const ReportSummary& summary, Verdict* out) {
                     "times as large ({}). {}",
                     Brief(ratio),
                     figures,
-                    summary.scaled_by_posterior
+                    summary.sigma_scaled_by_posterior
                         ? "The standard deviations in this report have been scaled by this factor."
                         : "Either the looks are noisier than stated, or blunders or missing "
                           "corrections are left; until that is mended the standard deviations "
@@ -96,7 +97,7 @@ void AddFit(const ReportSummary& summary, Verdict* out) {
         "are too small.",
         Brief(ratio),
         figures,
-        summary.scaled_by_posterior ? " were, before they were scaled by this factor" : ""));
+        summary.sigma_scaled_by_posterior ? " were, before they were scaled by this factor" : ""));
   }
 }
 
@@ -105,12 +106,12 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, Ve
     out->sentences.push_back("No covariance was computed, so nothing can be said of the accuracy.");
     return;
   }
-  const std::array<std::string, 3> axes = AxisPhrases(result.summary);
+  const std::array<std::string, 3> axes = AxisPhrases(result.file.frame);
   const auto weak = static_cast<std::size_t>(accuracy.weakest);
   out->sentences.push_back(
       fmt::format("Half of the {} points are known to {} or better, 95 % to {}; the weakest is {} "
                   "with {} m {} (one sigma).",
-                  ReadableCount(static_cast<double>(accuracy.points)),
+                  ReadableCount(accuracy.points),
                   InAxes(accuracy.median_m, axes),
                   InAxes(accuracy.most_m, axes),
                   accuracy.largest_point[weak],
@@ -119,9 +120,9 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, Ve
 }
 
 void AddChecks(const ResultFolder& result, Verdict* out) {
-  const auto& checks = result.summary.checks;
-  if (!checks || checks->points_1 == 0.0) {
-    if (result.summary.status == "converged") {
+  const auto& checks = result.file.summary.checks;
+  if (!checks || checks->points == 0) {
+    if (result.file.summary.status == "converged") {
       out->sentences.push_back(
           "There are no check points, so nothing independent confirms this accuracy.");
     }
@@ -129,9 +130,9 @@ void AddChecks(const ResultFolder& result, Verdict* out) {
   }
   if (!checks->says.empty()) {
     out->sentences.push_back(
-        fmt::format("{:.0f} check point{}: {}{}{}",
-                    checks->points_1,
-                    Plural(checks->points_1),
+        fmt::format("{} check point{}: {}{}{}",
+                    checks->points,
+                    Plural(checks->points),
                     static_cast<char>(std::tolower(static_cast<unsigned char>(checks->says[0]))),
                     checks->says.substr(1),
                     checks->says.ends_with('.') ? "" : "."));
@@ -140,7 +141,8 @@ void AddChecks(const ResultFolder& result, Verdict* out) {
 
 void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Verdict* out) {
   if (accuracy.points == 0) return;
-  const std::string axis = AxisPhrases(result.summary)[static_cast<std::size_t>(accuracy.weakest)];
+  const std::string axis =
+      AxisPhrases(result.file.frame)[static_cast<std::size_t>(accuracy.weakest)];
   std::string text;
   if (!std::isnan(accuracy.path_part_1)) {
     const double part = accuracy.path_part_1;
@@ -190,24 +192,23 @@ void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Verdi
 }
 
 void AddAttention(const ResultFolder& result, Verdict* out) {
-  const ReportSummary& summary = result.summary;
+  const ResultSummary& summary = result.file.summary;
   std::vector<std::string>& list = out->attention;
-  if (summary.checks && summary.checks->points_1 > 0.0 && !summary.checks->realistic) {
+  if (summary.checks && summary.checks->points > 0 && !summary.checks->realistic) {
     list.push_back(
         fmt::format("The errors of the check points are {} times as large as predicted: the "
                     "standard deviations are not realistic.",
                     Brief(summary.checks->error_ratio_1)));
   }
-  if (result.points.unsolved_count > 0) {
-    const auto count = static_cast<double>(result.points.unsolved_count);
+  if (const std::size_t count = result.unsolved.size(); count > 0) {
     list.push_back(fmt::format("{} point{} could not be determined and {} left out.",
                                ReadableCount(count),
                                Plural(count),
-                               count == 1.0 ? "was" : "were"));
+                               count == 1 ? "was" : "were"));
   }
   if (summary.tests && summary.status == "converged") {
-    const TestFigures& tests = *summary.tests;
-    const double above = tests.above_1[0] + tests.above_1[1] + tests.above_1[2];
+    const ResultTests& tests = *summary.tests;
+    const auto above = static_cast<double>(tests.above_all());
     if (above > tests.expected_above_1 + 3.0 * std::sqrt(std::max(1.0, tests.expected_above_1))) {
       list.push_back(
           fmt::format("{} observations stand beyond the critical value, {} are expected by chance: "
@@ -222,31 +223,30 @@ void AddAttention(const ResultFolder& result, Verdict* out) {
       reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, reason);
     }
     list.push_back(fmt::format("{} of {} looks were left out ({}).",
-                               ReadableCount(static_cast<double>(result.looks.rejected)),
-                               ReadableCount(static_cast<double>(result.looks.count)),
+                               ReadableCount(result.looks.rejected),
+                               ReadableCount(result.file.looks.size()),
                                reasons));
   }
-  if (result.correlation_count > 0) {
-    const auto count = static_cast<double>(result.correlation_count);
+  if (const std::size_t count = result.correlation_count; count > 0) {
     list.push_back(
         fmt::format("{} pair{} of corrections {} correlated above {}: what they do together is "
                     "known better than each alone.",
                     ReadableCount(count),
                     Plural(count),
-                    count == 1.0 ? "is" : "are",
+                    count == 1 ? "is" : "are",
                     kHighCorrelation_1));
   }
   if (!summary.warnings.empty()) {
-    const auto count = static_cast<double>(summary.warnings.size());
+    const std::size_t count = summary.warnings.size();
     list.push_back(fmt::format(
-        "The run gave {:.0f} warning{}, listed under Counts and settings.", count, Plural(count)));
+        "The run gave {} warning{}, listed under Counts and settings.", count, Plural(count)));
   }
 }
 
 }  // namespace
 
 Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy) {
-  const ReportSummary& summary = result.summary;
+  const ResultSummary& summary = result.file.summary;
   Verdict out;
   out.sentences.push_back(StatusSentence(summary));
   AddFit(summary, &out);
@@ -254,9 +254,9 @@ Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy)
   AddChecks(result, &out);
   AddLimit(result, accuracy, &out);
   AddAttention(result, &out);
-  const bool checks_fail = summary.checks && summary.checks->points_1 > 0.0 &&
-                           summary.checks->components_1 > 0.0 && !summary.checks->realistic;
-  const bool test_fails = summary.test.given() && !summary.test.passed;
+  const bool checks_fail = summary.checks && summary.checks->points > 0 &&
+                           summary.checks->components > 0 && !summary.checks->realistic;
+  const bool test_fails = summary.chi_square && !summary.chi_square->passed;
   if (summary.status == "predicted") {
     out.state = VerdictState::kNeutral;
     out.word = "Predicted";
@@ -266,7 +266,7 @@ Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy)
   } else if (!summary.accepted) {
     out.state = VerdictState::kNotAccepted;
     out.word = summary.status == "not_converged" ? "Not accepted: not converged" : "Not accepted";
-  } else if (checks_fail || test_fails || result.points.unsolved_count > 0) {
+  } else if (checks_fail || test_fails || !result.unsolved.empty()) {
     out.state = VerdictState::kReservations;
     out.word = "Accepted, with reservations";
   } else {

@@ -50,19 +50,19 @@ struct Verdict {
 [[nodiscard]] Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy);
 
 /// Names of east, north and up in a result: in a local frame x, y and z.
-[[nodiscard]] std::array<const char*, 3> AxisNames(const ReportSummary& summary);
+[[nodiscard]] std::array<const char*, 3> AxisNames(const Frame& frame);
 
 /// Places in a horizontal plane [m]: east and north of the middle of the solved points, or x and y.
 class MapPlane {
  public:
   explicit MapPlane(const ResultFolder& result);
-  [[nodiscard]] std::array<double, 2> Place(const std::array<double, 3>& position_m) const;
+  [[nodiscard]] std::array<double, 2> Place(const Eigen::Vector3d& position_m) const;
   /// "10.1234, 45.6789": the middle in degrees; empty for a local frame.
   [[nodiscard]] const std::string& middle() const { return middle_; }
 
  private:
-  std::array<double, 3> origin_m_{};
-  std::array<std::array<double, 3>, 2> axes_1_{{{1, 0, 0}, {0, 1, 0}}};
+  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes_1_ = Eigen::Matrix3d::Identity();
   std::string middle_;
 };
 

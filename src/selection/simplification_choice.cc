@@ -9,7 +9,7 @@
 
 #include "model/symmetric_enu.h"
 #include "normals/reduced_system.h"
-#include "simplification_kinds.h"
+#include "simplifications.h"
 #include "solve/reduced_engine.h"
 #include <Eigen/Cholesky>
 

@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "core/parallel.h"
-#include "simplification_kinds.h"
 #include <Eigen/Eigenvalues>
 
 namespace sarblock {

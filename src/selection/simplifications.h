@@ -2,12 +2,32 @@
 #pragma once
 
 #include "sarblock/model/selection_report.h"
+#include "sarblock/model/simplified.h"
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "model/problem.h"
 
 namespace sarblock {
+
+/// The simplifications in the order of the report.
+enum SimplificationKind : std::size_t {
+  kFlatFrame,
+  kFixedTrackAxes,
+  kLinearVelocity,
+  kSimplificationKinds
+};
+inline constexpr std::array<const char*, kSimplificationKinds> kSimplificationNames{
+    "flat-frame", "fixed-track-axes", "linear-velocity"};
+
+/// A model without one part.
+[[nodiscard]] Simplified OnlySimplified(std::size_t kind, const Eigen::Vector3d& middle_m);
+
+/// Mean of the solved points.
+[[nodiscard]] Eigen::Vector3d MiddleOfPoints(const AdjustmentProblem& problem,
+                                             const BlockState& state);
 
 /// Bounds of what four simplifications of the model would do to the points of a block at a solution
 /// (docs/theory/selection.md, eqs. 9 to 12), flight paths held. With the errors of the equations of

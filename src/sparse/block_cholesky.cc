@@ -8,20 +8,23 @@
 #include <utility>
 #include <vector>
 
-#include "block_cholesky_impl.h"
 #include "dense_kernels.h"
 #include "front_schedule.h"
+#include "symbolic.h"
 #include "tiled_kernels.h"
+#include "workspace.h"
 #include <glog/logging.h>
 
 namespace sarblock {
 namespace {
 
+using Eigen::MatrixXd;
 using sparse::At;
 using sparse::Entry;
 using sparse::Front;
 using sparse::FrontMemory;
 using sparse::Run;
+using sparse::Symbolic;
 
 /// Adds the blocks of S a front eliminates to its zeroed panel.
 void Assemble(const Front& front, std::span<const double> values, double* panel) {
@@ -171,7 +174,144 @@ class FrontFactorisation {
   std::atomic<std::size_t> failed_front_;  // the first in postorder
 };
 
+/// Calls `visit(row in `remaining`, row in elimination order, rows)` for the blocks of R.
+template <typename Visit>
+void ForRemaining(const Symbolic& symbolic, const Front& front, Visit visit) {
+  int row = 0;
+  for (const int block : front.rows) {
+    const int begin = symbolic.row_begin[At(block)];
+    const int size = symbolic.row_begin[At(block) + 1] - begin;
+    visit(row, begin, size);
+    row += size;
+  }
+}
+
+MatrixXd Permuted(const Symbolic& symbolic, const Eigen::Ref<const MatrixXd>& b) {
+  CHECK_EQ(b.rows(), static_cast<Eigen::Index>(symbolic.original_row.size()));
+  MatrixXd x(b.rows(), b.cols());
+  for (Eigen::Index c = 0; c < b.cols(); ++c) {
+    for (Eigen::Index r = 0; r < b.rows(); ++r) {
+      x(r, c) = b(symbolic.original_row[static_cast<std::size_t>(r)], c);
+    }
+  }
+  return x;
+}
+
+int RowCount(const MatrixXd& x) { return static_cast<int>(x.rows()); }
+int ColumnCount(const MatrixXd& x) { return static_cast<int>(x.cols()); }
+
+/// x = L^-1 x, front by front from the leaves to the roots.
+void Forward(const Symbolic& symbolic, const double* factor, MatrixXd& x) {
+  MatrixXd remaining;
+  for (const Front& front : symbolic.fronts) {
+    const int n = front.eliminated, height = front.height();
+    if (n == 0) {
+      continue;
+    }
+    const double* panel = factor + front.panel;
+    double* top = x.data() + front.first_row;
+    dense::SolveLeft(n, ColumnCount(x), panel, height, top, RowCount(x));
+    if (front.remaining == 0) {
+      continue;
+    }
+    remaining.resize(front.remaining, x.cols());
+    dense::Product(front.remaining,
+                   ColumnCount(x),
+                   n,
+                   panel + n,
+                   height,
+                   top,
+                   RowCount(x),
+                   remaining.data(),
+                   front.remaining);
+    ForRemaining(symbolic, front, [&](int row, int begin, int size) {
+      x.middleRows(begin, size) -= remaining.middleRows(row, size);
+    });
+  }
+}
+
+/// x = L'^-1 x, front by front from the roots to the leaves.
+void Backward(const Symbolic& symbolic, const double* factor, MatrixXd& x) {
+  MatrixXd remaining;
+  for (std::size_t f = symbolic.fronts.size(); f-- > 0;) {
+    const Front& front = symbolic.fronts[f];
+    const int n = front.eliminated, height = front.height();
+    if (n == 0) {
+      continue;
+    }
+    const double* panel = factor + front.panel;
+    double* top = x.data() + front.first_row;
+    if (front.remaining > 0) {
+      remaining.resize(front.remaining, x.cols());
+      ForRemaining(symbolic, front, [&](int row, int begin, int size) {
+        remaining.middleRows(row, size) = x.middleRows(begin, size);
+      });
+      dense::SubtractTransposedProduct(n,
+                                       ColumnCount(x),
+                                       front.remaining,
+                                       panel + n,
+                                       height,
+                                       remaining.data(),
+                                       front.remaining,
+                                       top,
+                                       RowCount(x));
+    }
+    dense::SolveLeftTransposed(n, ColumnCount(x), panel, height, top, RowCount(x));
+  }
+}
+
+/// Lower triangle of Z_RR of a front out of the Z of its parent's front.
+void Gather(const Front& front, const double* parent, int parent_height, double* z) {
+  const std::size_t ld = At(front.height());
+  for (std::size_t q = 0; q < front.runs.size(); ++q) {
+    for (int t = 0; t < front.runs[q].length; ++t) {
+      const double* source = parent + At(front.runs[q].parent_begin + t) * At(parent_height);
+      double* target = z + At(front.eliminated + front.runs[q].begin + t) * ld + front.eliminated;
+      for (std::size_t p = q; p < front.runs.size(); ++p) {
+        const Run& run = front.runs[p];
+        const int skip = p == q ? t : 0;  // above the diagonal
+        std::copy(source + run.parent_begin + skip,
+                  source + run.parent_begin + run.length,
+                  target + run.begin + skip);
+      }
+    }
+  }
+}
+
+/// The blocks of the pattern out of the front that eliminates the earlier block.
+void Scatter(const Front& front, const double* z, std::span<double> values) {
+  const std::size_t ld = At(front.height());
+  for (const Entry& entry : front.entries) {
+    double* value = values.data() + entry.value;
+    for (int c = 0; c < entry.width; ++c) {
+      for (int r = 0; r < entry.height; ++r) {
+        // A diagonal block is read from its lower triangle.
+        const int row = std::max(entry.row + r, entry.column + c);
+        const int column = std::min(entry.row + r, entry.column + c);
+        value[entry.transposed ? At(r) * At(entry.width) + At(c)
+                               : At(c) * At(entry.height) + At(r)] = z[At(column) * ld + At(row)];
+      }
+    }
+  }
+}
+
+std::size_t FrontSize(const Front& front) { return At(front.height()) * At(front.height()); }
+
 }  // namespace
+
+struct BlockCholesky::Impl {
+  std::shared_ptr<const BlockPattern> pattern;
+  sparse::Symbolic symbolic;
+  std::unique_ptr<sparse::FrontMemory> factor_memory;
+  sparse::FrontMemory::Place factor;  ///< the fronts' panels, column-major, lower part valid
+  bool factored = false;
+
+  [[nodiscard]] const double* Panel(const sparse::Front& front) const {
+    return factor.get() + front.panel;
+  }
+  /// CHECKs that the last Factorize succeeded.
+  void RequireFactor() const;
+};
 
 void BlockCholesky::Impl::RequireFactor() const {
   CHECK(factored) << "the matrix has not been factored";
@@ -194,7 +334,6 @@ BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matr
       << "the matrix has another pattern than the one analysed";
   const sparse::Symbolic& symbolic = impl.symbolic;
   impl.factored = false;
-  impl.least.reset();
   if (!impl.factor) {
     impl.factor_memory =
         std::make_unique<FrontMemory>(FrontMemory::Rounded(symbolic.factor_entries));
@@ -204,6 +343,44 @@ BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matr
   const Outcome outcome = factorisation.Run();
   impl.factored = outcome.positive_definite;
   return outcome;
+}
+
+void BlockCholesky::Solve(Eigen::Ref<MatrixXd> b) const {
+  impl_->RequireFactor();
+  MatrixXd x = Permuted(impl_->symbolic, b);
+  Forward(impl_->symbolic, impl_->factor.get(), x);
+  Backward(impl_->symbolic, impl_->factor.get(), x);
+  for (Eigen::Index c = 0; c < b.cols(); ++c) {
+    for (Eigen::Index r = 0; r < b.rows(); ++r) {
+      b(impl_->symbolic.original_row[static_cast<std::size_t>(r)], c) = x(r, c);
+    }
+  }
+}
+
+BlockSymmetricMatrix BlockCholesky::SelectedInverse() const {
+  impl_->RequireFactor();
+  const std::vector<Front>& fronts = impl_->symbolic.fronts;
+  BlockSymmetricMatrix inverse(impl_->pattern);
+  std::size_t all = 0;
+  for (const Front& front : fronts) all += FrontMemory::Rounded(FrontSize(front));
+  FrontMemory memory(all);
+  // Z of the fronts whose children have not all read it yet: the ancestors of those at work.
+  std::vector<FrontMemory::Place> waiting(fronts.size());
+  std::vector<std::atomic<std::size_t>> unread(fronts.size());
+  for (std::size_t f = 0; f < fronts.size(); ++f) unread[f] = fronts[f].children.size();
+  sparse::ForFronts(fronts, sparse::Walk::kDown, [&](std::size_t f) {
+    const Front& front = fronts[f];
+    FrontMemory::Place z = memory.Take(FrontSize(front));
+    if (front.parent >= 0) {
+      const std::size_t parent = At(front.parent);
+      Gather(front, waiting[parent].get(), fronts[parent].height(), z.get());
+      if (--unread[parent] == 0) waiting[parent].reset();
+    }
+    dense::InvertPanel(front.height(), front.eliminated, impl_->Panel(front), z.get());
+    Scatter(front, z.get(), inverse.values());
+    if (!front.children.empty()) waiting[f] = std::move(z);
+  });
+  return inverse;
 }
 
 std::size_t BlockCholesky::factor_entries() const { return impl_->symbolic.factor_entries; }

@@ -51,25 +51,9 @@ class BlockCholesky {
 
   /// Solves S X = B in place, any number of columns (original order of rows).
   void Solve(Eigen::Ref<Eigen::MatrixXd> b) const;
-  /// Solves L Y = P B and returns Y, so that B' S^-1 B = Y' Y.
-  [[nodiscard]] Eigen::MatrixXd ForwardSolve(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
 
   /// Blocks of S^-1 on the pattern of S (exact, not an approximation).
   [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
-
-  /// Least eigenvalue of S and its unit eigenvector by Lanczos iteration on the inverse, until the
-  /// value changes by less than 1e-6 of itself or after 200 solves. Deterministic start. Kept until
-  /// the next Factorize.
-  struct EigenPair {
-    double value = 0.0;
-    Eigen::VectorXd vector;
-  };
-  [[nodiscard]] EigenPair SmallestEigenpair() const;
-  /// Estimate of the 2-norm condition number of the `matrix` last factored: its largest eigenvalue
-  /// by power iteration (relative change 1e-3) over that of SmallestEigenpair. Both iterations
-  /// come from inside the spectrum, so the estimate is never above the condition number but for
-  /// rounding.
-  [[nodiscard]] double ConditionEstimate(const BlockSymmetricMatrix& matrix) const;
 
   [[nodiscard]] std::size_t factor_entries() const;  ///< doubles held by the factor
 

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "io/toml_document.h"
-#include "study_heading.h"
+#include "study_file.h"
 
 namespace sarblock {
 namespace {

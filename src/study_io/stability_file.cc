@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "io/toml_document.h"
-#include "study_heading.h"
+#include "study_file.h"
 
 namespace sarblock {
 namespace {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study_io/study_file.h"
+#include "study_file.h"
 
 #include "io/toml_document.h"
-#include "study_heading.h"
 
 namespace sarblock {
 namespace {

@@ -14,8 +14,8 @@
 #include <system_error>
 #include <utility>
 
-#include "io/csv_cells.h"
 #include "io/csv_reader.h"
+#include "io/csv_writer.h"
 #include "io/number.h"
 #include <fcntl.h>
 #include <fmt/core.h>

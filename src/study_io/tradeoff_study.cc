@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "io/toml_document.h"
-#include "study_heading.h"
+#include "study_file.h"
 
 namespace sarblock {
 namespace {

@@ -8,7 +8,8 @@
 
 namespace sarblock {
 
-void FillChecks(const Block& block, AdjustResult* result) {
+void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result) {
+  const double factor_1 = CovarianceFactor(options, *result);
   for (const KnownPosition& known : block.points.known) {
     const std::size_t point = known.point;
     if (block.points.role[point] != PointRole::kCheck) continue;
@@ -23,6 +24,11 @@ void FillChecks(const Block& block, AdjustResult* result) {
     for (int i = 0; i < 3; ++i) {
       if (!known.held[static_cast<std::size_t>(i)]) continue;
       check.error_enu_m[i] = error_m[i];
+      if (!result->points.covariance_m2.empty()) {
+        check.sigma_enu_m[i] =
+            std::sqrt(factor_1 * result->points.covariance_m2[point][static_cast<std::size_t>(i)] +
+                      known.covariance_enu_m2(i, i));
+      }
       held[static_cast<std::size_t>(check.components++)] = i;
     }
     check.chi_square = kNotGiven;

@@ -7,6 +7,6 @@
 namespace sarblock {
 
 /// Errors of check points against their known positions.
-void FillChecks(const Block& block, AdjustResult* result);
+void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result);
 
 }  // namespace sarblock

@@ -75,13 +75,6 @@ TEST(SortLooksByPointTest, GivesPointsWithoutLooksAnEmptyRange) {
   EXPECT_THAT(looks.offsets, ElementsAre(0u, 0u, 0u, 0u, 0u));
 }
 
-TEST(PassesOfTest, ListsThePassesThatSeeAPoint) {
-  const Block block = ThreePasses();
-  EXPECT_THAT(block.PassesOf(0), ElementsAre(0u, 1u));
-  EXPECT_THAT(block.PassesOf(1), ElementsAre());
-  EXPECT_THAT(block.PassesOf(2), ElementsAre(0u, 1u, 2u));
-}
-
 TEST(SigmaOfTest, TakesTheLooksOwnValueBeforeThatOfThePass) {
   const Block block = ThreePasses();
   const LookSigma own_seconds = block.SigmaOf(0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mistakes that a block shows before it is adjusted: each made once in a block that is right, which
 // draws no remark.
-#include "sarblock/block/plausibility.h"
+#include "block/plausibility.h"
 
 #include "sarblock/core/error.h"
 

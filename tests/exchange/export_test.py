@@ -514,6 +514,28 @@ class Exports(unittest.TestCase):
         self.assertEqual(said["files"], [str(self.earth / "export.kml")])
         self.assertEqual((said["points"], said["ellipses"], said["paths"]), (50, 50, 2))
 
+    def test_a_fault_of_a_result_has_one_message_in_export_report_and_comparison(self):
+        for file, old, new, message in (
+                ("points.csv", ",tie,", ",tye,", "role: 'tye' is not known"),
+                ("points.csv", "sigma_u_m", "sigma_up_m", "sigma_u_m: the column is missing"),
+                ("points.csv", ",adjusted,", ",adjuster,", "status: 'adjuster' is not known"),
+                ("passes.csv", "prior_sigma", "prior", "prior_sigma: the column is missing"),
+                ("summary.json", '"accepted": true', '"accepted": 1', "accepted: is number"),
+                ("summary.json", '"frame"', '"fame"', "has no frame")):
+            with self.subTest(file=file, fault=new):
+                bad = self.folder / "bad"
+                shutil.rmtree(bad, ignore_errors=True)
+                shutil.copytree(self.earth, bad)
+                text = (bad / file).read_text(encoding="utf-8")
+                self.assertIn(old, text)
+                (bad / file).write_text(text.replace(old, new), encoding="utf-8")
+                told = {run("export", bad, "--format", "kml", code=3).stderr,
+                        run("report", bad, code=3).stderr,
+                        run("report", self.earth, bad, "-o", self.folder / "c.html", code=3).stderr,
+                        run("report", bad, self.earth, "-o", self.folder / "c.html", code=3).stderr}
+                self.assertEqual(len(told), 1, told)
+                self.assertIn(message, told.pop())
+
     def test_wrong_use_has_its_exit_codes(self):
         run("export", self.earth, code=2)
         run("export", self.earth, "--format", "shapefile", code=2)

@@ -133,6 +133,7 @@ inline void CheckResultFile(const ResultFile& file) {
   for (const ResultControl& control : file.control) {
     Check(control.point < points && control.component >= 0 && control.component < 3);
   }
+  for (const StripStation& station : file.strips) Check(station.pass < file.passes.size());
   for (const ParameterCovariance& entry : file.parameter_covariance) {
     Check(entry.a < file.parameters.size() && entry.b < file.parameters.size());
   }
@@ -155,6 +156,9 @@ inline void Result(std::string_view text) {
   with(&ResultTexts::passes_covariance_csv);
   with(&ResultTexts::control_quality_csv);
   with(&ResultTexts::pairs_csv);
+  with(&ResultTexts::strips_csv);
+  with(&ResultTexts::selection_csv);
+  with(&ResultTexts::simplifications_csv);
 }
 
 inline constexpr std::string_view kScene =

@@ -286,6 +286,108 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsRead) {  // a value of a type no ke
   }
 }
 
+// A value for each option that is not its default; [adjust] tables it needs beside it.
+struct OptionSample {
+  const char *key, *value;
+  std::vector<std::string> beside = {};
+};
+
+std::vector<OptionSample> OptionSamples() {
+  const std::string automatic = "corrections=auto", range = "correction.range.bias=true";
+  const std::string time = "correction.time.bias=true", squint = "correction.squint.bias=true";
+  const std::string zenith = "correction.troposphere.zenith=true";
+  return {{"corrections", "\"auto\""},
+          {"robust", "\"tukey\""},
+          {"robust_scale", "2.5"},
+          {"covariance", "\"leberl\""},
+          {"pairs", "\"neighbours\""},
+          {"datum", "\"inner\""},
+          {"datum_points", "[\"P\"]"},
+          {"scale_by_posterior", "true"},
+          {"variance_components", "\"per-pass\""},
+          {"variance_groups", "[[\"A1\", \"B7\"]]"},
+          {"montecarlo_runs", "77"},
+          {"montecarlo_seed", "99"},
+          {"max_iterations", "17"},
+          {"tolerance", "1.25e-05"},
+          {"engine", "\"ceres\""},
+          {"ceres_solver", "\"sparse-schur\""},
+          {"covariance_method", "\"reduced\""},
+          {"test_level", "0.875"},
+          {"rejections", "\"mine.csv\""},
+          {"quality.alpha", "0.0625"},
+          {"quality.power", "0.75"},
+          {"quality.family_wise", "\"sidak\""},
+          {"quality.test", "\"tau\""},
+          {"quality.snooping", "\"robust\""},
+          {"quality.separation", "0.625"},
+          {"selection.mode", "\"per-pass\"", {automatic}},
+          {"selection.significance", "0.125", {automatic}},
+          {"selection.candidates", "[\"velocity\", \"time\"]", {automatic}},
+          {"selection.max_degree", "2", {automatic}},
+          {"selection.knot_spacings_s", "[7.5]", {automatic}},
+          {"selection.max_condition", "4096", {automatic}},
+          {"selection.max_posterior_prior", "0.625", {automatic}},
+          {"selection.simplify", "0.375", {automatic}},
+          {"correction.position.basis", "\"spline\"", {"correction.position.knot_spacing_s=3"}},
+          {"correction.position.degree", "2"},
+          {"correction.position.knot_spacing_s", "3.5", {"correction.position.basis=spline"}},
+          {"correction.position.axes", "\"frame\""},
+          {"correction.position.components", "[\"up\"]"},
+          {"correction.position.sigma_m", "[1.5, 2.5, 3.5]"},
+          {"correction.position.passes", "[\"B7\"]"},
+          {"correction.position.shared", "true"},
+          {"correction.velocity.components", "[\"up\"]"},
+          {"correction.velocity.sigma", "[0.25, 0.5]"},
+          {"correction.velocity.passes", "[\"B7\"]"},
+          {"correction.velocity.shared", "true"},
+          {"correction.range.bias", "true"},
+          {"correction.range.bias_sigma_m", "2.5"},
+          {"correction.range.scale", "true"},
+          {"correction.range.scale_sigma_ppm", "2.5"},
+          {"correction.range.passes", "[\"B7\"]", {range}},
+          {"correction.range.shared", "true", {range}},
+          {"correction.time.bias", "true"},
+          {"correction.time.bias_sigma_s", "0.5"},
+          {"correction.time.passes", "[\"B7\"]", {time}},
+          {"correction.time.shared", "true", {time}},
+          {"correction.squint.bias", "true"},
+          {"correction.squint.bias_sigma_deg", "0.5"},
+          {"correction.squint.passes", "[\"B7\"]", {squint}},
+          {"correction.squint.shared", "true", {squint}},
+          {"correction.troposphere.zenith", "true"},
+          {"correction.troposphere.zenith_sigma_m", "0.5"},
+          {"correction.troposphere.scale_height_m", "6500", {zenith}},
+          {"correction.troposphere.passes", "[\"B7\"]", {zenith}},
+          {"correction.troposphere.shared", "true", {zenith}}};
+}
+
+// What is read of every option is what is written of it, in the table that its key names.
+TEST(AdjustOptionTableTest, EveryKeyItListsIsWrittenAsItIsRead) {
+  std::set<std::string> left;
+  for (const AdjustOption& option : AdjustOptionTable()) {
+    if (option.type != "table") left.insert(std::string(option.key));
+  }
+  const std::string defaults = DumpAdjustTable(AdjustOptions{});
+  for (const OptionSample& sample : OptionSamples()) {
+    EXPECT_EQ(left.erase(sample.key), 1u) << sample.key;
+    std::vector<std::string> overrides = sample.beside;
+    overrides.push_back(std::string(sample.key) + "=" + sample.value);
+    const std::string dump = DumpAdjustTable(Read("", overrides));
+    const std::string key = std::string("adjust.") + sample.key;
+    const std::size_t dot = key.rfind('.');
+    const std::size_t table = dump.find("[" + key.substr(0, dot) + "]\n");
+    ASSERT_NE(table, std::string::npos) << key << " in\n" << dump;
+    const std::string line = "\n" + key.substr(dot + 1) + " = " + sample.value + "\n";
+    const std::size_t at = dump.find(line, table);
+    ASSERT_NE(at, std::string::npos) << line << " in\n" << dump;
+    EXPECT_LT(at, dump.find("\n[", table)) << dump;
+    EXPECT_EQ(defaults.find(line), std::string::npos) << key << " is a default";
+    EXPECT_EQ(DumpAdjustTable(Read(dump)), dump);
+  }
+  EXPECT_THAT(left, testing::IsEmpty()) << "options without a sample in this test";
+}
+
 TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
   const AdjustOptions options = OptionsOf(
       "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\nmode = \"per-pass\"\n"

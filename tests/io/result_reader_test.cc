@@ -26,6 +26,47 @@ class ResultReaderTest : public test::ResultFolderTest {
     result_.looks.reason = {RejectReason::kNone, RejectReason::kBlunder, RejectReason::kNone};
     result_.control_quality = {{0, 2, -0.625, 0.5, -3.25, 1.5}};
     result_.condition = 1234.5;
+    result_.remaining_step = 0.03125;
+    result_.points.fixed_path_covariance_m2 = {SymmetricEnu{4.0, 1.0, 0.25, 0.5, 0.75, 0.125},
+                                               result_.points.covariance_m2[1]};
+    result_.checks[0].sigma_enu_m = {1.25, kNotGiven, 2.75};
+    StripStation station;
+    station.pass = 1;
+    station.time_s = 20.5;
+    station.strip_time_1 = 0.025;
+    station.antenna_m = {7.5, 8.5, 9.5};
+    station.far_m = {-1.5, -2.5, -3.5};
+    station.correction_m = {0.125, -0.25, 0.375};
+    result_.strips = {station};
+    result_.selection.candidates = {{"range.bias",
+                                     "all",
+                                     2,
+                                     SelectionTest::kWald,
+                                     7.5,
+                                     3.75,
+                                     0.0625,
+                                     -4.5,
+                                     12.5,
+                                     0.875,
+                                     true,
+                                     1,
+                                     ""},
+                                    {"time.bias",
+                                     "A",
+                                     1,
+                                     SelectionTest::kNotTried,
+                                     kNotGiven,
+                                     kNotGiven,
+                                     kNotGiven,
+                                     kNotGiven,
+                                     kNotGiven,
+                                     kNotGiven,
+                                     false,
+                                     0,
+                                     "needs another"}};
+    result_.selection.simplifications = {
+        {"flat-frame", 0.25, 2.5, 0.125, true, false, kNotGiven, "it gains nothing"}};
+    context_.inputs = {{"block.toml", 120, "00ff"}};
     for (const Pass& pass : block_.passes) result_.corrected_paths.push_back(pass.path);
   }
   void Write() const { WriteResult(folder_, block_, options_, result_, context_); }
@@ -52,18 +93,24 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(summary.block, "tiny");
   EXPECT_EQ(summary.status, "converged");
   EXPECT_TRUE(summary.accepted);
-  EXPECT_EQ(summary.points, 2u);
-  EXPECT_EQ(summary.looks, 3u);
-  EXPECT_EQ(summary.observations, 17u);
-  EXPECT_EQ(summary.redundancy, 8.0);
+  EXPECT_EQ(summary.Count("points"), 2.0);
+  EXPECT_EQ(summary.Count("looks"), 3.0);
+  EXPECT_EQ(summary.Count("observations"), 17.0);
+  EXPECT_EQ(summary.Count("redundancy"), 8.0);
+  EXPECT_EQ(summary.Count("no such count"), 0.0);
   EXPECT_EQ(summary.sigma0_squared, 4.0);
   ASSERT_TRUE(summary.chi_square.has_value());
-  EXPECT_EQ(summary.chi_square->value, 32.0);
+  EXPECT_EQ(summary.chi_square->sigma0_squared, 4.0);
+  EXPECT_EQ(summary.chi_square->redundancy, 8.0);
   EXPECT_EQ(summary.chi_square->upper, 17.5);
   EXPECT_FALSE(summary.chi_square->passed);
   EXPECT_EQ(summary.condition, 1234.5);
   EXPECT_EQ(summary.covariance, "block");
   EXPECT_EQ(summary.stages.size(), 3u);
+  EXPECT_EQ(summary.stages[0].stage, "read");
+  ASSERT_EQ(summary.inputs.size(), 1u);
+  EXPECT_EQ(summary.inputs[0].sha256, "00ff");
+  EXPECT_EQ(summary.configuration.back(), (std::pair<std::string, std::string>("threads", "1")));
   EXPECT_EQ(summary.warnings, (std::vector<std::string>{"of reading", "of the result"}));
   EXPECT_EQ(summary.json, Content(folder_ / "summary.json"));
 
@@ -102,6 +149,12 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(points.checks[0].error_enu_m.z(), -1.5);
   EXPECT_EQ(points.checks[0].components, 2);
   EXPECT_EQ(points.checks[0].chi_square, 3.75);
+  EXPECT_EQ(points.checks[0].sigma_enu_m.z(), 2.75);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(points.results.fixed_path_covariance_m2[0][k],
+              result_.points.fixed_path_covariance_m2[0][k]);
+  }
+  EXPECT_TRUE(std::isnan(points.results.fixed_path_covariance_m2[1][0]));
 
   ASSERT_EQ(read.parameters.size(), 2u);
   EXPECT_EQ(read.parameters[0].owner, "A");
@@ -129,6 +182,32 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.control[0].component, 2);
   EXPECT_EQ(read.control[0].residual_m, -0.625);
   EXPECT_EQ(read.control[0].w_1, -3.25);
+  EXPECT_TRUE(std::isfinite(read.control[0].sigma_m));
+  EXPECT_EQ(summary.remaining_step, 0.03125);
+  ASSERT_EQ(read.strips.size(), 1u);
+  EXPECT_EQ(read.strips[0].pass, 1u);
+  EXPECT_EQ(read.strips[0].time_s, 20.5);
+  EXPECT_EQ(read.strips[0].strip_time_1, 0.025);
+  EXPECT_EQ(read.strips[0].antenna_m, result_.strips[0].antenna_m);
+  EXPECT_TRUE(read.strips[0].near_m.hasNaN());
+  EXPECT_EQ(read.strips[0].far_m, result_.strips[0].far_m);
+  EXPECT_EQ(read.strips[0].correction_m, result_.strips[0].correction_m);
+  ASSERT_EQ(read.candidates.size(), 2u);
+  EXPECT_EQ(read.candidates[0].passes, "all");
+  EXPECT_EQ(read.candidates[0].parameters, 2);
+  EXPECT_EQ(read.candidates[0].test, SelectionTest::kWald);
+  EXPECT_EQ(read.candidates[0].f_1, 3.75);
+  EXPECT_EQ(read.candidates[0].probability_1, 0.0625);
+  EXPECT_EQ(read.candidates[0].delta_bic_1, -4.5);
+  EXPECT_EQ(read.candidates[0].condition_1, 12.5);
+  EXPECT_TRUE(read.candidates[0].kept);
+  EXPECT_FALSE(read.candidates[1].kept);
+  EXPECT_EQ(read.candidates[1].reason, "needs another");
+  ASSERT_EQ(read.simplifications.size(), 1u);
+  EXPECT_EQ(read.simplifications[0].bound_m, 0.25);
+  EXPECT_EQ(read.simplifications[0].fraction_1, 0.125);
+  EXPECT_TRUE(read.simplifications[0].allowed);
+  EXPECT_EQ(read.simplifications[0].verdict, "it gains nothing");
   ASSERT_EQ(read.pairs.size(), 1u);
   EXPECT_EQ(read.pairs[0].b, 1u);
   EXPECT_EQ(read.pairs[0].difference_enu_m, result_.pairs[0].difference_enu_m);
@@ -218,6 +297,9 @@ TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
            {"residuals.csv", "0.75", "1e999", "residuals.csv:2: range_residual_m: "},
            {"control_quality.csv", "P,u", "P,x", "control_quality.csv:2: component: 'x' is"},
            {"pairs.csv", "P,", "R,", "pairs.csv:2: point_a: points.csv has no point 'R'"},
+           {"strips.csv", "B,right", "C,right", "strips.csv:2: pass: summary.json has no pass 'C'"},
+           {"selection.csv", ",kept,", ",keep,", "selection.csv:2: verdict: 'keep' is not known"},
+           {"selection.csv", ",wald,", ",word,", "selection.csv:2: test: 'word' is not known"},
            {"trajectories.csv", "\nB,40", "\nA,50", "trajectories.csv:4: pass: pass 'B' has"},
            {"trajectories.csv", "A,40", "A,-4", "trajectories.csv:3: time_s: times of pass"}}) {
     EXPECT_THAT(MessageWith(c.file, c.from, c.to), HasSubstr(c.message)) << c.file << " " << c.to;

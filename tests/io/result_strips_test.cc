@@ -6,7 +6,6 @@
 
 #include <cmath>
 
-#include "adjust/held_covariance.h"
 #include "adjust/strip_stations.h"
 #include "io/csv_reader.h"
 #include "io/io_fixture.h"
@@ -67,6 +66,7 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
   result.parameters = {{"A", "position.up.0", "m", 3.0, 2.0},
                        {"A", "position.up.1", "m", -0.5, 1.5}};
   result.parameter_covariance = {{0, 0, 4.0}, {0, 1, -1.0}, {1, 1, 2.25}};
+  result.strips = SampleStrips(block, options.groups, result);
   WriteResult(folder_, block, options, result, {});
   const std::vector<CsvColumn> columns{{"strip_time"},
                                        {"correction_up_m"},
@@ -86,7 +86,7 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
   EXPECT_FALSE(reader.Next());
 }
 
-TEST(HeldCovarianceTest, IsThatOfABlockWhosePathsAreKnown) {  // two routes
+TEST(FixedPathCovarianceTest, IsThatOfABlockWhosePathsAreKnown) {  // two routes
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
   for (const std::size_t point : {0U, 4U, 7U}) test::Hold(point, {0.31, 0.47, 0.83}, &known);
   PositionCorrection position;
@@ -99,13 +99,13 @@ TEST(HeldCovarianceTest, IsThatOfABlockWhosePathsAreKnown) {  // two routes
   };
   const AdjustResult exact = adjust(1e-6);
   const AdjustResult result = adjust(3.7);
-  const std::vector<SymmetricEnu> held_m2 = HeldCovariances(known.block, options, result);
-  ASSERT_EQ(held_m2.size(), known.block.points.size());
-  for (std::size_t point = 0; point < held_m2.size(); ++point) {
+  const std::vector<SymmetricEnu>& fixed_m2 = result.points.fixed_path_covariance_m2;
+  ASSERT_EQ(fixed_m2.size(), known.block.points.size());
+  for (std::size_t point = 0; point < fixed_m2.size(); ++point) {
     for (std::size_t k = 0; k < 6; ++k) {
-      EXPECT_NEAR(held_m2[point][k], exact.points.covariance_m2[point][k], 1e-6);
+      EXPECT_NEAR(fixed_m2[point][k], exact.points.covariance_m2[point][k], 1e-6);
     }
-    EXPECT_LE(held_m2[point][2], result.points.covariance_m2[point][2]);
+    EXPECT_LE(fixed_m2[point][2], result.points.covariance_m2[point][2]);
   }
 }
 

@@ -66,6 +66,23 @@ class CheckHeadersTest(CheckerTest):
         files["src/model/c.cc"] = SPDX + '#include "sarblock/model/c.h"\n'
         self.assertEqual(self.check(files), (0, ""))
 
+    def test_finds_a_definition_away_from_its_header(self):
+        files = {
+            "src/model/a.h": SPDX + "namespace sarblock {\nclass A {\n  int Get() const;\n};\n"
+                                    "int Free(int a,\n         int b);\n}  // namespace sarblock\n",
+            "src/model/a.cc": SPDX + "int Free(int a,\n         int b) {\n  return a + b;\n}\n",
+            "src/model/b.cc": SPDX + "namespace {\nint Free(int a, int b) { return a - b; }\n"
+                                     "}  // namespace\n// int Free(int a, int b) {\n"
+                                     "int Other() { return Free(1, 2); }\n",
+        }
+        self.assertEqual(self.check(files), (0, ""))
+        files["src/model/b.cc"] += "int A::Get() const {\n  return 1;\n}\n"
+        self.assertEqual(self.check(files),
+                         (1, "src/model/b.cc:7: defines 'A::Get', which model/a declares\n"))
+        files["src/model/b.cc"] = SPDX + "int Free(int a,\n         int b) {\n  return a - b;\n}\n"
+        self.assertEqual(self.check(files),
+                         (1, "src/model/b.cc:2: defines 'Free', which model/a declares\n"))
+
     def test_takes_an_inline_header_for_a_part_of_its_unit(self):
         self.assertEqual(self.check({
             "src/model/a.h": SPDX,

@@ -24,13 +24,14 @@ TEST(CompareResultsTest, FindsNothingBetweenAResultAndItself) {
 }
 
 TEST(CompareResultsTest, MatchesPointsByNameAndMeasuresShiftsInTheLargerSigma) {  // hand values
-  ResultFolder a, b;
-  test::AddPoint({.id = "P", .position_m = {10, 20, 30}, .sigma_m = {1, 2, 4}}, &a.points);
-  test::AddPoint({.id = "only a", .sigma_m = {1, 1, 1}}, &a.points);
-  test::AddPoint({.id = "lost", .solved = false}, &a.points);
-  test::AddPoint({.id = "new", .sigma_m = {1, 1, 1}}, &b.points);
-  test::AddPoint({.id = "lost", .sigma_m = {1, 1, 1}}, &b.points);
-  test::AddPoint({.id = "P", .position_m = {11.5, 18, 30}, .sigma_m = {2, 1, 4}}, &b.points);
+  const ResultFolder a =
+      test::MadeOf({{.id = "P", .position_m = {10, 20, 30}, .sigma_m = {1, 2, 4}},
+                    {.id = "only a", .sigma_m = {1, 1, 1}},
+                    {.id = "lost", .solved = false}});
+  const ResultFolder b =
+      test::MadeOf({{.id = "new", .sigma_m = {1, 1, 1}},
+                    {.id = "lost", .sigma_m = {1, 1, 1}},
+                    {.id = "P", .position_m = {11.5, 18, 30}, .sigma_m = {2, 1, 4}}});
   const ResultDifference d = CompareResults(a, b);
   ASSERT_EQ(d.common.size(), 1u);
   const ResultDifference::Point& p = d.common[0];
@@ -45,15 +46,12 @@ TEST(CompareResultsTest, MatchesPointsByNameAndMeasuresShiftsInTheLargerSigma) {
 }
 
 TEST(CompareResultsTest, TurnsShiftsOfGeocentricPointsToEastNorthUp) {
-  ResultFolder a, b;
-  for (ResultFolder* result : {&a, &b}) {
-    result->summary.geocentric = true;
-    result->summary.a_m = 1737400.0;
-    result->summary.flattening = 0.0;
-  }
   // On the meridian of 90 degrees east: up is +y, east is -x.
-  test::AddPoint({.id = "P", .position_m = {0, 1737400, 0}}, &a.points);
-  test::AddPoint({.id = "P", .position_m = {-3, 1737402, 0.5}}, &b.points);
+  ResultFolder a = test::MadeOf({{.id = "P", .position_m = {0, 1737400, 0}}});
+  ResultFolder b = test::MadeOf({{.id = "P", .position_m = {-3, 1737402, 0.5}}});
+  for (ResultFolder* result : {&a, &b}) {
+    result->file.frame = Frame::Geocentric({"", 1737400.0, 0.0});
+  }
   const ResultDifference d = CompareResults(a, b);
   ASSERT_EQ(d.common.size(), 1u);
   EXPECT_NEAR(d.common[0].shift_m[0], 3.0, 1e-9);
@@ -63,13 +61,12 @@ TEST(CompareResultsTest, TurnsShiftsOfGeocentricPointsToEastNorthUp) {
 
 TEST(CompareResultsTest, ListsSettingsInputsAndCorrectionsThatDiffer) {
   ResultFolder a, b;
-  a.summary.configuration = {{"robust", "\"none\""}, {"datum", "\"given\""}, {"old", "1"}};
-  b.summary.configuration = {{"robust", "\"huber\""}, {"datum", "\"given\""}};
-  a.summary.inputs = {{"block.toml", "aa", 1.0}, {"points.csv", "bb", 2.0}};
-  b.summary.inputs = {{"block.toml", "aa", 1.0}, {"points.csv", "cc", 2.0}};
-  a.parameters = {{"S1", "range.bias", "m", "", 5.0, 0.5, kAbsent, 10.0},
-                  {"S2", "range.bias", "m", "", 1.0, 0.5, kAbsent, 2.0}};
-  b.parameters = {{"S1", "range.bias", "m", "", 4.0, 0.25, kAbsent, 16.0}};
+  a.file.summary.configuration = {{"robust", "\"none\""}, {"datum", "\"given\""}, {"old", "1"}};
+  b.file.summary.configuration = {{"robust", "\"huber\""}, {"datum", "\"given\""}};
+  a.file.summary.inputs = {{"block.toml", 1, "aa"}, {"points.csv", 2, "bb"}};
+  b.file.summary.inputs = {{"block.toml", 1, "aa"}, {"points.csv", 2, "cc"}};
+  a.file.parameters = {{"S1", "range.bias", "m", 5.0, 0.5}, {"S2", "range.bias", "m", 1.0, 0.5}};
+  b.file.parameters = {{"S1", "range.bias", "m", 4.0, 0.25}};
   const ResultDifference d = CompareResults(a, b);
   ASSERT_EQ(d.settings.size(), 2u);
   EXPECT_THAT(d.settings[0], ElementsAre("old", "1", ""));

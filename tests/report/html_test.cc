@@ -45,11 +45,11 @@ TEST(ReadableNumberTest, PartsThousandsFromFiveDigitsOn) {
   EXPECT_EQ(ReadableNumber(-123456.7),
             "-123\xe2\x80\xaf"
             "457");
-  EXPECT_EQ(ReadableCount(1234567),
+  EXPECT_EQ(ReadableCount(1234567.0),
             "1\xe2\x80\xaf"
             "234\xe2\x80\xaf"
             "567");
-  EXPECT_EQ(ReadableCount(9999), "9999");
+  EXPECT_EQ(ReadableCount(std::size_t{9999}), "9999");
 }
 
 }  // namespace

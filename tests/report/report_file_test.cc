@@ -2,8 +2,9 @@
 #include "sarblock/core/error.h"
 #include "sarblock/report/report.h"
 
-#include <cmath>
+#include <initializer_list>
 #include <sstream>
+#include <utility>
 
 #include "io/io_fixture.h"
 #include "report/result_folder.h"
@@ -21,8 +22,11 @@ using testing::Not;
 constexpr std::string_view kSummary = R"({
   "format": "sarblock-result 1", "version": "0.1.0", "command": "adjust", "block": "a <b>block</b>",
   "frame": {"kind": "local"}, "status": "converged", "accepted": true,
-  "counts": {"passes": 2, "points": 3, "looks": 5, "redundancy": 7.0, "point_status": {"adjusted": 2}},
-  "iterations": 4, "sigma0_squared": 1.5, "condition": null,
+  "passes": [{"id": "A", "look": "left", "start_s": 0, "end_s": 40},
+    {"id": "B", "look": "right", "start_s": 0, "end_s": 40}],
+  "counts": {"passes": 2, "points": 3, "looks": 3, "redundancy": 7.0, "point_status": {"adjusted": 2}},
+  "iterations": 4, "initial_cost": 9.5, "final_cost": 5.25, "gradient": 1e-9, "sigma0_squared": 1.5,
+  "sigma_scaled_by_posterior": false, "covariance": "block", "condition": null,
   "chi_square": {"value": 10.5, "lower": 2.5, "upper": 17.5, "level": 0.975, "passed": true},
   "quality": {"alpha_one": 0.001, "critical_w": 3.29, "tests": 10, "expected_above": 0.01,
     "above_critical": {"range": 1, "azimuth": 0, "control": 0}},
@@ -32,6 +36,10 @@ constexpr std::string_view kSummary = R"({
   "configuration": {"robust": "none", "correction": {"range": {"bias": true}}}
 })";
 
+constexpr std::string_view kPointHeader =
+    "point,role,status,looks,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m,cov_en_m2,cov_eu_m2,"
+    "cov_nu_m2,intersection_deg\n";
+
 class ReportFileTest : public test::FolderTest {
  protected:
   std::string Page(const std::string& name = "report.html") const {
@@ -40,14 +48,14 @@ class ReportFileTest : public test::FolderTest {
   void PutResult() const {
     Put("summary.json", kSummary);
     Put("points.csv",
-        "point,role,status,looks,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m,cov_en_m2,intersection_"
-        "deg,"
-        "error_e_m,error_n_m,error_u_m,chi_square_3,error_sigma_e_m,error_sigma_n_m,error_sigma_u_"
-        "m,"
-        "reason\n"
-        "P1,tie,adjusted,2,0,0,5,1.5,2.5,3.5,0,12,,,,,,,,\n"
-        "\"</td><i>P2\",check,adjusted,3,4000,3000,5,1,2,3,0,15,0.5,-0.25,1.5,1.25,2,2,3,\n"
-        "P3,tie,too-few-looks,1,,,,,,,,,,,,,,,,one look\n");
+        "point,role,status,looks,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m,cov_en_m2,cov_eu_m2,"
+        "cov_nu_m2,intersection_deg,error_e_m,error_n_m,error_u_m,chi_square_3,error_sigma_e_m,"
+        "error_sigma_n_m,error_sigma_u_m,sigma_held_e_m,sigma_held_n_m,sigma_held_u_m,"
+        "cov_held_en_m2,redundancy,reason\n"
+        "P1,tie,adjusted,2,0,0,5,1.5,2.5,3.5,0,0,0,12,,,,,,,,0.75,1.25,2.125,0,1.75,\n"
+        "\"</td><i>P2\",check,adjusted,3,4000,3000,5,1,2,3,0,0,0,15,0.5,-0.25,1.5,1.25,2,2.5,3,"
+        "0.5,1,1.5,0,2.5,\n"
+        "P3,tie,too-few-looks,1,,,,,,,,,,,,,,,,,,,,,,,one look\n");
     Put("passes.csv",
         "pass,parameter,unit,value,sigma,prior_sigma,significance,kept\n"
         "A,range.bias,m,5,0.5,10,10,\nB,range.bias,m,2,0.25,,8,\n");
@@ -55,39 +63,88 @@ class ReportFileTest : public test::FolderTest {
         "pass_a,parameter_a,pass_b,parameter_b,covariance\nA,range.bias,A,range.bias,0.25\n"
         "A,range.bias,B,range.bias,0.12\nB,range.bias,B,range.bias,0.0625\n");
     Put("residuals.csv",
-        "pass,point,range_residual_m,azimuth_residual_m,range_redundancy,azimuth_redundancy,range_"
-        "w,"
-        "azimuth_w,range_mdb_m,azimuth_mdb_m,range_influence_m,azimuth_influence_m,weight,rejected,"
-        "reason\n"
-        "A,P1,0.5,-0.25,0.5,0.25,1.5,-0.75,4,5,6,7,1,0,\nB,P1,1,1,0.5,0.5,-4.25,2,4,5,6,7,1,0,\n"
-        "B,P3,77.5,1,,,,,,,,,0,1,given\n");
+        "pass,point,range_residual_m,azimuth_residual_m,range_redundancy,azimuth_redundancy,"
+        "range_w,azimuth_w,range_mdb_m,azimuth_mdb_m,range_influence_m,azimuth_influence_m,weight,"
+        "rejected,reason\n"
+        "A,P1,0.5,-0.25,0.5,0.25,1.5,-0.75,4,5,6,7,1,0,\n"
+        "B,P1,1,1,0.75,0.5,-4.25,2,4.5,5.5,6.5,7.5,1,0,\nB,P3,77.5,1,,,,,,,,,0,1,given\n");
+    Put("control_quality.csv",
+        "point,component,residual_m,sigma_m,redundancy,w,tau,mdb_m,influence_m\n"
+        "P1,n,-0.625,1.375,0.0625,-3.5,-3.25,8.75,2.25\n");
+    Put("pairs.csv",
+        "point_a,point_b,de_m,dn_m,du_m,cov_ee_m2,cov_nn_m2,cov_uu_m2,cov_en_m2,cov_eu_m2,cov_nu_"
+        "m2,"
+        "sigma_leberl_across_m,sigma_leberl_up_m\n"
+        "P1,\"</td><i>P2\",4000,3000,0,0.0625,0.5625,1.5625,0,0,0,0.375,0.875\n");
+    Put("strips.csv",
+        "pass,look,time_s,strip_time,x_m,y_m,z_m,near_x_m,near_y_m,near_z_m,far_x_m,far_y_m,far_z_"
+        "m,"
+        "correction_along_m,correction_across_m,correction_up_m,sigma_along_m,sigma_across_m,"
+        "sigma_up_m\n"
+        "A,left,0,-1,0,0,9000,0,1000,0,0,4500,0,,,,,,\n"
+        "A,left,40,1,3000,4000,9000,3000,5000,0,3000,8500,0,,,,,,\n");
+  }
+  // A row of a table of the page; numbers are set to the right.
+  static std::string Row(std::initializer_list<const char*> cells) {
+    std::string row;
+    for (const std::string cell : cells) {
+      const bool number = cell.starts_with('#');
+      row += (number ? "<td class=\"n\">" + cell.substr(1) : "<td>" + cell) + "</td>";
+    }
+    return row;
   }
 };
 
 TEST_F(ReportFileTest, ReadsWhatAResultFolderHolds) {
   PutResult();
   const ResultFolder result = ReadResultFolder(folder_);
-  EXPECT_EQ(result.summary.block, "a <b>block</b>");
-  EXPECT_EQ(result.summary.Count("looks"), 5.0);
-  EXPECT_EQ(result.summary.test.upper, 17.5);
-  EXPECT_TRUE(std::isnan(result.summary.condition));
-  EXPECT_EQ(result.summary.configuration.back().first, "correction.range.bias");
-  ASSERT_EQ(result.points.size(), 3u);
-  EXPECT_EQ(result.points.sigma_m[0][2], 3.5F);
-  EXPECT_EQ(result.points.unsolved_count, 1u);
-  EXPECT_EQ(result.points.unsolved[0].reason, "one look");
-  ASSERT_EQ(result.points.checks.size(), 1u);
-  EXPECT_THAT(result.points.checks[0].error_m, ElementsAre(0.5, -0.25, 1.5));
+  EXPECT_EQ(result.file.summary.configuration.back().first, "correction.range.bias");
+  EXPECT_THAT(result.unsolved, ElementsAre(2u));
+  EXPECT_EQ(SigmaOf(result.file.points, 0, 2), 3.5);
+  EXPECT_EQ(FixedPathSigmaOf(result.file.points, 0, 2), 2.125);
   // 0.12 / (0.5 0.25)
   ASSERT_EQ(result.correlation_count, 1u);
   EXPECT_NEAR(result.correlations[0].correlation_1, 0.96, 1e-15);
-  EXPECT_EQ(result.looks.count, 3u);
   EXPECT_EQ(result.looks.rejected, 1u);
   ASSERT_EQ(result.looks.worst.size(), 4u);
-  EXPECT_EQ(result.looks.worst[0].w_1, -4.25);
-  EXPECT_EQ(result.looks.worst[1].w_1, 2.0);
-  EXPECT_TRUE(result.looks.worst[1].azimuth);
-  EXPECT_EQ(result.looks.left_out[0].residual_m, 77.5);
+  EXPECT_EQ(result.looks.worst[0].look, 1u);
+  EXPECT_EQ(result.looks.worst[0].component, 0u);
+  EXPECT_EQ(result.looks.worst[1].component, 1u);
+  EXPECT_EQ(result.looks.left_out[0].look, 2u);
+}
+
+// Hand arithmetic from the tables above. Numbers have three or four significant digits.
+TEST_F(ReportFileTest, ShowsTheNumbersOfTheTables) {
+  PutResult();
+  WriteReport(folder_);
+  const std::string page = Page();
+  for (const std::string& row :
+       {// 2.5 / 7 and 17.5 / 7
+        Row({"all looks", "#1.500", "#0.3571", "#2.500", "#97.5 %", "#7", "passed"}),
+        // mean, root mean square, predicted, their ratio
+        Row({"x", "#1", "#0.500", "#0.500", "#2.00", "#0.250"}),
+        Row({"z", "#1", "#1.50", "#1.50", "#3.00", "#0.500"}),
+        // a component of a control point
+        Row({"P1", "y", "#-0.625", "#1.38", "#0.0625", "#-3.50", "#8.75", "#2.25"}),
+        // the weakest point
+        Row({"P1", "tie", "#1.50", "#2.50", "#3.50", "#2.12", "#2", "#12.0", "#1.75"}),
+        // heading atan(3/4), 3.5 km from near to far
+        Row({"A", "left", "#36.87", "#0", "#40.0000", "#3.50"}),
+        // sqrt((0.25 + 1) / 2), mean and deviation of 1.5 and -4.25, medians of two
+        Row({"range", "#2", "#0.791", "#-1.4", "#2.88", "#4.25", "#0.625", "#4.25", "#6.25"}),
+        // the worst look
+        Row({"B", "P1", "range", "#1.00", "#0.750", "#-4.25", "#4.50", "#6.50"}),
+        Row({"B", "P3", "given", "#77.5 range"}),
+        Row({"A", "range.bias", "#5.000", "#0.500", "m", "#10.0", "#10.0 sigma"}),
+        Row({"A range.bias", "B range.bias", "#+0.9600"}),
+        Row({"solve", "#0.250", "#80.5"})}) {
+    EXPECT_THAT(page, HasSubstr(row));
+  }
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("1.25, 2.25, 3.25 m"),  // medians of two points
+                    HasSubstr("differences of 1 pairs of points have median sigmas of 0.250 m x, "
+                              "0.750 m y and 1.25 m z; the 1979 paper gives 0.375 m across and "
+                              "0.875 m in height")));
 }
 
 TEST_F(ReportFileTest, HoldsTheVerdictTheTablesAndTheChartLibraryAndNothingFromElsewhere) {
@@ -128,9 +185,19 @@ TEST_F(ReportFileTest, TheSameFolderGivesTheSameBytes) {
   EXPECT_EQ(Page("one.html"), Page("two.html"));
 }
 
-TEST_F(ReportFileTest, SaysWhatAResultWithoutTablesLacks) {
-  Put("summary.json",
-      R"({"format": "sarblock-result 1", "command": "predict", "status": "predicted"})");
+TEST_F(ReportFileTest, SaysWhatAPredictionLacks) {
+  std::string predicted(kSummary);
+  for (const auto& [from, to] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"\"adjust\"", "\"predict\""},
+           {"\"converged\"", "\"predicted\""},
+           {"\"points\": 3", "\"points\": 0"},
+           {"\"looks\": 3", "\"looks\": 0"}}) {
+    predicted.replace(predicted.find(from), from.size(), to);
+  }
+  Put("summary.json", predicted);
+  Put("points.csv", kPointHeader);
+  Put("passes.csv", "pass,parameter,unit,value,sigma,prior_sigma\n");
+  Put("residuals.csv", "pass,point,range_residual_m,azimuth_residual_m,rejected\n");
   EXPECT_EQ(WriteReport(folder_).verdict, "Predicted");
   EXPECT_THAT(Page(),
               AllOf(HasSubstr("A prediction has no residuals"),
@@ -140,16 +207,21 @@ TEST_F(ReportFileTest, SaysWhatAResultWithoutTablesLacks) {
 }
 
 TEST_F(ReportFileTest, AHundredThousandPointsStayBelowFiveMegabytesWithANote) {
-  Put("summary.json", kSummary);
+  std::string summary(kSummary);
+  for (const char* count : {"\"points\": 3", "\"looks\": 3"}) {
+    summary.replace(summary.find(count) + std::string_view(count).size() - 1, 1, "100000");
+  }
+  Put("summary.json", summary);
+  Put("passes.csv", "pass,parameter,unit,value,sigma,prior_sigma\n");
   std::ostringstream points, looks;
-  points << "point,role,status,looks,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m,cov_en_m2,"
-            "intersection_deg\n";
-  looks << "pass,point,range_residual_m,azimuth_residual_m,range_w,azimuth_w\n";
+  points << kPointHeader;
+  looks << "pass,point,range_residual_m,azimuth_residual_m,range_w,azimuth_w,rejected\n";
   for (int i = 0; i < 100000; ++i) {
     const double x = 0.137 * i, y = 0.731 * (i % 1009);
     points << "POINT-" << i << ",tie,adjusted,3," << x << ',' << y << ",1,0." << 100 + i % 777
-           << ",0.5,1." << i % 991 << ",0.01,11.25\n";
-    looks << "PASS-" << i % 40 << ",POINT-" << i << ",0.5,0.25," << 0.001 * (i % 3001) << ",-1.5\n";
+           << ",0.5,1." << i % 991 << ",0.01,0,0,11.25\n";
+    looks << (i % 2 == 0 ? "A" : "B") << ",POINT-" << i << ",0.5,0.25," << 0.001 * (i % 3001)
+          << ",-1.5,0\n";
   }
   Put("points.csv", points.str());
   Put("residuals.csv", looks.str());
@@ -163,9 +235,9 @@ TEST_F(ReportFileTest, RefusesWhatIsNoResultAndNoStudy) {
   const auto report = [&] { return WriteReport(folder_).bytes; };
   EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("no summary.json"));
   Put("summary.json", "{\"format\": \"sarblock-scene 1\"}");
-  EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("'sarblock-scene 1' is not allowed"));
+  EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("'sarblock-scene 1' is not known"));
   Put("summary.json", "{");
-  EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("is no JSON"));
+  EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("is not valid JSON"));
   EXPECT_THAT(test::MessageOf<InputError>([&] { return WriteReport(folder_ / "none").bytes; }),
               HasSubstr("is no folder"));
 }
@@ -173,7 +245,7 @@ TEST_F(ReportFileTest, RefusesWhatIsNoResultAndNoStudy) {
 TEST_F(ReportFileTest, SetsTwoResultsSideBySide) {
   PutResult();
   std::filesystem::create_directory(folder_ / "b");
-  for (const char* name : {"points.csv", "passes.csv"}) {
+  for (const char* name : {"points.csv", "passes.csv", "residuals.csv"}) {
     std::filesystem::copy(folder_ / name, folder_ / "b" / name);
   }
   std::string changed(kSummary);

@@ -103,7 +103,6 @@ struct Block {
   Points points;
   Looks looks;
 
-  [[nodiscard]] std::span<const std::uint32_t> PassesOf(std::size_t point) const;
   /// Standard deviations of a look: its own where given, else its pass's.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
 };

@@ -4,6 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/core/stage_timer.h"
+#include "sarblock/io/input_files.h"
 #include "sarblock/model/result.h"
 
 #include <array>
@@ -11,6 +12,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace sarblock {
@@ -26,39 +29,100 @@ struct ResultPass {
   FlightPath path;        ///< corrected; of `intersect` and `predict` the nominal one
 };
 
-/// The global test of summary.json (`chi_square`).
+/// A global test of the variance factor (`chi_square`, `variance_components.before`).
 struct ResultTest {
-  double value = 0.0;
-  double lower = 0.0;
-  double upper = 0.0;
-  double level = 0.0;
+  double sigma0_squared = kNotGiven;
+  double redundancy = kNotGiven;
+  double lower = kNotGiven, upper = kNotGiven;  ///< acceptance of sigma0_squared times redundancy
+  double level = 0.95;
   bool passed = false;
 };
 
-/// The essentials of summary.json. Figures that do not exist (null) are NaN.
+/// `check_points`.
+struct ResultChecks {
+  std::size_t points = 0, components = 0;
+  double error_ratio_1 = kNotGiven;  ///< errors in units of what was predicted
+  bool realistic = false;
+  std::string says;  ///< a sentence
+};
+
+/// `quality`: the tests of single observations.
+struct ResultTests {
+  double alpha_1 = kNotGiven, power_1 = kNotGiven, critical_w_1 = kNotGiven;
+  double expected_above_1 = kNotGiven;
+  std::size_t tests = 0, not_localisable = 0;
+  std::array<std::size_t, 3> above{};  ///< range, azimuth, control
+  [[nodiscard]] std::size_t above_all() const { return above[0] + above[1] + above[2]; }
+};
+
+/// A finding of the search for blunders (`snooping.findings`).
+struct ResultFinding {
+  std::size_t round = 0;
+  std::string point, passes, component, action, note;
+  double w_1 = kNotGiven;
+  bool located = false;
+};
+
+/// An estimated variance (`variance_components.components`).
+struct ResultVariance {
+  std::string group, component, unit, note;
+  bool estimated = false;
+  std::size_t looks = 0;
+  double redundancy = kNotGiven, factor_1 = kNotGiven, factor_sigma_1 = kNotGiven;
+  double sigma_before = kNotGiven, sigma_after = kNotGiven;  ///< in `unit`
+  double sigma_after_sigma = kNotGiven;
+};
+
+/// `montecarlo`: each figure that was compared with what is expected of it.
+struct ResultRepetition {
+  struct Figure {
+    std::string name;
+    double expected_1 = kNotGiven, mean_1 = kNotGiven, lower = kNotGiven, upper = kNotGiven;
+    bool agrees = false;
+  };
+  std::size_t runs = 0;
+  std::uint64_t seed = 0;
+  std::string verdict;
+  std::vector<Figure> figures;
+};
+
+/// What summary.json says beside the passes. Figures that do not exist (null) are NaN.
 struct ResultSummary {
   std::string version;  ///< of the program that wrote it
   std::string command;  ///< adjust, intersect or predict
   std::string block;    ///< name of the block
   std::string status;   ///< converged, not_converged, intersected, predicted
   bool accepted = false;
-  std::size_t points = 0;
-  std::size_t looks = 0;
-  std::size_t looks_used = 0;
-  std::size_t parameters = 0;
-  std::size_t observations = 0;
-  double redundancy = kNotGiven;
+  std::vector<std::pair<std::string, double>> counts;        ///< as they stand there
+  [[nodiscard]] double Count(std::string_view name) const {  ///< 0 where not given
+    for (const auto& [key, value] : counts) {
+      if (key == name) return value;
+    }
+    return 0.0;
+  }
   std::size_t iterations = 0;
   double initial_cost = kNotGiven;
   double final_cost = kNotGiven;
   double gradient = kNotGiven;
+  double remaining_step = kNotGiven;
   double sigma0_squared = kNotGiven;
   bool sigma_scaled_by_posterior = false;
   std::optional<ResultTest> chi_square;
+  std::optional<ResultChecks> checks;
+  std::optional<ResultTests> tests;
+  std::optional<std::size_t> snooping_rounds;
+  std::vector<ResultFinding> findings;
+  std::optional<ResultTest> test_before;  ///< before variance components were estimated
+  std::vector<ResultVariance> variances;
+  std::optional<ResultRepetition> repetition;
+  std::string selected_model;  ///< correction tables chosen, as TOML
+  bool selection_settled = true;
   std::string covariance;  ///< level: none, leberl, intersection, block, montecarlo
   double condition = kNotGiven;
-  std::vector<StageCost> stages;  ///< by name
+  std::vector<StageCost> stages;  ///< in the order of the file, as all lists
   std::vector<std::string> warnings;
+  std::vector<InputFile> inputs;
+  std::vector<std::pair<std::string, std::string>> configuration;  ///< dotted keys, JSON values
   std::string json;  ///< the whole text, for who wants more of it
 };
 
@@ -94,9 +158,10 @@ struct ResultLooks {
 /// A row of control_quality.csv.
 struct ResultControl {
   std::uint32_t point = 0;
-  int component = 0;          ///< 0 east, 1 north, 2 up
-  double residual_m = 0.0;    ///< adjusted minus given
-  double redundancy_1 = 0.0;  ///< these five: NaN where the cell is empty
+  int component = 0;        ///< 0 east, 1 north, 2 up
+  double residual_m = 0.0;  ///< adjusted minus given
+  double sigma_m = 0.0;     ///< of the given coordinate; these six: NaN where the cell is empty
+  double redundancy_1 = 0.0;
   double w_1 = 0.0;
   double tau_1 = 0.0;
   double mdb_m = 0.0;
@@ -112,8 +177,11 @@ struct ResultFile {
   std::vector<ParameterResult> parameters;                ///< passes.csv
   std::vector<ParameterCovariance> parameter_covariance;  ///< indices into `parameters`
   ResultLooks looks;
-  std::vector<ResultControl> control;  ///< empty without control_quality.csv
-  std::vector<PairResult> pairs;       ///< empty without pairs.csv
+  std::vector<ResultControl> control;                ///< empty without control_quality.csv
+  std::vector<PairResult> pairs;                     ///< empty without pairs.csv
+  std::vector<StripStation> strips;                  ///< by pass and time; empty without strips.csv
+  std::vector<CandidateResult> candidates;           ///< empty without selection.csv
+  std::vector<SimplificationBound> simplifications;  ///< empty without simplifications.csv
 };
 
 /// Which tables are read; the others' members stay empty (a pass keeps an empty path). The looks

@@ -24,10 +24,6 @@ struct ResultContext {
   std::vector<StageCost> stages;                 ///< before the result's own, such as `read`
 };
 
-/// Factor on every covariance that is written or printed: sigma0_squared with
-/// `scale_by_posterior`, if there is one; else 1.
-[[nodiscard]] double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result);
-
 /// Content of summary.json (docs/formats.md), a newline at the end. Figures that do not exist
 /// (NaN) are null.
 [[nodiscard]] std::string SummaryJson(const Block& block,

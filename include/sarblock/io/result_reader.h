@@ -10,10 +10,10 @@
 namespace sarblock {
 
 /// Reads what WriteResult() wrote (docs/formats.md): summary.json, points.csv, passes.csv,
-/// passes_covariance.csv, residuals.csv, control_quality.csv, pairs.csv and trajectories.csv, each
-/// table plain or as `.csv.gz`. Covariances are as written: scaled by the posterior variance
-/// factor where the result is. selection.csv, simplifications.csv and montecarlo.csv are not read:
-/// their sums stand in the summary.
+/// passes_covariance.csv, residuals.csv, control_quality.csv, pairs.csv, strips.csv, selection.csv,
+/// simplifications.csv and trajectories.csv, each table plain or as `.csv.gz`. Covariances are as
+/// written: scaled by the posterior variance factor where the result is. montecarlo.csv is not
+/// read: its sums stand in the summary. Report, comparison and export read results by this alone.
 ///
 /// Every fault of the files throws InputError with file, line and field, as ReadBlock() does; also
 /// tables that contradict each other (a look of a point that points.csv does not have, fewer
@@ -33,6 +33,9 @@ struct ResultTexts {
   std::optional<std::string_view> passes_covariance_csv = {};
   std::optional<std::string_view> control_quality_csv = {};
   std::optional<std::string_view> pairs_csv = {};
+  std::optional<std::string_view> strips_csv = {};
+  std::optional<std::string_view> selection_csv = {};
+  std::optional<std::string_view> simplifications_csv = {};
 };
 /// The same from memory.
 [[nodiscard]] ResultFile ReadResultTexts(const ResultTexts& texts,

@@ -10,6 +10,7 @@
 #include "sarblock/model/selection_report.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -46,8 +47,10 @@ struct PointResults {
   std::vector<std::uint32_t> looks;         ///< looks that count (not rejected)
   std::vector<Eigen::Vector3d> position_m;  ///< frame axes; NaN where not solved
   std::vector<SymmetricEnu> covariance_m2;  ///< empty at level `none`; NaN where not solved
-  std::vector<double> intersection_rad;     ///< largest intersection angle; NaN below two looks
-  std::vector<double> redundancy;           ///< of the point's looks; empty where not computed
+  /// With the corrections known exactly (fixed_path_covariance.h); empty without that split.
+  std::vector<SymmetricEnu> fixed_path_covariance_m2;
+  std::vector<double> intersection_rad;  ///< largest intersection angle; NaN below two looks
+  std::vector<double> redundancy;        ///< of the point's looks; empty where not computed
   /// Leberl (1979) for the best pair of looks of each point (leberl_prediction.h), across and up;
   /// empty at level `none`, NaN where the geometry cannot be reduced to the paper's.
   std::vector<double> sigma_leberl_across_m;       ///< by range noise, Eq. 25
@@ -67,6 +70,10 @@ struct ParameterResult {
   double sigma = std::numeric_limits<double>::quiet_NaN();        ///< NaN where not computed
   double prior_sigma = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no prior
   std::string kept{};  ///< why, in model selection; else empty
+  /// |value| over sigma; NaN without a sigma above 0.
+  [[nodiscard]] double significance_1() const {
+    return sigma > 0.0 ? std::abs(value) / sigma : std::numeric_limits<double>::quiet_NaN();
+  }
 };
 
 /// Covariance of two parameters (indices into `parameters`, a <= b).
@@ -171,6 +178,26 @@ struct CheckResult {
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();  ///< NaN in components not known
   double chi_square = 0.0;  ///< e' Q^-1 e over the known components, both covariances in Q
   int components = 0;
+  /// Of the error, from the covariance of the point, times CovarianceFactor(), and that of the
+  /// known position; NaN where there is no error or no covariance.
+  Eigen::Vector3d sigma_enu_m = Eigen::Vector3d::Constant(kNotGiven);
+};
+
+/// One place of a flight path within its strip: where the antenna is, what it sees, and how the
+/// adjustment corrected it there (strip_stations.h).
+struct StripStation {
+  std::uint32_t pass = 0;
+  double time_s = 0.0;
+  double strip_time_1 = 0.0;  ///< strip-normalised time, -1 to 1 (docs/theory/flight_path.md)
+  Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();  ///< nominal path, frame axes
+  /// Ground at the nearest and farthest range of the pass's looks, at the median height of its
+  /// points; NaN without looks or where the range does not reach that height.
+  Eigen::Vector3d near_m = Eigen::Vector3d::Constant(kNotGiven);
+  Eigen::Vector3d far_m = Eigen::Vector3d::Constant(kNotGiven);
+  /// Position correction delta(t) along, across and up and its standard deviations; NaN where the
+  /// pass has no position correction, sigmas (not scaled) also where they were not computed.
+  Eigen::Vector3d correction_m = Eigen::Vector3d::Constant(kNotGiven);
+  Eigen::Vector3d correction_sigma_m = Eigen::Vector3d::Constant(kNotGiven);
 };
 
 enum class AdjustStatus {
@@ -207,6 +234,7 @@ struct AdjustResult {
   std::vector<CheckResult> checks;
   /// Independent components that the check points are worth (CheckFreedom); NaN: as many as known.
   double check_freedom_1 = std::numeric_limits<double>::quiet_NaN();
+  std::vector<StripStation> strips;         ///< by pass and time
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more
 
@@ -232,6 +260,10 @@ struct AdjustResult {
   SelectionReport selection;  ///< of `corrections = "auto"`, else empty
   std::vector<std::string> warnings;
 };
+
+/// Factor on every covariance that is written or printed: sigma0_squared with
+/// `scale_by_posterior`, if there is one; else 1.
+[[nodiscard]] double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result);
 
 /// Adds a warning to a result.
 void Warn(AdjustResult* result, const std::string& text);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "geojson.h"
+
 #include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
 
@@ -7,7 +9,6 @@
 #include <cmath>
 
 #include "covariance/error_ellipse.h"
-#include "geojson.h"
 #include "number.h"
 #include <nlohmann/json.hpp>
 

@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "held_covariance.h"
-
-#include "sarblock/adjust/predict.h"
-
-#include <optional>
+#include "fixed_path_covariance.h"
 
 #include "covariance/point_sweep.h"
 #include "model/problem.h"
@@ -11,35 +7,18 @@
 namespace sarblock {
 namespace {
 
-bool HasMeaning(const AdjustOptions& options, const AdjustResult& result) {
+bool HasMeaning(const AdjustResult& result) {
   return !result.parameters.empty() && !result.parameter_covariance.empty() &&
-         !result.points.covariance_m2.empty() && options.datum == Datum::kGiven &&
-         !result.variance_components;
+         !result.points.covariance_m2.empty() && !result.variance_components;
 }
 
 }  // namespace
 
-std::vector<CorrectionGroup> UsedGroups(const AdjustOptions& options, const AdjustResult& result) {
-  switch (options.corrections) {
-    case CorrectionChoice::kGiven:
-      return options.groups;
-    case CorrectionChoice::kAuto:
-      return result.selection.groups;
-    case CorrectionChoice::kNone:
-      break;
-  }
-  return {};
-}
-
-std::vector<SymmetricEnu> HeldCovariances(const Block& block,
-                                          const AdjustOptions& options,
-                                          const AdjustResult& result) {
-  if (!HasMeaning(options, result)) return {};
-  const bool predicted = result.status == AdjustStatus::kPredicted;
-  std::optional<Block> filled;
-  if (predicted) filled = FillMeasurements(block, result.points.position_m);
-  const Block& looked = filled ? *filled : block;
-  AdjustmentProblem problem(looked, UsedGroups(options, result), result.selection.simplified);
+std::vector<SymmetricEnu> FixedPathCovariances(const Block& block,
+                                               const std::vector<CorrectionGroup>& groups,
+                                               const AdjustResult& result) {
+  if (!HasMeaning(result)) return {};
+  AdjustmentProblem problem(block, groups, result.selection.simplified);
   const auto parameters = static_cast<Eigen::Index>(result.parameters.size());
   if (problem.layout.size() != parameters) return {};
   BlockState state;
@@ -49,14 +28,14 @@ std::vector<SymmetricEnu> HeldCovariances(const Block& block,
   for (Eigen::Index i = 0; i < parameters; ++i) {
     state.corrections[i] = result.parameters[static_cast<std::size_t>(i)].value;
   }
-  for (std::size_t point = 0; point < looked.points.size(); ++point) {
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
     problem.point_status[point] = result.points.status[point];
     if (!IsSolved(result.points.status[point])) {
       problem.LeaveOut(point, result.points.status[point], "");
     }
   }
   const std::vector<std::uint8_t>& rejected = result.looks.rejected;
-  for (std::size_t look = 0; look < rejected.size() && look < looked.looks.size(); ++look) {
+  for (std::size_t look = 0; look < rejected.size() && look < block.looks.size(); ++look) {
     if (rejected[look] != 0) problem.look_used[look] = 0;
   }
   if (result.snooping) {

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/study/study_table.h"
+
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "io/scene_table.h"
+
 namespace sarblock {
+
+/// Takes `format`, `study`, `name`, `purpose` and `seed`, which every study file has, and refuses a
+/// file of another kind; the rest is the reader's. `kind` is the command ("densification").
+[[nodiscard]] StudyHeading TakeStudyHeading(const std::string& kind, SceneTable* table);
 
 /// The study file's text after the overrides, for `--dump-config` and as a study's identity: the
 /// same keys and values give the same text, whatever the comments. Checks syntax only.

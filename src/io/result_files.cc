@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/result_files.h"
+
 #include "sarblock/core/stage_timer.h"
 #include "sarblock/core/version.h"
 #include "sarblock/io/adjust_table.h"
@@ -8,7 +10,8 @@
 #include <initializer_list>
 #include <sstream>
 
-#include "adjust_reader.h"
+#include "adjust_corrections.h"
+#include "adjust_table.h"
 #include "output_folder.h"
 #include "path_writer.h"
 #include "result_quality.h"
@@ -146,15 +149,6 @@ Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
   return stages;
 }
 
-}  // namespace
-
-double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result) {
-  return options.scale_by_posterior && std::isfinite(result.sigma0_squared) ? result.sigma0_squared
-                                                                            : 1.0;
-}
-
-namespace {
-
 std::string Summary(const Block& block,
                     const AdjustOptions& options,
                     const AdjustResult& result,
@@ -187,7 +181,7 @@ std::string Summary(const Block& block,
     summary["variance_components"] = VarianceComponentsSection(options, result);
   }
   if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
-  summary["covariance"] = NameIn(options.covariance);
+  summary["covariance"] = NameOfChoice("covariance", options);
   summary["condition"] = result.condition;
   if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
@@ -230,10 +224,12 @@ std::vector<std::string> KnownFiles() {
   return names;
 }
 
-void WriteTables(const std::filesystem::path& folder, const ResultView& view) {
+void WriteTables(const std::filesystem::path& folder,
+                 const ResultView& view,
+                 std::size_t ellipse_limit) {
   const Block& block = view.block;
   const AdjustResult& result = view.result;
-  const char* const ending = view.context.compression == Compression::kGzip ? ".csv.gz" : ".csv";
+  const char* const ending = view.compression == Compression::kGzip ? ".csv.gz" : ".csv";
   const auto table = [&](const std::string& name) { return folder / (name + ending); };
   WritePointTable(table("points"), view);
   WriteParameterTable(table("passes"), view);
@@ -251,7 +247,7 @@ void WriteTables(const std::filesystem::path& folder, const ResultView& view) {
   WritePaths(table("trajectories"),
              block,
              corrected ? result.corrected_paths : NominalPaths(block),
-             view.context.compression);
+             view.compression);
   if (block.frame.kind() != FrameKind::kGeocentric) return;
   WriteGeoJson(folder / "points.geojson",
                {.frame = block.frame,
@@ -260,7 +256,7 @@ void WriteTables(const std::filesystem::path& folder, const ResultView& view) {
                 .role = block.points.role,
                 .points = result.points,
                 .covariance_factor_1 = view.factor,
-                .polygons = result.points.status.size() <= view.context.ellipse_limit});
+                .polygons = result.points.status.size() <= ellipse_limit});
 }
 
 }  // namespace
@@ -270,7 +266,8 @@ std::string WriteResult(const std::filesystem::path& folder,
                         const AdjustOptions& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
-  const ResultView view{block, options, result, context, CovarianceFactor(options, result)};
+  const ResultView view{
+      block, options, result, context.compression, CovarianceFactor(options, result)};
   ResultContext said = context;
   if (block.frame.kind() == FrameKind::kGeocentric &&
       result.points.status.size() > context.ellipse_limit) {
@@ -285,7 +282,7 @@ std::string WriteResult(const std::filesystem::path& folder,
     std::vector<StageCost> written;
     {
       const StageTimer timer("write", &written);
-      WriteTables(to, view);
+      WriteTables(to, view, context.ellipse_limit);
     }
     summary = Summary(block, options, result, said, written);
     AtomicFile out(to / "summary.json");
