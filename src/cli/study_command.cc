@@ -55,7 +55,8 @@ int Run(const StudyKind& kind, const Arguments& arguments, const Session& sessio
   }
   const std::filesystem::path folder = arguments.out;
   const ThreadLimit limit(session.Threads());
-  PreparedStudy study = kind.prepare(arguments.file, session.set, session.Threads());
+  PreparedStudy study = Naming(
+      arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
   StudyRows rows(
       folder,
       {kind.name, study.plan.columns, study.plan.tasks.size(), std::move(study.identity)},
