@@ -17,4 +17,9 @@ namespace sarblock {
 void AppendNumber(double value, std::string* text);
 [[nodiscard]] std::string NumberText(double value);
 
+/// Magnitudes within which squares, their inverses and the products of two variances are finite.
+inline constexpr double kLargestNumber = 1e60;
+/// What is wrong with a standard deviation or another number that must be above 0; null: nothing.
+[[nodiscard]] const char* ProblemOfPositive(double value);
+
 }  // namespace sarblock

@@ -5,7 +5,7 @@
     tests/attack/attack.py inputs    PROGRAM [--seed 1] [--count 6000] [--only N]
     tests/attack/attack.py signals   PROGRAM [--seed 1] [--count 40]
     tests/attack/attack.py disks     PROGRAM [--seed 1] [--count 20]
-    tests/attack/attack.py exchanges PROGRAM [--seed 1] [--count 200]
+    tests/attack/attack.py exchanges PROGRAM [--seed 1] [--count 200] [--points N]
 
 `inputs`     one to four mistakes in a file that a command reads (mutations.py), over the inputs of
              inputs.py, half of the runs over an older output. Asserted: an exit code of
@@ -44,6 +44,7 @@ def main():
     parser.add_argument("--count", type=int)
     parser.add_argument("--limit", type=float, default=20.0, help="seconds of one run (default: 20)")
     parser.add_argument("--only", type=int, help="this trial alone, of inputs")
+    parser.add_argument("--points", type=int, help="tie points of the scenes of exchanges (default: all)")
     parser.add_argument("--scratch", type=pathlib.Path, help="folder to work in (default: a temporary one)")
     options = parser.parse_args()
     program = options.program.resolve()
@@ -53,7 +54,8 @@ def main():
         scratch.chmod(0o755)
         if options.attack == "exchanges":
             scenes = ROOT / "datasets/scenes"
-            failed = exchanges.run(program, scenes, scratch, options.seed, options.count or 200, sys.stderr)
+            failed = exchanges.run(program, scenes, scratch, options.seed, options.count or 200, options.points,
+                                   sys.stderr)
         elif options.attack == "inputs":
             failed = trials.run(program, ROOT, scratch, options)
         else:

@@ -62,9 +62,11 @@ def sigmas_off(point, truth):
     return math.sqrt(sum(x * x for x in z))
 
 
-def run(program, scenes, scratch, seed, pairs, out):
-    """`pairs` exchanges over four scenes, each adjusted in every way; returns the number of accepted
-    results that hold a point off by more than ten of its standard deviations."""
+def run(program, scenes, scratch, seed, pairs, points, out):
+    """`pairs` exchanges over four scenes (of `points` tie points, where given), each adjusted in every
+    way; returns the number of accepted results that hold a point off by more than ten of its standard
+    deviations."""
+    thinned = ["--set", f"points.count={points}"] if points else []
     rng = random.Random(seed)
     tallies = collections.Counter()
     worst = collections.defaultdict(float)
@@ -72,7 +74,7 @@ def run(program, scenes, scratch, seed, pairs, out):
     for number, scene in enumerate(SCENES):
         clean, block, result = (scratch / f"{scene}-{kind}" for kind in ("clean", "exchanged", "result"))
         subprocess.run([program, "simulate", scenes / f"{scene}.toml", "-o", clean, "-q", "--force",
-                        "--set", "check.count=0"], check=True)
+                        "--set", "check.count=0", *thinned], check=True, stdout=subprocess.DEVNULL)
         truth = {row["point"]: row for row in read_table(clean / "truth.csv")}
         looks = read_table(clean / "observations.csv")
         shutil.rmtree(block, ignore_errors=True)
