@@ -11,6 +11,8 @@
 #   covariance all blocks of points and passes against ceres::Covariance
 #   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
 #   machine    rates of memory and of the dense kernels on this machine
+#   build      the program built in a fresh folder without a compiler cache: CPU and wall time,
+#              compilations and the ten slowest; SARBLOCK_JOBS at a time (2)
 # Needs a Release build (scripts/demo.sh makes one); covariance, engines and machine the preset bench
 # (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
 # Machines are noisy: compare rows of one run.
@@ -20,6 +22,33 @@ program=${SARBLOCK_PROGRAM:-build/release/src/cli/sarblock}
 bench=${SARBLOCK_BENCH:-build/bench/tests/benchmarks}
 case "${1:-}" in
   machine) exec "$bench/machine_benchmark" ;;
+  build)
+    folder=$(mktemp -d -p "${SARBLOCK_WORK:-${TMPDIR:-/tmp}}")
+    trap 'rm -rf "$folder"' EXIT
+    export CCACHE_DISABLE=1
+    cmake --preset release -B "$folder" -DCMAKE_CXX_COMPILER_LAUNCHER= --log-level=ERROR >&2
+    python3 - "$folder" "${SARBLOCK_JOBS:-2}" <<'PY'
+import os, resource, subprocess, sys, time
+
+folder, jobs = sys.argv[1:]
+begin = time.perf_counter()
+subprocess.run(["ninja", "-C", folder, f"-j{jobs}", "sarblock"], check=True, stdout=sys.stderr)
+wall_s = time.perf_counter() - begin
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+wall_of = {}
+for line in open(os.path.join(folder, ".ninja_log")):
+    if not line.startswith("#"):
+        start_ms, end_ms, _, output, _ = line.rstrip("\n").split("\t")
+        wall_of[output] = 1e-3 * (int(end_ms) - int(start_ms))
+compiled = {name: s for name, s in wall_of.items() if name.endswith(".o")}
+print("what,seconds")
+print(f"cpu_s,{used.ru_utime + used.ru_stime:.0f}")
+print(f"wall_s,{wall_s:.0f}")
+print(f"compilations,{len(compiled)}")
+for name, s in sorted(compiled.items(), key=lambda row: -row[1])[:10]:
+    print(f"{name},{s:.1f}")
+PY
+    exit 0 ;;
   covariance)
     "$bench/covariance_benchmark"
     for size in "1000 10" "10000 30"; do
@@ -239,5 +268,5 @@ elif name == "selection":
     print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
     sys.exit("bench.sh: NAME is commands, stages, reading, engines, growth, network, largest, "
-             "covariance, selection or machine")
+             "covariance, selection, machine or build")
 PY

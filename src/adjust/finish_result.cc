@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/nan.h"
 #include "core/parallel.h"
 #include "leberl_prediction.h"
 #include "testing/check_points.h"
@@ -20,7 +21,6 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kPointsPerChunk = 1024;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void CountAndTest(const AdjustmentProblem& problem,
                   const AdjustOptions& options,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "core/nan.h"
 #include "core/parallel.h"
 #include "covariance/point_sweep.h"
 #include "determinacy/form_determined.h"
@@ -15,8 +16,7 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 512;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kIntersectionsPerChunk = 512;
 
 PointStatus StatusOf(IntersectionOutcome outcome) {
   switch (outcome) {
@@ -56,7 +56,7 @@ AdjustResult IntersectBlock(const Block& block,
     const StageTimer timer("solve", &result.stages);
     Step(progress, "intersect", 0, points);
     ParallelForChunks(
-        points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        points, kIntersectionsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
           std::vector<Sight> sights;
           for (std::size_t point = begin; point < end; ++point) {
             sights.clear();

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/nan.h"
 #include "core/parallel.h"
 #include "leberl/reduction.h"
 #include <Eigen/Geometry>
@@ -20,9 +21,8 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 1024;
+constexpr std::size_t kPredictionsPerChunk = 1024;
 constexpr std::size_t kLooksPairedWithAll = 6;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// A correction without a prior that moves the range by less than this part of itself (an along
 /// shift given in frame axes, say) leaves the path sigma known.
 constexpr double kNoEffect_1 = 1e-2;
@@ -261,25 +261,26 @@ void FillLeberlPrediction(const AdjustmentProblem& problem,
                                       &out.leberl_across_azimuth_rad}) {
     column->assign(points, kNaN);
   }
-  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-    Predictor predictor(problem, state, enters);
-    Prediction at;
-    for (std::size_t point = begin; point < end; ++point) {
-      if (!problem.Solves(point)) continue;
-      predictor.Predict(point, &at);
-      if (!at.best) continue;
-      out.sigma_leberl_across_m[point] = at.best->noise.sigma_y_m;
-      out.sigma_leberl_up_m[point] = at.best->noise.sigma_z_m;
-      out.leberl_across_azimuth_rad[point] = at.best->across_azimuth_rad;
-      if (!at.path_known) continue;
-      const Effect root = RootOfDifferences({}, at.effects, 1.0);
-      out.sigma_leberl_path_across_m[point] = root.across_m;
-      out.sigma_leberl_path_up_m[point] = root.up_m;
-    }
-  });
+  ParallelForChunks(
+      points, kPredictionsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        Predictor predictor(problem, state, enters);
+        Prediction at;
+        for (std::size_t point = begin; point < end; ++point) {
+          if (!problem.Solves(point)) continue;
+          predictor.Predict(point, &at);
+          if (!at.best) continue;
+          out.sigma_leberl_across_m[point] = at.best->noise.sigma_y_m;
+          out.sigma_leberl_up_m[point] = at.best->noise.sigma_z_m;
+          out.leberl_across_azimuth_rad[point] = at.best->across_azimuth_rad;
+          if (!at.path_known) continue;
+          const Effect root = RootOfDifferences({}, at.effects, 1.0);
+          out.sigma_leberl_path_across_m[point] = root.across_m;
+          out.sigma_leberl_path_up_m[point] = root.up_m;
+        }
+      });
   std::vector<PairResult>& pairs = result->pairs;
   ParallelForChunks(
-      pairs.size(), kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+      pairs.size(), kPredictionsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
         Predictor predictor(problem, state, enters);
         Prediction a, b;
         for (std::size_t q = begin; q < end; ++q) {

@@ -12,7 +12,7 @@
 #include "determinacy/point_defects.h"
 #include "print_summary.h"
 #include "solve/start_values.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
@@ -28,13 +28,13 @@ std::vector<Finding> Examine(AdjustmentProblem* problem, const Session& session)
   return findings;
 }
 
-struct Arguments {
+struct CheckArguments {
   std::string block;
   std::string rejections;
 };
 
 /// Reads the other files that an adjustment of the block would read; returns looks left out.
-std::size_t ReadNamedFiles(const Arguments& arguments, BlockFile* file) {
+std::size_t ReadNamedFiles(const CheckArguments& arguments, BlockFile* file) {
   AdjustOptions& adjust = file->adjust;
   if (!arguments.rejections.empty()) {
     adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
@@ -46,7 +46,7 @@ std::size_t ReadNamedFiles(const Arguments& arguments, BlockFile* file) {
   return ApplyRejections(arguments.block, adjust.rejections_file, &file->block);
 }
 
-int Run(const Arguments& arguments, const Session& session) {
+int RunCheck(const CheckArguments& arguments, const Session& session) {
   ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
@@ -94,13 +94,13 @@ int Run(const Arguments& arguments, const Session& session) {
 }  // namespace
 
 void AddCheck(CLI::App* app, Session* session) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CheckArguments>();
   CLI::App* command = app->add_subcommand("check", "Validate and describe a block, change nothing");
   command->add_option("block", arguments->block, "Folder of the block")->required();
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, as adjust would");
-  command->callback([=] { session->run = [=] { return Run(*arguments, *session); }; });
+  command->callback([=] { session->run = [=] { return RunCheck(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

@@ -2,7 +2,7 @@
 #include <set>
 
 #include "manual.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {

@@ -10,7 +10,7 @@
 #include "session.h"
 #include "study_command.h"
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {

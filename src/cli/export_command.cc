@@ -8,13 +8,13 @@
 #include <memory>
 
 #include "commands.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   std::string result;
   std::string out;
   ExportFormat format = ExportFormat::kGeoJson;
@@ -39,7 +39,7 @@ std::string NowUtc() {
                      time.seconds().count());
 }
 
-std::string SummaryJson(const ExportReport& report) {
+std::string ExportJson(const ExportReport& report) {
   nlohmann::ordered_json json = {{"format", "sarblock-export 1"},
                                  {"points", report.points},
                                  {"points_left_out", report.points_left_out},
@@ -51,7 +51,7 @@ std::string SummaryJson(const ExportReport& report) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-int Run(const Arguments& arguments, const Session& session) {
+int RunExport(const ExportArguments& arguments, const Session& session) {
   const ExportFormat format = arguments.format;
   const bool map = format == ExportFormat::kGeoJson || format == ExportFormat::kKml ||
                    format == ExportFormat::kGeoPackage;
@@ -74,7 +74,7 @@ int Run(const Arguments& arguments, const Session& session) {
       Naming(arguments.result, [&] { return ExportResult(result, format, out, options); });
   for (const std::string& warning : report.warnings) session.Say("sarblock: warning: " + warning);
   if (session.json) {
-    fmt::print("{}", SummaryJson(report));
+    fmt::print("{}", ExportJson(report));
     return kAccepted;
   }
   for (const auto& file : report.files) fmt::print("{}\n", file.string());
@@ -89,7 +89,7 @@ int Run(const Arguments& arguments, const Session& session) {
 }  // namespace
 
 void AddExport(CLI::App* app, Session* session) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app->add_subcommand("export", "Write a result in a format of other programs");
   command->add_option("result", arguments->result, "Folder of the result")->required();
   std::map<std::string, ExportFormat> formats;
@@ -114,7 +114,7 @@ void AddExport(CLI::App* app, Session* session) {
       ->capture_default_str();
   command->add_option(
       "--mission", arguments->options.mission, "eof: satellite, such as Sentinel-1A");
-  command->callback([=] { session->run = [=] { return Run(*arguments, *session); }; });
+  command->callback([=] { session->run = [=] { return RunExport(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

@@ -12,13 +12,13 @@
 
 #include "commands.h"
 #include "io/output_folder.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
 namespace {
 
-struct Arguments {
+struct ImportArguments {
   std::vector<std::string> annotations, orbits;
   std::string out;
   ImportOptions options;
@@ -40,7 +40,7 @@ std::string SigmaText(const LookSigma& sigma) {
       "{:.3g} m in range, {:.3g} {} in azimuth", sigma.range_m, sigma.azimuth, seconds ? "s" : "m");
 }
 
-void PrintSummary(const Arguments& arguments, const ImportedBlock& imported) {
+void PrintSummary(const ImportArguments& arguments, const ImportedBlock& imported) {
   for (std::size_t i = 0; i < imported.products.size(); ++i) {
     const ImportedProduct& product = imported.products[i];
     fmt::print(
@@ -64,7 +64,7 @@ void PrintSummary(const Arguments& arguments, const ImportedBlock& imported) {
              arguments.out);
 }
 
-std::string SummaryJson(const Arguments& arguments, const ImportedBlock& imported) {
+std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& imported) {
   nlohmann::json products = nlohmann::json::array(), faults = nlohmann::json::array();
   for (const ImportedProduct& product : imported.products) {
     products.push_back({{"file", product.file},
@@ -99,7 +99,7 @@ std::string SummaryJson(const Arguments& arguments, const ImportedBlock& importe
   return summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-int Run(const Arguments& arguments, const Session& session) {
+int RunImport(const ImportArguments& arguments, const Session& session) {
   if (!session.dump_config) {
     RequireFolderFor(FolderContent::kBlock,
                      arguments.out,
@@ -132,7 +132,7 @@ int Run(const Arguments& arguments, const Session& session) {
   for (const FaultyRow& row : imported.faults) session.Say("warning: " + Describe(row));
   for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
   if (session.json) {
-    fmt::print("{}\n", SummaryJson(arguments, imported));
+    fmt::print("{}\n", ImportJson(arguments, imported));
   } else {
     PrintSummary(arguments, imported);
   }
@@ -150,7 +150,7 @@ void AddNumber(CLI::App* command,
       ->check(CLI::PositiveNumber);
 }
 
-void AddOptions(CLI::App* command, Arguments* arguments) {
+void AddOptions(CLI::App* command, ImportArguments* arguments) {
   ImportOptions& options = arguments->options;
   command->add_option("annotations", arguments->annotations, "Annotation files (XML), SLC or GRD")
       ->required();
@@ -209,7 +209,7 @@ void AddOptions(CLI::App* command, Arguments* arguments) {
 void AddImport(CLI::App* app, Session* session) {
   CLI::App* group = app->add_subcommand("import", "Make a block of products of others");
   group->require_subcommand(1);
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ImportArguments>();
   arguments->options.name.clear();
   CLI::App* command = group->add_subcommand(
       "sentinel1", "Of Sentinel-1 annotations: orbits, image rasters and geolocation grids");
@@ -221,7 +221,7 @@ void AddImport(CLI::App* app, Session* session) {
         arguments->options.name =
             (whole.has_filename() ? whole : whole.parent_path()).filename().string();
       }
-      return Run(*arguments, *session);
+      return RunImport(*arguments, *session);
     };
   });
 }

@@ -10,8 +10,9 @@
 #include <cmath>
 #include <vector>
 
+#include "core/nan.h"
 #include "environment.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
@@ -19,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string Cell(const std::optional<double>& value) {
+std::string CellText(const std::optional<double>& value) {
   return value ? fmt::format("{}", *value) : std::string();
 }
 
@@ -54,11 +55,11 @@ int PrintTable1(bool csv, const Session& session) {
                  c.configuration,
                  c.position,
                  c.quantity,
-                 Cell(c.dy_km),
-                 Cell(c.dz_km),
+                 CellText(c.dy_km),
+                 CellText(c.dz_km),
                  c.source,
                  c.size_m,
-                 Cell(c.printed_m),
+                 CellText(c.printed_m),
                  c.formula_m,
                  c.derivative_m,
                  c.exact_m,
@@ -130,8 +131,8 @@ int PrintExamples(bool csv, const Session& session) {
                  e.unit,
                  e.printed_text,
                  e.formula,
-                 Cell(e.derivative),
-                 Cell(e.exact),
+                 CellText(e.derivative),
+                 CellText(e.exact),
                  NameOf(e.verdict),
                  CsvText(e.note));
     } else {
@@ -217,6 +218,8 @@ int PrintSingleFlight(const SquintPair& pair, const Session& session) {
 }
 
 }  // namespace
+
+double OrNaN(const std::optional<double>& value) { return value.value_or(kNaN); }
 
 std::string CsvText(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;

@@ -4,6 +4,7 @@
 #include "sarblock/leberl/configuration.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "session.h"
@@ -26,5 +27,8 @@ void AddConfiguration(CLI::App* command,
 
 /// A cell of a CSV on standard output: quoted where a comma or a quotation mark stands in it.
 [[nodiscard]] std::string CsvText(const std::string& text);
+
+/// A number for a cell of a CSV; NaN, an empty cell, where there is none.
+[[nodiscard]] double OrNaN(const std::optional<double>& value);
 
 }  // namespace sarblock::cli

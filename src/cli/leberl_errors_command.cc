@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "leberl_command.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {

@@ -4,12 +4,11 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "io/csv_reader.h"
 #include "leberl_command.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
@@ -40,10 +39,6 @@ struct ParallaxRow {
   double exact_parallax_m = 0.0;
   double absolute_parallax_m = 0.0;
 };
-
-double OrNaN(const std::optional<double>& value) {
-  return value.value_or(std::numeric_limits<double>::quiet_NaN());
-}
 
 ParallaxRow Answer(const CsvReader& reader, const ParallaxInput& input) {
   leberl::StereoConfiguration c = input.configuration;

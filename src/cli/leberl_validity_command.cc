@@ -4,21 +4,16 @@
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "io/csv_writer.h"
 #include "leberl_command.h"
 #include "validity_plot.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-double OrNaN(const std::optional<double>& value) {
-  return value.value_or(std::numeric_limits<double>::quiet_NaN());  // an empty cell
-}
 
 void WriteCase(const ValidityCase& of, CsvWriter* csv) {
   csv->Text(NameOf(of.source))

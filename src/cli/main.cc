@@ -16,7 +16,7 @@
 #include "report_command.h"
 #include "study_command.h"
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <glog/logging.h>
 
 namespace sarblock::cli {

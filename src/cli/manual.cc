@@ -7,7 +7,7 @@
 #include <array>
 #include <cctype>
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {

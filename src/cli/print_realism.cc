@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <iterator>
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 

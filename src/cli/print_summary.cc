@@ -11,7 +11,7 @@
 #include "print_realism.h"
 #include "testing/prior_quality.h"
 #include "testing/quality_summary.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "core/parallel.h"
 #include "environment.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 namespace sarblock::cli {

@@ -10,20 +10,20 @@
 #include "core/parallel.h"
 #include "io/output_folder.h"
 #include "print_summary.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   std::string scene;
   std::string out;
   bool gzip = false;
   bool force = false;
 };
 
-int Run(const Arguments& arguments, const Session& session) {
+int RunSimulate(const SimulateArguments& arguments, const Session& session) {
   if (session.dump_config) {
     fmt::print("{}\n", EffectiveSceneText(arguments.scene, session.set));
     return kAccepted;
@@ -66,13 +66,13 @@ int Run(const Arguments& arguments, const Session& session) {
 }  // namespace
 
 void AddSimulate(CLI::App* app, Session* session) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app->add_subcommand("simulate", "Make a block with known truth from a scene");
   command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
   command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
   command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
-  command->callback([=] { session->run = [=] { return Run(*arguments, *session); }; });
+  command->callback([=] { session->run = [=] { return RunSimulate(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

@@ -17,12 +17,12 @@
 #include "print_summary.h"
 #include "report_command.h"
 #include "testing/quality_summary.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {
 
-struct Arguments {
+struct SolveArguments {
   std::string block;
   std::string out;
   bool strict = false;
@@ -51,7 +51,7 @@ bool ChecksPass(const AdjustResult& result, double level) {
   return summary.components == 0 || summary.chi_square <= summary.chi_square_interval.upper;
 }
 
-int Run(const Solver& solver, const Arguments& arguments, const Session& session) {
+int RunSolve(const Solver& solver, const SolveArguments& arguments, const Session& session) {
   std::vector<StageCost> reading;
   BlockFile file;
   {
@@ -117,7 +117,7 @@ int Run(const Solver& solver, const Arguments& arguments, const Session& session
 }
 
 void AddSolver(CLI::App* app, Session* session, Solver solver) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SolveArguments>();
   CLI::App* command = app->add_subcommand(solver.name, solver.help);
   command->add_option("block", arguments->block, "Folder of the block")->required();
   command->add_option("-o,--output", arguments->out, "Folder of the result to write")->required();
@@ -132,7 +132,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, such as residuals.csv "
                       "of a result");
-  command->callback([=] { session->run = [=] { return Run(solver, *arguments, *session); }; });
+  command->callback([=] { session->run = [=] { return RunSolve(solver, *arguments, *session); }; });
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ constexpr std::array kKinds = {
               StabilityKeys},
 };
 
-struct Arguments {
+struct StudyArguments {
   std::string file;
   std::string out;
   bool restart = false;
@@ -48,7 +48,7 @@ void WriteFile(const std::filesystem::path& path, const std::string& text) {
   file.Commit();
 }
 
-int Run(const StudyKind& kind, const Arguments& arguments, const Session& session) {
+int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Session& session) {
   if (session.dump_config) {
     fmt::print("{}", EffectiveStudyText(arguments.file, session.set));
     return kAccepted;
@@ -106,14 +106,15 @@ void AddStudy(CLI::App* app, Session* session) {
   CLI::App* study = app->add_subcommand("study", "Studies over many blocks, before a mission");
   study->require_subcommand(1);
   for (const StudyKind& kind : kKinds) {
-    auto arguments = std::make_shared<Arguments>();
+    auto arguments = std::make_shared<StudyArguments>();
     CLI::App* command = study->add_subcommand(kind.name, kind.help);
     command->add_option("study", arguments->file, "Study file (TOML, docs/studies.md)")->required();
     command->add_option("-o,--output", arguments->out, "Folder to write to")->required();
     command->add_flag(
         "--restart", arguments->restart, "Compute all rows anew, whatever the folder holds");
-    command->callback(
-        [=, &kind] { session->run = [=, &kind] { return Run(kind, *arguments, *session); }; });
+    command->callback([=, &kind] {
+      session->run = [=, &kind] { return RunOneStudy(kind, *arguments, *session); };
+    });
   }
 }
 

@@ -8,14 +8,13 @@
 #include <map>
 #include <memory>
 
+#include "core/nan.h"
 #include "io/svg_plot.h"
 #include "study_command.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Distinct texts of a column in the order they appear.
 std::vector<std::string> Distinct(const StudyTable& table, std::string_view column) {
@@ -141,7 +140,7 @@ std::string PlotVerified(const StudyTable& table) {
   return SvgOf(plot);
 }
 
-StudyAnswer Conclude(const DensificationStudy& study, const StudyTable& table) {
+StudyAnswer ConcludeDensification(const DensificationStudy& study, const StudyTable& table) {
   StudyAnswer answer;
   answer.words = DescribeDensification(study, table);
   const std::vector<std::string> variants = Distinct(table, "variant");
@@ -168,7 +167,7 @@ PreparedStudy PrepareDensification(const std::string& file,
   prepared.plan = PlanDensification(read->study);
   prepared.identity = read->identity;
   prepared.conclude = [read](const StudyTable& table, ProgressSink*) {
-    return Conclude(read->study, table);
+    return ConcludeDensification(read->study, table);
   };
   return prepared;
 }

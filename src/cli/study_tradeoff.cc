@@ -12,7 +12,7 @@
 #include "study/tradeoff_report.h"
 #include "study/tradeoff_table.h"
 #include "study_command.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {
@@ -142,7 +142,7 @@ std::string PlotTime(const std::vector<TradeoffRow>& rows, TradeoffStage stage) 
   });
 }
 
-StudyAnswer Conclude(const TradeoffStudy& study, const StudyTable& table) {
+StudyAnswer ConcludeTradeoff(const TradeoffStudy& study, const StudyTable& table) {
   std::vector<TradeoffRow> rows = TradeoffRowsOf(table);
   MarkPareto(&rows);
   StudyAnswer answer;
@@ -183,7 +183,7 @@ PreparedStudy PrepareTradeoff(const std::string& file,
   }
   prepared.identity = study.identity;
   prepared.conclude = [bench](const StudyTable& table, ProgressSink*) {
-    return Conclude(bench->study(), table);
+    return ConcludeTradeoff(bench->study(), table);
   };
   return prepared;
 }

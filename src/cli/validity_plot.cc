@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "io/svg_plot.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {
@@ -25,7 +25,7 @@ constexpr std::array<Level, 3> kLevels = {
      {&ValidityLine::error_ratio_5_percent, PlotDash::kDashed, "5 %"},
      {&ValidityLine::error_ratio_20_percent, PlotDash::kSolid, "20 %"}}};
 
-PlotSeries Line(std::size_t colour, PlotDash dash) {
+PlotSeries EmptySeries(std::size_t colour, PlotDash dash) {
   PlotSeries line;
   line.mark = PlotMark::kLine;
   line.colour = colour;
@@ -59,7 +59,7 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
   bool terrain_exceeds = false;
   for (std::size_t b = 0; b < bases.size(); ++b) {
     for (const Level& level : kLevels) {
-      PlotSeries series = Line(b, level.dash);
+      PlotSeries series = EmptySeries(b, level.dash);
       leberl::Arrangement side = leberl::Arrangement::kSameSide;
       for (const ValidityLine* line : chosen) {
         if (line->of.base_ratio_1 != bases[b]) continue;
@@ -77,13 +77,13 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
       }
       plot.series.push_back(series);
     }
-    PlotSeries name = Line(b, PlotDash::kSolid);
+    PlotSeries name = EmptySeries(b, PlotDash::kSolid);
     name.name = fmt::format("B/H = {}", bases[b]);
     name.in_its_colour = true;
     plot.series.push_back(name);
   }
   for (const Level& level : kLevels) {
-    PlotSeries name = Line(PlotSeries::kBlack, level.dash);
+    PlotSeries name = EmptySeries(PlotSeries::kBlack, level.dash);
     name.name = level.name;
     plot.series.push_back(name);
   }

@@ -6,19 +6,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 
+#include "core/nan.h"
 #include "core/parallel.h"
 #include "point_influence.h"
 #include "point_sweep.h"
 #include <Eigen/QR>
 
 namespace sarblock {
-namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
+namespace {}  // namespace
 
 Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
                             const BlockState& state,

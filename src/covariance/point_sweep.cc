@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/nan.h"
 #include "core/parallel.h"
 #include "model/symmetric_enu.h"
 #include "normals/elimination.h"
@@ -15,7 +16,6 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kPointsPerChunk = 128;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Variance that corrections give to an equation of unit variance, above which the short form of
 /// the look's leverage loses more digits than a float holds: then the complement is used.
 constexpr double kLargeLeverage_1 = 1e6;

@@ -260,7 +260,7 @@ std::vector<std::array<double, 2>> LookAngles(const AdjustmentProblem& problem,
       if (problem.look_used[i] == 0 || !pass.path.Evaluate(block.looks.time_s[i], &motion)) {
         continue;
       }
-      const Eigen::Vector3d d = TrackAxesWithRate(block.frame, motion).axes_1.transpose() *
+      const Eigen::Vector3d d = TrackAxesOf(block.frame, motion).axes_1.transpose() *
                                 (state.Position(point) - motion.position_m);
       const double angle_rad = std::atan2(std::abs(d[1]), -d[2]);
       std::array<double, 2>& span = out[block.looks.pass[i]];

@@ -118,16 +118,16 @@ void AddMovedPoints(const Context& context,
                     std::vector<WeakDirection>* report) {
   if (context.state == nullptr || report->empty()) return;
   const AdjustmentProblem& problem = context.problem;
-  constexpr std::size_t kPointsPerChunk = 1024;
   const std::size_t points = problem.block.points.size();
   const auto count = static_cast<Index>(report->size());
+  constexpr std::size_t kMovedPerChunk = 1024;
   struct Most {
     double square = -1.0;
     std::size_t point = 0;
   };
-  std::vector<std::vector<Most>> parts((points + kPointsPerChunk - 1) / kPointsPerChunk);
+  std::vector<std::vector<Most>> parts((points + kMovedPerChunk - 1) / kMovedPerChunk);
   ParallelForChunks(
-      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      points, kMovedPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
         std::vector<Most>& most = parts[chunk];
         most.resize(report->size());
         PointFactor factor;

@@ -39,7 +39,7 @@ Motions MovementInAxes(const AdjustmentProblem& problem,
   }
   const Motions moved = MovementAt(motion.position_m - middle_m, enu);
   if (axes == PositionCorrection::Axes::kFrame) return moved;
-  return TrackAxesWithRate(problem.block.frame, motion).axes_1.transpose() * moved;
+  return TrackAxesOf(problem.block.frame, motion).axes_1.transpose() * moved;
 }
 
 /// First parameter of a pass's own (not shared) static block and whether it has one.

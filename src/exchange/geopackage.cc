@@ -19,7 +19,7 @@
 
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <sqlite3.h>
 
 namespace sarblock {
@@ -126,9 +126,9 @@ class Geometry {
   std::string bytes_;
 };
 
-class Writer {
+class GeopackageWriter {
  public:
-  explicit Writer(const ExportView& view)
+  explicit GeopackageWriter(const ExportView& view)
       : view_(view), local_(view.result.frame.kind() == FrameKind::kLocal) {
     const Frame& frame = view.result.frame;
     system_ = kCartesian;
@@ -313,7 +313,7 @@ class Writer {
 void WriteGeoPackage(const std::filesystem::path& file,
                      const ExportView& view,
                      ExportReport* report) {
-  Writer writer(view);
+  GeopackageWriter writer(view);
   writer.Begin();
   writer.Points();
   report->ellipses = writer.Ellipses();

@@ -11,7 +11,7 @@
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
 #include "io/svg_plot.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {
@@ -27,9 +27,9 @@ constexpr std::array<RoleStyle, 3> kStyles{
      {PointRole::kCheck, "Check points", "ff20b020", 0.9},
      {PointRole::kTie, "Tie points", "ffe0a020", 0.6}}};
 
-class Writer {
+class KmlWriter {
  public:
-  Writer(const std::filesystem::path& file, const ExportView& view) : view_(view), out_(file) {}
+  KmlWriter(const std::filesystem::path& file, const ExportView& view) : view_(view), out_(file) {}
 
   void Head() {
     std::string hint;  // Google Earth shows the bodies it knows
@@ -160,7 +160,7 @@ class Writer {
 }  // namespace
 
 void WriteKml(const std::filesystem::path& file, const ExportView& view, ExportReport* report) {
-  Writer writer(file, view);
+  KmlWriter writer(file, view);
   writer.Head();
   for (const RoleStyle& style : kStyles) writer.Points(style);
   report->ellipses = writer.Ellipses();

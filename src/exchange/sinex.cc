@@ -17,7 +17,7 @@
 #include "io/csv_writer.h"
 #include "io/geojson.h"
 #include "sinex_covariance.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {
@@ -106,9 +106,9 @@ std::string Angle(double degrees) {
                      static_cast<double>(tenths % 600) / 10.0);
 }
 
-class Writer {
+class SinexWriter {
  public:
-  Writer(const std::filesystem::path& file, const ExportView& view)
+  SinexWriter(const std::filesystem::path& file, const ExportView& view)
       : view_(view), out_(file), span_(SpanOf(view.result)), codes_(SiteCodes(view)) {}
 
   void Head() {
@@ -292,7 +292,7 @@ void WriteSites(const std::filesystem::path& file,
 void WriteSinex(const std::filesystem::path& file, const ExportView& view, ExportReport* report) {
   CheckOptions(view);
   const SinexCovariance covariance = FormCovariance(view);
-  Writer writer(file, view);
+  SinexWriter writer(file, view);
   writer.Head();
   writer.Statistics();
   writer.Sites();

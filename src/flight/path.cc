@@ -65,6 +65,8 @@ FlightPath::FlightPath(std::vector<StateVector> states) {
   Check(states);
   spacing_s_ = EqualSpacing_s(states);
   states_ = std::move(states);
+  start_s_ = states_.front().time_s;
+  end_s_ = states_.back().time_s;
   pieces_.reserve(states_.size() - 1);
   for (std::size_t k = 0, next = 0; k + 1 < states_.size(); k = next) {
     const StateVector& from = states_[k];
@@ -129,7 +131,7 @@ void FlightPath::FillAccelerations() {
 std::size_t FlightPath::PieceOf(double time_s) const {
   if (spacing_s_ > 0.0) {
     const std::size_t last = pieces_.size() - 1;
-    const double before = std::max(0.0, (time_s - start_s()) / spacing_s_);
+    const double before = std::max(0.0, (time_s - start_s_) / spacing_s_);
     std::size_t k = before < static_cast<double>(last) ? static_cast<std::size_t>(before) : last;
     while (k > 0 && time_s < pieces_[k].start_s) --k;
     while (k < last && time_s >= pieces_[k].end_s) ++k;
@@ -154,12 +156,14 @@ bool FlightPath::Read(double time_s,
                       Acceleration acceleration,
                       Motion* out,
                       std::size_t* index) const {
-  if (states_.empty()) return false;
-  const double most_s = end_s() - start_s();
-  if (!(time_s >= start_s() - most_s && time_s <= end_s() + most_s)) return false;
+  const double most_s = end_s_ - start_s_;
+  if (!(time_s >= start_s_ - most_s && time_s <= end_s_ + most_s)) return false;
   const std::size_t k = PieceOf(time_s);
   if (index != nullptr) *index = k;
   const Piece& piece = pieces_[k];
+  // Everything relative to the state before: differences of times and of positions are (nearly)
+  // exact, so only the final sum rounds at the size of the coordinates (docs/theory/flight_path.md,
+  // eqs. (1) to (3)).
   const double x = time_s - piece.start_s;
   const Eigen::Vector3d& c2 = piece.second_mps2;
   const Eigen::Vector3d& c3 = piece.third_mps3;
@@ -172,24 +176,12 @@ bool FlightPath::Read(double time_s,
 }
 
 bool FlightPath::Evaluate(double time_s, Motion* out) const {
-  if (states_.empty() || !(time_s >= start_s() && time_s <= end_s())) return false;
-  const Piece* piece = &pieces_[PieceOf(time_s)];
-  // Everything relative to the state before: differences of times and of positions are (nearly)
-  // exact, so only the final sum rounds at the size of the coordinates (docs/theory/flight_path.md,
-  // eqs. (1) to (3)).
-  const double x = time_s - piece->start_s;
-  const Eigen::Vector3d& c2 = piece->second_mps2;
-  const Eigen::Vector3d& c3 = piece->third_mps3;
-  out->position_m = piece->position_m + x * (piece->velocity_mps + x * (c2 + x * c3));
-  out->velocity_mps = piece->velocity_mps + x * (2.0 * c2 + (3.0 * x) * c3);
-  out->acceleration_mps2 = 2.0 * c2 + (6.0 * x) * c3;
-  out->jerk_mps3 = 6.0 * c3;
-  return true;
+  return time_s >= start_s_ && time_s <= end_s_ && Read(time_s, Acceleration::kOfCubic, out);
 }
 
 void FlightPath::Prefetch(double time_s) const {
-  if (!(spacing_s_ > 0.0) || !(time_s >= start_s() && time_s <= end_s())) return;
-  const auto k = static_cast<std::size_t>((time_s - start_s()) / spacing_s_);
+  if (!(spacing_s_ > 0.0) || !(time_s >= start_s_ && time_s <= end_s_)) return;
+  const auto k = static_cast<std::size_t>((time_s - start_s_) / spacing_s_);
   const Piece* piece = &pieces_[std::min(pieces_.size() - 1, k)];
   __builtin_prefetch(piece);
   __builtin_prefetch(&piece->second_mps2);

@@ -30,8 +30,4 @@ struct TrackAxes {
 /// The same with the vertical along the path given, as by VerticalTable.
 [[nodiscard]] TrackAxes TrackAxesOf(const VerticalMotion& vertical, const Motion& motion);
 
-/// Axes and rate alone, the acceleration left zero: half the work, for where no second derivative
-/// is asked for.
-[[nodiscard]] TrackAxes TrackAxesWithRate(const Frame& frame, const Motion& motion);
-
 }  // namespace sarblock

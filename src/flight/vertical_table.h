@@ -21,7 +21,7 @@ namespace sarblock {
 /// recorded path is followed as it is. Error at most kMostTurn_rad^4 / 384 = 2.1e-13 rad in
 /// direction (docs/theory/flight_path.md, eq. (13a)). Beyond the ends of the path the first or last
 /// polynomial is continued. In a `local` frame the vertical is constant and nothing is stored;
-/// otherwise 48 bytes a knot.
+/// otherwise 96 bytes a knot.
 class VerticalTable {
  public:
   static constexpr double kMostTurn_rad = 3e-3;
@@ -33,16 +33,17 @@ class VerticalTable {
   [[nodiscard]] VerticalMotion At(std::size_t piece, double time_s) const;
 
  private:
-  struct Knot {
-    Eigen::Vector3d up_1, rate;
+  /// Between two knots, by the time since the first.
+  struct Polynomial {
+    Eigen::Vector3d up_1, rate, second, third;
   };
-  /// Knots of one piece of the path: `first` to `first + steps`, equally spaced.
+  /// Those of one piece of the path: `first` to `first + steps`, equally long.
   struct Piece {
-    double start_s = 0.0, step_s = 0.0;
+    double start_s = 0.0, step_s = 0.0, inverse_per_s = 0.0;
     std::uint32_t first = 0, steps = 0;
   };
   std::vector<Piece> pieces_;  // empty: constant
-  std::vector<Knot> knots_;
+  std::vector<Polynomial> polynomials_;
 };
 
 }  // namespace sarblock

@@ -16,7 +16,7 @@ namespace {
 constexpr double kSameWithinSigmas = 5.0;
 // Circles whose equation varies by less than this part of the radius are concentric: rounding.
 constexpr double kConcentricPart = 1e-12;
-constexpr std::size_t kMaxAllPairs = 8;
+constexpr std::size_t kMostCirclesPaired = 8;
 
 // Standard deviation of a circle's place along its axis by the azimuth error. An error in metres at
 // the target is one of e_d, which moves by cos^2(tau) with the antenna.
@@ -140,7 +140,7 @@ Starts ClosedStarts(std::span<const Sight> sights,
                     const Eigen::Vector3d& up_1) {
   BestPair best;
   const std::size_t n = sights.size();
-  if (n <= kMaxAllPairs) {
+  if (n <= kMostCirclesPaired) {
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t k = i + 1; k < n; ++k) {
         Offer(sights, origin_m, i, k, &best);

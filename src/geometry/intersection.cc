@@ -25,7 +25,7 @@ constexpr double kMisfitProbability = 1e-6;
 constexpr double kSamePointPart = 1e-6;
 // Refinement moves a start by the misfit of the looks, far less than this part of the range.
 constexpr double kClearPart = 0.05;
-constexpr std::size_t kMaxAllPairs = 16;
+constexpr std::size_t kMostLooksPaired = 16;
 
 void Require(bool holds, const char* field, const char* problem) {
   if (!holds) {
@@ -163,7 +163,7 @@ double LargestIntersectionAngle(const Eigen::Vector3d& p_m, std::span<const Sigh
       }
     }
   };
-  if (n <= kMaxAllPairs) {
+  if (n <= kMostLooksPaired) {
     for (std::size_t i = 0; i + 1 < n; ++i) {
       sweep(i, i + 1);
     }

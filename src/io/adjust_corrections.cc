@@ -34,7 +34,7 @@ std::vector<std::size_t> ReadComponents(const TomlTable& table,
 
 bool IsNone(const TomlValue& value) { return value.IsText() && value.Text() == "none"; }
 
-PriorSigma ReadSigma(const TomlValue& value) {
+PriorSigma ReadPriorSigma(const TomlValue& value) {
   if (IsNone(value)) return kNotGiven;
   if (!value.IsNumber()) value.Fail("is no number, a number above 0 or \"none\" is allowed");
   return value.Positive();
@@ -64,7 +64,7 @@ std::vector<const TomlValue*> ByAxis(const TomlValue& list,
 // One axis of position.sigma_m: a number, "none", or a list with one entry a degree.
 std::vector<double> ReadDegrees(const TomlValue& value, const PositionCorrection& model) {
   if (IsNone(value)) return {};
-  if (!value.IsArray()) return {ReadSigma(value)};
+  if (!value.IsArray()) return {ReadPriorSigma(value)};
   if (model.basis == PositionCorrection::Basis::kSpline) {
     value.Fail("is a list per degree, a spline has no degrees; one number is allowed");
   }
@@ -74,11 +74,11 @@ std::vector<double> ReadDegrees(const TomlValue& value, const PositionCorrection
                std::to_string(model.degree) + " needs " + std::to_string(model.degree + 1));
   }
   std::vector<double> sigmas;
-  for (const TomlValue& entry : entries) sigmas.push_back(ReadSigma(entry));
+  for (const TomlValue& entry : entries) sigmas.push_back(ReadPriorSigma(entry));
   return sigmas;
 }
 
-PositionCorrection ReadPosition(const TomlTable& table) {
+PositionCorrection ReadPositionCorrection(const TomlTable& table) {
   PositionCorrection model;
   if (const auto basis = table.Find("basis")) {
     model.basis = static_cast<PositionCorrection::Basis>(basis->OneOf({"polynomial", "spline"}));
@@ -111,7 +111,7 @@ PositionCorrection ReadPosition(const TomlTable& table) {
       }
     }
   } else if (sigma && !IsNone(*sigma)) {
-    for (const std::size_t axis : components) model.prior_sigma_m[axis] = {ReadSigma(*sigma)};
+    for (const std::size_t axis : components) model.prior_sigma_m[axis] = {ReadPriorSigma(*sigma)};
   }
   return model;
 }
@@ -126,10 +126,10 @@ VelocityCorrection ReadVelocity(const TomlTable& table) {
     const std::vector<TomlValue> entries = sigma->Entries();
     const auto by_axis = ByAxis(*sigma, entries, components, 2);
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      if (by_axis[axis] != nullptr) model.prior_sigma[axis] = ReadSigma(*by_axis[axis]);
+      if (by_axis[axis] != nullptr) model.prior_sigma[axis] = ReadPriorSigma(*by_axis[axis]);
     }
   } else if (sigma) {
-    for (const std::size_t axis : components) model.prior_sigma[axis] = ReadSigma(*sigma);
+    for (const std::size_t axis : components) model.prior_sigma[axis] = ReadPriorSigma(*sigma);
   }
   return model;
 }
@@ -177,7 +177,7 @@ TimeCorrection ReadTime(const TomlTable& table) {
   return model;
 }
 
-SquintCorrection ReadSquint(const TomlTable& table) {
+SquintCorrection ReadSquintCorrection(const TomlTable& table) {
   SquintCorrection model;
   double* const prior_rad = &model.bias_prior_sigma_rad;
   if (!ReadParameter(table, "bias", "bias_sigma_deg", kRadPerDeg, prior_rad)) {
@@ -204,7 +204,7 @@ CorrectionGroup ReadGroup(std::size_t kind,
   group.name = name;
   switch (kind) {
     case 0:
-      group.model = ReadPosition(table);
+      group.model = ReadPositionCorrection(table);
       break;
     case 1:
       group.model = ReadVelocity(table);
@@ -216,7 +216,7 @@ CorrectionGroup ReadGroup(std::size_t kind,
       group.model = ReadTime(table);
       break;
     case 4:
-      group.model = ReadSquint(table);
+      group.model = ReadSquintCorrection(table);
       break;
     default:
       group.model = ReadTroposphere(table);

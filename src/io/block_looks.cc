@@ -12,20 +12,20 @@ namespace sarblock {
 namespace {
 
 enum {
-  kPass,
-  kPoint,
-  kTime,
-  kRange,
-  kSquint,
-  kDoppler,
-  kRangeSigma,
-  kAzimuthSigma,
-  kTimeSigma,
-  kRejected,
-  kLine,
-  kPixel,
-  kLineSigma,
-  kPixelSigma
+  kObservedPass,
+  kObservedPoint,
+  kObservedTime,
+  kObservedRange,
+  kObservedSquint,
+  kObservedDoppler,
+  kObservedRangeSigma,
+  kObservedAzimuthSigma,
+  kObservedTimeSigma,
+  kObservedRejected,
+  kObservedLine,
+  kObservedPixel,
+  kObservedLineSigma,
+  kObservedPixelSigma
 };
 
 std::array<CsvColumn, 14> Columns(Measurements measurements) {
@@ -50,7 +50,7 @@ std::array<CsvColumn, 14> Columns(Measurements measurements) {
 // The table, with columns for what was measured: time and range, or line and pixel.
 CsvReader OpenLooks(const BlockReading& reading) {
   CsvReader reader = reading.source.Require("observations", Columns(Measurements::kOptional));
-  const bool image = reader.Has(kLine) && reader.Has(kPixel);
+  const bool image = reader.Has(kObservedLine) && reader.Has(kObservedPixel);
   if (image || reading.options.measurements == Measurements::kOptional) return reader;
   return reading.source.Require("observations", Columns(Measurements::kRequired));
 }
@@ -66,28 +66,31 @@ void Append(double value, double standard, std::size_t row, std::vector<double>*
 // Time and range as they stand; NaN where a plan gives none.
 RadarCoordinates ReadRadar(const CsvReader& reader, Measurements measurements) {
   const bool required = measurements == Measurements::kRequired;
-  const RadarCoordinates radar{required ? reader.RequiredNumber(kTime) : reader.Number(kTime),
-                               PositiveNumber(reader, kRange)};
-  if (required && std::isnan(radar.range_m)) reader.Fail(kRange, "is empty, a number is needed");
-  static_cast<void>(LengthNumber(reader, kRange));
+  const RadarCoordinates radar{
+      required ? reader.RequiredNumber(kObservedTime) : reader.Number(kObservedTime),
+      PositiveNumber(reader, kObservedRange)};
+  if (required && std::isnan(radar.range_m))
+    reader.Fail(kObservedRange, "is empty, a number is needed");
+  static_cast<void>(LengthNumber(reader, kObservedRange));
   return radar;
 }
 
 RadarCoordinates ReadImage(const CsvReader& reader, const Pass& pass) {
-  for (const std::size_t column : {kTime, kRange}) {
+  for (const std::size_t column : {kObservedTime, kObservedRange}) {
     if (reader.Given(column)) {
       reader.Fail(column, "stands beside line and pixel, one of both is allowed");
     }
   }
   if (!pass.image) {
-    reader.Fail(kLine,
+    reader.Fail(kObservedLine,
                 "pass " + Quoted(pass.id) +
                     " has no [pass.image] in block.toml, which line and pixel need");
   }
-  const ImageCoordinates image{reader.RequiredNumber(kLine), reader.RequiredNumber(kPixel)};
+  const ImageCoordinates image{reader.RequiredNumber(kObservedLine),
+                               reader.RequiredNumber(kObservedPixel)};
   const auto radar = RadarFromImage(*pass.image, image);
   if (!radar) {
-    reader.Fail(kPixel,
+    reader.Fail(kObservedPixel,
                 NumberText(image.pixel_px) + " has no slant range in the image of pass " +
                     Quoted(pass.id) + ": ranges must be above 0 and grow with the pixel there");
   }
@@ -97,10 +100,10 @@ RadarCoordinates ReadImage(const CsvReader& reader, const Pass& pass) {
 RadarCoordinates ReadMeasured(const CsvReader& reader,
                               const Pass& pass,
                               Measurements measurements) {
-  const bool image = reader.Given(kLine) || reader.Given(kPixel);
+  const bool image = reader.Given(kObservedLine) || reader.Given(kObservedPixel);
   const RadarCoordinates radar = image ? ReadImage(reader, pass) : ReadRadar(reader, measurements);
   if (radar.time_s < pass.path.start_s() || radar.time_s > pass.path.end_s()) {
-    reader.Fail(image ? kLine : kTime,
+    reader.Fail(image ? kObservedLine : kObservedTime,
                 (image ? "time " : "") + NumberText(radar.time_s) +
                     " is outside the flight path of pass " + Quoted(pass.id) +
                     ", which goes from " + NumberText(pass.path.start_s()) + " to " +
@@ -110,17 +113,18 @@ RadarCoordinates ReadMeasured(const CsvReader& reader,
 }
 
 double ReadSquint(const CsvReader& reader) {
-  const double squint_deg = reader.Number(kSquint);
+  const double squint_deg = reader.Number(kObservedSquint);
   if (!(std::abs(squint_deg) < 90.0)) {
-    reader.Fail(kSquint, NumberText(squint_deg) + " is not allowed, -90 < squint_deg < 90 is");
+    reader.Fail(kObservedSquint,
+                NumberText(squint_deg) + " is not allowed, -90 < squint_deg < 90 is");
   }
   return squint_deg * kRadPerDeg;
 }
 
 double ReadDoppler(const CsvReader& reader, const Pass& pass, double time_s) {
-  const double doppler_hz = reader.Number(kDoppler);
+  const double doppler_hz = reader.Number(kObservedDoppler);
   if (std::isnan(pass.wavelength_m)) {
-    reader.Fail(kDoppler,
+    reader.Fail(kObservedDoppler,
                 "pass " + Quoted(pass.id) +
                     " has no wavelength_m in block.toml, which a Doppler "
                     "centroid needs");
@@ -129,7 +133,7 @@ double ReadDoppler(const CsvReader& reader, const Pass& pass, double time_s) {
   if (const auto motion = pass.path.At(time_s)) {
     const double largest_hz = 2.0 * motion->velocity_mps.norm() / pass.wavelength_m;
     if (!(std::abs(doppler_hz) < largest_hz)) {
-      reader.Fail(kDoppler,
+      reader.Fail(kObservedDoppler,
                   NumberText(doppler_hz) + " is not allowed, less than 2 |v| / wavelength = " +
                       NumberText(largest_hz) + " in magnitude is");
     }
@@ -139,9 +143,9 @@ double ReadDoppler(const CsvReader& reader, const Pass& pass, double time_s) {
 
 // Squint [rad] or Doppler [Hz], and the flag that tells which.
 double ReadCone(const CsvReader& reader, const Pass& pass, double time_s, std::uint8_t* flags) {
-  const bool squint = reader.Given(kSquint), doppler = reader.Given(kDoppler);
+  const bool squint = reader.Given(kObservedSquint), doppler = reader.Given(kObservedDoppler);
   if (squint && doppler) {
-    reader.Fail(kDoppler, "stands beside squint_deg, one of both is allowed");
+    reader.Fail(kObservedDoppler, "stands beside squint_deg, one of both is allowed");
   }
   if (doppler) *flags |= Looks::kDoppler;
   return doppler ? ReadDoppler(reader, pass, time_s) : squint ? ReadSquint(reader) : 0.0;
@@ -177,14 +181,17 @@ const ImageGrid& RequireImage(const CsvReader& reader, const Pass& pass, std::si
 
 double ReadAzimuthSigma(const CsvReader& reader, const Pass& pass, std::uint8_t* flags) {
   double sigma = kNotGiven;
-  const auto column = OneOfColumns(reader, {kAzimuthSigma, kTimeSigma, kLineSigma}, &sigma);
+  const auto column =
+      OneOfColumns(reader, {kObservedAzimuthSigma, kObservedTimeSigma, kObservedLineSigma}, &sigma);
   if (!column && std::isnan(pass.sigma.azimuth)) {
-    reader.Fail(kAzimuthSigma,
+    reader.Fail(kObservedAzimuthSigma,
                 "no standard deviation of azimuth: neither this row, pass " + Quoted(pass.id) +
                     " nor [sigma] of block.toml gives one");
   }
-  if (column == kLineSigma) sigma *= RequireImage(reader, pass, kLineSigma).line_interval_s;
-  if (column == kTimeSigma || column == kLineSigma) *flags |= Looks::kAzimuthSeconds;
+  if (column == kObservedLineSigma)
+    sigma *= RequireImage(reader, pass, kObservedLineSigma).line_interval_s;
+  if (column == kObservedTimeSigma || column == kObservedLineSigma)
+    *flags |= Looks::kAzimuthSeconds;
   return sigma;
 }
 
@@ -193,20 +200,20 @@ double ReadRangeSigma(const CsvReader& reader,
                       double pass_pixel_sigma_px,
                       const RadarCoordinates& radar) {
   double sigma = kNotGiven;
-  auto column = OneOfColumns(reader, {kRangeSigma, kPixelSigma}, &sigma);
+  auto column = OneOfColumns(reader, {kObservedRangeSigma, kObservedPixelSigma}, &sigma);
   if (!column && !std::isnan(pass_pixel_sigma_px)) {
-    column = kPixelSigma;
+    column = kObservedPixelSigma;
     sigma = pass_pixel_sigma_px;
   }
   if (!column && std::isnan(pass.sigma.range_m)) {
-    reader.Fail(kRangeSigma,
+    reader.Fail(kObservedRangeSigma,
                 "no standard deviation of range: neither this row, pass " + Quoted(pass.id) +
                     " nor [sigma] of block.toml gives one");
   }
-  if (column != kPixelSigma) return sigma;
-  const auto pixel_m = SlantRangePerPixel_m(RequireImage(reader, pass, kPixelSigma), radar);
+  if (column != kObservedPixelSigma) return sigma;
+  const auto pixel_m = SlantRangePerPixel_m(RequireImage(reader, pass, kObservedPixelSigma), radar);
   if (!pixel_m) {
-    reader.Fail(kPixelSigma,
+    reader.Fail(kObservedPixelSigma,
                 "the size of a pixel of this look is not known: its range is not given or not in "
                 "the image of pass " +
                     Quoted(pass.id));
@@ -232,8 +239,8 @@ void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32
   for (std::size_t row = 0; row <= second && reader.Next(); ++row) {
     if (row == first) first_line = reader.line();
   }
-  reader.Fail(kPoint,
-              "pass " + Quoted(reader.Text(kPass)) + " sees point " +
+  reader.Fail(kObservedPoint,
+              "pass " + Quoted(reader.Text(kObservedPass)) + " sees point " +
                   Quoted(block.points.ids[point_found]) + " twice, first on line " +
                   std::to_string(first_line) + "; one look per pass and point is allowed");
 }
@@ -250,14 +257,14 @@ void ReadLooks(BlockReading* reading) {
   std::vector<std::uint32_t> point_of_look;
   while (reader.Next()) {
     const std::size_t row = looks.size();
-    const std::uint32_t pass_index = FindPass(reader, kPass, reading->pass_ids);
+    const std::uint32_t pass_index = FindPass(reader, kObservedPass, reading->pass_ids);
     const Pass& pass = block.passes[pass_index];
-    const std::uint32_t point = points.ids.FindOrAppend(reader.Id(kPoint));
+    const std::uint32_t point = points.ids.FindOrAppend(reader.Id(kObservedPoint));
     if (point == points.size()) {  // a tie point that points.csv does not name
       points.role.push_back(PointRole::kTie);
       points.given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
     }
-    std::uint8_t flags = ReadRejected(reader, kRejected) ? Looks::kRejected : 0;
+    std::uint8_t flags = ReadRejected(reader, kObservedRejected) ? Looks::kRejected : 0;
     const RadarCoordinates radar = ReadMeasured(reader, pass, measurements);
     const double pixel_sigma_px = reading->pixel_sigma_px[pass_index];
     Append(ReadCone(reader, pass, radar.time_s, &flags), 0.0, row, &looks.cone);

@@ -12,20 +12,20 @@ namespace sarblock {
 namespace {
 
 enum {
-  kPoint,
-  kRole,
-  kX,
-  kY,
-  kZ,
-  kLat,
-  kLon,
-  kHeight,
-  kSigmaE,
-  kSigmaN,
-  kSigmaU,
-  kCovEN,
-  kCovEU,
-  kCovNU
+  kPointId,
+  kPointRole,
+  kPointX,
+  kPointY,
+  kPointZ,
+  kPointLat,
+  kPointLon,
+  kPointHeight,
+  kPointSigmaE,
+  kPointSigmaN,
+  kPointSigmaU,
+  kPointCovEN,
+  kPointCovEU,
+  kPointCovNU
 };
 constexpr std::array<CsvColumn, 14> kColumns{{{"point", CsvNeed::kRequired},
                                               {"role"},
@@ -53,27 +53,29 @@ bool AllGiven(const CsvReader& reader, std::size_t first) {
 }
 
 Eigen::Vector3d ReadPosition(const CsvReader& reader, const Frame& frame, PointRole role) {
-  const bool cartesian = AllGiven(reader, kX), geodetic = AllGiven(reader, kLat);
+  const bool cartesian = AllGiven(reader, kPointX), geodetic = AllGiven(reader, kPointLat);
   if (cartesian && geodetic) {
-    reader.Fail(kLat, "stands beside x_m, y_m, z_m; one kind of coordinates is allowed");
+    reader.Fail(kPointLat, "stands beside x_m, y_m, z_m; one kind of coordinates is allowed");
   }
   if (cartesian) {
-    return {LengthNumber(reader, kX), LengthNumber(reader, kY), LengthNumber(reader, kZ)};
+    return {LengthNumber(reader, kPointX),
+            LengthNumber(reader, kPointY),
+            LengthNumber(reader, kPointZ)};
   }
   if (geodetic) {
-    const double lat_deg = reader.Number(kLat), lon_deg = reader.Number(kLon);
+    const double lat_deg = reader.Number(kPointLat), lon_deg = reader.Number(kPointLon);
     if (!(std::abs(lat_deg) <= 90.0)) {
-      reader.Fail(kLat, NumberText(lat_deg) + " is not allowed, -90 to 90 is");
+      reader.Fail(kPointLat, NumberText(lat_deg) + " is not allowed, -90 to 90 is");
     }
     if (!(std::abs(lon_deg) <= 360.0)) {
-      reader.Fail(kLon, NumberText(lon_deg) + " is not allowed, -360 to 360 is");
+      reader.Fail(kPointLon, NumberText(lon_deg) + " is not allowed, -360 to 360 is");
     }
     return frame.FrameFromGeodetic(
-        {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, LengthNumber(reader, kHeight)});
+        {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, LengthNumber(reader, kPointHeight)});
   }
   if (role != PointRole::kTie) {
     const bool local = frame.kind() == FrameKind::kLocal;
-    reader.Fail(kX,
+    reader.Fail(kPointX,
                 std::string("is empty, a control or check point needs x_m, y_m, z_m") +
                     (local ? "" : " or lat_deg, lon_deg, h_m"));
   }
@@ -91,7 +93,7 @@ KnownPosition ReadKnown(const CsvReader& reader, PointRole role, std::uint32_t p
   known.point = point;
   Eigen::Matrix3d& covariance = known.covariance_enu_m2;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double sigma_m = PositiveNumber(reader, kSigmaE + i);
+    const double sigma_m = PositiveNumber(reader, kPointSigmaE + i);
     known.held[i] = !std::isnan(sigma_m);
     const auto k = static_cast<Eigen::Index>(i);
     if (known.held[i]) covariance(k, k) = sigma_m * sigma_m;
@@ -104,12 +106,12 @@ KnownPosition ReadKnown(const CsvReader& reader, PointRole role, std::uint32_t p
     covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = value_m2;
     covariance(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = value_m2;
   };
-  cross(kCovEN, 0, 1);
-  cross(kCovEU, 0, 2);
-  cross(kCovNU, 1, 2);
+  cross(kPointCovEN, 0, 1);
+  cross(kPointCovEU, 0, 2);
+  cross(kPointCovNU, 1, 2);
   if (!any) {
     if (role == PointRole::kControl) {
-      reader.Fail(kSigmaE,
+      reader.Fail(kPointSigmaE,
                   "a control point without a standard deviation; at least one of sigma_e_m, "
                   "sigma_n_m, sigma_u_m is needed");
     }
@@ -130,8 +132,8 @@ KnownPosition ReadKnown(const CsvReader& reader, PointRole role, std::uint32_t p
         .eigenvalues()[0];
   };
   if (!tested.allFinite() || !(smallest() > kSmallestEigenvalue)) {
-    std::size_t column = kSigmaE;
-    for (const std::size_t candidate : {kCovNU, kCovEU, kCovEN}) {
+    std::size_t column = kPointSigmaE;
+    for (const std::size_t candidate : {kPointCovNU, kPointCovEU, kPointCovEN}) {
       if (reader.Given(candidate)) column = candidate;
     }
     reader.Fail(column,
@@ -141,7 +143,7 @@ KnownPosition ReadKnown(const CsvReader& reader, PointRole role, std::uint32_t p
 }
 
 void RefuseGeodeticInLocal(const CsvReader& reader) {
-  for (const std::size_t column : {kLat, kLon, kHeight}) {
+  for (const std::size_t column : {kPointLat, kPointLon, kPointHeight}) {
     if (reader.Has(column)) {
       reader.Fail(column, "a local frame has no geodetic coordinates; x_m, y_m, z_m are allowed");
     }
@@ -170,17 +172,18 @@ void ReadPoints(BlockReading* reading) {
   Points& points = reading->result.block.points;
   std::size_t tie_sigmas = 0;
   while (reader.Next()) {
-    const std::string_view id = reader.Id(kPoint);
+    const std::string_view id = reader.Id(kPointId);
     const auto index = static_cast<std::uint32_t>(points.size());
     if (points.ids.FindOrAppend(id) != index) {
-      reader.Fail(kPoint, Quoted(id) + " stands twice, one row a point is allowed");
+      reader.Fail(kPointId, Quoted(id) + " stands twice, one row a point is allowed");
     }
-    const PointRole role = ReadRole(reader, kRole);
+    const PointRole role = ReadRole(reader, kPointRole);
     points.given_m.push_back(ReadPosition(reader, frame, role));
     points.role.push_back(role);
     if (role != PointRole::kTie) {
       points.known.push_back(ReadKnown(reader, role, index));
-    } else if (reader.Given(kSigmaE) || reader.Given(kSigmaN) || reader.Given(kSigmaU)) {
+    } else if (reader.Given(kPointSigmaE) || reader.Given(kPointSigmaN) ||
+               reader.Given(kPointSigmaU)) {
       ++tie_sigmas;
     }
     if (index % 65536 == 65535) Step(reading->options.progress, "read", index, 0, "points");

@@ -14,7 +14,7 @@ namespace {
 
 constexpr FolderKind kBlock{"block", "block.toml, trajectories.csv and observations.csv"};
 
-BlockFile Read(const TableSource& source, const ReadOptions& options) {
+BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   BlockReading reading{source, options, {}, {}, {}, {}, {}};
   ReadBlockToml(&reading);
   ReadTrajectories(&reading);
@@ -32,16 +32,16 @@ BlockFile Read(const TableSource& source, const ReadOptions& options) {
 }  // namespace
 
 BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
-  return Read(*TablesOfFolder(folder, kBlock), options);
+  return ReadBlockFrom(*TablesOfFolder(folder, kBlock), options);
 }
 
 BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
-  return Read(*TablesOfTexts({{"block.toml", texts.block_toml},
-                              {"trajectories.csv", texts.trajectories_csv},
-                              {"observations.csv", texts.observations_csv},
-                              {"points.csv", texts.points_csv}},
-                             kBlock),
-              options);
+  return ReadBlockFrom(*TablesOfTexts({{"block.toml", texts.block_toml},
+                                       {"trajectories.csv", texts.trajectories_csv},
+                                       {"observations.csv", texts.observations_csv},
+                                       {"points.csv", texts.points_csv}},
+                                      kBlock),
+                       options);
 }
 
 void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* warnings) {

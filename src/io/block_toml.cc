@@ -12,7 +12,7 @@
 namespace sarblock {
 namespace {
 
-constexpr const char* kFormat = "sarblock-block 1";
+constexpr const char* kBlockFormat = "sarblock-block 1";
 
 Frame ReadFrame(const TomlTable& file) {
   const TomlTable table(file.Require("frame", "a table [frame] with kind"));
@@ -27,7 +27,7 @@ Frame ReadFrame(const TomlTable& file) {
 }
 
 // Overrides the parts of `sigma` that the table gives. `suffix` is "" or "_sigma".
-void ReadSigma(const TomlTable& table, const std::string& infix, LookSigma* sigma) {
+void ReadLookSigma(const TomlTable& table, const std::string& infix, LookSigma* sigma) {
   if (const auto range_m = table.FindPositive("range" + infix + "_m")) sigma->range_m = *range_m;
   const auto azimuth_m = table.FindPositive("azimuth" + infix + "_m");
   const auto azimuth_s = table.FindPositive("azimuth" + infix + "_s");
@@ -46,7 +46,7 @@ void ReadSigma(const TomlTable& table, const std::string& infix, LookSigma* sigm
 
 // The raster of the pass. Standard deviations in pixels become those of the pass, but for pixels of
 // a ground presentation, whose size in range differs from look to look.
-void ReadImage(const TomlTable& table, Pass* pass, BlockReading* reading) {
+void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
   PixelSigma sigma;
   if (const auto image = table.Find("image")) {
     pass->image = ReadImageTable(TomlTable(*image), &sigma);
@@ -101,9 +101,9 @@ void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* r
   pass.side = left ? LookSide::kLeft : LookSide::kRight;
   if (const auto value = table.FindPositive("wavelength_m")) pass.wavelength_m = *value;
   pass.sigma = standard;
-  ReadSigma(table, "_sigma", &pass.sigma);
+  ReadLookSigma(table, "_sigma", &pass.sigma);
   if (const auto value = table.Find("epoch_utc")) pass.epoch_utc = value->Text();
-  ReadImage(table, &pass, reading);
+  ReadImageGrid(table, &pass, reading);
   std::optional<std::array<double, 2>> span_s;
   const auto start = table.Find("start_s"), end = table.Find("end_s");
   if (start || end) {
@@ -124,9 +124,9 @@ void ReadBlockToml(BlockReading* reading) {
   const auto [name, text] = reading->source.Read("block.toml");
   toml::table parsed = ParseToml(text, name);
   const TomlTable file(parsed, "");
-  const TomlValue format = file.Require("format", std::string("format = \"") + kFormat + "\"");
-  if (format.Text() != kFormat) {
-    format.Fail(Quoted(format.Text()) + " is not known, \"" + kFormat + "\" is allowed");
+  const TomlValue format = file.Require("format", std::string("format = \"") + kBlockFormat + "\"");
+  if (format.Text() != kBlockFormat) {
+    format.Fail(Quoted(format.Text()) + " is not known, \"" + kBlockFormat + "\" is allowed");
   }
   file.RefuseOthers({"format", "name", "frame", "sigma", "adjust", "pass"});
   ApplyOverrides(reading->options.set_overrides, &parsed);
@@ -138,7 +138,7 @@ void ReadBlockToml(BlockReading* reading) {
   if (const auto sigma = file.Find("sigma")) {
     const TomlTable table(*sigma);
     table.RefuseOthers({"range_m", "azimuth_m", "azimuth_s"});
-    ReadSigma(table, "", &standard);
+    ReadLookSigma(table, "", &standard);
   }
   const TomlValue passes = file.Require("pass", "a table [[pass]] for every pass");
   for (const TomlValue& pass : passes.Entries()) ReadPass(TomlTable(pass), standard, reading);

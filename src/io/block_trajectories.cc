@@ -10,13 +10,13 @@
 namespace sarblock {
 namespace {
 
-enum { kPass, kTime, kX, kY, kZ, kVx, kVy, kVz };
+enum { kStatePass, kStateTime, kStateX, kStateY, kStateZ, kStateVx, kStateVy, kStateVz };
 
 Eigen::Vector3d Position(const CsvReader& reader) {
   Eigen::Vector3d position_m;
   for (std::size_t k = 0; k < 3; ++k) {
-    static_cast<void>(reader.RequiredNumber(kX + k));
-    position_m[static_cast<Eigen::Index>(k)] = LengthNumber(reader, kX + k);
+    static_cast<void>(reader.RequiredNumber(kStateX + k));
+    position_m[static_cast<Eigen::Index>(k)] = LengthNumber(reader, kStateX + k);
   }
   return position_m;
 }
@@ -24,9 +24,9 @@ Eigen::Vector3d Position(const CsvReader& reader) {
 Eigen::Vector3d Velocity(const CsvReader& reader) {
   Eigen::Vector3d velocity_mps;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double value_mps = reader.RequiredNumber(kVx + k);
+    const double value_mps = reader.RequiredNumber(kStateVx + k);
     if (!(std::abs(value_mps) < kSpeedOfLight_mps)) {
-      reader.Fail(kVx + k,
+      reader.Fail(kStateVx + k,
                   NumberText(value_mps) + " m/s is not allowed, less than the speed of light is");
     }
     velocity_mps[static_cast<Eigen::Index>(k)] = value_mps;
@@ -41,15 +41,16 @@ PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids, const char* hold
   table.states.resize(pass_ids.size());
   table.lines.resize(pass_ids.size(), 0);
   while (reader->Next()) {
-    const std::uint32_t pass = FindPass(*reader, kPass, pass_ids, holder);
+    const std::uint32_t pass = FindPass(*reader, kStatePass, pass_ids, holder);
     std::vector<StateVector>& states = table.states[pass];
-    const StateVector state{reader->RequiredNumber(kTime), Position(*reader), Velocity(*reader)};
+    const StateVector state{
+        reader->RequiredNumber(kStateTime), Position(*reader), Velocity(*reader)};
     if (!states.empty() && !(state.time_s > states.back().time_s)) {
       const std::string before = "; the state before, on line " +
                                  std::to_string(table.lines[pass]) + ", is at " +
                                  NumberText(states.back().time_s) + " s";
       const std::string id = Quoted(pass_ids[pass]);
-      reader->Fail(kTime,
+      reader->Fail(kStateTime,
                    state.time_s == states.back().time_s
                        ? "pass " + id + " has two states at " + NumberText(state.time_s) +
                              " s, one is allowed" + before
@@ -57,7 +58,7 @@ PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids, const char* hold
                              " s does not" + before);
     }
     if (state.velocity_mps.squaredNorm() == 0.0) {
-      reader->Fail(kVx, "the velocity is zero, the antenna must move");
+      reader->Fail(kStateVx, "the velocity is zero, the antenna must move");
     }
     states.push_back(state);
     table.lines[pass] = reader->line();

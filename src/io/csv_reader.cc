@@ -13,7 +13,7 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
+constexpr std::size_t kReadBufferBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 26;  // more is no table of ours
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
@@ -38,12 +38,12 @@ std::string Count(std::size_t count, const std::string& noun) {
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, std::span<const CsvColumn> columns)
-    : CsvReader(file.string(), CsvSource::Open(file), kBufferBytes, columns) {}
+    : CsvReader(file.string(), CsvSource::Open(file), kReadBufferBytes, columns) {}
 
 CsvReader::CsvReader(std::string name, std::string_view text, std::span<const CsvColumn> columns)
     : CsvReader(std::move(name),
                 CsvSource::InMemory(text),
-                std::min(text.size() + 1, kBufferBytes),
+                std::min(text.size() + 1, kReadBufferBytes),
                 columns) {}
 
 CsvReader::CsvReader(std::string name,

@@ -66,7 +66,7 @@ std::vector<std::string> VisibleNames(const fs::path& folder) {
   return names;
 }
 
-std::string Listed(const std::vector<std::string>& names) {
+std::string FirstOf(const std::vector<std::string>& names) {
   constexpr std::size_t kShown = 3;
   std::string text;
   for (std::size_t i = 0; i < std::min(kShown, names.size()); ++i) {
@@ -133,7 +133,7 @@ void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFile
   if (IsUnfinished(content, folder)) return;
   Fail(folder,
        std::string("is not empty and no ") + (result ? "result" : "block") +
-           " that sarblock wrote (" + Listed(names) +
+           " that sarblock wrote (" + FirstOf(names) +
            "); a new or empty folder is allowed, or --force to write among these files");
 }
 

@@ -10,7 +10,7 @@
 namespace sarblock {
 namespace {
 
-constexpr const char* kFormat = "sarblock-result 1";
+constexpr const char* kResultFormat = "sarblock-result 1";
 constexpr FolderKind kResult{
     "result", "summary.json, points.csv, passes.csv, residuals.csv and trajectories.csv"};
 
@@ -69,8 +69,8 @@ void ReadResultSummary(ResultReading* reading) {
   const nlohmann::json parsed = ParseJson(summary.json, file);
   const JsonValue root(parsed, file, "");
   const JsonValue format = root.Require("format");
-  if (format.Text() != kFormat) {
-    format.Fail(Quoted(format.Text()) + " is not known, \"" + kFormat + "\" is allowed");
+  if (format.Text() != kResultFormat) {
+    format.Fail(Quoted(format.Text()) + " is not known, \"" + kResultFormat + "\" is allowed");
   }
   summary.version = root.Require("version").Text();
   summary.command = root.Require("command").Text();
@@ -104,7 +104,7 @@ void ReadResultSummary(ResultReading* reading) {
   }
 }
 
-ResultFile Read(const TableSource& source, const ReadResultOptions& options) {
+ResultFile ReadResultFrom(const TableSource& source, const ReadResultOptions& options) {
   ResultReading reading{source, options, {}, {}};
   ReadResultSummary(&reading);
   ReadResultPoints(&reading);
@@ -120,20 +120,20 @@ ResultFile Read(const TableSource& source, const ReadResultOptions& options) {
 }  // namespace
 
 ResultFile ReadResult(const std::filesystem::path& folder, const ReadResultOptions& options) {
-  return Read(*TablesOfFolder(folder, kResult), options);
+  return ReadResultFrom(*TablesOfFolder(folder, kResult), options);
 }
 
 ResultFile ReadResultTexts(const ResultTexts& texts, const ReadResultOptions& options) {
-  return Read(*TablesOfTexts({{"summary.json", texts.summary_json},
-                              {"points.csv", texts.points_csv},
-                              {"passes.csv", texts.passes_csv},
-                              {"residuals.csv", texts.residuals_csv},
-                              {"trajectories.csv", texts.trajectories_csv},
-                              {"passes_covariance.csv", texts.passes_covariance_csv},
-                              {"control_quality.csv", texts.control_quality_csv},
-                              {"pairs.csv", texts.pairs_csv}},
-                             kResult),
-              options);
+  return ReadResultFrom(*TablesOfTexts({{"summary.json", texts.summary_json},
+                                        {"points.csv", texts.points_csv},
+                                        {"passes.csv", texts.passes_csv},
+                                        {"residuals.csv", texts.residuals_csv},
+                                        {"trajectories.csv", texts.trajectories_csv},
+                                        {"passes_covariance.csv", texts.passes_covariance_csv},
+                                        {"control_quality.csv", texts.control_quality_csv},
+                                        {"pairs.csv", texts.pairs_csv}},
+                                       kResult),
+                        options);
 }
 
 }  // namespace sarblock

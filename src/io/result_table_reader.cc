@@ -21,7 +21,7 @@ constexpr const char* kSummaryFile = "summary.json";
 
 // One of the names of an enumeration's values, whose last is `last`.
 template <typename Enum>
-Enum ReadName(const CsvReader& reader, std::size_t column, Enum last) {
+Enum ReadEnum(const CsvReader& reader, std::size_t column, Enum last) {
   const std::string_view text = reader.Text(column);
   std::vector<std::string> names;
   for (int i = 0; i <= static_cast<int>(last); ++i) {
@@ -148,7 +148,7 @@ void ReadResultPoints(ResultReading* reading) {
                   Quoted(reader.Text(kPoint)) + " stands twice, one row a point is allowed");
     }
     points.role.push_back(ReadRole(reader, kRole));
-    results.status.push_back(ReadName(reader, kStatus, PointStatus::kUndetermined));
+    results.status.push_back(ReadEnum(reader, kStatus, PointStatus::kUndetermined));
     results.looks.push_back(ReadCount(reader, kLooks));
     const Eigen::Vector3d position_m(reader.Number(kX), reader.Number(kY), reader.Number(kZ));
     if (IsSolved(results.status.back()) && !position_m.allFinite()) {
@@ -310,7 +310,7 @@ void ReadResultLooks(ResultReading* reading) {
     }
     looks.weight.push_back(reader.Given(kWeight) ? ReadFloat(reader, kWeight) : 1.0f);
     looks.rejected.push_back(ReadRejected(reader, kRejected) ? 1 : 0);
-    looks.reason.push_back(ReadName(reader, kLookReason, RejectReason::kSuspect));
+    looks.reason.push_back(ReadEnum(reader, kLookReason, RejectReason::kSuspect));
     looks.finding.push_back(ReadCount(reader, kFinding));
     for (std::size_t i = 0; i < 4; ++i) image[i]->push_back(reader.Number(kImage + i));
     if (row % 65536 == 65535) Step(reading->options.progress, "read", row, 0, "looks");

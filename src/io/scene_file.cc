@@ -11,7 +11,7 @@
 namespace sarblock {
 namespace {
 
-constexpr char kFormat[] = "sarblock-scene 1";
+constexpr char kSceneFormat[] = "sarblock-scene 1";
 
 SceneFlight ReadFlight(SceneTable& table) {
   using Pattern = SceneFlight::Pattern;
@@ -143,7 +143,7 @@ ScenePoints ReadPoints(SceneTable& table) {
   return points;
 }
 
-SceneControl ReadKnown(SceneTable& table, SceneControl::Layout default_layout) {
+SceneControl ReadSceneControl(SceneTable& table, SceneControl::Layout default_layout) {
   using Layout = SceneControl::Layout;
   SceneControl known;
   known.layout = default_layout;
@@ -182,7 +182,7 @@ SceneControl ReadKnown(SceneTable& table, SceneControl::Layout default_layout) {
   return known;
 }
 
-void ReadFrame(SceneTable& table, Scene* scene) {
+void ReadSceneFrame(SceneTable& table, Scene* scene) {
   std::string kind = "local";
   table.Choice<std::string>("kind", {{"local", "local"}, {"geocentric", "geocentric"}}, &kind);
   Ellipsoid ellipsoid;
@@ -208,14 +208,14 @@ Scene ParseScene(std::string_view text,
   Scene scene;
   std::string format;
   table.Text("format", &format);
-  if (format != kFormat) {
+  if (format != kSceneFormat) {
     throw InputError(PlaceOfField(root, file, "format"),
-                     std::string("must be \"") + kFormat + "\"");
+                     std::string("must be \"") + kSceneFormat + "\"");
   }
   table.Text("name", &scene.name);
   table.Text("purpose", &scene.purpose);
   table.Count("seed", &scene.seed);
-  if (auto frame = table.Table("frame")) ReadFrame(*frame, &scene);
+  if (auto frame = table.Table("frame")) ReadSceneFrame(*frame, &scene);
   for (SceneTable& flight : table.Tables("flight")) {
     scene.flights.push_back(ReadFlight(flight));
   }
@@ -224,10 +224,10 @@ Scene ParseScene(std::string_view text,
   if (auto t = table.Table("terrain")) scene.terrain = ReadTerrain(*t);
   if (auto t = table.Table("points")) scene.points = ReadPoints(*t);
   if (auto t = table.Table("control")) {
-    scene.control = ReadKnown(*t, SceneControl::Layout::kCorners);
+    scene.control = ReadSceneControl(*t, SceneControl::Layout::kCorners);
   }
   if (auto t = table.Table("check")) {
-    scene.check = ReadKnown(*t, SceneControl::Layout::kRandom);
+    scene.check = ReadSceneControl(*t, SceneControl::Layout::kRandom);
   }
   if (const auto adjust = table.Take("adjust")) {
     scene.adjust_toml = TextOf(toml::table{{"adjust", TomlTable(*adjust).table()}});
@@ -258,14 +258,14 @@ std::vector<std::string> SceneKeys() {
     for (const std::string& key : asked.known()) keys.push_back(table + "." + key);
   };
   Scene scene;
-  add("frame", [&](SceneTable& table) { ReadFrame(table, &scene); });
+  add("frame", [&](SceneTable& table) { ReadSceneFrame(table, &scene); });
   add("flight.0", [](SceneTable& table) { ReadFlight(table); });
   add("navigation", [](SceneTable& table) { ReadNavigation(table); });
   add("looks", [](SceneTable& table) { ReadLooks(table); });
   add("terrain", [](SceneTable& table) { ReadTerrain(table); });
   add("points", [](SceneTable& table) { ReadPoints(table); });
   for (const char* name : {"control", "check"}) {
-    add(name, [](SceneTable& table) { ReadKnown(table, SceneControl::Layout::kNone); });
+    add(name, [](SceneTable& table) { ReadSceneControl(table, SceneControl::Layout::kNone); });
   }
   return keys;
 }

@@ -51,12 +51,36 @@ struct LookEvaluation {
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
   double azimuth_mps = 0.0;  ///< metres at the target that a second of azimuth time is, |q|
   bool beyond_path = false;  ///< the path was continued beyond its ends
+
+  /// Multiplies both rows by weights; `columns` local ones are set.
+  void Scale(const LookWeights& weights, int columns) {
+    const Eigen::Vector2d factor(weights.range_per_m, weights.time_per_s);
+    error_1.array() *= factor.array();
+    by_point.array().colwise() *= factor.array();
+    for (std::size_t c = 0; c < static_cast<std::size_t>(columns); ++c) {
+      row[0][c] *= factor[0];
+      row[1][c] *= factor[1];
+    }
+  }
 };
 
 /// The antenna at a time of a pass under corrections.
 struct CorrectedMotion {
   Motion motion;             ///< corrected position, velocity and acceleration, nominal jerk
   double path_time_s = 0.0;  ///< t + b_t
+};
+
+/// How much of the speed at which a pass's cone passes over its farthest point, |v|, the noise of
+/// its states turns the cone by: |a_cubic - a_velocities| R / v^2 at the worse end of each piece of
+/// its path from its first look to its last.
+struct ConeTurning {
+  /// It is the length of a difference of accelerations; what turns the cone is its part along the
+  /// sight line, half of that in the mean over directions and ends: from 2 on the cone turns back
+  /// in every other piece, from this on in most.
+  static constexpr double kFolding_1 = 3.0;
+  double largest_1 = 0.0, median_1 = 0.0;
+  double range_m = 0.0;                ///< largest measured
+  std::size_t pieces = 0, folded = 0;  ///< those above kFolding_1
 };
 
 /// What a look measures, predicted from its point and all corrections: the explicit model
@@ -92,7 +116,12 @@ class LookModel {
   /// Part of the speed at which the cone passes over a point; see above.
   static constexpr double kMostTurn_1 = 0.3;
   /// Where the acceleration of a pass is taken from.
-  [[nodiscard]] Acceleration AccelerationOf(std::size_t pass) const { return accelerations_[pass]; }
+  [[nodiscard]] Acceleration AccelerationOf(std::size_t pass) const {
+    return readings_[pass].acceleration;
+  }
+  [[nodiscard]] const ConeTurning& TurningOf(std::size_t pass) const {
+    return readings_[pass].turning;
+  }
 
   /// Rough work of evaluating a look of a pass, in units of no meaning: counts, not times, decide
   /// whether a simplification is worth taking, so that they decide alike on every machine.
@@ -143,11 +172,14 @@ class LookModel {
 
  private:
   struct Reading;  // of a corrected path
-  /// What a pass reads of its track axes.
-  struct PassAxes {
-    bool constant = false;
-    Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< where constant
-    VerticalTable verticals;                               ///< else
+  enum class TrackAxesUse { kNone, kConstant, kTurning };
+  /// How the path of a pass is read.
+  struct PassReading {
+    Acceleration acceleration = Acceleration::kOfCubic;
+    TrackAxesUse axes = TrackAxesUse::kNone;
+    Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< kConstant
+    VerticalTable verticals;                               ///< kTurning
+    ConeTurning turning;
   };
   [[nodiscard]] const FlightPath& PathOf(std::size_t pass) const {
     return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
@@ -159,19 +191,11 @@ class LookModel {
   const Block& block_;
   const ParameterLayout& layout_;
   Simplified simplified_;
-  std::vector<FlightPath> straightened_;     // by pass; empty: the block's
-  std::vector<PassAxes> axes_;               // by pass
-  std::vector<Acceleration> accelerations_;  // by pass
-  Vertical middle_;                          // of a flat frame
+  std::vector<FlightPath> straightened_;  // by pass; empty: the block's
+  std::vector<PassReading> readings_;     // by pass
+  Vertical middle_;                       // of a flat frame
   std::vector<std::array<double, 2>> sigma_factor_1_;
 };
-
-/// How much of the speed at which a pass's cone passes over its farthest point, |v|, the noise of
-/// its states turns the cone by: |a_cubic - a_velocities| R / v^2, by piece of the path. Above 1
-/// the rate of the cone changes sign between states.
-[[nodiscard]] std::vector<double> ConeTurning_1(const FlightPath& path, double range_m);
-/// Largest range measured in each pass [m].
-[[nodiscard]] std::vector<double> LargestRanges_m(const Block& block);
 
 /// Local corrections of a look gathered from the block's vector x.
 void GatherColumns(const ParameterLayout& layout,

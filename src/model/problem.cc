@@ -121,6 +121,11 @@ bool EvaluateLook(const LookModel& model,
       {look, *columns, state.start_m[point], state.displacement_m[point], x}, weights, out);
 }
 
+LookWeights WeightsAt(const LookSigma& sigma, double azimuth_mps) {
+  const bool metres = sigma.azimuth_unit == AzimuthUnit::kMetres;
+  return {1.0 / sigma.range_m, (metres ? azimuth_mps : 1.0) / sigma.azimuth};
+}
+
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
   const Block& block = problem->block;
   const LookModel& model = problem->model;
@@ -137,10 +142,10 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
             if (problem->look_used[i] == 0) continue;
             const LookSigma sigma = model.SigmaOf(i);
             const LookWeights old = problem->weights[i];
-            LookWeights now{1.0 / sigma.range_m, 1.0 / sigma.azimuth};
+            LookWeights now = WeightsAt(sigma, 1.0);
             if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
               if (EvaluateLook(model, state, point, i, {}, &columns, &at)) {
-                now.time_per_s = at.azimuth_mps / sigma.azimuth;
+                now = WeightsAt(sigma, at.azimuth_mps);
               } else if (old.time_per_s > 0.0) {
                 now.time_per_s = old.time_per_s;
               } else {
@@ -149,7 +154,7 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
                                                                      &motion)) {
                   continue;
                 }
-                now.time_per_s = motion.velocity_mps.norm() / sigma.azimuth;
+                now = WeightsAt(sigma, motion.velocity_mps.norm());
               }
             }
             largest[chunk] = std::max({largest[chunk],

@@ -43,7 +43,7 @@ Eigen::Matrix3d AxesInTheMiddle(const Frame& frame, const FlightPath& path, cons
   if (!path.Evaluate(middle_s, &motion)) {
     return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
   }
-  return TrackAxesWithRate(frame, motion).axes_1;
+  return TrackAxesOf(frame, motion).axes_1;
 }
 
 }  // namespace sarblock

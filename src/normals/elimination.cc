@@ -213,8 +213,13 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                       std::size_t look,
                       WhitenedLook* out) {
   out->look = look;
-  if (!EvaluateLook(problem.model, state, point, look, problem.weights[look], &out->columns, out)) {
-    return false;
+  const bool renew = weighting.renewed != nullptr;
+  const LookWeights weights = renew ? LookWeights{} : problem.weights[look];
+  if (!EvaluateLook(problem.model, state, point, look, weights, &out->columns, out)) return false;
+  if (renew) {
+    const LookWeights now = WeightsAt(problem.model.SigmaOf(look), out->azimuth_mps);
+    (*weighting.renewed)[look] = now;
+    out->Scale(now, out->columns.column_count);
   }
   ApplyLoss(weighting, out);
   return true;

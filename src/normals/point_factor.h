@@ -17,6 +17,9 @@ struct Weighting {
   double scale = 0.0;
   /// The solver's last steps under a loss: take its curvature along the residual for what it is.
   bool second_order = false;
+  /// Where given, looks are weighted as UpdateWeights would at this state, and their weights put
+  /// here, by look. Else by the problem's.
+  std::vector<LookWeights>* renewed = nullptr;
 };
 
 /// One look at one state, weighted: its two equations are standard normal if the model is true.

@@ -318,8 +318,11 @@ void ReducedSystem::Form(const BlockState& state,
   damping_1_ = damping_1;
   const std::size_t points = problem_.block.points.size();
   sarblock::Step(progress, "linearise", 0, points);
-  const bool subtracted = Sum(state, weighting, false);
-  if (damping_1 == 0.0 && subtracted && PointsTakeNearlyAll()) Sum(state, weighting, true);
+  const bool subtracted = Sum(state, weighting, damping_1 == 0.0 && exact_);
+  if (damping_1 == 0.0 && subtracted && PointsTakeNearlyAll()) {
+    exact_ = true;
+    Sum(state, weighting, true);
+  }
   sarblock::Step(progress, "linearise", points, points);
   AddPriors(state);
   if (damping_1 > 0.0) {

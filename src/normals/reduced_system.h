@@ -115,6 +115,7 @@ class ReducedSystem {
   KeptFor kept_for_;
   std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;
+  bool exact_ = false;  // undamped sums by Q2: differences were found to lose digits
   double damping_1_ = 0.0;
   double cost_1_ = 0.0;
   double gradient_1_ = 0.0;

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "paper_cell.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

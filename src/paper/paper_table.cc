@@ -9,7 +9,7 @@
 #include <cstdlib>
 
 #include "paper_cell.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {
@@ -93,22 +93,22 @@ const char* SourceName(Source source, bool is_relative) {
   return "dr''";
 }
 
-double Pick(const Cell& cell, const leberl::PointError& error) {
+double PointErrorOf(const Cell& cell, const leberl::PointError& error) {
   return cell.quantity == Quantity::kAcross ? error.dy_m : error.dz_m;
 }
 
 double RigorousDerivative(const Cell& cell) {
-  return Pick(cell,
-              cell.is_relative
-                  ? DifferenceErrorDerivative(cell.configuration, ErrorsOf(cell), cell.difference)
-                  : StereoErrorDerivative(cell.configuration, ErrorsOf(cell)));
+  return PointErrorOf(cell,
+                      cell.is_relative ? DifferenceErrorDerivative(
+                                             cell.configuration, ErrorsOf(cell), cell.difference)
+                                       : StereoErrorDerivative(cell.configuration, ErrorsOf(cell)));
 }
 
 double RigorousExact(const Cell& cell) {
   const auto exact = cell.is_relative
                          ? DifferenceErrorExact(cell.configuration, ErrorsOf(cell), cell.difference)
                          : StereoErrorExact(cell.configuration, ErrorsOf(cell));
-  return Pick(cell, exact.value());  // the paper's errors are far from parting the circles
+  return PointErrorOf(cell, exact.value());  // the paper's errors are far from parting the circles
 }
 
 /// 1e-9 relative; a zero against the size of the error that it is the effect of.

@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include <Eigen/SVD>
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

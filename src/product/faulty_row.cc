@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/product/faulty_row.h"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "grid_fit.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

@@ -42,7 +42,7 @@ std::optional<std::int64_t> Offset_s(std::int64_t day) {
 }
 
 // Reads `digits` digits at the front of the text and the character behind them.
-bool TakeNumber(std::string_view* text, std::size_t digits, char behind, int* value) {
+bool TakeDigits(std::string_view* text, std::size_t digits, char behind, int* value) {
   if (text->size() < digits) return false;
   const char* const end = text->data() + digits;
   if (text->front() < '0' || text->front() > '9') return false;
@@ -72,9 +72,9 @@ std::optional<UtcTime> ParseUtc(std::string_view text) {
   if (text.ends_with('Z')) text.remove_suffix(1);
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
   UtcTime time;
-  if (!TakeNumber(&text, 4, '-', &year) || !TakeNumber(&text, 2, '-', &month) ||
-      !TakeNumber(&text, 2, 'T', &day) || !TakeNumber(&text, 2, ':', &hour) ||
-      !TakeNumber(&text, 2, ':', &minute) || !TakeNumber(&text, 2, '\0', &second) ||
+  if (!TakeDigits(&text, 4, '-', &year) || !TakeDigits(&text, 2, '-', &month) ||
+      !TakeDigits(&text, 2, 'T', &day) || !TakeDigits(&text, 2, ':', &hour) ||
+      !TakeDigits(&text, 2, ':', &minute) || !TakeDigits(&text, 2, '\0', &second) ||
       !TakeFraction(text, &time.fraction_s)) {
     return std::nullopt;
   }

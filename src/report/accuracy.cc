@@ -7,7 +7,7 @@
 
 #include "statistics.h"
 #include "verdict.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

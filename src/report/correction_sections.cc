@@ -6,7 +6,7 @@
 #include "charts.h"
 #include "html.h"
 #include "sections.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

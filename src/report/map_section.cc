@@ -11,7 +11,7 @@
 #include "html.h"
 #include "sections.h"
 #include "statistics.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

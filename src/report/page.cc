@@ -9,7 +9,7 @@
 
 #include "assets.h"
 #include "html.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

@@ -7,7 +7,6 @@
 #include "charts.h"
 #include "sections.h"
 #include "statistics.h"
-#include <fmt/format.h>
 
 namespace sarblock {
 namespace {

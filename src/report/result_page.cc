@@ -3,7 +3,7 @@
 
 #include "html.h"
 #include "sections.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

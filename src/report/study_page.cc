@@ -10,7 +10,7 @@
 #include "charts.h"
 #include "html.h"
 #include "sections.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "html.h"
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {

@@ -14,10 +14,6 @@
 namespace sarblock {
 namespace {
 
-/// Residuals this much smaller than their standard deviations are exact: what is left of their
-/// square sum is rounding.
-constexpr double kLeastVariance_1 = 1e-10;
-
 Eigen::MatrixXd Part(const Eigen::MatrixXd& s,
                      const std::vector<int>& rows,
                      const std::vector<int>& columns) {

@@ -8,6 +8,10 @@
 
 namespace sarblock {
 
+/// Residuals this much smaller than their standard deviations are exact: what is left of their
+/// square sum is rounding.
+inline constexpr double kLeastVariance_1 = 1e-10;
+
 /// Figures of one candidate: a set of columns added to a model.
 struct CandidateFigures {
   int columns = 0;

@@ -14,8 +14,6 @@ namespace {
 
 /// Eigenvalues below this part of the largest are rounding: the observations say nothing there.
 constexpr double kNothing_1 = 1e-10;
-/// As in quadratic_model.cc: below it a square sum is rounding.
-constexpr double kLeastVariance_1 = 1e-10;
 
 /// -2 times the logarithm of the restricted likelihood of columns with one prior variance q, and
 /// what they leave of v'Pv (docs/theory/selection.md, eq. 8a).

@@ -103,6 +103,13 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     if (to_come <= options.settled_1 || stands) {
       report.converged = true;
       report.message = "the Newton decrement is " + Rounded(left) + " sigmas";
+      if (options.take_last_step) {
+        const Eigen::VectorXd dx = system.Step();
+        state->displacement_m =
+            SubstituteBack(problem, *state, weighting, damping, dx).displacement_m;
+        state->corrections += dx;
+        ++report.iterations;
+      }
       return report;
     }
     if (report.iterations >= options.max_iterations) break;

@@ -55,8 +55,9 @@ bool NewtonFinish(const AdjustOptions& options,
                   ReducedSystem* system,
                   SolveReport* solve,
                   ProgressSink* progress) {
+  // The weights of each state are formed on the way.
   const auto form = [&](const BlockState& at) {
-    system->Form(at, {}, progress);
+    system->Form(at, {.renewed = &problem->weights}, progress);
     return system->looks_not_evaluated() == 0 && system->weak_points().empty() &&
            system->FactorDamped();
   };
@@ -69,11 +70,9 @@ bool NewtonFinish(const AdjustOptions& options,
     if (!(left_1 > wanted_1 && left_1 < 10.0 * kApproached_1)) break;
     Step(progress, "solve", static_cast<std::size_t>(solve->iterations), 0, "finish");
     BlockState next = AfterNewtonStep(*problem, *state, system->Step());
-    UpdateWeights(next, problem);
     const bool formed = form(next);
     const double after_1 = formed ? system->NewtonDecrement() : left_1;
     if (!(after_1 < left_1)) {
-      UpdateWeights(*state, problem);
       if (!form(*state)) return false;
       break;
     }
@@ -118,17 +117,21 @@ SolveReport SolveRounds(const Weighting& weighting,
     // reduced engine with its second order.
     const bool approach = round == 0;
     solve.settled_1 = approach ? kApproached_1 : options.tolerance_1;
+    solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
+    Weighting weighted = weighting;
+    // Far from the solution weights follow the state; a solution to the end compares costs too
+    // finely for that.
+    if (solve.take_last_step) weighted.renewed = &problem->weights;
     const SolveReport report =
         ceres && (approach || least_squares)
             ? SolveWithCeres(*problem, weighting, solve, state, progress)
-            : SolveReduced(*problem, weighting, solve, &*system, state, progress);
+            : SolveReduced(*problem, weighted, solve, &*system, state, progress);
     if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
     total.iterations += report.iterations;
     total.converged = report.converged;
     total.final_cost_1 = report.final_cost_1;
     total.message = report.message;
-    const double change_1 = UpdateWeights(*state, problem);
     if (least_squares) {
       const bool factored = NewtonFinish(options, problem, state, &*system, &total, progress);
       if (factored) {
@@ -138,6 +141,7 @@ SolveReport SolveRounds(const Weighting& weighting,
       if ((factored && total.converged) || round > 0 || total.iterations >= allowed) break;
       continue;  // a damped solution to the end, once
     }
+    const double change_1 = UpdateWeights(*state, problem);
     if (!report.converged || total.iterations >= allowed) break;
     if (!approach && change_1 <= kWeightsSettled_1) break;
   }
@@ -151,12 +155,15 @@ std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
   const std::size_t points = problem.block.points.size();
   std::vector<std::uint8_t> lost(points, 0);
   for (const WeakPoint& weak : system.weak_points()) lost[weak.point] = 1;
+  const auto& offsets = problem.block.looks.offsets;
   ParallelForChunks(points, 1024, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point) || problem.control_of[point] >= 0 || lost[point] != 0) continue;
       const Eigen::Vector3d p_m = state.Position(point);
-      for (const Sight& sight : SightsOf(problem, state, point)) {
-        if (!LiesWhereItLooks(problem.block.frame, sight, p_m)) lost[point] = 1;
+      for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+        if (problem.look_used[i] == 0) continue;
+        const std::optional<Sight> sight = problem.model.SightOf(i, state.corrections);
+        if (sight && !LiesWhereItLooks(problem.block.frame, *sight, p_m)) lost[point] = 1;
       }
     }
   });

@@ -23,6 +23,9 @@ struct SolveOptions {
   int threads = 1;
   /// Newton decrement, in sigmas over all unknowns, at which the solution is done.
   double settled_1 = AdjustOptions{}.tolerance_1;
+  /// Takes the last step, shorter than settled_1, without forming the system again to verify it:
+  /// what follows does (NewtonFinish).
+  bool take_last_step = false;                    ///< of SolveReduced
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
 };
 

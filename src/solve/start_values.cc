@@ -70,44 +70,27 @@ PointStart StartOf(const AdjustmentProblem& problem,
   return Refuse(PointStatus::kUndetermined, Explain(met.outcome));
 }
 
-}  // namespace
-
-namespace {
-
-/// Median of ConeTurning_1 above which a path is refused. It is the length of a difference of
-/// accelerations at the worse end of an interval; what turns the cone is its part along the sight
-/// line, half of that in the mean over directions and ends: from 2 on the cone turns back in every
-/// other interval, from 3 on in most.
-constexpr double kMostTurning_1 = 3.0;
-
 /// Refuses passes whose states contradict each other so much that between them the Doppler cone
 /// passes over a point several times: no time of such a look means anything.
-void RequireSteadyCones(const Block& block) {
-  const std::vector<double> range_m = LargestRanges_m(block);
-  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
-    const FlightPath& path = block.passes[pass].path;
-    std::vector<double> turning_1 = ConeTurning_1(path, range_m[pass]);
-    if (turning_1.empty()) continue;
-    const auto middle = turning_1.begin() + static_cast<std::ptrdiff_t>(turning_1.size() / 2);
-    std::nth_element(turning_1.begin(), middle, turning_1.end());
-    if (!(*middle > kMostTurning_1)) continue;
-    const auto folded = std::count_if(
-        turning_1.begin(), turning_1.end(), [](double turn) { return turn > kMostTurning_1; });
+void RequireSteadyCones(const AdjustmentProblem& problem) {
+  for (std::size_t pass = 0; pass < problem.block.passes.size(); ++pass) {
+    const ConeTurning& turning = problem.model.TurningOf(pass);
+    if (!(turning.median_1 > ConeTurning::kFolding_1)) continue;
     std::array<char, 512> text{};
     std::snprintf(
         text.data(),
         text.size(),
-        "the flight path is too rough to be read at %.4g km: in %lld of %zu intervals "
+        "the flight path is too rough to be read at %.4g km: in %zu of %zu intervals "
         "between its states the path turns the Doppler cone back over points it has "
         "passed, since positions and velocities contradict each other (median %.2g of the "
         "cone's own rate, at most %.2g is allowed); smooth the states, or give states "
         "farther apart",
-        1e-3 * range_m[pass],
-        static_cast<long long>(folded),
-        turning_1.size(),
-        *middle,
-        kMostTurning_1);
-    throw InputError("pass " + block.passes[pass].id, text.data());
+        1e-3 * turning.range_m,
+        turning.folded,
+        turning.pieces,
+        turning.median_1,
+        ConeTurning::kFolding_1);
+    throw InputError("pass " + problem.block.passes[pass].id, text.data());
   }
 }
 
@@ -115,7 +98,7 @@ void RequireSteadyCones(const Block& block) {
 
 StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress) {
   const Block& block = problem->block;
-  RequireSteadyCones(block);
+  RequireSteadyCones(*problem);
   const std::size_t points = block.points.size();
   StartReport report;
   report.state.start_m.assign(points, Eigen::Vector3d::Constant(kNotGiven));

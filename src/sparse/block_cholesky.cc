@@ -17,12 +17,11 @@
 namespace sarblock {
 namespace {
 
+using sparse::At;
 using sparse::Entry;
 using sparse::Front;
 using sparse::FrontMemory;
 using sparse::Run;
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 /// Adds the blocks of S a front eliminates to its zeroed panel.
 void Assemble(const Front& front, std::span<const double> values, double* panel) {

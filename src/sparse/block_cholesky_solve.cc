@@ -17,10 +17,9 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using sparse::At;
 using sparse::Front;
 using sparse::Symbolic;
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 /// Calls `visit(row in `remaining`, row in elimination order, rows)` for the blocks of R.
 template <typename Visit>

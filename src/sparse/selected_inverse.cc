@@ -14,12 +14,11 @@
 namespace sarblock {
 namespace {
 
+using sparse::At;
 using sparse::Entry;
 using sparse::Front;
 using sparse::FrontMemory;
 using sparse::Run;
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 /// Lower triangle of Z_RR of a front out of the Z of its parent's front.
 void Gather(const Front& front, const double* parent, int parent_height, double* z) {

@@ -12,8 +12,6 @@ namespace {
 
 using Lists = std::vector<std::vector<int>>;
 
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
-
 /// For each position the later positions its block is paired with.
 Lists LaterNeighbours(const BlockPattern& pattern, const std::vector<int>& position) {
   Lists later(position.size());

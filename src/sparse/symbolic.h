@@ -9,6 +9,9 @@
 
 namespace sarblock::sparse {
 
+/// An index that is not negative, for a container.
+[[nodiscard]] inline std::size_t At(int index) { return static_cast<std::size_t>(index); }
+
 /// Rows of a front that are also consecutive rows of its parent's front.
 struct Run {
   int begin;         ///< first row, counted from the first remaining row of the child's front

@@ -17,7 +17,7 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 64;
+constexpr std::size_t kCovariancesPerChunk = 64;
 
 /// G = cov + sigma, factored.
 Eigen::LLT<Eigen::Matrix3d> Factored(const Eigen::Matrix3d& matrix_m2) {
@@ -69,7 +69,7 @@ BlockCovariance::BlockCovariance(const Block& block,
   b_.resize(points_.size());
   y_.resize(size, 3 * static_cast<Eigen::Index>(points_.size()));
   ParallelForChunks(
-      points_.size(), kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+      points_.size(), kCovariancesPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
         PointFactor factor;
         PointColumns columns;
         for (std::size_t i = begin; i < end; ++i) {
@@ -183,7 +183,7 @@ std::vector<double> BlockCovariance::Gains(const std::vector<std::size_t>& candi
       gains[i] = taken.trace();
     }
   };
-  ParallelForChunks(candidates.size(), kPointsPerChunk, evaluate);
+  ParallelForChunks(candidates.size(), kCovariancesPerChunk, evaluate);
   return gains;
 }
 
@@ -216,7 +216,7 @@ std::vector<double> BlockCovariance::Gains(const std::vector<std::size_t>& candi
       gains[i] = taken.trace();
     }
   };
-  ParallelForChunks(candidates.size(), kPointsPerChunk, evaluate);
+  ParallelForChunks(candidates.size(), kCovariancesPerChunk, evaluate);
   return gains;
 }
 

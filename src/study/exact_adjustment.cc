@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/nan.h"
 #include "exact_model.h"
 
 namespace sarblock {
@@ -15,8 +16,7 @@ using exact::Vec;
 using exact::operator-;
 using exact::operator*;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kMostIterations = 80;
+constexpr int kMostExactIterations = 80;
 const char* const kSettled = "1e-14";
 constexpr int kMostConeSteps = 12;
 const char* const kOnCone_s = "1e-28";
@@ -131,7 +131,7 @@ class ExactAdjustment {
     const Digits settled(kSettled);
     Digits before = -1;
     int grown = 0;
-    for (*iterations = 1; *iterations <= kMostIterations; ++*iterations) {
+    for (*iterations = 1; *iterations <= kMostExactIterations; ++*iterations) {
       Form();
       if (!Factorise()) return "the normal matrix is singular in 50 digits";
       const Digits step = Step();

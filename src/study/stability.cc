@@ -60,11 +60,11 @@ std::string Joined(const std::vector<std::string>& texts) {
   return out;
 }
 
-void Compare(const Block& block,
-             const AdjustOptions& options,
-             const AdjustResult& result,
-             ProgressSink* progress,
-             StabilityRow* row) {
+void FillComparison(const Block& block,
+                    const AdjustOptions& options,
+                    const AdjustResult& result,
+                    ProgressSink* progress,
+                    StabilityRow* row) {
   AdjustmentProblem problem(block, options.groups);
   BlockState state;
   Restore(result, &problem, &state);
@@ -149,7 +149,7 @@ StabilityRow RunStabilityStep(const std::string& family,
   }
   row.exit_code = result.accepted ? 0 : 1;
   row.message = Joined(result.warnings);
-  Compare(block, plan.options, result, progress, &row);
+  FillComparison(block, plan.options, result, progress, &row);
   row.outcome = JudgeStability(row, result.warnings);
   return row;
 }

@@ -7,7 +7,7 @@
 namespace sarblock {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kWithoutPrior = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<double> Integers(int from, int to) {
   std::vector<double> out;
@@ -52,7 +52,7 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
          plan.points = 20;
          plan.control.clear();
          for (std::size_t i = 0; i < 20; i += 2) plan.control.push_back({i, {0.53, 0.47, 0.41}});
-         plan.options.groups = {Drift(static_cast<int>(v), kNone)};
+         plan.options.groups = {Drift(static_cast<int>(v), kWithoutPrior)};
          return plan;
        },
        true},
@@ -71,7 +71,7 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
        {1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64},
        [](double v) {
          StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Spline(v, kNone, plan)};
+         plan.options.groups = {Spline(v, kWithoutPrior, plan)};
          return plan;
        }},
       {"spline-prior",

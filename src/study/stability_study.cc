@@ -19,7 +19,9 @@ constexpr std::array kOutcomes = {StabilityOutcome::kOk,
                                   StabilityOutcome::kWrong};
 using OutcomeCounts = std::array<std::size_t, kOutcomes.size()>;
 
-StudyCell Cell(double value) { return std::isfinite(value) ? StudyCell(value) : StudyCell(); }
+StudyCell CellOrEmpty(double value) {
+  return std::isfinite(value) ? StudyCell(value) : StudyCell();
+}
 
 std::string OneLine(std::string text) {
   std::replace_if(
@@ -31,17 +33,17 @@ StudyRow RowOf(const StabilityRow& row) {
   return {row.family,
           row.parameter,
           row.value,
-          Cell(row.condition),
+          CellOrEmpty(row.condition),
           std::string(NameOf(row.outcome)),
-          Cell(row.covariance_digits_1),
-          Cell(row.position_digits_1),
+          CellOrEmpty(row.covariance_digits_1),
+          CellOrEmpty(row.position_digits_1),
           OneLine(row.message),
           static_cast<std::int64_t>(row.exit_code),
-          Cell(row.sigma_digits_1),
-          Cell(row.error_sigma_1),
-          Cell(row.normal_digits_1),
-          Cell(row.single_digits_1),
-          Cell(row.ceres_digits_1)};
+          CellOrEmpty(row.sigma_digits_1),
+          CellOrEmpty(row.error_sigma_1),
+          CellOrEmpty(row.normal_digits_1),
+          CellOrEmpty(row.single_digits_1),
+          CellOrEmpty(row.ceres_digits_1)};
 }
 
 std::string Number(double value, const char* format = "%.3g") {

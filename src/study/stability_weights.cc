@@ -7,7 +7,7 @@
 namespace sarblock {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoPrior = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
@@ -114,7 +114,7 @@ const std::vector<PlannedFamily>& WeightFamilies() {
          StabilityPlan plan = AircraftPlan();
          plan.control_spread_1 = v;
          plan.control.push_back({8, {0.53, 0.47, 0.41}});
-         plan.options.groups = {Drift(1, kNone)};
+         plan.options.groups = {Drift(1, kNoPrior)};
          return plan;
        }},
       {"control-correlation",

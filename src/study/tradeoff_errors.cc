@@ -10,7 +10,7 @@
 namespace sarblock {
 namespace {
 
-double Median(std::vector<double>* values) {
+double TakeMedian(std::vector<double>* values) {
   if (values->empty()) return kNotGiven;
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
   std::nth_element(values->begin(), middle, values->end());
@@ -86,9 +86,9 @@ AnswerErrors CompareAnswers(const Block& block,
     dimension += static_cast<double>(e.size());
   }
   out.position_error_1 = Largest(shift_1);
-  out.position_median_1 = Median(&shift_1);
+  out.position_median_1 = TakeMedian(&shift_1);
   out.covariance_error_1 = Largest(covariance_1);
-  out.covariance_median_1 = Median(&covariance_1);
+  out.covariance_median_1 = TakeMedian(&covariance_1);
   if (solved > 0) out.rms_error_m = std::sqrt(square_m2 / static_cast<double>(solved));
   if (dimension > 0.0) out.nees_1 = normalised_1 / dimension;
   return out;

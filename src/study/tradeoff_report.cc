@@ -6,12 +6,12 @@
 #include <iterator>
 #include <set>
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {
 
-std::string Figure(double value, const char* format = "{:.2g}") {
+std::string FigureAs(double value, const char* format = "{:.2g}") {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "";
 }
 
@@ -24,7 +24,7 @@ std::string Seconds(double value_s) {
 std::string Ratio(const TradeoffRow& row) {
   if (!std::isfinite(row.speed_ratio_1)) return "";
   if (row.reference) return "1";
-  if (row.repeats == 1) return Figure(row.speed_ratio_1);
+  if (row.repeats == 1) return FigureAs(row.speed_ratio_1);
   return fmt::format(
       "{:.2g} ({:.2g} to {:.2g})", row.speed_ratio_1, row.speed_low_1, row.speed_high_1);
 }
@@ -62,10 +62,10 @@ std::string Line(const TradeoffRow& row) {
                      Seconds(row.wall_s),
                      Seconds(row.cpu_s),
                      Ratio(row),
-                     Figure(row.peak_mib, "{:.1f}"),
-                     Figure(row.errors.position_error_1, "{:.1e}"),
-                     Figure(row.errors.covariance_error_1, "{:.1e}"),
-                     Figure(row.errors.nees_1),
+                     FigureAs(row.peak_mib, "{:.1f}"),
+                     FigureAs(row.errors.position_error_1, "{:.1e}"),
+                     FigureAs(row.errors.covariance_error_1, "{:.1e}"),
+                     FigureAs(row.errors.nees_1),
                      Remark(row));
 }
 

@@ -18,7 +18,7 @@
 #include "io/csv_reader.h"
 #include "io/number.h"
 #include <fcntl.h>
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <sys/file.h>
 #include <unistd.h>
 

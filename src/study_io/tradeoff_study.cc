@@ -104,7 +104,7 @@ TradeoffEntry ReadChoice(SceneTable table) {
   return entry;
 }
 
-void ReadGoal(SceneTable& table, TradeoffGoal* goal) {
+void ReadTradeoffGoal(SceneTable& table, TradeoffGoal* goal) {
   table.Number("position_sigma", &goal->position_1);
   table.Number("covariance", &goal->covariance_1);
   table.Finish();
@@ -235,7 +235,7 @@ TradeoffStudy ParseTradeoffStudy(
   if (const auto sizes = table.Take("only_points")) {
     for (const TomlValue& entry : sizes->Entries()) study.only_points.push_back(entry.Count());
   }
-  if (auto goal = table.Table("goal")) ReadGoal(*goal, &study.goal);
+  if (auto goal = table.Table("goal")) ReadTradeoffGoal(*goal, &study.goal);
   for (SceneTable& size : table.Tables("size")) {
     study.sizes.push_back(ReadSize(std::move(size), scene_toml, study.scene_file.string()));
   }
@@ -283,7 +283,7 @@ std::vector<std::string> TradeoffKeys() {
   const toml::table empty;
   SceneTable goal{TomlTable(empty, "goal")};
   TradeoffGoal none;
-  ReadGoal(goal, &none);
+  ReadTradeoffGoal(goal, &none);
   for (const std::string& key : goal.known()) keys.push_back("goal." + key);
   return keys;
 }

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
+#include "core/nan.h"
 #include "core/parallel.h"
 #include "model/symmetric_enu.h"
 #include "redraw_solution.h"
@@ -17,7 +17,6 @@
 namespace sarblock {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kConfidence_1 = 0.99;
 /// Runs whose errors are held at once: 24 bytes a point each.
 constexpr std::size_t kRunsPerBatch = 16;

@@ -12,7 +12,7 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 512;
+constexpr std::size_t kRedrawnPerChunk = 512;
 constexpr int kMostSteps = 30;
 /// A step this small in metres along track moves no position that counts.
 constexpr double kCloseEnough_m = 1e-7;
@@ -84,7 +84,7 @@ ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& st
   }
   const std::vector<std::uint64_t>& offsets = block.looks.offsets;
   ParallelForChunks(
-      block.points.size(), kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+      block.points.size(), kRedrawnPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t point = begin; point < end; ++point) {
           for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
             if (problem.look_used[i] == 0) continue;

@@ -5,16 +5,14 @@
 #include "sarblock/model/result.h"
 
 #include <cmath>
-#include <limits>
 #include <string>
 
+#include "core/nan.h"
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
 namespace sarblock {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Normal = boost::math::normal_distribution<double>;
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <optional>
 #include <utility>
 
+#include "core/nan.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "global_test.h"
@@ -35,7 +35,6 @@ constexpr double kMostStep_1 = 100.0;
 constexpr double kStepLeft_1 = 0.01;
 /// Helmert's equations take over once no variance changes by more than this part.
 constexpr double kNear_1 = 0.5;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t PassOf(const Block& block, const std::string& id) {
   for (std::size_t i = 0; i < block.passes.size(); ++i) {

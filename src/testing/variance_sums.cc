@@ -51,7 +51,7 @@ struct PointState {
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// C over the parameter blocks of a point.
-Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const PointColumns& columns) {
+Eigen::MatrixXd BlocksOf(const BlockSymmetricMatrix& inverse, const PointColumns& columns) {
   Eigen::MatrixXd c(columns.width, columns.width);
   for (std::size_t i = 0; i < columns.blocks.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
@@ -101,7 +101,7 @@ void AddPoint(const Sweep& sweep, std::size_t point, PointState* at, Partial* ou
     Complement(sweep.problem, factor, &at->columns);
     const Eigen::Index n = at->columns.width;
     b = Eigen::Map<const RowMajor>(at->columns.m.data(), m, n + 1).leftCols(n);
-    shared = b * Gather(*sweep.inverse, at->columns) * b.transpose();
+    shared = b * BlocksOf(*sweep.inverse, at->columns) * b.transpose();
   }
   VarianceSums& sums = out->sums;
   for (Eigen::Index i = 0; i < m; ++i) {

@@ -23,7 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-struct Scenario {
+struct ThinBlock {
   test::KnownBlock known;
   std::vector<CorrectionGroup> groups;
 };
@@ -39,7 +39,7 @@ std::vector<CorrectionGroup> Drifts(double sigma_m) {
 
 /// Four passes of one side, neighbours a third of `base_over_height_1` apart, 24 points of which
 /// every third is control to 5 cm: the intersection is thin, the datum firm.
-Scenario ShortBase(bool orbit, double base_over_height_1) {
+ThinBlock ShortBase(bool orbit, double base_over_height_1) {
   test::BlockPlan plan = orbit ? test::OrbitPlan() : test::AircraftPlan();
   const test::PassPlan first = plan.passes[0];
   plan.passes.assign(4, first);
@@ -48,7 +48,7 @@ Scenario ShortBase(bool orbit, double base_over_height_1) {
         first.height_m * base_over_height_1 * static_cast<double>(i) / 3.0;
   }
   plan.points = 24;
-  Scenario s{test::MakeBlock(plan), Drifts(3.7)};
+  ThinBlock s{test::MakeBlock(plan), Drifts(3.7)};
   for (std::size_t point = 0; point < 24; point += 3) {
     test::Hold(point, {0.05, 0.05, 0.05}, &s.known);
   }
@@ -56,7 +56,7 @@ Scenario ShortBase(bool orbit, double base_over_height_1) {
 }
 
 /// A free net held by the priors of its corrections alone.
-Scenario WeakDatum(double sigma_m) {
+ThinBlock WeakDatum(double sigma_m) {
   test::BlockPlan plan = test::AircraftPlan();
   plan.points = 24;
   return {test::MakeBlock(plan), Drifts(sigma_m)};
@@ -68,7 +68,7 @@ struct Computed {
   double system_condition_1 = 0.0;
   double jacobian_condition_1 = 0.0;
 };
-Computed Compute(const Scenario& s) {
+Computed Compute(const ThinBlock& s) {
   AdjustmentProblem problem(s.known.block, s.groups);
   BlockState state;
   // Off the truth, as a start position and its displacement are in an adjustment.
@@ -127,7 +127,7 @@ TEST(WeakDatumTest, IsAccurateOrSaysItsCondition) {
   bool warned = false, refused = false;
   for (const double sigma_m : {1e1, 1e3, 1e5, 3e5, 6e5, 1e6, 1.5e6, 2e6, 3e6, 5e6, 1e7}) {
     SCOPED_TRACE(sigma_m);
-    const Scenario s = WeakDatum(sigma_m);
+    const ThinBlock s = WeakDatum(sigma_m);
     AdjustOptions options;
     options.corrections = CorrectionChoice::kGiven;
     options.groups = s.groups;

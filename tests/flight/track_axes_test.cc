@@ -57,9 +57,6 @@ TEST(TrackAxesTest, TurnWithACircularOrbit) {
     EXPECT_LE((axes.rate.col(k) - w * turned).norm(), 1e-14 * w);
     EXPECT_LE((axes.acceleration.col(k) - w * w * m.cross(turned)).norm(), 1e-14 * w * w);
   }
-  const TrackAxes alone = TrackAxesWithRate(Frame::Geocentric(NamedEllipsoid("Moon")), motion);
-  EXPECT_EQ(alone.axes_1, axes.axes_1);
-  EXPECT_EQ(alone.rate, axes.rate);
 }
 
 using Real = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>,

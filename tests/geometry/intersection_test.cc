@@ -20,7 +20,7 @@ using testing_scene::SightOf;
 using testing_scene::Station;
 using testing_scene::View;
 
-constexpr auto kDetermined = IntersectionOutcome::kDetermined;
+using IntersectionOutcome::kDetermined;
 
 // Hand values: heights 12 km over the datum, ground distances 35 km and 5 km (35-12-37, 5-12-13).
 TEST(IntersectTest, FindsAPythagoreanPointFromTheSameSide) {

@@ -18,31 +18,32 @@ using testing::HasSubstr;
 
 const std::vector<std::string> kPasses{"A1", "A2", "B7"};
 
-AdjustOptions Read(const std::string& text, const std::vector<std::string>& overrides = {}) {
+AdjustOptions OptionsOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
   return ReadAdjustTable(text, "block.toml", kPasses, overrides);
 }
 
-std::string ErrorOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  return test::MessageOf<InputError>([&] { return Read(text, overrides); });
+std::string OptionError(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  return test::MessageOf<InputError>([&] { return OptionsOf(text, overrides); });
 }
 
 PositionCorrection Position(const std::string& lines) {
-  const AdjustOptions options = Read("[adjust.correction.position]\n" + lines);
+  const AdjustOptions options = OptionsOf("[adjust.correction.position]\n" + lines);
   return std::get<PositionCorrection>(options.groups.at(0).model);
 }
 
 TEST(AdjustTableTest, ATableLeftOutMeansTheDefaults) {
-  const AdjustOptions options = Read("");
+  const AdjustOptions options = OptionsOf("");
   EXPECT_EQ(DumpAdjustTable(options), DumpAdjustTable(AdjustOptions{}));
   EXPECT_EQ(options.corrections, CorrectionChoice::kNone);
-  EXPECT_EQ(Read("[adjust.correction.time]\nbias = true\n").corrections, CorrectionChoice::kGiven);
-  EXPECT_EQ(
-      Read("[adjust]\ncorrections = \"none\"\n[adjust.correction.time]\nbias = true\n").corrections,
-      CorrectionChoice::kNone);
+  EXPECT_EQ(OptionsOf("[adjust.correction.time]\nbias = true\n").corrections,
+            CorrectionChoice::kGiven);
+  EXPECT_EQ(OptionsOf("[adjust]\ncorrections = \"none\"\n[adjust.correction.time]\nbias = true\n")
+                .corrections,
+            CorrectionChoice::kNone);
 }
 
 TEST(AdjustTableTest, ReadsEveryScalar) {
-  const AdjustOptions options = Read(
+  const AdjustOptions options = OptionsOf(
       "[adjust]\ncorrections = \"auto\"\nrobust = \"tukey\"\nrobust_scale = 4.25\n"
       "covariance = \"montecarlo\"\npairs = \"mine.csv\"\ndatum = \"inner\"\n"
       "scale_by_posterior = true\nvariance_components = \"per-pass\"\nmax_iterations = 17\n"
@@ -86,7 +87,7 @@ TEST(AdjustTableTest, ReadsEveryFormOfPositionPriors) {
 }
 
 TEST(AdjustTableTest, ConvertsTheUnitsOfTheFile) {  // hand values
-  const AdjustOptions options = Read(
+  const AdjustOptions options = OptionsOf(
       "[adjust.correction.range]\nbias_sigma_m = 5.5\nscale_sigma_ppm = 10\n"
       "[adjust.correction.squint]\nbias_sigma_deg = 0.09\n");
   const auto& range = std::get<RangeCorrection>(options.groups.at(0).model);
@@ -111,10 +112,10 @@ constexpr const char* kRich =
 
 TEST(AdjustTableTest, WhatIsDumpedReadsBackTheSame) {  // round trip
   for (const char* text : {"", kRich}) {
-    const std::string dumped = DumpAdjustTable(Read(text));
-    EXPECT_EQ(DumpAdjustTable(Read(dumped)), dumped);
+    const std::string dumped = DumpAdjustTable(OptionsOf(text));
+    EXPECT_EQ(DumpAdjustTable(OptionsOf(dumped)), dumped);
   }
-  const AdjustOptions options = Read(kRich), again = Read(DumpAdjustTable(options));
+  const AdjustOptions options = OptionsOf(kRich), again = OptionsOf(DumpAdjustTable(options));
   ASSERT_EQ(again.groups.size(), 7u);
   EXPECT_EQ(again.groups[0].name, "position.1");
   EXPECT_EQ(again.groups[3].name, "range");
@@ -132,14 +133,14 @@ TEST(AdjustTableTest, WhatIsDumpedReadsBackTheSame) {  // round trip
 }
 
 TEST(AdjustTableTest, OverridesGoBeforeTheFile) {
-  const AdjustOptions options = Read(kRich,
-                                     {"robust=none",
-                                      "max_iterations=7",
-                                      "correction.position.1.degree=4",
-                                      "correction.position.1.sigma_m=2.5",
-                                      "adjust.pairs=all",
-                                      "correction.range.bias_sigma_m=0.25",
-                                      "correction.velocity.components=[\"across\"]"});
+  const AdjustOptions options = OptionsOf(kRich,
+                                          {"robust=none",
+                                           "max_iterations=7",
+                                           "correction.position.1.degree=4",
+                                           "correction.position.1.sigma_m=2.5",
+                                           "adjust.pairs=all",
+                                           "correction.range.bias_sigma_m=0.25",
+                                           "correction.velocity.components=[\"across\"]"});
   EXPECT_EQ(options.robust, RobustLoss::kNone);
   EXPECT_EQ(options.max_iterations, 7);
   EXPECT_EQ(options.pairs, PairChoice::kAll);
@@ -150,18 +151,18 @@ TEST(AdjustTableTest, OverridesGoBeforeTheFile) {
 }
 
 TEST(AdjustTableTest, NamesOverridesThatAreNotAllowed) {
-  EXPECT_EQ(ErrorOf("", {"robust=hubber"}),
+  EXPECT_EQ(OptionError("", {"robust=hubber"}),
             "--set robust: adjust.robust: 'hubber' is not known, none, huber, cauchy or tukey is "
             "allowed; did you mean huber?");
-  EXPECT_EQ(ErrorOf("", {"robust"}), "--set robust: is no KEY=VALUE, for example robust=huber");
-  EXPECT_THAT(ErrorOf("", {"robst=huber"}),
+  EXPECT_EQ(OptionError("", {"robust"}), "--set robust: is no KEY=VALUE, for example robust=huber");
+  EXPECT_THAT(OptionError("", {"robst=huber"}),
               testing::AllOf(HasSubstr("--set robst: adjust.robst: the key is not known"),
                              HasSubstr("did you mean robust?")));
-  EXPECT_THAT(ErrorOf(kRich, {"correction.position.degree=2"}),
+  EXPECT_THAT(OptionError(kRich, {"correction.position.degree=2"}),
               HasSubstr("the key leads to several groups"));
-  EXPECT_THAT(ErrorOf(kRich, {"correction.position.2.degree=2"}),
+  EXPECT_THAT(OptionError(kRich, {"correction.position.2.degree=2"}),
               HasSubstr("'2' is no group of 2, an index counting from 0 is needed"));
-  EXPECT_THAT(ErrorOf(kRich, {"robust.scale=2"}), HasSubstr("there is a value, not a table"));
+  EXPECT_THAT(OptionError(kRich, {"robust.scale=2"}), HasSubstr("there is a value, not a table"));
 }
 
 struct BadTable {
@@ -251,13 +252,13 @@ TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
        "(time.1); one that is not shared is allowed"},
   };
   for (const BadTable& bad : cases) {
-    EXPECT_THAT(ErrorOf(bad.text), HasSubstr(bad.message)) << bad.text;
+    EXPECT_THAT(OptionError(bad.text), HasSubstr(bad.message)) << bad.text;
   }
 }
 
 TEST(AdjustTableTest, ASharedGroupMayStandBesideOneForEachPass) {
-  EXPECT_EQ(ErrorOf("[[adjust.correction.range]]\nbias = true\n[[adjust.correction.range]]\n"
-                    "scale = true\nshared = true\n"),
+  EXPECT_EQ(OptionError("[[adjust.correction.range]]\nbias = true\n[[adjust.correction.range]]\n"
+                        "scale = true\nshared = true\n"),
             "");
 }
 
@@ -283,12 +284,12 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsRead) {  // a value of a type no ke
     if (key.starts_with("correction.time.")) before("correction.time.bias=true");
     if (key.starts_with("correction.squint.")) before("correction.squint.bias=true");
     if (key.starts_with("correction.trop")) before("correction.troposphere.zenith=true");
-    EXPECT_THAT(ErrorOf("", overrides), HasSubstr("adjust." + key + ": is ")) << key;
+    EXPECT_THAT(OptionError("", overrides), HasSubstr("adjust." + key + ": is ")) << key;
   }
 }
 
 TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
-  const AdjustOptions options = Read(
+  const AdjustOptions options = OptionsOf(
       "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\nmode = \"per-pass\"\n"
       "significance = 0.0125\ncandidates = [\"range\", \"position\"]\nmax_degree = 2\n"
       "knot_spacings_s = [7.5, 3]\nmax_condition = 3e5\nmax_posterior_prior = 0.75\n"
@@ -304,14 +305,14 @@ TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
   EXPECT_EQ(selection.max_posterior_prior_1, 0.75);
   EXPECT_EQ(selection.simplify_1, 0.0625);
   const std::string dump = DumpAdjustTable(options);
-  EXPECT_EQ(DumpAdjustTable(Read(dump)), dump);
+  EXPECT_EQ(DumpAdjustTable(OptionsOf(dump)), dump);
   EXPECT_THAT(dump, testing::HasSubstr("knot_spacings_s = [7.5, 3"));
 }
 
 TEST(AdjustTableTest, RefusesWhatASelectionCannotHave) {
   const std::string head = "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\n";
   const auto says = [&](const std::string& line, const std::string& text) {
-    EXPECT_THAT(ErrorOf(head + line + "\n"), testing::HasSubstr(text)) << line;
+    EXPECT_THAT(OptionError(head + line + "\n"), testing::HasSubstr(text)) << line;
   };
   says("mode = \"per-pas\"", "did you mean");
   says("significance = 1.0", "a number below 1 is");
@@ -321,16 +322,17 @@ TEST(AdjustTableTest, RefusesWhatASelectionCannotHave) {
   says("max_condition = 1", "a number above 1 is");
   says("max_posterior_prior = 1.5", "at most 1");
   says("max_degre = 2", "max_degree");
-  EXPECT_THAT(ErrorOf(head + "candidates = [\"time\"]\n[adjust.correction.time]\nbias = true\n"),
-              testing::HasSubstr("stands beside correction tables"));
+  EXPECT_THAT(
+      OptionError(head + "candidates = [\"time\"]\n[adjust.correction.time]\nbias = true\n"),
+      testing::HasSubstr("stands beside correction tables"));
 }
 
 TEST(AdjustTableTest, PositionGroupsOfOnePassShareNoComponent) {
   const std::string two =
       "[[adjust.correction.position]]\ndegree = 2\ncomponents = [\"along\"]\n"
       "[[adjust.correction.position]]\nbasis = \"spline\"\nknot_spacing_s = 4\ncomponents = ";
-  EXPECT_EQ(Read(two + "[\"up\"]\n").groups.size(), 2u);
-  EXPECT_THAT(ErrorOf(two + "[\"up\", \"along\"]\n"), testing::HasSubstr("for a component"));
+  EXPECT_EQ(OptionsOf(two + "[\"up\"]\n").groups.size(), 2u);
+  EXPECT_THAT(OptionError(two + "[\"up\", \"along\"]\n"), testing::HasSubstr("for a component"));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::string kToml =
+const std::string kGoodToml =
     "format = \"sarblock-block 1\"\n"  // 1
     "name = \"small\"\n"               // 2
     "[frame]\n"                        // 3
@@ -29,17 +29,17 @@ const std::string kToml =
     "[[pass]]\n"                       // 11
     "id = \"A2\"\n"                    // 12
     "look = \"right\"\n";              // 13
-const std::string kPaths =
+const std::string kGoodPaths =
     "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
     "A1,0,0,0,8000.5,210.5,0,0\n"
     "A1,30.25,6367.6,0,8000.5,210.5,0,0\n"
     "A2,0,0,4000,8000.5,210.5,0,0\n"
     "A2,30.25,6367.6,4000,8000.5,210.5,0,0\n";
-const std::string kLooks =
+const std::string kGoodLooks =
     "pass,point,time_s,range_m\n"
     "A1,P1,3.5,9001.25\n"
     "A2,P1,3.75,9011.5\n";
-const std::string kPoints = "point,role,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m\n";
+const std::string kGoodPoints = "point,role,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m\n";
 
 struct Change {
   std::string from, to;
@@ -51,10 +51,10 @@ std::string Changed(std::string text, const Change& change) {
   return at == std::string::npos ? text : text.replace(at, change.from.size(), change.to);
 }
 
-std::string ErrorOf(const std::string& toml,
-                    const std::string& paths,
-                    const std::string& looks,
-                    const std::optional<std::string>& points = std::nullopt) {
+std::string BlockError(const std::string& toml,
+                       const std::string& paths,
+                       const std::string& looks,
+                       const std::optional<std::string>& points = std::nullopt) {
   const std::string message = test::MessageOf<InputError>([&] {
     BlockTexts texts{toml, paths, looks, std::nullopt};
     if (points) texts.points_csv = *points;
@@ -64,7 +64,8 @@ std::string ErrorOf(const std::string& toml,
 }
 
 TEST(BlockErrorsTest, AcceptsTheBlockThatTheOthersSpoil) {
-  EXPECT_EQ(ErrorOf(kToml, kPaths, kLooks, kPoints + "P1,control,1,2,3,0.5,,\n"), "");
+  EXPECT_EQ(BlockError(kGoodToml, kGoodPaths, kGoodLooks, kGoodPoints + "P1,control,1,2,3,0.5,,\n"),
+            "");
 }
 
 struct TomlCase {
@@ -122,17 +123,18 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInBlockToml) {
        "trajectories.csv:4: pass: block.toml has no pass 'A2'; did you mean "},
   };
   for (const TomlCase& bad : cases) {
-    EXPECT_THAT(ErrorOf(Changed(kToml, bad.change), kPaths, kLooks), HasSubstr(bad.message));
+    EXPECT_THAT(BlockError(Changed(kGoodToml, bad.change), kGoodPaths, kGoodLooks),
+                HasSubstr(bad.message));
   }
 }
 
 TEST(BlockErrorsTest, NamesThePassWithoutTrajectory) {
-  const std::string one_pass = kPaths.substr(0, kPaths.find("A2"));
+  const std::string one_pass = kGoodPaths.substr(0, kGoodPaths.find("A2"));
   EXPECT_EQ(
-      ErrorOf(kToml, one_pass, kLooks),
+      BlockError(kGoodToml, one_pass, kGoodLooks),
       "block.toml:12: pass[1].id: pass 'A2' has no states in trajectories.csv, two or more are "
       "needed");
-  EXPECT_EQ(ErrorOf(kToml, one_pass + "A2,0,0,4000,8000.5,210.5,0,0\n", kLooks),
+  EXPECT_EQ(BlockError(kGoodToml, one_pass + "A2,0,0,4000,8000.5,210.5,0,0\n", kGoodLooks),
             "trajectories.csv:4: pass: pass 'A2' has one state, two or more are needed");
 }
 
@@ -154,7 +156,8 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInTrajectories) {
        "trajectories.csv:5: pass: block.toml has no pass 'B2'; did you mean A2?"},
   };
   for (const TomlCase& bad : cases) {
-    EXPECT_THAT(ErrorOf(kToml, Changed(kPaths, bad.change), kLooks), HasSubstr(bad.message));
+    EXPECT_THAT(BlockError(kGoodToml, Changed(kGoodPaths, bad.change), kGoodLooks),
+                HasSubstr(bad.message));
   }
 }
 
@@ -165,7 +168,7 @@ struct RowCase {
 };
 
 TEST(BlockErrorsTest, NamesPlaceAndProblemInObservations) {
-  const std::string toml = Changed(kToml, {"\"right\"\n", "\"right\"\nwavelength_m = 0.03\n"});
+  const std::string toml = Changed(kGoodToml, {"\"right\"\n", "\"right\"\nwavelength_m = 0.03\n"});
   const RowCase cases[] = {
       {"pass,time_s,range_m", "", "observations.csv:1: point: the column is missing"},
       {"pass,point,time_s", "", "observations.csv:1: range_m: the column is missing"},
@@ -218,23 +221,23 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInObservations) {
        "observations.csv:2: rejected: 'yes' is not allowed, 0 or 1 is"},
   };
   for (const RowCase& bad : cases) {
-    EXPECT_THAT(ErrorOf(toml, kPaths, std::string(bad.header) + "\n" + bad.rows),
+    EXPECT_THAT(BlockError(toml, kGoodPaths, std::string(bad.header) + "\n" + bad.rows),
                 HasSubstr(bad.message));
   }
 }
 
 TEST(BlockErrorsTest, HasNoSilentDefaultForAMissingSigma) {
   const std::string row = "pass,point,time_s,range_m\nA1,P1,3.5,9000\n";
-  EXPECT_EQ(ErrorOf(Changed(kToml, {"range_m = 1.25", ""}), kPaths, row),
+  EXPECT_EQ(BlockError(Changed(kGoodToml, {"range_m = 1.25", ""}), kGoodPaths, row),
             "observations.csv:2: range_sigma_m: no standard deviation of range: neither this row, "
             "pass 'A1' nor [sigma] of block.toml gives one");
-  EXPECT_EQ(ErrorOf(Changed(kToml, {"azimuth_m = 0.75", ""}), kPaths, row),
+  EXPECT_EQ(BlockError(Changed(kGoodToml, {"azimuth_m = 0.75", ""}), kGoodPaths, row),
             "observations.csv:2: azimuth_sigma_m: no standard deviation of azimuth: neither this "
             "row, pass 'A1' nor [sigma] of block.toml gives one");
   const std::string pass_gives = "look = \"left\"\nazimuth_sigma_s = 0.002";
   const std::string toml =
-      Changed(Changed(kToml, {"azimuth_m = 0.75", ""}), {"look = \"left\"", pass_gives});
-  EXPECT_EQ(ErrorOf(toml, kPaths, row), "");
+      Changed(Changed(kGoodToml, {"azimuth_m = 0.75", ""}), {"look = \"left\"", pass_gives});
+  EXPECT_EQ(BlockError(toml, kGoodPaths, row), "");
 }
 
 TEST(BlockErrorsTest, NamesPlaceAndProblemInPoints) {
@@ -275,20 +278,21 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInPoints) {
        "points.csv:1: lat_deg: a local frame has no geodetic coordinates"},
   };
   for (const RowCase& bad : cases) {
-    EXPECT_THAT(ErrorOf(kToml, kPaths, kLooks, std::string(bad.header) + "\n" + bad.rows),
-                HasSubstr(bad.message));
+    EXPECT_THAT(
+        BlockError(kGoodToml, kGoodPaths, kGoodLooks, std::string(bad.header) + "\n" + bad.rows),
+        HasSubstr(bad.message));
   }
 }
 
 TEST(BlockErrorsTest, NamesPlaceAndProblemOfGeodeticCoordinates) {
   const std::string toml =
-      Changed(kToml, {"kind = \"local\"", "kind = \"geocentric\"\nellipsoid = \"moon\""});
+      Changed(kGoodToml, {"kind = \"local\"", "kind = \"geocentric\"\nellipsoid = \"moon\""});
   const std::string header = "point,x_m,y_m,z_m,lat_deg,lon_deg,h_m\n";
-  EXPECT_EQ(ErrorOf(toml, kPaths, kLooks, header + "P1,,,,90.5,12,100\n"),
+  EXPECT_EQ(BlockError(toml, kGoodPaths, kGoodLooks, header + "P1,,,,90.5,12,100\n"),
             "points.csv:2: lat_deg: 90.5 is not allowed, -90 to 90 is");
-  EXPECT_EQ(ErrorOf(toml, kPaths, kLooks, header + "P1,,,,9.5,-361,100\n"),
+  EXPECT_EQ(BlockError(toml, kGoodPaths, kGoodLooks, header + "P1,,,,9.5,-361,100\n"),
             "points.csv:2: lon_deg: -361 is not allowed, -360 to 360 is");
-  EXPECT_EQ(ErrorOf(toml, kPaths, kLooks, header + "P1,1,2,3,9.5,12,100\n"),
+  EXPECT_EQ(BlockError(toml, kGoodPaths, kGoodLooks, header + "P1,1,2,3,9.5,12,100\n"),
             "points.csv:2: lat_deg: stands beside x_m, y_m, z_m; one kind of coordinates is "
             "allowed");
 }
@@ -300,21 +304,21 @@ TEST_F(BlockFolderErrorsTest, NamesMissingFiles) {
     return test::MessageOf<InputError>([&] { return ReadBlock(folder_); });
   };
   EXPECT_THAT(error(), HasSubstr("block.toml: is missing, every block has this file"));
-  Put("block.toml", kToml);
+  Put("block.toml", kGoodToml);
   EXPECT_THAT(error(), HasSubstr("trajectories.csv: is missing, every block has this table"));
-  Put("trajectories.csv", kPaths);
+  Put("trajectories.csv", kGoodPaths);
   EXPECT_THAT(error(), HasSubstr("observations.csv: is missing, every block has this table"));
-  PutGzip("observations.csv.gz", kLooks);
+  PutGzip("observations.csv.gz", kGoodLooks);
   EXPECT_EQ(error(), "");
-  Put("observations.csv", kLooks);
+  Put("observations.csv", kGoodLooks);
   EXPECT_THAT(error(), HasSubstr("observations.csv.gz: stands beside observations.csv"));
   EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "none"); }),
               HasSubstr("none: is no folder; a block is a folder with block.toml"));
 }
 
 TEST_F(BlockFolderErrorsTest, NamesTheLineWhereAGzipTableIsCutOff) {
-  Put("block.toml", kToml);
-  Put("trajectories.csv", kPaths);
+  Put("block.toml", kGoodToml);
+  Put("trajectories.csv", kGoodPaths);
   std::string looks = "pass,point,time_s,range_m\n";
   for (int i = 0; i < 20011; ++i) {
     looks +=

@@ -157,7 +157,8 @@ TEST_F(BlockFilesTest, ABlockComesBackToTheLastBit) {  // round trip
     EXPECT_EQ(FileCount(), 6u);  // nothing is left of the other compression
     const BlockFile read = ReadBlock(folder_);
     ExpectSame(read.block, block);
-    // Random numbers contradict each other, and that is said; what was written is read without a word.
+    // Random numbers contradict each other, and that is said; what was written is read without a
+    // word.
     for (const std::string& warning : read.warnings) {
       EXPECT_EQ(warning.find(".csv"), std::string::npos) << warning;
     }
@@ -181,16 +182,16 @@ TEST_F(BlockFilesTest, TheSameBlockGivesTheSameBytes) {
   }
 }
 
-constexpr std::string_view kToml =
+constexpr std::string_view kSmallToml =
     "format = \"sarblock-block 1\"\n[frame]\nkind = \"geocentric\"\nellipsoid = \"WGS84\"\n"
     "[sigma]\nrange_m = 1.5\nazimuth_s = 0.002\n"
     "[[pass]]\nid = \"B\"\nlook = \"left\"\nwavelength_m = 0.24\nrange_sigma_m = 0.5\n"
     "[[pass]]\nid = \"A\"\nlook = \"right\"\nwavelength_m = 0.03\nstart_s = -2.5\nend_s = 44\n";
-constexpr std::string_view kPaths =
+constexpr std::string_view kSmallPaths =
     "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
     "A,0,6378137,0,0,0,7500,0\nB,0,6378137,0,0,0,7500,0\n"
     "B,40,6378137,300000,0,0,7500,0\nA,40,6378137,300000,0,0,7500,0\n";
-constexpr std::string_view kLooks =
+constexpr std::string_view kSmallLooks =
     "point,pass,range_m,time_s,squint_deg,doppler_hz,range_sigma_m,time_sigma_s,rejected,colour\n"
     "Z,A,800000,12.5,,,,,,red\nK,B,810000,13.25,-1.5,,2.5,,1,\nZ,B,820000,14.125,,0,,0.25,0,\n"
     "Y,A,830000,15.0625,,77.5,,,,\n";
@@ -198,7 +199,7 @@ constexpr std::string_view kLooks =
 TEST_F(BlockFilesTest, ReadsOptionalColumnsAndUnits) {  // hand values
   constexpr std::string_view points =
       "point,role,lat_deg,lon_deg,h_m,sigma_u_m\nK,control,0,90,12.5,0.25\nN,check,90,0,0,\n";
-  const BlockFile file = ReadBlockTexts({kToml, kPaths, kLooks, points});
+  const BlockFile file = ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, points});
   const Block& block = file.block;
   EXPECT_EQ(block.name, "block");
   ASSERT_EQ(block.points.size(), 4u);  // points.csv first, then in the order of their looks
@@ -242,7 +243,7 @@ TEST_F(BlockFilesTest, ReadsOptionalColumnsAndUnits) {  // hand values
 TEST_F(BlockFilesTest, APlanNeedsNoMeasuredValues) {
   ReadOptions plan;
   plan.measurements = Measurements::kOptional;
-  const BlockTexts no_columns{kToml, kPaths, "pass,point\nA,P\nB,P\n", std::nullopt};
+  const BlockTexts no_columns{kSmallToml, kSmallPaths, "pass,point\nA,P\nB,P\n", std::nullopt};
   const Block block = ReadBlockTexts(no_columns, plan).block;
   EXPECT_EQ(block.looks.size(), 2u);
   EXPECT_TRUE(std::isnan(block.looks.time_s[0]));
@@ -255,14 +256,14 @@ TEST_F(BlockFilesTest, OverridesReachTheAdjustment) {
   ReadOptions options;
   options.set_overrides = {"robust=huber", "correction.position.degree=2"};
   const AdjustOptions adjust =
-      ReadBlockTexts({kToml, kPaths, kLooks, std::nullopt}, options).adjust;
+      ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, std::nullopt}, options).adjust;
   EXPECT_EQ(adjust.robust, RobustLoss::kHuber);
   ASSERT_EQ(adjust.groups.size(), 1u);
   EXPECT_EQ(std::get<PositionCorrection>(adjust.groups[0].model).degree, 2);
 }
 
 TEST_F(BlockFilesTest, ReadsPairsByName) {
-  const Block block = ReadBlockTexts({kToml, kPaths, kLooks, std::nullopt}).block;
+  const Block block = ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, std::nullopt}).block;
   Put("pairs.csv", "point_b,point_a\nZ,Y\nK,Z\n");
   const auto pairs = ReadPairs(folder_, "pairs.csv", block);
   EXPECT_THAT(pairs, ElementsAre(std::pair{2u, 0u}, std::pair{0u, 1u}));
@@ -283,8 +284,9 @@ TEST_F(BlockFilesTest, ReadingEndsWhenTheUserAsks) {
   CancelledSink sink;
   ReadOptions options;
   options.progress = &sink;
-  EXPECT_THROW(static_cast<void>(ReadBlockTexts({kToml, kPaths, looks, std::nullopt}, options)),
-               Interrupted);
+  EXPECT_THROW(
+      static_cast<void>(ReadBlockTexts({kSmallToml, kSmallPaths, looks, std::nullopt}, options)),
+      Interrupted);
 }
 
 TEST(RealBlocksTest, LoadWithTheirCounts) {  // counts of the data's own description

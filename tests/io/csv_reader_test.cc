@@ -20,7 +20,7 @@ enum { kPoint, kX, kY };
 CsvReader Reader(std::string_view text) { return CsvReader("t.csv", text, kColumns); }
 
 // Reads every cell of every row; what is thrown on the way, if anything.
-std::string ErrorOf(std::string_view text) {
+std::string CsvError(std::string_view text) {
   return test::MessageOf<InputError>([&] {
     CsvReader reader = Reader(text);
     while (reader.Next()) {
@@ -120,7 +120,7 @@ TEST(CsvReaderTest, NamesPlaceAndProblemOfWhatItRefuses) {
        "t.csv:2: a quoted cell does not end on its line, a closing \" is needed"},
       {"point,x_m\n\"A\"B,4\n", "t.csv:2: text follows a closing quote, a comma is needed"},
   };
-  for (const BadText& bad : cases) EXPECT_EQ(ErrorOf(bad.text), bad.message) << bad.text;
+  for (const BadText& bad : cases) EXPECT_EQ(CsvError(bad.text), bad.message) << bad.text;
 }
 
 TEST(CsvReaderTest, RefusesAnEmptyCellWhereANumberIsNeeded) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/nan.h"
 #include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
@@ -21,11 +22,9 @@ using testing::HasSubstr;
 using CsvWriterTest = test::FolderTest;
 using AtomicFileTest = test::FolderTest;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 TEST_F(CsvWriterTest, WritesShortestNumbersAndEmptyCells) {
   CsvWriter writer(folder_ / "t.csv", {"point", "x_m", "n", "y_m"});
-  writer.Text("A").Number(0.1).Integer(-7).Number(kNan).EndRow();
+  writer.Text("A").Number(0.1).Integer(-7).Number(kNaN).EndRow();
   writer.Text("B,\"c\"").Number(1e22).Integer(std::size_t{18}).Empty().EndRow();
   writer.Text("#d").Number(-0.0).Empty(2).EndRow();
   writer.Commit();

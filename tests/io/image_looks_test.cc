@@ -29,26 +29,26 @@ const std::string kSlant =
 const std::string kGround =
     "[pass.image]\npresentation = \"ground\"\nfirst_line_s = 1.5\nline_interval_s = 0.004\n"
     "range_spacing_m = 4.0\nground_range = [8500.5, 0.25, 1e-5]\n";
-const std::string kPaths =
+const std::string kImagePaths =
     "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
     "A,0,0,0,8000.5,210.5,0,0\nA,30.25,6367.625,0,8000.5,210.5,0,0\n";
 
-BlockFile Read(const std::string& image, const std::string& looks) {
-  return ReadBlockTexts({kHead + image, kPaths, looks, std::nullopt});
+BlockFile ReadImageBlock(const std::string& image, const std::string& looks) {
+  return ReadBlockTexts({kHead + image, kImagePaths, looks, std::nullopt});
 }
 std::string ErrorOf(const std::string& image, const std::string& looks) {
-  return test::MessageOf<InputError>([&] { return Read(image, looks); });
+  return test::MessageOf<InputError>([&] { return ReadImageBlock(image, looks); });
 }
 
 TEST(ImageLooksTest, LineAndPixelBecomeTimeAndRange) {  // hand arithmetic
   const std::string looks =
       "pass,point,line,pixel,time_s,range_m\nA,P,100.5,40.25,,\nA,Q,,,2.5,9000\n";
-  const Block slant = Read(kSlant, looks).block;
+  const Block slant = ReadImageBlock(kSlant, looks).block;
   EXPECT_DOUBLE_EQ(slant.looks.time_s[0], 1.902);
   EXPECT_DOUBLE_EQ(slant.looks.range_m[0], 8601.125);
   EXPECT_EQ(slant.looks.time_s[1], 2.5);
   EXPECT_EQ(slant.looks.range_m[1], 9000.0);
-  const Block ground = Read(kGround, "pass,point,line,pixel\nA,P,100.5,40.25\n").block;
+  const Block ground = ReadImageBlock(kGround, "pass,point,line,pixel\nA,P,100.5,40.25\n").block;
   EXPECT_DOUBLE_EQ(ground.looks.range_m[0], 8500.5 + 0.25 * 161.0 + 1e-5 * 161.0 * 161.0);
 }
 
@@ -56,14 +56,14 @@ TEST(ImageLooksTest, StandardDeviationsInPixelsBecomeMetresAndSeconds) {  // han
   const std::string looks =
       "pass,point,line,pixel,line_sigma_px,pixel_sigma_px\nA,P,100.5,40.25,,\nA,Q,90,30,0.5,0.25\n";
   const std::string sigma = "line_sigma_px = 0.125\npixel_sigma_px = 0.3\n";
-  const Block slant = Read(kSlant + sigma, looks).block;
+  const Block slant = ReadImageBlock(kSlant + sigma, looks).block;
   EXPECT_DOUBLE_EQ(slant.SigmaOf(0).range_m, 0.75);
   EXPECT_DOUBLE_EQ(slant.SigmaOf(0).azimuth, 0.0005);
   EXPECT_EQ(slant.SigmaOf(0).azimuth_unit, AzimuthUnit::kSeconds);
   EXPECT_DOUBLE_EQ(slant.SigmaOf(1).range_m, 0.625);
   EXPECT_DOUBLE_EQ(slant.SigmaOf(1).azimuth, 0.002);
   const Block ground =
-      Read(kGround + sigma, looks).block;  // dR/dg = 0.25 + 2e-5 g at 161 and 120 m
+      ReadImageBlock(kGround + sigma, looks).block;  // dR/dg = 0.25 + 2e-5 g at 161 and 120 m
   EXPECT_NEAR(ground.SigmaOf(0).range_m, 0.3 * 4.0 * 0.25322, 1e-12);
   EXPECT_NEAR(ground.SigmaOf(1).range_m, 0.25 * 4.0 * 0.2524, 1e-12);
 }
@@ -83,7 +83,7 @@ TEST_F(ImageFilesTest, WrittenRastersReadBackToTheSame) {  // round trip, equal 
       "1e-7]\n"
       "[[pass.image.ground_range]]\ntime_s = 9.3\ncoefficients = [8501.7, 0.31]\n";
   for (const std::string& image : {bursts, polynomials}) {
-    const BlockFile file = Read(image, "pass,point,line,pixel\nA,P,100.5,40.25\n");
+    const BlockFile file = ReadImageBlock(image, "pass,point,line,pixel\nA,P,100.5,40.25\n");
     WriteBlock(folder_ / "block", file.block, file.adjust);
     const Block again = ReadBlock(folder_ / "block").block;
     const ImageGrid &a = *file.block.passes[0].image, &b = *again.passes[0].image;
@@ -111,7 +111,7 @@ TEST_F(ImageFilesTest, WrittenRastersReadBackToTheSame) {  // round trip, equal 
 TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
   const std::string second = "[[pass]]\nid = \"B\"\nlook = \"left\"\n";
   const std::string paths =
-      kPaths + "B,0,0,0,8000.5,210.5,0,0\nB,30.25,6367.625,0,8000.5,210.5,0,0\n";
+      kImagePaths + "B,0,0,0,8000.5,210.5,0,0\nB,30.25,6367.625,0,8000.5,210.5,0,0\n";
   const std::string looks =
       "pass,point,line,pixel,time_s,range_m\nA,P,100.5,40.25,,\nB,P,,,2.5,9000\n";
   const BlockFile file = ReadBlockTexts({kHead + kSlant + second, paths, looks, std::nullopt});

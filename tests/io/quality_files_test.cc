@@ -19,23 +19,24 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr std::string_view kToml =
+constexpr std::string_view kQualityToml =
     "format = \"sarblock-block 1\"\nname = \"tiny\"\n[frame]\nkind = \"local\"\n"
     "[sigma]\nrange_m = 1.5\nazimuth_m = 2.5\n"
     "[[pass]]\nid = \"A\"\nlook = \"left\"\n[[pass]]\nid = \"B\"\nlook = \"left\"\n";
-constexpr std::string_view kPaths =
+constexpr std::string_view kQualityPaths =
     "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
     "A,0,0,0,9000,200,0,0\nA,40,8000,0,9000,200,0,0\n"
     "B,0,0,3000,9000,200,0,0\nB,40,8000,3000,9000,200,0,0\n";
-constexpr std::string_view kLooks =
+constexpr std::string_view kQualityLooks =
     "pass,point,time_s,range_m,rejected\nA,P,12.5,15000,0\nB,P,12.5,13000,0\nA,Q,13.5,15000,\n";
-constexpr std::string_view kPoints =
+constexpr std::string_view kQualityPoints =
     "point,role,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m\nP,control,2500,12000,0,,,0.5\n";
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoFigure = std::numeric_limits<float>::quiet_NaN();
 
 class QualityFilesTest : public test::FolderTest {
  protected:
-  QualityFilesTest() : block_(ReadBlockTexts({kToml, kPaths, kLooks, kPoints}).block) {
+  QualityFilesTest()
+      : block_(ReadBlockTexts({kQualityToml, kQualityPaths, kQualityLooks, kQualityPoints}).block) {
     result_.status = AdjustStatus::kConverged;
     result_.points.status = {PointStatus::kAdjusted, PointStatus::kTooFewLooks};
     result_.points.reason = {"", "one look"};
@@ -45,9 +46,9 @@ class QualityFilesTest : public test::FolderTest {
     result_.observation_count = 7;
     result_.parameter_count = 3;
     // delta0 = 4.132 at the standard levels: r = 0.25 doubles it.
-    result_.quality.redundancy_1 = {{{0.25F, 0.25F, kNan}, {0.0F, 1.0F, kNan}}};
-    result_.quality.w_1 = {{{-3.5F, 2.0F, kNan}, {kNan, 0.5F, kNan}}};
-    result_.quality.shift_m = {{{0.5F, 0.25F, kNan}, {1.0F, 2.0F, kNan}}};
+    result_.quality.redundancy_1 = {{{0.25F, 0.25F, kNoFigure}, {0.0F, 1.0F, kNoFigure}}};
+    result_.quality.w_1 = {{{-3.5F, 2.0F, kNoFigure}, {kNoFigure, 0.5F, kNoFigure}}};
+    result_.quality.shift_m = {{{0.5F, 0.25F, kNoFigure}, {1.0F, 2.0F, kNoFigure}}};
     ControlQuality control;
     control.component = 2;
     control.residual_m = 0.125;

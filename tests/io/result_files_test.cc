@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/nan.h"
 #include "io/csv_reader.h"
 #include "io/result_fixture.h"
 #include <Eigen/LU>
@@ -21,8 +22,6 @@ namespace {
 using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 using test::kLooks;
 using test::kPoints;
@@ -214,18 +213,18 @@ TEST_F(ResultFilesTest, ThePosteriorFactorScalesEveryCovarianceAndNoPrior) {  //
   EXPECT_THAT(Row("passes_covariance.csv", 1, {{"covariance"}}), ElementsAre("-0.5"));
   EXPECT_THAT(Row("pairs.csv", 0, {{"cov_ee_m2"}, {"cov_nu_m2"}, {"de_m"}}),
               ElementsAre("4", "1.2", "1.5"));
-  result_.sigma0_squared = kNan;
+  result_.sigma0_squared = kNaN;
   EXPECT_EQ(CovarianceFactor(options_, result_), 1.0);
 }
 
 TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled) {
   options_.scale_by_posterior = true;  // sigma0 = 2
   PointResults& points = result_.points;
-  points.sigma_leberl_across_m = {3.5, kNan};
-  points.sigma_leberl_up_m = {4.5, kNan};
-  points.sigma_leberl_path_across_m = {5.5, kNan};
-  points.sigma_leberl_path_up_m = {kNan, kNan};
-  points.leberl_across_azimuth_rad = {0.375, kNan};
+  points.sigma_leberl_across_m = {3.5, kNaN};
+  points.sigma_leberl_up_m = {4.5, kNaN};
+  points.sigma_leberl_path_across_m = {5.5, kNaN};
+  points.sigma_leberl_path_up_m = {kNaN, kNaN};
+  points.leberl_across_azimuth_rad = {0.375, kNaN};
   result_.pairs[0].sigma_leberl_across_m = 6.5;
   result_.pairs[0].sigma_leberl_path_up_m = 7.5;
   WriteResult(folder_, block_, options_, result_, context_);
@@ -367,7 +366,7 @@ TEST_F(ResultFilesTest, AResultWithoutCovarianceOrResidualsIsWrittenToo) {
   bare.status = AdjustStatus::kPredicted;
   bare.points.status = {PointStatus::kNotSeen, PointStatus::kNotSeen};
   bare.points.looks = {0, 0};
-  bare.points.position_m.assign(2, Eigen::Vector3d::Constant(kNan));
+  bare.points.position_m.assign(2, Eigen::Vector3d::Constant(kNaN));
   options_.pairs = PairChoice::kNone;
   const json summary = json::parse(WriteResult(folder_, block_, options_, bare, context_));
   EXPECT_EQ(summary["status"], "predicted");

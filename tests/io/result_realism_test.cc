@@ -2,9 +2,9 @@
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/result_files.h"
 
-#include <limits>
 #include <string>
 
+#include "core/nan.h"
 #include "io/io_fixture.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -13,8 +13,6 @@ namespace sarblock {
 namespace {
 
 using nlohmann::json;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Two points of two passes, the second without a solution; figures by hand.
 class ResultRealismTest : public test::FolderTest {
@@ -35,9 +33,9 @@ class ResultRealismTest : public test::FolderTest {
     PointResults& points = result_.points;
     points.status = {PointStatus::kAdjusted, PointStatus::kTooFewLooks};
     points.looks = {2, 1};
-    points.position_m = {Eigen::Vector3d(1250, 12000, 100), Eigen::Vector3d::Constant(kNan)};
+    points.position_m = {Eigen::Vector3d(1250, 12000, 100), Eigen::Vector3d::Constant(kNaN)};
     points.covariance_m2 = {SymmetricEnu{4.0, 9.0, 16.0, 0, 0, 0},
-                            SymmetricEnu{kNan, kNan, kNan, kNan, kNan, kNan}};
+                            SymmetricEnu{kNaN, kNaN, kNaN, kNaN, kNaN, kNaN}};
     result_.observation_count = 12;
     result_.parameter_count = 2;
     result_.sigma0_squared = 1.5;
@@ -114,8 +112,8 @@ TEST_F(ResultRealismTest, MonteCarloHasASectionAndATable) {  // hand values
   report.failed = 1;
   report.seed = 5;
   report.points = 1;
-  report.sample_m2 = {{4.0, 36.0, 4.0, 0, 0, 0}, {kNan, kNan, kNan, kNan, kNan, kNan}};
-  report.square_1 = {1.25, kNan};
+  report.sample_m2 = {{4.0, 36.0, 4.0, 0, 0, 0}, {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN}};
+  report.square_1 = {1.25, kNaN};
   report.inside = {{{20, 0}, {35, 0}, {40, 0}}};
   report.square_ratio = {1.0, 1.25, 0.0};
   report.coverage[1] = {0.9, 0.875, 0.05};

@@ -20,7 +20,7 @@
 namespace sarblock {
 namespace {
 
-constexpr double kLevel = 0.999;
+constexpr double kRealismLevel = 0.999;
 
 std::string NameOfScene(const std::string& scene, const std::string& suffix = "") {
   std::string name = scene + suffix;
@@ -114,7 +114,7 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
     }
   }
   const auto n = static_cast<double>(draws);
-  const double level = 1.0 - (1.0 - kLevel) / (2.0 * static_cast<double>(estimates.size()));
+  const double level = 1.0 - (1.0 - kRealismLevel) / (2.0 * static_cast<double>(estimates.size()));
   for (const Estimates& e : estimates) {
     const double stated = e.MeanStatedVariance(), ratio = e.EmpiricalVariance() / stated;
     // Scatter of a sample variance whose parent is chi-square of f = 2 / stated degrees: its excess
@@ -173,7 +173,7 @@ TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
     std::printf(" %.2f (%.2f-%.2f) |", 100 * c.mean_1, 100 * c.lower(), 100 * c.upper());
   }
   std::printf(" %zu |\n", report.points_outside);
-  const double level = 1.0 - (1.0 - kLevel) / (4.0 * static_cast<double>(report.points));
+  const double level = 1.0 - (1.0 - kRealismLevel) / (4.0 * static_cast<double>(report.points));
   const double runs = report.runs, tail = 0.5 * (1.0 - level);
   for (std::size_t j = 0; j < report.points; ++j) {
     EXPECT_TRUE(ChiSquareInterval(level, 3.0 * runs).Contains(3.0 * runs * report.square_1[j]));
@@ -186,7 +186,7 @@ TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
       EXPECT_GE(cdf(complement(inside, count - 1.0)), tail) << count;
     }
   }
-  const double most = NormalQuantile(0.5 + 0.5 * kLevel);
+  const double most = NormalQuantile(0.5 + 0.5 * kRealismLevel);
   for (const RunMean& mean : {report.square_ratio,
                               report.coverage[0],
                               report.coverage[1],

@@ -22,7 +22,7 @@
 namespace sarblock {
 namespace {
 
-constexpr double kLevel = 0.999;
+constexpr double kSelectionLevel = 0.999;
 /// What the chosen model may lose against the best fixed one, part of its error.
 constexpr double kMostLoss_1 = 0.10;
 
@@ -128,7 +128,7 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
       square_m2.begin(), square_m2.end(), [](auto& a, auto& b) { return a.second < b.second; });
   const double count = static_cast<double>(draws * 20);
   const double ratio = std::sqrt(chosen_m2 / best->second);
-  const Interval region = ChiSquareInterval(kLevel, check.degrees);
+  const Interval region = ChiSquareInterval(kSelectionLevel, check.degrees);
   std::printf("| %s | %zu | %s, %.3f | %.3f | %.3f | %.0f | %.3f, %.3f to %.3f | %.3f |\n",
               error.name.c_str(),
               draws,
@@ -143,7 +143,7 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
               residuals.mean());
   EXPECT_LT(ratio, 1.0 + kMostLoss_1) << best->first;
   EXPECT_TRUE(region.Contains(check.value)) << check.mean();
-  const Interval left = ChiSquareInterval(kLevel, residuals.degrees);
+  const Interval left = ChiSquareInterval(kSelectionLevel, residuals.degrees);
   EXPECT_TRUE(left.Contains(residuals.value)) << residuals.mean();
 }
 

@@ -65,7 +65,7 @@ TEST(CompareAnswersTest, CountsPointsWithoutAPosition) {
   EXPECT_EQ(errors.points_missing, 1U);
 }
 
-TradeoffRow Row(const char* name, double ratio_1, double position_1, double covariance_1) {
+TradeoffRow ChosenRow(const char* name, double ratio_1, double position_1, double covariance_1) {
   TradeoffRow row;
   row.stage = TradeoffStage::kSolver;
   row.choice = name;
@@ -89,42 +89,43 @@ std::vector<std::string> Marked(std::vector<TradeoffRow> rows) {
 }
 
 TEST(MarkParetoTest, KeepsWhatIsFasterOrMoreAccurateThanAllOthers) {
-  EXPECT_THAT(Marked({Row("reference", 1.0, 0.0, 0.0),
-                      Row("fast", 3.0, 0.2, 0.1),
-                      Row("slow", 0.5, 0.0, 0.0),
-                      Row("beaten", 2.0, 0.3, 0.1),
-                      Row("between", 2.0, 0.2, 0.05)}),
+  EXPECT_THAT(Marked({ChosenRow("reference", 1.0, 0.0, 0.0),
+                      ChosenRow("fast", 3.0, 0.2, 0.1),
+                      ChosenRow("slow", 0.5, 0.0, 0.0),
+                      ChosenRow("beaten", 2.0, 0.3, 0.1),
+                      ChosenRow("between", 2.0, 0.2, 0.05)}),
               ElementsAre("reference", "fast", "between"));
 }
 
 TEST(MarkParetoTest, TakesDifferencesThatNobodyNoticesForNone) {
-  EXPECT_THAT(Marked({Row("reference", 1.0, 0.0, 0.0),
-                      Row("as fast", 1.09, 9e-7, 9e-7),
-                      Row("faster", 1.5, 9e-7, 9e-7)}),
+  EXPECT_THAT(Marked({ChosenRow("reference", 1.0, 0.0, 0.0),
+                      ChosenRow("as fast", 1.09, 9e-7, 9e-7),
+                      ChosenRow("faster", 1.5, 9e-7, 9e-7)}),
               ElementsAre("faster"));
 }
 
 TEST(MarkParetoTest, LeavesOutWhatIsNotAcceptedOrMissesPoints) {
-  TradeoffRow refused = Row("refused", 9.0, 0.0, 0.0), missing = refused, unjudged = refused;
+  TradeoffRow refused = ChosenRow("refused", 9.0, 0.0, 0.0), missing = refused, unjudged = refused;
   refused.accepted = false;
   missing.choice = "missing";
   missing.errors.points_missing = 1;
   unjudged.choice = "unjudged";  // fast, but the covariance of a point is not there
   unjudged.errors.points_unjudged = 1;
-  EXPECT_THAT(Marked({Row("reference", 1.0, 0.0, 0.0), refused, missing, unjudged}),
+  EXPECT_THAT(Marked({ChosenRow("reference", 1.0, 0.0, 0.0), refused, missing, unjudged}),
               ElementsAre("reference", "unjudged"));
 }
 
 TEST(MarkParetoTest, KeepsStagesAndSizesApart) {
-  TradeoffRow other = Row("other size", 1.0, 0.0, 0.0), stage = Row("stage", 1.0, 0.0, 0.0);
+  TradeoffRow other = ChosenRow("other size", 1.0, 0.0, 0.0),
+              stage = ChosenRow("stage", 1.0, 0.0, 0.0);
   other.points = 2000;
   stage.stage = TradeoffStage::kModel;
-  EXPECT_THAT(Marked({Row("fast", 2.0, 0.0, 0.0), other, stage}),
+  EXPECT_THAT(Marked({ChosenRow("fast", 2.0, 0.0, 0.0), other, stage}),
               ElementsAre("fast", "other size", "stage"));
 }
 
 TEST(TradeoffTableTest, GivesEveryFigureBackToTheBit) {
-  TradeoffRow row = Row("ceres", 0.1, 1.0 / 3.0, 2e-9);
+  TradeoffRow row = ChosenRow("ceres", 0.1, 1.0 / 3.0, 2e-9);
   row.clock = TradeoffClock::kCpu;
   row.threads = 2;
   row.repeats = 3;
@@ -132,7 +133,7 @@ TEST(TradeoffTableTest, GivesEveryFigureBackToTheBit) {
   row.reference = true;
   row.errors.points_missing = 3;
   row.note = "two\nlines";
-  std::vector<TradeoffRow> rows{row, Row("reduced", 1.0, 0.0, 0.0)};
+  std::vector<TradeoffRow> rows{row, ChosenRow("reduced", 1.0, 0.0, 0.0)};
   MarkPareto(&rows);
   const std::vector<TradeoffRow> back = TradeoffRowsOf(TradeoffTable(rows));
   ASSERT_EQ(back.size(), 2U);
@@ -156,7 +157,7 @@ TEST(TradeoffTableTest, SaysOfARowThatWasNotRunWhyAndNoFigures) {
   choice.stage = TradeoffStage::kSolver;
   choice.name = "ceres";
   choice.options.threads = 2;
-  std::vector<TradeoffRow> rows{Row("reduced", 1.0, 0.0, 0.0),
+  std::vector<TradeoffRow> rows{ChosenRow("reduced", 1.0, 0.0, 0.0),
                                 NotRun(choice, 1000, TradeoffClock::kWall, "it takes an hour")};
   rows[0].repeats = 3;
   rows[0].looks = 4711;
@@ -177,13 +178,13 @@ TEST(TradeoffTableTest, SaysOfARowThatWasNotRunWhyAndNoFigures) {
 }
 
 TEST(RecommendTest, NamesTheFastestThatIsGoodEnough) {
-  std::vector<TradeoffRow> rows{Row("ceres", 0.1, 0.0, 0.0),
-                                Row("reduced", 1.0, 0.0, 0.0),
-                                Row("loose", 2.0, 0.3, 0.0),
-                                Row("block", 1.0, 0.0, 0.0),
-                                Row("intersection", 1.3, 0.0, 0.6),
-                                Row("leberl", 40.0, 12.0, 0.9),
-                                Row("single", 1.5, 2e-5, 1e-4)};
+  std::vector<TradeoffRow> rows{ChosenRow("ceres", 0.1, 0.0, 0.0),
+                                ChosenRow("reduced", 1.0, 0.0, 0.0),
+                                ChosenRow("loose", 2.0, 0.3, 0.0),
+                                ChosenRow("block", 1.0, 0.0, 0.0),
+                                ChosenRow("intersection", 1.3, 0.0, 0.6),
+                                ChosenRow("leberl", 40.0, 12.0, 0.9),
+                                ChosenRow("single", 1.5, 2e-5, 1e-4)};
   rows[1].threads = 2;
   rows[3].stage = rows[4].stage = TradeoffStage::kCovariance;
   rows[5].stage = TradeoffStage::kModel;

@@ -31,7 +31,7 @@ AdjustOptions WithPriors() {
   return options;
 }
 
-test::KnownBlock NoisyBlock() {
+test::KnownBlock NoisyBlockWithControl() {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
   test::Hold(0, {0.31, 0.47, 0.83}, &known);
   test::Hold(3, {0.53, 0.29, kNotGiven}, &known);
@@ -44,7 +44,7 @@ test::KnownBlock NoisyBlock() {
 // solution as one dense matrix, and v / sqrt(r) of these rows. The nominal paths are off by meters
 // in kilometers, and the sums end at a step of 1e-6 sigma.
 TEST(PriorQualityTest, RedundancyAndTestAreThoseOfTheDenseEquations) {
-  const test::KnownBlock known = NoisyBlock();
+  const test::KnownBlock known = NoisyBlockWithControl();
   const AdjustOptions options = WithPriors();
   const AdjustResult result = Adjust(known.block, options);
   ASSERT_TRUE(result.accepted);
@@ -75,7 +75,7 @@ TEST(PriorQualityTest, RedundancyAndTestAreThoseOfTheDenseEquations) {
 // w^2 r to v'Pv, and the shares of the passes with the control are both. Redundancy numbers of
 // looks are floats.
 TEST(PriorQualityTest, SharesAddToTheWholeBlock) {
-  const test::KnownBlock known = NoisyBlock();
+  const test::KnownBlock known = NoisyBlockWithControl();
   const AdjustResult result = Adjust(known.block, WithPriors());
   const std::vector<PassShare> shares = SharesOf(known.block, result);
   ASSERT_EQ(shares.size(), known.block.passes.size());
@@ -98,7 +98,7 @@ TEST(PriorQualityTest, SharesAddToTheWholeBlock) {
 
 // The mistake that no test of looks sees: the path of a pass is not its own.
 TEST(PriorQualityTest, AWrongPathContradictsThePriors) {
-  test::KnownBlock known = NoisyBlock();
+  test::KnownBlock known = NoisyBlockWithControl();
   const AdjustResult right = Adjust(known.block, WithPriors());
   EXPECT_THAT(right.warnings, Not(Contains(HasSubstr("contradict the priors"))));
   EXPECT_EQ(SummarisePriors(WithPriors(), right).above, 0U);
@@ -113,7 +113,7 @@ TEST(PriorQualityTest, AWrongPathContradictsThePriors) {
 
 // Nothing was measured: redundancy is geometry, a residual does not exist.
 TEST(PriorQualityTest, APredictionHasRedundanciesButNoTests) {
-  const test::KnownBlock known = NoisyBlock();
+  const test::KnownBlock known = NoisyBlockWithControl();
   const AdjustResult result = Predict(known.block, WithPriors(), known.truth_m);
   for (const ParameterResult& p : result.parameters) {
     EXPECT_GT(TestOfPrior(result, p).redundancy_1, 0.0);

@@ -24,7 +24,9 @@ namespace {
 using testing::HasSubstr;
 
 /// Forty points in four passes, six of them control, noise of the looks' own standard deviations.
-test::KnownBlock NoisyBlock(const test::BlockPlan& given, std::uint64_t seed, std::size_t points) {
+test::KnownBlock BlockOfGroups(const test::BlockPlan& given,
+                               std::uint64_t seed,
+                               std::size_t points) {
   test::BlockPlan plan = given;
   plan.points = points;
   test::KnownBlock known = test::MakeBlock(plan);
@@ -86,7 +88,7 @@ Residual DenseResidual(const AdjustmentProblem& problem, const BlockState& state
 // Second route: sums, redundancies and Helmert's matrix against the dense R of the whole block,
 // squinted looks in seconds, where range and azimuth are correlated in the equations.
 TEST(VarianceSumsTest, AgreeWithTheDenseResidualMatrix) {
-  test::KnownBlock known = NoisyBlock(test::AircraftPlan(25.0), 5, 12);
+  test::KnownBlock known = BlockOfGroups(test::AircraftPlan(25.0), 5, 12);
   for (Pass& pass : known.block.passes) {
     pass.sigma.azimuth /= 180.0;
     pass.sigma.azimuth_unit = AzimuthUnit::kSeconds;
@@ -124,7 +126,7 @@ TEST(VarianceSumsTest, AgreeWithTheDenseResidualMatrix) {
 // Two routes: with the standard deviations that were estimated given from the start, the same
 // blunders are detectable and move their points as far.
 TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
-  test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 7, 40);
+  test::KnownBlock known = BlockOfGroups(test::AircraftPlan(), 7, 40);
   Tell(3.0, 0.5, &known.block);
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
@@ -151,7 +153,7 @@ TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
 // Invariance and closed form: at the end every estimated component has v'Pv = r, both global tests
 // stand there, and the sum of all is the redundancy of the block up to control and priors.
 TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
-  test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 7, 40);
+  test::KnownBlock known = BlockOfGroups(test::AircraftPlan(), 7, 40);
   Tell(3.0, 0.5, &known.block);
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
@@ -190,7 +192,7 @@ TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
 TEST(VarianceComponentsTest, DoNotDependOnTheVariancesGiven) {
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
-  const test::KnownBlock known = NoisyBlock(test::AircraftPlan(20.0), 11, 30);
+  const test::KnownBlock known = BlockOfGroups(test::AircraftPlan(20.0), 11, 30);
   const AdjustResult plain = Adjust(known.block, options);
   Block told = known.block;
   Tell(4.0, 0.3, &told);
@@ -210,7 +212,7 @@ TEST(VarianceComponentsTest, DoNotDependOnTheVariancesGiven) {
 
 // Statistics of one seed: each group its own.
 TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
-  test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 3, 160);
+  test::KnownBlock known = BlockOfGroups(test::AircraftPlan(), 3, 160);
   Block told = known.block;
   told.passes[1].sigma.range_m /= 3.0;
   told.passes[3].sigma.range_m /= 3.0;
@@ -263,7 +265,7 @@ TEST(VarianceComponentsTest, WithoutRedundancyKeepTheirFactorAndAreNamed) {
 
 // Outliers do not inflate the variances of a robust adjustment.
 TEST(VarianceComponentsTest, UnderALossAreThoseOfTheLooksKept) {
-  test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 21, 60);
+  test::KnownBlock known = BlockOfGroups(test::AircraftPlan(), 21, 60);
   for (const std::size_t look : {45U, 90U, 150U}) known.block.looks.range_m[look] += 60.0;
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
@@ -277,7 +279,7 @@ TEST(VarianceComponentsTest, UnderALossAreThoseOfTheLooksKept) {
 }
 
 TEST(VarianceComponentsTest, GroupsThatDoNotFitAreRefused) {
-  const test::KnownBlock known = NoisyBlock(test::AircraftPlan(), 1, 12);
+  const test::KnownBlock known = BlockOfGroups(test::AircraftPlan(), 1, 12);
   AdjustOptions options;
   options.variance_components = VarianceComponents::kRangeAzimuth;
   options.variance_groups = {{"A9"}};

@@ -61,6 +61,8 @@ class FlightPath {
                           std::size_t* piece = nullptr) const;
   /// Largest difference of the two accelerations in a piece, at one of its ends.
   [[nodiscard]] double AccelerationMisfit_mps2(std::size_t piece) const;
+  /// The piece that holds a time, the first or last one beyond the ends. Of a path that has states.
+  [[nodiscard]] std::size_t PieceOf(double time_s) const;
   /// Pieces of the path: state to state, or several states that a straight flight passes through.
   [[nodiscard]] std::size_t piece_count() const { return pieces_.size(); }
   [[nodiscard]] double PieceStart_s(std::size_t piece) const { return pieces_[piece].start_s; }
@@ -73,8 +75,8 @@ class FlightPath {
   void Prefetch(double time_s) const;
   /// The whole path is one straight piece at constant velocity: that of its first state.
   [[nodiscard]] bool IsStraight() const;
-  [[nodiscard]] double start_s() const { return states_.front().time_s; }
-  [[nodiscard]] double end_s() const { return states_.back().time_s; }
+  [[nodiscard]] double start_s() const { return start_s_; }
+  [[nodiscard]] double end_s() const { return end_s_; }
   [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }
 
  private:
@@ -86,10 +88,10 @@ class FlightPath {
     Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< kOfVelocities, at start_s
     Eigen::Vector3d jerk_mps3 = Eigen::Vector3d::Zero();          ///< kOfVelocities
   };
-  [[nodiscard]] std::size_t PieceOf(double time_s) const;
   void FillAccelerations();
   std::vector<StateVector> states_;
   std::vector<Piece> pieces_;
+  double start_s_ = 1.0, end_s_ = 0.0;  // of a path without states nothing lies between
   double spacing_s_ = 0.0;  // > 0 where the times are equally spaced: index without a search
 };
 

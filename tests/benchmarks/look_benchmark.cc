@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time of the parts of an iteration for each look of a block, one thread, at its start values: the
+// least of many short repetitions, so that other work on the machine hardly counts.
+//
+//     look_benchmark BLOCK...
+#include "sarblock/io/block_files.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <limits>
+
+#include "core/parallel.h"
+#include "model/problem.h"
+#include "normals/back_substitution.h"
+#include "normals/reduced_system.h"
+#include "solve/start_values.h"
+
+namespace sarblock {
+namespace {
+
+/// Least time of `repetitions` calls, in nanoseconds a look.
+template <typename F>
+double LeastTime_ns(int repetitions, std::size_t looks, F&& f) {
+  double least_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < repetitions; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    f();
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+    least_s = std::min(least_s, time.count());
+  }
+  return 1e9 * least_s / static_cast<double>(looks);
+}
+
+void Measure(const char* folder) {
+  const BlockFile file = ReadBlock(folder);
+  const Block& block = file.block;
+  AdjustmentProblem problem(block, file.adjust.groups, {});
+  const BlockState state = ComputeStartValues(&problem, nullptr).state;
+  const std::size_t points = std::min<std::size_t>(block.points.size(), 4000);
+  const std::size_t some = block.looks.offsets[points], all = block.looks.size();
+  LookColumns columns;
+  LookEvaluation look;
+  double sum = 0.0;
+  const double evaluate_ns = LeastTime_ns(200, some, [&] {
+    for (std::size_t point = 0; point < points; ++point) {
+      if (!problem.Solves(point)) continue;
+      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+        if (EvaluateLook(problem.model, state, point, i, problem.weights[i], &columns, &look)) {
+          sum += look.error_1[0];
+        }
+      }
+    }
+  });
+  ReducedSystem system(problem);
+  const int repetitions = 20;
+  const double form_ns = LeastTime_ns(repetitions, all, [&] { system.Form(state, {}, nullptr); });
+  const Eigen::VectorXd dx = Eigen::VectorXd::Zero(problem.layout.size());
+  const double back_ns = LeastTime_ns(repetitions, all, [&] {
+    sum += SubstituteBack(problem, state, {}, 0.0, dx).predicted_decrease_1;
+  });
+  std::printf("%s,%zu,%.0f,%.0f,%.0f%s\n",
+              folder,
+              all,
+              evaluate_ns,
+              form_ns,
+              back_ns,
+              sum == 0.0 ? "," : "");
+}
+
+}  // namespace
+}  // namespace sarblock
+
+int main(int argc, char** argv) {
+  const sarblock::ThreadLimit limit(1);
+  std::printf("block,looks,evaluate_ns,form_ns,substitute_back_ns\n");
+  for (int i = 1; i < argc; ++i) sarblock::Measure(argv[i]);
+  return 0;
+}
