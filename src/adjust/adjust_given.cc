@@ -122,27 +122,48 @@ void EstimateComponents(const AdjustOptions& options,
   WarnOfComponents(*result->variance_components, result);
 }
 
-/// A search for blunders that leaves out more than this part of the looks has not found blunders: a
-/// cause that many looks share is wrong, and what is left fits because the rest is gone.
+/// A solution that leaves out more than this part of the looks as blunders, outliers or misplaced
+/// has not found blunders: a cause that many looks share is wrong, and what is left fits because
+/// the rest is gone.
 constexpr double kMostLeftOut_1 = 0.25;
 
-void RefuseLargeSearch(const AdjustmentProblem& problem, AdjustResult* result) {
-  if (!result->snooping) return;
-  std::size_t given = 0, used = 0;
-  for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
-    if (problem.block.looks.rejected(i)) continue;
-    ++given;
-    if (problem.look_used[i] != 0) ++used;
+void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
+  const Block& block = problem.block;
+  std::size_t given = 0, left_out = 0;
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    const std::size_t begin = block.looks.offsets[point], end = block.looks.offsets[point + 1];
+    std::size_t looks = 0;
+    for (std::size_t i = begin; i < end; ++i) looks += block.looks.rejected(i) ? 0U : 1U;
+    given += looks;
+    const bool open = problem.point_status[point] == PointStatus::kUndetermined &&
+                      problem.point_reason[point] != kMirroredReason;
+    if (looks < 2 || open) continue;  // the make of the block leaves these out
+    left_out += looks - static_cast<std::size_t>(problem.CountLooks(point));
   }
-  const std::size_t left_out = given - used;
   if (static_cast<double>(left_out) <= kMostLeftOut_1 * static_cast<double>(given)) return;
   result->accepted = false;
+  Warn(
+      result,
+      "not accepted: " + std::to_string(left_out) + " of " + std::to_string(given) +
+          " looks were left out as blunders, outliers or misplaced, more than a quarter; something "
+          "that many looks share is wrong (the times, ranges or ids of a pass, a control point, "
+          "the "
+          "standard deviations)");
+}
+
+/// No solution is accepted in which a point stands above an antenna or where nothing looks to.
+void RefuseMisplaced(const AdjustmentProblem& problem,
+                     const BlockState& state,
+                     const ReducedSystem& system,
+                     AdjustResult* result) {
+  const std::vector<std::size_t> misplaced = MisplacedPoints(problem, state, system);
+  if (misplaced.empty()) return;
+  result->accepted = false;
+  const IdTable& ids = problem.block.points.ids;
   Warn(result,
-       "not accepted: the search for blunders left out " + std::to_string(left_out) + " of " +
-           std::to_string(given) +
-           " looks, more than a quarter; something that many looks share is wrong (the times, "
-           "ranges "
-           "or ids of a pass, a control point, the standard deviations)");
+       "not accepted: " + std::to_string(misplaced.size()) +
+           " points lie above the antennas or on the side that their looks do not look to: " +
+           std::string(ids[misplaced.front()]) + (misplaced.size() > 1 ? " and others" : ""));
 }
 
 }  // namespace
@@ -299,7 +320,8 @@ AdjustResult AdjustGiven(const Block& block,
     WarnOfSlowSteps(problem, options.tolerance_1, &result);
   }
 
-  RefuseLargeSearch(problem, &result);
+  RefuseLargeLoss(problem, &result);
+  RefuseMisplaced(problem, state, *system, &result);
   WarnOfWeakDirections(rank, &result);
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);

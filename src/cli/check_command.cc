@@ -63,7 +63,9 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
                                 : std::vector<CorrectionGroup>{});
   const int corrections = problem.layout.size();
   std::vector<std::string> warnings = file.warnings;
-  for (const Finding& finding : Examine(&problem, session)) warnings.push_back(finding.text);
+  const std::vector<Finding> findings =
+      Naming(arguments.block, [&] { return Examine(&problem, session); });
+  for (const Finding& finding : findings) warnings.push_back(finding.text);
   if (session.json) {
     std::array<std::size_t, 3> roles{};
     for (const PointRole role : file.block.points.role) ++roles[static_cast<std::size_t>(role)];

@@ -70,7 +70,8 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   const std::filesystem::path out =
       arguments.out.empty() ? std::filesystem::path(arguments.result) / DefaultExportName(format)
                             : std::filesystem::path(arguments.out);
-  const ExportReport report = ExportResult(result, format, out, options);
+  const ExportReport report =
+      Naming(arguments.result, [&] { return ExportResult(result, format, out, options); });
   for (const std::string& warning : report.warnings) session.Say("sarblock: warning: " + warning);
   if (session.json) {
     fmt::print("{}", ExportJson(report));

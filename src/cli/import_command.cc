@@ -114,7 +114,10 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   for (const std::string& file : arguments.orbits) {
     orbits.push_back(ParseOrbitFile(ReadText(file), file));
   }
-  const ImportedBlock imported = ImportProducts(products, orbits, arguments.options);
+  // Of several the id of the pass says which.
+  const std::string only = arguments.annotations.size() == 1 ? arguments.annotations.front() : "";
+  const ImportedBlock imported =
+      Naming(only, [&] { return ImportProducts(products, orbits, arguments.options); });
   std::vector<std::string> ids;
   for (const Pass& pass : imported.block.passes) ids.push_back(pass.id);
   // "given" with no table: nothing is corrected until --set, here or later, adds a group.

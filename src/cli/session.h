@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/progress.h"
 
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "exit_code.h"
@@ -27,6 +29,18 @@ struct Session {
   /// A line for people on standard error, unless quiet.
   void Say(const std::string& line) const;
 };
+
+/// What `work` returns; an InputError of it that does not name the file or folder `input`, because
+/// what throws knows no files, names it.
+template <typename Work>
+auto Naming(const std::string& input, const Work& work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    if (std::string_view(error.what()).find(input) != std::string_view::npos) throw;
+    throw InputError(FilePlace{input, 0, ""}, error.what());
+  }
+}
 
 /// Adds the global options; the bar is made by MakeProgress once they are parsed.
 void AddGlobalOptions(CLI::App* app, Session* session);

@@ -33,7 +33,8 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
                    arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
   const ThreadLimit limit(session.Threads());
   const Scene scene = ReadScene(arguments.scene, session.set);
-  const SimulatedBlock simulated = Simulate(scene, session.progress.get());
+  const SimulatedBlock simulated =
+      Naming(arguments.scene, [&] { return Simulate(scene, session.progress.get()); });
   std::vector<std::string> passes;
   for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
   const AdjustOptions adjust = ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);

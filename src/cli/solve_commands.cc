@@ -90,7 +90,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     const StageTimer timer("checksum", &reading);
     context.inputs = ListInputFiles(arguments.block, file.adjust);
   }
-  AdjustResult result = solver.solve(file, arguments.block, session.progress.get());
+  AdjustResult result = Naming(
+      arguments.block, [&] { return solver.solve(file, arguments.block, session.progress.get()); });
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
   const bool passed =
       !arguments.strict || ((result.chi_square_passed || std::isnan(result.sigma0_squared)) &&

@@ -55,7 +55,8 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
   }
   const std::filesystem::path folder = arguments.out;
   const ThreadLimit limit(session.Threads());
-  PreparedStudy study = kind.prepare(arguments.file, session.set, session.Threads());
+  PreparedStudy study = Naming(
+      arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
   StudyRows rows(
       folder,
       {kind.name, study.plan.columns, study.plan.tasks.size(), std::move(study.identity)},
@@ -65,7 +66,8 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
                             rows.kept(),
                             study.plan.tasks.size()));
   }
-  const StudyTable table = RunStudy(study.plan, &rows, session.progress.get());
+  const StudyTable table =
+      Naming(arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get()); });
   StudyAnswer answer = study.conclude(table, session.progress.get());
   std::vector<std::string> files = {fmt::format("{}.csv", kind.name)};
   answer.files.emplace_back(fmt::format("{}.txt", kind.name),

@@ -90,8 +90,9 @@ bool ReadRejected(const CsvReader& reader, std::size_t column) {
 
 double PositiveNumber(const CsvReader& reader, std::size_t column) {
   const double value = reader.Number(column);
-  if (value <= 0.0) {
-    reader.Fail(column, NumberText(value) + " is not allowed, a number above 0 is");
+  if (std::isnan(value)) return value;
+  if (const char* problem = ProblemOfPositive(value)) {
+    reader.Fail(column, NumberText(value) + problem);
   }
   return value;
 }

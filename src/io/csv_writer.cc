@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csv_writer.h"
 
+#include "sarblock/core/error.h"
+
 #include <cmath>
 #include <stdexcept>
 
@@ -28,7 +30,7 @@ void AppendCsvText(std::string_view text, std::string* row) {
 CsvWriter::CsvWriter(const std::filesystem::path& file,
                      const std::vector<std::string_view>& columns,
                      Compression compression)
-    : file_(file, compression), columns_(columns.size()) {
+    : file_(file, compression), name_(file.string()), columns_(columns.size()) {
   for (const std::string_view column : columns) Text(column);
   EndRow();
 }
@@ -44,7 +46,11 @@ CsvWriter& CsvWriter::Text(std::string_view text) {
 }
 
 CsvWriter& CsvWriter::Number(double value) {
-  if (std::isinf(value)) throw std::logic_error("an infinite number was about to be written");
+  if (std::isinf(value)) {
+    throw InputError(FilePlace{name_, 0, ""},
+                     "a number became infinite and cannot be written: something that was given is "
+                     "too large or too small to compute with");
+  }
   Separate();
   if (!std::isnan(value)) AppendNumber(value, &row_);
   return *this;

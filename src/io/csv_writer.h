@@ -23,7 +23,7 @@ class CsvWriter {
             Compression compression = Compression::kNone);
 
   CsvWriter& Text(std::string_view text);
-  CsvWriter& Number(double);  ///< refuses infinity (std::logic_error): no table holds one
+  CsvWriter& Number(double);  ///< refuses infinity (InputError): no table holds one
   template <std::integral T>
   CsvWriter& Integer(T value) {
     return Signed(static_cast<std::int64_t>(value));
@@ -37,6 +37,7 @@ class CsvWriter {
   CsvWriter& Signed(std::int64_t value);
   void Separate();
   AtomicFile file_;
+  std::string name_;
   std::string row_;
   std::size_t columns_ = 0;
   std::size_t cells_ = 0;

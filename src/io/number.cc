@@ -23,6 +23,12 @@ const char* ParseNumber(std::string_view text, double* value) {
   return std::isfinite(*value) ? nullptr : " is not allowed, a finite number is";
 }
 
+const char* ProblemOfPositive(double value) {
+  if (!(value > 0.0)) return " is not allowed, a number above 0 is";
+  const bool squares = value <= kLargestNumber && value >= 1.0 / kLargestNumber;
+  return squares ? nullptr : " is not allowed, a number from 1e-60 to 1e60 is";
+}
+
 std::string Quoted(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   std::string quoted = "'";

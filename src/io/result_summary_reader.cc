@@ -11,7 +11,7 @@
 namespace sarblock {
 namespace {
 
-constexpr const char* kFormat = "sarblock-result 1";
+constexpr const char* kResultFormat = "sarblock-result 1";
 
 JsonValue RequireNewer(const JsonValue& summary, const char* name) {
   if (const auto value = summary.Find(name)) return *value;
@@ -213,8 +213,8 @@ void ReadResultSummary(ResultReading* reading) {
   const nlohmann::ordered_json parsed = ParseJson(summary.json, file);
   const JsonValue root(parsed, file, "");
   const JsonValue format = root.Require("format");
-  if (format.Text() != kFormat) {
-    format.Fail(Quoted(format.Text()) + " is not known, \"" + kFormat + "\" is allowed");
+  if (format.Text() != kResultFormat) {
+    format.Fail(Quoted(format.Text()) + " is not known, \"" + kResultFormat + "\" is allowed");
   }
   summary.version = root.Require("version").Text();
   summary.command = root.Require("command").Text();

@@ -122,12 +122,15 @@ double TomlValue::Number() const {
   const auto number = node_->value_exact<double>();
   if (!number) Fail(std::string("is ") + TypeOf(*node_) + ", a number is needed");
   if (!std::isfinite(*number)) Fail("is not finite, a finite number is needed");
+  if (std::abs(*number) > kLargestNumber) {
+    Fail(NumberText(*number) + " is not allowed, at most " + NumberText(kLargestNumber) + " is");
+  }
   return *number;
 }
 
 double TomlValue::Positive() const {
   const double number = Number();
-  if (!(number > 0.0)) Fail(NumberText(number) + " is not allowed, a number above 0 is");
+  if (const char* problem = ProblemOfPositive(number)) Fail(NumberText(number) + problem);
   return number;
 }
 

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
 
 #include "engine_choice.h"
 #include "model/robust.h"
+#include "step_tolerance.h"
 #include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/solver.h>
@@ -68,10 +70,14 @@ class IterationWatch final : public ceres::IterationCallback {
                     "cost " + std::to_string(summary.cost));
       if (sink_->Cancelled()) return ceres::SOLVER_ABORT;
     }
-    return least_squares_ && summary.iteration > 0 && summary.step_is_valid && Settled(summary)
-               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-               : ceres::SOLVER_CONTINUE;
+    if (least_squares_ && summary.iteration > 0 && summary.step_is_valid && Settled(summary)) {
+      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
+    stagnates_ = progress_.Stagnates(
+        summary.iteration, summary.cost, std::numeric_limits<double>::infinity());
+    return stagnates_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
+  [[nodiscard]] bool stagnates() const { return stagnates_; }
 
  private:
   /// The linear model promises half the square of the step's length in sigmas. A cost that does not
@@ -86,6 +92,8 @@ class IterationWatch final : public ceres::IterationCallback {
   int most_;
   bool least_squares_;
   double last_step_1_;
+  ProgressOfSteps progress_;
+  bool stagnates_ = false;
 };
 
 }  // namespace
@@ -290,12 +298,15 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   ceres::Solve(solver, ceres_problem.get(), &summary);
   if (summary.termination_type == ceres::USER_FAILURE) throw Interrupted("solve");
   SolveReport report;
-  report.converged = summary.termination_type == ceres::CONVERGENCE ||
-                     summary.termination_type == ceres::USER_SUCCESS;
+  report.converged = !watch.stagnates() && (summary.termination_type == ceres::CONVERGENCE ||
+                                            summary.termination_type == ceres::USER_SUCCESS);
   report.iterations = summary.num_successful_steps;
   report.initial_cost_1 = summary.initial_cost;
   report.final_cost_1 = summary.final_cost;
-  report.message = summary.message;
+  report.message = watch.stagnates() ? kStagnates
+                   : summary.termination_type == ceres::NO_CONVERGENCE
+                       ? LimitReached(options.max_iterations)
+                       : summary.message;
   return report;
 }
 

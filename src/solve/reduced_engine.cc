@@ -9,6 +9,7 @@
 
 #include "normals/back_substitution.h"
 #include "normals/reduced_system.h"
+#include "step_tolerance.h"
 
 namespace sarblock {
 namespace {
@@ -68,6 +69,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   int refused = 0;
   double left_before = 0.0;  // at the last accepted step
   std::string left_text;
+  ProgressOfSteps steps_so_far;
   system.Form(*state, weighting, nullptr, damping);
   report.initial_cost_1 = report.final_cost_1 = system.cost();
   for (int trial = 0; trial < 4 * options.max_iterations; ++trial) {
@@ -111,6 +113,10 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       return report;
     }
     if (report.iterations >= options.max_iterations) break;
+    if (steps_so_far.Stagnates(report.iterations, report.final_cost_1, left)) {
+      report.message = WhyStopped(kStagnates, refused);
+      return report;
+    }
     const Eigen::VectorXd dx = system.Step();
     PointSteps steps = SubstituteBack(problem, *state, weighting, damping, dx);
     const double predicted = steps.predicted_decrease_1 + system.PredictedDecrease(dx);
@@ -149,7 +155,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       system.Form(*state, weighting, nullptr, damping);
     }
   }
-  report.message = WhyStopped("the limit of iterations was reached", refused);
+  report.message = WhyStopped(LimitReached(options.max_iterations).c_str(), refused);
   return report;
 }
 

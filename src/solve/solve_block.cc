@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve_block.h"
 
+#include "sarblock/core/quantile.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -25,6 +26,10 @@ constexpr double kWeightsSettled_1 = 1e-7;
 constexpr double kApproached_1 = 1.0;
 constexpr int kMostFinishingSteps = 25;
 constexpr int kMostRounds = 5;
+/// Of leaving out misplaced points and taking back those that fit then.
+constexpr int kMostRecoveries = 10;
+/// Probability of v'Pv with which the looks of a point that was left out still agree.
+constexpr double kTakenBack_1 = 0.999;
 
 /// Sights of a point's looks on the corrected paths.
 std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
@@ -40,6 +45,9 @@ std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
 }
 
 }  // namespace
+
+const char kMirroredReason[] =
+    "its looks meet only above the antennas or on the side they do not look to";
 
 bool NewtonFinish(const AdjustOptions& options,
                   AdjustmentProblem* problem,
@@ -179,6 +187,40 @@ void SolveOnce(const AdjustOptions& options,
   solve->initial_cost_1 = before.initial_cost_1;
 }
 
+bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) {
+  const Block& block = problem->block;
+  if (problem->Solves(point) || problem->control_of[point] >= 0) return false;
+  std::vector<Sight> sights;
+  std::vector<std::uint64_t> looks;
+  for (std::uint64_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+    if (block.looks.rejected(i)) continue;
+    if (const auto sight = problem->model.SightOf(i, state->corrections)) {
+      sights.push_back(*sight);
+      looks.push_back(i);
+    }
+  }
+  if (sights.size() < 2) return false;
+  const Intersection met = Intersect(sights, block.frame);
+  const double freedom_1 = 2.0 * static_cast<double>(sights.size()) - 3.0;
+  const bool fits = met.outcome == IntersectionOutcome::kDetermined &&
+                    met.weighted_square_sum <= ChiSquareQuantile(kTakenBack_1, freedom_1) &&
+                    std::all_of(sights.begin(), sights.end(), [&](const Sight& sight) {
+                      return LiesWhereItLooks(block.frame, sight, met.position_m);
+                    });
+  if (!fits) {
+    if (met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {
+      problem->point_reason[point] = Explain(met.outcome);
+    }
+    return false;
+  }
+  problem->point_status[point] = PointStatus::kAdjusted;
+  problem->point_reason[point].clear();
+  for (const std::uint64_t look : looks) problem->look_used[look] = 1;
+  state->start_m[point] = met.position_m;
+  state->displacement_m[point].setZero();
+  return true;
+}
+
 void RecoverMisplacedPoints(const AdjustOptions& options,
                             AdjustmentProblem* problem,
                             BlockState* state,
@@ -186,35 +228,50 @@ void RecoverMisplacedPoints(const AdjustOptions& options,
                             std::optional<ReducedSystem>* system,
                             PointDefects* defects,
                             ProgressSink* progress) {
-  std::vector<std::size_t> lost = MisplacedPoints(*problem, *state, **system);
-  // Each round also mends the corrections that misplaced points have pulled at.
-  for (int round = 0; round < 3 && !lost.empty(); ++round) {
-    for (const std::size_t point : lost) {
-      const Intersection met = Intersect(SightsOf(*problem, *state, point), problem->block.frame);
-      if (met.outcome == IntersectionOutcome::kTooFewLooks) continue;
-      state->start_m[point] = met.position_m;
-      state->displacement_m[point].setZero();
+  const auto solve_again = [&] {
+    UpdateWeights(*state, problem);
+    SolveOnce(options, problem, state, solve, system, progress);
+  };
+  std::vector<std::uint8_t> tried(problem->block.points.size(), 0);
+  // Ends: a point is taken back once.
+  for (int pass = 0; pass < kMostRecoveries; ++pass) {
+    std::vector<std::size_t> lost = MisplacedPoints(*problem, *state, **system);
+    // Each round also mends the corrections that misplaced points have pulled at.
+    for (int round = 0; round < 3 && !lost.empty(); ++round) {
+      for (const std::size_t point : lost) {
+        const Intersection met = Intersect(SightsOf(*problem, *state, point), problem->block.frame);
+        if (met.outcome == IntersectionOutcome::kTooFewLooks) continue;
+        state->start_m[point] = met.position_m;
+        state->displacement_m[point].setZero();
+      }
+      SolveOnce(options, problem, state, solve, system, progress);
+      lost = MisplacedPoints(*problem, *state, **system);
     }
-    SolveOnce(options, problem, state, solve, system, progress);
-    lost = MisplacedPoints(*problem, *state, **system);
-  }
-  *defects = FindPointDefects(*problem, *state);
-  bool left_out = LeaveOutOpenPoints(*defects, problem);
-  for (const std::size_t point : lost) {
-    if (!problem->Solves(point)) continue;
-    const std::vector<Sight> sights = SightsOf(*problem, *state, point);
-    const bool mirrored = std::any_of(sights.begin(), sights.end(), [&](const Sight& sight) {
-      return !LiesWhereItLooks(problem->block.frame, sight, state->Position(point));
-    });
-    if (!mirrored || problem->control_of[point] >= 0) continue;  // weak points are named later
-    problem->LeaveOut(point,
-                      PointStatus::kUndetermined,
-                      "its looks meet only above the antennas or on the side they do not look to");
-    left_out = true;
-  }
-  if (left_out) {
-    RequireSolvable(*problem);
-    SolveOnce(options, problem, state, solve, system, progress);
+    *defects = FindPointDefects(*problem, *state);
+    bool left_out = LeaveOutOpenPoints(*defects, problem);
+    for (const std::size_t point : lost) {
+      if (!problem->Solves(point)) continue;
+      const std::vector<Sight> sights = SightsOf(*problem, *state, point);
+      const bool mirrored = std::any_of(sights.begin(), sights.end(), [&](const Sight& sight) {
+        return !LiesWhereItLooks(problem->block.frame, sight, state->Position(point));
+      });
+      if (!mirrored || problem->control_of[point] >= 0) continue;  // weak points are named later
+      problem->LeaveOut(point, PointStatus::kUndetermined, kMirroredReason);
+      left_out = true;
+    }
+    if (left_out) {
+      RequireSolvable(*problem);
+      solve_again();
+    }
+    bool back = false;
+    for (std::size_t point = 0; point < tried.size(); ++point) {
+      if (problem->point_status[point] != PointStatus::kUndetermined || tried[point] != 0) continue;
+      if (!TakeBack(point, problem, state)) continue;
+      tried[point] = 1;
+      back = true;
+    }
+    if (back) solve_again();
+    if (!left_out && !back) return;
   }
 }
 

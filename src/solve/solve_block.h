@@ -52,9 +52,18 @@ void SolveOnce(const AdjustOptions& options,
                std::optional<ReducedSystem>* system,
                ProgressSink* progress);
 
+/// Why a point was left out whose solution stays above the antennas or on the wrong side.
+extern const char kMirroredReason[];
+
+/// Takes a point that was left out back into the problem where all its looks, but those that the
+/// block itself rejects, meet on the corrected paths within their noise and where they look; true
+/// if so. The point starts from there.
+[[nodiscard]] bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state);
+
 /// Starts misplaced points again from the intersection on the corrected paths and solves once more;
-/// what is still misplaced then is left out by name. `system` is the reduced system, without a
-/// loss, at the solution.
+/// what is still misplaced then is left out by name. Points that were left out while corrections
+/// were wrong are taken back, each once, and the solution is tested again until nothing changes.
+/// `system` is the reduced system, without a loss, at the solution.
 void RecoverMisplacedPoints(const AdjustOptions& options,
                             AdjustmentProblem* problem,
                             BlockState* state,

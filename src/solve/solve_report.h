@@ -19,7 +19,7 @@ struct SolveReport {
 };
 
 struct SolveOptions {
-  int max_iterations = 50;
+  int max_iterations = AdjustOptions{}.max_iterations;
   int threads = 1;
   /// Newton decrement, in sigmas over all unknowns, at which the solution is done.
   double settled_1 = AdjustOptions{}.tolerance_1;

@@ -15,6 +15,7 @@
 #include "normals/reduced_system.h"
 #include "reliability.h"
 #include "residual_covariance.h"
+#include "solve/solve_block.h"
 #include "suspects.h"
 
 namespace sarblock {
@@ -53,7 +54,8 @@ class Search {
         state_(*state),
         progress_(progress),
         held_(problem->block.points.size(), 0),
-        readmitted_(problem->look_used.size(), 0) {}
+        readmitted_(problem->look_used.size(), 0),
+        taken_back_(problem->block.points.size(), 0) {}
 
   SnoopingReport Run() {
     if (options_.quality.snooping == Snooping::kRobust) StartRobust();
@@ -95,6 +97,7 @@ class Search {
   bool one_at_a_time_ = false;
   std::vector<std::uint8_t> held_;        // by point: reported, not touched again
   std::vector<std::uint8_t> readmitted_;  // by look: once is enough
+  std::vector<std::uint8_t> taken_back_;  // by point: so too
 };
 
 /// Quality figures and critical value at the present solution. Where the last round's removals left
@@ -320,9 +323,15 @@ bool Search::Readmit() {
     problem_.look_used[look] = 1;
     any = true;
   };
-  for (const BlunderFinding& finding : report_.findings) {
-    if (finding.action != Action::kRejected) continue;
-    for (const std::uint64_t look : finding.looks) try_look(finding.point, look);
+  for (BlunderFinding& finding : report_.findings) {
+    if (finding.action == Action::kRejected) {
+      for (const std::uint64_t look : finding.looks) try_look(finding.point, look);
+    }
+    if (finding.action != Action::kPointLeftOut || taken_back_[finding.point] != 0) continue;
+    if (!TakeBack(finding.point, &problem_, &state_)) continue;
+    taken_back_[finding.point] = 1;
+    finding.action = Action::kReadmitted;
+    any = true;
   }
   const auto& offsets = problem_.block.looks.offsets;
   for (const std::uint64_t look : report_.robust) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two points exchanged in one image, the commonest mistake of a matcher, under the searches for
-// blunders: no result is accepted in which a point that nobody touched is wrong.
+// Two points exchanged in one image, the commonest mistake of a matcher, with and without a search
+// for blunders: no result is accepted in which a point that nobody touched is wrong.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
@@ -47,6 +47,13 @@ std::size_t PointOf(const Block& block, const std::string& id) {
   return block.points.size();
 }
 
+void Exchange(std::size_t first, std::size_t second, std::size_t pass, Block* block) {
+  const std::size_t a = LookOf(*block, first, pass), b = LookOf(*block, second, pass);
+  ASSERT_LT(std::max(a, b), block->looks.size());
+  std::swap(block->looks.time_s[a], block->looks.time_s[b]);
+  std::swap(block->looks.range_m[a], block->looks.range_m[b]);
+}
+
 class ExchangedPointsTest : public testing::TestWithParam<std::pair<std::string, std::string>> {};
 
 TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
@@ -57,11 +64,8 @@ TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
   const std::size_t first = PointOf(block, GetParam().first);
   const std::size_t second = PointOf(block, GetParam().second);
   ASSERT_LT(std::max(first, second), block.points.size());
-  const std::size_t a = LookOf(block, first, pass), b = LookOf(block, second, pass);
-  ASSERT_LT(std::max(a, b), block.looks.size());
-  std::swap(block.looks.time_s[a], block.looks.time_s[b]);
-  std::swap(block.looks.range_m[a], block.looks.range_m[b]);
-  for (const Snooping snooping : {Snooping::kIterative, Snooping::kRobust}) {
+  Exchange(first, second, pass, &block);
+  for (const Snooping snooping : {Snooping::kNone, Snooping::kIterative, Snooping::kRobust}) {
     SCOPED_TRACE(static_cast<int>(snooping));
     AdjustOptions options = made.options;
     options.quality.snooping = snooping;
@@ -79,7 +83,23 @@ TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
 
 INSTANTIATE_TEST_SUITE_P(Pairs,
                          ExchangedPointsTest,
-                         testing::Values(std::pair<std::string, std::string>("T697", "T472")));
+                         testing::Values(std::pair<std::string, std::string>("T697", "T472"),
+                                         std::pair<std::string, std::string>("T450", "T572")));
+
+// Without a search the exchanged points first carry a fifth of the block to the mirror side. That
+// fifth takes part again once they are left out.
+TEST(ExchangedPoints, AloneAreLeftOutWhereTheyCannotMeet) {
+  const Scene12 made;
+  Block block = made.simulated.block;
+  const std::size_t points[] = {PointOf(block, "T450"), PointOf(block, "T572")};
+  Exchange(points[0], points[1], 4, &block);
+  const AdjustResult result = Adjust(block, made.options);
+  EXPECT_TRUE(result.chi_square_passed);
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    const bool exchanged = point == points[0] || point == points[1];
+    EXPECT_EQ(IsSolved(result.points.status[point]), !exchanged) << block.points.ids[point];
+  }
+}
 
 }  // namespace
 }  // namespace sarblock

@@ -199,6 +199,20 @@ TEST_F(BadInputTest, AFaultySceneIsNamedAndNoBlockIsLeft) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "block"));
 }
 
+// What refuses these knows no files: the simulation, the adjustment.
+TEST_F(BadInputTest, ErrorsOfTheLibraryNameTheFileWorkedOn) {
+  const Path scene = std::filesystem::path(SARBLOCK_DATASETS) / "scenes/venus-magellan.toml";
+  const test::ProgramRun far =
+      test::RunProgram({"simulate", scene, "-o", folder_ / "b", "--set", "flight.0.length_m=1e12"});
+  EXPECT_EQ(far.exit_code, 3);
+  EXPECT_THAT(far.err, HasSubstr(scene.string() + ": flight C1-: "));
+  const Path block = Block();
+  const test::ProgramRun run = Run(
+      "adjust", block, "result", {"--set", "robust=huber", "--set", "quality.snooping=iterative"});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr(block.string() + ": adjust.quality.snooping: "));
+}
+
 // Leberl (1979), Fig. 5: forward and backward squinted looks from one flight line.
 TEST_F(BadInputTest, ABlockThatCannotBeDeterminedExitsWithFourAndTheReason) {
   const Path block = Simulated("single-flight-squint", "squinted");

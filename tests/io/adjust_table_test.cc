@@ -191,6 +191,8 @@ TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
        "iterative-schur is allowed; did you mean dense-schur?"},
       {"[adjust]\nmax_iterations = 0\n",
        "block.toml:2: adjust.max_iterations: 0 is not allowed, an integer from 1 to 100000 is"},
+      {"[adjust]\nrobust_scale = 1e308\n",
+       "block.toml:2: adjust.robust_scale: 1e+308 is not allowed, at most 1e+60 is"},
       {"[adjust]\nmax_iterations = 2.5\n",
        "block.toml:2: adjust.max_iterations: is a number, an integer from 1 to 100000 is needed"},
       {"[adjust]\npairs = \"al\"\n",

@@ -238,6 +238,12 @@ TEST(SelectionTest, PerPassCorrectsOnlyThePassThatIsWrong) {
   EXPECT_EQ(result.parameters[0].name, "position.up.0");
   EXPECT_NEAR(result.parameters[0].value, -6.0, 2.0);
   EXPECT_EQ(result.selection.groups.at(0).passes, std::vector<std::string>{pass.id});
+  // Standard deviations take the choice for certain: the result says so, the common choice need
+  // not.
+  const auto warns = testing::Contains(HasSubstr("chosen for every pass by itself"));
+  EXPECT_THAT(result.warnings, warns);
+  options.selection.mode = SelectionOptions::Mode::kCommon;
+  EXPECT_THAT(Adjust(simulated.block, options).warnings, testing::Not(warns));
 }
 
 TEST(SelectionTest, CorrectionTablesAreTheCandidatesWithTheirPriors) {

@@ -80,7 +80,8 @@ struct AdjustOptions {
   std::vector<std::vector<std::string>> variance_groups;
   int montecarlo_runs = 200;
   std::uint64_t montecarlo_seed = 1;
-  int max_iterations = 50;
+  /// A guard; iteration ends before where steps no longer shrink (docs/theory/adjustment.md).
+  int max_iterations = 1000;
   /// Newton step left, in sigmas over all unknowns together, at which iteration ends. Above
   /// kRemainingStepAccepted_1 (adjust.h) nothing would be accepted.
   double tolerance_1 = 1e-6;
