@@ -2,46 +2,177 @@
 #include "look_model.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
-#include <vector>
+
+#include "geometry/look_equations_inline.h"
 
 namespace sarblock {
-
 namespace {
 
-/// First and last time and largest range that each pass measured.
-struct Span {
-  double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s, range_m = 0.0;
-};
+/// A point this near its cone, as a part of the range, is on it: a step beyond moves neither error
+/// nor partial by more than rounding does.
+constexpr double kOnCone_1 = 1e-12;
+/// The same where rounding of coordinates keeps it from coming nearer.
+constexpr double kRoundingOnCone_1 = 1e-8;
+constexpr int kMostConeSteps = 30;
+/// Least rate, as a part of the speed, at which the cone passes over a point: flatter, a step would
+/// go anywhere. At the solution flatter means that the cone turns with the point.
+constexpr double kLeastConeRate_1 = 0.02;
 
-std::vector<Span> SpansOf(const Block& block) {
-  std::vector<Span> out(block.passes.size());
-  for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    Span& span = out[block.looks.pass[i]];
-    span.first_s = std::min(span.first_s, block.looks.time_s[i]);
-    span.last_s = std::max(span.last_s, block.looks.time_s[i]);
-    span.range_m = std::max(span.range_m, block.looks.range_m[i]);
-  }
-  return out;
+double SumOf(const std::vector<int>& columns, const double* x) {
+  double sum = 0.0;
+  for (const int column : columns) sum += x[column];
+  return sum;
 }
 
-ConeTurning MeasureTurning(const FlightPath& path, const Span& span) {
-  ConeTurning out;
-  out.range_m = span.range_m;
-  if (!(span.first_s <= span.last_s)) return out;  // no look
-  std::vector<double> turning_1;
-  const std::size_t last = path.PieceOf(span.last_s);
-  for (std::size_t k = path.PieceOf(span.first_s); k <= last; ++k) {
-    const double square = path.PieceVelocity_mps(k).squaredNorm();
-    turning_1.push_back(path.AccelerationMisfit_mps2(k) * span.range_m / square);
-    if (turning_1.back() > ConeTurning::kFolding_1) ++out.folded;
+/// Slant delay mapping m(p) = exp(-h/H) / cos(incidence) and its partials; false where the sight
+/// line does not come from above.
+struct SlantMapping {
+  double value;
+  Eigen::RowVector3d by_p, by_s;
+};
+
+bool EvaluateMapping(const Vertical& vertical,
+                     const Eigen::Vector3d& d_m,
+                     double rho_m,
+                     double scale_height_m,
+                     SlantMapping* out) {
+  const double drop_m = -vertical.up_1.dot(d_m);  // rho cos(incidence)
+  if (!(drop_m > 1e-6 * rho_m)) return false;
+  const double thinning = std::exp(-vertical.height_m / scale_height_m);
+  const Eigen::RowVector3d sight = (d_m / rho_m).transpose();
+  const Eigen::RowVector3d ddrop_dp =
+      -vertical.up_1.transpose() - (vertical.dup_dp * d_m).transpose();
+  const double m = thinning * rho_m / drop_m;
+  out->value = m;
+  out->by_p = (-m / scale_height_m) * vertical.up_1.transpose() + (thinning / drop_m) * sight -
+              (m / drop_m) * ddrop_dp;
+  out->by_s = (-thinning / drop_m) * sight - (m / drop_m) * vertical.up_1.transpose();
+  return true;
+}
+
+/// Direction errors of the cone axis, t = c_across across + c_up up and its rate:
+/// v_cone = v + |v| t.
+struct AxisTurn {
+  bool used = false;
+  Eigen::Vector3d value_1 = Eigen::Vector3d::Zero(), rate = Eigen::Vector3d::Zero();
+};
+
+/// Where the cone of a look, moved on from its measured time, holds the point.
+struct Crossing {
+  LookEquations eq;        ///< there, e_d but for rounding 0
+  double dt_s = 0.0;       ///< after the measured time
+  Eigen::Vector3d d_m;     ///< from the antenna to the point
+  Eigen::Vector3d v_mps;   ///< of the antenna
+  Eigen::Vector3d turn_1;  ///< where the cone axis has direction errors; with |v|
+  double speed_mps = 0.0;
+  double rate_mps = 0.0;  ///< q = de_d/dt
+};
+
+/// Newton's method on the cone. `d_before_m`: from the antenna at the measured time to the point.
+bool FindCrossing(const Motion& motion,
+                  const Eigen::Vector3d& d_before_m,
+                  const AxisTurn& turn,
+                  const Cone& cone,
+                  double squint_bias_rad,
+                  Crossing* out) {
+  const Eigen::Vector3d &v0 = motion.velocity_mps, &a0 = motion.acceleration_mps2,
+                        &jerk = motion.jerk_mps3;
+  double dt_s = 0.0, last_off_m = 0.0;
+  // Of a zero-Doppler cone e_d |v| = v.d, so that the first step needs no root.
+  if (cone.kind == Cone::Kind::kSquint && cone.squint_rad == 0.0 && squint_bias_rad == 0.0 &&
+      !turn.used) {
+    const double square = v0.squaredNorm(), closing = square - a0.dot(d_before_m);
+    if (closing > kLeastConeRate_1 * square) dt_s = v0.dot(d_before_m) / closing;
   }
-  out.pieces = turning_1.size();
-  out.largest_1 = *std::max_element(turning_1.begin(), turning_1.end());
-  const auto middle = turning_1.begin() + static_cast<std::ptrdiff_t>(turning_1.size() / 2);
-  std::nth_element(turning_1.begin(), middle, turning_1.end());
-  out.median_1 = *middle;
-  return out;
+  double first_s = -std::numeric_limits<double>::infinity(), last_s = -first_s;
+  for (int step = 0;; ++step) {
+    const Eigen::Vector3d a = a0 + dt_s * jerk;
+    out->v_mps = v0 + dt_s * (a0 + (0.5 * dt_s) * jerk);
+    out->d_m = d_before_m - dt_s * (v0 + (0.5 * dt_s) * (a0 + (dt_s / 3.0) * jerk));
+    const Eigen::Vector3d& v = out->v_mps;
+    LookEquations& eq = out->eq;
+    if (turn.used) {
+      out->speed_mps = v.norm();
+      out->turn_1 = turn.value_1 + dt_s * turn.rate;
+      const Eigen::Vector3d axis = v + out->speed_mps * out->turn_1;
+      const Eigen::Vector3d axis_rate =
+          a + (v.dot(a) / out->speed_mps) * out->turn_1 + out->speed_mps * turn.rate;
+      if (!EvaluateLookEquationsInline(out->d_m, axis, cone, squint_bias_rad, &eq)) return false;
+      out->rate_mps = eq.ded_dv.dot(axis_rate) - eq.ded_dp.dot(v);
+    } else {
+      if (!EvaluateLookEquationsInline(out->d_m, v, cone, squint_bias_rad, &eq)) return false;
+      out->rate_mps = eq.ded_dv.dot(a) - eq.ded_dp.dot(v);
+    }
+    const double off_m = eq.doppler_error_m, size_m = std::abs(off_m);
+    if (size_m <= kOnCone_1 * eq.rho_m ||
+        (size_m <= kRoundingOnCone_1 * eq.rho_m && step > 1 && size_m > 0.25 * last_off_m)) {
+      break;
+    }
+    if (step == kMostConeSteps) return false;
+    last_off_m = size_m;
+    // The point is ahead of the cone while e_d > 0.
+    (off_m > 0.0 ? first_s : last_s) = dt_s;
+    double next_s = dt_s + off_m / std::max(-out->rate_mps, kLeastConeRate_1 * v.norm());
+    if (!(next_s > first_s && next_s < last_s)) next_s = 0.5 * (first_s + last_s);
+    if (!std::isfinite(next_s)) return false;
+    dt_s = next_s;
+  }
+  out->dt_s = dt_s;
+  const double least_square = kLeastConeRate_1 * kLeastConeRate_1 * out->v_mps.squaredNorm();
+  return out->rate_mps < 0.0 && out->rate_mps * out->rate_mps > least_square;
+}
+
+/// Partials of range (row 0) and azimuth time (row 1), weighted.
+using TwoRows = Eigen::Matrix<double, 2, 3>;
+
+/// Partials by position and velocity of the antenna, turned to axes A: by a parameter that moves
+/// the path by A B they are by[0] B + by[1] B' + by[2] B''.
+struct AxisPartials {
+  bool set = false;
+  std::array<TwoRows, 3> by;
+
+  /// The parameter moves the antenna by A B at the measured time, by (A B) + (A B)' dt + (A B)''
+  /// dt^2/2 a time dt later, and its velocity by the derivative of that.
+  void SetInFrame(const TwoRows& by_s, const TwoRows& by_v, double dt_s) {
+    set = true;
+    by[0] = by_s;
+    by[1] = dt_s * by_s + by_v;
+    by[2] = (0.5 * dt_s * dt_s) * by_s + dt_s * by_v;
+  }
+  void SetInTrack(const Eigen::Matrix3d& axes_1,
+                  const std::optional<TrackAxes>& turning,
+                  const TwoRows& by_s,
+                  const TwoRows& by_v,
+                  double dt_s) {
+    const TwoRows s0 = by_s.lazyProduct(axes_1), v0 = by_v.lazyProduct(axes_1);
+    SetInFrame(s0, v0, dt_s);
+    if (!turning) return;
+    const TwoRows later = (0.5 * dt_s * dt_s) * by_s + dt_s * by_v;
+    const TwoRows now = dt_s * by_s + by_v;
+    by[0] += now.lazyProduct(turning->rate) + later.lazyProduct(turning->acceleration);
+    by[1] += (2.0 * later).lazyProduct(turning->rate);
+  }
+};
+
+/// Sets the columns of a term.
+void SetColumns(const TermAtTime& term, const AxisPartials& partials, LookEvaluation* out) {
+  int rank = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!term.components[static_cast<std::size_t>(axis)]) continue;
+    const Eigen::Vector2d by_value = partials.by[0].col(axis), by_first = partials.by[1].col(axis),
+                          by_second = partials.by[2].col(axis);
+    auto column = static_cast<std::size_t>(term.column + term.by_axis * rank++);
+    for (std::size_t k = 0; k < term.functions; ++k) {
+      const Eigen::Vector2d both =
+          by_value * term.value[k] + by_first * term.first[k] + by_second * term.second[k];
+      out->row[0][column] = both[0];
+      out->row[1][column] = both[1];
+      column += static_cast<std::size_t>(term.by_function);
+    }
+  }
 }
 
 }  // namespace
@@ -49,28 +180,8 @@ ConeTurning MeasureTurning(const FlightPath& path, const Span& span) {
 LookModel::LookModel(const Block& block,
                      const ParameterLayout& layout,
                      const Simplified& simplified)
-    : block_(block), layout_(layout), simplified_(simplified), readings_(block.passes.size()) {
+    : block_(block), layout_(layout), simplified_(simplified), paths_(block, layout, simplified) {
   if (simplified.flat_frame) middle_ = block.frame.VerticalAt(simplified.middle_m);
-  if (simplified.linear_velocity) {
-    for (const Pass& pass : block.passes) straightened_.push_back(StraightenedPath(pass));
-  }
-  const std::vector<Span> spans = SpansOf(block);
-  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
-    const FlightPath& path = PathOf(pass);
-    PassReading& reading = readings_[pass];
-    reading.turning = MeasureTurning(path, spans[pass]);
-    reading.acceleration = reading.turning.largest_1 <= kMostTurn_1 ? Acceleration::kOfCubic
-                                                                    : Acceleration::kOfVelocities;
-    if (!layout.passes[pass].NeedsTrackAxes()) continue;
-    if (simplified.fixed_track_axes ||
-        (block.frame.kind() == FrameKind::kLocal && path.IsStraight())) {
-      reading.axes = TrackAxesUse::kConstant;
-      reading.axes_1 = AxesInTheMiddle(block.frame, path, block.passes[pass]);
-    } else {
-      reading.axes = TrackAxesUse::kTurning;
-      reading.verticals = VerticalTable(block.frame, path);
-    }
-  }
 }
 
 LookSigma LookModel::SigmaOf(std::size_t look) const {
@@ -131,11 +242,171 @@ void GatherColumns(const ParameterLayout& layout,
   }
 }
 
+bool LookModel::Evaluate(const LookState& at,
+                         const LookWeights& weights,
+                         LookEvaluation* out) const {
+  const Looks& looks = block_.looks;
+  const std::size_t pass = looks.pass[at.look];
+  const PassCorrections& c = layout_.passes[pass];
+  const double* x = at.x;
+  const double measured_s = looks.time_s[at.look];
+  PathReading path;
+  if (!paths_.Read(pass, measured_s, measured_s + SumOf(c.time_bias, x), x, &path)) return false;
+  AxisTurn turn;
+  turn.used = !c.velocity_across.empty() || !c.velocity_up.empty();
+  if (turn.used) {
+    const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
+    turn.value_1 = across * path.axes_1->col(1) + up * path.axes_1->col(2);
+    if (path.turning) {
+      turn.rate = across * path.turning->rate.col(1) + up * path.turning->rate.col(2);
+    }
+  }
+  // d = (start - s) + displacement keeps the digits of a small displacement.
+  const Eigen::Vector3d d_before = (at.start_m - path.motion.position_m) + at.displacement_m;
+  Crossing crossing;
+  if (!FindCrossing(
+          path.motion, d_before, turn, ConeOf(at.look), SumOf(c.squint_bias, x), &crossing)) {
+    return false;
+  }
+  const LookEquations& eq = crossing.eq;
+  const double dt_s = crossing.dt_s;
+  const double slowness = -1.0 / crossing.rate_mps;  // dt_p = slowness de_d
+
+  const double kappa = SumOf(c.range_scale, x);
+  Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
+  Eigen::RowVector3d range_by_s = -range_by_p;
+  double range_error_m =
+      (eq.rho_m - looks.range_m[at.look]) + SumOf(c.range_bias, x) + kappa * eq.rho_m;
+  std::array<SlantMapping, ParameterLayout::kMaxTroposphere> mappings;
+  if (!c.troposphere.empty()) {
+    const Vertical vertical = DelayVerticalAt(at.start_m + at.displacement_m);
+    for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
+      const TroposphereTerm& term = c.troposphere[q];
+      SlantMapping& mapping = mappings[q];
+      if (!EvaluateMapping(vertical, crossing.d_m, eq.rho_m, term.scale_height_m, &mapping)) {
+        return false;
+      }
+      const double zenith_m = x[term.column];
+      range_error_m += zenith_m * mapping.value;
+      range_by_p += zenith_m * mapping.by_p;
+      range_by_s += zenith_m * mapping.by_s;
+    }
+  }
+  // What is left of e_d moves the time, and the time the range.
+  const double range_rate_mps = range_by_s.dot(crossing.v_mps);
+  const double last_step_s = slowness * eq.doppler_error_m;
+  const double wr = weights.range_per_m, wt = weights.time_per_s;
+  out->error_1 = {wr * (range_error_m + range_rate_mps * last_step_s), wt * (dt_s + last_step_s)};
+  out->azimuth_mps = -crossing.rate_mps;
+  out->beyond_path = path.beyond_path;
+  // Of a partial of e_r and one of e_d: those of range and time.
+  const double of_time = wt * slowness, of_range = wr * range_rate_mps * slowness;
+  out->by_point.row(0) = wr * range_by_p + of_range * eq.ded_dp;
+  out->by_point.row(1) = of_time * eq.ded_dp;
+  if (at.columns.column_count == 0) return out->error_1.allFinite();
+
+  if (path.term_count > 0) {
+    // Cone axis v_cone by velocity: dv_cone = dv + (u.dv) t; so e_d by v is cone_by_v.
+    Eigen::RowVector3d cone_by_v = eq.ded_dv;
+    if (turn.used) {
+      cone_by_v += eq.ded_dv.dot(crossing.turn_1) / crossing.speed_mps * crossing.v_mps.transpose();
+    }
+    TwoRows by_s, by_v;
+    by_s << wr * range_by_s - of_range * eq.ded_dp, -of_time * eq.ded_dp;
+    by_v << of_range * cone_by_v, of_time * cone_by_v;
+    AxisPartials track, frame;  // three numbers an axis serve all basis functions
+    for (std::size_t q = 0; q < path.term_count; ++q) {
+      const bool in_track = path.terms[q].axes == PositionCorrection::Axes::kTrack;
+      AxisPartials& partials = in_track ? track : frame;
+      if (in_track && !partials.set) {
+        partials.SetInTrack(*path.axes_1, path.turning, by_s, by_v, dt_s);
+      } else if (!partials.set) {
+        partials.SetInFrame(by_s, by_v, dt_s);
+      }
+      SetColumns(path.terms[q], partials, out);
+    }
+  }
+  const auto set = [&](int column, double range, double doppler) {
+    const auto i = static_cast<std::size_t>(column);
+    out->row[0][i] = wr * range + of_range * doppler;
+    out->row[1][i] = of_time * doppler;
+  };
+  if (turn.used) {
+    const auto set_turn = [&](const std::vector<int>& columns, Eigen::Index axis) {
+      Eigen::Vector3d direction = path.axes_1->col(axis);
+      if (path.turning) direction += dt_s * path.turning->rate.col(axis);
+      for (const int column : columns) {
+        set(column, 0.0, crossing.speed_mps * eq.ded_dv.dot(direction));
+      }
+    };
+    set_turn(c.velocity_across, 1);
+    set_turn(c.velocity_up, 2);
+  }
+  for (const int column : c.range_bias) set(column, 1.0, 0.0);
+  for (const int column : c.range_scale) set(column, eq.rho_m, 0.0);
+  for (const int column : c.time_bias) {  // a path read later is met earlier
+    out->row[0][static_cast<std::size_t>(column)] = 0.0;
+    out->row[1][static_cast<std::size_t>(column)] = -wt;
+  }
+  for (const int column : c.squint_bias) set(column, 0.0, eq.ded_dtau_m);
+  for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
+    set(c.troposphere[q].column, mappings[q].value, 0.0);
+  }
+  return out->error_1.allFinite();
+}
+
+std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
+                                                            double time_s,
+                                                            const Eigen::VectorXd& x) const {
+  double path_s = time_s;
+  const PassCorrections& c = layout_.passes[pass];
+  if (!c.time_bias.empty()) {
+    LookColumns columns;
+    ColumnsAt(pass, time_s, &columns);
+    std::array<double, ParameterLayout::kMaxLocalColumns> local;
+    GatherColumns(layout_, columns, x, local.data());
+    path_s += SumOf(c.time_bias, local.data());
+  }
+  return CorrectedMotionAtPathTime(pass, time_s, path_s, x);
+}
+
+std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(
+    std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const {
+  LookColumns columns;
+  ColumnsAt(pass, measured_s, &columns);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  GatherColumns(layout_, columns, x, local.data());
+  PathReading path;
+  if (!paths_.Read(pass, measured_s, path_s, local.data(), &path) || path.beyond_path) {
+    return std::nullopt;
+  }
+  return CorrectedMotion{path.motion, path_s};
+}
+
+std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd& x) const {
+  const Looks& looks = block_.looks;
+  const std::size_t pass = looks.pass[look];
+  const std::optional<CorrectedMotion> corrected = CorrectedMotionAt(pass, looks.time_s[look], x);
+  if (!corrected) return std::nullopt;
+  const LookSigma sigma = SigmaOf(look);
+  Sight sight;
+  sight.antenna_m = corrected->motion.position_m;
+  sight.velocity_mps = corrected->motion.velocity_mps;
+  sight.acceleration_mps2 = corrected->motion.acceleration_mps2;
+  sight.range_m = looks.range_m[look];
+  sight.cone = ConeOf(look);
+  sight.side = static_cast<int>(block_.passes[pass].side);
+  sight.range_sigma_m = sigma.range_m;
+  sight.azimuth_sigma = sigma.azimuth;
+  sight.azimuth_in_seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
+  return sight;
+}
+
 double LookModel::WorkOf(std::size_t pass) const {
   const PassCorrections& c = layout_.passes[pass];
   const bool geocentric = block_.frame.kind() == FrameKind::kGeocentric;
-  double work = PathOf(pass).IsStraight() ? 100.0 : 105.0;
-  if (readings_[pass].axes == TrackAxesUse::kTurning) work += geocentric ? 60.0 : 45.0;
+  double work = paths_.PathOf(pass).IsStraight() ? 100.0 : 105.0;
+  if (paths_.AxesTurn(pass)) work += geocentric ? 60.0 : 45.0;
   if (!c.troposphere.empty()) work += geocentric && !simplified_.flat_frame ? 120.0 : 40.0;
   return work;
 }

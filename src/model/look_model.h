@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "flight/track_axes.h"
-#include "flight/vertical_table.h"
+#include "corrected_paths.h"
 #include "parameters.h"
 #include <Eigen/Core>
 
@@ -70,19 +69,6 @@ struct CorrectedMotion {
   double path_time_s = 0.0;  ///< t + b_t
 };
 
-/// How much of the speed at which a pass's cone passes over its farthest point, |v|, the noise of
-/// its states turns the cone by: |a_cubic - a_velocities| R / v^2 at the worse end of each piece of
-/// its path from its first look to its last.
-struct ConeTurning {
-  /// It is the length of a difference of accelerations; what turns the cone is its part along the
-  /// sight line, half of that in the mean over directions and ends: from 2 on the cone turns back
-  /// in every other piece, from this on in most.
-  static constexpr double kFolding_1 = 3.0;
-  double largest_1 = 0.0, median_1 = 0.0;
-  double range_m = 0.0;                ///< largest measured
-  std::size_t pieces = 0, folded = 0;  ///< those above kFolding_1
-};
-
 /// What a look measures, predicted from its point and all corrections: the explicit model
 /// (model.md, sections 3 and 4; docs/theory/observations.md, eqs. (11) to (11d)).
 ///
@@ -101,10 +87,10 @@ struct ConeTurning {
 /// order in the time error. So the equations of a look are smooth however much the path's
 /// acceleration jumps at its states, nothing is read beyond the ends of a path but for a time bias,
 /// and a look depends on the same parameters at every state. Where noise of the states makes the
-/// cubic's acceleration turn the cone by more than kMostTurn_1 of the speed at which it passes over
-/// the points, the acceleration of the velocities takes its place. t_p is found anew at every
-/// evaluation (Newton's method on the cone, to 1e-12 of rho). Thread-safe; holds references to the
-/// block and the layout, which must outlive it.
+/// cubic's acceleration turn the cone by more than CorrectedPaths::kMostTurn_1 of the speed at
+/// which it passes over the points, the acceleration of the velocities takes its place. t_p is
+/// found anew at every evaluation (Newton's method on the cone, to 1e-12 of rho). Thread-safe;
+/// holds references to the block and the layout, which must outlive it.
 class LookModel {
  public:
   LookModel(const Block& block, const ParameterLayout& layout, const Simplified& simplified = {});
@@ -113,15 +99,7 @@ class LookModel {
   [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
   [[nodiscard]] const Simplified& simplified() const { return simplified_; }
 
-  /// Part of the speed at which the cone passes over a point; see above.
-  static constexpr double kMostTurn_1 = 0.3;
-  /// Where the acceleration of a pass is taken from.
-  [[nodiscard]] Acceleration AccelerationOf(std::size_t pass) const {
-    return readings_[pass].acceleration;
-  }
-  [[nodiscard]] const ConeTurning& TurningOf(std::size_t pass) const {
-    return readings_[pass].turning;
-  }
+  [[nodiscard]] const CorrectedPaths& paths() const { return paths_; }
 
   /// Rough work of evaluating a look of a pass, in units of no meaning: counts, not times, decide
   /// whether a simplification is worth taking, so that they decide alike on every machine.
@@ -167,33 +145,17 @@ class LookModel {
 
   /// Asks the memory for what a look will read of its path.
   void Prefetch(std::size_t look) const {
-    PathOf(block_.looks.pass[look]).Prefetch(block_.looks.time_s[look]);
+    paths_.PathOf(block_.looks.pass[look]).Prefetch(block_.looks.time_s[look]);
   }
 
  private:
-  struct Reading;  // of a corrected path
-  enum class TrackAxesUse { kNone, kConstant, kTurning };
-  /// How the path of a pass is read.
-  struct PassReading {
-    Acceleration acceleration = Acceleration::kOfCubic;
-    TrackAxesUse axes = TrackAxesUse::kNone;
-    Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< kConstant
-    VerticalTable verticals;                               ///< kTurning
-    ConeTurning turning;
-  };
-  [[nodiscard]] const FlightPath& PathOf(std::size_t pass) const {
-    return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
-  }
   [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
-  [[nodiscard]] bool ReadPath(
-      std::size_t pass, double measured_s, double path_s, const double* x, Reading* out) const;
 
   const Block& block_;
   const ParameterLayout& layout_;
   Simplified simplified_;
-  std::vector<FlightPath> straightened_;  // by pass; empty: the block's
-  std::vector<PassReading> readings_;     // by pass
-  Vertical middle_;                       // of a flat frame
+  CorrectedPaths paths_;
+  Vertical middle_;  // of a flat frame
   std::vector<std::array<double, 2>> sigma_factor_1_;
 };
 

@@ -74,7 +74,7 @@ PointStart StartOf(const AdjustmentProblem& problem,
 /// passes over a point several times: no time of such a look means anything.
 void RequireSteadyCones(const AdjustmentProblem& problem) {
   for (std::size_t pass = 0; pass < problem.block.passes.size(); ++pass) {
-    const ConeTurning& turning = problem.model.TurningOf(pass);
+    const ConeTurning& turning = problem.model.paths().TurningOf(pass);
     if (!(turning.median_1 > ConeTurning::kFolding_1)) continue;
     std::array<char, 512> text{};
     std::snprintf(

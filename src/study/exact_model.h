@@ -131,7 +131,7 @@ class LookModelOf {
 
   Nominal NominalAt(std::size_t pass_index, const T& t) const {
     const Pass& pass = problem_.block.passes[pass_index];
-    const bool own = problem_.model.AccelerationOf(pass_index) == Acceleration::kOfCubic;
+    const bool own = problem_.model.paths().AccelerationOf(pass_index) == Acceleration::kOfCubic;
     const std::vector<StateVector>& states = pass.path.states();
     std::size_t k = 0;
     while (k + 2 < states.size() && T(states[k + 1].time_s) <= t) ++k;

@@ -88,7 +88,9 @@ TEST_P(LookCostTest, AgreesWithAutomaticDerivatives) {
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     Motion motion;
     ASSERT_TRUE(block.passes[block.looks.pass[i]].path.Read(
-        block.looks.time_s[i], problem_.model.AccelerationOf(block.looks.pass[i]), &motion));
+        block.looks.time_s[i],
+        problem_.model.paths().AccelerationOf(block.looks.pass[i]),
+        &motion));
     const ceres::AutoDiffCostFunction<SphereAndCone, 2, 3, 2, 1, 3> automatic(
         new SphereAndCone{motion,
                           known_.truth_m[point],

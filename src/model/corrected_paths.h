@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/model/simplified.h"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "flight/track_axes.h"
+#include "flight/vertical_table.h"
+#include "parameters.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// How much of the speed at which a pass's cone passes over its farthest point, |v|, the noise of
+/// its states turns the cone by: |a_cubic - a_velocities| R / v^2 at the worse end of each piece of
+/// its path from its first look to its last.
+struct ConeTurning {
+  /// It is the length of a difference of accelerations; what turns the cone is its part along the
+  /// sight line, half of that in the mean over directions and ends: from 2 on the cone turns back
+  /// in every other piece, from this on in most.
+  static constexpr double kFolding_1 = 3.0;
+  double largest_1 = 0.0, median_1 = 0.0;
+  double range_m = 0.0;                ///< largest measured
+  std::size_t pieces = 0, folded = 0;  ///< those above kFolding_1
+};
+
+/// One term of the position corrections at a time: its basis functions with derivatives by time.
+/// Function k of the axis that is the rank-th one corrected has the local column
+/// column + rank by_axis + k by_function. Left unset until it is read: it is large.
+struct TermAtTime {
+  PositionCorrection::Axes axes;
+  std::array<bool, 3> components;
+  int column, by_axis, by_function;
+  std::size_t functions;
+  std::array<double, PositionCorrection::kMaxDegree + 1> value, first, second;
+
+  void Read(const PassCorrections& pass, const PolynomialTerm& term, double t_s);
+  /// The four spline functions of the piece that holds the measured time, at the path's time t.
+  void Read(const SplineTerm& term, int first_column, double measured_s, double t_s);
+};
+
+/// Everything about the corrected path at the measured time that both observation equations need.
+struct PathReading {
+  PathReading() = default;
+  PathReading(const PathReading&) = delete;  // it points to itself
+  PathReading& operator=(const PathReading&) = delete;
+  Motion motion;  ///< corrected; jerk of the nominal path
+  bool beyond_path = false;
+  const Eigen::Matrix3d* axes_1 = nullptr;  ///< track axes, where a correction needs them
+  std::optional<TrackAxes> turning;         ///< the same with their derivatives, where they turn
+  std::size_t term_count = 0;
+  std::array<TermAtTime, ParameterLayout::kMaxPolynomials + ParameterLayout::kMaxSplines> terms;
+};
+
+/// The flight paths of a block under corrections. A path is read at a time; from there the antenna
+/// moves on with its acceleration and jerk (LookModel). Holds references to the block and the
+/// layout, which must outlive it. Thread-safe.
+class CorrectedPaths {
+ public:
+  CorrectedPaths(const Block& block, const ParameterLayout& layout, const Simplified& simplified);
+
+  /// Part of the speed at which the cone passes over a point; where noise of the states turns the
+  /// cone by more, the acceleration of the velocities takes the place of the cubic's.
+  static constexpr double kMostTurn_1 = 0.3;
+  [[nodiscard]] Acceleration AccelerationOf(std::size_t pass) const {
+    return rules_[pass].acceleration;
+  }
+  [[nodiscard]] const ConeTurning& TurningOf(std::size_t pass) const {
+    return rules_[pass].turning;
+  }
+  [[nodiscard]] bool AxesTurn(std::size_t pass) const {
+    return rules_[pass].axes == TrackAxesUse::kTurning;
+  }
+  /// The nominal path: the block's, or straightened where the model is simplified.
+  [[nodiscard]] const FlightPath& PathOf(std::size_t pass) const {
+    return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
+  }
+
+  /// Reads a pass under its local corrections `x`, measured_s choosing the pieces of splines. False
+  /// too far beyond the path's ends or where corrections overflow.
+  [[nodiscard]] bool Read(
+      std::size_t pass, double measured_s, double path_s, const double* x, PathReading* out) const;
+
+ private:
+  enum class TrackAxesUse { kNone, kConstant, kTurning };
+  /// How the path of a pass is read.
+  struct Rule {
+    Acceleration acceleration = Acceleration::kOfCubic;
+    TrackAxesUse axes = TrackAxesUse::kNone;
+    Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< kConstant
+    VerticalTable verticals;                               ///< kTurning
+    ConeTurning turning;
+  };
+  const Block& block_;
+  const ParameterLayout& layout_;
+  std::vector<FlightPath> straightened_;  // by pass; empty: the block's
+  std::vector<Rule> rules_;               // by pass
+};
+
+}  // namespace sarblock
