@@ -15,7 +15,7 @@ namespace sarblock {
 namespace {
 
 // clang-format off
-constexpr std::array kOptions = std::to_array<AdjustOption>({
+constexpr std::array kCorrectionOptions = std::to_array<AdjustOption>({
   {"correction.position.basis", "text", "polynomial, spline", "polynomial",
    "Functions of time of the antenna's displacement: Legendre polynomials or a cubic B-spline."},
   {"correction.position.degree", "integer", "0 to 15", "0", "Highest Legendre degree."},
@@ -251,7 +251,7 @@ CorrectionGroup ReadGroup(std::size_t kind,
                           const std::string& name,
                           const TomlTable& table,
                           const std::vector<std::string>& pass_ids) {
-  table.RefuseOthers(KeysWithin(kOptions, "correction." + CorrectionKinds()[kind] + "."));
+  table.RefuseOthers(KeysWithin(kCorrectionOptions, "correction." + CorrectionKinds()[kind] + "."));
   CorrectionGroup group;
   group.name = name;
   switch (kind) {
@@ -398,7 +398,7 @@ class GroupDump {
 
 }  // namespace
 
-std::span<const AdjustOption> CorrectionOptions() { return kOptions; }
+std::span<const AdjustOption> CorrectionOptions() { return kCorrectionOptions; }
 
 const std::vector<std::string>& CorrectionKinds() {
   static const std::vector<std::string> kinds{

@@ -487,7 +487,7 @@ void ReadResultSelection(ResultReading* reading) {
     candidate.name = reader->Id(0);
     candidate.passes = reader->Text(1);
     candidate.parameters = static_cast<int>(ReadCount(*reader, 2));
-    candidate.test = ReadName(*reader, 3, SelectionTest::kNotTried);
+    candidate.test = ReadEnum(*reader, 3, SelectionTest::kNotTried);
     candidate.statistic_1 = reader->Number(4);
     candidate.f_1 = reader->Number(5);
     candidate.probability_1 = reader->Number(6);
