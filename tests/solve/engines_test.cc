@@ -14,8 +14,10 @@
 #include "solve/ceres_engine.h"
 #include "solve/reduced_engine.h"
 #include "solve/start_values.h"
+#include "solve/step_tolerance.h"
 #include "support/scene_blocks.h"
 #include <Eigen/Cholesky>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -240,6 +242,24 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
                          EnginesTest,
                          testing::ValuesIn(test::SceneFiles()),
                          [](const auto& scene) { return test::TestNameOf(scene.param); });
+
+// Hand values: of 50 steps the cost must fall by a thousandth, or the decrement to half.
+TEST(ProgressOfStepsTest, EndsWhereNeitherCostNorStepsShrink) {
+  ProgressOfSteps steps;
+  EXPECT_FALSE(steps.Stagnates(50, 1000.0, 8.0));
+  EXPECT_FALSE(steps.Stagnates(99, 1000.0, 8.0));  // no 50 steps since
+  EXPECT_FALSE(steps.Stagnates(100, 998.9, 8.0));  // the cost fell
+  EXPECT_FALSE(steps.Stagnates(150, 998.8, 3.9));  // the steps shrank
+  EXPECT_TRUE(steps.Stagnates(200, 998.2, 2.0));
+}
+
+TEST(ProgressOfStepsTest, ALimitThatEndsShrinkingStepsIsNamed) {
+  SceneBlock made = test::SmallSceneBlock("leberl-aircraft");
+  made.options.max_iterations = 1;
+  const AdjustResult result = Adjust(made.block, made.options);
+  EXPECT_FALSE(result.accepted);
+  EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("max_iterations = 1 ")));
+}
 
 }  // namespace
 }  // namespace sarblock
