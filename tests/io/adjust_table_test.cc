@@ -375,7 +375,7 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsWrittenAsItIsRead) {
     EXPECT_EQ(left.erase(sample.key), 1u) << sample.key;
     std::vector<std::string> overrides = sample.beside;
     overrides.push_back(std::string(sample.key) + "=" + sample.value);
-    const std::string dump = DumpAdjustTable(Read("", overrides));
+    const std::string dump = DumpAdjustTable(OptionsOf("", overrides));
     const std::string key = std::string("adjust.") + sample.key;
     const std::size_t dot = key.rfind('.');
     const std::size_t table = dump.find("[" + key.substr(0, dot) + "]\n");
@@ -385,7 +385,7 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsWrittenAsItIsRead) {
     ASSERT_NE(at, std::string::npos) << line << " in\n" << dump;
     EXPECT_LT(at, dump.find("\n[", table)) << dump;
     EXPECT_EQ(defaults.find(line), std::string::npos) << key << " is a default";
-    EXPECT_EQ(DumpAdjustTable(Read(dump)), dump);
+    EXPECT_EQ(DumpAdjustTable(OptionsOf(dump)), dump);
   }
   EXPECT_THAT(left, testing::IsEmpty()) << "options without a sample in this test";
 }
