@@ -208,7 +208,9 @@ bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) 
                       return LiesWhereItLooks(block.frame, sight, met.position_m);
                     });
   if (!fits) {
-    if (met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {
+    // What a search for blunders said of the point stays.
+    if (problem->point_status[point] == PointStatus::kUndetermined &&
+        met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {
       problem->point_reason[point] = Explain(met.outcome);
     }
     return false;
