@@ -202,17 +202,22 @@ TEST_P(ExplicitCorrectionsTest, EqualTheExplicitModelUnderNoiseOfManyMetres) {
     x.segment<3>(model.corrections() + 3 * static_cast<Eigen::Index>(j)) = known.truth_m[j];
   }
   x = model.Solve(x, steps);
+  // Of a spline the program leaves out the third derivative (docs/theory/observations.md): with
+  // coefficients that differ by 6 m, c''' = 1 m/s^3, at R = 8e5 m and dt = 5 ms one look's time
+  // moves by 1.4 mm along track, a tenth of that in a point of many: some 5e-5 of its standard
+  // deviation.
+  const double part_1 = GetParam() == Case::kSpline ? 1e-4 : 1e-7;
   ASSERT_EQ(static_cast<std::size_t>(model.corrections()), adjusted.parameters.size());
   for (std::size_t k = 0; k < adjusted.parameters.size(); ++k) {
     const ParameterResult& parameter = adjusted.parameters[k];
-    EXPECT_NEAR(parameter.value, x[static_cast<Eigen::Index>(k)], 1e-5 * parameter.sigma)
+    EXPECT_NEAR(parameter.value, x[static_cast<Eigen::Index>(k)], part_1 * parameter.sigma)
         << parameter.owner << " " << parameter.name;
   }
   for (std::size_t j = 0; j < plan.points; ++j) {
     const Eigen::Vector3d p_m =
         x.segment<3>(model.corrections() + 3 * static_cast<Eigen::Index>(j));
     const double sigma_m = std::sqrt(adjusted.points.covariance_m2[j][0]);  // east
-    EXPECT_LT((p_m - adjusted.points.position_m[j]).norm(), 1e-5 * sigma_m) << j;
+    EXPECT_LT((p_m - adjusted.points.position_m[j]).norm(), part_1 * sigma_m) << j;
   }
 }
 
