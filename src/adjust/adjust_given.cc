@@ -147,8 +147,27 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
       "not accepted: " + std::to_string(left_out) + " of " + std::to_string(given) +
           " looks were left out as blunders, outliers or misplaced, more than a quarter; something "
           "that many looks share is wrong (the times, ranges or ids of a pass, a control point, "
-          "the "
-          "standard deviations)");
+          "the standard deviations)");
+}
+
+/// Above this v'Pv over the redundancy standard deviations mean nothing, unless they are scaled by
+/// it.
+constexpr double kGrossVariance_1 = 10.0;
+
+void RefuseGrossContradictions(const AdjustOptions& options, AdjustResult* result) {
+  if (options.scale_by_posterior || !(result->sigma0_squared > kGrossVariance_1)) return;
+  result->accepted = false;
+  std::array<char, 320> text{};
+  std::snprintf(
+      text.data(),
+      text.size(),
+      "not accepted: s0^2 is %.3g where 1 is expected, above %g: observations, control and "
+      "priors contradict each other so much that standard deviations mean nothing (a "
+      "pass's times, ranges or states, a control point, or the standard deviations "
+      "given are wrong)",
+      result->sigma0_squared,
+      kGrossVariance_1);
+  Warn(result, text.data());
 }
 
 /// No solution is accepted in which a point stands above an antenna or where nothing looks to.
@@ -333,6 +352,7 @@ AdjustResult AdjustGiven(const Block& block,
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
+  RefuseGrossContradictions(options, &result);
   WarnOfRounding(problem, state, &result);
   WarnOfContradictedPriors(&result);
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||

@@ -173,8 +173,8 @@ std::vector<std::pair<int, std::string>> ExitCodes() {
   return {
       {kAccepted, "done and accepted"},
       {kNotAccepted,
-       "done but not accepted: not converged; with --strict also a failed global test or check "
-       "points out of bounds. Also after Ctrl-C, which leaves no half-written file"},
+       "done but not accepted: not converged, or s0^2 above 10; with --strict also a failed global "
+       "test or check points out of bounds. Also after Ctrl-C, which leaves no half-written file"},
       {kWrongUsage, "wrong usage"},
       {kBadInput, "input that cannot be used: FILE:LINE: field: what is wrong, what is allowed"},
       {kUndetermined, "the block cannot be determined; the message names parameters or points"},

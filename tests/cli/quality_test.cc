@@ -51,10 +51,11 @@ TEST_F(QualityCommandTest, ARunStartsFromTheRejectionsOfAnother) {
   EXPECT_EQ(again["counts"]["redundancy"], found["counts"]["redundancy"]);
   EXPECT_NEAR(again["sigma0_squared"].get<double>(), found["sigma0_squared"].get<double>(), 1e-6);
   EXPECT_THAT(Content(folder_ / "again/residuals.csv"), HasSubstr(",1,given,"));
-  // Without either the blunders are in the variance factor.
-  EXPECT_EQ(Run("adjust", block, "plain").exit_code, 0);
+  // Without either the blunders are in the variance factor, and nothing is accepted above 10.
+  EXPECT_EQ(Run("adjust", block, "plain").exit_code, 1);
   const json plain = json::parse(Content(folder_ / "plain/summary.json"));
-  EXPECT_GT(plain["sigma0_squared"].get<double>(), 2.0 * found["sigma0_squared"].get<double>());
+  EXPECT_GT(plain["sigma0_squared"].get<double>(), 10.0);
+  EXPECT_EQ(plain["accepted"], false);
 }
 
 // The trajectories of two passes exchanged: the looks follow, the priors do not.
