@@ -135,8 +135,8 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
     std::size_t looks = 0;
     for (std::size_t i = begin; i < end; ++i) looks += block.looks.rejected(i) ? 0U : 1U;
     given += looks;
-    const bool open = problem.point_status[point] == PointStatus::kUndetermined &&
-                      problem.point_reason[point] != kMirroredReason;
+    const bool open =
+        problem.point_status[point] == PointStatus::kUndetermined && problem.misplaced[point] == 0;
     if (looks < 2 || open) continue;  // the make of the block leaves these out
     left_out += looks - static_cast<std::size_t>(problem.CountLooks(point));
   }

@@ -76,6 +76,7 @@ AdjustmentProblem::AdjustmentProblem(const Block& source,
   for (std::size_t i = 0; i < looks; ++i) look_used[i] = block.looks.rejected(i) ? 0 : 1;
   point_status.assign(points, PointStatus::kAdjusted);
   point_reason.resize(points);
+  misplaced.resize(points, 0);
   weights.assign(looks, {0.0, 0.0});
   control_of.assign(points, -1);
   for (const KnownPosition& known : block.points.known) {
@@ -92,6 +93,20 @@ void AdjustmentProblem::LeaveOut(std::size_t point, PointStatus status, const st
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     look_used[i] = 0;
   }
+}
+
+void AdjustmentProblem::LeaveOutMisplaced(std::size_t point) {
+  LeaveOut(point,
+           PointStatus::kUndetermined,
+           "its looks meet only above the antennas or on the side they do not look to");
+  misplaced[point] = 1;
+}
+
+void AdjustmentProblem::TakeBack(std::size_t point, const std::vector<std::size_t>& looks) {
+  point_status[point] = PointStatus::kAdjusted;
+  point_reason[point].clear();
+  misplaced[point] = 0;
+  for (const std::size_t look : looks) look_used[look] = 1;
 }
 
 int AdjustmentProblem::CountLooks(std::size_t point) const {

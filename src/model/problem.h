@@ -70,7 +70,8 @@ struct AdjustmentProblem {
   std::vector<std::uint8_t> look_used;    ///< by look: takes part
   std::vector<PointStatus> point_status;  ///< by point; IsSolved() takes part
   std::vector<std::string> point_reason;  ///< by point; why not, for people
-  std::vector<LookWeights> weights;       ///< by look
+  std::vector<std::uint8_t> misplaced;  ///< by point: left out, its solution lies where no look can
+  std::vector<LookWeights> weights;     ///< by look
   std::vector<ControlEquations> control;  ///< of control points, sorted by point
   std::vector<std::int32_t> control_of;   ///< by point: index into control, or -1
   std::vector<HeldParameter> held;        ///< of a block without a datum
@@ -81,6 +82,10 @@ struct AdjustmentProblem {
   [[nodiscard]] bool Solves(std::size_t point) const { return IsSolved(point_status[point]); }
   /// Leaves a point and its looks out.
   void LeaveOut(std::size_t point, PointStatus status, const std::string& reason);
+  /// Leaves out a point whose solution stays above the antennas or on the wrong side.
+  void LeaveOutMisplaced(std::size_t point);
+  /// Takes a point and these of its looks into the problem again.
+  void TakeBack(std::size_t point, const std::vector<std::size_t>& looks);
   /// Looks of a point that take part.
   [[nodiscard]] int CountLooks(std::size_t point) const;
 };

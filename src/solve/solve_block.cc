@@ -46,9 +46,6 @@ std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
 
 }  // namespace
 
-const char kMirroredReason[] =
-    "its looks meet only above the antennas or on the side they do not look to";
-
 bool NewtonFinish(const AdjustOptions& options,
                   AdjustmentProblem* problem,
                   BlockState* state,
@@ -191,8 +188,8 @@ bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) 
   const Block& block = problem->block;
   if (problem->Solves(point) || problem->control_of[point] >= 0) return false;
   std::vector<Sight> sights;
-  std::vector<std::uint64_t> looks;
-  for (std::uint64_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+  std::vector<std::size_t> looks;
+  for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     if (block.looks.rejected(i)) continue;
     if (const auto sight = problem->model.SightOf(i, state->corrections)) {
       sights.push_back(*sight);
@@ -215,9 +212,7 @@ bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) 
     }
     return false;
   }
-  problem->point_status[point] = PointStatus::kAdjusted;
-  problem->point_reason[point].clear();
-  for (const std::uint64_t look : looks) problem->look_used[look] = 1;
+  problem->TakeBack(point, looks);
   state->start_m[point] = met.position_m;
   state->displacement_m[point].setZero();
   return true;
@@ -258,7 +253,7 @@ void RecoverMisplacedPoints(const AdjustOptions& options,
         return !LiesWhereItLooks(problem->block.frame, sight, state->Position(point));
       });
       if (!mirrored || problem->control_of[point] >= 0) continue;  // weak points are named later
-      problem->LeaveOut(point, PointStatus::kUndetermined, kMirroredReason);
+      problem->LeaveOutMisplaced(point);
       left_out = true;
     }
     if (left_out) {

@@ -52,9 +52,6 @@ void SolveOnce(const AdjustOptions& options,
                std::optional<ReducedSystem>* system,
                ProgressSink* progress);
 
-/// Why a point was left out whose solution stays above the antennas or on the wrong side.
-extern const char kMirroredReason[];
-
 /// Takes a point that was left out back into the problem where all its looks, but those that the
 /// block itself rejects, meet on the corrected paths within their noise and where they look; true
 /// if so. The point starts from there.
