@@ -67,8 +67,8 @@ void FactorAt(const AdjustmentProblem& problem,
               PointState* p) {
   PointColumns& columns = p->terms.columns;
   p->t = kept != nullptr ? kept->Restore(problem, point, &p->factor.r, &columns) : nullptr;
-  if (p->t != nullptr && quality && !kept->RestoreLooks(problem, point, &p->factor)) p->t = nullptr;
   const bool restored = p->t != nullptr;
+  if (restored && quality) kept->RestoreLooks(problem, point, &p->factor);
   if (!restored) FactorPoint(problem, state, {}, 0.0, point, &p->factor);
   p->r_inverse = InverseOfUpper(p->factor.r);
   p->core.setIdentity();

@@ -8,8 +8,8 @@
 
 namespace sarblock {
 
-KeptFactors::KeptFactors(KeptFor purpose, std::size_t points, std::size_t parts, std::size_t bytes)
-    : purpose_(purpose), places_(points), parts_(parts) {
+KeptFactors::KeptFactors(std::size_t points, std::size_t parts, std::size_t bytes)
+    : places_(points), parts_(parts) {
   for (Part& part : parts_) part.numbers.reserve(bytes / sizeof(double) / parts);
 }
 
@@ -36,7 +36,6 @@ void KeptFactors::Keep(std::size_t part,
   };
   put(factor.r.data(), 9);
   put(columns.t.data(), columns.t.size());
-  if (purpose_ == KeptFor::kCovariance) return;
   numbers.push_back(factor.row_count);
   put(factor.q.data(), factor.q.size());
   put(factor.e.data(), factor.e.size());
@@ -62,10 +61,9 @@ const double* KeptFactors::Restore(const AdjustmentProblem& problem,
   return number + 9;
 }
 
-bool KeptFactors::RestoreLooks(const AdjustmentProblem& problem,
+void KeptFactors::RestoreLooks(const AdjustmentProblem& problem,
                                std::size_t point,
                                PointFactor* out) const {
-  if (purpose_ == KeptFor::kCovariance) return false;
   const Place& place = places_[point];
   const Part& part = parts_[place.part];
   const double* number = part.numbers.data() + place.number;
@@ -101,7 +99,6 @@ bool KeptFactors::RestoreLooks(const AdjustmentProblem& problem,
       take(static_cast<std::size_t>(look.columns.column_count), row.data());
     }
   }
-  return true;
 }
 
 }  // namespace sarblock

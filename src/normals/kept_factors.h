@@ -11,22 +11,16 @@
 
 namespace sarblock {
 
-/// What a sweep over the points will ask of factors that are kept.
-enum class KeptFor {
-  kCovariance,  ///< R and T
-  kQuality,     ///< and what the quality figures of looks read
-};
-
 /// The factors of all points of one linearisation, kept from the sum of S to the sweep over the
 /// points, so that a look is evaluated once for both (BytesFor). Recomputed factors are the same to
 /// the bit; large blocks are left to that.
 class KeptFactors {
  public:
-  /// Memory that may be kept: 29,000 points of five looks, six parameters; R and T alone, 60,000.
+  /// Memory that may be kept: 29,000 points of five looks, six parameters.
   static constexpr std::size_t kMostBytes = std::size_t{48} << 20;
 
   /// `bytes`: what BytesFor says of them, taken at once.
-  KeptFactors(KeptFor purpose, std::size_t points, std::size_t parts, std::size_t bytes);
+  KeptFactors(std::size_t points, std::size_t parts, std::size_t bytes);
 
   /// Keeps the undamped factor of a point and its T (ProjectColumns); one thread a part. A point
   /// with a look that has no value is not kept.
@@ -43,20 +37,14 @@ class KeptFactors {
                                       PointColumns* columns) const;
 
   /// What FactorPoint would give as far as the quality figures read it, of a point that Restore
-  /// knows: Q, R, e and of every look its index, columns, rows and error_1. False if only
-  /// covariances were asked for.
-  [[nodiscard]] bool RestoreLooks(const AdjustmentProblem& problem,
-                                  std::size_t point,
-                                  PointFactor* out) const;
+  /// knows: Q, R, e and of every look its index, columns, rows and error_1.
+  void RestoreLooks(const AdjustmentProblem& problem, std::size_t point, PointFactor* out) const;
 
   /// Memory for points with so many looks and local columns of looks together.
-  [[nodiscard]] static std::size_t BytesFor(KeptFor purpose,
-                                            std::size_t points,
+  [[nodiscard]] static std::size_t BytesFor(std::size_t points,
                                             std::size_t looks,
                                             std::size_t columns) {
-    const bool quality = purpose == KeptFor::kQuality;
-    return sizeof(double) *
-           (14 * points + 3 * columns + (quality ? 12 * points + 8 * looks + 2 * columns : 0));
+    return sizeof(double) * (26 * points + 8 * looks + 5 * columns);
   }
 
  private:
@@ -71,7 +59,6 @@ class KeptFactors {
     std::vector<double> numbers;
     std::vector<int> blocks;
   };
-  KeptFor purpose_;
   std::vector<Place> places_;  // by point
   std::vector<Part> parts_;
 };

@@ -299,15 +299,12 @@ void Add(const AdjustmentProblem& problem,
 
 }  // namespace
 
-ReducedSystem::ReducedSystem(const AdjustmentProblem& problem,
-                             std::size_t most_kept_bytes,
-                             KeptFor purpose)
-    : problem_(problem), kept_for_(purpose) {
+ReducedSystem::ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes)
+    : problem_(problem) {
   Structure structure = StructureOf(problem);
   s_ = std::move(structure.pattern);
   const std::size_t points = problem.block.points.size();
-  const std::size_t bytes =
-      KeptFactors::BytesFor(purpose, points, structure.looks, structure.columns);
+  const std::size_t bytes = KeptFactors::BytesFor(points, structure.looks, structure.columns);
   if (bytes <= most_kept_bytes) kept_bytes_ = bytes;
 }
 
@@ -348,7 +345,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   std::vector<std::optional<Partial>> parts(partials);
   kept_.reset();
   const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
-  if (keep) kept_.emplace(kept_for_, points, partials, kept_bytes_);
+  if (keep) kept_.emplace(points, partials, kept_bytes_);
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(s_);

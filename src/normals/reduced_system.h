@@ -38,9 +38,7 @@ class ReducedSystem {
  public:
   /// Finds the pattern of S from the looks that take part. Up to `most_kept_bytes` the factors of
   /// points are kept for a sweep at the same state.
-  explicit ReducedSystem(const AdjustmentProblem& problem,
-                         std::size_t most_kept_bytes = 0,
-                         KeptFor purpose = KeptFor::kQuality);
+  explicit ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes = 0);
 
   /// Forms S and its right-hand side at a state, priors included, with `damping_1` times the
   /// diagonal of J'J added to every unknown (0: none).
@@ -112,7 +110,6 @@ class ReducedSystem {
   Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
   std::optional<BlockCholesky> factor_;
   std::size_t kept_bytes_ = 0;  // 0: none
-  KeptFor kept_for_;
   std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;
   bool exact_ = false;  // undamped sums by Q2: differences were found to lose digits

@@ -12,8 +12,7 @@ double ToleranceFor(double tolerance_1, const AdjustmentProblem& problem) {
 
 const char kStagnates[] =
     "the steps no longer shrink, more iterations would not end it (contradicting observations, "
-    "start "
-    "values too far off, or corrections that are hardly determined)";
+    "start values too far off, or corrections that are hardly determined)";
 
 std::string LimitReached(int max_iterations) {
   return "the steps still shrank when max_iterations = " + std::to_string(max_iterations) +

@@ -56,7 +56,7 @@ struct Covariances {
 enum class RankBy { kPivots, kSearch };
 
 Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, RankBy rank) {
-  ReducedSystem system(problem, KeptFactors::kMostBytes, KeptFor::kCovariance);
+  ReducedSystem system(problem, KeptFactors::kMostBytes);
   system.Form(state, {}, nullptr);
   if (rank == RankBy::kSearch) {
     FactorRegular(&system);

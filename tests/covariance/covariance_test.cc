@@ -120,40 +120,35 @@ class CovarianceTest : public testing::TestWithParam<Case> {
 // Invariance: factors kept from the sum of S are those computed anew, to the bit.
 TEST_P(CovarianceTest, KeptFactorsGiveTheSameBytes) {
   EXPECT_EQ(system_->kept(), nullptr);
-  for (const KeptFor purpose : {KeptFor::kCovariance, KeptFor::kQuality}) {
-    ReducedSystem keeping(problem_, KeptFactors::kMostBytes, purpose);
-    keeping.Form(state_, {}, nullptr);
-    ASSERT_NE(keeping.kept(), nullptr);
-    for (const bool quality : {false, true}) {
-      const PointSweep anew = SweepPoints(problem_, state_, &*inverse_, quality, nullptr);
-      const PointSweep kept =
-          SweepPoints(problem_, state_, &*inverse_, quality, nullptr, keeping.kept());
-      EXPECT_EQ(anew.covariance_m2, kept.covariance_m2);
-      EXPECT_EQ(anew.redundancy, kept.redundancy);
-      for (std::size_t component = 0; component < 2; ++component) {
-        EXPECT_EQ(anew.quality.redundancy_1[component], kept.quality.redundancy_1[component]);
-        EXPECT_EQ(anew.quality.shift_m[component], kept.quality.shift_m[component]);
-      }
+  ReducedSystem keeping(problem_, KeptFactors::kMostBytes);
+  keeping.Form(state_, {}, nullptr);
+  ASSERT_NE(keeping.kept(), nullptr);
+  for (const bool quality : {false, true}) {
+    const PointSweep anew = SweepPoints(problem_, state_, &*inverse_, quality, nullptr);
+    const PointSweep kept =
+        SweepPoints(problem_, state_, &*inverse_, quality, nullptr, keeping.kept());
+    EXPECT_EQ(anew.covariance_m2, kept.covariance_m2);
+    EXPECT_EQ(anew.redundancy, kept.redundancy);
+    for (std::size_t component = 0; component < 2; ++component) {
+      EXPECT_EQ(anew.quality.redundancy_1[component], kept.quality.redundancy_1[component]);
+      EXPECT_EQ(anew.quality.shift_m[component], kept.quality.shift_m[component]);
     }
-    keeping.Form(state_, {}, nullptr, 1e-3);
-    EXPECT_EQ(keeping.kept(), nullptr);  // damped
   }
+  keeping.Form(state_, {}, nullptr, 1e-3);
+  EXPECT_EQ(keeping.kept(), nullptr);  // damped
 }
 
-TEST_P(CovarianceTest, KeptFactorsKnowWhatTheyHold) {
-  for (const KeptFor purpose : {KeptFor::kCovariance, KeptFor::kQuality}) {
-    ReducedSystem keeping(problem_, KeptFactors::kMostBytes, purpose);
-    keeping.Form(state_, {}, nullptr);
-    const KeptFactors& kept = *keeping.kept();
-    PointFactor factor;
-    PointColumns columns;
-    EXPECT_NE(kept.Restore(problem_, 2, &factor.r, &columns), nullptr);
-    EXPECT_EQ(kept.RestoreLooks(problem_, 2, &factor), purpose == KeptFor::kQuality);
-    std::uint8_t& used = problem_.look_used[problem_.block.looks.offsets[2]];
-    used = 0;  // another number of looks
-    EXPECT_EQ(kept.Restore(problem_, 2, &factor.r, &columns), nullptr);
-    used = 1;
-  }
+TEST_P(CovarianceTest, KeptFactorsAreNotThoseOfAnotherNumberOfLooks) {
+  ReducedSystem keeping(problem_, KeptFactors::kMostBytes);
+  keeping.Form(state_, {}, nullptr);
+  const KeptFactors& kept = *keeping.kept();
+  PointFactor factor;
+  PointColumns columns;
+  EXPECT_NE(kept.Restore(problem_, 2, &factor.r, &columns), nullptr);
+  std::uint8_t& used = problem_.look_used[problem_.block.looks.offsets[2]];
+  used = 0;
+  EXPECT_EQ(kept.Restore(problem_, 2, &factor.r, &columns), nullptr);
+  used = 1;
 }
 
 // Second route inside: QR of all equations at once in extended precision.
