@@ -187,9 +187,8 @@ TEST_F(FilesTest, AnInterruptionLeavesNothingHalfWritten) {
       "block-12-strips", "block", {"--set", "points.count=30000", "--set", "check.count=1000"});
   const Path result = folder_ / "result";
   test::Program program(folder_, {"adjust", block, "-o", result, "--threads", "1"});
-  // Where the signal meets it does not matter to what is asked for; the pause only makes it likely
-  // to be in the middle.
-  std::this_thread::sleep_for(std::chrono::milliseconds(150));
+  // As it begins to write.
+  while (program.Running() && !std::filesystem::exists(result)) std::this_thread::yield();
   program.Signal(SIGINT);
   const test::ProgramRun run = program.Wait();
   const auto files = FilesOf(result);

@@ -112,18 +112,25 @@ TEST_F(OutputsTest, AKilledRunLeavesTheOldResultTheNewOneOrNone) {
   const Path block = Simulated("block-12-strips", "block", {"--set", "points.count=6000"});
   ASSERT_EQ(Run("adjust", block, "old", {"--set", "covariance=none"}).exit_code, 0);
   const auto old = Contents(folder_ / "old");
-  const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(Run("adjust", block, "new", {"--set", "robust=huber"}).exit_code, 0);
-  const auto whole = std::chrono::steady_clock::now() - start;
   const auto expected = Contents(folder_ / "new");
-  constexpr int kKills = 12;
-  for (int k = 1; k <= kKills; ++k) {
+  constexpr std::size_t kKills = 12;
+  for (std::size_t k = 1; k <= kKills; ++k) {
     std::filesystem::remove_all(folder_ / "result");
     std::filesystem::copy(folder_ / "old", folder_ / "result");
     test::Program program(folder_,
                           {"adjust", block, "-o", folder_ / "result", "--set", "robust=huber"});
-    // The last third of the run, where it writes.
-    std::this_thread::sleep_for(whole * (2 * kKills + k) / (3 * kKills));
+    // While it writes: where its k-th file is begun, beside those of the older result, or at its end.
+    const auto files = [&] {
+      std::size_t count = 0;
+      std::error_code gone;  // a folder that goes away meanwhile ends the count
+      auto entry = std::filesystem::recursive_directory_iterator(folder_ / "result", gone);
+      for (; !gone && entry != std::filesystem::recursive_directory_iterator(); ++count) {
+        entry.increment(gone);
+      }
+      return count;
+    };
+    while (program.Running() && files() < old.size() + k) std::this_thread::yield();
     program.Signal(SIGKILL);
     static_cast<void>(program.Wait());
     const auto left = Contents(folder_ / "result");

@@ -80,7 +80,7 @@ TEST_F(StudyCommandTest, AnInterruptedStudyHoldsWholeRowsAndGoesOnToTheSameBytes
     while (program.Running() && std::chrono::steady_clock::now() < stop) {
       const auto file = folder_ / "cut" / "densification.csv";
       if (std::filesystem::exists(file) && test::RowsOf(Content(file)).size() >= 2) break;
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      std::this_thread::yield();
     }
     program.Signal(SIGINT);
     const ProgramRun run = program.Wait();
