@@ -5,6 +5,8 @@
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
+#   solve      stage solve with one thread, 100,000 points: straight strips, with 0.1 mm of noise in the
+#              states, and an orbit; both engines, and those of SARBLOCK_OTHER (another program) beside
 #   growth     stages of adjust and exponents over points, passes, parameters, looks and threads
 #   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
@@ -73,7 +75,7 @@ work=$(mktemp -d -p "${SARBLOCK_WORK:-${TMPDIR:-/tmp}}")
 trap 'rm -rf "$work"' EXIT
 
 exec python3 - "$program" "$work" "${1:-}" <<'PY'
-import json, math, os, resource, shutil, statistics, subprocess, sys, time
+import json, math, os, random, resource, shutil, statistics, subprocess, sys, time
 
 program, work, name = sys.argv[1:4]
 
@@ -198,6 +200,49 @@ def network_row(folder, parameters, extra):
 NETWORK_HEADER = ("points,looks,passes,unknowns,iterations,accepted,read_s,start_s,solve_s,"
                   "covariance_s,write_s,cpu_s,peak_mib")
 
+def with_noise(folder, sigma_m):
+    """A copy of a block whose states carry noise in their positions."""
+    noisy, draw = folder + "noisy", random.Random(7)
+    shutil.copytree(folder, noisy)
+    with open(f"{folder}/trajectories.csv") as rows, open(f"{noisy}/trajectories.csv", "w") as out:
+        columns = next(rows).strip().split(",")
+        out.write(",".join(columns) + "\n")
+        for row in rows:
+            cells = row.strip().split(",")
+            for axis in ("x_m", "y_m", "z_m"):
+                i = columns.index(axis)
+                cells[i] = repr(float(cells[i]) + draw.gauss(0, sigma_m))
+            out.write(",".join(cells) + "\n")
+    return noisy
+
+
+def solve_table(points):
+    """Stage solve of both engines, and of another program's, interleaved; the least of three."""
+    global program
+    strips_block, _ = block(points)
+    orbit = f"{work}/orbit"
+    run("simulate", "datasets/scenes/earth-same-side.toml", "-o", orbit, "--set", f"points.count={points}")
+    programs = [program] + [other for other in [os.environ.get("SARBLOCK_OTHER")] if other]
+    print("block,program,engine,looks,iterations,solve_s,ns_per_look_and_iteration")
+    for label, folder in (("strips", strips_block), ("strips 0.1 mm", with_noise(strips_block, 1e-4)),
+                          ("earth-same-side", orbit)):
+        least = {}
+        for _ in range(3):
+            for number, program in enumerate(programs):
+                for engine in ("reduced", "ceres"):
+                    shutil.rmtree(f"{work}/result", ignore_errors=True)
+                    ended = subprocess.run([program, "adjust", folder, "-o", f"{work}/result", "--json", "--threads",
+                                            "1", "--set", "covariance=none", "--set", f"engine={engine}"],
+                                           stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+                    result = json.loads(ended.stdout)  # also of a solution that is not accepted
+                    row = (result["stages"]["solve"]["wall_s"], result["counts"]["looks_used"], result["iterations"])
+                    least[number, engine] = min(row, least.get((number, engine), row))
+        for (number, engine), (wall, looks, iterations) in sorted(least.items()):
+            print(f"{label},{'this' if number == 0 else 'other'},{engine},{looks},{iterations},{wall:.2f},"
+                  f"{1e9 * wall / looks / max(1, iterations):.0f}", flush=True)
+    program = programs[0]
+
+
 if name == "growth":
     print("family,value,points,looks,passes,iterations,stage,wall_s,peak_mib,exponent")
     growth_family("points", [(n, strip_sets(n, 25), []) for n in (10000, 100000, 1000000)])
@@ -206,6 +251,8 @@ if name == "growth":
                                  for d in (1, 3, 7)])
     growth_family("looks", [(2 / (1 - o), strip_sets(30000, 25, o), []) for o in (0.0, 0.5, 0.75)])
     growth_family("threads", [(t, strip_sets(100000, 25), ["--threads", str(t)]) for t in (1, 2)])
+elif name == "solve":
+    solve_table(100000)
 elif name == "network":
     print(NETWORK_HEADER)
     simulated("network", f"{work}/network")
@@ -267,6 +314,6 @@ elif name == "selection":
     print("runs,auto_cpu_s,final_cpu_s,ratio")
     print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
-    sys.exit("bench.sh: NAME is commands, stages, reading, engines, growth, network, largest, "
+    sys.exit("bench.sh: NAME is commands, stages, reading, engines, solve, growth, network, largest, "
              "covariance, selection, machine or build")
 PY
