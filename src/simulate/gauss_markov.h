@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/simulate/wander.h"
+#include "sarblock/simulate/smooth_curve.h"
 
 #include <cstdint>
 

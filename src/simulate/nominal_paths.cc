@@ -172,7 +172,7 @@ double PlannedSpacing_s(const SceneWander& wander) {
   double spacing_s = 0.5;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (wander.rms_m[axis] > 0.0) {
-      spacing_s = std::min(spacing_s, wander.time_constant_s[axis] / 32.0);
+      spacing_s = std::min(spacing_s, wander.time_constant_s[axis] / 256.0);
     }
   }
   if (!wander.table_time_s.empty()) {

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/random.h"
 
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
