@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/recording.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
 #include "sarblock/simulate/simulate.h"
 
