@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finish_result.h"
 
+#include "sarblock/block/read_recorded.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -186,13 +187,12 @@ void FillParameters(const AdjustmentProblem& problem,
 
 namespace {
 
-/// Times of a corrected path's states: the nominal ones, and within the strip as many more as cubic
-/// interpolation needs to follow a spline (its knots and seven between) or a polynomial of a degree
-/// above 3.
+/// Times of a corrected path's states: those recorded and those of the path, and within the strip
+/// as many more as cubic interpolation needs to follow a spline (its knots and seven between) or a
+/// polynomial of a degree above 3.
 std::vector<double> CorrectedStateTimes(const AdjustmentProblem& problem, std::size_t pass) {
   const Pass& source = problem.block.passes[pass];
-  std::vector<double> times_s;
-  for (const StateVector& state : source.path.states()) times_s.push_back(state.time_s);
+  std::vector<double> times_s = PathTimes_s(source);
   const double span_s = source.end_s - source.start_s;
   double step_s = span_s;
   for (const SplineTerm& term : problem.layout.passes[pass].splines) {

@@ -42,7 +42,7 @@ double MedianOf(std::vector<double>* values) {
 // ---- one path
 
 std::string VelocityRemark(const Pass& pass) {
-  const std::vector<StateVector>& states = pass.path.states();
+  const std::vector<StateVector>& states = pass.RecordedStates();
   for (std::size_t i = 1; i < states.size(); ++i) {
     const StateVector &a = states[i - 1], &b = states[i];
     const Eigen::Vector3d moved_mps = (b.position_m - a.position_m) / (b.time_s - a.time_s);

@@ -321,6 +321,44 @@ std::string DescribeResult(const Block& block,
   return text;
 }
 
+namespace {
+
+/// What the recordings do to a point, where they are told from ideal ones.
+void PrintRecordings(const Block& block, Out out) {
+  constexpr double kTold_1 = 1e-3;  // of the sigma of azimuth
+  constexpr std::size_t kShown = 40;
+  std::size_t told = 0;
+  for (const Pass& pass : block.passes) {
+    const RecordingEffect& effect = pass.recorded.effect;
+    const bool ideal = !(effect.Total_m() > kTold_1 * effect.azimuth_sigma_m);
+    if (ideal && pass.recorded.asked.through == PathThrough::kStates) continue;
+    if (++told > kShown) continue;
+    if (told == 1) {
+      fmt::format_to(out,
+                     "  what recorded flights do to a point, metres along track\n"
+                     "  {:<20} {:<9} {:>10} {:>13} {:>14} {:>13}\n",
+                     "pass",
+                     "through",
+                     "noise",
+                     "contradiction",
+                     "between states",
+                     "azimuth sigma");
+    }
+    fmt::format_to(out,
+                   "  {:<20} {:<9} {:10.4f} {:13.4f} {:14.4f} {:13.4f}\n",
+                   pass.id,
+                   NameOf(effect.through),
+                   effect.noise_m,
+                   effect.contradiction_m,
+                   effect.interpolation_m,
+                   effect.azimuth_sigma_m);
+    if (!effect.why.empty()) fmt::format_to(out, "    {}\n", effect.why);
+  }
+  if (told > kShown) fmt::format_to(out, "  and {} passes more\n", told - kShown);
+}
+
+}  // namespace
+
 std::string DescribeBlock(const Block& block) {
   std::string text;
   const Out out(text);
@@ -380,6 +418,7 @@ std::string DescribeBlock(const Block& block) {
   if (block.passes.size() > kShown) {
     fmt::format_to(out, "  and {} passes more\n", block.passes.size() - kShown);
   }
+  PrintRecordings(block, out);
   return text;
 }
 

@@ -60,9 +60,10 @@ void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* bloc
       throw InputError(place, "is no KEY=VALUE, for example robust=huber");
     }
     std::string_view key = std::string_view(text).substr(0, equals);
+    const bool of_paths = key.starts_with("trajectory.");
     if (key.starts_with("adjust.")) key.remove_prefix(std::string_view("adjust.").size());
     const std::vector<std::string> parts = SplitKey(key);
-    toml::node* node = Descend(block_toml, "adjust", place);
+    toml::node* node = of_paths ? block_toml : Descend(block_toml, "adjust", place);
     for (std::size_t i = 0; i + 1 < parts.size(); ++i) node = Descend(node, parts[i], place);
     toml::table* table = node->as_table();
     if (table == nullptr) {

@@ -8,7 +8,8 @@
 
 namespace sarblock {
 
-/// Applies `KEY=VALUE` overrides to the `[adjust]` table (made if missing) of a block file.
+/// Applies `KEY=VALUE` overrides to the `[adjust]` table of a block file, and those of
+/// `trajectory.` to its `[trajectory]`; tables that are missing are made.
 void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* block_toml);
 
 }  // namespace sarblock

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_reader.h"
 
+#include "sarblock/block/read_recorded.h"
+
 #include <cmath>
 #include <utility>
 
@@ -21,6 +23,9 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   ReadLooks(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
   RequireAboveGround(reading.result.block);
+  for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {
+    reading.result.warnings.push_back(std::move(warning));
+  }
   for (std::string& remark : ExaminePlausibility(reading.result.block)) {
     reading.result.warnings.push_back(std::move(remark));
   }

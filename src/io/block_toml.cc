@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "adjust_overrides.h"
@@ -45,6 +46,23 @@ void ReadLookSigma(const TomlTable& table, const std::string& infix, LookSigma* 
   }
 }
 
+// Overrides the parts that the table gives.
+void ReadTrajectoryTable(const TomlTable& table, TrajectoryOptions* options) {
+  table.RefuseOthers({"through", "sigma_m", "sigma_mps"});
+  if (const auto through = table.Find("through")) {
+    constexpr std::array kAllowed{PathThrough::kStates,
+                                  PathThrough::kOrbit,
+                                  PathThrough::kPositions,
+                                  PathThrough::kSmooth,
+                                  PathThrough::kAuto};
+    std::vector<std::string> names;
+    for (const PathThrough allowed : kAllowed) names.emplace_back(NameOf(allowed));
+    options->through = kAllowed[through->OneOf(names)];
+  }
+  if (const auto value = table.FindPositive("sigma_m")) options->sigma.position_m = *value;
+  if (const auto value = table.FindPositive("sigma_mps")) options->sigma.velocity_mps = *value;
+}
+
 // The raster of the pass. Standard deviations in pixels become those of the pass, but for pixels of
 // a ground presentation, whose size in range differs from look to look.
 void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
@@ -72,7 +90,10 @@ void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
   reading->pixel_sigma_px.push_back(sigma.pixel_px);
 }
 
-void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* reading) {
+void ReadPass(const TomlTable& table,
+              const LookSigma& standard,
+              const TrajectoryOptions& trajectory,
+              BlockReading* reading) {
   table.RefuseOthers({"id",
                       "look",
                       "wavelength_m",
@@ -82,7 +103,8 @@ void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* r
                       "start_s",
                       "end_s",
                       "epoch_utc",
-                      "image"});
+                      "image",
+                      "trajectory"});
   Pass pass;
   const TomlValue id = table.Require("id", "the name of the pass");
   pass.id = id.Text();
@@ -104,6 +126,10 @@ void ReadPass(const TomlTable& table, const LookSigma& standard, BlockReading* r
   pass.sigma = standard;
   ReadLookSigma(table, "_sigma", &pass.sigma);
   if (const auto value = table.Find("epoch_utc")) pass.epoch_utc = value->Text();
+  pass.recorded.asked = trajectory;
+  if (const auto own = table.Find("trajectory")) {
+    ReadTrajectoryTable(TomlTable(*own), &pass.recorded.asked);
+  }
   ReadImageGrid(table, &pass, reading);
   std::optional<std::array<double, 2>> span_s;
   const auto start = table.Find("start_s"), end = table.Find("end_s");
@@ -129,7 +155,7 @@ void ReadBlockToml(BlockReading* reading) {
   if (format.Text() != kBlockFormat) {
     format.Fail(Quoted(format.Text()) + " is not known, \"" + kBlockFormat + "\" is allowed");
   }
-  file.RefuseOthers({"format", "name", "frame", "sigma", "adjust", "pass"});
+  file.RefuseOthers({"format", "name", "frame", "sigma", "trajectory", "adjust", "pass"});
   ApplyOverrides(reading->options.set_overrides, &parsed);
   Block& block = reading->result.block;
   const auto block_name = file.Find("name");
@@ -141,8 +167,14 @@ void ReadBlockToml(BlockReading* reading) {
     table.RefuseOthers({"range_m", "azimuth_m", "azimuth_s"});
     ReadLookSigma(table, "", &standard);
   }
+  TrajectoryOptions trajectory;
+  if (const auto given = file.Find("trajectory")) {
+    ReadTrajectoryTable(TomlTable(*given), &trajectory);
+  }
   const TomlValue passes = file.Require("pass", "a table [[pass]] for every pass");
-  for (const TomlValue& pass : passes.Entries()) ReadPass(TomlTable(pass), standard, reading);
+  for (const TomlValue& pass : passes.Entries()) {
+    ReadPass(TomlTable(pass), standard, trajectory, reading);
+  }
   if (block.passes.empty()) passes.Fail("is empty, a table [[pass]] for every pass is needed");
   std::vector<std::string> ids;
   for (const Pass& pass : block.passes) ids.push_back(pass.id);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/block/read_recorded.h"
 #include "sarblock/core/units.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
@@ -34,6 +35,24 @@ bool SameSigma(const LookSigma& a, const LookSigma& b) {
          a.azimuth_unit == b.azimuth_unit;
 }
 
+bool SameTrajectory(const TrajectoryOptions& a, const TrajectoryOptions& b) {
+  return a.through == b.through && SameNumber(a.sigma.position_m, b.sigma.position_m) &&
+         SameNumber(a.sigma.velocity_mps, b.sigma.velocity_mps);
+}
+
+/// An inline table, empty for what is the default.
+std::string TrajectoryText(const TrajectoryOptions& options) {
+  if (SameTrajectory(options, {})) return "";
+  std::string text = std::string("trajectory = { through = \"") + NameOf(options.through) + "\"";
+  if (!std::isnan(options.sigma.position_m)) {
+    text += ", sigma_m = " + NumberText(options.sigma.position_m);
+  }
+  if (!std::isnan(options.sigma.velocity_mps)) {
+    text += ", sigma_mps = " + NumberText(options.sigma.velocity_mps);
+  }
+  return text + " }\n";
+}
+
 std::string FrameText(const Frame& frame) {
   if (frame.kind() == FrameKind::kLocal) return "[frame]\nkind = \"local\"\n";
   const Ellipsoid& ellipsoid = frame.ellipsoid();
@@ -48,6 +67,12 @@ std::string FrameText(const Frame& frame) {
 
 std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
   std::string text = "format = \"sarblock-block 1\"\nname = " + TomlText(block.name) + "\n";
+  const bool one_trajectory =
+      !block.passes.empty() &&
+      std::all_of(block.passes.begin(), block.passes.end(), [&block](const Pass& pass) {
+        return SameTrajectory(pass.recorded.asked, block.passes.front().recorded.asked);
+      });
+  if (one_trajectory) text += TrajectoryText(block.passes.front().recorded.asked);
   text += FrameText(block.frame);
   const bool one_sigma =
       !block.passes.empty() &&
@@ -69,6 +94,7 @@ std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
     text += "start_s = " + NumberText(pass.start_s) + "\n";
     text += "end_s = " + NumberText(pass.end_s) + "\n";
     if (!pass.epoch_utc.empty()) text += "epoch_utc = " + TomlText(pass.epoch_utc) + "\n";
+    if (!one_trajectory) text += TrajectoryText(pass.recorded.asked);
     if (pass.image) text += ImageTableText(*pass.image);
   }
   return text;
@@ -203,7 +229,18 @@ void WritePaths(const fs::path& file,
 
 std::vector<FlightPath> NominalPaths(const Block& block) {
   std::vector<FlightPath> paths;
-  for (const Pass& pass : block.passes) paths.push_back(pass.path);
+  for (const Pass& pass : block.passes) {
+    if (pass.recorded.states.empty()) {
+      paths.push_back(pass.path);
+      continue;
+    }
+    std::vector<StateVector> states;
+    for (const double time_s : PathTimes_s(pass)) {
+      const std::optional<Motion> motion = pass.path.At(time_s);
+      if (motion) states.push_back({time_s, motion->position_m, motion->velocity_mps});
+    }
+    paths.emplace_back(std::move(states));
+  }
   return paths;
 }
 
@@ -216,7 +253,9 @@ void WriteBlock(const fs::path& folder,
   staged.Write([&](const fs::path& to) {
     const char* const ending = compression == Compression::kGzip ? ".csv.gz" : ".csv";
     const auto file = [&](const std::string& name) { return to / (name + ending); };
-    WritePaths(file("trajectories"), block, NominalPaths(block), compression);
+    std::vector<FlightPath> recorded;
+    for (const Pass& pass : block.passes) recorded.emplace_back(pass.RecordedStates());
+    WritePaths(file("trajectories"), block, recorded, compression);
     WriteLooks(file("observations"), block, compression);
     WritePoints(file("points"), block, compression);
     if (truth != nullptr && !truth->points_m.empty()) {

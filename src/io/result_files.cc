@@ -57,6 +57,27 @@ Json FrameJson(const Frame& frame) {
            {{"name", ellipsoid.name}, {"a_m", ellipsoid.a_m}, {"f", ellipsoid.flattening}}}};
 }
 
+/// How the recorded flight of a pass was read and what that does to a point.
+Json TrajectoryJson(const RecordedFlight& recorded) {
+  const RecordingEffect& effect = recorded.effect;
+  Json json = {{"through", NameOf(effect.through)},
+               {"asked", NameOf(recorded.asked.through)},
+               {"noise_m", effect.noise_m},
+               {"contradiction_m", effect.contradiction_m},
+               {"interpolation_m", effect.interpolation_m},
+               {"azimuth_sigma_m", effect.azimuth_sigma_m},
+               {"state_sigma_m", effect.noise.position_m},
+               {"state_sigma_mps", effect.noise.velocity_mps}};
+  if (!effect.why.empty()) json["why"] = effect.why;
+  if (effect.fit) {
+    json["fit"] = {{"position", effect.fit->position_1},
+                   {"position_freedom", effect.fit->position_freedom},
+                   {"velocity", effect.fit->velocity_1},
+                   {"velocity_freedom", effect.fit->velocity_freedom}};
+  }
+  return json;
+}
+
 Json PassesJson(const Block& block) {
   Json passes = Json::array();
   for (const Pass& pass : block.passes) {
@@ -66,6 +87,7 @@ Json PassesJson(const Block& block) {
                   {"end_s", pass.end_s}};
     if (!std::isnan(pass.wavelength_m)) entry["wavelength_m"] = pass.wavelength_m;
     if (!pass.epoch_utc.empty()) entry["epoch_utc"] = pass.epoch_utc;
+    entry["trajectory"] = TrajectoryJson(pass.recorded);
     passes.push_back(std::move(entry));
   }
   return passes;

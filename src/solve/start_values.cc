@@ -76,15 +76,15 @@ void RequireSteadyCones(const AdjustmentProblem& problem) {
   for (std::size_t pass = 0; pass < problem.block.passes.size(); ++pass) {
     const ConeTurning& turning = problem.model.paths().TurningOf(pass);
     if (!(turning.median_1 > ConeTurning::kFolding_1)) continue;
-    std::array<char, 512> text{};
+    std::array<char, 640> text{};
     std::snprintf(
         text.data(),
         text.size(),
         "the flight path is too rough to be read at %.4g km: in %zu of %zu intervals "
         "between its states the path turns the Doppler cone back over points it has "
         "passed, since positions and velocities contradict each other (median %.2g of the "
-        "cone's own rate, at most %.2g is allowed); smooth the states, or give states "
-        "farther apart",
+        "cone's own rate, at most %.2g is allowed); set through = \"smooth\" or \"auto\" in its "
+        "trajectory, smooth the states, or give states farther apart",
         1e-3 * turning.range_m,
         turning.folded,
         turning.pieces,

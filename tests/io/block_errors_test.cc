@@ -86,7 +86,8 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInBlockToml) {
        "block.toml:2: is not valid TOML: Error while parsing string: "},
       {{"[frame]", "[= 1.5"}, "block.toml:3: is not valid TOML: a table header needs a name"},
       {{"name = \"small\"", "nam = \"small\""},
-       "block.toml:2: nam: the key is not known, format, name, frame, sigma, adjust or pass is "
+       "block.toml:2: nam: the key is not known, format, name, frame, sigma, trajectory, adjust or "
+       "pass is "
        "allowed; did you mean name?"},
       {{"\"local\"", "\"geocentrik\""},
        "block.toml:4: frame.kind: 'geocentrik' is not known, local or geocentric is allowed; did "

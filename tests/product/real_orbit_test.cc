@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A real restituted orbit file; skipped where it is not beside the project.
+#include "sarblock/flight/recording.h"
 #include "sarblock/flight/resample.h"
 #include "sarblock/product/sentinel1.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -60,6 +62,47 @@ TEST_F(RealOrbitTest, InterpolationGivesBackStatesLeftOut) {
   EXPECT_LT(position_m, 1e-3);
   EXPECT_LT(velocity_mps, 1e-4);
   EXPECT_GT(position_m, 1e-9);
+}
+
+// Real data against themselves: states 60 and 120 s apart, read in three ways, beside those left
+// out in the middle 400 s. What is told of the cubic's error is what it is, and polynomials follow.
+TEST_F(RealOrbitTest, StatesThinnedOutAreReadAsWellAsTold) {
+  for (const std::size_t step : {6U, 12U}) {
+    std::vector<StateVector> thin;
+    for (std::size_t k = 0; k < states_.size(); k += step) thin.push_back(states_[k]);
+    const double middle_s = 0.5 * states_.back().time_s;
+    const TimeSpan strip_s{middle_s - 200.0, middle_s + 200.0};
+    const Recording recording(thin, {}, strip_s);
+    // The gravity field has waves that states 120 s apart show as noise of centimetres.
+    EXPECT_LT(recording.noise().position_m, 0.05);
+    EXPECT_LT(recording.contradiction_mps(), 1e-3);
+    for (const PathThrough through :
+         {PathThrough::kStates, PathThrough::kOrbit, PathThrough::kPositions}) {
+      const RecordedPath read = recording.Read(through, 1e-9);
+      double square = 0.0, count = 0.0;
+      for (const StateVector& state : states_) {
+        if (state.time_s < strip_s.first_s || state.time_s > strip_s.last_s) continue;
+        const Eigen::Vector3d u = state.velocity_mps.normalized();
+        const Eigen::Vector3d e = read.path.At(state.time_s)->velocity_mps - state.velocity_mps;
+        square += (e - u * u.dot(e)).squaredNorm();
+        count += 1.0;
+      }
+      const double error_mps = std::sqrt(square / count);
+      const double told_mps = read.errors.interpolation_mps;
+      RecordProperty(std::string(NameOf(through)) + std::to_string(10 * step) + "_mps",
+                     std::to_string(error_mps) + " told " + std::to_string(told_mps));
+      if (through == PathThrough::kStates) {
+        // States left out stand at sixths and twelfths of a piece: nearly the mean over it.
+        EXPECT_NEAR(error_mps, told_mps, 0.1 * told_mps);
+        EXPECT_GT(error_mps, 1e-2);
+      } else {
+        // To 1 mm at 850 km, but for positions 120 s apart.
+        EXPECT_LT(error_mps, step == 6 ? 2e-5 : 2e-4) << NameOf(through);
+        const double noise_mps = std::sqrt(2.0) * read.errors.noise.velocity_mps;
+        EXPECT_LT(error_mps, 2.0 * std::hypot(told_mps, noise_mps) + 2e-5) << NameOf(through);
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/image_grid.h"
+#include "sarblock/block/recorded_flight.h"
 #include "sarblock/core/id_table.h"
 #include "sarblock/flight/path.h"
 #include "sarblock/geodesy/frame.h"
@@ -44,6 +45,12 @@ struct Pass {
   double end_s = 0.0;              ///< strip-normalised time +1; start_s < end_s
   std::string epoch_utc;           ///< what time_s = 0 is, for people ("2022-10-16T01:50:44Z")
   std::optional<ImageGrid> image;  ///< the raster, for looks given by line and pixel
+  RecordedFlight recorded;         ///< how `path` was made of its states
+
+  /// The states as they were recorded.
+  [[nodiscard]] const std::vector<StateVector>& RecordedStates() const {
+    return recorded.states.empty() ? path.states() : recorded.states;
+  }
 };
 
 /// All looks of a block in flat arrays, sorted by point and, within a point, by pass index.

@@ -2,17 +2,11 @@
 #pragma once
 
 #include "sarblock/flight/path.h"
+#include "sarblock/flight/path_through.h"
 
 #include <vector>
 
 namespace sarblock {
-
-/// What an orbit is interpolated through between its state vectors.
-enum class OrbitThrough {
-  kStates,     ///< positions and velocities: Hermite polynomial of degree 7 through four states
-  kPositions,  ///< positions alone: Lagrange polynomial of degree 7 through eight; velocities are
-               ///< its derivative. For states whose velocities contradict their positions.
-};
 
 /// More states of the same orbit, so that the cubic of FlightPath follows it: every interval is cut
 /// into equal parts of at most `step_s`. With states of a low Earth orbit 10 s apart that cubic is

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/flight/path.h"
+#include "sarblock/flight/path_through.h"
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace sarblock {
+
+/// What is wrong with the velocity and the position of a path that is made of recorded states, root
+/// mean square over a strip. Noise is that of one axis; the others are lengths of vectors across
+/// the flight, since a longer velocity does not turn it.
+struct PathErrors {
+  StateNoise noise{0.0, 0.0};
+  double contradiction_mps = 0.0;  ///< by velocities that are not those of the positions
+  double interpolation_mps = 0.0;  ///< by what the path between the states cannot follow
+  double interpolation_m = 0.0;
+};
+
+/// A flight path made of a recording.
+struct RecordedPath {
+  PathThrough through = PathThrough::kStates;  ///< not kAuto
+  FlightPath path;
+  PathErrors errors;
+  StateNoise noise;                ///< of the states: as given, else estimated
+  std::optional<FitOfStates> fit;  ///< kSmooth, of sigmas that were given
+};
+
+/// A recording, measured once for all ways to read it: what its states say of their own noise and
+/// of their agreement within a strip.
+///
+/// Noise comes from differences of high order, in which a flight that the states follow vanishes
+/// (eq. (20)); where they still fall with the order there is no noise to be seen and it is 0.
+/// The contradiction is the mean over sixteenths of the strip of velocities less derivatives of the
+/// polynomials through nine positions (eq. (21)), 0 where it is not significant beside the noise.
+class Recording {
+ public:
+  /// States of a FlightPath, sigmas where they are known. Keeps a copy of the states.
+  Recording(std::vector<StateVector> states, const StateNoise& given, const TimeSpan& strip_s);
+
+  /// Of the states: as given, else estimated.
+  [[nodiscard]] const StateNoise& noise() const { return noise_; }
+  [[nodiscard]] double contradiction_mps() const { return contradiction_mps_; }
+  [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }
+
+  /// Errors of a path through the states, of orbits or positions, without making it.
+  [[nodiscard]] PathErrors ErrorsOf(PathThrough through) const;
+  /// The path, read in one of the ways but kAuto, and its errors. kOrbit and kPositions make states
+  /// so dense that the cubic through them turns the flight direction by at most
+  /// `direction_rad` (but at most 64 an interval in the mean; eq. (24)).
+  [[nodiscard]] RecordedPath Read(PathThrough through, double direction_rad) const;
+
+ private:
+  [[nodiscard]] PathErrors ErrorsOfCubic() const;
+  [[nodiscard]] PathErrors ErrorsOfPolynomials(PathThrough through) const;
+  [[nodiscard]] double DenseStep_s(PathThrough through, double direction_rad) const;
+
+  std::vector<StateVector> states_;
+  StateNoise given_, noise_;
+  TimeSpan strip_s_;
+  std::size_t first_ = 0, last_ = 0;  ///< intervals of the strip
+  double contradiction_mps_ = 0.0;
+};
+
+}  // namespace sarblock

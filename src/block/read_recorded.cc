@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/block/read_recorded.h"
+
+#include "sarblock/core/quantile.h"
+#include "sarblock/flight/recording.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+namespace sarblock {
+namespace {
+
+/// The ways of kAuto, the nearest to the data first.
+constexpr std::array<PathThrough, 4> kWays{
+    PathThrough::kStates, PathThrough::kOrbit, PathThrough::kPositions, PathThrough::kSmooth};
+
+/// What the looks of a pass say of its target.
+struct TargetOfPass {
+  double range_m = 0.0;  ///< largest
+  double azimuth_sigma_m = kNotGiven;
+};
+
+std::vector<TargetOfPass> TargetsOf(const Block& block) {
+  std::vector<TargetOfPass> out(block.passes.size());
+  std::vector<double> sum(out.size(), 0.0), count(out.size(), 0.0);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    const std::uint32_t pass = block.looks.pass[i];
+    const LookSigma sigma = block.SigmaOf(i);
+    if (block.looks.rejected(i) || std::isnan(block.looks.range_m[i])) continue;
+    if (!(sigma.azimuth > 0.0)) continue;
+    const double speed_mps = block.passes[pass].path.states().front().velocity_mps.norm();
+    out[pass].range_m = std::max(out[pass].range_m, block.looks.range_m[i]);
+    sum[pass] += sigma.azimuth * (sigma.azimuth_unit == AzimuthUnit::kSeconds ? speed_mps : 1.0);
+    count[pass] += 1.0;
+  }
+  for (std::size_t pass = 0; pass < out.size(); ++pass) {
+    if (count[pass] > 0.0) out[pass].azimuth_sigma_m = sum[pass] / count[pass];
+  }
+  return out;
+}
+
+/// Errors of a path at the target.
+RecordingEffect EffectOf(const RecordedPath& read, const TargetOfPass& target, double speed_mps) {
+  const double turning_s = target.range_m / speed_mps;
+  const PathErrors& errors = read.errors;
+  RecordingEffect out;
+  out.through = read.through;
+  out.noise_m = std::hypot(errors.noise.position_m, turning_s * errors.noise.velocity_mps);
+  out.contradiction_m = turning_s * errors.contradiction_mps;
+  out.interpolation_m = std::hypot(errors.interpolation_m, turning_s * errors.interpolation_mps);
+  out.azimuth_sigma_m = target.azimuth_sigma_m;
+  out.noise = read.noise;
+  out.fit = read.fit;
+  return out;
+}
+
+std::string Digits(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+/// A recording and the ways to read it.
+class Ways {
+ public:
+  Ways(const Pass& pass, const TargetOfPass& target)
+      : recording_(pass.RecordedStates(), pass.recorded.asked.sigma, {pass.start_s, pass.end_s}),
+        target_(target),
+        speed_mps_(pass.path.states().front().velocity_mps.norm()) {}
+
+  struct Way {
+    RecordingEffect effect;
+    std::optional<FlightPath> path;  ///< of kSmooth, which cannot be measured without
+  };
+  [[nodiscard]] Way Measure(PathThrough through) const {
+    if (through == PathThrough::kSmooth) return Read(through);
+    RecordedPath read;
+    read.through = through;
+    read.errors = recording_.ErrorsOf(through);
+    read.noise = recording_.noise();
+    return {EffectOf(read, target_, speed_mps_), std::nullopt};
+  }
+
+  /// The first way whose effect does not matter, or that of least effect.
+  [[nodiscard]] Way Choose() const {
+    Way best = Measure(kWays.front());
+    for (std::size_t i = 1; i < kWays.size() && best.effect.Matters(); ++i) {
+      Way way = Measure(kWays[i]);
+      if (way.effect.Total_m() < best.effect.Total_m()) best = std::move(way);
+    }
+    return best;
+  }
+
+  [[nodiscard]] FlightPath PathOf(Way way) const {
+    return way.path ? std::move(*way.path) : *Read(way.effect.through).path;
+  }
+
+ private:
+  [[nodiscard]] Way Read(PathThrough through) const {
+    // The states made for a polynomial add a thousandth of sigma, a nanoradian where none is known.
+    const double known_rad = 1e-3 * target_.azimuth_sigma_m / target_.range_m;
+    RecordedPath read = recording_.Read(through, known_rad > 0.0 ? known_rad : 1e-9);
+    const RecordingEffect effect = EffectOf(read, target_, speed_mps_);
+    return {effect, std::move(read.path)};
+  }
+
+  Recording recording_;
+  const TargetOfPass& target_;
+  double speed_mps_;
+};
+
+std::string Parts(const RecordingEffect& effect) {
+  return "noise of states " + Digits(effect.noise_m) + " m, velocities that contradict positions " +
+         Digits(effect.contradiction_m) + " m, between states " + Digits(effect.interpolation_m) +
+         " m";
+}
+
+std::string Named(PathThrough through) {
+  return std::string("through = \"") + NameOf(through) + "\"";
+}
+
+/// Why kAuto took what it took.
+std::string WhyChosen(const RecordingEffect& chosen, const RecordingEffect& states) {
+  if (std::isnan(chosen.azimuth_sigma_m)) return "no look says how far a target is: states";
+  const std::string sigma = " m (sigma of azimuth " + Digits(chosen.azimuth_sigma_m) + " m)";
+  if (chosen.through == PathThrough::kStates) {
+    return chosen.Matters()
+               ? "the states move points along track by " + Digits(chosen.Total_m()) + sigma +
+                     ", no other way by less"
+               : "the states move points along track by " + Digits(chosen.Total_m()) + sigma;
+  }
+  return std::string(NameOf(chosen.through)) + " moves points along track by " +
+         Digits(chosen.Total_m()) + sigma + ", the states by " + Digits(states.Total_m()) +
+         " m: " + Parts(states);
+}
+
+std::string RecordingWarning(const Pass& pass, const Ways& ways) {
+  const RecordingEffect& effect = pass.recorded.effect;
+  if (!effect.Matters()) return "";
+  std::string text = "pass " + pass.id + ": its recorded flight, read " + Named(effect.through) +
+                     ", moves points along track by " + Digits(effect.Total_m()) +
+                     " m (root mean square at the largest range: " + Parts(effect) +
+                     "), sigma of azimuth is " + Digits(effect.azimuth_sigma_m) + " m";
+  const RecordingEffect best =
+      pass.recorded.asked.through == PathThrough::kAuto ? effect : ways.Choose().effect;
+  if (best.through != effect.through && best.Total_m() < 0.7 * effect.Total_m()) {
+    return text + ": " + Named(best.through) + " in its trajectory makes that " +
+           Digits(best.Total_m()) + " m";
+  }
+  return text + ", and no other way to read it is better: better or denser states are needed, or " +
+         "a larger sigma of azimuth";
+}
+
+/// Whether states fit their standard deviations: a test at 99.9 %, and a factor that matters.
+std::string FitWarning(const Pass& pass) {
+  const std::optional<FitOfStates>& fit = pass.recorded.effect.fit;
+  if (!fit) return "";
+  constexpr double kLevel = 0.999, kFactor_1 = 1.1;
+  const StateNoise& sigma = pass.recorded.asked.sigma;
+  std::string text;
+  const auto test =
+      [&](const char* what, const char* key, double given, double ratio, double freedom) {
+        if (std::isnan(given) || !(freedom >= 1.0)) return;
+        const double factor_1 = std::sqrt(ratio);
+        if (factor_1 <= kFactor_1 && factor_1 >= 1.0 / kFactor_1) return;
+        if (ChiSquareInterval(kLevel, freedom).Contains(ratio * freedom)) return;
+        text += (text.empty() ? "" : "; ") + std::string(what) + " are off by " + Digits(factor_1) +
+                " times what " + key + " = " + Digits(given) + " says";
+      };
+  test("positions", "sigma_m", sigma.position_m, fit->position_1, fit->position_freedom);
+  test("velocities", "sigma_mps", sigma.velocity_mps, fit->velocity_1, fit->velocity_freedom);
+  if (text.empty()) return "";
+  return "pass " + pass.id + ": its states do not fit the smoothed path as stated: " + text +
+         " (chi-square test at 99.9 %)";
+}
+
+}  // namespace
+
+std::vector<std::string> ReadRecordedFlights(Block* block) {
+  std::vector<std::string> warnings;
+  const std::vector<TargetOfPass> targets = TargetsOf(*block);
+  for (std::size_t i = 0; i < block->passes.size(); ++i) {
+    Pass& pass = block->passes[i];
+    const PathThrough asked = pass.recorded.asked.through;
+    pass.recorded.effect = {};
+    pass.recorded.effect.azimuth_sigma_m = targets[i].azimuth_sigma_m;
+    if (asked == PathThrough::kStates && pass.recorded.states.empty() && pass.path.IsStraight()) {
+      continue;  // without noise, and a cubic follows it
+    }
+    const Ways ways(pass, targets[i]);
+    Ways::Way way = asked == PathThrough::kAuto ? ways.Choose() : ways.Measure(asked);
+    if (asked == PathThrough::kAuto) {
+      way.effect.why = WhyChosen(way.effect, ways.Measure(PathThrough::kStates).effect);
+    }
+    pass.recorded.effect = way.effect;
+    const bool through_states = way.effect.through == PathThrough::kStates;
+    const bool was_through_states = pass.recorded.states.empty();
+    if (!through_states && was_through_states) pass.recorded.states = pass.path.states();
+    if (!through_states || !was_through_states) pass.path = ways.PathOf(std::move(way));
+    if (through_states) pass.recorded.states.clear();
+    for (const std::string& warning : {RecordingWarning(pass, ways), FitWarning(pass)}) {
+      if (!warning.empty()) warnings.push_back(warning);
+    }
+  }
+  return warnings;
+}
+
+std::vector<double> PathTimes_s(const Pass& pass) {
+  std::vector<double> times_s;
+  for (const StateVector& state : pass.path.states()) times_s.push_back(state.time_s);
+  for (const StateVector& state : pass.recorded.states) times_s.push_back(state.time_s);
+  std::sort(times_s.begin(), times_s.end());
+  times_s.erase(std::unique(times_s.begin(), times_s.end()), times_s.end());
+  return times_s;
+}
+
+}  // namespace sarblock

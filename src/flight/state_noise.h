@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/flight/path.h"
+#include "sarblock/flight/path_through.h"
+
+#include <span>
+
+namespace sarblock {
+
+/// White noise of positions and of velocities, each from the differences of order 3 to 10 scaled to
+/// unit noise (docs/theory/flight_path.md, eq. (20)): the least of their root mean squares, 0 where
+/// the last two still fall by 0.7 and more each, and where there are too few states.
+/// At most 256 windows of states are read, evenly spaced.
+[[nodiscard]] StateNoise EstimateStateNoise(std::span<const StateVector> states);
+
+/// Velocities less derivatives of the polynomials through nine positions, averaged over sixteenths
+/// of the states, across the flight: root mean square without its noise; 0 where it is not
+/// significant at a level of 1e-6 and where there are less than nine states (eq. (21)).
+[[nodiscard]] double Contradiction_mps(std::span<const StateVector> states,
+                                       const StateNoise& noise);
+
+/// The part of a vector across a velocity.
+[[nodiscard]] inline Eigen::Vector3d Across(const Eigen::Vector3d& vector,
+                                            const Eigen::Vector3d& velocity) {
+  return vector - velocity * (vector.dot(velocity) / velocity.squaredNorm());
+}
+
+}  // namespace sarblock
