@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/block/read_recorded.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 #include "sarblock/simulate/simulate.h"
@@ -41,9 +42,12 @@ void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
     simulated->errors.push_back(DrawPassError(scene.navigation, planned, i, seed));
     if (scene.wander.Given()) simulated->wander.emplace_back(scene.wander, planned, i, seed);
     if (recorded) {
+      const SceneRecorder recorder = scene.recorder.value_or(SceneRecorder{});
+      block.passes[i].recorded = {};
+      block.passes[i].recorded.asked = recorder.reading;
       block.passes[i].path =
           RecordFlight(block.frame,
-                       scene.recorder.value_or(SceneRecorder{}),
+                       recorder,
                        spacings_s[i],
                        planned,
                        simulated->wander.empty() ? nullptr : &simulated->wander[i],
@@ -192,6 +196,10 @@ void Redraw(const Scene& scene,
         points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
           Measure(scene.looks, begin, end, simulated);
         });
+  }
+  // Warnings of the recording are for those who read the block.
+  if (choice.navigation && IsRecorded(scene)) {
+    static_cast<void>(ReadRecordedFlights(&simulated->block));
   }
   if (choice.control) {
     simulated->control_seed = seed;
