@@ -192,9 +192,16 @@ std::vector<Variant> SquintVariants() {
   return variants;
 }
 
-/// Recorded flights, read as `auto` decides.
+/// Recorded flights, read as `auto` decides; strips of hundred thousands of states cut short.
 Variant RecordedVariant(const std::string& scene, const std::vector<std::string>& overrides = {}) {
   Variant variant{scene, "recorded/" + scene, {"points.count=30", "check.count=3"}};
+  if (scene == "airborne-turbulent" || scene == "uav") {
+    const bool uav = scene == "uav";
+    for (const std::string flight : {"flight.0.", "flight.1."}) {
+      variant.overrides.push_back(flight + (uav ? "length_m=300" : "length_m=2400"));
+    }
+    variant.overrides.emplace_back(uav ? "points.east_m=[20, 280]" : "points.east_m=[100, 2300]");
+  }
   variant.overrides.insert(variant.overrides.end(), overrides.begin(), overrides.end());
   return variant;
 }
