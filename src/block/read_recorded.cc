@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/block/read_recorded.h"
+#include "read_recorded.h"
 
 #include "sarblock/core/quantile.h"
-#include "sarblock/flight/recording.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <utility>
+
+#include "flight/recording.h"
 
 namespace sarblock {
 namespace {

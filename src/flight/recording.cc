@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/recording.h"
-
-#include "sarblock/flight/resample.h"
+#include "recording.h"
 
 #include <algorithm>
 #include <array>
@@ -11,6 +9,7 @@
 #include <utility>
 
 #include "newton_polynomial.h"
+#include "resample.h"
 #include "smooth_path.h"
 #include "state_noise.h"
 

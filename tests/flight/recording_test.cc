@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/recording.h"
+#include "flight/recording.h"
 
 #include "sarblock/core/quantile.h"
 #include "sarblock/core/random.h"

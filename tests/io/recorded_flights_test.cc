@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recorded flights in blocks: what is warned of, what "auto" takes, and how the keys are read and
 // written.
-#include "sarblock/block/read_recorded.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 #include "sarblock/io/block_files.h"
@@ -11,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "block/read_recorded.h"
 #include "io/io_fixture.h"
 #include "support/scene_blocks.h"
 #include <gmock/gmock.h>

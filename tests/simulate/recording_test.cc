@@ -11,6 +11,7 @@
 
 #include "core/parallel.h"
 #include "simulate/small_scene.h"
+#include "simulate/true_path.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -9,7 +9,6 @@
 // always passes. Where each of the thousands of points and parameters of all variants is tested,
 // the level holds for all of them together (Bonferroni).
 #include "sarblock/core/quantile.h"
-#include "sarblock/core/units.h"
 
 #include <algorithm>
 #include <cctype>
@@ -18,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "core/units.h"
 #include "statistics/scene_statistics.h"
 #include <gtest/gtest.h>
 
