@@ -135,6 +135,16 @@ PathErrors Recording::ErrorsOfCubic() const {
                   (Square(noise_.velocity_mps) + 12.0 * Square(noise_.position_m / mean_h));
     count += 1.0;
   }
+  if (states_.size() == 2) {  // a circle with their curvature has s'''' = |a|^3/|v|^2
+    const StateVector &first = states_[0], &last = states_[1];
+    const double h = last.time_s - first.time_s;
+    const Eigen::Vector3d bend_mps2 =
+        Across((last.velocity_mps - first.velocity_mps) / h, first.velocity_mps);
+    const double fourth = std::pow(bend_mps2.norm(), 3) / first.velocity_mps.squaredNorm();
+    rate_square = Square(fourth * h * h * h) / (144.0 * 210.0);
+    place_square = Square(fourth * Square(h * h)) / (576.0 * 630.0);
+    count = 1.0;
+  }
   errors.noise = {std::sqrt(noise_place / noise_count), std::sqrt(noise_rate / noise_count)};
   errors.contradiction_mps = contradiction_mps_ / std::sqrt(5.0);  // rms of 1 - 6u + 6u^2
   // Four standard deviations of the sum of squares: noise alone is no fourth derivative.
@@ -249,6 +259,7 @@ RecordedPath Recording::Read(PathThrough through, double direction_rad) const {
       out.errors.contradiction_mps =
           contradiction_mps_ * std::sqrt(std::min(1.0, length_s / span_s));
       out.errors.interpolation_mps = smooth.unfollowed_mps;
+      if (std::isnan(given_.position_m) && std::isnan(given_.velocity_mps)) break;
       out.fit = FitOfStates{smooth.positions.chi_square / smooth.positions.freedom,
                             smooth.positions.freedom,
                             smooth.velocities.chi_square / smooth.velocities.freedom,
