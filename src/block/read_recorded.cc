@@ -178,9 +178,8 @@ std::string RecordingWarning(const Block& block, const std::vector<Remark>& alik
     text += ": " + Named(worst.remedy) + " in its trajectory makes that " +
             Digits(worst.remedied_m) + " m";
   } else {
-    text +=
-        ", and no other way to read it is better: better or denser states are needed, or a larger "
-        "sigma of azimuth";
+    text += ", and no other way to read it is better: better or denser states are needed, or " +
+            Digits(std::hypot(effect.azimuth_sigma_m, effect.Total_m())) + " m as sigma of azimuth";
   }
   constexpr std::size_t kNamed = 5;
   std::size_t others = 0;
