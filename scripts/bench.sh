@@ -8,7 +8,7 @@
 #   solve      stage solve with one thread, 100,000 points: straight strips, with 0.1 mm of noise in the
 #              states, and an orbit; both engines, and those of SARBLOCK_OTHER (another program) beside
 #   growth     stages of adjust and exponents over points, passes, parameters, looks and threads
-#   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each
+#   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each; last row: SARBLOCK_OTHER
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
 #   covariance all blocks of points and passes against ceres::Covariance
 #   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
@@ -258,6 +258,9 @@ elif name == "network":
     simulated("network", f"{work}/network")
     network_row(f"{work}/network", 6, [])
     network_row(f"{work}/network", 24, parameters_set(7))
+    if "SARBLOCK_OTHER" in os.environ:
+        program = os.environ["SARBLOCK_OTHER"]
+        network_row(f"{work}/network", 24, parameters_set(7))
 elif name == "largest":
     points = int(os.environ.get("SARBLOCK_POINTS", "11600000"))
     wall, peak, _ = simulated(

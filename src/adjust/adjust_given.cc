@@ -358,7 +358,8 @@ AdjustResult AdjustGiven(const Block& block,
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
                               options.covariance == CovarianceLevel::kMonteCarlo;
   if (!result.points.covariance_m2.empty() && of_whole_block) {
-    result.check_freedom_1 = CheckFreedom(problem, state, *system, result.checks);
+    result.check_freedom_1 =
+        CheckFreedom(problem, state, *system, result.checks, CovarianceFactor(options, result));
   }
   if (floating && !result.checks.empty()) {
     result.checks.clear();

@@ -151,7 +151,8 @@ std::vector<PairResult> PairCovariances(
 double CheckFreedom(const AdjustmentProblem& problem,
                     const BlockState& state,
                     const ReducedSystem& system,
-                    const std::vector<CheckResult>& checks) {
+                    const std::vector<CheckResult>& checks,
+                    double factor_1) {
   std::vector<const CheckResult*> used;
   double components = 0.0;
   for (const CheckResult& check : checks) {
@@ -167,7 +168,8 @@ double CheckFreedom(const AdjustmentProblem& problem,
   const Eigen::Index n = problem.layout.size();
   if (count == 0 || n == 0) return components;
 
-  // By point: the directions known, Y = (R^-1 T)' along them, and Q_i.
+  const double scale_1 = std::sqrt(factor_1);
+  // By point: the directions known, Y = s0 (R^-1 T)' along them, and Q_i.
   Eigen::MatrixXd y(n, 3 * count);
   std::vector<Eigen::MatrixXd> weight(part.size());
   std::vector<Eigen::MatrixXd> own(part.size());
@@ -181,8 +183,8 @@ double CheckFreedom(const AdjustmentProblem& problem,
       if (!known.held[static_cast<std::size_t>(k)]) direction.row(k).setZero();
     }
     const Eigen::Matrix3d r_inverse =
-        SpreadPoint(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
-    y.middleCols(3 * i, 3) *= direction.transpose();
+        scale_1 * SpreadPoint(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
+    y.middleCols(3 * i, 3) *= scale_1 * direction.transpose();
     own[static_cast<std::size_t>(i)] =
         direction * r_inverse * r_inverse.transpose() * direction.transpose();
     for (Eigen::Index k = 0; k < 3; ++k) {

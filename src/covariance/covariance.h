@@ -34,13 +34,15 @@ inline constexpr int kFullParameterCovariance = 1000;
 /// How many independent components the check points of a result are worth: n^2 over the sum of
 /// tr(Q_i^-1 Q_ij Q_j^-1 Q_ji) over all pairs, which is 2 n^2 over the variance of the sum of their
 /// chi-squares (Satterthwaite 1946). n components where nothing correlates them, far fewer where
-/// the datum is common to all and weak. Above kMostCheckPoints a regular part of them stands for
-/// all. docs/theory/quality.md.
+/// the datum is common to all and weak. `factor_1` is s0^2 where covariances are scaled by it, 1
+/// otherwise. Above kMostCheckPoints a regular part of them stands for all.
+/// docs/theory/quality.md.
 inline constexpr std::size_t kMostCheckPoints = 300;
 [[nodiscard]] double CheckFreedom(const AdjustmentProblem& problem,
                                   const BlockState& state,
                                   const ReducedSystem& system,
-                                  const std::vector<CheckResult>& checks);
+                                  const std::vector<CheckResult>& checks,
+                                  double factor_1);
 
 /// The differences alone, covariances NaN (level `leberl`).
 [[nodiscard]] std::vector<PairResult> PairDifferences(

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/units.h"
 
+#include "csv_reader.h"
 #include "ellipsoid_reader.h"
 #include "scene_file.h"
 #include "scene_table.h"
@@ -81,6 +82,56 @@ SceneNavigation ReadNavigation(SceneTable& table) {
   table.Truth("shared_biases", &navigation.shared_biases);
   table.Finish();
   return navigation;
+}
+
+/// Reads wander.table; without a folder to look in it is refused.
+void ReadWanderTable(const TomlValue& name,
+                     const std::filesystem::path* folder,
+                     SceneWander* wander) {
+  const std::string file = name.Text();
+  if (folder == nullptr) name.Fail("is for scenes that are files, whose folder it counts from");
+  constexpr std::array<CsvColumn, 4> columns{{{"time_s", CsvNeed::kRequired},
+                                              {"along_m", CsvNeed::kRequired},
+                                              {"across_m", CsvNeed::kRequired},
+                                              {"up_m", CsvNeed::kRequired}}};
+  CsvReader reader(*folder / file, columns);
+  if (!reader.unknown_columns().empty()) {
+    name.Fail("has a column '" + reader.unknown_columns().front() +
+              "', allowed are time_s, along_m, across_m and up_m");
+  }
+  while (reader.Next()) {
+    const double time_s = reader.RequiredNumber(0);
+    if (!wander->table_time_s.empty() && !(time_s > wander->table_time_s.back())) {
+      reader.Fail(0, "times must increase");
+    }
+    wander->table_time_s.push_back(time_s);
+    wander->table_m.emplace_back(
+        reader.RequiredNumber(1), reader.RequiredNumber(2), reader.RequiredNumber(3));
+  }
+  if (wander->table_time_s.size() < 2) name.Fail("has fewer than two rows");
+}
+
+SceneWander ReadWander(SceneTable& table, const std::filesystem::path* folder) {
+  SceneWander wander;
+  table.Numbers("rms_m", &wander.rms_m);
+  table.Numbers("time_constant_s", &wander.time_constant_s);
+  if (const auto name = table.Take("table")) ReadWanderTable(*name, folder, &wander);
+  table.Finish();
+  return wander;
+}
+
+SceneRecorder ReadRecorder(SceneTable& table) {
+  SceneRecorder recorder;
+  table.Number("rate_hz", &recorder.rate_hz);
+  table.Number("noise_m", &recorder.noise_m);
+  table.Number("noise_mps", &recorder.noise_mps);
+  table.Numbers("drift_sigma_mps", &recorder.drift_sigma_mps);
+  table.Numbers("velocity_bias_sigma_mps", &recorder.velocity_bias_sigma_mps);
+  table.Number("jump_m", &recorder.jump_m);
+  table.Number("jump_interval_s", &recorder.jump_interval_s);
+  table.Number("time_offset_s", &recorder.time_offset_s);
+  table.Finish();
+  return recorder;
 }
 
 SceneLooks ReadLooks(SceneTable& table) {
@@ -198,11 +249,11 @@ void ReadSceneFrame(SceneTable& table, Scene* scene) {
   table.Finish();
 }
 
-}  // namespace
-
-Scene ParseScene(std::string_view text,
-                 const std::string& file,
-                 const std::vector<std::string>& overrides) {
+/// `folder`: that of the scene's file, where tables are looked for.
+Scene ParseSceneIn(const std::filesystem::path* folder,
+                   std::string_view text,
+                   const std::string& file,
+                   const std::vector<std::string>& overrides) {
   const toml::table root = ParseToml(text, file, overrides);
   SceneTable table{TomlTable(root, "")};
   Scene scene;
@@ -219,6 +270,8 @@ Scene ParseScene(std::string_view text,
   for (SceneTable& flight : table.Tables("flight")) {
     scene.flights.push_back(ReadFlight(flight));
   }
+  if (auto t = table.Table("wander")) scene.wander = ReadWander(*t, folder);
+  if (auto t = table.Table("recorder")) scene.recorder = ReadRecorder(*t);
   if (auto t = table.Table("navigation")) scene.navigation = ReadNavigation(*t);
   if (auto t = table.Table("looks")) scene.looks = ReadLooks(*t);
   if (auto t = table.Table("terrain")) scene.terrain = ReadTerrain(*t);
@@ -230,7 +283,7 @@ Scene ParseScene(std::string_view text,
     scene.check = ReadSceneControl(*t, SceneControl::Layout::kRandom);
   }
   if (const auto adjust = table.Take("adjust")) {
-    scene.adjust_toml = TextOf(toml::table{{"adjust", TomlTable(*adjust).table()}});
+    scene.adjust_toml = sarblock::TextOf(toml::table{{"adjust", TomlTable(*adjust).table()}});
   }
   table.Finish();
   if (const auto problem = FindProblem(scene)) {
@@ -239,8 +292,17 @@ Scene ParseScene(std::string_view text,
   return scene;
 }
 
+}  // namespace
+
+Scene ParseScene(std::string_view text,
+                 const std::string& file,
+                 const std::vector<std::string>& overrides) {
+  return ParseSceneIn(nullptr, text, file, overrides);
+}
+
 Scene ReadScene(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
-  return ParseScene(ReadTomlText(path, "a scene"), path.string(), overrides);
+  const std::filesystem::path folder = path.parent_path();
+  return ParseSceneIn(&folder, ReadTomlText(path, "a scene"), path.string(), overrides);
 }
 
 std::string EffectiveSceneText(const std::filesystem::path& path,
@@ -260,6 +322,8 @@ std::vector<std::string> SceneKeys() {
   Scene scene;
   add("frame", [&](SceneTable& table) { ReadSceneFrame(table, &scene); });
   add("flight.0", [](SceneTable& table) { ReadFlight(table); });
+  add("wander", [](SceneTable& table) { ReadWander(table, nullptr); });
+  add("recorder", [](SceneTable& table) { ReadRecorder(table); });
   add("navigation", [](SceneTable& table) { ReadNavigation(table); });
   add("looks", [](SceneTable& table) { ReadLooks(table); });
   add("terrain", [](SceneTable& table) { ReadTerrain(table); });

@@ -143,6 +143,46 @@ double FarRange(const SceneFlight& flight, double radius_m, double relief_m) {
   return range_m / std::cos(flight.squint_rad);
 }
 
+/// Time by which six standard deviations of the wander, or its table, can move a look. A path that
+/// bends towards the target moves looks by more than its direction alone: three times as much.
+double WanderMargin(const SceneWander& wander, double speed_mps, double range_m) {
+  double shift_m = 0.0;
+  double turn_mps = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (wander.rms_m[axis] > 0.0) {
+      shift_m += 6.0 * wander.rms_m[axis];
+      turn_mps += 6.0 * wander.rms_m[axis] / (std::sqrt(3.0) * wander.time_constant_s[axis]);
+    }
+  }
+  double table_m = 0.0;
+  double table_mps = 0.0;
+  for (std::size_t i = 0; i < wander.table_m.size(); ++i) {
+    table_m = std::max(table_m, wander.table_m[i].norm());
+    if (i == 0) continue;
+    const double span_s = wander.table_time_s[i] - wander.table_time_s[i - 1];
+    table_mps = std::max(table_mps, (wander.table_m[i] - wander.table_m[i - 1]).norm() / span_s);
+  }
+  return (shift_m + table_m + 3.0 * (turn_mps + table_mps) / speed_mps * range_m) / speed_mps;
+}
+
+/// Spacing of the states of the path that a recorded flight was planned on, which stands for the
+/// flight itself: 0.5 s are exact to 2e-8 m and 7e-8 m/s on a low orbit. The true path is written
+/// at the same times, so that a cubic through them follows the wander too.
+double PlannedSpacing_s(const SceneWander& wander) {
+  double spacing_s = 0.5;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (wander.rms_m[axis] > 0.0) {
+      spacing_s = std::min(spacing_s, wander.time_constant_s[axis] / 256.0);
+    }
+  }
+  if (!wander.table_time_s.empty()) {
+    const double span_s = wander.table_time_s.back() - wander.table_time_s.front();
+    const auto pieces = static_cast<double>(wander.table_time_s.size() - 1);
+    spacing_s = std::min(spacing_s, 0.5 * span_s / pieces);
+  }
+  return spacing_s;
+}
+
 /// Time by which six standard deviations of everything random can move a look.
 double TimeMargin(const Scene& scene, double speed_mps, double duration_s, double range_m) {
   const SceneNavigation& navigation = scene.navigation;
@@ -163,7 +203,8 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
   const bool seconds = scene.looks.azimuth.azimuth_unit == AzimuthUnit::kSeconds;
   const double azimuth_s = scene.looks.azimuth.azimuth / (seconds ? 1.0 : speed_mps);
   return 6.0 * ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
-                azimuth_s * scene.looks.noise_scale_1 * std::max(1.0, measured));
+                azimuth_s * scene.looks.noise_scale_1 * std::max(1.0, measured)) +
+         WanderMargin(scene.wander, speed_mps, range_m);
 }
 
 Pass MakePass(const Scene& scene,
@@ -171,7 +212,7 @@ Pass MakePass(const Scene& scene,
               const std::string& id,
               const Trajectory& trajectory,
               double duration_s,
-              double margin_s) {
+              double look_margin_s) {
   Pass pass;
   pass.id = id;
   pass.side = flight.side;
@@ -185,9 +226,20 @@ Pass MakePass(const Scene& scene,
   }
   pass.start_s = flight.start_s;
   pass.end_s = flight.start_s + duration_s;
+  double spacing_s = flight.state_spacing_s;
+  double margin_s = look_margin_s + 2.0 * spacing_s;
+  double shortest_s = spacing_s;
+  if (IsRecorded(scene)) {
+    // Interpolation of a high degree wants four recorded states beyond either end.
+    const double recorded_s = RecordedSpacing_s(scene, flight);
+    spacing_s = PlannedSpacing_s(scene.wander);
+    shortest_s = std::min(spacing_s, recorded_s);
+    margin_s = look_margin_s + 4.0 * recorded_s;
+    if (scene.recorder) margin_s += std::abs(scene.recorder->time_offset_s);
+  }
   const double span_s = duration_s + 2.0 * margin_s;
-  const double intervals = std::ceil(span_s / flight.state_spacing_s);
-  if (!(intervals <= 1e7)) {
+  const double intervals = std::ceil(span_s / spacing_s);
+  if (!(span_s / shortest_s <= 1e7)) {
     throw InputError("flight " + flight.id, "more than 10 million state vectors in a pass");
   }
   std::vector<StateVector> states;
@@ -298,8 +350,7 @@ std::vector<NominalPass> PlanPasses(const Scene& scene) {
         trajectory = [orbit](double since_middle_s) { return orbit.At(since_middle_s); };
         duration_s = flight.length_m / (orbit.motion_rad_per_s * radius_m);
       }
-      const double margin_s =
-          TimeMargin(scene, speed_mps, duration_s, range_m) + 2.0 * flight.state_spacing_s;
+      const double margin_s = TimeMargin(scene, speed_mps, duration_s, range_m);
       NominalPass pass;
       pass.pass = MakePass(scene, flight, PassId(flight, k, m), trajectory, duration_s, margin_s);
       pass.squint_rad = flight.squint_rad;

@@ -9,6 +9,7 @@
 
 #include "core/parallel.h"
 #include "geometry/cone_time.h"
+#include "recording.h"
 #include "streams.h"
 
 namespace sarblock {
@@ -16,16 +17,40 @@ namespace {
 
 constexpr std::size_t kPointsPerChunk = 4096;
 
+/// State spacing of each pass of a recorded scene, in their order.
+std::vector<double> RecordedSpacings_s(const Scene& scene) {
+  std::vector<double> spacings_s;
+  for (const SceneFlight& flight : scene.flights) {
+    spacings_s.insert(
+        spacings_s.end(), flight.count * flight.segments, RecordedSpacing_s(scene, flight));
+  }
+  return spacings_s;
+}
+
 void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
-  const std::vector<Pass>& passes = simulated->block.passes;
+  Block& block = simulated->block;
+  const std::uint64_t seed = simulated->navigation_seed;
+  const bool recorded = IsRecorded(scene);
+  const std::vector<double> spacings_s =
+      recorded ? RecordedSpacings_s(scene) : std::vector<double>();
   simulated->errors.clear();
+  simulated->wander.clear();
   simulated->truth.paths.clear();
-  for (std::size_t i = 0; i < passes.size(); ++i) {
-    simulated->errors.push_back(
-        DrawPassError(scene.navigation, passes[i], i, simulated->navigation_seed));
-    const TruePath path(
-        simulated->block.frame, passes[i], simulated->errors[i], scene.navigation.knot_spacing_s);
-    simulated->truth.paths.push_back(path.AtNominalTimes());
+  for (std::size_t i = 0; i < block.passes.size(); ++i) {
+    const Pass& planned = simulated->Planned(i);
+    simulated->errors.push_back(DrawPassError(scene.navigation, planned, i, seed));
+    if (scene.wander.Given()) simulated->wander.emplace_back(scene.wander, planned, i, seed);
+    if (recorded) {
+      block.passes[i].path =
+          RecordFlight(block.frame,
+                       scene.recorder.value_or(SceneRecorder{}),
+                       spacings_s[i],
+                       planned,
+                       simulated->wander.empty() ? nullptr : &simulated->wander[i],
+                       i,
+                       seed);
+    }
+    simulated->truth.paths.push_back(TruePathOf(scene, *simulated, i).AtNominalTimes());
   }
 }
 
@@ -46,10 +71,13 @@ void SolveLook(const Scene& scene,
       paths[pass], p_m, Cone{.squint_rad = true_squint_rad}, exact.nominal_time_s[look]);
   const std::optional<Motion> motion = time_s ? paths[pass].At(*time_s) : std::nullopt;
   if (!motion) {
-    throw InputError("navigation",
-                     "the errors drawn move point " + std::string(block.points.ids[point]) +
-                         " out of the path of pass " + block.passes[pass].id +
-                         "; allowed are errors small against the strip");
+    throw InputError(
+        "navigation",
+        "the errors drawn move point " + std::string(block.points.ids[point]) +
+            " out of the path of pass " + block.passes[pass].id +
+            "; allowed are errors small against the strip" +
+            (simulated->wander.empty() ? ""
+                                       : " and a wander that bends the path less than 1/range"));
   }
   exact.time_s[look] = *time_s;
   exact.range_m[look] = (p_m - motion->position_m).norm();
@@ -71,10 +99,7 @@ void SolveLook(const Scene& scene,
 void SolveLooks(const Scene& scene, SimulatedBlock* simulated) {
   std::vector<TruePath> paths;
   for (std::size_t i = 0; i < simulated->block.passes.size(); ++i) {
-    paths.emplace_back(simulated->block.frame,
-                       simulated->block.passes[i],
-                       simulated->errors[i],
-                       scene.navigation.knot_spacing_s);
+    paths.push_back(TruePathOf(scene, *simulated, i));
   }
   const std::vector<std::uint64_t>& offsets = simulated->block.looks.offsets;
   const auto solve = [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -142,6 +167,14 @@ void DrawKnown(const Scene& scene, SimulatedBlock* simulated) {
 }
 
 }  // namespace
+
+TruePath TruePathOf(const Scene& scene, const SimulatedBlock& simulated, std::size_t pass) {
+  return {simulated.block.frame,
+          simulated.Planned(pass),
+          simulated.errors[pass],
+          scene.navigation.knot_spacing_s,
+          simulated.wander.empty() ? nullptr : &simulated.wander[pass]};
+}
 
 void Redraw(const Scene& scene,
             std::uint64_t seed,

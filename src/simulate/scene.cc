@@ -124,6 +124,44 @@ Problem FindFlightsProblem(const Scene& scene) {
   return std::nullopt;
 }
 
+Problem FindWanderProblem(const SceneWander& wander) {
+  if (!AllNotNegative(wander.rms_m)) return {{"wander.rms_m", "must be zero or positive"}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (wander.rms_m[axis] > 0.0 && !Positive(wander.time_constant_s[axis])) {
+      return {{"wander.time_constant_s", "must be given and positive where rms_m is above 0"}};
+    }
+  }
+  if (wander.table_time_s.empty()) return std::nullopt;
+  bool grows = wander.table_time_s.size() >= 2 && std::isfinite(wander.table_time_s.front()) &&
+               wander.table_time_s.size() == wander.table_m.size();
+  for (std::size_t i = 0; grows && i < wander.table_m.size(); ++i) {
+    grows = wander.table_m[i].allFinite() && std::isfinite(wander.table_time_s[i]) &&
+            (i == 0 || wander.table_time_s[i] > wander.table_time_s[i - 1]);
+  }
+  if (!grows) return {{"wander.table", "needs two rows at least, finite and of increasing times"}};
+  return std::nullopt;
+}
+
+Problem FindRecorderProblem(const SceneRecorder& recorder) {
+  const std::string field = "recorder.";
+  const std::string bound = "must be zero or positive";
+  if (Given(recorder.rate_hz) && !(recorder.rate_hz >= 0.01 && recorder.rate_hz <= 200.0)) {
+    return {{field + "rate_hz", "must be from 0.01 to 200"}};
+  }
+  if (!NotNegative(recorder.noise_m)) return {{field + "noise_m", bound}};
+  if (!NotNegative(recorder.noise_mps)) return {{field + "noise_mps", bound}};
+  if (!AllNotNegative(recorder.drift_sigma_mps)) return {{field + "drift_sigma_mps", bound}};
+  if (!AllNotNegative(recorder.velocity_bias_sigma_mps)) {
+    return {{field + "velocity_bias_sigma_mps", bound}};
+  }
+  if (!NotNegative(recorder.jump_m)) return {{field + "jump_m", bound}};
+  if (recorder.jump_m > 0.0 && !Positive(recorder.jump_interval_s)) {
+    return {{field + "jump_interval_s", "must be given and positive where jump_m is above 0"}};
+  }
+  if (!std::isfinite(recorder.time_offset_s)) return {{field + "time_offset_s", "must be finite"}};
+  return std::nullopt;
+}
+
 Problem FindNavigationProblem(const SceneNavigation& navigation) {
   using Process = SceneNavigation::Process;
   const std::string field = "navigation.";
@@ -243,11 +281,26 @@ std::optional<SceneProblem> FindProblem(const Scene& scene) {
     return {{"frame.rotation_rad_per_s", "must be finite"}};
   }
   if (Problem problem = FindFlightsProblem(scene)) return problem;
+  if (Problem problem = FindWanderProblem(scene.wander)) return problem;
+  if (scene.recorder) {
+    if (Problem problem = FindRecorderProblem(*scene.recorder)) return problem;
+  }
   if (Problem problem = FindNavigationProblem(scene.navigation)) return problem;
   if (Problem problem = FindLooksProblem(scene.looks)) return problem;
   if (Problem problem = FindPointsProblem(scene)) return problem;
   if (Problem problem = FindKnownProblem(scene.control, "control.")) return problem;
   return FindKnownProblem(scene.check, "check.");
+}
+
+bool SceneWander::Given() const {
+  return rms_m[0] > 0.0 || rms_m[1] > 0.0 || rms_m[2] > 0.0 || !table_time_s.empty();
+}
+
+bool IsRecorded(const Scene& scene) { return scene.recorder || scene.wander.Given(); }
+
+double RecordedSpacing_s(const Scene& scene, const SceneFlight& flight) {
+  const bool by_rate = scene.recorder && Given(scene.recorder->rate_hz);
+  return by_rate ? 1.0 / scene.recorder->rate_hz : flight.state_spacing_s;
 }
 
 std::string PassId(const SceneFlight& flight, std::size_t strip, std::size_t segment) {

@@ -119,6 +119,7 @@ SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
     out.squint_rad.push_back(pass.squint_rad);
     squinted = squinted || pass.squint_rad != 0.0;
   }
+  if (IsRecorded(scene)) out.planned = out.block.passes;
   const std::size_t count = out.block.looks.size();
   if (count == 0) {
     throw InputError("points", "no point lies in any swath; check area, swath and look side");

@@ -16,6 +16,8 @@ enum StreamKind : std::uint64_t {
   kBiasStream = 6,
   kLookStream = 7,
   kKnownStream = 8,
+  kWanderStream = 9,
+  kRecorderStream = 10,
 };
 
 }  // namespace sarblock

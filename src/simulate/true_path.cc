@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "flight/track_axes.h"
+#include "recording.h"
 #include "streams.h"
 
 namespace sarblock {
@@ -72,8 +73,9 @@ PassError DrawPassError(const SceneNavigation& navigation,
 TruePath::TruePath(const Frame& frame,
                    const Pass& pass,
                    const PassError& error,
-                   double knot_spacing_s)
-    : frame_(&frame), pass_(&pass), error_(&error) {
+                   double knot_spacing_s,
+                   const Wander* wander)
+    : frame_(&frame), pass_(&pass), error_(&error), wander_(wander) {
   const auto zero = [](const std::array<double, 3>& c) {
     return c[0] == 0.0 && c[1] == 0.0 && c[2] == 0.0;
   };
@@ -82,7 +84,7 @@ TruePath::TruePath(const Frame& frame,
 }
 
 std::optional<Motion> TruePath::At(double time_s) const {
-  std::optional<Motion> motion = pass_->path.At(time_s);
+  std::optional<Motion> motion = FlownMotion(*frame_, pass_->path, wander_, time_s);
   if (!motion || nominal_) return motion;
   Eigen::Vector3d c, c_rate, c_acceleration = Eigen::Vector3d::Zero();
   const double rate = 2.0 / (pass_->end_s - pass_->start_s);  // of strip-normalised time

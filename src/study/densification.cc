@@ -118,9 +118,10 @@ void SetBlock(const DensificationCase& of, const Block& block, RowMaker* row) {
       .Count("looks", block.looks.size());
 }
 
-/// The scene's block as planned: looks at the nominal times, nothing measured.
+/// The scene's block as planned: paths as planned, looks at the nominal times, nothing measured.
 SimulatedBlock Planned(const Scene& scene) {
   SimulatedBlock planned = Simulate(scene);
+  if (!planned.planned.empty()) planned.block.passes = planned.planned;
   planned.block.looks.time_s = planned.exact.nominal_time_s;
   std::fill(planned.block.looks.range_m.begin(), planned.block.looks.range_m.end(), kNotGiven);
   return planned;

@@ -34,9 +34,8 @@ void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* 
     check.chi_square = kNotGiven;
     if (!result->points.covariance_m2.empty() && IsSolved(result->points.status[point]) &&
         check.components > 0) {
-      const SymmetricEnu& q = result->points.covariance_m2[point];
-      Eigen::Matrix3d full = MatrixOf(q);
-      full += known.covariance_enu_m2;
+      const Eigen::Matrix3d full =
+          factor_1 * MatrixOf(result->points.covariance_m2[point]) + known.covariance_enu_m2;
       Eigen::MatrixXd part(check.components, check.components);
       Eigen::VectorXd e(check.components);
       for (int i = 0; i < check.components; ++i) {

@@ -8,6 +8,7 @@
 
 #include "model/problem.h"
 #include "support/small_blocks.h"
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -77,6 +78,25 @@ TEST(CountsTest, CheckPointsTakeNoPart) {
   }
   EXPECT_LT((after.checks[0].error_enu_m + shift_m - before.checks[0].error_enu_m).norm(), 1e-9);
   EXPECT_EQ(after.observation_count, before.observation_count);
+}
+
+// The definition: e' (s0^2 C + K)^-1 e, as the standard deviations beside it are scaled.
+TEST(CountsTest, CheckPointsAreJudgedByScaledCovariancesWhereScalingIsAskedFor) {
+  const test::KnownBlock known = CountedBlock();
+  AdjustOptions options = CountedOptions();
+  options.scale_by_posterior = true;
+  const AdjustResult result = Adjust(known.block, options);
+  ASSERT_EQ(result.checks.size(), 1U);
+  const CheckResult& check = result.checks[0];
+  ASSERT_GT(std::abs(result.sigma0_squared - 1.0), 0.05) << "nothing would be scaled";
+  const KnownPosition* given = known.block.points.FindKnown(check.point);
+  ASSERT_NE(given, nullptr);
+  const std::array<double, 6>& c = result.points.covariance_m2[check.point];
+  Eigen::Matrix3d full;
+  full << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];  // ee nn uu en eu nu
+  full = result.sigma0_squared * full + given->covariance_enu_m2;
+  EXPECT_NEAR(check.chi_square, check.error_enu_m.dot(full.inverse() * check.error_enu_m), 1e-9);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(check.sigma_enu_m[i], std::sqrt(full(i, i)), 1e-9);
 }
 
 TEST(CountsTest, PointsThatCannotBeKnownAreLeftOutWithTheirReason) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files in and out: the same bytes for the same input, gzip, results as input, blocks without
 // measured values, and nothing half-written after an interruption or on a full disk.
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>

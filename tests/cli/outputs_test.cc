@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Folders that commands write to: files of others are kept, nothing stale stays beside new tables,
 // and a run that is killed or finds no space leaves the old result, the new one, or none.
-#include <chrono>
 #include <csignal>
 #include <map>
 #include <string>

@@ -285,23 +285,27 @@ TEST_P(CovarianceTest, FreedomOfKnownPointsIsThatOfTheDenseCovariance) {
     checks.push_back(check);
   }
   ASSERT_GE(checks.size(), 2U);
+  double factor_1 = 1.0;
   const auto block = [&](std::size_t i, std::size_t j) {
     const auto row = dense.column_of_point[checks[i].point];
     const auto column = dense.column_of_point[checks[j].point];
-    Eigen::MatrixXd out = direction[i] * q.block<3, 3>(row, column) * direction[j].transpose();
+    Eigen::MatrixXd out =
+        factor_1 * direction[i] * q.block<3, 3>(row, column) * direction[j].transpose();
     if (i == j) out += own[i];
     return out;
   };
-  double components = 0.0, sum = 0.0;
-  for (std::size_t i = 0; i < checks.size(); ++i) {
-    components += checks[i].components;
-    for (std::size_t j = 0; j < checks.size(); ++j) {
-      sum += (block(i, i).inverse() * block(i, j) * block(j, j).inverse() * block(j, i)).trace();
+  for (factor_1 = 1.0; factor_1 < 10.0; factor_1 += 4.0) {  // and s0^2 where it scales covariances
+    double components = 0.0, sum = 0.0;
+    for (std::size_t i = 0; i < checks.size(); ++i) {
+      components += checks[i].components;
+      for (std::size_t j = 0; j < checks.size(); ++j) {
+        sum += (block(i, i).inverse() * block(i, j) * block(j, j).inverse() * block(j, i)).trace();
+      }
     }
+    const double freedom = CheckFreedom(problem_, state_, *system_, checks, factor_1);
+    EXPECT_NEAR(freedom, components * components / sum, 1e-7 * components);
+    EXPECT_LT(freedom, components);
   }
-  const double freedom = CheckFreedom(problem_, state_, *system_, checks);
-  EXPECT_NEAR(freedom, components * components / sum, 1e-7 * components);
-  EXPECT_LT(freedom, components);
 }
 
 TEST(NeighbourPairsTest, NamesEachNearestPairOnce) {

@@ -4,9 +4,12 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/units.h"
 
+#include <array>
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -140,6 +143,76 @@ TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
               HasSubstr("control.components[0]: 'h' is not known, e, n or u is allowed"));
   EXPECT_THAT(MessageOf(kText, {"points.count"}), HasSubstr("KEY=VALUE"));
   EXPECT_THAT(MessageOf(kText, {"flight.3.count=1"}), HasSubstr("no element 3"));
+}
+
+TEST(SceneFileTest, ReadsWanderAndRecorder) {
+  const Scene scene = ParseScene(std::string(kText) + R"([wander]
+rms_m = [1, 2, 3]
+time_constant_s = [4, 5, 6]
+[recorder]
+rate_hz = 50
+noise_m = 0.02
+noise_mps = 0.01
+drift_sigma_mps = [0.1, 0.2, 0.3]
+velocity_bias_sigma_mps = [0.4, 0.5, 0.6]
+jump_m = 0.7
+jump_interval_s = 8
+time_offset_s = -0.9
+)",
+                                 "two.toml");
+  EXPECT_EQ(scene.wander.rms_m, (std::array{1.0, 2.0, 3.0}));
+  EXPECT_EQ(scene.wander.time_constant_s, (std::array{4.0, 5.0, 6.0}));
+  ASSERT_TRUE(scene.recorder.has_value());
+  EXPECT_EQ(scene.recorder->rate_hz, 50.0);
+  EXPECT_EQ(scene.recorder->noise_m, 0.02);
+  EXPECT_EQ(scene.recorder->noise_mps, 0.01);
+  EXPECT_EQ(scene.recorder->drift_sigma_mps, (std::array{0.1, 0.2, 0.3}));
+  EXPECT_EQ(scene.recorder->velocity_bias_sigma_mps, (std::array{0.4, 0.5, 0.6}));
+  EXPECT_EQ(scene.recorder->jump_m, 0.7);
+  EXPECT_EQ(scene.recorder->jump_interval_s, 8.0);
+  EXPECT_EQ(scene.recorder->time_offset_s, -0.9);
+  EXPECT_FALSE(ParseScene(kText, "two.toml").recorder.has_value());
+}
+
+TEST(SceneFileTest, NamesTheLineOfAWrongRecorder) {
+  EXPECT_EQ(MessageOf(std::string(kText) + "[recorder]\nrate_hz = 500\n"),
+            "two.toml:27: recorder.rate_hz: must be from 0.01 to 200");
+  EXPECT_THAT(MessageOf(std::string(kText) + "[recorder]\nnoise = 0.1\n"),
+              HasSubstr("did you mean noise_m"));
+  EXPECT_THAT(MessageOf(std::string(kText) + "[wander]\ntable = \"w.csv\"\n"),
+              HasSubstr("two.toml:27: wander.table: is for scenes that are files"));
+}
+
+class WanderTableTest : public test::FolderTest {
+ protected:
+  std::string Message(const std::string& table) const {
+    Put("w.csv", table);
+    try {
+      (void)ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+};
+
+TEST_F(WanderTableTest, StandsInTheFolderOfTheScene) {
+  Put("w.csv", "time_s,up_m,across_m,along_m\n-5,1,2,3\n40,4,5,6\n");
+  const Scene scene =
+      ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
+  EXPECT_EQ(scene.wander.table_time_s, (std::vector{-5.0, 40.0}));
+  EXPECT_EQ(scene.wander.table_m[1], Eigen::Vector3d(6.0, 5.0, 4.0));
+}
+
+TEST_F(WanderTableTest, IsRefusedWhereItIsNoTableOfOffsets) {
+  const std::string head = "time_s,along_m,across_m,up_m\n";
+  EXPECT_THAT(Message(head + "0,0,0,0\n0,1,1,1\n"), HasSubstr("w.csv:3: time_s: times must"));
+  EXPECT_THAT(Message(head + "0,0,0,0\n"), HasSubstr("wander.table: has fewer than two rows"));
+  EXPECT_THAT(Message("pass," + head), HasSubstr("wander.table: has a column 'pass'"));
+  EXPECT_THAT(Message("time_s,along_m,across_m\n"), HasSubstr("up_m"));
+  EXPECT_THAT(Message(head + "0,0,,0\n"), HasSubstr("w.csv:2: across_m"));
+  std::filesystem::remove(folder_ / "w.csv");
+  EXPECT_THROW((void)ReadScene(folder_ / "two.toml"), InputError);
 }
 
 TEST(SceneFileTest, RefusesAFileThatIsNotThere) {

@@ -18,7 +18,8 @@ namespace sarblock {
 [[nodiscard]] Scene ReadScene(const std::filesystem::path& path,
                               const std::vector<std::string>& overrides = {});
 
-/// The same from text; `file` names it in messages.
+/// The same from text; `file` names it in messages. Without a folder of its own it can name no
+/// table of offsets (wander.table).
 [[nodiscard]] Scene ParseScene(std::string_view text,
                                const std::string& file,
                                const std::vector<std::string>& overrides = {});

@@ -84,6 +84,36 @@ struct SceneNavigation {
   bool shared_biases = false;  ///< one draw of the range, time and squint biases for all passes
 };
 
+/// How true flights wander about their planned paths: flown = planned + A(t) w(t), A the track axes
+/// of the planned path, w along, across, up the sum of a random process and a table. The process is
+/// third-order Gauss-Markov (docs/theory/wander.md): position, velocity and acceleration with rms
+/// s, s/(sqrt(3) T) and s/T^2, steered back to the planned path. Attitude does not enter: the model
+/// of a look takes its cone from the velocity.
+struct SceneWander {
+  std::array<double, 3> rms_m{};                                           ///< s
+  std::array<double, 3> time_constant_s{kNotGiven, kNotGiven, kNotGiven};  ///< T; needed if s > 0
+  /// Offsets of one's own, the same in every pass: seconds from the start of the strip, [m].
+  /// Between the rows a natural cubic spline, beyond the first and last its straight continuation.
+  std::vector<double> table_time_s;
+  std::vector<Eigen::Vector3d> table_m;
+  [[nodiscard]] bool Given() const;
+};
+
+/// How flights are recorded: the states of a block are those of the flown path at the times of the
+/// recorder, with its errors. Not the same as SceneNavigation, which moves the whole true path
+/// against what is recorded; both may stand in a scene. Lists are along, across, up.
+struct SceneRecorder {
+  double rate_hz = kNotGiven;  ///< 0.01 to 200; not given: 1 / state_spacing_s of the flight
+  double noise_m = 0.0;        ///< sigma of each coordinate of each state
+  double noise_mps = 0.0;      ///< of each component of each velocity
+  std::array<double, 3> drift_sigma_mps{};  ///< one draw a pass: positions move off the velocities'
+                                            ///< path, by zero at the middle of the strip
+  std::array<double, 3> velocity_bias_sigma_mps{};  ///< one draw a pass
+  double jump_m = 0.0;                              ///< sigma of each coordinate after a jump
+  double jump_interval_s = kNotGiven;               ///< mean; needed if jump_m > 0
+  double time_offset_s = 0.0;                       ///< time stamp minus time, of every state
+};
+
 /// What is measured and how well.
 struct SceneLooks {
   double range_sigma_m = kNotGiven;
@@ -142,6 +172,8 @@ struct Scene {
   Geodetic centre;                        ///< geocentric: origin of the scene plane; h not used
   double rotation_rad_per_s = kNotGiven;  ///< geocentric: of the body; not given: known by its name
   std::vector<SceneFlight> flights;
+  SceneWander wander;
+  std::optional<SceneRecorder> recorder;
   SceneNavigation navigation;
   SceneLooks looks;
   SceneTerrain terrain;
@@ -158,6 +190,12 @@ struct SceneProblem {
   std::string problem;
 };
 [[nodiscard]] std::optional<SceneProblem> FindProblem(const Scene& scene);
+
+/// The states of the block are those of a recorder on the flown path, not the planned path itself.
+[[nodiscard]] bool IsRecorded(const Scene& scene);
+
+/// Time from state to state of a recorded flight: 1 / recorder.rate_hz or flight.state_spacing_s.
+[[nodiscard]] double RecordedSpacing_s(const Scene& scene, const SceneFlight& flight);
 
 /// Id of the pass of segment m of strip k, both from 0: the flight's id, then k + 1 where there are
 /// several strips, then "-" and m + 1 where there are several segments ("L3-7").

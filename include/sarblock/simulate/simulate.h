@@ -5,6 +5,7 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/simulate/scene.h"
 #include "sarblock/simulate/true_path.h"
+#include "sarblock/simulate/wander.h"
 
 #include <cstdint>
 #include <vector>
@@ -23,6 +24,10 @@ struct ExactLooks {
 struct SimulatedBlock {
   Block block;
   Truth truth;
+  /// The passes with their planned paths where the states of the block are recorded on a flight
+  /// (IsRecorded); else empty: the block holds the planned paths themselves.
+  std::vector<Pass> planned;
+  std::vector<Wander> wander;      ///< by pass, as drawn; empty where no flight wanders
   std::vector<PassError> errors;   ///< by pass, as drawn
   std::vector<double> squint_rad;  ///< nominal squint by pass
   ExactLooks exact;
@@ -30,7 +35,16 @@ struct SimulatedBlock {
   std::uint64_t measurement_seed = 0;
   std::uint64_t navigation_seed = 0;
   std::uint64_t control_seed = 0;
+
+  [[nodiscard]] const Pass& Planned(std::size_t pass) const {
+    return planned.empty() ? block.passes[pass] : planned[pass];
+  }
 };
+
+/// The true path of a pass. Holds references into `simulated`.
+[[nodiscard]] TruePath TruePathOf(const Scene& scene,
+                                  const SimulatedBlock& simulated,
+                                  std::size_t pass);
 
 /// Simulates a scene: nominal paths, terrain, points, visibility, then Redraw() of everything with
 /// the scene's seed. The same scene gives the same bytes.
@@ -49,8 +63,8 @@ struct SimulatedBlock {
 /// What Redraw() draws anew; the rest stays as it is.
 struct RedrawChoice {
   bool measurements = true;  ///< noise and blunders of the looks
-  bool navigation = true;    ///< true paths and biases about the same nominal paths
-  bool control = true;       ///< errors of control and check coordinates
+  bool navigation = true;  ///< true paths, their recording and biases about the same planned paths
+  bool control = true;     ///< errors of control and check coordinates
 };
 
 /// Draws random errors anew from `seed`, for seeded statistics: points, nominal paths and the list

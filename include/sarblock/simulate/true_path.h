@@ -6,6 +6,7 @@
 #include "sarblock/flight/path.h"
 #include "sarblock/geodesy/frame.h"
 #include "sarblock/simulate/scene.h"
+#include "sarblock/simulate/wander.h"
 
 #include <array>
 #include <cstdint>
@@ -33,12 +34,18 @@ struct PassError {
                                       std::size_t pass_index,
                                       std::uint64_t seed);
 
-/// True path of a pass: s(t) = s0(t) + A(t) c(t), A the track axes of the nominal path s0.
-/// Velocity and acceleration are exact derivatives, the turning of the axes included. Holds
-/// references: frame, pass and error must outlive it.
+/// True path of a pass: s(t) = f(t) + A(t) c(t), A the track axes of the path f that is flown as
+/// far as the recorder knows: the path of `pass`, or where flights wander FlownPath. Velocity and
+/// acceleration are exact derivatives, the turning of the axes included (but for the third
+/// derivative of the planned path's axes times the wander, in the acceleration alone). Holds
+/// references: frame, pass, error and wander must outlive it.
 class TruePath {
  public:
-  TruePath(const Frame& frame, const Pass& pass, const PassError& error, double knot_spacing_s);
+  TruePath(const Frame& frame,
+           const Pass& pass,
+           const PassError& error,
+           double knot_spacing_s,
+           const Wander* wander = nullptr);
   /// Nothing outside the span of the nominal states. Jerk is left zero.
   [[nodiscard]] std::optional<Motion> At(double time_s) const;
   /// State vectors at the nominal times.
@@ -48,6 +55,7 @@ class TruePath {
   const Frame* frame_;
   const Pass* pass_;
   const PassError* error_;
+  const Wander* wander_;
   std::optional<UniformSpline> spline_;
   bool nominal_ = true;  // no error at all
 };
