@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finish_result.h"
 
-#include "sarblock/block/read_recorded.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "block/read_recorded.h"
 #include "core/nan.h"
 #include "core/parallel.h"
 #include "leberl_prediction.h"

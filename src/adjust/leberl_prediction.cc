@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "leberl_prediction.h"
 
-#include "sarblock/core/units.h"
 #include "sarblock/leberl/point_errors.h"
 #include "sarblock/leberl/relative_errors.h"
 
@@ -15,6 +14,7 @@
 
 #include "core/nan.h"
 #include "core/parallel.h"
+#include "core/units.h"
 #include "leberl/reduction.h"
 #include <Eigen/Geometry>
 

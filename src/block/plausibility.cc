@@ -18,6 +18,9 @@ namespace {
 /// Of the speed: what velocities and positions may differ by between two states. A cubic follows an
 /// orbit with states 5 minutes apart to a hundredth.
 constexpr double kVelocityPart_1 = 0.05;
+/// Of the noise that a recording was found to have, beside that: three axes of two states, each
+/// with millions of others.
+constexpr double kNoiseSigmas_1 = 12.0;
 /// Of the range: what errors of navigation may come to.
 constexpr double kPassPart_1 = 0.05, kPointPart_1 = 0.03;
 /// Of the height: what terrain may take off the shortest range.
@@ -48,7 +51,11 @@ std::string VelocityRemark(const Pass& pass) {
     const Eigen::Vector3d moved_mps = (b.position_m - a.position_m) / (b.time_s - a.time_s);
     const Eigen::Vector3d said_mps = 0.5 * (a.velocity_mps + b.velocity_mps);
     const double larger_mps = std::max(moved_mps.norm(), said_mps.norm());
-    if ((moved_mps - said_mps).norm() <= kVelocityPart_1 * larger_mps) continue;
+    const StateNoise& noise = pass.recorded.effect.noise;
+    const double noise_mps =
+        std::hypot(noise.position_m / (b.time_s - a.time_s), noise.velocity_mps);
+    const double most_mps = kVelocityPart_1 * larger_mps + kNoiseSigmas_1 * noise_mps;
+    if ((moved_mps - said_mps).norm() <= most_mps) continue;
     return "pass " + pass.id + ": its velocities are not those of its positions: from " +
            Short(a.time_s) + " s to " + Short(b.time_s) + " s it moves at " +
            Short(moved_mps.norm()) + " m/s, the velocities say " + Short(said_mps.norm()) +

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/block/read_recorded.h"
+#include "read_recorded.h"
 
 #include "sarblock/core/quantile.h"
-#include "sarblock/flight/recording.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <map>
 #include <utility>
+
+#include "flight/recording.h"
 
 namespace sarblock {
 namespace {
@@ -136,21 +138,66 @@ std::string WhyChosen(const RecordingEffect& chosen, const RecordingEffect& stat
          " m: " + Parts(states);
 }
 
-std::string RecordingWarning(const Pass& pass, const Ways& ways) {
-  const RecordingEffect& effect = pass.recorded.effect;
-  if (!effect.Matters()) return "";
-  std::string text = "pass " + pass.id + ": its recorded flight, read " + Named(effect.through) +
-                     ", moves points along track by " + Digits(effect.Total_m()) +
+/// A recording that matters, and the way that would make it matter less: its own where none would.
+struct Remark {
+  std::size_t pass = 0;
+  PathThrough through = PathThrough::kStates, remedy = PathThrough::kStates;
+  double effect_1 = 0.0;  ///< of the sigma of azimuth
+  double remedied_m = 0.0;
+};
+
+std::optional<Remark> RemarkOn(const Block& block, std::size_t index, const Ways& ways) {
+  const RecordedFlight& recorded = block.passes[index].recorded;
+  const RecordingEffect& effect = recorded.effect;
+  if (!effect.Matters()) return std::nullopt;
+  const double effect_1 = effect.Total_m() / effect.azimuth_sigma_m;
+  Remark remark{index, effect.through, effect.through, effect_1, effect.Total_m()};
+  if (recorded.asked.through == PathThrough::kAuto) return remark;
+  const RecordingEffect best = ways.Choose().effect;
+  constexpr double kWorthIt_1 = 0.7;
+  if (best.Total_m() < kWorthIt_1 * effect.Total_m()) {
+    remark.remedy = best.through;
+    remark.remedied_m = best.Total_m();
+  }
+  return remark;
+}
+
+/// One warning for all passes that were read in one way and have one remedy, in the words of the
+/// worst.
+std::string RecordingWarning(const Block& block, const std::vector<Remark>& alike) {
+  const Remark& worst =
+      *std::max_element(alike.begin(), alike.end(), [](const Remark& a, const Remark& b) {
+        return a.effect_1 < b.effect_1;
+      });
+  const RecordingEffect& effect = block.passes[worst.pass].recorded.effect;
+  std::string text = "pass " + block.passes[worst.pass].id + ": its recorded flight, read " +
+                     Named(effect.through) + ", moves points along track by " +
+                     Digits(effect.Total_m()) +
                      " m (root mean square at the largest range: " + Parts(effect) +
                      "), sigma of azimuth is " + Digits(effect.azimuth_sigma_m) + " m";
-  const RecordingEffect best =
-      pass.recorded.asked.through == PathThrough::kAuto ? effect : ways.Choose().effect;
-  if (best.through != effect.through && best.Total_m() < 0.7 * effect.Total_m()) {
-    return text + ": " + Named(best.through) + " in its trajectory makes that " +
-           Digits(best.Total_m()) + " m";
+  if (worst.remedy != worst.through) {
+    text += ": " + Named(worst.remedy) + " in its trajectory makes that " +
+            Digits(worst.remedied_m) + " m";
+  } else {
+    text += ", and no other way to read it is better: better or denser states are needed, or " +
+            Digits(std::hypot(effect.azimuth_sigma_m, effect.Total_m())) + " m as sigma of azimuth";
   }
-  return text + ", and no other way to read it is better: better or denser states are needed, or " +
-         "a larger sigma of azimuth";
+  constexpr std::size_t kNamed = 5;
+  std::size_t others = 0;
+  for (const Remark& remark : alike) {
+    if (remark.pass == worst.pass || ++others > kNamed) continue;
+    text += (others == 1 ? "; less, but in the same way: " : ", ") + block.passes[remark.pass].id;
+  }
+  return others > kNamed ? text + " and " + std::to_string(others - kNamed) + " more" : text;
+}
+
+/// Warnings of remarks, those alike in one.
+std::vector<std::string> RecordingWarnings(const Block& block, const std::vector<Remark>& remarks) {
+  std::map<std::pair<PathThrough, PathThrough>, std::vector<Remark>> groups;
+  for (const Remark& remark : remarks) groups[{remark.through, remark.remedy}].push_back(remark);
+  std::vector<std::string> warnings;
+  for (const auto& [ways, alike] : groups) warnings.push_back(RecordingWarning(block, alike));
+  return warnings;
 }
 
 /// Whether states fit their standard deviations: a test at 99.9 %, and a factor that matters.
@@ -179,7 +226,10 @@ std::string FitWarning(const Pass& pass) {
 }  // namespace
 
 std::vector<std::string> ReadRecordedFlights(Block* block) {
+  constexpr std::size_t kNamedMisfits = 5;
   std::vector<std::string> warnings;
+  std::vector<Remark> remarks;
+  std::size_t misfits = 0;
   const std::vector<TargetOfPass> targets = TargetsOf(*block);
   for (std::size_t i = 0; i < block->passes.size(); ++i) {
     Pass& pass = block->passes[i];
@@ -200,9 +250,16 @@ std::vector<std::string> ReadRecordedFlights(Block* block) {
     if (!through_states && was_through_states) pass.recorded.states = pass.path.states();
     if (!through_states || !was_through_states) pass.path = ways.PathOf(std::move(way));
     if (through_states) pass.recorded.states.clear();
-    for (const std::string& warning : {RecordingWarning(pass, ways), FitWarning(pass)}) {
-      if (!warning.empty()) warnings.push_back(warning);
-    }
+    if (const auto remark = RemarkOn(*block, i, ways)) remarks.push_back(*remark);
+    const std::string misfit = FitWarning(pass);
+    if (!misfit.empty() && ++misfits <= kNamedMisfits) warnings.push_back(misfit);
+  }
+  if (misfits > kNamedMisfits) {
+    warnings.push_back("states of " + std::to_string(misfits - kNamedMisfits) +
+                       " passes more do not fit their smoothed paths as stated");
+  }
+  for (std::string& warning : RecordingWarnings(*block, remarks)) {
+    warnings.push_back(std::move(warning));
   }
   return warnings;
 }

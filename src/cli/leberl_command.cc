@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "leberl_command.h"
 
-#include "sarblock/core/units.h"
 #include "sarblock/leberl/parallax.h"
 #include "sarblock/paper/paper_table.h"
 #include "sarblock/paper/single_flight.h"
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "core/nan.h"
+#include "core/units.h"
 #include "environment.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>

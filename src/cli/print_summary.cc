@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "print_summary.h"
 
-#include "sarblock/core/units.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 
+#include "core/units.h"
 #include "print_realism.h"
 #include "testing/prior_quality.h"
 #include "testing/quality_summary.h"

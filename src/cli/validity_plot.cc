@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "validity_plot.h"
 
-#include "sarblock/core/units.h"
-
 #include <algorithm>
 #include <array>
 #include <limits>
 
+#include "core/units.h"
 #include "io/svg_plot.h"
 #include <fmt/core.h>
 

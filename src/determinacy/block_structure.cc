@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_structure.h"
 
-#include "sarblock/core/units.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "core/units.h"
 #include "flight/track_axes.h"
 #include "weak_words.h"
 #include <Eigen/Eigenvalues>

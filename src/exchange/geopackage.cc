@@ -3,7 +3,6 @@
 
 // GeoPackage 1.3 (OGC 12-128r17) by SQLite alone: three feature tables whose geometries are blobs
 // of a short header and well-known binary.
-#include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/product/utc_time.h"
 
@@ -17,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/units.h"
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
 #include <fmt/core.h>

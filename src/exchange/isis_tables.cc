@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "isis_tables.h"
 
-#include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <array>
@@ -10,6 +9,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/units.h"
 #include <fmt/core.h>
 
 namespace sarblock {

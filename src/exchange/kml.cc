@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kml.h"
 
-#include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <array>
 #include <cmath>
 #include <iterator>
 
+#include "core/units.h"
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
 #include "io/svg_plot.h"

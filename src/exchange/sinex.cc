@@ -2,7 +2,6 @@
 #include "sinex.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 #include "sarblock/core/version.h"
 #include "sarblock/product/utc_time.h"
 
@@ -14,6 +13,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "core/units.h"
 #include "io/csv_writer.h"
 #include "io/geojson.h"
 #include "sinex_covariance.h"

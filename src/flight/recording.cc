@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/recording.h"
+#include "recording.h"
 
-#include "sarblock/flight/resample.h"
+#include "sarblock/core/quantile.h"
 
 #include <algorithm>
 #include <array>
@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "newton_polynomial.h"
+#include "resample.h"
 #include "smooth_path.h"
 #include "state_noise.h"
 
@@ -24,6 +25,13 @@ constexpr std::array<double, 4> kInInterval_1{0.125, 0.375, 0.625, 0.875};
 constexpr std::size_t kMostIntervals = 64;
 
 double Square(double x) { return x * x; }
+
+/// Whether a sum of squares of two components over `intervals` is more than noise makes of it.
+bool IsMoreThanNoise(double square, double noise, double intervals) {
+  constexpr double kLevel = 0.9999;
+  const double freedom = 2.0 * intervals;
+  return square * freedom > noise * ChiSquareQuantile(kLevel, freedom);
+}
 
 /// How an error of one in the states comes out of a polynomial, mean squares over an interval.
 struct Gains {
@@ -135,10 +143,19 @@ PathErrors Recording::ErrorsOfCubic() const {
                   (Square(noise_.velocity_mps) + 12.0 * Square(noise_.position_m / mean_h));
     count += 1.0;
   }
+  if (states_.size() == 2) {  // a circle with their curvature has s'''' = |a|^3/|v|^2
+    const StateVector &first = states_[0], &last = states_[1];
+    const double h = last.time_s - first.time_s;
+    const Eigen::Vector3d bend_mps2 =
+        Across((last.velocity_mps - first.velocity_mps) / h, first.velocity_mps);
+    const double fourth = std::pow(bend_mps2.norm(), 3) / first.velocity_mps.squaredNorm();
+    rate_square = Square(fourth * h * h * h) / (144.0 * 210.0);
+    place_square = Square(fourth * Square(h * h)) / (576.0 * 630.0);
+    count = 1.0;
+  }
   errors.noise = {std::sqrt(noise_place / noise_count), std::sqrt(noise_rate / noise_count)};
   errors.contradiction_mps = contradiction_mps_ / std::sqrt(5.0);  // rms of 1 - 6u + 6u^2
-  // Four standard deviations of the sum of squares: noise alone is no fourth derivative.
-  if (count > 0.0 && rate_square > rate_noise * (1.0 + 4.0 / std::sqrt(count))) {
+  if (count > 0.0 && IsMoreThanNoise(rate_square, rate_noise, count)) {
     const double kept_1 = (rate_square - rate_noise) / rate_square;
     errors.interpolation_mps = std::sqrt(kept_1 * rate_square / count);
     errors.interpolation_m = std::sqrt(kept_1 * place_square / count);
@@ -150,9 +167,10 @@ PathErrors Recording::ErrorsOfPolynomials(PathThrough way) const {
   const OrbitThrough through =
       way == PathThrough::kOrbit ? OrbitThrough::kStates : OrbitThrough::kPositions;
   const std::size_t taken = StatesOf(through);
-  // Against a polynomial of four degrees more; of four less where there are not the states for it.
+  // Against a polynomial of up to four degrees more; of four less where there are no more states.
   const std::size_t more = through == OrbitThrough::kStates ? 2 : 4;
-  const std::size_t other = states_.size() >= taken + more ? taken + more : taken - more;
+  const std::size_t other =
+      states_.size() > taken ? std::min(states_.size(), taken + more) : taken - more;
   const std::size_t step = (last_ - first_ + kMostIntervals) / kMostIntervals;
   const double p2 = Square(noise_.position_m), v2 = Square(noise_.velocity_mps);
   const double b2 = Square(contradiction_mps_);
@@ -182,7 +200,7 @@ PathErrors Recording::ErrorsOfPolynomials(PathThrough way) const {
   PathErrors errors;
   errors.noise = {std::sqrt(place / count), std::sqrt(rate / count)};
   errors.contradiction_mps = std::sqrt(contradiction / count);
-  if (difference > expected * (1.0 + 4.0 / std::sqrt(count))) {
+  if (IsMoreThanNoise(difference, expected, count)) {
     const double kept_1 = (difference - expected) / difference;
     errors.interpolation_mps = std::sqrt(kept_1 * difference / count);
     errors.interpolation_m = std::sqrt(kept_1 * difference_place / count);
@@ -249,6 +267,7 @@ RecordedPath Recording::Read(PathThrough through, double direction_rad) const {
       out.errors.contradiction_mps =
           contradiction_mps_ * std::sqrt(std::min(1.0, length_s / span_s));
       out.errors.interpolation_mps = smooth.unfollowed_mps;
+      if (std::isnan(given_.position_m) && std::isnan(given_.velocity_mps)) break;
       out.fit = FitOfStates{smooth.positions.chi_square / smooth.positions.freedom,
                             smooth.positions.freedom,
                             smooth.velocities.chi_square / smooth.velocities.freedom,

@@ -236,11 +236,12 @@ std::vector<std::size_t> Levels(std::size_t most) {
   return levels;
 }
 
-/// The level of least score: every second one, then the neighbours of the best.
+/// The level of least score: every second one, then the neighbours of the best. With a level chosen
+/// before, under other sigmas, that one and its neighbours only.
 Fit ChooseFit(const Recorded& data,
               const std::vector<std::size_t>& levels,
               const StateNoise& sigmas,
-              std::size_t* chosen) {
+              std::optional<std::size_t>* chosen) {
   std::optional<Fit> best;
   const auto attempt = [&](std::size_t level) {
     Fit fit = FitOn(data, levels[level], sigmas);
@@ -248,8 +249,12 @@ Fit ChooseFit(const Recorded& data,
     best.emplace(std::move(fit));
     *chosen = level;
   };
-  for (std::size_t level = 0; level < levels.size(); level += 2) attempt(level);
-  const std::size_t middle = *chosen;
+  if (*chosen) {
+    attempt(**chosen);
+  } else {
+    for (std::size_t level = 0; level < levels.size(); level += 2) attempt(level);
+  }
+  const std::size_t middle = **chosen;
   if (middle > 0) attempt(middle - 1);
   if (middle + 1 < levels.size()) attempt(middle + 1);
   return std::move(*best);
@@ -289,7 +294,7 @@ Leverages LeveragesOf(const Recorded& data, const Fit& fit, const TimeSpan& stri
   return out;
 }
 
-/// Mean square difference of the velocities of two fits at the states of the strip.
+/// Mean square difference of the velocities of two fits at the states of the strip, one axis.
 double DifferenceSquare(const Recorded& data, const Fit& a, const Fit& b, const TimeSpan& strip_s) {
   double sum = 0.0, count = 0.0;
   std::size_t in_a = 0, in_b = 0;
@@ -301,7 +306,7 @@ double DifferenceSquare(const Recorded& data, const Fit& a, const Fit& b, const 
                .squaredNorm();
     count += 1.0;
   }
-  return count > 0.0 ? sum / count : 0.0;
+  return count > 0.0 ? sum / (3.0 * count) : 0.0;
 }
 
 std::vector<StateVector> StatesAtKnots(const Recorded& data, double begin_s, const Fit& fit) {
@@ -338,8 +343,8 @@ SmoothedPath SmoothPath(std::span<const StateVector> states,
   out.sigmas.velocity_mps =
       own_mps ? std::max(least.velocity_mps, estimated.velocity_mps) : given.velocity_mps;
 
-  std::vector<std::size_t> levels = Levels(data.size() - 1);
-  std::size_t level = 0;
+  const std::vector<std::size_t> levels = Levels(data.size() - 1);
+  std::optional<std::size_t> level;
   Fit fit = ChooseFit(data, levels, out.sigmas, &level);
   Leverages leverages = LeveragesOf(data, fit, strip);
   const auto take_misfits = [&] {
@@ -377,8 +382,7 @@ SmoothedPath SmoothPath(std::span<const StateVector> states,
     const Fit denser = FitOn(data, finer, out.sigmas);
     if (std::isfinite(denser.score)) {
       const Leverages of_denser = LeveragesOf(data, denser, strip);
-      const double noise =
-          3.0 * mean(of_denser.strip_velocity_m2ps2 - leverages.strip_velocity_m2ps2);
+      const double noise = mean(of_denser.strip_velocity_m2ps2 - leverages.strip_velocity_m2ps2);
       out.unfollowed_mps =
           std::sqrt(std::max(0.0, DifferenceSquare(data, fit, denser, strip) - noise));
     }

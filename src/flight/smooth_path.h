@@ -25,7 +25,7 @@ struct SmoothedPath {
   /// What noise of the sigmas leaves in the path, one axis, root mean square over the strip.
   StateNoise remaining;
   /// By how much the velocity of a spline with half the knot spacing differs beyond its noise, root
-  /// mean square over the strip, length of the vector: what the knots do not follow.
+  /// mean square over the strip, one axis: what the knots do not follow.
   double unfollowed_mps = 0.0;
 };
 

@@ -52,12 +52,19 @@ Squares DifferenceSquares(std::span<const StateVector> states, std::size_t order
   return {sum.position / count, sum.velocity / count};
 }
 
-double LeastOf(const std::vector<double>& squares) {
+/// The first order whose mean square is not significantly above the least: of those that show noise
+/// alone the one of most windows.
+double NoiseOf(const std::vector<double>& squares, std::size_t states) {
   const std::size_t n = squares.size();
   constexpr double kFalling = kStillFalling_1 * kStillFalling_1;
   const bool unresolved = n < 2 || (squares[n - 1] < kFalling * squares[n - 2] &&
                                     (n < 3 || squares[n - 2] < kFalling * squares[n - 3]));
-  return unresolved ? 0.0 : std::sqrt(*std::min_element(squares.begin(), squares.end()));
+  if (unresolved) return 0.0;
+  const double least = *std::min_element(squares.begin(), squares.end());
+  const auto windows = static_cast<double>(std::min(kMostWindows, states));
+  const double most = least * (1.0 + 2.0 / std::sqrt(windows));
+  return std::sqrt(*std::find_if(
+      squares.begin(), squares.end(), [most](double square) { return square <= most; }));
 }
 
 /// Nine weights of the derivative at the middle one of nine times, of their polynomial.
@@ -91,7 +98,7 @@ StateNoise EstimateStateNoise(std::span<const StateVector> states) {
     positions.push_back(squares.position);
     velocities.push_back(squares.velocity);
   }
-  return {LeastOf(positions), LeastOf(velocities)};
+  return {NoiseOf(positions, states.size()), NoiseOf(velocities, states.size())};
 }
 
 double Contradiction_mps(std::span<const StateVector> states, const StateNoise& noise) {

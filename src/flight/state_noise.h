@@ -9,9 +9,9 @@
 namespace sarblock {
 
 /// White noise of positions and of velocities, each from the differences of order 3 to 10 scaled to
-/// unit noise (docs/theory/flight_path.md, eq. (20)): the least of their root mean squares, 0 where
-/// the last two still fall by 0.7 and more each, and where there are too few states.
-/// At most 256 windows of states are read, evenly spaced.
+/// unit noise (docs/theory/flight_path.md, eq. (20)): the first of their root mean squares that is
+/// not significantly above the least, 0 where the last two still fall to 0.7 or less each, and
+/// where there are too few states. At most 256 windows of states are read, evenly spaced.
 [[nodiscard]] StateNoise EstimateStateNoise(std::span<const StateVector> states);
 
 /// Velocities less derivatives of the polynomials through nine positions, averaged over sixteenths

@@ -2,11 +2,11 @@
 #include "sarblock/geodesy/frame.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 
 #include <cmath>
 #include <vector>
 
+#include "core/units.h"
 #include <GeographicLib/Geocentric.hpp>
 
 namespace sarblock {

@@ -2,13 +2,13 @@
 #include "adjust_corrections.h"
 
 #include "sarblock/core/id_table.h"
-#include "sarblock/core/units.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
 
+#include "core/units.h"
 #include "number.h"
 
 namespace sarblock {

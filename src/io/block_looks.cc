@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/units.h"
-
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 
 #include "block_reader.h"
+#include "core/units.h"
 #include "number.h"
 
 namespace sarblock {

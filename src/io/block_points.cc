@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/units.h"
-
 #include <cmath>
 
 #include "block_reader.h"
+#include "core/units.h"
 #include "number.h"
 #include "toml_reader.h"
 #include <Eigen/Eigenvalues>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_reader.h"
 
-#include "sarblock/block/read_recorded.h"
-
 #include <cmath>
 #include <utility>
 
 #include "block/plausibility.h"
+#include "block/read_recorded.h"
 #include "number.h"
 #include "toml_reader.h"
 

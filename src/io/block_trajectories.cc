@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/units.h"
-
 #include <cmath>
 #include <utility>
 
 #include "block_reader.h"
+#include "core/units.h"
 #include "number.h"
 
 namespace sarblock {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/block/read_recorded.h"
-#include "sarblock/core/units.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "block/read_recorded.h"
 #include "block_image.h"
+#include "core/units.h"
 #include "csv_writer.h"
 #include "number.h"
 #include "output_folder.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geojson.h"
 
-#include "sarblock/core/units.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <array>
 #include <charconv>
 #include <cmath>
 
+#include "core/units.h"
 #include "covariance/error_ellipse.h"
 #include "number.h"
 #include <nlohmann/json.hpp>

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_table_reader.h"
 
-#include "sarblock/core/units.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
 #include "block_reader.h"
+#include "core/units.h"
 #include "geojson.h"
 #include "number.h"
 #include "result_tables.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_tables.h"
 
-#include "sarblock/core/units.h"
-
 #include <array>
 #include <cmath>
 
+#include "core/units.h"
 #include "csv_writer.h"
 #include "pixel_residuals.h"
 #include "testing/blunder_sizes.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/scene_file.h"
 
-#include "sarblock/core/units.h"
-
+#include "core/units.h"
 #include "csv_reader.h"
 #include "ellipsoid_reader.h"
 #include "scene_file.h"

@@ -2,10 +2,11 @@
 #include "sarblock/leberl/configuration.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 
 #include <cmath>
 #include <string>
+
+#include "core/units.h"
 
 namespace sarblock::leberl {
 

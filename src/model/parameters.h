@@ -2,13 +2,14 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/basis.h"
 #include "sarblock/model/corrections.h"
 
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
+
+#include "flight/basis.h"
 
 namespace sarblock {
 

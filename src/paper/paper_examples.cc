@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/units.h"
 #include "sarblock/leberl/parallax.h"
 #include "sarblock/paper/paper_table.h"
 #include "sarblock/paper/stereo_errors.h"
@@ -7,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/units.h"
 #include "paper_cell.h"
 #include <fmt/core.h>
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/product/sentinel1.h"
 
-#include "sarblock/core/units.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/units.h"
 #include "xml_reader.h"
 
 namespace sarblock {

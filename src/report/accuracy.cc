@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/units.h"
 #include "sarblock/geodesy/frame.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "core/units.h"
 #include "statistics.h"
 #include "verdict.h"
 #include <fmt/core.h>

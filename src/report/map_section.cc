@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/units.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
 
 #include "charts.h"
+#include "core/units.h"
 #include "covariance/error_ellipse.h"
 #include "html.h"
 #include "io/geojson.h"

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_folder.h"
 
-#include "sarblock/core/units.h"
 #include "sarblock/io/result_reader.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+
+#include "core/units.h"
 
 namespace sarblock {
 namespace {

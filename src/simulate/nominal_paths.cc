@@ -2,7 +2,6 @@
 #include "nominal_paths.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include <functional>
 #include <string_view>
 
+#include "core/units.h"
 #include "flight/track_axes.h"
 #include "geometry/cone_time.h"
 #include <Eigen/Geometry>

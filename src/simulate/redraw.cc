@@ -12,6 +12,7 @@
 #include "geometry/cone_time.h"
 #include "recording.h"
 #include "streams.h"
+#include "true_path.h"
 
 namespace sarblock {
 namespace {
@@ -171,14 +172,6 @@ void DrawKnown(const Scene& scene, SimulatedBlock* simulated) {
 }
 
 }  // namespace
-
-TruePath TruePathOf(const Scene& scene, const SimulatedBlock& simulated, std::size_t pass) {
-  return {simulated.block.frame,
-          simulated.Planned(pass),
-          simulated.errors[pass],
-          scene.navigation.knot_spacing_s,
-          simulated.wander.empty() ? nullptr : &simulated.wander[pass]};
-}
 
 void Redraw(const Scene& scene,
             std::uint64_t seed,

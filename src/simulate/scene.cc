@@ -2,10 +2,11 @@
 #include "sarblock/simulate/scene.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 
 #include <cmath>
 #include <set>
+
+#include "core/units.h"
 
 namespace sarblock {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/true_path.h"
+#include "true_path.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
@@ -126,6 +126,14 @@ FlightPath TruePath::AtNominalTimes() const {
     state.velocity_mps = motion->velocity_mps;
   }
   return FlightPath(std::move(states));
+}
+
+TruePath TruePathOf(const Scene& scene, const SimulatedBlock& simulated, std::size_t pass) {
+  return {simulated.block.frame,
+          simulated.Planned(pass),
+          simulated.errors[pass],
+          scene.navigation.knot_spacing_s,
+          simulated.wander.empty() ? nullptr : &simulated.wander[pass]};
 }
 
 }  // namespace sarblock

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kRecordFormat = "sarblock-study-progress 1 ";
+constexpr std::string_view kRecordFormat = "sarblock-study-progress 2 ";
 
 std::uint64_t Hash(std::string_view text, std::uint64_t state = 0xcbf29ce484222325u) {
   for (const char c : text) {
@@ -118,7 +118,13 @@ bool TakeNumber(std::string_view* line, std::string_view word, std::size_t* valu
   return true;
 }
 
-/// The whole records of a journal: text of the rows by task, and where the last one ends.
+/// The line that ends a record. The checksum of its rows tells a damaged file from a whole one.
+std::string LastLineOf(std::size_t task, std::string_view rows) {
+  return fmt::format("end {} {:016x}", task, Hash(rows));
+}
+
+/// The whole records of a journal: text of the rows by task, and where the last one ends. What
+/// stands behind a record that is cut or damaged is not read.
 struct Journal {
   std::map<std::size_t, std::string> rows;
   std::size_t end = 0;
@@ -137,7 +143,7 @@ Journal ReadJournal(std::string_view text, std::size_t begin, std::size_t tasks)
   };
   for (;;) {
     std::optional<std::string_view> line = next();
-    std::size_t task = 0, count = 0, again = 0;
+    std::size_t task = 0, count = 0;
     if (!line || !TakeNumber(&*line, "task ", &task) || !TakeNumber(&*line, " rows ", &count) ||
         !line->empty() || task >= tasks) {
       return journal;
@@ -148,9 +154,7 @@ Journal ReadJournal(std::string_view text, std::size_t begin, std::size_t tasks)
     }
     const std::string_view rows = text.substr(rows_begin, at - rows_begin);
     line = next();
-    if (!line || !TakeNumber(&*line, "end ", &again) || again != task || !line->empty()) {
-      return journal;
-    }
+    if (!line || *line != LastLineOf(task, rows)) return journal;
     journal.rows[task] = rows;
     journal.end = at;
   }
@@ -261,7 +265,7 @@ const std::vector<StudyRow>* StudyRows::Find(std::size_t task) const {
 void StudyRows::Keep(std::size_t task, const std::vector<StudyRow>& rows) {
   std::string text = TextOf(rows);
   state_->journal->Append(
-      fmt::format("task {} rows {}\n{}end {}\n", task, rows.size(), text, task));
+      fmt::format("task {} rows {}\n{}{}\n", task, rows.size(), text, LastLineOf(task, text)));
   state_->waiting[task] = std::move(text);
   state_->table->Append(state_->TakeReady());
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/flight/basis.h"
 
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "flight/basis.h"
 #include "flight/track_axes.h"
 #include "model/parameters.h"
 #include "support/small_blocks.h"

@@ -4,12 +4,12 @@
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 #include "sarblock/leberl/relative_errors.h"
 
 #include <array>
 #include <cmath>
 
+#include "core/units.h"
 #include "support/paper_block.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

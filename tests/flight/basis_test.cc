@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/basis.h"
+#include "flight/basis.h"
 
 #include "sarblock/core/error.h"
 

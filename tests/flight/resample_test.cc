@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/resample.h"
+#include "flight/resample.h"
 
 #include "sarblock/core/error.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/result_files.h"
 
-#include "sarblock/core/units.h"
 #include "sarblock/io/block_files.h"
 
 #include <array>
@@ -9,6 +8,7 @@
 #include <limits>
 
 #include "core/nan.h"
+#include "core/units.h"
 #include "io/csv_reader.h"
 #include "io/result_fixture.h"
 #include <Eigen/LU>

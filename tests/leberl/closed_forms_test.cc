@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/core/units.h"
 #include "sarblock/leberl/configuration.h"
 #include "sarblock/leberl/parallax.h"
 #include "sarblock/leberl/point_errors.h"
@@ -10,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/units.h"
 #include <gtest/gtest.h>
 
 namespace sarblock::leberl {

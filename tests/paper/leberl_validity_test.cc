@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/paper/leberl_validity.h"
 
-#include "sarblock/core/units.h"
-
 #include <cmath>
 
+#include "core/units.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

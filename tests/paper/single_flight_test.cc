@@ -3,8 +3,8 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/core/units.h"
 
+#include "core/units.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

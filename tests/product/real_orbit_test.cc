@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // A real restituted orbit file; skipped where it is not beside the project.
-#include "sarblock/flight/recording.h"
-#include "sarblock/flight/resample.h"
 #include "sarblock/product/sentinel1.h"
 
 #include <algorithm>
@@ -10,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "flight/recording.h"
+#include "flight/resample.h"
 #include "io/io_fixture.h"
 #include <gtest/gtest.h>
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
 
+#include "core/units.h"
 #include "flight/track_axes.h"
+#include "simulate/true_path.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 

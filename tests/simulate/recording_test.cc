@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "io/io_fixture.h"
 #include "simulate/small_scene.h"
+#include "simulate/true_path.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

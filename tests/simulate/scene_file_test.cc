@@ -2,13 +2,13 @@
 #include "sarblock/io/scene_file.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/units.h"
 
 #include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "core/units.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

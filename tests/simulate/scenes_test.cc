@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "simulate/true_path.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

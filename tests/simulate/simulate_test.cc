@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "simulate/small_scene.h"
+#include "simulate/true_path.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/core/units.h"
 #include "sarblock/simulate/scene.h"
+
+#include "core/units.h"
 
 namespace sarblock::test {
 

@@ -10,7 +10,6 @@
 // the level holds for all of them together (Bonferroni).
 #include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
-#include "sarblock/core/units.h"
 
 #include <algorithm>
 #include <cctype>
@@ -20,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "core/units.h"
 #include "statistics/scene_statistics.h"
 #include <gtest/gtest.h>
 

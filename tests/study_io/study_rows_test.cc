@@ -74,6 +74,27 @@ TEST_F(StudyRowsTest, ALaterRunFindsEveryFinishedTaskAndDropsAHalfWrittenOne) {
             "2,0.30000000000000004,\"#2\"\n");
 }
 
+// A bit that flips anywhere in a record: the record and what stands behind it are computed anew.
+TEST_F(StudyRowsTest, ADamagedRecordIsNotRead) {
+  const StudyRow row = Row(2, 4.25, "two");
+  {
+    StudyRows rows(folder_, Identity(), StudyStart::kResume);
+    rows.Keep(2, {row});
+    rows.Keep(0, {Row(0, 0.5, "zero")});
+  }
+  const std::string whole = Content(folder_ / "squares.progress");
+  const std::size_t second = whole.find("task 0"), begin = whole.find("task 2");
+  for (std::size_t at = begin; at + 1 < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    Put("squares.progress", damaged);
+    StudyRows rows(folder_, Identity(), StudyStart::kResume);
+    EXPECT_EQ(rows.kept(), at < second ? 0u : 1u) << at;
+    EXPECT_EQ(rows.Find(0), nullptr) << at;
+    EXPECT_EQ(rows.Find(2) != nullptr, at >= second) << at;
+  }
+}
+
 TEST_F(StudyRowsTest, AChangedStudyIsRefusedUnlessRestarted) {
   {
     StudyRows rows(folder_, Identity(), StudyStart::kResume);

@@ -2,13 +2,13 @@
 #include "support/small_blocks.h"
 
 #include "sarblock/core/random.h"
-#include "sarblock/core/units.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "core/units.h"
 #include "geometry/cone_time.h"
 #include <Eigen/Geometry>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/resample.h"
+#include "sarblock/flight/path_through.h"
 #include "sarblock/product/faulty_row.h"
 #include "sarblock/product/sentinel1.h"
 

@@ -4,13 +4,26 @@
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/true_path.h"
 #include "sarblock/simulate/wander.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace sarblock {
+
+/// The errors of one pass as drawn, signs as the corrections of model.md, section 3: adding them to
+/// the nominal path and measurements gives the truth.
+struct PassError {
+  std::array<double, 3> constant_m{};           ///< along, across, up
+  std::array<double, 3> drift_m{};              ///< times strip-normalised time x
+  std::array<double, 3> curvature_m{};          ///< times (3 x^2 - 1) / 2
+  std::array<std::vector<double>, 3> spline_m;  ///< B-spline coefficients; empty: no process
+  double range_bias_m = 0.0;
+  double range_scale_1 = 0.0;
+  double time_bias_s = 0.0;
+  double squint_bias_rad = 0.0;
+};
 
 /// What the looks would read without noise, by look index of the block.
 struct ExactLooks {
@@ -41,11 +54,6 @@ struct SimulatedBlock {
     return planned.empty() ? block.passes[pass] : planned[pass];
   }
 };
-
-/// The true path of a pass. Holds references into `simulated`.
-[[nodiscard]] TruePath TruePathOf(const Scene& scene,
-                                  const SimulatedBlock& simulated,
-                                  std::size_t pass);
 
 /// Simulates a scene: nominal paths, terrain, points, visibility, then Redraw() of everything with
 /// the scene's seed. The same scene gives the same bytes.

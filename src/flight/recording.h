@@ -11,8 +11,9 @@
 namespace sarblock {
 
 /// What is wrong with the velocity and the position of a path that is made of recorded states, root
-/// mean square over a strip. Noise is that of one axis; the others are lengths of vectors across
-/// the flight, since a longer velocity does not turn it.
+/// mean square over a strip. Noise, and what a smoothed path does not follow, are those of one
+/// axis; the others are lengths of vectors across the flight, since a longer velocity does not turn
+/// it.
 struct PathErrors {
   StateNoise noise{0.0, 0.0};
   double contradiction_mps = 0.0;  ///< by velocities that are not those of the positions

@@ -2,10 +2,9 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/basis.h"
 #include "sarblock/flight/path.h"
 #include "sarblock/geodesy/frame.h"
-#include "sarblock/simulate/scene.h"
+#include "sarblock/simulate/simulate.h"
 #include "sarblock/simulate/wander.h"
 
 #include <array>
@@ -13,20 +12,9 @@
 #include <optional>
 #include <vector>
 
-namespace sarblock {
+#include "flight/basis.h"
 
-/// The errors of one pass as drawn, signs as the corrections of model.md, section 3: adding them to
-/// the nominal path and measurements gives the truth.
-struct PassError {
-  std::array<double, 3> constant_m{};           ///< along, across, up
-  std::array<double, 3> drift_m{};              ///< times strip-normalised time x
-  std::array<double, 3> curvature_m{};          ///< times (3 x^2 - 1) / 2
-  std::array<std::vector<double>, 3> spline_m;  ///< B-spline coefficients; empty: no process
-  double range_bias_m = 0.0;
-  double range_scale_1 = 0.0;
-  double time_bias_s = 0.0;
-  double squint_bias_rad = 0.0;
-};
+namespace sarblock {
 
 /// Draws the errors of pass number `pass_index` from its own stream of `seed`.
 [[nodiscard]] PassError DrawPassError(const SceneNavigation& navigation,
@@ -59,5 +47,10 @@ class TruePath {
   std::optional<UniformSpline> spline_;
   bool nominal_ = true;  // no error at all
 };
+
+/// The true path of a pass. Holds references into `simulated`.
+[[nodiscard]] TruePath TruePathOf(const Scene& scene,
+                                  const SimulatedBlock& simulated,
+                                  std::size_t pass);
 
 }  // namespace sarblock
