@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/block/read_recorded.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 #include "sarblock/simulate/simulate.h"
@@ -8,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "block/read_recorded.h"
 #include "core/parallel.h"
 #include "geometry/cone_time.h"
 #include "recording.h"
