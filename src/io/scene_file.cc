@@ -129,6 +129,17 @@ SceneRecorder ReadRecorder(SceneTable& table) {
   table.Number("jump_m", &recorder.jump_m);
   table.Number("jump_interval_s", &recorder.jump_interval_s);
   table.Number("time_offset_s", &recorder.time_offset_s);
+  std::vector<std::pair<std::string, PathThrough>> ways;
+  for (const PathThrough way : {PathThrough::kStates,
+                                PathThrough::kOrbit,
+                                PathThrough::kPositions,
+                                PathThrough::kSmooth,
+                                PathThrough::kAuto}) {
+    ways.emplace_back(NameOf(way), way);
+  }
+  table.Choice<PathThrough>("through", ways, &recorder.reading.through);
+  table.Number("sigma_m", &recorder.reading.sigma.position_m);
+  table.Number("sigma_mps", &recorder.reading.sigma.velocity_mps);
   table.Finish();
   return recorder;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "block/read_recorded.h"
 #include "core/parallel.h"
 #include "geometry/cone_time.h"
 #include "recording.h"
@@ -42,9 +43,12 @@ void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
     simulated->errors.push_back(DrawPassError(scene.navigation, planned, i, seed));
     if (scene.wander.Given()) simulated->wander.emplace_back(scene.wander, planned, i, seed);
     if (recorded) {
+      const SceneRecorder recorder = scene.recorder.value_or(SceneRecorder{});
+      block.passes[i].recorded = {};
+      block.passes[i].recorded.asked = recorder.reading;
       block.passes[i].path =
           RecordFlight(block.frame,
-                       scene.recorder.value_or(SceneRecorder{}),
+                       recorder,
                        spacings_s[i],
                        planned,
                        simulated->wander.empty() ? nullptr : &simulated->wander[i],
@@ -185,6 +189,10 @@ void Redraw(const Scene& scene,
         points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
           Measure(scene.looks, begin, end, simulated);
         });
+  }
+  // Warnings of the recording are for those who read the block.
+  if (choice.navigation && IsRecorded(scene)) {
+    static_cast<void>(ReadRecordedFlights(&simulated->block));
   }
   if (choice.control) {
     simulated->control_seed = seed;

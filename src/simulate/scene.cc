@@ -160,6 +160,13 @@ Problem FindRecorderProblem(const SceneRecorder& recorder) {
     return {{field + "jump_interval_s", "must be given and positive where jump_m is above 0"}};
   }
   if (!std::isfinite(recorder.time_offset_s)) return {{field + "time_offset_s", "must be finite"}};
+  const StateNoise& sigma = recorder.reading.sigma;
+  if (Given(sigma.position_m) && !Positive(sigma.position_m)) {
+    return {{field + "sigma_m", "must be positive"}};
+  }
+  if (Given(sigma.velocity_mps) && !Positive(sigma.velocity_mps)) {
+    return {{field + "sigma_mps", "must be positive"}};
+  }
   return std::nullopt;
 }
 

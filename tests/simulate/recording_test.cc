@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
+#include "sarblock/io/block_files.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "io/io_fixture.h"
 #include "simulate/small_scene.h"
 #include "simulate/true_path.h"
 #include <gmock/gmock.h>
@@ -241,6 +243,37 @@ TEST(RecorderTest, TimeStampsAreOffByAConstant) {
     ASSERT_TRUE(flown.has_value());
     EXPECT_LT((state.position_m - flown->position_m).norm(), 1e-9);
   }
+}
+
+class RecordedFilesTest : public test::FolderTest {};
+
+TEST_F(RecordedFilesTest, BlocksAreReadAsTheirFilesAre) {  // two routes, to the last bit
+  Scene scene = WanderingScene();
+  scene.wander.time_constant_s = {40.0, 40.0, 40.0};
+  scene.recorder->noise_m = 0.03;
+  scene.recorder->noise_mps = 0.02;
+  scene.recorder->reading = {PathThrough::kSmooth, {0.03, 0.02}};
+  const SimulatedBlock simulated = Simulate(scene);
+  WriteBlock(folder_ / "block", simulated.block, {}, &simulated.truth);
+  const Block read = ReadBlock(folder_ / "block").block;
+  for (std::size_t pass = 0; pass < 2; ++pass) {
+    const Pass& made = simulated.block.passes[pass];
+    EXPECT_EQ(read.passes[pass].recorded.asked.through, PathThrough::kSmooth);
+    EXPECT_EQ(read.passes[pass].recorded.asked.sigma.velocity_mps, 0.02);
+    EXPECT_TRUE(SameStates(read.passes[pass].path, made.path));
+    EXPECT_TRUE(SameStates(FlightPath(read.passes[pass].RecordedStates()),
+                           FlightPath(made.RecordedStates())));
+    // Smoothed, it is nearer to the flight than its states are.
+    const StateVector& state = made.RecordedStates()[900];
+    const Motion flown = *TruePathOf(scene, simulated, pass).At(state.time_s);
+    EXPECT_LT((made.path.At(state.time_s)->velocity_mps - flown.velocity_mps).norm(), 0.02);
+    EXPECT_FALSE(SameStates(made.path, FlightPath(made.RecordedStates())));
+  }
+  SimulatedBlock again = simulated;  // round trip
+  Redraw(scene, 991, {}, &again);
+  EXPECT_FALSE(SameStates(again.block.passes[0].path, simulated.block.passes[0].path));
+  Redraw(scene, scene.seed, {}, &again);
+  EXPECT_TRUE(SameStates(again.block.passes[0].path, simulated.block.passes[0].path));
 }
 
 TEST(RecordedFlightTest, SameSeedGivesTheSameBytesForAnyThreads) {

@@ -158,6 +158,9 @@ velocity_bias_sigma_mps = [0.4, 0.5, 0.6]
 jump_m = 0.7
 jump_interval_s = 8
 time_offset_s = -0.9
+through = "smooth"
+sigma_m = 0.03
+sigma_mps = 0.04
 )",
                                  "two.toml");
   EXPECT_EQ(scene.wander.rms_m, (std::array{1.0, 2.0, 3.0}));
@@ -171,12 +174,17 @@ time_offset_s = -0.9
   EXPECT_EQ(scene.recorder->jump_m, 0.7);
   EXPECT_EQ(scene.recorder->jump_interval_s, 8.0);
   EXPECT_EQ(scene.recorder->time_offset_s, -0.9);
+  EXPECT_EQ(scene.recorder->reading.through, PathThrough::kSmooth);
+  EXPECT_EQ(scene.recorder->reading.sigma.position_m, 0.03);
+  EXPECT_EQ(scene.recorder->reading.sigma.velocity_mps, 0.04);
   EXPECT_FALSE(ParseScene(kText, "two.toml").recorder.has_value());
 }
 
 TEST(SceneFileTest, NamesTheLineOfAWrongRecorder) {
   EXPECT_EQ(MessageOf(std::string(kText) + "[recorder]\nrate_hz = 500\n"),
             "two.toml:27: recorder.rate_hz: must be from 0.01 to 200");
+  EXPECT_THAT(MessageOf(std::string(kText) + "[recorder]\nthrough = \"points\"\n"),
+              HasSubstr("two.toml:27: recorder.through: 'points' is not known"));
   EXPECT_THAT(MessageOf(std::string(kText) + "[recorder]\nnoise = 0.1\n"),
               HasSubstr("did you mean noise_m"));
   EXPECT_THAT(MessageOf(std::string(kText) + "[wander]\ntable = \"w.csv\"\n"),

@@ -8,10 +8,12 @@
 // the number of variants and tests (no Bonferroni): seeds are fixed, so a test that passes once
 // always passes. Where each of the thousands of points and parameters of all variants is tested,
 // the level holds for all of them together (Bonferroni).
+#include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -25,7 +27,7 @@ namespace sarblock {
 namespace {
 
 constexpr double kLevel = 0.999;
-constexpr std::size_t kVariants = 27;  ///< of both test suites below
+constexpr std::size_t kVariants = 31;  ///< of all test suites below
 
 /// First of a variant's own seeds: no two variants of a run share random numbers. FNV-1a. In run 1
 /// one of 135 tests of 200 draws lay outside its region, by chance (docs/validation.md).
@@ -190,6 +192,28 @@ std::vector<Variant> SquintVariants() {
   return variants;
 }
 
+/// Recorded flights, read as `auto` decides; strips of hundred thousands of states cut short.
+Variant RecordedVariant(const std::string& scene, const std::vector<std::string>& overrides = {}) {
+  Variant variant{scene, "recorded/" + scene, {"points.count=30", "check.count=3"}};
+  if (scene == "airborne-turbulent" || scene == "uav") {
+    const bool uav = scene == "uav";
+    for (const std::string flight : {"flight.0.", "flight.1."}) {
+      variant.overrides.push_back(flight + (uav ? "length_m=300" : "length_m=2400"));
+    }
+    variant.overrides.emplace_back(uav ? "points.east_m=[20, 280]" : "points.east_m=[100, 2300]");
+  }
+  variant.overrides.insert(variant.overrides.end(), overrides.begin(), overrides.end());
+  return variant;
+}
+
+std::vector<Variant> RecordedVariants() {
+  std::vector<Variant> variants;
+  for (const char* scene : {"airborne-turbulent", "uav", "sparse-orbit", "downlink-orbit"}) {
+    variants.push_back(RecordedVariant(scene));
+  }
+  return variants;
+}
+
 std::string TestName(const testing::TestParamInfo<Variant>& variant) {
   std::string name = variant.param.name;
   std::replace_if(
@@ -205,6 +229,51 @@ INSTANTIATE_TEST_SUITE_P(Squint,
                          SeededStatisticsTest,
                          testing::ValuesIn(SquintVariants()),
                          TestName);
+INSTANTIATE_TEST_SUITE_P(Recorded,
+                         SeededStatisticsTest,
+                         testing::ValuesIn(RecordedVariants()),
+                         TestName);
+
+test::SceneStatistics Drawn(const Variant& variant) {
+  const test::SceneStatistics sums =
+      test::RunDraws(test::ShippedScene(variant.scene, variant.overrides),
+                     test::DrawsAsked(),
+                     FirstSeedOf(variant.name));
+  PrintRow(variant.name, sums);
+  return sums;
+}
+
+TEST(RecordedStatisticsTest, SparseOrbitsMisleadThroughTheirStates) {
+  const auto sums = Drawn(RecordedVariant("sparse-orbit", {"recorder.through=states"}));
+  EXPECT_FALSE(Follows(sums.point, kLevel));
+  EXPECT_FALSE(Follows(sums.corrections, kLevel));
+}
+
+TEST(RecordedStatisticsTest, ContradictingVelocitiesMisleadThroughTheStates) {
+  const auto sums = Drawn(RecordedVariant("downlink-orbit", {"recorder.through=states"}));
+  EXPECT_FALSE(Follows(sums.corrections, kLevel));
+  EXPECT_FALSE(Follows(sums.residuals, kLevel));
+}
+
+TEST(RecordedStatisticsTest, NoisyStatesAreRefused) {
+  for (const char* scene : {"airborne-turbulent", "uav"}) {
+    EXPECT_THROW((void)Drawn(RecordedVariant(scene, {"recorder.through=states"})), InputError);
+  }
+}
+
+TEST(RecordedStatisticsTest, ATurbulentFlightIsAsAccurateAsItsTruePath) {
+  // Two routes with the same draws of everything else: within 5 percent in the errors of points.
+  const auto square = [](const test::SceneStatistics& sums) {
+    double sum = 0.0;
+    for (const test::SquareSum& point : sums.each_point) sum += point.value;
+    return sum;
+  };
+  const double read = square(Drawn(RecordedVariant("airborne-turbulent")));
+  const double ideal = square(Drawn(
+      RecordedVariant("airborne-turbulent",
+                      {"recorder.through=states", "recorder.noise_m=0", "recorder.noise_mps=0"})));
+  EXPECT_NEAR(std::sqrt(read / ideal), 1.0, 0.05);
+}
 
 }  // namespace
 }  // namespace sarblock

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/flight/path_through.h"
 #include "sarblock/geodesy/frame.h"
 
 #include <array>
@@ -112,6 +113,7 @@ struct SceneRecorder {
   double jump_m = 0.0;                              ///< sigma of each coordinate after a jump
   double jump_interval_s = kNotGiven;               ///< mean; needed if jump_m > 0
   double time_offset_s = 0.0;                       ///< time stamp minus time, of every state
+  TrajectoryOptions reading;                        ///< how the block says that its states be read
 };
 
 /// What is measured and how well.
