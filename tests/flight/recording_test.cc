@@ -5,7 +5,6 @@
 #include "sarblock/core/random.h"
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -14,7 +13,6 @@
 namespace sarblock {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTight_rad = 1e-9;
 
 // ---- flights
