@@ -306,6 +306,21 @@ TEST_F(RecordedBlockTest, KeysOfAPassOverrideThoseOfTheBlockAndAreWrittenBack) {
   }
 }
 
+TEST_F(RecordedBlockTest, StatesOfWhichNoPathCanBeMadeAreRefusedByNameOnlyWhereItIsAskedFor) {
+  std::string states = kRecordedStates;
+  states.replace(states.find("A1,2,200"), 8, "A1,1.7e308,200");
+  const auto message_with = [&](const std::string& through) {
+    std::string toml = kRecordedToml;
+    toml.replace(toml.find("\"smooth\""), 8, '"' + through + '"');
+    return test::MessageOf<InputError>([&] {
+      return ReadBlockTexts({toml, states, kTwoLooks, std::nullopt});
+    });
+  };
+  EXPECT_EQ(message_with("states"), "");
+  EXPECT_EQ(message_with("auto"), "");
+  EXPECT_THAT(message_with("smooth"), HasSubstr("pass A1: no path can be made of its states"));
+}
+
 TEST_F(RecordedBlockTest, AnOverrideChangesTheWayOfPassesThatHaveNoneOfTheirOwn) {
   ReadOptions options;
   options.set_overrides = {"trajectory.through=auto"};
