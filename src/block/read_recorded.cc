@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "read_recorded.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
 
 #include <algorithm>
@@ -89,8 +90,11 @@ class Ways {
   [[nodiscard]] Way Choose() const {
     Way best = Measure(kWays.front());
     for (std::size_t i = 1; i < kWays.size() && best.effect.Matters(); ++i) {
-      Way way = Measure(kWays[i]);
-      if (way.effect.Total_m() < best.effect.Total_m()) best = std::move(way);
+      try {
+        Way way = Measure(kWays[i]);
+        if (way.effect.Total_m() < best.effect.Total_m()) best = std::move(way);
+      } catch (const InputError&) {  // states of which no such path can be made
+      }
     }
     return best;
   }
@@ -136,6 +140,19 @@ std::string WhyChosen(const RecordingEffect& chosen, const RecordingEffect& stat
   return std::string(NameOf(chosen.through)) + " moves points along track by " +
          Digits(chosen.Total_m()) + sigma + ", the states by " + Digits(states.Total_m()) +
          " m: " + Parts(states);
+}
+
+/// Calls `make` for a pass, whose name an InputError gets: sizes of states that cannot be computed
+/// with are seen only here.
+template <typename Make>
+auto NamingPass(const Pass& pass, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    throw InputError("pass " + pass.id,
+                     "no path can be made of its states " + Named(pass.recorded.asked.through) +
+                         ": " + error.what());
+  }
 }
 
 /// A recording that matters, and the way that would make it matter less: its own where none would.
@@ -240,7 +257,8 @@ std::vector<std::string> ReadRecordedFlights(Block* block) {
       continue;  // without noise, and a cubic follows it
     }
     const Ways ways(pass, targets[i]);
-    Ways::Way way = asked == PathThrough::kAuto ? ways.Choose() : ways.Measure(asked);
+    Ways::Way way = NamingPass(
+        pass, [&] { return asked == PathThrough::kAuto ? ways.Choose() : ways.Measure(asked); });
     if (asked == PathThrough::kAuto) {
       way.effect.why = WhyChosen(way.effect, ways.Measure(PathThrough::kStates).effect);
     }
@@ -248,7 +266,9 @@ std::vector<std::string> ReadRecordedFlights(Block* block) {
     const bool through_states = way.effect.through == PathThrough::kStates;
     const bool was_through_states = pass.recorded.states.empty();
     if (!through_states && was_through_states) pass.recorded.states = pass.path.states();
-    if (!through_states || !was_through_states) pass.path = ways.PathOf(std::move(way));
+    if (!through_states || !was_through_states) {
+      pass.path = NamingPass(pass, [&] { return ways.PathOf(std::move(way)); });
+    }
     if (through_states) pass.recorded.states.clear();
     if (const auto remark = RemarkOn(*block, i, ways)) remarks.push_back(*remark);
     const std::string misfit = FitWarning(pass);

@@ -309,14 +309,18 @@ double DifferenceSquare(const Recorded& data, const Fit& a, const Fit& b, const 
   return count > 0.0 ? sum / (3.0 * count) : 0.0;
 }
 
-std::vector<StateVector> StatesAtKnots(const Recorded& data, double begin_s, const Fit& fit) {
+/// At the times that the recording gives, to the last bit.
+std::vector<StateVector> StatesAtKnots(std::span<const StateVector> recorded,
+                                       const Recorded& data,
+                                       const Fit& fit) {
   std::vector<StateVector> states;
-  std::size_t interval = 0;
+  std::size_t interval = 0, state = 0;
   for (std::size_t k = 0; k <= fit.basis.intervals(); ++k) {
     const double x_s = fit.basis.Knot_s(k);
+    while (data.time_s[state] < x_s) ++state;
     const BasisAt at = fit.basis.At(x_s, &interval);
     states.push_back(
-        {begin_s + x_s,
+        {recorded[state].time_s,
          data.origin_m + (x_s * data.mean_mps + Sum(fit.coefficients, at.first, at.value)),
          data.mean_mps + Sum(fit.coefficients, at.first, at.rate)});
   }
@@ -387,7 +391,7 @@ SmoothedPath SmoothPath(std::span<const StateVector> states,
           std::sqrt(std::max(0.0, DifferenceSquare(data, fit, denser, strip) - noise));
     }
   }
-  out.states = StatesAtKnots(data, begin_s, fit);
+  out.states = StatesAtKnots(states, data, fit);
   return out;
 }
 

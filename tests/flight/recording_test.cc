@@ -4,8 +4,8 @@
 #include "sarblock/core/quantile.h"
 #include "sarblock/core/random.h"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -14,7 +14,6 @@
 namespace sarblock {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTight_rad = 1e-9;
 
 // ---- flights
@@ -249,6 +248,20 @@ TEST(RecordingTest, TheAccelerationOfASmoothedPathIsContinuous) {
     const Eigen::Vector3d before = read.path.At(at_s - 1e-9)->acceleration_mps2;
     const Eigen::Vector3d after = read.path.At(at_s)->acceleration_mps2;
     EXPECT_LT((after - before).norm(), 1e-6);  // jerk times 1 ns, and rounding of 9 km
+  }
+}
+
+// States at the recorded times then hold all knots and give the same path again.
+TEST(RecordingTest, KnotsStandAtRecordedTimesToTheLastBit) {
+  std::vector<StateVector> states;
+  for (int k = 0; k < 3000; ++k) states.push_back(InAircraft(-22.0 + 0.01 * k));
+  const RecordedPath read =
+      Of(WithNoise(states, 0.02, 0.01, 13)).Read(PathThrough::kSmooth, kTight_rad);
+  ASSERT_GT(read.path.states().size(), 30U);
+  for (const StateVector& knot : read.path.states()) {
+    EXPECT_TRUE(std::any_of(states.begin(), states.end(), [&knot](const StateVector& state) {
+      return state.time_s == knot.time_s;
+    })) << knot.time_s;
   }
 }
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recorded flights in blocks: what is warned of, what "auto" takes, and how the keys are read and
 // written.
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 #include "sarblock/io/block_files.h"
 
+#include <algorithm>
 #include <cmath>
+#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -190,6 +193,59 @@ TEST(RecordedFlightTest, StatesThatDoNotFitTheirSigmasAreToldWithTheFactor) {
                     HasSubstr("times what sigma_mps = 0.04 says")));
 }
 
+struct RecordedScene {
+  const char* name;
+  const char* cause;  ///< the part of the effect that its warning says most of
+  PathThrough chosen;
+  double most_1;  ///< of the sigma of azimuth, what is left of the effect
+};
+void PrintTo(const RecordedScene& scene, std::ostream* out) { *out << scene.name; }
+
+class RecordedSceneTest : public testing::TestWithParam<RecordedScene> {};
+
+TEST_P(RecordedSceneTest, IsWarnedOfThroughItsStatesAndReadByAutoAsItsDataAsk) {
+  Block block = test::SmallSceneBlock(std::string("recorded/") + GetParam().name).block;
+  const std::vector<std::string> warnings = ReadRecordedFlights(&block);
+  ASSERT_THAT(warnings, SizeIs(1));
+  EXPECT_THAT(warnings[0],
+              AllOf(HasSubstr("read through = \"states\""),
+                    HasSubstr(std::string("\"") + NameOf(GetParam().chosen) + "\" in its")));
+  const RecordingEffect& states = block.passes[0].recorded.effect;
+  const double largest_m =
+      std::max({states.noise_m, states.contradiction_m, states.interpolation_m});
+  EXPECT_EQ(GetParam().cause == std::string("noise"), states.noise_m == largest_m);
+  EXPECT_EQ(GetParam().cause == std::string("contradiction"), states.contradiction_m == largest_m);
+  for (Pass& pass : block.passes) pass.recorded.asked.through = PathThrough::kAuto;
+  static_cast<void>(ReadRecordedFlights(&block));
+  for (const Pass& pass : block.passes) {
+    const RecordingEffect& effect = pass.recorded.effect;
+    EXPECT_EQ(effect.through, GetParam().chosen) << effect.why;
+    EXPECT_LT(effect.Total_m(), GetParam().most_1 * effect.azimuth_sigma_m);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(
+    Recorded,
+    RecordedSceneTest,
+    testing::Values(RecordedScene{"airborne-turbulent", "noise", PathThrough::kSmooth, 0.55},
+                    RecordedScene{"uav", "noise", PathThrough::kSmooth, 0.45},
+                    RecordedScene{"sparse-orbit", "interpolation", PathThrough::kOrbit, 0.1},
+                    RecordedScene{"downlink-orbit", "contradiction", PathThrough::kPositions, 0.1}),
+    [](const auto& scene) { return test::TestNameOf(scene.param.name); });
+
+// 1 cm of noise at 1 Hz makes s0^2 nine where one is expected; smoothed, the block is as it was.
+TEST(RecordedFlightTest, ABlockOfNoisyStatesIsSolvedAsWellAsTheIdealOneBySmoothing) {
+  const test::SceneBlock ideal = test::SmallSceneBlock("block-12-strips");
+  const double expected = Adjust(ideal.block, ideal.options).sigma0_squared;
+  Block noisy = RecordedStrips(1.0, 0.01, 0.0, PathThrough::kStates);
+  EXPECT_GT(Adjust(noisy, ideal.options).sigma0_squared, 4.0);
+  for (Pass& pass : noisy.passes) pass.recorded.asked.through = PathThrough::kAuto;
+  EXPECT_THAT(ReadRecordedFlights(&noisy), IsEmpty());
+  const AdjustResult smooth = Adjust(noisy, ideal.options);
+  EXPECT_NEAR(smooth.sigma0_squared, expected, 1e-3);
+  // The corrected path stands at the times recorded.
+  ASSERT_EQ(smooth.corrected_paths[0].states().size(), noisy.passes[0].recorded.states.size());
+}
+
 // ---- files
 
 constexpr const char* kRecordedToml = R"(format = "sarblock-block 1"
@@ -248,6 +304,21 @@ TEST_F(RecordedBlockTest, KeysOfAPassOverrideThoseOfTheBlockAndAreWrittenBack) {
       EXPECT_EQ(a.states()[k].position_m, b.states()[k].position_m);
     }
   }
+}
+
+TEST_F(RecordedBlockTest, StatesOfWhichNoPathCanBeMadeAreRefusedByNameOnlyWhereItIsAskedFor) {
+  std::string states = kRecordedStates;
+  states.replace(states.find("A1,2,200"), 8, "A1,1.7e308,200");
+  const auto message_with = [&](const std::string& through) {
+    std::string toml = kRecordedToml;
+    toml.replace(toml.find("\"smooth\""), 8, '"' + through + '"');
+    return test::MessageOf<InputError>([&] {
+      return ReadBlockTexts({toml, states, kTwoLooks, std::nullopt});
+    });
+  };
+  EXPECT_EQ(message_with("states"), "");
+  EXPECT_EQ(message_with("auto"), "");
+  EXPECT_THAT(message_with("smooth"), HasSubstr("pass A1: no path can be made of its states"));
 }
 
 TEST_F(RecordedBlockTest, AnOverrideChangesTheWayOfPassesThatHaveNoneOfTheirOwn) {
