@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "flight/resample.h"
 #include "grid_fit.h"
 #include <fmt/core.h>
 
