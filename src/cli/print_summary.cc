@@ -409,7 +409,7 @@ std::string DescribeBlock(const Block& block) {
                    "  {:<20} {:<6} {:8} {:8} {:14.6f} {:14.6f}\n",
                    pass.id,
                    pass.side == LookSide::kLeft ? "left" : "right",
-                   pass.path.states().size(),
+                   pass.RecordedStates().size(),
                    looks_of_pass[i],
                    pass.start_s,
                    pass.end_s);
