@@ -8,6 +8,7 @@
 #include "block_image.h"
 #include "block_reader.h"
 #include "ellipsoid_reader.h"
+#include "flight/paths_through.h"
 #include "number.h"
 #include "toml_reader.h"
 
@@ -50,14 +51,9 @@ void ReadLookSigma(const TomlTable& table, const std::string& infix, LookSigma* 
 void ReadTrajectoryTable(const TomlTable& table, TrajectoryOptions* options) {
   table.RefuseOthers({"through", "sigma_m", "sigma_mps"});
   if (const auto through = table.Find("through")) {
-    constexpr std::array kAllowed{PathThrough::kStates,
-                                  PathThrough::kOrbit,
-                                  PathThrough::kPositions,
-                                  PathThrough::kSmooth,
-                                  PathThrough::kAuto};
     std::vector<std::string> names;
-    for (const PathThrough allowed : kAllowed) names.emplace_back(NameOf(allowed));
-    options->through = kAllowed[through->OneOf(names)];
+    for (const PathThrough way : kPathsThrough) names.emplace_back(NameOf(way));
+    options->through = kPathsThrough[through->OneOf(names)];
   }
   if (const auto value = table.FindPositive("sigma_m")) options->sigma.position_m = *value;
   if (const auto value = table.FindPositive("sigma_mps")) options->sigma.velocity_mps = *value;

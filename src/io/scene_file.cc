@@ -4,6 +4,7 @@
 #include "core/units.h"
 #include "csv_reader.h"
 #include "ellipsoid_reader.h"
+#include "flight/paths_through.h"
 #include "scene_file.h"
 #include "scene_table.h"
 #include "toml_document.h"
@@ -129,15 +130,7 @@ SceneRecorder ReadRecorder(SceneTable& table) {
   table.Number("jump_m", &recorder.jump_m);
   table.Number("jump_interval_s", &recorder.jump_interval_s);
   table.Number("time_offset_s", &recorder.time_offset_s);
-  std::vector<std::pair<std::string, PathThrough>> ways;
-  for (const PathThrough way : {PathThrough::kStates,
-                                PathThrough::kOrbit,
-                                PathThrough::kPositions,
-                                PathThrough::kSmooth,
-                                PathThrough::kAuto}) {
-    ways.emplace_back(NameOf(way), way);
-  }
-  table.Choice<PathThrough>("through", ways, &recorder.reading.through);
+  table.Choice("through", kPathsThrough, &recorder.reading.through);
   table.Number("sigma_m", &recorder.reading.sigma.position_m);
   table.Number("sigma_mps", &recorder.reading.sigma.velocity_mps);
   table.Finish();

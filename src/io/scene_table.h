@@ -52,6 +52,13 @@ class SceneTable {
     for (const auto& entry : allowed) names.push_back(entry.first);
     *value = allowed[taken->OneOf(names)].second;
   }
+  /// One of values that have names by NameOf().
+  template <typename Value, std::size_t kCount>
+  void Choice(const std::string& key, const std::array<Value, kCount>& allowed, Value* value) {
+    std::vector<std::pair<std::string, Value>> named;
+    for (const Value one : allowed) named.emplace_back(NameOf(one), one);
+    Choice<Value>(key, named, value);
+  }
 
   [[nodiscard]] std::optional<SceneTable> Table(const std::string& key);
   /// Of an array of tables [[key]]; empty where the key does not stand.

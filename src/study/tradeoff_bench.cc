@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "arithmetic.h"
+#include "block/read_recorded.h"
 #include "core/parallel.h"
 #include "run_cost.h"
 #include "solve/start_values.h"
@@ -113,6 +114,12 @@ Block TwoLooksOf(const Block& block) {
   return out;
 }
 
+Block ReadThrough(PathThrough through, Block block) {
+  for (Pass& pass : block.passes) pass.recorded.asked.through = through;
+  static_cast<void>(ReadRecordedFlights(&block));
+  return block;
+}
+
 }  // namespace
 
 const char* NameOf(TradeoffStage stage) {
@@ -186,9 +193,14 @@ struct TradeoffBench::Impl {
       case TradeoffChoice::Run::kArithmetic:
         return RunArithmetic(choice.arithmetic, choice.elimination, progress);
       default:
-        return AnswerOf(Adjust(simulated.block, choice.options, {}, progress),
-                        choice.options.covariance);
+        break;
     }
+    const Block& block = simulated.block;
+    if (!choice.through) {
+      return AnswerOf(Adjust(block, choice.options, {}, progress), choice.options.covariance);
+    }
+    const Block read = ReadThrough(*choice.through, block);
+    return AnswerOf(Adjust(read, choice.options, {}, progress), choice.options.covariance);
   }
 };
 

@@ -5,8 +5,10 @@
 #include "sarblock/io/scene_file.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
+#include "flight/paths_through.h"
 #include "io/toml_document.h"
 #include "study_file.h"
 
@@ -65,14 +67,11 @@ TradeoffEntry ReadChoice(SceneTable table) {
   using Run = TradeoffChoice::Run;
   TradeoffEntry entry;
   if (!table.Has("stage")) throw InputError(table.PlaceOf("stage"), "must be given");
-  std::vector<std::pair<std::string, TradeoffStage>> stages;
-  for (const TradeoffStage stage : {TradeoffStage::kModel,
-                                    TradeoffStage::kSolver,
-                                    TradeoffStage::kCovariance,
-                                    TradeoffStage::kPrecision}) {
-    stages.emplace_back(NameOf(stage), stage);
-  }
-  table.Choice<TradeoffStage>("stage", stages, &entry.choice.stage);
+  constexpr std::array kStages{TradeoffStage::kModel,
+                               TradeoffStage::kSolver,
+                               TradeoffStage::kCovariance,
+                               TradeoffStage::kPrecision};
+  table.Choice("stage", kStages, &entry.choice.stage);
   table.Text("name", &entry.choice.name);
   if (entry.choice.name.empty()) throw InputError(table.PlaceOf("name"), "must be given");
   table.Truth("reference", &entry.reference);
@@ -91,6 +90,12 @@ TradeoffEntry ReadChoice(SceneTable table) {
                             {{NameOf(Elimination::kQr), Elimination::kQr},
                              {NameOf(Elimination::kNormals), Elimination::kNormals}},
                             &entry.choice.elimination);
+  if (table.Has("through")) {
+    if (entry.choice.run != Run::kAdjust) {
+      throw InputError(table.PlaceOf("through"), "goes with run = \"adjust\" only");
+    }
+    table.Choice("through", kPathsThrough, &entry.choice.through.emplace());
+  }
   table.Count("most_points", &entry.most_points);
   table.Text("reason", &entry.reason);
   Whole(&table, "threads", 1024, &entry.threads);

@@ -174,6 +174,29 @@ TEST_F(StudyTradeoffTest, NamesWhatIsNotAllowed) {
               HasSubstr("70 points: 'single' has no reference to be measured with, 'double' is not "
                         "run"));
   EXPECT_THAT(Study({"--set", "seed=3"}).err, HasSubstr("the scene has its own"));
+  const test::ProgramRun through = Study({"--set", "choice.4.through=smooth"});
+  EXPECT_EQ(through.exit_code, 3);
+  EXPECT_THAT(through.err, HasSubstr("goes with run = \"adjust\" only"));
+}
+
+// The shipped study of an orbit with a state a minute: auto is one of the ways, the cubics through
+// its states are not even near.
+TEST_F(StudyTradeoffTest, ComparesTheWaysToReadARecordedFlight) {
+  const test::ProgramRun run =
+      test::RunProgram({"study",
+                        "tradeoff",
+                        std::string(SARBLOCK_DATASETS) + "/studies/recorded-orbit.toml",
+                        "-o",
+                        folder_ / "out",
+                        "--set",
+                        "only_points=[300]",
+                        "--set",
+                        "repeats=1"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_LT(std::stod(Cell("orbit", "position_error_sigma", "300")), 1e-6);
+  EXPECT_LT(std::stod(Cell("positions", "position_error_sigma", "300")), 0.5);
+  EXPECT_GT(std::stod(Cell("states", "position_error_sigma", "300")), 1.0);
+  EXPECT_GT(std::stod(Cell("states", "nees", "300")), 2.0 * std::stod(Cell("auto", "nees", "300")));
 }
 
 }  // namespace

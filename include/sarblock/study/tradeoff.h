@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
+#include "sarblock/flight/path_through.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
@@ -10,6 +11,7 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,9 @@ struct TradeoffChoice {
   AdjustOptions options;  ///< threads included; not used by kArithmetic
   Arithmetic arithmetic = Arithmetic::kDouble;
   Elimination elimination = Elimination::kQr;
+  /// kAdjust: how the recorded flights are read, the time of it included; nothing: as they are in
+  /// the block, before the clock runs.
+  std::optional<PathThrough> through;
 };
 
 /// What a choice says of the points of a block.
