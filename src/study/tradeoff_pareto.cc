@@ -87,6 +87,18 @@ std::string Recommend(const std::vector<TradeoffRow>& rows,
   const TradeoffRow* solver = Fastest(rows, TradeoffStage::kSolver, points, goal);
   const TradeoffRow* covariance = Fastest(rows, TradeoffStage::kCovariance, points, goal);
   std::string text = fmt::format("{} points: ", points);
+  const bool models_alone = std::all_of(rows.begin(), rows.end(), [&](const TradeoffRow& row) {
+    return row.points != points || row.stage == TradeoffStage::kModel;
+  });
+  if (models_alone) {
+    const TradeoffRow* model = Fastest(rows, TradeoffStage::kModel, points, goal);
+    if (model == nullptr) return text + "no model is good enough";
+    return text + fmt::format("{}: {:.2g} s on {} thread{}",
+                              model->choice,
+                              model->wall_s,
+                              model->threads,
+                              model->threads == 1 ? "" : "s");
+  }
   if (solver == nullptr || covariance == nullptr) return text + "no choice is good enough";
   text += fmt::format("{}, double, {}: {:.2g} s on {} thread{}, {:.0f} MiB beyond the block",
                       solver->choice,

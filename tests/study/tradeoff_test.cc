@@ -199,5 +199,14 @@ TEST(RecommendTest, NamesTheFastestThatIsGoodEnough) {
   EXPECT_THAT(Recommend(rows, 1000, {1e-9, 0.05}), HasSubstr("no choice is good enough"));
 }
 
+TEST(RecommendTest, NamesTheFastestModelWhereTheStudyComparesModelsAlone) {
+  std::vector<TradeoffRow> rows{ChosenRow("auto", 1.0, 0.0, 0.0),
+                                ChosenRow("states", 2.0, 3.0, 0.0)};
+  for (TradeoffRow& row : rows) row.stage = TradeoffStage::kModel;
+  MarkPareto(&rows);
+  EXPECT_EQ(Recommend(rows, 1000, {}), "1000 points: auto: 0.5 s on 1 thread");
+  EXPECT_EQ(Recommend(rows, 1000, {1e-9, -1.0}), "1000 points: no model is good enough");
+}
+
 }  // namespace
 }  // namespace sarblock

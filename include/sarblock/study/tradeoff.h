@@ -129,7 +129,8 @@ struct TradeoffGoal {
 };
 /// One sentence a size: the fastest solver and covariance that are on the Pareto set and good
 /// enough, with the time of the adjustment and its threads; then, for comparison, what the row
-/// `leberl` of the models and the row `single` of the arithmetics gain and lose. "100000 points:
+/// `leberl` of the models and the row `single` of the arithmetics gain and lose; of a study of
+/// models alone the fastest of them that is good enough. "100000 points:
 /// reduced, double, block: 0.30 s on 2 threads, ...; leberl is 40 times faster, ...".
 [[nodiscard]] std::string Recommend(const std::vector<TradeoffRow>& rows,
                                     std::size_t points,
