@@ -108,7 +108,7 @@ TEST_F(OutputsTest, NothingOfAnEarlierResultStaysBesideTheNewOne) {
 }
 
 TEST_F(OutputsTest, AKilledRunLeavesTheOldResultTheNewOneOrNone) {
-  const Path block = Simulated("block-12-strips", "block", {"--set", "points.count=6000"});
+  const Path block = Simulated("block-12-strips", "block", {"--set", "points.count=3000"});
   ASSERT_EQ(Run("adjust", block, "old", {"--set", "covariance=none"}).exit_code, 0);
   const auto old = Contents(folder_ / "old");
   ASSERT_EQ(Run("adjust", block, "new", {"--set", "robust=huber"}).exit_code, 0);
