@@ -18,8 +18,7 @@ namespace {
 /// Of the speed: what velocities and positions may differ by between two states. A cubic follows an
 /// orbit with states 5 minutes apart to a hundredth.
 constexpr double kVelocityPart_1 = 0.05;
-/// Of the noise that a recording was found to have, beside that: three axes of two states, each
-/// with millions of others.
+/// Added to that, times the noise of the recording: more than chance gives in millions of states.
 constexpr double kNoiseSigmas_1 = 12.0;
 /// Of the range: what errors of navigation may come to.
 constexpr double kPassPart_1 = 0.05, kPointPart_1 = 0.03;

@@ -14,18 +14,16 @@
 namespace sarblock {
 namespace {
 
-Eigen::Vector3d Normals(double sigma, RandomStream* random) {
-  Eigen::Vector3d drawn;
-  for (int axis = 0; axis < 3; ++axis) drawn[axis] = sigma * random->Normal();
-  return drawn;
-}
-
 Eigen::Vector3d Drawn(const std::array<double, 3>& sigma, RandomStream* random) {
   Eigen::Vector3d drawn;
   for (int axis = 0; axis < 3; ++axis) {
     drawn[axis] = sigma[static_cast<std::size_t>(axis)] * random->Normal();
   }
   return drawn;
+}
+
+Eigen::Vector3d Drawn(double sigma, RandomStream* random) {
+  return Drawn(std::array{sigma, sigma, sigma}, random);
 }
 
 /// Offset of positions that is drawn anew at random times, zero until the first after the start.
@@ -38,7 +36,7 @@ class Jumps {
   /// Times must not decrease.
   const Eigen::Vector3d& At(double time_s) {
     while (recorder_.jump_m > 0.0 && time_s >= next_s_) {
-      offset_m_ = Normals(recorder_.jump_m, &random_);
+      offset_m_ = Drawn(recorder_.jump_m, &random_);
       Wait();
     }
     return offset_m_;
@@ -102,9 +100,9 @@ FlightPath RecordFlight(const Frame& frame,
         seed, MixStream(noise_stream, static_cast<std::uint64_t>(static_cast<std::int64_t>(k))));
     const Eigen::Matrix3d axes = TrackAxesOf(frame, *motion).axes_1;
     state.position_m = motion->position_m + axes * drift_mps * (true_s - middle_s) +
-                       jumps.At(true_s) + Normals(recorder.noise_m, &noise);
+                       jumps.At(true_s) + Drawn(recorder.noise_m, &noise);
     state.velocity_mps =
-        motion->velocity_mps + axes * velocity_bias_mps + Normals(recorder.noise_mps, &noise);
+        motion->velocity_mps + axes * velocity_bias_mps + Drawn(recorder.noise_mps, &noise);
     states.push_back(state);
   }
   return FlightPath(std::move(states));

@@ -33,8 +33,8 @@ struct ExactLooks {
   std::vector<double> azimuth_rate_mps;  ///< |de_d/dt| there: metres at the target a second
 };
 
-/// A block whose truth is known, as reading its files gives it: recorded flights are read in the way
-/// that the scene's recorder states. Passes carry explicit start and end times.
+/// A block whose truth is known, as reading its files gives it: recorded flights are read in the
+/// way that the scene's recorder states. Passes carry explicit start and end times.
 struct SimulatedBlock {
   Block block;
   Truth truth;
