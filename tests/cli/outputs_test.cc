@@ -119,7 +119,8 @@ TEST_F(OutputsTest, AKilledRunLeavesTheOldResultTheNewOneOrNone) {
     std::filesystem::copy(folder_ / "old", folder_ / "result");
     test::Program program(folder_,
                           {"adjust", block, "-o", folder_ / "result", "--set", "robust=huber"});
-    // While it writes: where its k-th file is begun, beside those of the older result, or at its end.
+    // While it writes: where its k-th file is begun, beside those of the older result, or at its
+    // end.
     const auto files = [&] {
       std::size_t count = 0;
       std::error_code gone;  // a folder that goes away meanwhile ends the count
