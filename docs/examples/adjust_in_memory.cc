@@ -82,7 +82,7 @@ int main() {
 
   // [print]
   std::printf("accepted %d, s0^2 %.2f, redundancy %.0f\n",
-              result.accepted ? 1 : 0,
+              result.accepted() ? 1 : 0,
               result.sigma0_squared,
               result.redundancy());
   for (const sarblock::ParameterResult& parameter : result.parameters) {
@@ -106,7 +106,7 @@ int main() {
   // [print]
 
   // As a test: every true shift within four of its standard deviations.
-  bool right = result.accepted && result.parameters.size() == 6;
+  bool right = result.accepted() && result.parameters.size() == 6;
   for (std::size_t i = 0; right && i < 6; ++i) {
     const double error = result.parameters[i].value - shift_m[i / 3][static_cast<int>(i % 3)];
     right = std::abs(error) < 4.0 * result.parameters[i].sigma;

@@ -22,10 +22,10 @@
 #include "normals/elimination.h"
 #include "solve/solve_block.h"
 #include "solve/start_values.h"
+#include "testing/assess.h"
 #include "testing/blunder_report.h"
 #include "testing/blunder_search.h"
 #include "testing/montecarlo.h"
-#include "testing/prior_quality.h"
 #include "testing/rounding.h"
 #include "testing/variance_components.h"
 
@@ -141,33 +141,12 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
     left_out += looks - static_cast<std::size_t>(problem.CountLooks(point));
   }
   if (static_cast<double>(left_out) <= kMostLeftOut_1 * static_cast<double>(given)) return;
-  result->accepted = false;
-  Warn(
+  Refuse(
       result,
-      "not accepted: " + std::to_string(left_out) + " of " + std::to_string(given) +
+      std::to_string(left_out) + " of " + std::to_string(given) +
           " looks were left out as blunders, outliers or misplaced, more than a quarter; something "
           "that many looks share is wrong (the times, ranges or ids of a pass, a control point, "
           "the standard deviations)");
-}
-
-/// Above this v'Pv over the redundancy standard deviations mean nothing, unless they are scaled by
-/// it.
-constexpr double kGrossVariance_1 = 10.0;
-
-void RefuseGrossContradictions(const AdjustOptions& options, AdjustResult* result) {
-  if (options.scale_by_posterior || !(result->sigma0_squared > kGrossVariance_1)) return;
-  result->accepted = false;
-  std::array<char, 320> text{};
-  std::snprintf(
-      text.data(),
-      text.size(),
-      "not accepted: s0^2 is %.3g where 1 is expected, above %g: observations, control and "
-      "priors contradict each other so much that standard deviations mean nothing (a "
-      "pass's times, ranges or states, a control point, or the standard deviations "
-      "given are wrong)",
-      result->sigma0_squared,
-      kGrossVariance_1);
-  Warn(result, text.data());
 }
 
 /// No solution is accepted in which a point stands above an antenna or where nothing looks to.
@@ -177,12 +156,11 @@ void RefuseMisplaced(const AdjustmentProblem& problem,
                      AdjustResult* result) {
   const std::vector<std::size_t> misplaced = MisplacedPoints(problem, state, system);
   if (misplaced.empty()) return;
-  result->accepted = false;
   const IdTable& ids = problem.block.points.ids;
-  Warn(result,
-       "not accepted: " + std::to_string(misplaced.size()) +
-           " points lie above the antennas or on the side that their looks do not look to: " +
-           std::string(ids[misplaced.front()]) + (misplaced.size() > 1 ? " and others" : ""));
+  Refuse(result,
+         std::to_string(misplaced.size()) +
+             " points lie above the antennas or on the side that their looks do not look to: " +
+             std::string(ids[misplaced.front()]) + (misplaced.size() > 1 ? " and others" : ""));
 }
 
 }  // namespace
@@ -332,9 +310,8 @@ AdjustResult AdjustGiven(const Block& block,
                                                        : kRemainingRobustStepAccepted_1) &&
                          system->looks_not_evaluated() == 0;
   result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
-  result.accepted = converged;
   if (!converged) {
-    Warn(&result, "not converged: " + solve.message);
+    Refuse(&result, "not converged: " + solve.message);
   } else if (options.robust == RobustLoss::kNone) {
     WarnOfSlowSteps(problem, options.tolerance_1, &result);
   }
@@ -352,9 +329,7 @@ AdjustResult AdjustGiven(const Block& block,
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);
   FinishResult(problem, state, options, square_sum, defects, &result);
-  RefuseGrossContradictions(options, &result);
   WarnOfRounding(problem, state, &result);
-  WarnOfContradictedPriors(&result);
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
                               options.covariance == CovarianceLevel::kMonteCarlo;
   if (!result.points.covariance_m2.empty() && of_whole_block) {
@@ -365,6 +340,7 @@ AdjustResult AdjustGiven(const Block& block,
     result.checks.clear();
     Warn(&result, "check points are not compared: their coordinates have another datum");
   }
+  Assess(block, options, &result);
   // Also where the point went with them.
   for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
   FillReasons(problem, dropped, &result);

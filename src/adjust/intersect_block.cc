@@ -13,6 +13,7 @@
 #include "finish_result.h"
 #include "model/problem.h"
 #include "option_checks.h"
+#include "testing/assess.h"
 
 namespace sarblock {
 namespace {
@@ -99,7 +100,8 @@ AdjustResult IntersectBlock(const Block& block,
          "difference is the sum of theirs");
   }
   FinishResult(problem, state, options, total, {}, &result);
-  result.accepted = result.looks_used > 0;
+  if (result.looks_used == 0) Refuse(&result, "no point could be intersected");
+  Assess(block, options, &result);
   DescribePaths(block, block, options, &result);
   return result;
 }

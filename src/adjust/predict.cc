@@ -19,6 +19,7 @@
 #include "flight/track_axes.h"
 #include "geometry/cone_time.h"
 #include "option_checks.h"
+#include "testing/assess.h"
 
 namespace sarblock {
 namespace {
@@ -176,10 +177,10 @@ AdjustResult Predict(const Block& block,
   RequireRegular(problem, rank, structure);
   WarnOfWeakDirections(rank, &result);
   result.condition = rank.condition_1;
-  result.accepted = true;
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   FinishResult(problem, state, options, kNotGiven, defects, &result);
+  Assess(filled, options, &result);
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};
   DescribePaths(block, filled, options, &result);

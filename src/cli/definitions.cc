@@ -171,10 +171,10 @@ std::vector<SetKey> SetKeysOf(const std::string& command_path) {
 
 std::vector<std::pair<int, std::string>> ExitCodes() {
   return {
-      {kAccepted, "done and accepted"},
+      {kAccepted, "done: accepted, or converged with failed tests"},
       {kNotAccepted,
-       "done but not accepted: not converged, or s0^2 above 10; with --strict also a failed global "
-       "test or check points out of bounds. Also after Ctrl-C, which leaves no half-written file"},
+       "done but not accepted: not converged, or s0^2 above 10; with --strict also converged with "
+       "failed tests. Also after Ctrl-C, which leaves no half-written file"},
       {kWrongUsage, "wrong usage"},
       {kBadInput, "input that cannot be used: FILE:LINE: field: what is wrong, what is allowed"},
       {kUndetermined, "the block cannot be determined; the message names parameters or points"},

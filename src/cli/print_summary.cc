@@ -8,7 +8,6 @@
 
 #include "core/units.h"
 #include "print_realism.h"
-#include "testing/prior_quality.h"
 #include "testing/quality_summary.h"
 #include <fmt/core.h>
 
@@ -24,14 +23,13 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-const char* Verdict(const AdjustResult& result) {
+std::string Headline(const AdjustResult& result) {
   switch (result.status) {
     case AdjustStatus::kConverged:
-      return result.accepted ? "adjusted, accepted" : "adjusted, not accepted";
     case AdjustStatus::kNotConverged:
-      return "NOT CONVERGED, not accepted";
+      return NameOf(result.assessment.verdict);
     case AdjustStatus::kIntersected:
-      return "intersected, flight paths held";
+      return std::string("intersected, flight paths held: ") + NameOf(result.assessment.verdict);
     case AdjustStatus::kPredicted:
       return "predicted from geometry and weights";
   }
@@ -106,17 +104,14 @@ void PrintTests(const QualitySummary& summary, const AdjustResult& result, Out o
       summary.looks_above[0],
       summary.looks_above[1],
       summary.control_above,
-      figures.alpha_one_1 * static_cast<double>(figures.tests),
+      summary.expected_above_1(),
       summary.looks_not_localisable,
       summary.looks_tested[0]);
 }
 
 /// The tests of priors, and the pass that fits worst.
-void PrintPriors(const Block& block,
-                 const AdjustOptions& options,
-                 const AdjustResult& result,
-                 Out out) {
-  const PriorSummary priors = SummarisePriors(options, result);
+void PrintPriors(const AdjustResult& result, Out out) {
+  const PriorSummary& priors = result.assessment.priors;
   if (priors.tested > 0) {
     const ParameterResult& worst = result.parameters[priors.worst];
     fmt::format_to(out,
@@ -129,7 +124,7 @@ void PrintPriors(const Block& block,
                    worst.owner,
                    worst.name);
   }
-  const std::vector<PassShare> shares = SharesOf(block, result);
+  const std::vector<PassShare>& shares = result.assessment.shares;
   if (shares.size() < 2 || result.status == AdjustStatus::kPredicted) return;
   const auto worst =
       std::max_element(shares.begin(), shares.end(), [](const PassShare& a, const PassShare& b) {
@@ -143,13 +138,10 @@ void PrintPriors(const Block& block,
                  worst->redundancy_1 + worst->prior_redundancy_1);
 }
 
-void PrintQuality(const Block& block,
-                  const AdjustOptions& options,
-                  const AdjustResult& result,
-                  Out out) {
+void PrintQuality(const Block& block, const AdjustResult& result, Out out) {
   if (!result.quality.empty()) {
-    PrintTests(SummariseQuality(block, options, result), result, out);
-    PrintPriors(block, options, result, out);
+    PrintTests(result.assessment.tests, result, out);
+    PrintPriors(result, out);
   }
   if (!result.snooping) return;
   const std::vector<BlunderFinding>& findings = result.snooping->findings;
@@ -168,7 +160,7 @@ void PrintQuality(const Block& block,
 
 void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (result.checks.empty()) return;
-  const CheckSummary summary = SummariseChecks(result, level);
+  const CheckSummary& summary = result.assessment.checks;
   fmt::format_to(out,
                  "  {:4} check points rms {:12.4g} {:12.4g} {:12.4g}\n",
                  summary.points,
@@ -279,7 +271,10 @@ std::string DescribeResult(const Block& block,
   const Out out(text);
   const auto solved = std::count_if(
       result.points.status.begin(), result.points.status.end(), [](auto s) { return IsSolved(s); });
-  fmt::format_to(out, "{}: {}\n", block.name, Verdict(result));
+  fmt::format_to(out, "{}: {}\n", block.name, Headline(result));
+  for (const std::string& reason : result.assessment.reasons) {
+    fmt::format_to(out, "  - {}\n", reason);
+  }
   fmt::format_to(out,
                  "  passes {}, points {} ({} solved), looks {} ({} used)\n",
                  block.passes.size(),
@@ -312,7 +307,7 @@ std::string DescribeResult(const Block& block,
   PrintSigmas(block, result, sigma_factor_1, out);
   text += DescribeMonteCarlo(result);
   PrintChecks(result, options.test_level, out);
-  PrintQuality(block, options, result, out);
+  PrintQuality(block, result, out);
   PrintCorrections(result, sigma_factor_1, out);
   for (const std::string& warning : result.warnings) {
     fmt::format_to(out, "  warning: {}\n", warning);

@@ -16,7 +16,6 @@
 #include "io/output_folder.h"
 #include "print_summary.h"
 #include "report_command.h"
-#include "testing/quality_summary.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {
@@ -43,12 +42,6 @@ struct Solver {
 PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
   if (file.adjust.pairs != PairChoice::kList) return {};
   return ReadPairs(folder, file.adjust.pairs_file, file.block);
-}
-
-/// With --strict: check points all together not worse than predicted.
-bool ChecksPass(const AdjustResult& result, double level) {
-  const CheckSummary summary = SummariseChecks(result, level);
-  return summary.components == 0 || summary.chi_square <= summary.chi_square_interval.upper;
 }
 
 int RunSolve(const Solver& solver, const SolveArguments& arguments, const Session& session) {
@@ -93,10 +86,6 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   AdjustResult result = Naming(
       arguments.block, [&] { return solver.solve(file, arguments.block, session.progress.get()); });
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
-  const bool passed =
-      !arguments.strict || ((result.chi_square_passed || std::isnan(result.sigma0_squared)) &&
-                            ChecksPass(result, file.adjust.test_level));
-  result.accepted = result.accepted && passed;
   context.command = solver.name;
   context.warnings = file.warnings;
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
@@ -109,11 +98,11 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
         "{}",
         DescribeResult(
             file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))));
-    if (!passed) fmt::print("  NOT ACCEPTED: a test failed (--strict)\n");
     fmt::print("  written to {}\n", arguments.out);
   }
   if (arguments.report) ReportResult(arguments.out, session);
-  return result.accepted ? kAccepted : kNotAccepted;
+  const bool failed = arguments.strict && result.assessment.verdict == Verdict::kTestsFailed;
+  return result.accepted() && !failed ? kAccepted : kNotAccepted;
 }
 
 void AddSolver(CLI::App* app, Session* session, Solver solver) {
@@ -121,9 +110,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
   CLI::App* command = app->add_subcommand(solver.name, solver.help);
   command->add_option("block", arguments->block, "Folder of the block")->required();
   command->add_option("-o,--output", arguments->out, "Folder of the result to write")->required();
-  command->add_flag("--strict",
-                    arguments->strict,
-                    "Not accepted either if the global test or the check points fail");
+  command->add_flag("--strict", arguments->strict, "Exit code 1 also if a test failed");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
   command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
   command->add_flag(

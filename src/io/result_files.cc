@@ -182,7 +182,9 @@ std::string Summary(const Block& block,
   summary["command"] = context.command;
   summary["block"] = block.name;
   summary["status"] = NameOf(result.status);
-  summary["accepted"] = result.accepted;
+  summary["verdict"] = NameOf(result.assessment.verdict);
+  summary["verdict_reasons"] = result.assessment.reasons;
+  summary["accepted"] = result.accepted();
   summary["frame"] = FrameJson(block.frame);
   summary["passes"] = PassesJson(block);
   summary["counts"] = Counts(block, result);
@@ -195,7 +197,7 @@ std::string Summary(const Block& block,
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
   if (!result.checks.empty()) {
-    summary["check_points"] = CheckPointsJson(result, options.test_level);
+    summary["check_points"] = CheckPointsJson(result.assessment.checks, options.test_level);
   }
   if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
   if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);

@@ -2,7 +2,6 @@
 #include "result_quality.h"
 
 #include "adjust_table.h"
-#include "testing/prior_quality.h"
 #include "testing/quality_summary.h"
 
 namespace sarblock {
@@ -24,8 +23,8 @@ Json WorstJson(const Block& block, const QualitySummary& summary) {
   return worst;
 }
 
-Json PriorsJson(const AdjustOptions& options, const AdjustResult& result) {
-  const PriorSummary summary = SummarisePriors(options, result);
+Json PriorsJson(const AdjustResult& result) {
+  const PriorSummary& summary = result.assessment.priors;
   Json json = {{"priors", summary.priors},
                {"redundancy", summary.redundancy_1},
                {"tested", summary.tested},
@@ -38,9 +37,9 @@ Json PriorsJson(const AdjustOptions& options, const AdjustResult& result) {
   return json;
 }
 
-Json SharesJson(const Block& block, const AdjustResult& result) {
+Json SharesJson(const std::vector<PassShare>& all) {
   Json shares = Json::array();
-  for (const PassShare& share : SharesOf(block, result)) {
+  for (const PassShare& share : all) {
     shares.push_back({{"pass", share.owner},
                       {"looks", share.looks},
                       {"square_sum", share.square_sum_1},
@@ -55,7 +54,7 @@ Json SharesJson(const Block& block, const AdjustResult& result) {
 }  // namespace
 
 Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustResult& result) {
-  const QualitySummary summary = SummariseQuality(block, options, result);
+  const QualitySummary& summary = result.assessment.tests;
   const ReliabilityFigures& figures = summary.figures;
   return {
       {"alpha", options.quality.alpha_1},
@@ -74,11 +73,11 @@ Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustR
        {{"range", summary.looks_above[0]},
         {"azimuth", summary.looks_above[1]},
         {"control", summary.control_above}}},
-      {"expected_above", figures.alpha_one_1 * static_cast<double>(figures.tests)},
+      {"expected_above", summary.expected_above_1()},
       {"looks_not_localisable", summary.looks_not_localisable},
       {"worst", WorstJson(block, summary)},
-      {"priors", PriorsJson(options, result)},
-      {"passes", SharesJson(block, result)}};
+      {"priors", PriorsJson(result)},
+      {"passes", SharesJson(result.assessment.shares)}};
 }
 
 Json SnoopingJson(const Block& block, const SnoopingReport& report) {
@@ -103,8 +102,7 @@ Json SnoopingJson(const Block& block, const SnoopingReport& report) {
           {"findings", findings}};
 }
 
-Json CheckPointsJson(const AdjustResult& result, double level) {
-  const CheckSummary summary = SummariseChecks(result, level);
+Json CheckPointsJson(const CheckSummary& summary, double level) {
   Json json = {{"points", summary.points},
                {"points_without_sigma", summary.points_without_sigma},
                {"rms_e_m", summary.rms_m[0]},

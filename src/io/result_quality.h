@@ -12,6 +12,6 @@ namespace sarblock {
                                                  const AdjustOptions& options,
                                                  const AdjustResult& result);
 [[nodiscard]] nlohmann::ordered_json SnoopingJson(const Block& block, const SnoopingReport& report);
-[[nodiscard]] nlohmann::ordered_json CheckPointsJson(const AdjustResult& result, double level);
+[[nodiscard]] nlohmann::ordered_json CheckPointsJson(const CheckSummary& summary, double level);
 
 }  // namespace sarblock

@@ -220,7 +220,14 @@ void ReadResultSummary(ResultReading* reading) {
   summary.command = root.Require("command").Text();
   summary.block = root.Require("block").Text();
   summary.status = root.Require("status").Text();
-  summary.accepted = root.Require("accepted").Flag();
+  const JsonValue verdict = RequireNewer(root, "verdict");
+  constexpr std::array kVerdicts = {
+      Verdict::kAccepted, Verdict::kTestsFailed, Verdict::kNotAccepted};
+  summary.verdict = kVerdicts.at(static_cast<std::size_t>(
+      verdict.OneOf({NameOf(kVerdicts[0]), NameOf(kVerdicts[1]), NameOf(kVerdicts[2])})));
+  for (const JsonValue& reason : EntriesIn(root, "verdict_reasons")) {
+    summary.verdict_reasons.push_back(reason.Text());
+  }
   result.frame = ReadFrame(RequireNewer(root, "frame"));
   ReadPasses(RequireNewer(root, "passes"), reading);
   ReadCounts(root.Require("counts"), reading);

@@ -53,6 +53,22 @@ double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result
                                                                             : 1.0;
 }
 
+const char* NameOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kAccepted:
+      return "accepted";
+    case Verdict::kTestsFailed:
+      return "converged, tests failed";
+    case Verdict::kNotAccepted:
+      return "not accepted";
+  }
+  return "not accepted";
+}
+
+void Refuse(AdjustResult* result, const std::string& reason) {
+  result->assessment.reasons.push_back(reason);
+}
+
 void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }
 
 }  // namespace sarblock

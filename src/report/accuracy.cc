@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "accuracy.h"
+
 #include "sarblock/geodesy/frame.h"
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 
 #include "core/units.h"
 #include "statistics.h"
-#include "verdict.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -18,11 +18,11 @@ constexpr std::size_t kMostComparedDots = 3000;
 struct Side {
   const ResultFolder& result;
   AccuracyFigures accuracy;
-  Verdict verdict;
+  Headline headline;
   explicit Side(const ResultFolder& folder)
       : result(folder),
         accuracy(DescribeAccuracy(folder)),
-        verdict(JudgeResult(folder, accuracy)) {}
+        headline(HeadlineOf(folder, accuracy)) {}
 };
 
 std::string Ratio(double a, double b) {
@@ -42,7 +42,7 @@ PageTable FigureTable(const Side& a, const Side& b) {
   };
   const ResultSummary& sa = a.result.file.summary;
   const ResultSummary& sb = b.result.file.summary;
-  text("verdict", a.verdict.word, b.verdict.word);
+  text("verdict", a.headline.word, b.headline.word);
   text("command", sa.command, sb.command);
   text("block", sa.block, sb.block);
   text("version", sa.version, sb.version);
@@ -243,15 +243,16 @@ PageSection ParameterSection(const ResultDifference& difference, const Side& a) 
 }
 
 void Judge(const ResultDifference& difference, const Side& a, const Side& b, Page* page) {
-  Verdict& verdict = page->verdict;
-  verdict.state = VerdictState::kNeutral;
-  verdict.word = a.verdict.word == b.verdict.word ? "Both: " + a.verdict.word
-                                                  : a.verdict.word + ", then " + b.verdict.word;
+  Headline& headline = page->headline;
+  headline.state = HeadlineState::kNeutral;
+  headline.word = a.headline.word == b.headline.word
+                      ? "Both: " + a.headline.word
+                      : a.headline.word + ", then " + b.headline.word;
   const auto weak = static_cast<std::size_t>(b.accuracy.weakest);
   const char* axis = AxisNames(b.result.file.frame)[weak];
   if (a.accuracy.points > 0 && b.accuracy.points > 0) {
     const double ratio = b.accuracy.median_m[weak] / a.accuracy.median_m[weak];
-    verdict.sentences.push_back(
+    headline.sentences.push_back(
         fmt::format("From A to B the median sigma {} goes from {} m to {} m ({} times).",
                     axis,
                     Shown(a.accuracy.median_m[weak], 3),
@@ -263,7 +264,7 @@ void Judge(const ResultDifference& difference, const Side& a, const Side& b, Pag
     constexpr std::array kParts{0.5, 1.0};
     const std::vector<double> sigmas = SampleQuantiles(shift.sigmas, kParts);
     const std::vector<double> length_m = SampleQuantiles(shift.length_m, kParts);
-    verdict.sentences.push_back(
+    headline.sentences.push_back(
         fmt::format("Points move by {} m in the median and at most by {} m{}.",
                     Shown(length_m[0], 3),
                     Shown(length_m[1], 3),
@@ -273,11 +274,11 @@ void Judge(const ResultDifference& difference, const Side& a, const Side& b, Pag
                                                         Shown(sigmas[1], 2))));
   }
   if (difference.settings.empty() && difference.inputs.empty()) {
-    verdict.sentences.push_back("Inputs and configuration are the same.");
+    headline.sentences.push_back("Inputs and configuration are the same.");
   } else {
-    verdict.sentences.push_back(fmt::format("{} settings and {} input files differ.",
-                                            difference.settings.size(),
-                                            difference.inputs.size()));
+    headline.sentences.push_back(fmt::format("{} settings and {} input files differ.",
+                                             difference.settings.size(),
+                                             difference.inputs.size()));
   }
 }
 

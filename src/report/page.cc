@@ -14,15 +14,15 @@
 namespace sarblock {
 namespace {
 
-const char* ClassOf(VerdictState state) {
+const char* ClassOf(HeadlineState state) {
   switch (state) {
-    case VerdictState::kAccepted:
+    case HeadlineState::kAccepted:
       return "accepted";
-    case VerdictState::kReservations:
-      return "reservations";
-    case VerdictState::kNotAccepted:
+    case HeadlineState::kTestsFailed:
+      return "failed";
+    case HeadlineState::kNotAccepted:
       return "refused";
-    case VerdictState::kNeutral:
+    case HeadlineState::kNeutral:
       break;
   }
   return "neutral";
@@ -64,9 +64,9 @@ class Renderer {
         {"title", EscapeHtml(page.title)},
         {"kind", EscapeHtml(page.kind)},
         {"subtitle", EscapeHtml(page.subtitle)},
-        {"state", ClassOf(page.verdict.state)},
-        {"word", EscapeHtml(page.verdict.word)},
-        {"verdict", VerdictText(page)},
+        {"state", ClassOf(page.headline.state)},
+        {"word", EscapeHtml(page.headline.word)},
+        {"verdict", HeadlineText(page)},
         {"contents", contents},
         {"sections", html_},
         {"version", EscapeHtml(Version())},
@@ -105,13 +105,13 @@ class Renderer {
     return out + "</dl>\n";
   }
 
-  static std::string VerdictText(const Page& page) {
+  static std::string HeadlineText(const Page& page) {
     std::string out = "<p>";
-    for (const std::string& sentence : page.verdict.sentences) out += EscapeHtml(sentence) + "\n";
+    for (const std::string& sentence : page.headline.sentences) out += EscapeHtml(sentence) + "\n";
     out += "</p>\n";
-    if (!page.verdict.attention.empty()) {
+    if (!page.headline.attention.empty()) {
       out += "<p class=\"attention\">Look at:</p>\n<ul>\n";
-      for (const std::string& line : page.verdict.attention) {
+      for (const std::string& line : page.headline.attention) {
         out += "<li>" + EscapeHtml(line) + "</li>\n";
       }
       out += "</ul>\n";

@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-#include "verdict.h"
+#include "headline.h"
 
 namespace sarblock {
 
@@ -82,8 +82,8 @@ struct Page {
   std::string title;     ///< of the document
   std::string kind;      ///< "Adjustment", above the title
   std::string subtitle;  ///< below it
-  Verdict verdict;
-  std::vector<PageFact> facts;  ///< of the verdict
+  Headline headline;
+  std::vector<PageFact> facts;  ///< beside the headline
   std::vector<PageSection> sections;
 };
 

@@ -25,7 +25,7 @@ ReportFile WritePage(const Page& page,
   AtomicFile out(file);
   out.Write(html);
   out.Commit();
-  return {file, std::move(kind), page.verdict.word, html.size()};
+  return {file, std::move(kind), page.headline.word, html.size()};
 }
 
 }  // namespace

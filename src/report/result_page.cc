@@ -14,7 +14,7 @@ const char* KindOf(const ResultSummary& summary) {
   return "Block adjustment";
 }
 
-std::vector<PageFact> VerdictFacts(const ResultFolder& result, const AccuracyFigures& accuracy) {
+std::vector<PageFact> HeadlineFacts(const ResultFolder& result, const AccuracyFigures& accuracy) {
   std::vector<PageFact> out;
   const std::array<const char*, 3> axes = AxisNames(result.file.frame);
   if (accuracy.points > 0) {
@@ -87,8 +87,8 @@ Page MakeResultPage(const ResultFolder& result) {
                               frame.kind() == FrameKind::kGeocentric
                                   ? "geocentric frame, " + frame.ellipsoid().name
                                   : "local frame");
-  page.verdict = JudgeResult(result, accuracy);
-  page.facts = VerdictFacts(result, accuracy);
+  page.headline = HeadlineOf(result, accuracy);
+  page.facts = HeadlineFacts(result, accuracy);
   page.sections = {CountsSection(result),
                    TestSection(result),
                    KnownPointsSection(result),

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "headline.h"
 #include "page.h"
 #include "result_folder.h"
-#include "verdict.h"
 
 namespace sarblock {
 

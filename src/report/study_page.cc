@@ -123,7 +123,7 @@ void AddDensification(const StudyCsv& table, Page* page) {
     ++tested;
     if (std::abs(nees - 1.0) > std::abs(worst_nees - 1.0) || worst_nees == 0.0) worst_nees = nees;
   }
-  std::vector<std::string>& said = page->verdict.sentences;
+  std::vector<std::string>& said = page->headline.sentences;
   said.push_back(fmt::format("{} arrangements of control were compared.", table.rows.size()));
   if (best < table.rows.size()) {
     said.push_back(fmt::format(
@@ -139,7 +139,7 @@ void AddDensification(const StudyCsv& table, Page* page) {
                     Shown(worst_nees, 3)));
   }
   if (open > 0) {
-    page->verdict.attention.push_back(
+    page->headline.attention.push_back(
         fmt::format("{} arrangements do not determine the block.", open));
   }
   PageFigures figures;
@@ -210,7 +210,7 @@ void AddTradeoff(const StudyCsv& table, Page* page) {
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     if (!std::isnan(table.Number(r, "wall_s"))) ++run;
   }
-  page->verdict.sentences.push_back(
+  page->headline.sentences.push_back(
       fmt::format("{} choices in {} stages were run against their references.",
                   run,
                   table.Values("stage").size()));
@@ -225,7 +225,7 @@ void AddTradeoff(const StudyCsv& table, Page* page) {
       }
     }
     if (fastest < table.rows.size()) {
-      page->verdict.sentences.push_back(
+      page->headline.sentences.push_back(
           fmt::format("{}: {} is {} times as fast as the reference, with points moved by {} sigma "
                       "and covariances by {}.",
                       Capital(stage),
@@ -273,9 +273,10 @@ void AddStability(const StudyCsv& table, Page* page) {
     row.push_back(Shown(digits, 3));
     counts.rows.push_back(std::move(row));
   }
-  page->verdict.state = of_outcome[3] > 0 ? VerdictState::kNotAccepted : VerdictState::kAccepted;
-  page->verdict.word = of_outcome[3] > 0 ? "Wrong answers were given" : "No wrong answer was given";
-  page->verdict.sentences.push_back(
+  page->headline.state = of_outcome[3] > 0 ? HeadlineState::kNotAccepted : HeadlineState::kAccepted;
+  page->headline.word =
+      of_outcome[3] > 0 ? "Wrong answers were given" : "No wrong answer was given";
+  page->headline.sentences.push_back(
       fmt::format("Of {} blocks made to break the numbers, {} were solved, {} solved with a "
                   "warning, {} refused and {} answered wrongly without a word.",
                   table.rows.size(),
@@ -320,7 +321,7 @@ Page MakeStudyPage(const StudyFolder& study) {
   Page page;
   page.kind = "Study";
   page.title = "Study";
-  page.verdict.word = "In short";
+  page.headline.word = "In short";
   for (const StudyCsv& table : study.tables) {
     if (study.tables.size() == 1) page.title = Capital(table.kind) + " study";
     if (table.kind == "densification") AddDensification(table, &page);

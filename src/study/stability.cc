@@ -147,10 +147,13 @@ StabilityRow RunStabilityStep(const std::string& family,
     row.message = error.what();
     return row;
   }
-  row.exit_code = result.accepted ? 0 : 1;
-  row.message = Joined(result.warnings);
+  row.exit_code = result.accepted() ? 0 : 1;
+  std::vector<std::string> said;
+  if (!result.accepted()) said = result.assessment.reasons;
+  said.insert(said.end(), result.warnings.begin(), result.warnings.end());
+  row.message = Joined(said);
   FillComparison(block, plan.options, result, progress, &row);
-  row.outcome = JudgeStability(row, result.warnings);
+  row.outcome = JudgeStability(row, said);
   return row;
 }
 

@@ -55,11 +55,10 @@ std::string Chosen(const SelectionReport& selection) {
 
 TradeoffAnswer AnswerOf(AdjustResult result, CovarianceLevel level) {
   TradeoffAnswer out;
-  out.accepted = result.accepted;
+  out.accepted = result.accepted();
   out.iterations = result.iterations;
   out.corrections = result.parameters.size();
-  out.note = result.accepted || result.warnings.empty() ? Chosen(result.selection)
-                                                        : result.warnings.back();
+  out.note = result.accepted() ? Chosen(result.selection) : result.assessment.reasons.front();
   if (level == CovarianceLevel::kLeberl) FillClosedForm(result.points, &out);
   if (result.montecarlo) {
     out.covariance_m2 = std::move(result.montecarlo->sample_m2);

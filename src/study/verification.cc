@@ -39,7 +39,7 @@ RunSums Compare(const SimulatedBlock& drawn,
                 const AdjustResult& result,
                 const std::vector<Reference>& references) {
   RunSums sums;
-  if (!result.accepted) {
+  if (!result.accepted()) {
     sums.why_not = "not converged";
     return sums;
   }

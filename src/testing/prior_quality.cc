@@ -29,24 +29,24 @@ PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& paramet
   return out;
 }
 
-void WarnOfContradictedPriors(AdjustResult* result) {
+std::string ContradictedPriors(const AdjustResult& result) {
   std::vector<double> w_1;
   std::size_t tested = 0;
-  for (const ParameterResult& p : result->parameters) {
-    w_1.push_back(std::abs(TestOfPrior(*result, p).w_1));
+  for (const ParameterResult& p : result.parameters) {
+    w_1.push_back(std::abs(TestOfPrior(result, p).w_1));
     tested += std::isnan(w_1.back()) ? 0U : 1U;
   }
   QualityOptions all;
   all.alpha_1 = kWarnLevel_1;
   all.family_wise = FamilyWise::kBonferroni;
-  const double critical_1 = MakeReliability(all, tested, result->redundancy()).critical_w_1;
+  const double critical_1 = MakeReliability(all, tested, result.redundancy()).critical_w_1;
   std::size_t above = 0, worst = 0;
   for (std::size_t i = 0; i < w_1.size(); ++i) {
     if (!(w_1[i] > critical_1)) continue;
     if (above++ == 0 || w_1[i] > w_1[worst]) worst = i;
   }
-  if (above == 0) return;
-  const ParameterResult& p = result->parameters[worst];
+  if (above == 0) return {};
+  const ParameterResult& p = result.parameters[worst];
   std::array<char, 160> figures{};
   std::snprintf(
       figures.data(),
@@ -58,12 +58,11 @@ void WarnOfContradictedPriors(AdjustResult* result) {
       p.unit.c_str(),
       w_1[worst],
       critical_1);
-  Warn(result,
-       "the observations contradict the priors of " + std::to_string(above) + " of " +
-           std::to_string(tested) + " corrections, most that of " + p.owner + " " + p.name + " (" +
-           figures.data() +
-           "): a path that belongs to another pass, a prior that is too tight, or blunders in "
-           "looks or control");
+  return "priors: the observations contradict those of " + std::to_string(above) + " of " +
+         std::to_string(tested) + " corrections, most that of " + p.owner + " " + p.name + " (" +
+         figures.data() +
+         "): a path that belongs to another pass, a prior that is too tight, or blunders in looks "
+         "or control";
 }
 
 PriorSummary SummarisePriors(const AdjustOptions& options, const AdjustResult& result) {
@@ -86,12 +85,6 @@ PriorSummary SummarisePriors(const AdjustOptions& options, const AdjustResult& r
   }
   out.expected_above_1 = figures.alpha_one_1 * static_cast<double>(out.tested);
   return out;
-}
-
-double PassShare::variance_factor() const {
-  const double redundancy = redundancy_1 + prior_redundancy_1;
-  return redundancy > kLeastRedundancy_1 ? (square_sum_1 + prior_square_sum_1) / redundancy
-                                         : kNotGiven;
 }
 
 std::vector<PassShare> SharesOf(const Block& block, const AdjustResult& result) {

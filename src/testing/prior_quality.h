@@ -21,34 +21,14 @@ struct PriorTest {
 };
 [[nodiscard]] PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& parameter);
 
-/// Adds a warning where a w is larger than chance allows in any of the priors (level 0.001 for all
-/// of them together).
-void WarnOfContradictedPriors(AdjustResult* result);
+/// What is said where a w is larger than chance allows in any of the priors (level 0.001 for all of
+/// them together); empty where none is.
+[[nodiscard]] std::string ContradictedPriors(const AdjustResult& result);
 
-/// The tests of priors in short, at the level of one observation (ReliabilityOf).
-struct PriorSummary {
-  std::size_t priors = 0;  ///< with a redundancy number
-  std::size_t tested = 0;  ///< with a standardised residual
-  std::size_t above = 0;   ///< beyond the critical value of |w| (|tau| where that is the test)
-  double expected_above_1 = 0.0;    ///< by chance
-  std::size_t worst = 0;            ///< index of the parameter with the largest |w|
-  double worst_w_1 = kNotGiven;     ///< NaN where none is tested
-  double redundancy_1 = kNotGiven;  ///< of all priors together
-};
+/// At the level of one observation (ReliabilityOf).
 [[nodiscard]] PriorSummary SummarisePriors(const AdjustOptions& options,
                                            const AdjustResult& result);
 
-/// What a pass (or a group of corrections that passes share) has of v'Pv and of the redundancy of
-/// the block. The shares of all, and of the control points, add to both but for observations
-/// without redundancy.
-struct PassShare {
-  std::string owner;                              ///< id of the pass, or name of the group
-  std::size_t looks = 0;                          ///< with redundancy numbers
-  double square_sum_1 = 0.0, redundancy_1 = 0.0;  ///< of its looks
-  double prior_square_sum_1 = 0.0, prior_redundancy_1 = 0.0;  ///< of its priors
-  /// v'Pv over redundancy of both together; NaN where there is no redundancy.
-  [[nodiscard]] double variance_factor() const;
-};
 /// By pass of the block in order, then shared groups; empty without redundancy numbers.
 [[nodiscard]] std::vector<PassShare> SharesOf(const Block& block, const AdjustResult& result);
 

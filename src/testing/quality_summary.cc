@@ -91,6 +91,7 @@ QualitySummary SummariseQuality(const Block& block,
   QualitySummary out;
   out.figures = ReliabilityOf(options, result);
   if (result.quality.empty()) return out;
+  const bool measured = result.status != AdjustStatus::kPredicted;
   for (std::uint32_t point = 0; point < block.points.size(); ++point) {
     const bool alone =
         block.points.role[point] != PointRole::kControl && result.points.looks[point] == 2;
@@ -102,13 +103,18 @@ QualitySummary SummariseQuality(const Block& block,
         ++out.looks_tested[k];
         out.looks_above[k] += IsAbove(w_1, options, result, out.figures) ? 1U : 0U;
         const auto r_1 = static_cast<double>(result.quality.redundancy_1[k][i]);
-        KeepWorst({i, point, k == 1, w_1, r_1}, &out.worst);
+        if (measured) KeepWorst({i, point, k == 1, w_1, r_1}, &out.worst);
       }
     }
   }
-  for (const ControlQuality& control : result.control_quality) {
+  for (std::size_t i = 0; i < result.control_quality.size(); ++i) {
+    const ControlQuality& control = result.control_quality[i];
     if (std::isnan(control.w_1)) continue;
     ++out.control_tested;
+    if (measured && !(std::abs(control.w_1) <= std::abs(out.worst_control_w_1))) {
+      out.worst_control = i;
+      out.worst_control_w_1 = control.w_1;
+    }
     out.control_above += IsAbove(control.w_1, options, result, out.figures) ? 1U : 0U;
   }
   for (std::size_t k = 0; k < 2; ++k) {

@@ -1,23 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/model/assessment.h"
 #include "sarblock/model/options.h"
 
 #include <cstddef>
 
 namespace sarblock {
-
-/// Levels, critical values and the non-centrality of the tests of single observations
-/// (docs/theory/quality.md, eq. (7)-(13)).
-struct ReliabilityFigures {
-  std::size_t tests = 0;        ///< observations that can be tested
-  double alpha_one_1 = 0.0;     ///< level of each test, after `family_wise`
-  double alpha_all_1 = 0.0;     ///< chance that one of all rejects without cause, were they
-                                ///< independent
-  double critical_w_1 = 0.0;    ///< of |w|
-  double critical_tau_1 = 0.0;  ///< of |tau|; NaN where the redundancy is 1 or less
-  double delta0_1 = 0.0;        ///< shift of w that is found with the power asked for
-};
 
 /// For `tests` >= 0 observations of a block with `redundancy` degrees of freedom.
 ///     k      = N^-1(1 - alpha/2)                                      (Baarda 1968)

@@ -46,7 +46,7 @@ AdjustOptions CountedOptions() {
 TEST(CountsTest, AgreeWithThoseByHand) {
   const test::KnownBlock known = CountedBlock();
   const AdjustResult result = Adjust(known.block, CountedOptions());
-  EXPECT_TRUE(result.accepted);
+  EXPECT_TRUE(result.accepted());
   EXPECT_EQ(result.looks_used, 48U);
   EXPECT_EQ(result.observation_count, 107U);
   EXPECT_EQ(result.parameter_count, 49U);
@@ -196,7 +196,7 @@ TEST(WeightsTest, TheSolutionFromFarHasTheWeightsOfTheSolution) {
     known.block.points.given_m[j] = known.truth_m[j] + Eigen::Vector3d(900.0, 1300.0, 700.0);
   }
   const AdjustResult far = Adjust(known.block, {});
-  ASSERT_TRUE(far.accepted);
+  ASSERT_TRUE(far.accepted());
   for (std::size_t j = 0; j < 12; ++j) {
     // Sigmas are about a metre: weights of the start would shift points by centimetres.
     EXPECT_LT((far.points.position_m[j] - near.points.position_m[j]).norm(), 1e-5);

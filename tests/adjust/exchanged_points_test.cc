@@ -74,7 +74,7 @@ TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
     AdjustOptions options = made.options;
     options.quality.snooping = snooping;
     const AdjustResult result = Adjust(block, options);
-    if (!result.accepted || !result.chi_square_passed) continue;
+    if (!result.accepted() || !result.chi_square_passed) continue;
     for (std::size_t point = 0; point < block.points.size(); ++point) {
       if (point == first || point == second || !IsSolved(result.points.status[point])) continue;
       const Eigen::Vector3d e_m =

@@ -45,7 +45,7 @@ TEST(RealBlockTest, CabeusIsAcceptedWithResidualsOfSevenMetres) {
   if (!fs::exists(folder)) GTEST_SKIP() << "no " << folder;
   const BlockFile file = ReadBlock(folder);
   const AdjustResult result = Adjust(file.block, file.adjust);
-  EXPECT_TRUE(result.accepted);
+  EXPECT_TRUE(result.accepted());
   EXPECT_NEAR(result.sigma0_squared, 0.978, 0.005);
   EXPECT_EQ(result.redundancy(), 358.0);  // 574 + 147 - 354 - 9
   EXPECT_EQ(result.looks_used, 287U);
@@ -98,7 +98,7 @@ TEST(RealBlockTest, CabeusSaysWhatItsLooksAreWorth) {
   BlockFile file = ReadBlock(folder);
   file.adjust.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult result = Adjust(file.block, file.adjust);
-  EXPECT_TRUE(result.accepted);
+  EXPECT_TRUE(result.accepted());
   ASSERT_TRUE(result.variance_components.has_value());
   EXPECT_TRUE(result.variance_components->before.passed);
   EXPECT_FALSE(result.chi_square_passed);
@@ -117,7 +117,7 @@ TEST(RealBlockTest, CabeusAgreesWithJigsaw) {
   if (!fs::exists(folder)) GTEST_SKIP() << "no " << folder;
   const BlockFile file = ReadBlock(folder);
   const AdjustResult result = Adjust(file.block, file.adjust);
-  EXPECT_TRUE(result.accepted);
+  EXPECT_TRUE(result.accepted());
   EXPECT_EQ(result.redundancy(), 427.0);
   ASSERT_EQ(result.parameters.size(), 9U);
   Eigen::MatrixXd covariance(9, 9);

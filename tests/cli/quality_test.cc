@@ -68,7 +68,7 @@ TEST_F(QualityCommandTest, ExchangedTrajectoriesAreSaidOfThePriors) {
   }
   Put("block/trajectories.csv", exchanged);
   const test::ProgramRun run = Run("adjust", block, "result");
-  EXPECT_THAT(run.out, HasSubstr("the observations contradict the priors of "));
+  EXPECT_THAT(run.out, HasSubstr("priors: the observations contradict those of "));
   EXPECT_THAT(run.out, HasSubstr("  tests of "));
   const json quality = json::parse(Content(folder_ / "result/summary.json"))["quality"];
   EXPECT_GT(quality["priors"]["above_critical"].get<int>(), 0);

@@ -520,7 +520,7 @@ class Exports(unittest.TestCase):
                 ("points.csv", "sigma_u_m", "sigma_up_m", "sigma_u_m: the column is missing"),
                 ("points.csv", ",adjusted,", ",adjuster,", "status: 'adjuster' is not known"),
                 ("passes.csv", "prior_sigma", "prior", "prior_sigma: the column is missing"),
-                ("summary.json", '"accepted": true', '"accepted": 1', "accepted: is number"),
+                ("summary.json", '"verdict": "', '"verdict": 1, "was": "', "verdict: is number"),
                 ("summary.json", '"frame"', '"fame"', "has no frame")):
             with self.subTest(file=file, fault=new):
                 bad = self.folder / "bad"

@@ -105,7 +105,7 @@ inline void SceneToml(std::string_view text) {
 
 inline constexpr std::string_view kSummary =
     R"({"format": "sarblock-result 1", "version": "0", "command": "adjust", "block": "b",
-"status": "converged", "accepted": true, "frame": {"kind": "geocentric",
+"status": "converged", "verdict": "accepted", "accepted": true, "frame": {"kind": "geocentric",
 "ellipsoid": {"name": "Moon", "a_m": 1737400.0, "f": 0.0}},
 "passes": [{"id": "A", "look": "left", "start_s": 0, "end_s": 40},
 {"id": "B", "look": "right", "start_s": 0, "end_s": 40}],

@@ -8,6 +8,7 @@
 
 #include "io/csv_reader.h"
 #include "io/io_fixture.h"
+#include "testing/assess.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -64,6 +65,12 @@ class QualityFilesTest : public test::FolderTest {
     result_.snooping = SnoopingReport{2, {finding}, {}};
     result_.looks.rejected = {1, 1, 0};
     result_.looks.reason = {RejectReason::kSuspect, RejectReason::kSuspect, RejectReason::kNone};
+  }
+  /// summary.json, with the verdict and its figures formed anew.
+  std::string Summary() {
+    result_.assessment = {};
+    Assess(block_, options_, &result_);
+    return SummaryJson(block_, options_, result_, {});
   }
   std::vector<std::string> Row(const std::string& table,
                                std::size_t row,
@@ -145,7 +152,7 @@ TEST_F(QualityFilesTest, ControlHasATableOfItsOwn) {
 }
 
 TEST_F(QualityFilesTest, TheSummarySaysWhatWasTestedAndFound) {
-  const json summary = json::parse(SummaryJson(block_, options_, result_, {}));
+  const json summary = json::parse(Summary());
   const json& quality = summary["quality"];
   EXPECT_EQ(quality["tests"], 4);  // three of looks, one of control
   EXPECT_NEAR(quality["critical_w"].get<double>(), 3.2905, 5e-5);
@@ -157,7 +164,7 @@ TEST_F(QualityFilesTest, TheSummarySaysWhatWasTestedAndFound) {
   EXPECT_EQ(finding["located"], false);
   EXPECT_EQ(finding["action"], "point left out");
   options_.quality.test = BlunderTest::kTau;  // tau = w / 2, none above sqrt(4) * ...
-  EXPECT_EQ(json::parse(SummaryJson(block_, options_, result_, {}))["quality"]["above_critical"],
+  EXPECT_EQ(json::parse(Summary())["quality"]["above_critical"],
             json({{"range", 0}, {"azimuth", 0}, {"control", 1}}));
 }
 
@@ -165,7 +172,7 @@ TEST_F(QualityFilesTest, CheckPointsJudgeThePredictedAccuracy) {  // hand values
   result_.checks = {{0, Eigen::Vector3d(1, 1, 1), 9.0, 3}, {1, Eigen::Vector3d(1, 1, 1), 3.0, 3}};
   result_.points.status[1] = PointStatus::kAdjusted;
   options_.test_level = 0.95;
-  json checks = json::parse(SummaryJson(block_, options_, result_, {}))["check_points"];
+  json checks = json::parse(Summary())["check_points"];
   EXPECT_EQ(checks["chi_square"], 12.0);
   EXPECT_NEAR(checks["lower"].get<double>(), 1.237, 5e-4);  // tables, 6 degrees of freedom
   EXPECT_NEAR(checks["upper"].get<double>(), 14.449, 5e-4);
@@ -174,7 +181,7 @@ TEST_F(QualityFilesTest, CheckPointsJudgeThePredictedAccuracy) {  // hand values
   EXPECT_THAT(checks["says"].get<std::string>(), HasSubstr("is realistic: errors of check points"));
   EXPECT_THAT(checks["says"].get<std::string>(), HasSubstr("1.41 times as large as predicted"));
   result_.checks[0].chi_square = 12.0;
-  checks = json::parse(SummaryJson(block_, options_, result_, {}))["check_points"];
+  checks = json::parse(Summary())["check_points"];
   EXPECT_EQ(checks["realistic"], false);
   EXPECT_THAT(checks["says"].get<std::string>(), HasSubstr("TOO OPTIMISTIC"));
 }

@@ -34,7 +34,7 @@ class ResultFolderTest : public FolderTest {
     options_.test_level = 0.975;
     options_.pairs = PairChoice::kAll;
     result_.status = AdjustStatus::kConverged;
-    result_.accepted = true;
+    result_.assessment.verdict = Verdict::kAccepted;
     PointResults& points = result_.points;
     points.status = {PointStatus::kAdjusted, PointStatus::kTooFewLooks};
     points.reason = {"", "one look"};

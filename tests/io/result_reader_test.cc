@@ -92,7 +92,7 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(summary.command, "adjust");
   EXPECT_EQ(summary.block, "tiny");
   EXPECT_EQ(summary.status, "converged");
-  EXPECT_TRUE(summary.accepted);
+  EXPECT_EQ(summary.verdict, Verdict::kAccepted);
   EXPECT_EQ(summary.Count("points"), 2.0);
   EXPECT_EQ(summary.Count("looks"), 3.0);
   EXPECT_EQ(summary.Count("observations"), 17.0);
@@ -280,7 +280,10 @@ TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
            {"summary.json", "6378137.0", "-1.0", "frame.ellipsoid: "},
            {"summary.json", "\"id\": \"B\"", "\"id\": \"A\"", "passes[1].id: 'A' is empty or"},
            {"summary.json", "\"look\": \"left\"", "\"look\": \"up\"", "passes[0].look: 'up'"},
-           {"summary.json", "\"accepted\": true", "\"accepted\": 1", "accepted: is number, true"},
+           {"summary.json",
+            "\"verdict\": \"",
+            "\"verdict\": \"un",
+            "verdict: 'unaccepted' is not known"},
            {"summary.json", "\"points\": 2", "\"points\": 3", "points.csv: has 2 points where"},
            {"summary.json", "\"looks\": 3", "\"looks\": 4", "residuals.csv: has 3 looks where"},
            {"points.csv", "P,check", "P,cheque", "points.csv:2: role: 'cheque' is not known"},

@@ -89,7 +89,7 @@ TEST(AdjustedTimeScaleTest, ManyLooksDoNotShrinkTheBlock) {
     for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
     const AdjustOptions options = ReadAdjustTable(scene.adjust_toml, "strips", ids);
     const AdjustResult result = Adjust(simulated.block, options);
-    ASSERT_TRUE(result.accepted);
+    ASSERT_TRUE(result.accepted());
     EXPECT_LT(NormalisedSquare_1(simulated.block, simulated.truth, result), 5.0);
     // The looks fit as well as noise does: s0^2 has a standard deviation of 0.017.
     EXPECT_NEAR(result.sigma0_squared, 1.0, 0.08);

@@ -54,7 +54,7 @@ inline ResultFolder MadeResult() {
   out.summary.command = "adjust";
   out.summary.block = "made";
   out.summary.status = "converged";
-  out.summary.accepted = true;
+  out.summary.verdict = Verdict::kAccepted;
   out.summary.version = "0";
   out.summary.iterations = 5;
   out.summary.counts = {{"points", 100}, {"control_points", 3}, {"redundancy", 200}};

@@ -21,7 +21,7 @@ using testing::Not;
 
 constexpr std::string_view kSummary = R"({
   "format": "sarblock-result 1", "version": "0.1.0", "command": "adjust", "block": "a <b>block</b>",
-  "frame": {"kind": "local"}, "status": "converged", "accepted": true,
+  "frame": {"kind": "local"}, "status": "converged", "verdict": "converged, tests failed", "accepted": true,
   "passes": [{"id": "A", "look": "left", "start_s": 0, "end_s": 40},
     {"id": "B", "look": "right", "start_s": 0, "end_s": 40}],
   "counts": {"passes": 2, "points": 3, "looks": 3, "redundancy": 7.0, "point_status": {"adjusted": 2}},
@@ -151,7 +151,7 @@ TEST_F(ReportFileTest, HoldsTheVerdictTheTablesAndTheChartLibraryAndNothingFromE
   PutResult();
   const ReportFile report = WriteReport(folder_);
   EXPECT_EQ(report.kind, "result");
-  EXPECT_EQ(report.verdict, "Accepted, with reservations");  // a point is missing
+  EXPECT_EQ(report.verdict, "Converged, tests failed");
   const std::string page = Page();
   EXPECT_EQ(page.size(), report.bytes);
   EXPECT_THAT(

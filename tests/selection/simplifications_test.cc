@@ -245,7 +245,7 @@ TEST(SimplificationsTest, AnAutomaticAdjustmentSaysWhatItTook) {
   options.corrections = CorrectionChoice::kAuto;
   options.selection.simplify_1 = 0.3;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted);
+  ASSERT_TRUE(result.accepted());
   ASSERT_EQ(result.selection.simplifications.size(), 3U);
   ASSERT_TRUE(result.selection.simplified.fixed_track_axes);
   EXPECT_LE(result.selection.simplified_shift_1, 0.3);

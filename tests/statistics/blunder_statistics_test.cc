@@ -109,7 +109,7 @@ TEST_P(BlunderStatisticsTest, FindsWhatItsRedundancyPromises) {
     Redraw(scene, kFirstSeed + draw, RedrawChoice{}, &simulated);
     if (size_1 == 0.0) std::fill(simulated.blunder.begin(), simulated.blunder.end(), 0);
     const AdjustResult result = Adjust(simulated.block, options);
-    ASSERT_TRUE(result.accepted);
+    ASSERT_TRUE(result.accepted());
     const std::vector<std::uint8_t> alone = AlonePlanted(simulated);
     const double critical_1 = MakeReliability(options.quality, 1, 100.0).critical_w_1;
     for (std::uint64_t i = 0; i < simulated.blunder.size(); ++i) {

@@ -141,7 +141,11 @@ SceneStatistics RunDraws(const Scene& scene, std::size_t draws, std::uint64_t fi
     const std::size_t b = (a + 1 + ChooseOf(ties.size() - 1, &random)) % ties.size();
     const AdjustResult result = Adjust(block, options, {{ties[a], ties[b]}});
 
-    sums.accepted += result.accepted ? 1u : 0u;
+    sums.accepted += result.accepted() ? 1u : 0u;
+    const std::vector<std::string>& reasons = result.assessment.reasons;
+    sums.alarms += std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
+      return reason.starts_with("tests of observations") || reason.starts_with("priors");
+    });
     for (const PointStatus status : result.points.status) {
       sums.unsolved += status == PointStatus::kAdjusted ? 0u : 1u;
     }

@@ -39,6 +39,7 @@ struct SquareSum {
 struct SceneStatistics {
   std::size_t draws = 0;
   std::size_t accepted = 0;               ///< adjustments that were
+  std::size_t alarms = 0;                 ///< whose tests of observations or priors failed
   std::size_t unsolved = 0;               ///< points not adjusted, over all draws
   SquareSum point;                        ///< e'Q^-1 e of one tie point a draw, seeded choice
   SquareSum pair;                         ///< of the difference of two tie points a draw

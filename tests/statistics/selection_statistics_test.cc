@@ -107,7 +107,7 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
   for (std::size_t draw = 0; draw < draws; ++draw) {
     Redraw(scene, error.first_seed + draw, RedrawChoice{}, &simulated);
     const AdjustResult result = Adjust(block, chosen);
-    ASSERT_TRUE(result.accepted) << draw;
+    ASSERT_TRUE(result.accepted()) << draw;
     chosen_m2 += CheckSquare(simulated, result);
     parameters += static_cast<double>(result.parameters.size());
     const CheckResult& one = result.checks[draw % result.checks.size()];

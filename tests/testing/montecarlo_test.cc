@@ -50,7 +50,7 @@ TEST(MonteCarloTest, CoversWhatTheRigorousCovarianceSays) {
   constexpr int kRuns = 400;
   const test::KnownBlock known = NoisyBlock();
   const AdjustResult result = Adjust(known.block, MonteCarloOptions(kRuns));
-  ASSERT_TRUE(result.accepted && result.montecarlo);
+  ASSERT_TRUE(result.accepted() && result.montecarlo);
   const MonteCarloReport& report = *result.montecarlo;
   EXPECT_EQ(report.runs, kRuns);
   EXPECT_EQ(report.failed, 0);

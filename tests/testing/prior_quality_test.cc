@@ -47,7 +47,7 @@ TEST(PriorQualityTest, RedundancyAndTestAreThoseOfTheDenseEquations) {
   const test::KnownBlock known = NoisyBlockWithControl();
   const AdjustOptions options = WithPriors();
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted);
+  ASSERT_TRUE(result.accepted());
   AdjustmentProblem problem(known.block, options.groups);
   BlockState state = ComputeStartValues(&problem, nullptr).state;
   for (std::size_t point = 0; point < state.start_m.size(); ++point) {
@@ -100,12 +100,13 @@ TEST(PriorQualityTest, SharesAddToTheWholeBlock) {
 TEST(PriorQualityTest, AWrongPathContradictsThePriors) {
   test::KnownBlock known = NoisyBlockWithControl();
   const AdjustResult right = Adjust(known.block, WithPriors());
-  EXPECT_THAT(right.warnings, Not(Contains(HasSubstr("contradict the priors"))));
+  EXPECT_THAT(right.assessment.reasons,
+              Not(Contains(HasSubstr("the observations contradict those"))));
   EXPECT_EQ(SummarisePriors(WithPriors(), right).above, 0U);
   // Moved by ten times what the prior allows instead of exchanged: the looks still intersect.
   test::ShiftPath(0, {0.0, 23.0, 17.0}, &known.block);
   const AdjustResult wrong = Adjust(known.block, WithPriors());
-  EXPECT_THAT(wrong.warnings, Contains(HasSubstr("contradict the priors")));
+  EXPECT_THAT(wrong.assessment.reasons, Contains(HasSubstr("the observations contradict those")));
   const PriorSummary summary = SummarisePriors(WithPriors(), wrong);
   EXPECT_GT(summary.above, 0U);
   EXPECT_EQ(wrong.parameters[summary.worst].owner, known.block.passes[0].id);

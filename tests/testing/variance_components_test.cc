@@ -131,13 +131,13 @@ TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult estimated = Adjust(known.block, options);
-  ASSERT_TRUE(estimated.accepted && estimated.variance_components);
+  ASSERT_TRUE(estimated.accepted() && estimated.variance_components);
   const auto& components = estimated.variance_components->components;
   Block again = known.block;
   Tell(1.0 / std::sqrt(components[0].factor_1), 1.0 / std::sqrt(components[1].factor_1), &again);
   options.variance_components = VarianceComponents::kNone;
   const AdjustResult given = Adjust(again, options);
-  ASSERT_TRUE(given.accepted);
+  ASSERT_TRUE(given.accepted());
   const BlunderSizes a(known.block, options, estimated, 1.0), b(again, options, given, 1.0);
   for (std::size_t point = 0; point < again.points.size(); ++point) {
     for (std::size_t i = again.looks.offsets[point]; i < again.looks.offsets[point + 1]; ++i) {
@@ -158,7 +158,7 @@ TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted);
+  ASSERT_TRUE(result.accepted());
   ASSERT_TRUE(result.variance_components.has_value());
   const VarianceComponentReport& report = *result.variance_components;
   EXPECT_TRUE(report.converged);
@@ -197,7 +197,7 @@ TEST(VarianceComponentsTest, DoNotDependOnTheVariancesGiven) {
   Block told = known.block;
   Tell(4.0, 0.3, &told);
   const AdjustResult other = Adjust(told, options);
-  ASSERT_TRUE(plain.accepted && other.accepted);
+  ASSERT_TRUE(plain.accepted() && other.accepted());
   for (std::size_t k = 0; k < 2; ++k) {
     const VarianceComponent& a = plain.variance_components->components[k];
     const VarianceComponent& b = other.variance_components->components[k];
@@ -220,7 +220,7 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   options.variance_components = VarianceComponents::kRangeAzimuth;
   options.variance_groups = {{told.passes[1].id, told.passes[3].id}};
   const AdjustResult grouped = Adjust(told, options);
-  ASSERT_TRUE(grouped.variance_components && grouped.accepted);
+  ASSERT_TRUE(grouped.variance_components && grouped.accepted());
   const auto& two = grouped.variance_components->components;
   ASSERT_EQ(two.size(), 4U);
   EXPECT_EQ(two[0].group, told.passes[1].id + "+" + told.passes[3].id);
@@ -231,7 +231,7 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   options.variance_groups.clear();
   options.variance_components = VarianceComponents::kPerPass;
   const AdjustResult each = Adjust(told, options);
-  ASSERT_TRUE(each.variance_components && each.accepted);
+  ASSERT_TRUE(each.variance_components && each.accepted());
   ASSERT_EQ(each.variance_components->components.size(), 8U);
   for (const VarianceComponent& c : each.variance_components->components) {
     const bool planted = c.component == 0 && (c.passes[0] == 1 || c.passes[0] == 3);
@@ -250,7 +250,7 @@ TEST(VarianceComponentsTest, WithoutRedundancyKeepTheirFactorAndAreNamed) {
   AdjustOptions options;
   options.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted);
+  ASSERT_TRUE(result.accepted());
   for (const VarianceComponent& c : result.variance_components->components) {
     EXPECT_FALSE(c.estimated);
     EXPECT_EQ(c.factor_1, 1.0);
@@ -271,7 +271,7 @@ TEST(VarianceComponentsTest, UnderALossAreThoseOfTheLooksKept) {
   options.variance_components = VarianceComponents::kRangeAzimuth;
   options.robust = RobustLoss::kHuber;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted) << testing::PrintToString(result.warnings);
+  ASSERT_TRUE(result.accepted()) << testing::PrintToString(result.warnings);
   for (const VarianceComponent& c : result.variance_components->components) {
     EXPECT_NEAR(c.factor_1, 1.0, 3.3 * c.factor_deviation_1);
     EXPECT_LE(c.looks, 237U);

@@ -92,7 +92,8 @@ struct ResultSummary {
   std::string command;  ///< adjust, intersect or predict
   std::string block;    ///< name of the block
   std::string status;   ///< converged, not_converged, intersected, predicted
-  bool accepted = false;
+  Verdict verdict = Verdict::kNotAccepted;
+  std::vector<std::string> verdict_reasons;  ///< why it is not accepted, the gravest first
   std::vector<std::pair<std::string, double>> counts;        ///< as they stand there
   [[nodiscard]] double Count(std::string_view name) const {  ///< 0 where not given
     for (const auto& [key, value] : counts) {

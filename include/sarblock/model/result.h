@@ -4,6 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/core/quantile.h"
 #include "sarblock/core/stage_timer.h"
+#include "sarblock/model/assessment.h"
 #include "sarblock/model/component_result.h"
 #include "sarblock/model/montecarlo_result.h"
 #include "sarblock/model/options.h"
@@ -145,9 +146,6 @@ struct SnoopingReport {
   std::vector<std::uint64_t> robust;     ///< looks left out after the robust start for good
 };
 
-/// Redundancy numbers at or below this have no test: rounding makes them.
-inline constexpr double kLeastRedundancy_1 = 1e-9;
-
 /// Reliability of looks, by look index of the block, component 0 the range and 1 the azimuth (along
 /// track, or time where it was given in seconds); NaN where the look took no part. What alpha and
 /// power of a test make of them (minimal detectable blunder delta0 sigma / sqrt(r), its influence
@@ -219,7 +217,9 @@ inline constexpr double kRemainingRobustStepAccepted_1 = 0.1;
 /// Everything an adjustment, an intersection or a prediction answers.
 struct AdjustResult {
   AdjustStatus status = AdjustStatus::kNotConverged;
-  bool accepted = false;
+  Assessment assessment;  ///< the verdict, its reasons and the figures of the tests
+  /// Converged and determined: positions and standard deviations may be used.
+  [[nodiscard]] bool accepted() const { return assessment.verdict != Verdict::kNotAccepted; }
   PointResults points;
   std::vector<ParameterResult> parameters;
   std::vector<ParameterCovariance> parameter_covariance;
@@ -264,6 +264,9 @@ struct AdjustResult {
 /// Factor on every covariance that is written or printed: sigma0_squared with
 /// `scale_by_posterior`, if there is one; else 1.
 [[nodiscard]] double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result);
+
+/// Adds a reason for which a result is not accepted.
+void Refuse(AdjustResult* result, const std::string& reason);
 
 /// Adds a warning to a result.
 void Warn(AdjustResult* result, const std::string& text);

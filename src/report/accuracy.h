@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <string>
-#include <vector>
 
 #include "result_folder.h"
 
@@ -32,22 +31,6 @@ struct AccuracyFigures {
   Group weak, all;
 };
 [[nodiscard]] AccuracyFigures DescribeAccuracy(const ResultFolder& result);
-
-enum class VerdictState {
-  kAccepted,
-  kReservations,  ///< accepted by the program, yet a test failed or points are missing
-  kNotAccepted,
-  kNeutral,  ///< nothing to accept: an intersection or a prediction
-};
-
-/// The first thing a reader sees: is it accepted and why, how accurate, what limits it.
-struct Verdict {
-  VerdictState state = VerdictState::kNeutral;
-  std::string word;                    ///< "Accepted"
-  std::vector<std::string> sentences;  ///< one paragraph
-  std::vector<std::string> attention;  ///< what a careful reader should look at; may be empty
-};
-[[nodiscard]] Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy);
 
 /// Names of east, north and up in a result: in a local frame x, y and z.
 [[nodiscard]] std::array<const char*, 3> AxisNames(const Frame& frame);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/verdict.h"
+#include "report/headline.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,11 +16,11 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-Verdict Judge(const ResultFolder& result) { return JudgeResult(result, DescribeAccuracy(result)); }
+Headline Judge(const ResultFolder& result) { return HeadlineOf(result, DescribeAccuracy(result)); }
 
-std::string Words(const Verdict& verdict) {
+std::string Words(const Headline& headline) {
   std::string text;
-  for (const std::string& sentence : verdict.sentences) text += sentence + " ";
+  for (const std::string& sentence : headline.sentences) text += sentence + " ";
   return text;
 }
 
@@ -41,12 +41,12 @@ TEST(AccuracyTest, TellsMediansTheWeakestPointAndWhatLimitsIt) {  // hand values
   EXPECT_EQ(a.all.median_looks_1, 3.0);
 }
 
-TEST(VerdictTest, AnAcceptedBlockSaysSoWithItsAccuracyAndItsLimit) {
-  const Verdict verdict = Judge(test::MadeResult());
-  EXPECT_EQ(verdict.state, VerdictState::kAccepted);
-  EXPECT_EQ(verdict.word, "Accepted");
-  const std::string text = Words(verdict);
-  EXPECT_THAT(text, HasSubstr("converged in 5 iterations and is accepted"));
+TEST(HeadlineTest, AnAcceptedBlockSaysSoWithItsAccuracyAndItsLimit) {
+  const Headline headline = Judge(test::MadeResult());
+  EXPECT_EQ(headline.state, HeadlineState::kAccepted);
+  EXPECT_EQ(headline.word, "Accepted");
+  const std::string text = Words(headline);
+  EXPECT_THAT(text, HasSubstr("converged in 5 iterations and every test is passed"));
   EXPECT_THAT(text, HasSubstr("variance factor 1.10, 0.810 to 1.20 allowed at 95 %"));
   EXPECT_THAT(text, HasSubstr("the weakest is P99 with 108 m in z"));
   EXPECT_THAT(text,
@@ -54,74 +54,67 @@ TEST(VerdictTest, AnAcceptedBlockSaysSoWithItsAccuracyAndItsLimit) {
   EXPECT_THAT(text, HasSubstr("control points or better paths"));
   EXPECT_THAT(text, HasSubstr("have 2 looks where 3 are usual"));
   EXPECT_THAT(text, HasSubstr("There are no check points"));
-  EXPECT_THAT(verdict.attention, IsEmpty());
+  EXPECT_THAT(headline.attention, IsEmpty());
 }
 
-TEST(VerdictTest, AFailedGlobalTestIsAReservationThatSaysHowMuch) {
+TEST(HeadlineTest, AFailedGlobalTestSaysHowMuchAndItsReasonHeadsTheList) {
   ResultFolder result = test::MadeResult();
   result.file.summary.chi_square = {4.0, 200.0, 162.0, 240.0, 0.95, false};
-  const Verdict worse = Judge(result);
-  EXPECT_EQ(worse.state, VerdictState::kReservations);
+  result.file.summary.verdict = Verdict::kTestsFailed;
+  result.file.summary.verdict_reasons = {"global test: s0^2 is 4"};
+  result.file.summary.warnings = {"a warning"};
+  const Headline worse = Judge(result);
+  EXPECT_EQ(worse.state, HeadlineState::kTestsFailed);
+  EXPECT_EQ(worse.word, "Converged, tests failed");
   EXPECT_THAT(Words(worse), HasSubstr("fit worse than their standard deviations promise"));
   EXPECT_THAT(Words(worse), HasSubstr("2.00 times as large"));
   EXPECT_THAT(Words(worse), HasSubstr("too small by about this factor"));
+  EXPECT_EQ(worse.attention.front(), "global test: s0^2 is 4.");
   result.file.summary.chi_square->sigma0_squared = 0.25;
   EXPECT_THAT(Words(Judge(result)), HasSubstr("fit better than"));
 }
 
-TEST(VerdictTest, NotConvergedIsNotAccepted) {
+TEST(HeadlineTest, NotConvergedIsNotAccepted) {
   ResultFolder result = test::MadeResult();
   result.file.summary.status = "not_converged";
-  result.file.summary.accepted = false;
+  result.file.summary.verdict = Verdict::kNotAccepted;
   result.file.summary.remaining_step = 2.5;
-  const Verdict verdict = Judge(result);
-  EXPECT_EQ(verdict.state, VerdictState::kNotAccepted);
-  EXPECT_THAT(verdict.word, HasSubstr("Not accepted"));
-  EXPECT_THAT(Words(verdict), HasSubstr("a step of 2.50 sigma was still to go"));
+  const Headline headline = Judge(result);
+  EXPECT_EQ(headline.state, HeadlineState::kNotAccepted);
+  EXPECT_EQ(headline.word, "Not accepted: not converged");
+  EXPECT_THAT(Words(headline), HasSubstr("a step of 2.50 sigma was still to go"));
 }
 
-TEST(VerdictTest, StrictRefusalNamesItsReason) {
+TEST(HeadlineTest, GrossContradictionsAreNotAcceptedForTheReasonThatTheResultGives) {
   ResultFolder result = test::MadeResult();
-  result.file.summary.accepted = false;
-  EXPECT_EQ(Judge(result).word, "Not accepted");
-  EXPECT_THAT(Words(Judge(result)), HasSubstr("--strict"));
+  result.file.summary.verdict = Verdict::kNotAccepted;
+  result.file.summary.verdict_reasons = {"s0^2 is 1.4e7 where 1 is expected"};
+  const Headline headline = Judge(result);
+  EXPECT_EQ(headline.word, "Not accepted");
+  EXPECT_THAT(Words(headline), HasSubstr("standard deviations mean nothing"));
+  EXPECT_THAT(headline.attention, Contains(HasSubstr("1.4e7")));
 }
 
-TEST(VerdictTest, UnrealisticCheckPointsAndMissingPointsAreReservations) {
-  ResultFolder checks = test::MadeResult();
-  checks.file.summary.checks = ResultChecks{9, 27, 2.5, false, "The predicted accuracy is not."};
-  EXPECT_EQ(Judge(checks).state, VerdictState::kReservations);
-  EXPECT_THAT(Judge(checks).attention, Contains(HasSubstr("2.50 times as large as predicted")));
-  EXPECT_THAT(Words(Judge(checks)), HasSubstr("9 check points: the predicted accuracy is not."));
+TEST(HeadlineTest, MissingPointsAreCounted) {
   ResultFolder missing = test::MadeResult();
   test::AddPoint({.id = "lost", .solved = false}, &missing.file.points);
   missing = Arrange("made", missing.file);
-  EXPECT_EQ(Judge(missing).state, VerdictState::kReservations);
+  EXPECT_EQ(Judge(missing).state, HeadlineState::kAccepted);
   EXPECT_THAT(Judge(missing).attention, Contains(HasSubstr("1 point could not be determined")));
 }
 
-TEST(VerdictTest, BlundersBeyondChanceAreCalledOut) {
-  ResultFolder result = test::MadeResult();
-  result.file.summary.tests.emplace();
-  result.file.summary.tests->expected_above_1 = 4.0;
-  result.file.summary.tests->above = {6, 4, 0};  // 4 + 3 sqrt(4) = 10 is still chance
-  EXPECT_THAT(Judge(result).attention, IsEmpty());
-  result.file.summary.tests->above[2] = 1;
-  EXPECT_THAT(Judge(result).attention, Contains(HasSubstr("11 observations stand beyond")));
-}
-
-TEST(VerdictTest, APredictionHasNothingToAccept) {
+TEST(HeadlineTest, APredictionHasNothingToAccept) {
   ResultFolder result = test::MadeResult();
   result.file.summary.command = "predict";
   result.file.summary.status = "predicted";
   result.file.summary.chi_square.reset();
-  const Verdict verdict = Judge(result);
-  EXPECT_EQ(verdict.state, VerdictState::kNeutral);
-  EXPECT_EQ(verdict.word, "Predicted");
-  EXPECT_THAT(Words(verdict), Not(HasSubstr("variance factor")));
+  const Headline headline = Judge(result);
+  EXPECT_EQ(headline.state, HeadlineState::kNeutral);
+  EXPECT_EQ(headline.word, "Predicted");
+  EXPECT_THAT(Words(headline), Not(HasSubstr("variance factor")));
 }
 
-TEST(VerdictTest, WithoutACovarianceNothingIsClaimed) {
+TEST(HeadlineTest, WithoutACovarianceNothingIsClaimed) {
   ResultFolder result = test::MadeResult();
   result.file.points.results.covariance_m2.clear();
   EXPECT_THAT(Words(Judge(result)), HasSubstr("nothing can be said of the accuracy"));

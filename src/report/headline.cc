@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "verdict.h"
+#include "headline.h"
 
 #include <algorithm>
 #include <cctype>
@@ -55,14 +55,20 @@ std::string StatusSentence(const ResultSummary& summary) {
     return "This is a plan: the covariance follows from geometry and weights alone, nothing was "
            "measured, so there is nothing to accept or to reject.";
   }
-  return summary.accepted ? fmt::format("The adjustment converged in {} and is accepted.", rounds)
-                          : fmt::format(
-                                "The adjustment converged in {} but is not accepted, because a "
-                                "test failed that was asked to decide (--strict).",
-                                rounds);
+  switch (summary.verdict) {
+    case Verdict::kAccepted:
+      return fmt::format("The adjustment converged in {} and every test is passed.", rounds);
+    case Verdict::kTestsFailed:
+      return fmt::format("The adjustment converged in {}, but tests failed: see below.", rounds);
+    case Verdict::kNotAccepted:
+      return fmt::format(
+          "The adjustment converged in {} to a solution whose standard deviations mean nothing.",
+          rounds);
+  }
+  return "";
 }
 
-void AddFit(const ResultSummary& summary, Verdict* out) {
+void AddFit(const ResultSummary& summary, Headline* out) {
   if (!summary.chi_square) return;
   const ResultTest& test = *summary.chi_square;
   const double ratio = std::sqrt(test.sigma0_squared);
@@ -77,31 +83,20 @@ void AddFit(const ResultSummary& summary, Verdict* out) {
     return;
   }
   const bool worse = test.sigma0_squared * test.redundancy > test.upper;
-  if (worse) {
-    out->sentences.push_back(
-        fmt::format("The looks fit worse than their standard deviations promise: residuals are {} "
-                    "times as large ({}). {}",
-                    Brief(ratio),
-                    figures,
-                    summary.sigma_scaled_by_posterior
-                        ? "The standard deviations in this report have been scaled by this factor."
-                        : "Either the looks are noisier than stated, or blunders or missing "
-                          "corrections are left; until that is mended the standard deviations "
-                          "below are too small by about this factor."));
-  } else {
-    out->sentences.push_back(fmt::format(
-        "The looks fit better than their standard deviations promise: residuals are {} times as "
-        "large ({}). Either the standard deviations of the looks were stated too large, and so are "
-        "those below{}; or the same measurements stand in the block more than once, and those "
-        "below "
-        "are too small.",
-        Brief(ratio),
-        figures,
-        summary.sigma_scaled_by_posterior ? " were, before they were scaled by this factor" : ""));
-  }
+  out->sentences.push_back(fmt::format(
+      "The looks fit {} than their standard deviations promise: residuals are {} times as large "
+      "({}); {}.",
+      worse ? "worse" : "better",
+      Brief(ratio),
+      figures,
+      summary.sigma_scaled_by_posterior
+          ? "the standard deviations in this report have been scaled by this factor"
+      : worse ? "until the cause is mended, the standard deviations below are too small by about "
+                "this factor"
+              : "those below may be too large"));
 }
 
-void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, Verdict* out) {
+void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, Headline* out) {
   if (accuracy.points == 0) {
     out->sentences.push_back("No covariance was computed, so nothing can be said of the accuracy.");
     return;
@@ -119,7 +114,7 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, Ve
                   axes[weak]));
 }
 
-void AddChecks(const ResultFolder& result, Verdict* out) {
+void AddChecks(const ResultFolder& result, Headline* out) {
   const auto& checks = result.file.summary.checks;
   if (!checks || checks->points == 0) {
     if (result.file.summary.status == "converged") {
@@ -128,7 +123,7 @@ void AddChecks(const ResultFolder& result, Verdict* out) {
     }
     return;
   }
-  if (!checks->says.empty()) {
+  if (checks->realistic && !checks->says.empty()) {  // else a reason of the verdict says it
     out->sentences.push_back(
         fmt::format("{} check point{}: {}{}{}",
                     checks->points,
@@ -139,7 +134,7 @@ void AddChecks(const ResultFolder& result, Verdict* out) {
   }
 }
 
-void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Verdict* out) {
+void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Headline* out) {
   if (accuracy.points == 0) return;
   const std::string axis =
       AxisPhrases(result.file.frame)[static_cast<std::size_t>(accuracy.weakest)];
@@ -191,31 +186,15 @@ void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Verdi
   out->sentences.push_back(text);
 }
 
-void AddAttention(const ResultFolder& result, Verdict* out) {
+void AddAttention(const ResultFolder& result, Headline* out) {
   const ResultSummary& summary = result.file.summary;
   std::vector<std::string>& list = out->attention;
-  if (summary.checks && summary.checks->points > 0 && !summary.checks->realistic) {
-    list.push_back(
-        fmt::format("The errors of the check points are {} times as large as predicted: the "
-                    "standard deviations are not realistic.",
-                    Brief(summary.checks->error_ratio_1)));
-  }
+  for (const std::string& reason : summary.verdict_reasons) list.push_back(reason + ".");
   if (const std::size_t count = result.unsolved.size(); count > 0) {
     list.push_back(fmt::format("{} point{} could not be determined and {} left out.",
                                ReadableCount(count),
                                Plural(count),
                                count == 1 ? "was" : "were"));
-  }
-  if (summary.tests && summary.status == "converged") {
-    const ResultTests& tests = *summary.tests;
-    const auto above = static_cast<double>(tests.above_all());
-    if (above > tests.expected_above_1 + 3.0 * std::sqrt(std::max(1.0, tests.expected_above_1))) {
-      list.push_back(
-          fmt::format("{} observations stand beyond the critical value, {} are expected by chance: "
-                      "look for blunders among the worst looks.",
-                      ReadableCount(above),
-                      Brief(tests.expected_above_1)));
-    }
   }
   if (result.looks.rejected > 0) {
     std::string reasons;
@@ -245,32 +224,29 @@ void AddAttention(const ResultFolder& result, Verdict* out) {
 
 }  // namespace
 
-Verdict JudgeResult(const ResultFolder& result, const AccuracyFigures& accuracy) {
+Headline HeadlineOf(const ResultFolder& result, const AccuracyFigures& accuracy) {
   const ResultSummary& summary = result.file.summary;
-  Verdict out;
+  Headline out;
   out.sentences.push_back(StatusSentence(summary));
   AddFit(summary, &out);
   AddAccuracy(result, accuracy, &out);
   AddChecks(result, &out);
   AddLimit(result, accuracy, &out);
   AddAttention(result, &out);
-  const bool checks_fail = summary.checks && summary.checks->points > 0 &&
-                           summary.checks->components > 0 && !summary.checks->realistic;
-  const bool test_fails = summary.chi_square && !summary.chi_square->passed;
   if (summary.status == "predicted") {
-    out.state = VerdictState::kNeutral;
+    out.state = HeadlineState::kNeutral;
     out.word = "Predicted";
   } else if (summary.status == "intersected") {
-    out.state = VerdictState::kNeutral;
+    out.state = HeadlineState::kNeutral;
     out.word = "Intersected";
-  } else if (!summary.accepted) {
-    out.state = VerdictState::kNotAccepted;
+  } else if (summary.verdict == Verdict::kNotAccepted) {
+    out.state = HeadlineState::kNotAccepted;
     out.word = summary.status == "not_converged" ? "Not accepted: not converged" : "Not accepted";
-  } else if (checks_fail || test_fails || !result.unsolved.empty()) {
-    out.state = VerdictState::kReservations;
-    out.word = "Accepted, with reservations";
+  } else if (summary.verdict == Verdict::kTestsFailed) {
+    out.state = HeadlineState::kTestsFailed;
+    out.word = "Converged, tests failed";
   } else {
-    out.state = VerdictState::kAccepted;
+    out.state = HeadlineState::kAccepted;
     out.word = "Accepted";
   }
   return out;

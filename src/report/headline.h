@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "accuracy.h"
+
+namespace sarblock {
+
+enum class HeadlineState {
+  kAccepted,
+  kTestsFailed,
+  kNotAccepted,
+  kNeutral,  ///< nothing to accept: an intersection or a prediction
+};
+
+/// The first thing a reader sees: is it accepted and why, how accurate, what limits it.
+struct Headline {
+  HeadlineState state = HeadlineState::kNeutral;
+  std::string word;                    ///< "Accepted"
+  std::vector<std::string> sentences;  ///< one paragraph
+  std::vector<std::string> attention;  ///< what a careful reader should look at; may be empty
+};
+[[nodiscard]] Headline HeadlineOf(const ResultFolder& result, const AccuracyFigures& accuracy);
+
+}  // namespace sarblock
