@@ -100,15 +100,20 @@ def check_citations(path, root):
 
 
 def check_index(root):
-    listed = {(index.parent / target).resolve() for name in ("docs/README.md", "docs/theory/README.md")
-              for index in [root / name] for target, _ in LINK.findall(index.read_text(encoding="utf-8"))}
+    if not (root / "docs/README.md").exists():
+        return
+    indexes = [root / "docs/README.md", *(root / "docs/theory").glob("README.md")]
+    listed = {(index.parent / target).resolve() for index in indexes
+              for target, _ in LINK.findall(index.read_text(encoding="utf-8"))}
     for path in sorted((root / "docs").rglob("*.md")):
-        if path not in listed and path != root / "docs/README.md":
+        if path not in listed and path != indexes[0]:
             yield path, 1, "stands neither in docs/README.md nor in docs/theory/README.md"
 
 
 def check_glossary(root):
     path = root / "docs/glossary.md"
+    if not path.exists():
+        return
     reference = "".join((root / "docs" / name).read_text(encoding="utf-8")
                         for name in ("formats.md", "adjust_options.md", "commands.md"))
     last = ""
@@ -124,10 +129,12 @@ def check_glossary(root):
                 yield path, number, f"'{name}' stands in no page of reference"
 
 
-def check_citation(root):
-    cmake = (root / "CMakeLists.txt").read_text(encoding="utf-8")
+def check_citation_file(root):
     path = root / "CITATION.cff"
-    for key, pattern in (("version", r"project\(sarblock VERSION (\S+)"),
+    if not path.exists():
+        return
+    cmake = (root / "CMakeLists.txt").read_text(encoding="utf-8")
+    for key, pattern in (("version", r"project\(sarblock VERSION ([^\s)]+)"),
                          ("date-released", r"set\(SARBLOCK_RELEASE_DATE (\S+)\)")):
         value = re.search(pattern, cmake).group(1)
         if f"\n{key}: {value}\n" not in path.read_text(encoding="utf-8"):
@@ -146,7 +153,7 @@ def main():
     found = [(p, *f) for p in pages(root) for f in check_links(p, root)]
     found += [(p, *f) for p in pages(root) for f in check_code(p, root, update)]
     found += [(p, *f) for p in pages(root) for f in hidden(root, p)]
-    found += [*check_index(root), *check_glossary(root), *check_citation(root)]
+    found += [*check_index(root), *check_glossary(root), *check_citation_file(root)]
     found += [(p, *f) for p in sources for f in check_citations(p, root)]
     for path, line, message in found:
         print(f"{path.relative_to(root)}:{line}: {message}")

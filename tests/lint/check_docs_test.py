@@ -1,17 +1,79 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A page that cannot be followed, made on purpose, is found, and a page that can is not; run by ctest
-as lint/check_docs_test."""
+"""Every rule of check_docs.py and prerequisites.py finds a fault made on purpose, and nothing in pages
+that are right; run by ctest as lint/check_docs_test."""
 import pathlib
 import sys
 import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from check_headers_test import CHECKER, SPDX, CheckerTest  # noqa: E402
 from prerequisites import hidden  # noqa: E402
 
 READY = "# Page\n\nWith the program ([install](install.md)):\n\n"
 SHOWN = "\n<!-- run: output -->\n```\n...\n```\n"
+
+
+class CheckDocsTest(CheckerTest):
+    checker = CHECKER.with_name("check_docs.py")
+    page = "# Page\n\n    a = b      (7)\n\n[self](page.md), [web](https://example.org)\n"
+
+    def test_accepts_links_and_citations_that_lead_somewhere(self):
+        status, output = self.check({
+            "docs/page.md": self.page,
+            "include/sarblock/core/a.h": SPDX + "/// docs/page.md, eq.\n/// (7).\n",
+        })
+        self.assertEqual((status, output), (0, ""))
+
+    def test_finds_a_dead_link(self):
+        self.expect_finding("docs/page.md", "text\n[a](b.md#c)\n", "docs/page.md:2: 'b.md'")
+
+    def test_finds_a_dead_anchor(self):
+        headings = "# A `b` (c), d\n\n## Two\n\n## Two\n"
+        self.expect_finding("docs/page.md", headings + "[x](#three)\n", "page.md has no heading '#three'")
+        self.assertEqual(self.check({"docs/page.md": headings + "[x](#a-b-c-d), [y](#two-1)\n",
+                                     "docs/other.md": "[x](page.md#two)\n"}), (0, ""))
+
+    def test_finds_code_that_differs_from_its_source(self):
+        page = "<!-- code: a.cc part -->\n\n```cpp\nint x = 1;\n```\n"
+        source = SPDX + "  // [part]\n  int x = {};\n  // [part]\n"
+        self.assertEqual(self.check({"docs/page.md": page, "docs/a.cc": source.format(1)}), (0, ""))
+        status, output = self.check({"docs/page.md": page, "docs/a.cc": source.format(2)})
+        self.assertEqual((status, output), (1, "docs/page.md:1: differs from [part] in a.cc\n"))
+        self.expect_finding("docs/page.md", page, "no part [part] in a.cc")
+
+    def test_finds_a_citation_of_a_missing_page(self):
+        self.expect_finding("src/core/a.cc", SPDX + "// docs/gone.md\n", "a.cc:2: docs/gone.md")
+
+    def test_finds_a_citation_of_a_missing_equation(self):
+        status, output = self.check({"docs/page.md": self.page,
+                                     "src/core/a.cc": SPDX + "// docs/page.md, eqs. (7)-(8)\n"})
+        self.assertEqual(status, 1)
+        self.assertEqual(output.strip(), "src/core/a.cc:2: docs/page.md has no equation (8)")
+
+    def test_finds_a_page_that_no_index_lists(self):
+        index = {"docs/README.md": "[a](a.md), [theory](theory/README.md)\n", "docs/a.md": "a\n",
+                 "docs/theory/README.md": "[b](b.md)\n", "docs/theory/b.md": "b\n"}
+        self.assertEqual(self.check(index), (0, ""))
+        status, output = self.check({**index, "docs/theory/c.md": "c\n"})
+        self.assertEqual((status, output), (1, "docs/theory/c.md:1: stands neither in docs/README.md nor in "
+                                               "docs/theory/README.md\n"))
+
+    def test_finds_terms_out_of_order_and_names_that_the_reference_does_not_know(self):
+        tree = {"docs/formats.md": "`role`\n", "docs/adjust_options.md": "", "docs/commands.md": "",
+                "docs/glossary.md": "| term | meaning |\n| --- | --- |\n| block | `role` |\n| look | a |\n"}
+        self.assertEqual(self.check(tree), (0, ""))
+        tree["docs/glossary.md"] += "| island | `rule` |\n"
+        self.assertEqual(self.check(tree), (1, "docs/glossary.md:5: 'island' stands after 'look'\n"
+                                               "docs/glossary.md:5: 'rule' stands in no page of reference\n"))
+
+    def test_finds_a_citation_file_of_another_release(self):
+        tree = {"CMakeLists.txt": "project(sarblock VERSION 1.2.3)\nset(SARBLOCK_RELEASE_DATE 2026-01-02)\n",
+                "CITATION.cff": "cff-version: 1.2.0\nversion: 1.2.3\ndate-released: 2026-01-02\n"}
+        self.assertEqual(self.check(tree), (0, ""))
+        tree["CITATION.cff"] = tree["CITATION.cff"].replace("1.2.3", "1.2.2")
+        self.assertEqual(self.check(tree), (1, "CITATION.cff:1: the version is not 1.2.3, that of CMakeLists.txt\n"))
 
 
 class PrerequisitesTest(unittest.TestCase):
