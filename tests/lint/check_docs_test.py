@@ -80,7 +80,8 @@ class PrerequisitesTest(unittest.TestCase):
     def findings(self, text):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
-            for name in ("datasets/scenes/pair.toml", "scripts/demo.sh", "build/left/over.csv", "page.md"):
+            for name in ("datasets/scenes/pair.toml", "scripts/demo.sh", "build/left/over.csv",
+                         "result/points.csv", "page.md"):
                 (root / name).parent.mkdir(parents=True, exist_ok=True)
                 (root / name).write_text(text if name == "page.md" else "", encoding="utf-8")
             return [message for _, message in hidden(root, root / "page.md")]
@@ -111,8 +112,9 @@ class PrerequisitesTest(unittest.TestCase):
                     "    sarblock adjust b -o r --rejections old/residuals.csv\n", "old/residuals.csv")
         self.misses("    sed s/a/b/ gone.csv > new.csv\n    wc -l new.csv\n", "gone.csv")
 
-    def test_takes_nothing_that_lies_in_a_build_for_shipped(self):
+    def test_takes_nothing_that_a_build_or_a_run_left_for_shipped(self):
         self.misses("    head build/left/over.csv\n", "build/left/over.csv")
+        self.misses("    sarblock check result\n", "result")
         self.misses("    ctest --preset dev -R a\n", "build/dev")
         self.accepts("    cmake --preset dev\n    cmake --build --preset dev\n    ctest --preset dev -R a\n")
         self.accepts("    scripts/demo.sh\n    ls build/release\n")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the commands of a page need. A file or folder that a command uses must be made by an earlier
-command that the page shows, stand in the page as a block under its name, or be shipped; what a build
-makes is never shipped, and of a folder outside the project the text must tell. Before the first
+command that the page shows, stand in the page as a block under its name, or be shipped; of a folder
+outside the project the text must tell. Before the first
 `sarblock` command the page says where the program comes from (a link to install.md or a PATH), and
 what is run shows what it prints.
 
@@ -23,6 +23,7 @@ FIRST = (r"(?:awk|cat|cd|cmake|cp|cpack|ctest|cut|git|grep|gzip|head|ls|mkdir|mv
          r"|source|sudo|tail|unzip|wc|zcat)(?: |$)|(?:scripts|build)/")
 BELOW = {"import", "study", "leberl"}  # commands of the program with commands of their own
 LANGUAGES = {"", "sh", "bash", "console"}
+SHIPPED = {"cmake", "datasets", "docs", "include", "scripts", "src", "tests"}  # not what lies beside them
 INSTALL = re.compile(r"\]\([\w./]*install\.md[)#]")
 
 
@@ -49,7 +50,7 @@ class Reader:
             return True
         if path.startswith(("/", "..")):
             return path.startswith("/")  # of the system
-        return path == "." or (not path.startswith("build") and any(self.root.glob(path)))
+        return path == "." or (path.split("/")[0] in SHIPPED and any(self.root.glob(path)))
 
 
 def commands(text):
