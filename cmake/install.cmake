@@ -28,7 +28,7 @@ if(TARGET sarblock_manual)
 endif()
 # A package has both under the names of its own rules.
 install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT project)
-install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock)
+install(FILES README.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock
   FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.cc")
 

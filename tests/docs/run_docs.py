@@ -8,7 +8,8 @@ Prints `page:line: finding` and a summary; exit status 1 if there is a finding. 
 docs/commands.md and the blocks marked `run: output` from what the program prints.
 
 A page's `sarblock` lines in code blocks run in order, in a folder of the page's own in which
-`datasets` and `../shared` are the project's, and must end with 0. So do inline commands that are
+`datasets` and `../shared` are the project's, and must end with 0. Nothing else is in it: a page makes
+what it uses (tests/lint/prerequisites.py). So do inline commands that are
 complete, at their place. A comment on a line of its own says otherwise for the block, or for the
 inline commands of the paragraph or table, that follows it:
 
@@ -16,11 +17,11 @@ inline commands of the paragraph or table, that follows it:
     <!-- run: long -->               not run; options and keys are still held to the program
     <!-- run: form -->               a synopsis, in which BLOCK, [OPTION]... and a|b stand for others
     <!-- run: shared sentinel1/*.xml -->   links files of ../shared/data into the folder
-    <!-- run: first COMMAND -->      runs a line that the page does not show
     <!-- run: file NAME -->          the block is written to a file
     <!-- run: output -->             the block is what the command before printed on standard output;
                                      `...` stands for any lines or for the rest of one, numbers
                                      agree to one percent
+    <!-- run: messages -->           the same for standard error
 
 What names ../shared is left out where there is no such folder, and what needs its results. Lines
 of other programs (cmake, ctest, scripts/...) are not run: the script, the preset, the tests they
@@ -42,13 +43,13 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import pages as markdown  # noqa: E402
 from definitions import Definitions, scene_keys  # noqa: E402
 
-HARMLESS = {"cat", "cp", "cut", "echo", "grep", "gzip", "head", "ls", "mkdir", "mv", "sed", "sort",
+HARMLESS = {"awk", "cat", "cp", "cut", "echo", "grep", "gzip", "head", "ls", "mkdir", "mv", "sed", "sort",
             "tail", "wc", "zcat"}
 OTHERS = {"apt-get", "apt", "cd", "clang-format", "cmake", "cpack", "ctest", "dpkg", "dpkg-deb", "doxygen",
-          "git", "man", "mandoc", "ninja", "python3", "source", "sudo"}
+          "git", "man", "mandoc", "ninja", "python3", "source", "sudo", "unzip"}
 OTHERS_OPTIONS = {"--preset", "--workflow", "--target", "--prefix", "--gtest_filter", "--update",
                   "--program", "--install", "--build", "--recurse"}
-KINDS = {"exit", "long", "form", "shared", "first", "file", "output"}
+KINDS = {"exit", "long", "form", "shared", "file", "output", "messages"}
 SHELL_LANGUAGES = {"", "sh", "bash", "console"}
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w])")
 
@@ -124,7 +125,7 @@ class Runner:
         above = self.scratch / page.name.replace("/", "_").removesuffix(".md")
         shutil.rmtree(above, ignore_errors=True)
         work = above / "work"
-        (work / "build").mkdir(parents=True)
+        work.mkdir(parents=True)
         (work / "datasets").symlink_to(self.root / "datasets")
         (work / "docs").symlink_to(self.root / "docs")
         if self.shared.is_dir():
@@ -133,7 +134,8 @@ class Runner:
 
     def run_page(self, path):
         page = markdown.parse(str(path.relative_to(self.root)), path.read_text(encoding="utf-8"))
-        self.work, self.missing, self.output = self.folder_of(page), set(), None
+        self.work, self.missing = self.folder_of(page), set()
+        self.output = self.messages = None
         for annotation in page.annotations:
             if annotation.kind not in KINDS:
                 self.find(page, annotation.line, f"'{annotation.kind}' is no annotation of a run")
@@ -150,7 +152,7 @@ class Runner:
             path.write_text("\n".join(page.lines) + "\n", encoding="utf-8")
 
     def prepare(self, page, item):
-        """Files and hidden commands, once for each annotation."""
+        """Files of ../shared/data, once for each annotation."""
         for annotation in [a for a in item.annotations if not a.done]:
             annotation.done = True
             if annotation.kind == "shared":
@@ -162,8 +164,6 @@ class Runner:
                 for name in names:
                     if not (self.work / name.name).exists():
                         (self.work / name.name).symlink_to(name)
-            elif annotation.kind == "first":
-                self.command(page, annotation.line, annotation.argument, {})
 
     def span(self, page, span):
         kinds = {a.kind: a.argument for a in span.annotations}
@@ -191,7 +191,9 @@ class Runner:
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_text("\n".join(block.lines) + "\n", encoding="utf-8")
         elif "output" in kinds:
-            self.compare(page, block, edits)
+            self.compare(page, block, self.output, edits)
+        elif "messages" in kinds:
+            self.compare(page, block, self.messages, edits)
         elif block.language in SHELL_LANGUAGES:
             for line, text in markdown.logical_lines(block):
                 self.shell_line(page, line, text, kinds)
@@ -212,7 +214,7 @@ class Runner:
             self.command(page, line, text, kinds)
         elif words[0] in self.example_names:
             self.counts["examples not built"] += 1
-            self.output = None
+            self.output = self.messages = None
         elif words[0] in OTHERS or re.match(r"(?:scripts|build)/", words[0]):
             self.other(page, line, text)
 
@@ -231,7 +233,7 @@ class Runner:
     def command(self, page, line, text, kinds):
         begins = re.sub(r"^(?:\w+=\S+ )+", "", text).startswith("sarblock")
         if "long" in kinds or self.needs_what_is_missing(text):
-            self.output = None
+            self.output = self.messages = None
             if begins:
                 self.check(page, line, text, "long" if "long" in kinds else "without shared data")
                 made = re.search(r"(?:-o|--output)[ =](\S+)", text)
@@ -246,16 +248,16 @@ class Runner:
         self.counts["run"] += 1
         done = subprocess.run(["bash", "-c", text], cwd=self.work, env=self.environment,
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
-        self.output = done.stdout
+        self.output, self.messages = done.stdout, done.stderr
         if done.returncode != expected:
             said = (done.stderr.strip() or done.stdout.strip()).splitlines()
             self.find(page, line, f"ends with {done.returncode}, not {expected}: {text}\n    "
                       + "\n    ".join(said[-5:]))
 
-    def compare(self, page, block, edits):
-        if self.output is None:
+    def compare(self, page, block, text, edits):
+        if text is None:
             return  # it was not run
-        printed = self.output.rstrip("\n").splitlines()
+        printed = text.rstrip("\n").splitlines()
         if same_output(block.lines, printed):
             return
         self.find(page, block.first, "the command before prints something else:\n    "

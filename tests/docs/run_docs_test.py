@@ -22,7 +22,7 @@ case "$*" in
   simulate*) printf 'Options:\\n  -h,--help   Help\\n' ;;
   *--help) printf 'Positionals:\\n  block TEXT REQUIRED  B\\n\\nOptions:\\n  -h,--help   Help\\n'
            printf '  -o,--output TEXT REQUIRED  O\\n' ;;
-  *) printf 'rms 1.234 m\\npoints 10\\n'; [ -d "$2" ] || exit 3 ;;
+  *) printf 'rms 1.234 m\\npoints 10\\n'; [ -d "$2" ] || { echo "$2 is no block" >&2; exit 3; } ;;
 esac
 """
 SCENES = "### `[points]`\n\n| key |\n| --- |\n| `count` |\n"
@@ -58,7 +58,7 @@ class RunDocsTest(unittest.TestCase):
         self.assertIn(part, output)
 
     def test_runs_commands_in_order_and_accepts_what_ends_well(self):
-        output = self.accepts("    mkdir build/b\n    sarblock adjust build/b -o r  # a comment\n\n"
+        output = self.accepts("    mkdir b\n    sarblock adjust b -o r  # a comment\n\n"
                               "and `sarblock adjust datasets/block -o r` in a line\n")
         self.assertIn("3 run", output)
 
@@ -103,10 +103,19 @@ class RunDocsTest(unittest.TestCase):
         self.finds(command + "rms 1.30 m\npoints 10\n```\n", "prints something else")
         self.finds(command + "rms 1.23 m\n```\n", "prints something else")
 
-    def test_writes_files_and_runs_hidden_commands(self):
-        self.accepts("<!-- run: first mkdir build/b -->\n<!-- run: file build/b/list.csv -->\n\n"
-                     "```csv\na,b\n```\n\n    grep -q a,b build/b/list.csv\n"
-                     "    sarblock adjust build/b -o r\n")
+    def test_compares_messages(self):
+        command = "<!-- run: exit 3 -->\n\n    sarblock adjust no -o r\n\n<!-- run: messages -->\n```\n"
+        self.accepts(command + "no is no block\n```\n")
+        self.finds(command + "no is a block\n```\n", "prints something else")
+
+    def test_writes_files(self):
+        self.accepts("<!-- run: file b/list.csv -->\n\n```csv\na,b\n```\n\n"
+                     "    grep -q a,b b/list.csv\n    sarblock adjust b -o r\n")
+
+    def test_runs_nothing_that_the_page_does_not_show(self):
+        self.finds("<!-- run: first mkdir b -->\n\n    sarblock adjust b -o r\n",
+                   "'first' is no annotation")
+        self.finds("    sarblock adjust build -o r\n", "ends with 3, not 0")
 
     def test_leaves_out_what_needs_shared_data(self):
         output = self.accepts("<!-- run: shared images/*.xml -->\n\n    sarblock adjust *.xml -o la\n"

@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Links and citations; run by ctest as lint/check_docs.
+"""Links, citations, prerequisites; run by ctest as lint/check_docs.
 
 Usage: check_docs.py [ROOT] [--update]. Prints `file:line: finding`; exit status 1 if there is one.
 
 Links      a relative link of a Markdown page names a file of the project, and its anchor a heading.
 Code       a block after `<!-- code: FILE PART -->` is the part of FILE (below docs) between two lines
            `// [PART]`, so that the page shows what the tests compile. --update writes the blocks.
+Index      every page of docs stands in docs/README.md, or with the theory in docs/theory/README.md.
+Glossary   terms in alphabetical order, and each name in code stands in a page of reference too.
+Citation   CITATION.cff has the version and the date of CMakeLists.txt.
+Commands   use only what a reader of this page alone has (prerequisites.py).
 Citations  a page cited in a source (`docs/theory/observations.md, eq. (7)`) exists, and so do the
            equations cited, each numbered at the end of a line: `... (7)`.
 """
@@ -14,6 +18,9 @@ import pathlib
 import re
 import sys
 import textwrap
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from prerequisites import hidden  # noqa: E402
 
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]*)(?:#([^)\s]*))?\)")
 HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.M)
@@ -92,6 +99,48 @@ def check_citations(path, root):
                 yield line, f"{match.group(1)} has no equation ({number})"
 
 
+def check_index(root):
+    if not (root / "docs/README.md").exists():
+        return
+    indexes = [root / "docs/README.md", *(root / "docs/theory").glob("README.md")]
+    listed = {(index.parent / target).resolve() for index in indexes
+              for target, _ in LINK.findall(index.read_text(encoding="utf-8"))}
+    for path in sorted((root / "docs").rglob("*.md")):
+        if path not in listed and path != indexes[0]:
+            yield path, 1, "stands neither in docs/README.md nor in docs/theory/README.md"
+
+
+def check_glossary(root):
+    path = root / "docs/glossary.md"
+    if not path.exists():
+        return
+    reference = "".join((root / "docs" / name).read_text(encoding="utf-8")
+                        for name in ("formats.md", "adjust_options.md", "commands.md"))
+    last = ""
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        term = re.match(r"\| (?!term |---)([^|]+) \|", line)
+        if not term:
+            continue
+        if term.group(1).lower() <= last:
+            yield path, number, f"'{term.group(1)}' stands after '{last}'"
+        last = term.group(1).lower()
+        for name in re.findall(r"`([^`]+)`", line):
+            if not re.search(rf"(?<!\w){re.escape(name)}(?!\w)", reference):
+                yield path, number, f"'{name}' stands in no page of reference"
+
+
+def check_citation_file(root):
+    path = root / "CITATION.cff"
+    if not path.exists():
+        return
+    cmake = (root / "CMakeLists.txt").read_text(encoding="utf-8")
+    for key, pattern in (("version", r"project\(sarblock VERSION ([^\s)]+)"),
+                         ("date-released", r"set\(SARBLOCK_RELEASE_DATE (\S+)\)")):
+        value = re.search(pattern, cmake).group(1)
+        if f"\n{key}: {value}\n" not in path.read_text(encoding="utf-8"):
+            yield path, 1, f"the {key} is not {value}, that of CMakeLists.txt"
+
+
 def main():
     update = "--update" in sys.argv
     arguments = [argument for argument in sys.argv[1:] if argument != "--update"]
@@ -103,6 +152,8 @@ def main():
                      for pattern in ("*.h", "*.cc") for p in (root / folder).rglob(pattern))
     found = [(p, *f) for p in pages(root) for f in check_links(p, root)]
     found += [(p, *f) for p in pages(root) for f in check_code(p, root, update)]
+    found += [(p, *f) for p in pages(root) for f in hidden(root, p)]
+    found += [*check_index(root), *check_glossary(root), *check_citation_file(root)]
     found += [(p, *f) for p in sources for f in check_citations(p, root)]
     for path, line, message in found:
         print(f"{path.relative_to(root)}:{line}: {message}")

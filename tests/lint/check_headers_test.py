@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every rule of check_headers.py and check_docs.py finds a fault made on purpose, and nothing in a
-clean tree."""
+"""Every rule of check_headers.py finds a fault made on purpose, and nothing in a clean tree."""
 import pathlib
 import subprocess
 import sys
@@ -119,44 +118,6 @@ class CheckHeadersTest(CheckerTest):
 
     def test_finds_a_machine_flag(self):
         self.expect_finding("src/CMakeLists.txt", "add_compile_options(-march=native)\n", "-march")
-
-
-class CheckDocsTest(CheckerTest):
-    checker = CHECKER.with_name("check_docs.py")
-    page = "# Page\n\n    a = b      (7)\n\n[self](page.md), [web](https://example.org)\n"
-
-    def test_accepts_links_and_citations_that_lead_somewhere(self):
-        status, output = self.check({
-            "docs/page.md": self.page,
-            "include/sarblock/core/a.h": SPDX + "/// docs/page.md, eq.\n/// (7).\n",
-        })
-        self.assertEqual((status, output), (0, ""))
-
-    def test_finds_a_dead_link(self):
-        self.expect_finding("docs/page.md", "text\n[a](b.md#c)\n", "docs/page.md:2: 'b.md'")
-
-    def test_finds_a_dead_anchor(self):
-        headings = "# A `b` (c), d\n\n## Two\n\n## Two\n"
-        self.expect_finding("docs/page.md", headings + "[x](#three)\n", "page.md has no heading '#three'")
-        self.assertEqual(self.check({"docs/page.md": headings + "[x](#a-b-c-d), [y](#two-1)\n",
-                                     "docs/other.md": "[x](page.md#two)\n"}), (0, ""))
-
-    def test_finds_code_that_differs_from_its_source(self):
-        page = "<!-- code: a.cc part -->\n\n```cpp\nint x = 1;\n```\n"
-        source = SPDX + "  // [part]\n  int x = {};\n  // [part]\n"
-        self.assertEqual(self.check({"docs/page.md": page, "docs/a.cc": source.format(1)}), (0, ""))
-        status, output = self.check({"docs/page.md": page, "docs/a.cc": source.format(2)})
-        self.assertEqual((status, output), (1, "docs/page.md:1: differs from [part] in a.cc\n"))
-        self.expect_finding("docs/page.md", page, "no part [part] in a.cc")
-
-    def test_finds_a_citation_of_a_missing_page(self):
-        self.expect_finding("src/core/a.cc", SPDX + "// docs/gone.md\n", "a.cc:2: docs/gone.md")
-
-    def test_finds_a_citation_of_a_missing_equation(self):
-        status, output = self.check({"docs/page.md": self.page,
-                                     "src/core/a.cc": SPDX + "// docs/page.md, eqs. (7)-(8)\n"})
-        self.assertEqual(status, 1)
-        self.assertEqual(output.strip(), "src/core/a.cc:2: docs/page.md has no equation (8)")
 
 
 if __name__ == "__main__":
