@@ -149,6 +149,22 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
           "the standard deviations)");
 }
 
+std::string WhyNotConverged(const SolveReport& solve,
+                            const ReducedSystem& system,
+                            const AdjustResult& result) {
+  if (!solve.converged) return solve.message;
+  if (system.looks_not_evaluated() > 0) return "looks have no value in the model at the solution";
+  std::array<char, 200> text{};
+  std::snprintf(
+      text.data(),
+      text.size(),
+      "where the steps ended, a whole Newton step is still %.2g sigmas long: residuals are "
+      "too large for the curvature of the equations (gross contradictions, or points that "
+      "two looks hardly determine)",
+      result.remaining_step);
+  return text.data();
+}
+
 /// No solution is accepted in which a point stands above an antenna or where nothing looks to.
 void RefuseMisplaced(const AdjustmentProblem& problem,
                      const BlockState& state,
@@ -311,7 +327,7 @@ AdjustResult AdjustGiven(const Block& block,
                          system->looks_not_evaluated() == 0;
   result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
   if (!converged) {
-    Refuse(&result, "not converged: " + solve.message);
+    Refuse(&result, "not converged: " + WhyNotConverged(solve, *system, result));
   } else if (options.robust == RobustLoss::kNone) {
     WarnOfSlowSteps(problem, options.tolerance_1, &result);
   }

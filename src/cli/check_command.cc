@@ -83,11 +83,12 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
     fmt::print("{}\n", summary.dump(2));
     return kAccepted;
   }
-  fmt::print("{}  corrections {}\n", DescribeBlock(file.block), corrections);
+  std::string text = fmt::format("{}  corrections {}\n", DescribeBlock(file.block), corrections);
   if (left_out > 0) {
-    fmt::print("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
+    text += fmt::format("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
   }
-  for (const std::string& warning : warnings) fmt::print("  warning: {}\n", warning);
+  for (const std::string& warning : warnings) text += fmt::format("  warning: {}\n", warning);
+  session.Show(text);
   return kAccepted;
 }
 

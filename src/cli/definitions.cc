@@ -32,7 +32,7 @@ std::vector<std::string> WordsOf(std::string_view list) {
   return words;
 }
 
-/// The names in CLI11's description of a set, "{a,b}" or "{a->0,b->1}"; empty where there is none.
+/// The names in the description of a choice, "{a,b}"; empty where there is none.
 std::vector<std::string> ChoicesIn(std::string_view type) {
   const std::size_t begin = type.find('{');
   const std::size_t end = type.find('}', begin);
@@ -41,8 +41,7 @@ std::vector<std::string> ChoicesIn(std::string_view type) {
   std::string_view inside = type.substr(begin + 1, end - begin - 1);
   while (!inside.empty()) {
     const std::size_t comma = std::min(inside.find(','), inside.size());
-    const std::string_view entry = inside.substr(0, comma);
-    choices.emplace_back(entry.substr(0, entry.find("->")));
+    choices.emplace_back(inside.substr(0, comma));
     inside.remove_prefix(std::min(comma + 1, inside.size()));
   }
   return choices;
@@ -165,6 +164,13 @@ std::vector<SetKey> SetKeysOf(const std::string& command_path) {
                            option.standard)};
     if (option.type == "text" || option.type == "flag") key.values = WordsOf(option.allowed);
     keys.push_back(std::move(key));
+  }
+  if (!scene) {
+    keys.push_back({"trajectory.through",
+                    {"states", "orbit", "positions", "smooth", "auto"},
+                    "how flight paths are made of recorded states (docs/formats.md)"});
+    keys.push_back({"trajectory.sigma_m", {}, "standard deviation of recorded positions"});
+    keys.push_back({"trajectory.sigma_mps", {}, "standard deviation of recorded velocities"});
   }
   return keys;
 }

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 
+#include "command_line.h"
 #include "commands.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -77,12 +78,14 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
     fmt::print("{}", ExportJson(report));
     return kAccepted;
   }
-  for (const auto& file : report.files) fmt::print("{}\n", file.string());
-  fmt::print("  points {} ({} not solved and left out), ellipses {}, flight paths {}\n",
-             report.points,
-             report.points_left_out,
-             report.ellipses,
-             report.paths);
+  std::string text;
+  for (const auto& file : report.files) text += file.string() + "\n";
+  session.Show(
+      text + fmt::format("  points {} ({} not solved and left out), ellipses {}, flight paths {}\n",
+                         report.points,
+                         report.points_left_out,
+                         report.ellipses,
+                         report.paths));
   return kAccepted;
 }
 
@@ -98,7 +101,7 @@ void AddExport(CLI::App* app, Session* session) {
   }
   command->add_option("--format", arguments->format, "Which format (docs/export.md)")
       ->required()
-      ->transform(CLI::CheckedTransformer(formats));
+      ->transform(ChoiceOf(formats));
   command->add_option("-o,--output",
                       arguments->out,
                       "File to write, a folder for isis and eof (default: in the result's folder)");

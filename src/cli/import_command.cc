@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 
+#include "command_line.h"
 #include "commands.h"
 #include "io/output_folder.h"
 #include <fmt/core.h>
@@ -40,28 +41,32 @@ std::string SigmaText(const LookSigma& sigma) {
       "{:.3g} m in range, {:.3g} {} in azimuth", sigma.range_m, sigma.azimuth, seconds ? "s" : "m");
 }
 
-void PrintSummary(const ImportArguments& arguments, const ImportedBlock& imported) {
+std::string DescribeImport(const ImportArguments& arguments, const ImportedBlock& imported) {
+  std::string text;
+  const auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < imported.products.size(); ++i) {
     const ImportedProduct& product = imported.products[i];
-    fmt::print(
-        "{}: {} of {} grid points fit the {} orbit within {:.2f} mm in range, {:.1f} mm "
-        "along track (mean {:.1f} mm)\n",
-        product.pass,
-        product.good,
-        product.grid_points,
-        arguments.orbits.empty() ? product.orbit_source : "given",
-        1e3 * product.largest_range_m,
-        1e3 * product.largest_along_m,
-        1e3 * product.mean_along_m);
-    fmt::print("  standard deviations of its looks: {}\n",
-               SigmaText(imported.block.passes[i].sigma));
+    fmt::format_to(out,
+                   "{}: {} of {} grid points fit the {} orbit within {:.2f} mm in range, {:.1f} mm "
+                   "along track (mean {:.1f} mm)\n",
+                   product.pass,
+                   product.good,
+                   product.grid_points,
+                   arguments.orbits.empty() ? product.orbit_source : "given",
+                   1e3 * product.largest_range_m,
+                   1e3 * product.largest_along_m,
+                   1e3 * product.mean_along_m);
+    fmt::format_to(
+        out, "  standard deviations of its looks: {}\n", SigmaText(imported.block.passes[i].sigma));
   }
-  fmt::print("{}: {} passes, {} points, {} looks written to {}\n",
-             imported.block.name,
-             imported.block.passes.size(),
-             imported.block.points.size(),
-             imported.block.looks.size(),
-             arguments.out);
+  fmt::format_to(out,
+                 "{}: {} passes, {} points, {} looks written to {}\n",
+                 imported.block.name,
+                 imported.block.passes.size(),
+                 imported.block.points.size(),
+                 imported.block.looks.size(),
+                 arguments.out);
+  return text;
 }
 
 std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& imported) {
@@ -137,7 +142,7 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   if (session.json) {
     fmt::print("{}\n", ImportJson(arguments, imported));
   } else {
-    PrintSummary(arguments, imported);
+    session.Show(DescribeImport(arguments, imported));
   }
   return kAccepted;
 }
@@ -163,7 +168,7 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
   const std::map<std::string, PointRole> roles{
       {"check", PointRole::kCheck}, {"control", PointRole::kControl}, {"tie", PointRole::kTie}};
   command->add_option("--grid", options.grid, "What grid points become: check, control or tie")
-      ->transform(CLI::CheckedTransformer(roles))
+      ->transform(ChoiceOf(roles))
       ->default_str("check");
   AddNumber(command,
             "--grid-sigma-m",
@@ -193,7 +198,7 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
       ->add_option("--orbit-through",
                    options.through,
                    "Interpolate through states (positions and velocities) or positions alone")
-      ->transform(CLI::CheckedTransformer(through))
+      ->transform(ChoiceOf(through))
       ->default_str("states");
   command
       ->add_option("--orbit-margin-s",

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "command_line.h"
 #include "io/csv_reader.h"
 #include "leberl_command.h"
 #include <fmt/core.h>
@@ -115,7 +116,7 @@ void AddLeberlParallax(CLI::App* leberl, Session* session) {
   const std::map<std::string, Presentation> presentations = {{"ground", Presentation::kGroundRange},
                                                              {"slant", Presentation::kSlantRange}};
   command->add_option("--presentation", input->presentation, "range in the images: ground or slant")
-      ->transform(CLI::CheckedTransformer(presentations))
+      ->transform(ChoiceOf(presentations))
       ->required();
   command
       ->add_option("TABLE",

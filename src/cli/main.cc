@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "commands.h"
 #include "definitions.h"
 #include "environment.h"
@@ -80,10 +81,21 @@ int Main(int argc, char** argv) {
   AddStudy(&app, &session);
   AddLeberl(&app, &session);
   AddManualOptions(&app);
+  AddFooters(&app);
+  const std::vector<std::string> arguments = ArgumentsOf(argc, argv);
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::Success& success) {
+    static_cast<void>(app.exit(success));
+    return kAccepted;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kAccepted : kWrongUsage;
+    const std::string mistake = ExplainUsage(app, arguments);
+    if (mistake.empty()) {
+      static_cast<void>(app.exit(error));
+    } else {
+      Tell("sarblock: " + mistake + "\nRun with --help for more information.");
+    }
+    return kWrongUsage;
   }
   InstallInterruptHandler();
   MakeProgress(&session);

@@ -16,7 +16,7 @@ std::string DescribeVarianceComponents(const AdjustResult& result) {
   const VarianceComponentReport& report = *result.variance_components;
   fmt::format_to(out,
                  "  variance components, {} iterations; before them s0^2 {:.4f}, acceptance {:.4f} "
-                 "to {:.4f}: {}\n    {:<20} {:<8} {:>8} {:>11} {:>12} {:>22}\n",
+                 "to {:.4f}: {}\n    {:<14} {:<7} {:>8} {:>11} {:>11} {:>20}\n",
                  report.iterations,
                  report.before.sigma0_squared,
                  report.before.chi_square.lower / report.before.redundancy_1,
@@ -36,7 +36,7 @@ std::string DescribeVarianceComponents(const AdjustResult& result) {
             ? fmt::format("{:.4g} +- {:.2g} {}", c.sigma_after(), c.sigma_deviation(), c.unit)
             : std::string("held");
     fmt::format_to(out,
-                   "    {:<20} {:<8} {:>8} {:>11.1f} {:>12.4g} {:>22}\n",
+                   "    {:<14} {:<7} {:>8} {:>11.1f} {:>11.4g} {:>20}\n",
                    c.group,
                    c.component == 0 ? "range" : "azimuth",
                    c.looks,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "columns.h"
 #include "core/units.h"
 #include "print_realism.h"
 #include "testing/quality_summary.h"
@@ -29,7 +30,8 @@ std::string Headline(const AdjustResult& result) {
     case AdjustStatus::kNotConverged:
       return NameOf(result.assessment.verdict);
     case AdjustStatus::kIntersected:
-      return std::string("intersected, flight paths held: ") + NameOf(result.assessment.verdict);
+      return std::string("intersected, flight paths held") +
+             (result.assessment.verdict == Verdict::kTestsFailed ? ": tests failed" : "");
     case AdjustStatus::kPredicted:
       return "predicted from geometry and weights";
   }
@@ -67,17 +69,17 @@ void PrintSigmas(const Block& block, const AdjustResult& result, double factor, 
   if (sigma_m[0].empty()) return;
   const bool local = block.frame.kind() == FrameKind::kLocal;
   fmt::format_to(out,
-                 "  sigma of points [m]  {:>12} {:>12} {:>12}\n",
+                 "  sigma of points [m]  {:>10} {:>10} {:>10}\n",
                  local ? "x" : "east",
                  local ? "y" : "north",
                  local ? "z" : "up");
   fmt::format_to(out,
-                 "    median             {:12.4g} {:12.4g} {:12.4g}\n",
+                 "    median             {:10.4g} {:10.4g} {:10.4g}\n",
                  Median(sigma_m[0]),
                  Median(sigma_m[1]),
                  Median(sigma_m[2]));
   fmt::format_to(out,
-                 "    largest            {:12.4g} {:12.4g} {:12.4g}   at {}, {}, {}\n",
+                 "    largest            {:10.4g} {:10.4g} {:10.4g}   at {}, {}, {}\n",
                  largest[0],
                  largest[1],
                  largest[2],
@@ -162,7 +164,7 @@ void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (result.checks.empty()) return;
   const CheckSummary& summary = result.assessment.checks;
   fmt::format_to(out,
-                 "  {:4} check points rms {:12.4g} {:12.4g} {:12.4g}\n",
+                 "  {:4} check points rms {:10.4g} {:10.4g} {:10.4g}\n",
                  summary.points,
                  summary.rms_m[0],
                  summary.rms_m[1],
@@ -189,7 +191,7 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
     fmt::format_to(out, "  corrections, the least certain of {}:\n", order.size());
     for (std::size_t i = 0; i < std::min(kShown, order.size()); ++i) {
       fmt::format_to(out,
-                     "    {:<16} {:<20} sigma {:.3g} {}{}\n",
+                     "    {:<12} {:<20} sigma {:.3g} {}{}\n",
                      order[i]->owner,
                      order[i]->name,
                      factor * order[i]->sigma,
@@ -206,11 +208,10 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
   fmt::format_to(out, "  corrections, the most significant of {}:\n", order.size());
   for (std::size_t i = 0; i < std::min(kShown, order.size()); ++i) {
     fmt::format_to(out,
-                   "    {:<16} {:<20} {:12.6g} +- {:.3g} {} ({:.1f} sigma)\n",
+                   "    {:<12} {:<20} {:>20} {} ({:.1f} sigma)\n",
                    order[i]->owner,
                    order[i]->name,
-                   order[i]->value,
-                   factor * order[i]->sigma,
+                   ValueWithSigma(order[i]->value, factor * order[i]->sigma),
                    order[i]->unit,
                    significance(order[i]));
   }
@@ -330,7 +331,7 @@ void PrintRecordings(const Block& block, Out out) {
     if (told == 1) {
       fmt::format_to(out,
                      "  what recorded flights do to a point, metres along track\n"
-                     "  {:<20} {:<9} {:>10} {:>13} {:>14} {:>13}\n",
+                     "  {:<14} {:<9} {:>9} {:>13} {:>14} {:>13}\n",
                      "pass",
                      "through",
                      "noise",
@@ -339,7 +340,7 @@ void PrintRecordings(const Block& block, Out out) {
                      "azimuth sigma");
     }
     fmt::format_to(out,
-                   "  {:<20} {:<9} {:10.4f} {:13.4f} {:14.4f} {:13.4f}\n",
+                   "  {:<14} {:<9} {:9.4f} {:13.4f} {:14.4f} {:13.4f}\n",
                    pass.id,
                    NameOf(effect.through),
                    effect.noise_m,

@@ -31,10 +31,10 @@ int RunReport(const ReportArguments& arguments, const Session& session) {
                                     {"bytes", report.bytes}};
     fmt::print("{}\n", summary.dump(2));
   } else {
-    fmt::print("{} ({:.2f} MB)\n  written to {}\n",
-               report.verdict,
-               1e-6 * static_cast<double>(report.bytes),
-               report.file.string());
+    session.Show(fmt::format("{} ({:.2f} MB)\n  written to {}\n",
+                             report.verdict,
+                             1e-6 * static_cast<double>(report.bytes),
+                             report.file.string()));
   }
   return kAccepted;
 }
@@ -57,7 +57,7 @@ void AddReport(CLI::App* app, Session* session) {
 
 void ReportResult(const std::string& folder, const Session& session) {
   const ReportFile report = WriteReport(folder, {}, session.progress.get());
-  if (!session.json) fmt::print("  report: {}\n", report.file.string());
+  if (!session.json) session.Show(fmt::format("  report: {}\n", report.file.string()));
 }
 
 }  // namespace sarblock::cli

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "columns.h"
 #include "core/parallel.h"
 #include "environment.h"
 #include <fmt/core.h>
@@ -58,6 +59,7 @@ class TerminalProgress final : public ProgressSink {
       }
     }
     if (!detail.empty()) line += fmt::format("  {}", detail);
+    if (line.size() >= kColumns) line.resize(kColumns - 1);  // one line, or it would scroll
     line.insert(0, "\r\033[K");
     static_cast<void>(std::fputs(line.c_str(), stderr));
     std::fflush(stderr);
@@ -66,10 +68,14 @@ class TerminalProgress final : public ProgressSink {
 
   [[nodiscard]] bool Cancelled() const override { return g_interrupted.load(); }
 
- private:
   void Clear() {
-    if (shown_) static_cast<void>(std::fputs("\r\033[K", stderr));
+    if (!shown_) return;
+    static_cast<void>(std::fputs("\r\033[K", stderr));
+    std::fflush(stderr);
+    shown_ = false;
   }
+
+ private:
   bool visible_;
   bool shown_ = false;
   std::string stage_;
@@ -83,13 +89,21 @@ class TerminalProgress final : public ProgressSink {
 int Session::Threads() const { return threads > 0 ? threads : AvailableCores(); }
 
 void Session::Say(const std::string& line) const {
-  if (!quiet) Tell(line);
+  if (quiet) return;
+  if (clear_bar) clear_bar();
+  Tell(line);
+}
+
+void Session::Show(const std::string& text) const {
+  if (quiet) return;
+  if (clear_bar) clear_bar();
+  fmt::print("{}", FitColumns(text));
 }
 
 void AddGlobalOptions(CLI::App* app, Session* session) {
   app->add_option("--threads", session->threads, "Threads to use (0: all cores)")
       ->check(CLI::Range(0, 1024));
-  app->add_flag("--quiet,-q", session->quiet, "No messages, no progress bar");
+  app->add_flag("--quiet,-q", session->quiet, "No messages, no summary, no progress bar");
   app->add_flag("--json", session->json, "Summary as JSON on standard output, nothing else there");
   app->add_option("--set", session->set, "Override one key, KEY=VALUE; may be repeated")
       ->expected(1)
@@ -99,8 +113,9 @@ void AddGlobalOptions(CLI::App* app, Session* session) {
 }
 
 void MakeProgress(Session* session) {
-  session->progress =
-      std::make_unique<TerminalProgress>(!session->quiet && isatty(STDERR_FILENO) == 1);
+  auto bar = std::make_unique<TerminalProgress>(!session->quiet && isatty(STDERR_FILENO) == 1);
+  session->clear_bar = [bar = bar.get()] { bar->Clear(); };
+  session->progress = std::move(bar);
 }
 
 void InstallInterruptHandler() {

@@ -23,21 +23,24 @@ struct Session {
   bool dump_config = false;
   std::vector<std::string> set;
   std::unique_ptr<ProgressSink> progress;  ///< a bar on a terminal, else silent
+  std::function<void()> clear_bar;         ///< takes the bar away until the next step
   std::function<int()> run;                ///< set by the command that was chosen
 
   [[nodiscard]] int Threads() const;
   /// A line for people on standard error, unless quiet.
   void Say(const std::string& line) const;
+  /// Lines for people on standard output, fitted to a terminal, unless quiet.
+  void Show(const std::string& text) const;
 };
 
-/// What `work` returns; an InputError of it that does not name the file or folder `input`, because
-/// what throws knows no files, names it.
+/// What `work` returns; an InputError of it that does not begin with the file or folder `input`,
+/// because what throws knows no files, names it.
 template <typename Work>
 auto Naming(const std::string& input, const Work& work) {
   try {
     return work();
   } catch (const InputError& error) {
-    if (std::string_view(error.what()).find(input) != std::string_view::npos) throw;
+    if (std::string_view(error.what()).starts_with(input)) throw;
     throw InputError(FilePlace{input, 0, ""}, error.what());
   }
 }

@@ -53,12 +53,12 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
                                     {"looks", simulated.block.looks.size()}};
     fmt::print("{}\n", summary.dump(2));
   } else {
-    fmt::print("{}: {} passes, {} points, {} looks written to {}\n",
-               scene.name,
-               simulated.block.passes.size(),
-               simulated.block.points.size(),
-               simulated.block.looks.size(),
-               arguments.out);
+    session.Show(fmt::format("{}: {} passes, {} points, {} looks written to {}\n",
+                             scene.name,
+                             simulated.block.passes.size(),
+                             simulated.block.points.size(),
+                             simulated.block.looks.size(),
+                             arguments.out));
   }
   return kAccepted;
 }

@@ -94,11 +94,10 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     fmt::print("{}", summary);
   } else {
     for (const std::string& warning : file.warnings) session.Say("sarblock: warning: " + warning);
-    fmt::print(
-        "{}",
+    session.Show(
         DescribeResult(
-            file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))));
-    fmt::print("  written to {}\n", arguments.out);
+            file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))) +
+        "  written to " + arguments.out + "\n");
   }
   if (arguments.report) ReportResult(arguments.out, session);
   const bool failed = arguments.strict && result.assessment.verdict == Verdict::kTestsFailed;

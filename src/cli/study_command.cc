@@ -88,8 +88,11 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
                                     {"files", files}};
     fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
-    for (const std::string& line : answer.words) fmt::print("{}\n", line);
-    fmt::print("{} rows; {} written to {}\n", table.size(), fmt::join(files, ", "), arguments.out);
+    session.Show(fmt::format("{}\n{} rows; {} written to {}\n",
+                             fmt::join(answer.words, "\n"),
+                             table.size(),
+                             fmt::join(files, ", "),
+                             arguments.out));
   }
   return kAccepted;
 }

@@ -58,7 +58,11 @@ std::size_t NearestIndex(std::string_view id,
   std::vector<std::size_t> row;
   std::size_t best = count;
   for (std::size_t i = 0; i < count && bound > 0; ++i) {
-    const std::size_t distance = EditDistance(id, candidate(i), bound, &row);
+    // As many edits as the longer one has letters: they have nothing in common.
+    const std::size_t apart = std::max(id.size(), std::string_view(candidate(i)).size());
+    const std::size_t least = std::min(bound, apart);
+    const std::size_t distance = EditDistance(id, candidate(i), least, &row);
+    if (distance == least) continue;
     if (distance < bound) {
       bound = distance;
       best = i;
@@ -139,6 +143,10 @@ std::string NearestName(std::string_view name, const std::vector<std::string>& a
   const auto candidate = [&allowed](std::size_t i) { return std::string_view(allowed[i]); };
   const std::size_t nearest = NearestIndex(name, allowed.size(), kNoBound, candidate);
   return nearest < allowed.size() ? allowed[nearest] : std::string();
+}
+
+std::string DidYouMean(const std::string& nearest) {
+  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
 }  // namespace sarblock

@@ -247,9 +247,9 @@ std::vector<std::uint8_t> DatumPoints(const Block& block, const AdjustOptions& o
   for (const std::string& id : options.datum_points) {
     const std::uint32_t point = block.points.ids.Find(id);
     if (point == IdTable::kNone) {
-      throw InputError("adjust.datum_points",
-                       "the block has no point '" + id + "', the nearest name is '" +
-                           block.points.ids.Nearest(id) + "'");
+      throw InputError(
+          "adjust.datum_points",
+          "the block has no point '" + id + "'" + DidYouMean(block.points.ids.Nearest(id)));
     }
     out[point] = 1;
   }

@@ -41,8 +41,8 @@ Ellipsoid NamedEllipsoid(const std::string& name) {
   for (const std::string& known : EllipsoidNames())
     allowed += (allowed.empty() ? "" : ", ") + known;
   throw InputError("ellipsoid",
-                   "'" + name + "' is not known, did you mean '" +
-                       NearestName(name, EllipsoidNames()) + "'? Allowed: " + allowed);
+                   "'" + name + "' is not known, allowed are " + allowed +
+                       DidYouMean(NearestName(name, EllipsoidNames())));
 }
 
 const std::vector<std::string>& EllipsoidNames() {

@@ -14,11 +14,18 @@ namespace fs = std::filesystem;
 class FolderSource final : public TableSource {
  public:
   FolderSource(fs::path folder, FolderKind kind) : TableSource(kind), folder_(std::move(folder)) {
-    if (!fs::is_directory(folder_)) {
-      throw InputError(
-          FilePlace{folder_.string(), 0, ""},
-          std::string("is no folder; a ") + kind.name + " is a folder with " + kind.holds);
-    }
+    const auto fail = [&](const std::string& what) {
+      throw InputError(FilePlace{folder_.string(), 0, ""},
+                       what + "; a " + kind.name + " is a folder with " + kind.holds);
+    };
+    if (!fs::exists(folder_)) fail("does not exist");
+    if (!fs::is_directory(folder_)) fail("is a file");
+    const bool block = fs::exists(folder_ / "block.toml");
+    const bool result = fs::exists(folder_ / "summary.json");
+    const bool asked_block = std::string_view(kind.name) == "block";
+    if (block == result) return;
+    if (asked_block && result) fail("is a result, not a block");
+    if (!asked_block && block) fail("is a block, not a result");
   }
   std::pair<std::string, std::string> Read(std::string_view name) const override {
     const fs::path file = folder_ / name;

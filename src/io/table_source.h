@@ -42,7 +42,7 @@ class TableSource {
   FolderKind kind_;
 };
 
-/// Throws InputError if it is no folder.
+/// Throws InputError if it does not exist, is a file, or is a result for a block or the reverse.
 [[nodiscard]] std::unique_ptr<TableSource> TablesOfFolder(const std::filesystem::path& folder,
                                                           FolderKind kind);
 

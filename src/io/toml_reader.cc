@@ -71,10 +71,6 @@ std::string Listed(const std::vector<std::string>& names) {
   return text;
 }
 
-std::string DidYouMean(const std::string& nearest) {
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
-}
-
 std::string TomlText(std::string_view text) {
   std::string quoted = "\"";
   for (const char c : text) {

@@ -72,8 +72,6 @@ class TomlTable {
 
 /// "a, b or c".
 [[nodiscard]] std::string Listed(const std::vector<std::string>& names);
-/// "; did you mean x?" or nothing.
-[[nodiscard]] std::string DidYouMean(const std::string& nearest);
 
 /// A text as a TOML basic string, quotes included.
 [[nodiscard]] std::string TomlText(std::string_view text);

@@ -109,9 +109,8 @@ class LayoutBuilder {
       if (found == index_of_pass_.end()) {
         std::vector<std::string> known;
         for (const Pass& pass : block_.passes) known.push_back(pass.id);
-        throw InputError(
-            "correction." + group.name + ".passes",
-            "no pass '" + id + "' in the block, did you mean '" + NearestName(id, known) + "'");
+        throw InputError("correction." + group.name + ".passes",
+                         "no pass '" + id + "' in the block" + DidYouMean(NearestName(id, known)));
       }
       members.push_back(found->second);
     }

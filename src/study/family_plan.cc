@@ -27,8 +27,8 @@ StabilityPlan PlanOf(const std::string& name, double value) {
     if (name == family->name) found = family;
   }
   if (found == nullptr) {
-    throw InputError(
-        "family", "'" + name + "' does not exist; did you mean " + NearestName(name, names) + "?");
+    throw InputError("family",
+                     "'" + name + "' does not exist" + DidYouMean(NearestName(name, names)));
   }
   return found->plan(value);
 }

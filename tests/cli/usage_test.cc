@@ -14,10 +14,19 @@ namespace {
 using test::ProgramRun;
 using test::RunProgram;
 using testing::HasSubstr;
+using testing::Not;
 
 const std::vector<std::string>& Commands() {
-  static const std::vector<std::string> commands = {
-      "simulate", "import", "check", "intersect", "predict", "adjust", "leberl"};
+  static const std::vector<std::string> commands = {"simulate",
+                                                    "import",
+                                                    "check",
+                                                    "intersect",
+                                                    "predict",
+                                                    "adjust",
+                                                    "report",
+                                                    "export",
+                                                    "study",
+                                                    "leberl"};
   return commands;
 }
 
@@ -46,6 +55,34 @@ TEST(UsageTest, VersionIsThatOfTheLibrary) {
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_EQ(run.out, std::string("sarblock ") + Version() + "\n");
   EXPECT_EQ(run.err, "");
+}
+
+TEST(UsageTest, HelpAndVersionAreCommandsToo) {
+  EXPECT_EQ(RunProgram({"help"}).out, RunProgram({"--help"}).out);
+  EXPECT_EQ(RunProgram({"help", "adjust"}).out, RunProgram({"adjust", "--help"}).out);
+  EXPECT_EQ(RunProgram({"version"}).out, RunProgram({"--version"}).out);
+}
+
+TEST(UsageTest, AMisspeltCommandOrOptionBringsTheNearestName) {
+  EXPECT_THAT(RunProgram({"ajust", "block"}).err,
+              HasSubstr("'ajust' is no command of sarblock; did you mean adjust?"));
+  EXPECT_THAT(RunProgram({"study", "stabilty", "x"}).err, HasSubstr("did you mean stability?"));
+  EXPECT_THAT(RunProgram({"adjust", "block", "-o", "r", "--thread=2"}).err,
+              HasSubstr("'--thread' is no option of adjust; did you mean --threads?"));
+  EXPECT_THAT(RunProgram({"--threads", "2", "chek", "block"}).err,
+              HasSubstr("did you mean check?"));
+  EXPECT_THAT(RunProgram({"export", "r", "--format", "kmll"}).err, HasSubstr("did you mean kml?"));
+}
+
+TEST(UsageTest, HelpOfACommandNamesWhatAllHaveAndChoicesAsWords) {
+  for (const char* command : {"simulate", "check", "adjust", "predict", "intersect"}) {
+    const std::string help = RunProgram({command, "--help"}).out;
+    for (const char* option : {"--threads N", "-q,--quiet", "--json", "--set KEY=VALUE"}) {
+      EXPECT_THAT(help, HasSubstr(option)) << command;
+    }
+  }
+  EXPECT_THAT(RunProgram({"report", "--help"}).out, Not(HasSubstr("--set")));
+  EXPECT_THAT(RunProgram({"import", "sentinel1", "--help"}).out, HasSubstr("{check,control,tie}"));
 }
 
 TEST(UsageTest, WrongUsageExitsWithTwoAndAMessage) {

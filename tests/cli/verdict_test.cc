@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/cli_fixture.h"
+#include "cli/columns.h"
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
@@ -33,7 +34,8 @@ class VerdictTest : public test::CliTest {
     EXPECT_EQ(summary["accepted"], word != "not accepted");
     EXPECT_THAT(Content(folder_ / "result/report.html"), HasSubstr("<h2>" + headline));
     std::vector<std::string> reasons = summary["verdict_reasons"];
-    for (const std::string& reason : reasons) EXPECT_THAT(run.out, HasSubstr("  - " + reason));
+    for (const std::string& reason : reasons)
+      EXPECT_THAT(run.out, HasSubstr(cli::FitColumns("  - " + reason)));
     const test::ProgramRun strict = Run("adjust", block, "strict", {"--strict"});
     EXPECT_EQ(strict.exit_code, strict_exit_code);
     const json same = json::parse(Content(folder_ / "strict/summary.json"));

@@ -540,7 +540,7 @@ class Exports(unittest.TestCase):
         run("export", self.earth, code=2)
         run("export", self.earth, "--format", "shapefile", code=2)
         run("export", self.earth, "--format", "kml", "--confidence", "100", code=2)
-        self.assertIn("is no folder; a result is a folder",
+        self.assertIn("does not exist; a result is a folder",
                       self.export("kml", "x.kml", result=self.folder / "none", code=3))
         self.assertIn("needs a place on a body",
                       self.export("geojson", "x.geojson", result=self.local, code=3))

@@ -37,7 +37,7 @@ TEST(EllipsoidTest, AnUnknownNameIsAnsweredWithTheNearestOne) {
     (void)NamedEllipsoid("WGS48");
     FAIL() << "accepted";
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean 'WGS84'"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean WGS84?"));
     EXPECT_THAT(error.what(), testing::HasSubstr("Venus"));
   }
 }

@@ -314,7 +314,12 @@ TEST_F(BlockFolderErrorsTest, NamesMissingFiles) {
   Put("observations.csv", kGoodLooks);
   EXPECT_THAT(error(), HasSubstr("observations.csv.gz: stands beside observations.csv"));
   EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "none"); }),
-              HasSubstr("none: is no folder; a block is a folder with block.toml"));
+              HasSubstr("none: does not exist; a block is a folder with block.toml"));
+  std::filesystem::remove(folder_ / "block.toml");
+  Put("summary.json", "{}");
+  EXPECT_THAT(error(), HasSubstr("is a result, not a block; a block is a folder with"));
+  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "summary.json"); }),
+              HasSubstr("summary.json: is a file; a block is a folder"));
 }
 
 TEST_F(BlockFolderErrorsTest, NamesTheLineWhereAGzipTableIsCutOff) {

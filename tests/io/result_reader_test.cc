@@ -312,7 +312,7 @@ TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
   EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_); }),
               HasSubstr("points.csv: is missing, every result has this table"));
   EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_ / "none"); }),
-              HasSubstr("none: is no folder; a result is a folder with summary.json"));
+              HasSubstr("none: does not exist; a result is a folder with summary.json"));
 }
 
 }  // namespace

@@ -40,8 +40,10 @@ class IdTable {
 };
 
 /// Of `allowed`, the name closest to `name` by edit distance without regard to letter case
-/// (for messages); empty if none.
+/// (for messages); empty if none has anything in common with it.
 [[nodiscard]] std::string NearestName(std::string_view name,
                                       const std::vector<std::string>& allowed);
+/// "; did you mean x?" or nothing.
+[[nodiscard]] std::string DidYouMean(const std::string& nearest);
 
 }  // namespace sarblock

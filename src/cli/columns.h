@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace sarblock::cli {
+
+/// Columns of a terminal that text for people is fitted to.
+inline constexpr std::size_t kColumns = 80;
+
+/// Breaks lines longer than kColumns (of UTF-8 characters) at spaces; what follows is indented by
+/// four more than the line. Rows of tables (cells parted by three spaces or more) stay as they are,
+/// and so does a word that is longer than a line.
+[[nodiscard]] std::string FitColumns(std::string_view text);
+
+/// A value and its standard deviation > 0, both rounded to the second digit of the latter:
+/// "-0.99978 +- 0.00031", "1234570 +- 120".
+[[nodiscard]] std::string ValueWithSigma(double value, double sigma);
+
+}  // namespace sarblock::cli

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+namespace sarblock::cli {
+
+/// What a name of `numbers` stands for, as CLI11 reads an enumeration; any other name is refused
+/// with those allowed and the nearest.
+[[nodiscard]] CLI::Validator ChoiceOf(const std::map<std::string, int>& numbers);
+
+/// The same for the values of an enumeration.
+template <typename Value>
+CLI::Validator ChoiceOf(const std::map<std::string, Value>& values) {
+  std::map<std::string, int> numbers;
+  for (const auto& [name, value] : values) numbers[name] = static_cast<int>(value);
+  return ChoiceOf(numbers);
+}
+
+/// The arguments of the command line, without the program. `help`, `help COMMAND...` and `version`
+/// become the options of the same meaning.
+[[nodiscard]] std::vector<std::string> ArgumentsOf(int argc, const char* const* argv);
+
+/// Ends the help of every command below `app` with the options that all commands have.
+void AddFooters(CLI::App* app);
+
+/// What is wrong with arguments that do not name a command of `app`, or an option of the command
+/// that they name, with the nearest name; empty where neither is the mistake.
+[[nodiscard]] std::string ExplainUsage(const CLI::App& app,
+                                       const std::vector<std::string>& arguments);
+
+}  // namespace sarblock::cli

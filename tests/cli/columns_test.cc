@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/columns.h"
+
+#include <gtest/gtest.h>
+
+namespace sarblock::cli {
+namespace {
+
+const std::string kTen = "123456789 ";  // nine characters and a space
+
+TEST(FitColumnsTest, BreaksAtTheLastSpaceThatFitsAndIndentsByFourMore) {
+  std::string eight;
+  for (int i = 0; i < 8; ++i) eight += kTen;
+  const std::string exact = eight.substr(0, 79) + "x";  // 80 columns
+  EXPECT_EQ(FitColumns(exact + "\n"), exact + "\n");
+  EXPECT_EQ(FitColumns("  " + exact), "  " + eight.substr(0, 69) + "\n      " + exact.substr(70));
+}
+
+TEST(FitColumnsTest, LeavesTablesAndLongWordsAsTheyAre) {
+  const std::string row = "  " + std::string(50, 'a') + "   " + std::string(50, 'b');
+  EXPECT_EQ(FitColumns(row), row);
+  const std::string word(100, 'w');
+  EXPECT_EQ(FitColumns("see " + word + " there"), "see\n    " + word + "\n    there");
+  EXPECT_EQ(FitColumns("\n\n"), "\n\n");
+  EXPECT_EQ(FitColumns(""), "");
+}
+
+TEST(FitColumnsTest, CountsCharactersNotBytes) {
+  std::string text;
+  for (int i = 0; i < 80; ++i) text += "\xC3\xA4";  // a-umlaut
+  EXPECT_EQ(FitColumns(text + " b"), text + "\n    b");
+}
+
+TEST(ValueWithSigmaTest, RoundsBothToTheSecondDigitOfTheSigma) {
+  EXPECT_EQ(ValueWithSigma(7.08244, 0.1934), "7.08 +- 0.19");
+  EXPECT_EQ(ValueWithSigma(-0.999784, 0.000312), "-0.99978 +- 0.00031");
+  EXPECT_EQ(ValueWithSigma(1234567.0, 123.0), "1234570 +- 120");
+  EXPECT_EQ(ValueWithSigma(18.00042, 0.0010), "18.0004 +- 0.0010");
+  EXPECT_EQ(ValueWithSigma(1.23456e-10, 2.34e-12), "1.235e-10 +- 2.3e-12");
+  EXPECT_EQ(ValueWithSigma(0.0, 1.0), "0.0 +- 1.0");
+}
+
+}  // namespace
+}  // namespace sarblock::cli
