@@ -61,7 +61,13 @@ std::string GlobalTestReason(const AdjustOptions& options, const AdjustResult& r
 std::string CheckReason(const AdjustOptions& options, const CheckSummary& checks) {
   if (checks.components == 0 || checks.realistic()) return {};
   const bool large = checks.chi_square > checks.chi_square_interval.upper;
-  return "check points: " + DescribeChecks(checks, options.test_level) +
+  return Format(
+             "check points: errors are %.3g times as large as predicted where %.3g to %.3g is "
+             "expected (%.4g %%)",
+             checks.error_ratio_1,
+             checks.error_ratio_interval_1.lower,
+             checks.error_ratio_interval_1.upper,
+             100.0 * options.test_level) +
          (large ? ": errors of the flights without a correction, or check points of another frame "
                   "or source than the control points"
                 : ": standard deviations are stated too large");
