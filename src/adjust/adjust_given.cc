@@ -166,15 +166,13 @@ void RefuseMisplaced(const AdjustmentProblem& problem,
              std::string(ids[misplaced.front()]) + (misplaced.size() > 1 ? " and others" : ""));
 }
 
-/// What follows a solution: points that were led away, looks beyond the ends of their path.
-void RecoverSolution(const AdjustOptions& options,
+/// Looks that the corrected time puts beyond the ends of their path are left out.
+void DropBeyondPaths(const AdjustOptions& options,
                      const Solution& solution,
                      ProgressSink* progress,
                      AdjustResult* result) {
   AdjustmentProblem& problem = *solution.problem;
   BlockState& state = *solution.state;
-  RecoverMisplacedPoints(
-      options, &problem, &state, solution.solve, solution.system, solution.defects, progress);
   for (int round = 0; round < 3 && (*solution.system)->looks_beyond_path() > 0; ++round) {
     const std::vector<std::size_t> beyond = LeaveOutBeyondPaths(state, &problem);
     Warn(result,
@@ -235,6 +233,7 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
     if (!found.adopted) return false;
     result->snooping = std::move(found.adopted);
     Warn(result, DescribeConsensus(*solution.problem, *result->snooping));
+    DropBeyondPaths(agreed, solution, progress, result);
     return true;
   };
   try {
@@ -251,7 +250,14 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
     if (!tried && Contradicts(plain, solution) && by_consensus()) return agreed;
     {
       const StageTimer timer("solve", &result->stages);
-      RecoverSolution(asked, solution, progress, result);
+      RecoverMisplacedPoints(asked,
+                             solution.problem,
+                             solution.state,
+                             solution.solve,
+                             solution.system,
+                             solution.defects,
+                             progress);
+      DropBeyondPaths(asked, solution, progress, result);
     }
     if (!tried && Contradicts(plain, solution) && by_consensus()) return agreed;
     if (asked.quality.snooping == Snooping::kNone) return asked;

@@ -15,6 +15,7 @@
 #include "normals/elimination.h"
 #include "point_consensus.h"
 #include "reduced_engine.h"
+#include "relocate_passes.h"
 
 namespace sarblock {
 namespace {
@@ -178,15 +179,22 @@ double VarianceOf(const AdjustmentProblem& problem, const BlockState& state) {
   return std::max(1.0, *quarter);
 }
 
-/// Looks of a control point that are near its known position; all where none is.
+/// Of a control point whose looks contradict each other those near its known position; all where
+/// none or every one is. Looks that agree are not judged by the known position, which may be wrong
+/// itself: the search for blunders compares them.
 PointConsensus ConsensusOfControl(const AdjustmentProblem& problem,
                                   const BlockState& state,
                                   std::size_t point,
                                   double variance_1) {
   const Block& block = problem.block;
   const double limit = variance_1 * ChiSquareQuantile(kFar_1, 2.0);
-  PointConsensus out;
+  PointConsensus out = FindPointConsensus(problem, state, point, variance_1);
+  if (out.outcome == PointConsensus::Outcome::kAgree ||
+      out.outcome == PointConsensus::Outcome::kMajority) {
+    return out;
+  }
   out.position_m = state.Position(point);
+  out.looks.clear();
   std::vector<std::size_t> all;
   WhitenedLook at;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
@@ -302,7 +310,11 @@ ConsensusReport SolveByConsensus(const AdjustOptions& options,
   UpdateWeights(*state, problem);
   report.iterations = SolveGraduated(options, problem, state, progress);
   for (int round = 0; round < kMostJudgements; ++round) {
-    if (!JudgePoints(problem, state, &report)) break;
+    bool changed = JudgePoints(problem, state, &report);
+    if (round + 1 < kMostJudgements && RelocatePasses(*problem, state)) {
+      changed = JudgePoints(problem, state, &report) || changed;
+    }
+    if (!changed) break;
     report.iterations += SolveAt(kLastScale_1, kMostLastSteps, options, problem, state, progress);
   }
   const std::vector<std::size_t> looks_after = LooksOfPasses(*problem);

@@ -151,7 +151,11 @@ bool Contradicts(const AdjustOptions& options, const Solution& solution) {
   const AdjustmentProblem& problem = *solution.problem;
   const bool misplaced =
       std::find(problem.misplaced.begin(), problem.misplaced.end(), 1) != problem.misplaced.end();
-  if (misplaced || !Converged(options, solution, nullptr)) return true;
+  if (misplaced) return true;
+  if (!Converged(options, solution, nullptr)) {
+    // A lowered limit is a wish to see where the steps end.
+    return options.max_iterations >= AdjustOptions{}.max_iterations;
+  }
   if (ContradictsPriors(problem, *solution.state)) return true;
   const Remainder rest = RemainderOf(options, solution);
   if (options.robust == RobustLoss::kNone && options.quality.snooping == Snooping::kNone) {
@@ -231,8 +235,9 @@ std::string DescribeConsensus(const AdjustmentProblem& problem, const SnoopingRe
     ++points;
     first = std::min<std::size_t>(first, finding.point);
   }
-  std::string text = "the block contradicts itself as it was given and was solved by consensus: " +
-                     std::to_string(looks) + " looks that disagree with the others of their point";
+  std::string text = "the block contradicts itself as it was given and was solved by consensus: ";
+  if (looks + points == 0) return text + "nothing had to be left out";
+  text += std::to_string(looks) + " looks that disagree with the others of their point";
   if (points > 0) {
     text += " and " + std::to_string(points) +
             " points whose looks contradict each other, the first is " +

@@ -55,6 +55,8 @@ class BasinScene {
  public:
   /// `points` tie points, 0: the scene's own number.
   BasinScene(const std::string& name, std::size_t points);
+  /// As before there was one (docs/theory/consensus.md).
+  void LeaveConsensusAway() { options_.quality.consensus = false; }
   [[nodiscard]] BasinOutcome Run(const BasinCell& cell, const BasinWay& way, std::uint64_t seed);
 
  private:

@@ -5,8 +5,9 @@
 //     SARBLOCK_DRAWS=4 basin_table [--scenes a,b] [--paths 0,0.5,1,2,5,10,20 (km)]
 //         [--fractions 0,5,10,20 (percent)] [--kinds range,azimuth,match] [--ways none,huber,...]
 //         [--points 150] [--seed 1] [--rows]
+//         [--without]: no consensus
+#include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <map>
 #include <sstream>
 #include <string>
@@ -89,11 +90,15 @@ int main(int argc, char** argv) {
   for (const BasinWay& way : sarblock::test::BasinWays()) ways.push_back(way.name);
   std::size_t points = 150;
   std::uint64_t seed = 1;
-  bool rows = false;
+  bool rows = false, without = false;
   for (int i = 1; i < argc; ++i) {
     const std::string key = argv[i];
     if (key == "--rows") {
       rows = true;
+      continue;
+    }
+    if (key == "--without") {
+      without = true;
       continue;
     }
     if (++i >= argc) return 2;
@@ -121,6 +126,7 @@ int main(int argc, char** argv) {
   for (const std::string& f : fractions) columns.push_back(f + " %");
   for (const std::string& name : scenes) {
     BasinScene scene(name, points);
+    if (without) scene.LeaveConsensusAway();
     for (const std::string& path : paths) {
       for (const std::string& fraction : fractions) {
         for (std::size_t k = 0; k < kinds.size(); ++k) {
