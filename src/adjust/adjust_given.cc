@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjust_given.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.h"
@@ -25,6 +27,7 @@
 #include "testing/assess.h"
 #include "testing/blunder_report.h"
 #include "testing/blunder_search.h"
+#include "testing/consensus_search.h"
 #include "testing/montecarlo.h"
 #include "testing/rounding.h"
 #include "testing/variance_components.h"
@@ -179,19 +182,127 @@ void RefuseMisplaced(const AdjustmentProblem& problem,
              std::string(ids[misplaced.front()]) + (misplaced.size() > 1 ? " and others" : ""));
 }
 
+/// Looks that the corrected time puts beyond the ends of their path are left out.
+void DropBeyondPaths(const AdjustOptions& options,
+                     const Solution& solution,
+                     ProgressSink* progress,
+                     AdjustResult* result) {
+  AdjustmentProblem& problem = *solution.problem;
+  BlockState& state = *solution.state;
+  for (int round = 0; round < 3 && (*solution.system)->looks_beyond_path() > 0; ++round) {
+    const std::vector<std::size_t> beyond = LeaveOutBeyondPaths(state, &problem);
+    Warn(result,
+         std::to_string(beyond.size()) +
+             " looks are left out: with the time bias of their pass they lie beyond the ends of "
+             "its flight path: " +
+             NameLooks(problem.block, beyond));
+    LeaveOutStarved(&problem);
+    RequireSolvable(problem);
+    SolveOnce(options, &problem, &state, solution.solve, solution.system, progress);
+  }
+}
+
+/// The search for blunders from a solution.
+void Search(const AdjustOptions& options,
+            const Solution& solution,
+            ProgressSink* progress,
+            AdjustResult* result) {
+  const StageTimer timer("snooping", &result->stages);
+  const auto again = [&](RobustLoss loss) {
+    AdjustOptions with_loss = options;
+    with_loss.robust = loss;
+    SolveOnce(with_loss, solution.problem, solution.state, solution.solve, nullptr, progress);
+  };
+  solution.system->reset();
+  result->snooping = SearchBlunders(options, again, solution.problem, solution.state, progress);
+  // The search may have led points away, or freed others from what had led them.
+  solution.system->emplace(*solution.problem, KeptFactors::kMostBytes);
+  (*solution.system)->Form(*solution.state, {}, progress);
+  RecoverMisplacedPoints(options,
+                         solution.problem,
+                         solution.state,
+                         solution.solve,
+                         solution.system,
+                         solution.defects,
+                         progress);
+}
+
+/// Solution and search as they were asked for; where they contradict themselves, or have no answer,
+/// by consensus. Returns the options that hold for the solution: a loss gives way to a consensus.
+/// `unsettled`: a consensus was looked for and there is none.
+AdjustOptions SolveAndSearch(const AdjustOptions& asked,
+                             const Solution& solution,
+                             ProgressSink* progress,
+                             AdjustResult* result,
+                             bool* unsettled) {
+  AdjustOptions plain = asked;
+  plain.quality.snooping = Snooping::kNone;
+  AdjustOptions agreed = asked;
+  agreed.robust = RobustLoss::kNone;
+  bool tried = !asked.quality.consensus;
+  const auto by_consensus = [&] {
+    if (tried) return false;
+    tried = true;
+    const StageTimer timer("consensus", &result->stages);
+    ConsensusOutcome found = SearchByConsensus(asked, solution, progress);
+    *unsettled = !found.agreed;
+    if (!found.adopted) return false;
+    result->snooping = std::move(found.adopted);
+    Warn(result, DescribeConsensus(*solution.problem, *result->snooping));
+    DropBeyondPaths(agreed, solution, progress, result);
+    return true;
+  };
+  try {
+    {
+      const StageTimer timer("solve", &result->stages);
+      *solution.solve = SolveRounds({asked.robust, RobustScale(asked)},
+                                    asked,
+                                    solution.problem,
+                                    solution.state,
+                                    progress,
+                                    solution.system);
+    }
+    // Before points are led back one by one: what pulls at all of them is found first.
+    if (!tried && Contradicts(plain, solution) && by_consensus()) return agreed;
+    {
+      const StageTimer timer("solve", &result->stages);
+      RecoverMisplacedPoints(asked,
+                             solution.problem,
+                             solution.state,
+                             solution.solve,
+                             solution.system,
+                             solution.defects,
+                             progress);
+      DropBeyondPaths(asked, solution, progress, result);
+    }
+    if (!tried && Contradicts(plain, solution) && by_consensus()) return agreed;
+    if (asked.quality.snooping == Snooping::kNone) return asked;
+    Search(asked, solution, progress, result);
+    if (tried || !Contradicts(asked, solution)) return asked;
+    const std::optional<SnoopingReport> searched = std::exchange(result->snooping, std::nullopt);
+    if (by_consensus()) return agreed;
+    result->snooping = searched;
+  } catch (const UndeterminedError&) {
+    result->snooping.reset();
+    if (!by_consensus()) throw;
+    return agreed;
+  }
+  return asked;
+}
+
 }  // namespace
 
 AdjustResult AdjustGiven(const Block& block,
-                         const AdjustOptions& options,
+                         const AdjustOptions& asked,
                          const Simplified& simplified,
                          const PointPairs& pairs,
                          const AtSolution& at_solution,
                          ProgressSink* progress) {
-  const ThreadLimit limit(options.threads);
+  const ThreadLimit limit(asked.threads);
   AdjustResult result;
   const std::vector<CorrectionGroup> none;
   AdjustmentProblem problem(
-      block, options.corrections == CorrectionChoice::kGiven ? options.groups : none, simplified);
+      block, asked.corrections == CorrectionChoice::kGiven ? asked.groups : none, simplified);
   BlockState state;
   std::vector<std::string> structure;
   PointDefects defects;
@@ -212,11 +323,11 @@ AdjustResult AdjustGiven(const Block& block,
       structure.push_back(finding.text);
       Warn(&result, finding.text);
     }
-    RequireCovarianceMethod(problem, options);
+    RequireCovarianceMethod(problem, asked);
     std::optional<ReducedSystem> system;
     system.emplace(problem);
     system->Form(state, {}, progress);
-    if (options.datum == Datum::kInner) {
+    if (asked.datum == Datum::kInner) {
       floating = HoldIfFloating(state, &problem);
       if (floating) {
         system->Form(state, {}, progress);
@@ -230,39 +341,12 @@ AdjustResult AdjustGiven(const Block& block,
       RequireRegular(problem, FactorAndAnalyse(&*system, &state), structure);
     }
   }
-  const Weighting weighting{options.robust, RobustScale(options)};
   SolveReport solve;
   std::optional<ReducedSystem> system;
-  {
-    const StageTimer timer("solve", &result.stages);
-    solve = SolveRounds(weighting, options, &problem, &state, progress, &system);
-    RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
-    for (int round = 0; round < 3 && system->looks_beyond_path() > 0; ++round) {
-      const std::vector<std::size_t> beyond = LeaveOutBeyondPaths(state, &problem);
-      Warn(&result,
-           std::to_string(beyond.size()) +
-               " looks are left out: with the time bias of their pass they lie beyond the ends of "
-               "its flight path: " +
-               NameLooks(block, beyond));
-      LeaveOutStarved(&problem);
-      RequireSolvable(problem);
-      SolveOnce(options, &problem, &state, &solve, &system, progress);
-    }
-  }
-  if (options.quality.snooping != Snooping::kNone) {
-    const StageTimer timer("snooping", &result.stages);
-    const auto again = [&](RobustLoss loss) {
-      AdjustOptions with_loss = options;
-      with_loss.robust = loss;
-      SolveOnce(with_loss, &problem, &state, &solve, nullptr, progress);
-    };
-    system.reset();
-    result.snooping = SearchBlunders(options, again, &problem, &state, progress);
-    // The search may have led points away, or freed others from what had led them.
-    system.emplace(problem, KeptFactors::kMostBytes);
-    system->Form(state, {}, progress);
-    RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
-  }
+  const Solution solution{&problem, &state, &solve, &system, &defects};
+  bool unsettled = false;
+  const AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);
+  const Weighting weighting{options.robust, RobustScale(options)};
   if (options.variance_components != VarianceComponents::kNone) {
     EstimateComponents(options, &problem, &state, &solve, &result, progress);
     system.emplace(problem, KeptFactors::kMostBytes);  // that before had other weights
@@ -334,6 +418,11 @@ AdjustResult AdjustGiven(const Block& block,
 
   RefuseLargeLoss(problem, &result);
   RefuseMisplaced(problem, state, *system, &result);
+  if (unsettled && ContradictsPriors(problem, state)) {
+    Refuse(&result,
+           "corrections lie so far from their priors that a pass may stand in the mirror image of "
+           "its place, and its looks have no consensus");
+  }
   WarnOfWeakDirections(rank, &result);
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);

@@ -102,7 +102,17 @@ PointDefects FindPointDefects(const AdjustmentProblem& problem, const BlockState
   return out;
 }
 
+namespace {
+
+/// A tie point's given coordinates choose between its two places; a check point's are withheld.
+bool CoordinatesChoose(const Block& block, std::size_t point) {
+  return block.points.given_m[point].allFinite() && block.points.role[point] != PointRole::kCheck;
+}
+
+}  // namespace
+
 bool LeaveOutOpenPoints(const PointDefects& defects, AdjustmentProblem* problem) {
+  bool any = !defects.touching.empty() || !defects.coinciding.empty();
   for (const std::size_t point : defects.touching) {
     problem->LeaveOut(
         point, PointStatus::kUndetermined, Explain(IntersectionOutcome::kCirclesTouch));
@@ -111,7 +121,12 @@ bool LeaveOutOpenPoints(const PointDefects& defects, AdjustmentProblem* problem)
     problem->LeaveOut(
         point, PointStatus::kUndetermined, Explain(IntersectionOutcome::kCirclesCoincide));
   }
-  return !defects.touching.empty() || !defects.coinciding.empty();
+  for (const std::size_t point : defects.ambiguous) {
+    if (CoordinatesChoose(problem->block, point)) continue;
+    problem->LeaveOut(point, PointStatus::kUndetermined, Explain(IntersectionOutcome::kAmbiguous));
+    any = true;
+  }
+  return any;
 }
 
 std::vector<Finding> DescribePoints(const AdjustmentProblem& problem, const PointDefects& defects) {
@@ -138,8 +153,7 @@ std::vector<Finding> DescribePoints(const AdjustmentProblem& problem, const Poin
     bool all_given = true;
     for (const std::size_t point : defects.ambiguous) {
       mirrored.names.emplace_back(ids[point]);
-      all_given = all_given && problem.block.points.given_m[point].allFinite() &&
-                  problem.block.points.role[point] != PointRole::kCheck;
+      all_given = all_given && CoordinatesChoose(problem.block, point);
     }
     mirrored.text = ListNames(mirrored.names) +
                     ": a mirror point satisfies the looks and their sides as well, " +

@@ -18,7 +18,8 @@ struct PointDefects {
 };
 [[nodiscard]] PointDefects FindPointDefects(const AdjustmentProblem& problem,
                                             const BlockState& state);
-/// Leaves touching and coinciding points out by name; true if there were any.
+/// Leaves touching and coinciding points out by name, and ambiguous ones whose coordinates were not
+/// given; true if there were any.
 bool LeaveOutOpenPoints(const PointDefects& defects, AdjustmentProblem* problem);
 /// In words: points left out with the reason of the first; points whose given coordinates chose
 /// between two solutions.

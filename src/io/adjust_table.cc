@@ -332,6 +332,10 @@ const std::array kOptions = std::to_array<OptionRow>({
   {{"quality.snooping", "text", "none, iterative, robust", "none",
    "Search for blunders and leave them out: from the least-squares solution or from a robust one."},
    kChoice<&AdjustOptions::quality, &QualityOptions::snooping>},
+  {{"quality.consensus", "flag", "true, false", "true",
+   "Solve a block that contradicts itself once more by consensus of its looks, and leave out by name "
+   "what disagrees."},
+   kFlag<&AdjustOptions::quality, &QualityOptions::consensus>},
   {{"quality.separation", "number", "above 0, below 1", "0.95",
    "Probability that the wrong look is among those that are named."},
    kPart<&AdjustOptions::quality, &QualityOptions::separation_1>},

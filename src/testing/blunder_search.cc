@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "covariance/point_sweep.h"
 #include "determinacy/connectivity.h"
@@ -47,7 +48,8 @@ class Search {
          const SolveAgain& solve,
          AdjustmentProblem* problem,
          BlockState* state,
-         ProgressSink* progress)
+         ProgressSink* progress,
+         std::vector<BlunderFinding> found)
       : options_(options),
         solve_(solve),
         problem_(*problem),
@@ -55,10 +57,13 @@ class Search {
         progress_(progress),
         held_(problem->block.points.size(), 0),
         readmitted_(problem->look_used.size(), 0),
-        taken_back_(problem->block.points.size(), 0) {}
+        taken_back_(problem->block.points.size(), 0) {
+    report_.findings = std::move(found);
+  }
 
   SnoopingReport Run() {
-    if (options_.quality.snooping == Snooping::kRobust) StartRobust();
+    const bool searched = !report_.findings.empty();
+    if (options_.quality.snooping == Snooping::kRobust && !searched) StartRobust();
     Rounds();
     while (Readmit()) Rounds();
     NameReadmitted();
@@ -160,6 +165,7 @@ std::vector<Candidate> Search::Candidates() const {
 
 /// Known positions may go while enough of them remain.
 bool Search::MayRelease(std::uint32_t point) const {
+  if (options_.quality.snooping == Snooping::kNone) return false;
   std::size_t others = 0;
   for (const ControlEquations& control : problem_.control) {
     const bool counts = problem_.Solves(control.point) && problem_.control_of[control.point] >= 0;
@@ -369,8 +375,9 @@ SnoopingReport SearchBlunders(const AdjustOptions& options,
                               const SolveAgain& solve,
                               AdjustmentProblem* problem,
                               BlockState* state,
-                              ProgressSink* progress) {
-  return Search(options, solve, problem, state, progress).Run();
+                              ProgressSink* progress,
+                              std::vector<BlunderFinding> found) {
+  return Search(options, solve, problem, state, progress, std::move(found)).Run();
 }
 
 }  // namespace sarblock

@@ -6,6 +6,7 @@
 #include "sarblock/model/result.h"
 
 #include <functional>
+#include <vector>
 
 #include "model/problem.h"
 
@@ -32,13 +33,16 @@ using SolveAgain = std::function<void(RobustLoss)>;
 /// reported. Several candidates go in one round, in the order of |w|, where even the largest
 /// correlation that the corrections allow between two points could not explain the one by the
 /// other. Then the block is solved again from where it is. At the end looks left out whose
-/// residuals turned out small are taken back, once each.
+/// residuals turned out small are taken back, once each. `found` are findings made before, whose
+/// looks and points are left out already: they are taken back likewise. A known position is left
+/// out only where a search was asked for.
 ///
 /// Leaves `problem` and `state` at the solution without the blunders.
 [[nodiscard]] SnoopingReport SearchBlunders(const AdjustOptions& options,
                                             const SolveAgain& solve,
                                             AdjustmentProblem* problem,
                                             BlockState* state,
-                                            ProgressSink* progress);
+                                            ProgressSink* progress,
+                                            std::vector<BlunderFinding> found = {});
 
 }  // namespace sarblock

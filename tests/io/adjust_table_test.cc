@@ -322,6 +322,7 @@ std::vector<OptionSample> OptionSamples() {
           {"quality.family_wise", "\"sidak\""},
           {"quality.test", "\"tau\""},
           {"quality.snooping", "\"robust\""},
+          {"quality.consensus", "false"},
           {"quality.separation", "0.625"},
           {"selection.mode", "\"per-pass\"", {automatic}},
           {"selection.significance", "0.125", {automatic}},

@@ -36,6 +36,9 @@ struct QualityOptions {
   BlunderTest test = BlunderTest::kW;  ///< kTau where the standard deviations are known but for a
                                        ///< common factor
   Snooping snooping = Snooping::kNone;
+  /// A block that contradicts itself as asked for is solved once more by consensus of its looks
+  /// (docs/theory/consensus.md).
+  bool consensus = true;
   double separation_1 = 0.95;  ///< probability of naming no wrong look, see blunder_search.h
 };
 

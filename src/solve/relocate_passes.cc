@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relocate_passes.h"
+
+#include "sarblock/core/quantile.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+namespace sarblock {
+namespace {
+
+constexpr double kMostLost_1 = 1.0 / 3.0;
+constexpr std::size_t kLeastLooks = 4;
+constexpr double kFinalScale_1 = 2.385;  // Cauchy
+constexpr double kShrink_1 = 1.5;
+constexpr int kMostIterations = 60;
+constexpr double kFits_1 = 0.999;
+
+struct PointLook {
+  std::size_t point = 0, look = 0;
+};
+
+/// By pass: its looks of points that others determine, of passes that lost too many.
+std::vector<std::vector<PointLook>> LooksToResect(const AdjustmentProblem& problem) {
+  const Block& block = problem.block;
+  std::vector<std::size_t> given(block.passes.size(), 0), used(block.passes.size(), 0);
+  std::vector<std::vector<PointLook>> looks(block.passes.size());
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      if (block.looks.rejected(i)) continue;
+      const std::uint32_t pass = block.looks.pass[i];
+      ++given[pass];
+      used[pass] += problem.look_used[i];
+      const int others = problem.CountLooks(point) - static_cast<int>(problem.look_used[i]);
+      if (problem.Solves(point) && (others >= 2 || problem.control_of[point] >= 0)) {
+        looks[pass].push_back({point, i});
+      }
+    }
+  }
+  for (std::size_t pass = 0; pass < looks.size(); ++pass) {
+    const double least = (1.0 - kMostLost_1) * static_cast<double>(given[pass]);
+    if (static_cast<double>(used[pass]) >= least || looks[pass].size() < kLeastLooks) {
+      looks[pass].clear();
+    }
+  }
+  return looks;
+}
+
+class Resection {
+ public:
+  Resection(const AdjustmentProblem& problem, const std::vector<PointLook>& looks)
+      : problem_(problem), looks_(looks), local_(problem.layout.parameters.size(), -1) {
+    LookColumns columns;
+    for (const PointLook& of : looks) {
+      problem.model.ColumnsOf(of.look, &columns);
+      for (int b = 0; b < columns.block_count; ++b) {
+        const ParameterBlock& block =
+            problem.layout
+                .blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
+        for (int k = 0; k < block.size && !block.shared; ++k) {
+          int& local = local_[static_cast<std::size_t>(block.offset + k)];
+          if (local >= 0) continue;
+          local = static_cast<int>(parameters_.size());
+          parameters_.push_back(static_cast<std::size_t>(block.offset + k));
+        }
+      }
+    }
+  }
+
+  /// False where the pass has no corrections or is not determined.
+  [[nodiscard]] bool Solve(BlockState* state) {
+    if (parameters_.empty()) return false;
+    for (const std::size_t i : parameters_) {
+      state->corrections[static_cast<Eigen::Index>(i)] = problem_.layout.parameters[i].prior_value;
+    }
+    std::vector<double> lengths = LengthsOf(*state);
+    if (lengths.size() < kLeastLooks) return false;
+    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    double scale = std::max(kFinalScale_1, 2.0 * *middle);
+    for (int i = 0; i < kMostIterations; ++i) {
+      if (!Improve(scale, state)) return false;
+      if (scale == kFinalScale_1 && i > 10) break;
+      scale = std::max(kFinalScale_1, scale / kShrink_1);
+    }
+    return true;
+  }
+
+  [[nodiscard]] std::size_t CountFitting(const BlockState& state) const {
+    const double limit = ChiSquareQuantile(kFits_1, 2.0);
+    std::size_t fitting = 0;
+    for (const double length : LengthsOf(state)) fitting += length * length <= limit ? 1U : 0U;
+    return fitting;
+  }
+
+ private:
+  [[nodiscard]] bool Evaluate(const BlockState& state,
+                              const PointLook& of,
+                              LookColumns* columns,
+                              LookEvaluation* at) const {
+    if (!EvaluateLook(problem_.model, state, of.point, of.look, {}, columns, at)) return false;
+    at->Scale(WeightsAt(problem_.model.SigmaOf(of.look), at->azimuth_mps), columns->column_count);
+    return true;
+  }
+
+  [[nodiscard]] std::vector<double> LengthsOf(const BlockState& state) const {
+    std::vector<double> lengths;
+    LookColumns columns;
+    LookEvaluation at;
+    for (const PointLook& of : looks_) {
+      if (Evaluate(state, of, &columns, &at)) lengths.push_back(at.error_1.norm());
+    }
+    return lengths;
+  }
+
+  /// One reweighted Gauss-Newton step of the pass's own corrections.
+  [[nodiscard]] bool Improve(double scale, BlockState* state) const {
+    const auto size = static_cast<Eigen::Index>(parameters_.size());
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const std::size_t index = parameters_[static_cast<std::size_t>(i)];
+      const Parameter& parameter = problem_.layout.parameters[index];
+      if (!parameter.has_prior()) continue;
+      const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
+      normal(i, i) += weight;
+      gradient[i] +=
+          weight * (state->corrections[static_cast<Eigen::Index>(index)] - parameter.prior_value);
+    }
+    LookColumns columns;
+    LookEvaluation at;
+    Eigen::VectorXd row(size);
+    for (const PointLook& of : looks_) {
+      if (!Evaluate(*state, of, &columns, &at)) continue;
+      const double weight = 1.0 / (1.0 + at.error_1.squaredNorm() / (scale * scale));
+      for (std::size_t measured = 0; measured < 2; ++measured) {
+        row.setZero();
+        std::size_t column = 0;
+        for (int b = 0; b < columns.block_count; ++b) {
+          const ParameterBlock& block =
+              problem_.layout
+                  .blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
+          for (int k = 0; k < block.size; ++k, ++column) {
+            const int local = local_[static_cast<std::size_t>(block.offset + k)];
+            if (local >= 0) row[local] = at.row[measured][column];
+          }
+        }
+        normal += weight * row * row.transpose();
+        gradient += weight * at.error_1[static_cast<Eigen::Index>(measured)] * row;
+      }
+    }
+    const Eigen::LDLT<Eigen::MatrixXd> factor(normal);
+    if (factor.info() != Eigen::Success || !factor.isPositive()) return false;
+    const Eigen::VectorXd step = factor.solve(gradient);
+    if (!step.allFinite()) return false;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      state->corrections[static_cast<Eigen::Index>(parameters_[static_cast<std::size_t>(i)])] -=
+          step[i];
+    }
+    return true;
+  }
+
+  const AdjustmentProblem& problem_;
+  const std::vector<PointLook>& looks_;
+  std::vector<int> local_;               // by parameter: place among those of the pass, or -1
+  std::vector<std::size_t> parameters_;  // of the pass
+};
+
+}  // namespace
+
+bool RelocatePasses(const AdjustmentProblem& problem, BlockState* state) {
+  bool moved = false;
+  for (const std::vector<PointLook>& looks : LooksToResect(problem)) {
+    if (looks.empty()) continue;
+    Resection resection(problem, looks);
+    const std::size_t fitting = resection.CountFitting(*state);
+    const Eigen::VectorXd before = state->corrections;
+    if (resection.Solve(state) && resection.CountFitting(*state) > fitting) {
+      moved = true;
+    } else {
+      state->corrections = before;
+    }
+  }
+  return moved;
+}
+
+}  // namespace sarblock

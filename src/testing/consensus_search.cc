@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "consensus_search.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/quantile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "blunder_search.h"
+#include "determinacy/form_determined.h"
+#include "normals/elimination.h"
+#include "solve/consensus.h"
+#include "solve/solve_block.h"
+
+namespace sarblock {
+namespace {
+
+/// Above this variance factor no error of the standard deviations is likely.
+constexpr double kGross_1 = 10.0;
+/// Level of the global test where what is wrong was to be left out.
+constexpr double kTest_1 = 0.999;
+/// Looks beyond this are left out under a loss.
+constexpr double kKeep_1 = 0.999;
+/// More looks than this part are not wrong one by one.
+constexpr double kMostLeftOut_1 = 0.25;
+/// Sigmas of its prior that no correction is away: careless priors are two or three times too
+/// small.
+constexpr double kFarFromPrior_1 = 8.0;
+
+/// What a trial changes of a problem.
+struct Snapshot {
+  explicit Snapshot(const Solution& solution)
+      : look_used(solution.problem->look_used),
+        point_status(solution.problem->point_status),
+        point_reason(solution.problem->point_reason),
+        misplaced(solution.problem->misplaced),
+        weights(solution.problem->weights),
+        control_of(solution.problem->control_of),
+        state(*solution.state),
+        solve(*solution.solve),
+        defects(*solution.defects) {}
+  void Restore(const Solution& solution) {
+    AdjustmentProblem& problem = *solution.problem;
+    problem.look_used = std::move(look_used);
+    problem.point_status = std::move(point_status);
+    problem.point_reason = std::move(point_reason);
+    problem.misplaced = std::move(misplaced);
+    problem.weights = std::move(weights);
+    problem.control_of = std::move(control_of);
+    *solution.state = std::move(state);
+    *solution.solve = std::move(solve);
+    *solution.defects = std::move(defects);
+  }
+  std::vector<std::uint8_t> look_used;
+  std::vector<PointStatus> point_status;
+  std::vector<std::string> point_reason;
+  std::vector<std::uint8_t> misplaced;
+  std::vector<LookWeights> weights;
+  std::vector<std::int32_t> control_of;
+  BlockState state;
+  SolveReport solve;
+  PointDefects defects;
+};
+
+std::vector<BlunderFinding> FindingsOf(const ConsensusReport& report) {
+  std::vector<BlunderFinding> findings;
+  for (const ConsensusReport::OfPoint& of : report.left_out) {
+    BlunderFinding finding;
+    finding.point = static_cast<std::uint32_t>(of.point);
+    finding.w_1 = of.distance_1;
+    finding.azimuth = of.azimuth;
+    finding.action = of.contradiction ? BlunderFinding::Action::kPointLeftOut
+                                      : BlunderFinding::Action::kRejected;
+    if (of.contradiction) {
+      finding.looks.assign(of.looks.begin(), of.looks.end());
+      findings.push_back(std::move(finding));
+      continue;
+    }
+    for (const std::size_t look : of.looks) {
+      finding.looks.assign(1, look);
+      findings.push_back(finding);
+    }
+  }
+  return findings;
+}
+
+/// What a test of the solution stands on; under a loss of the looks that it would keep.
+struct Remainder {
+  double redundancy = 0.0;
+  double square_sum_1 = 0.0;
+  std::size_t looks = 0, dropped = 0;
+};
+
+Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
+  const AdjustmentProblem& problem = *solution.problem;
+  const ProblemCounts counts = CountProblem(problem);
+  Remainder rest{counts.redundancy(), 2.0 * (*solution.system)->cost(), counts.looks, 0};
+  if (options.robust == RobustLoss::kNone) return rest;
+  const double limit = ChiSquareQuantile(kKeep_1, 2.0);
+  const auto& offsets = problem.block.looks.offsets;
+  WhitenedLook at;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    double square_1 = 0.0, far_1 = 0.0;
+    std::size_t near = 0, far = 0;
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      if (problem.look_used[i] == 0) continue;
+      if (!EvaluateWhitened(problem, *solution.state, {}, point, i, &at)) continue;
+      const bool is_far = at.error_1.squaredNorm() > limit;
+      (is_far ? far_1 : square_1) += at.error_1.squaredNorm();
+      ++(is_far ? far : near);
+    }
+    const bool lost = near < 2 && problem.control_of[point] < 0 && far > 0;  // with all its looks
+    rest.dropped += lost ? near + far : far;
+    rest.square_sum_1 -= lost ? square_1 + far_1 : far_1;
+    rest.redundancy -=
+        lost ? 2.0 * static_cast<double>(near + far) - 3.0 : 2.0 * static_cast<double>(far);
+  }
+  return rest;
+}
+
+bool FailsTest(const Remainder& rest, double most_1) {
+  return rest.redundancy > 0.0 && rest.square_sum_1 > most_1;
+}
+
+bool Converged(const AdjustOptions& options, const Solution& solution, ProgressSink* progress) {
+  if (solution.solve->converged) return true;
+  if (options.robust == RobustLoss::kNone) return false;
+  ReducedSystem system(*solution.problem);
+  system.Form(*solution.state, {options.robust, RobustScale(options)}, progress);
+  return system.FactorDamped() && system.NewtonDecrement() <= kRemainingRobustStepAccepted_1;
+}
+
+}  // namespace
+
+bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state) {
+  for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
+    const Parameter& parameter = problem.layout.parameters[i];
+    const double value = state.corrections[static_cast<Eigen::Index>(i)];
+    if (parameter.has_prior() &&
+        std::abs(value - parameter.prior_value) > kFarFromPrior_1 * parameter.prior_sigma) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool Contradicts(const AdjustOptions& options, const Solution& solution) {
+  const AdjustmentProblem& problem = *solution.problem;
+  const bool misplaced =
+      std::find(problem.misplaced.begin(), problem.misplaced.end(), 1) != problem.misplaced.end();
+  if (misplaced) return true;
+  if (!Converged(options, solution, nullptr)) {
+    // A lowered limit is a wish to see where the steps end.
+    return options.max_iterations >= AdjustOptions{}.max_iterations;
+  }
+  if (ContradictsPriors(problem, *solution.state)) return true;
+  const Remainder rest = RemainderOf(options, solution);
+  if (options.robust == RobustLoss::kNone && options.quality.snooping == Snooping::kNone) {
+    return !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
+  }
+  return static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks) ||
+         (rest.redundancy > 0.0 && FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy)));
+}
+
+ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
+                                   const Solution& solution,
+                                   ProgressSink* progress) {
+  Snapshot before(solution);
+  const bool was_one = solution.solve->converged && *solution.system;
+  const double square_sum_before_1 = was_one ? 2.0 * (*solution.system)->cost() : 0.0;
+  AdjustOptions options = asked;
+  options.robust = RobustLoss::kNone;
+  AdjustmentProblem* problem = solution.problem;
+  BlockState* state = solution.state;
+  const auto form = [&] {
+    solution.system->emplace(*problem, KeptFactors::kMostBytes);
+    (*solution.system)->Form(*state, {}, progress);
+  };
+  const auto recover = [&] {
+    RecoverMisplacedPoints(
+        options, problem, state, solution.solve, solution.system, solution.defects, progress);
+  };
+  const auto try_it = [&]() -> std::optional<SnoopingReport> {
+    const ConsensusReport consensus = SolveByConsensus(options, problem, state, progress);
+    if (!consensus.scattered) return std::nullopt;
+    RequireSolvable(*problem);
+    solution.solve->iterations += consensus.iterations;
+    SolveOnce(options, problem, state, solution.solve, solution.system, progress);
+    recover();
+    if (!solution.solve->converged) return std::nullopt;
+    const auto again = [&](RobustLoss loss) {
+      AdjustOptions with_loss = options;
+      with_loss.robust = loss;
+      SolveOnce(with_loss, problem, state, solution.solve, nullptr, progress);
+    };
+    SnoopingReport report =
+        SearchBlunders(options, again, problem, state, progress, FindingsOf(consensus));
+    form();
+    recover();
+    const Remainder rest = RemainderOf(options, solution);
+    const bool fails =
+        rest.redundancy > 0.0 && FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy));
+    if (!solution.solve->converged || fails) return std::nullopt;
+    return report;
+  };
+  ConsensusOutcome outcome;
+  try {
+    outcome.adopted = try_it();
+  } catch (const UndeterminedError&) {
+    outcome.adopted.reset();
+  }
+  outcome.agreed = outcome.adopted.has_value();
+  if (outcome.agreed && was_one && outcome.adopted->findings.empty()) {
+    // The same solution keeps its digits.
+    constexpr double kSame_1 = 1.0;
+    if (!(2.0 * (*solution.system)->cost() < square_sum_before_1 - kSame_1)) {
+      outcome.adopted.reset();
+    }
+  }
+  if (!outcome.adopted) {
+    before.Restore(solution);
+    form();
+  }
+  return outcome;
+}
+
+std::string DescribeConsensus(const AdjustmentProblem& problem, const SnoopingReport& report) {
+  std::size_t looks = 0, points = 0, first = problem.block.points.size();
+  for (const BlunderFinding& finding : report.findings) {
+    if (finding.action == BlunderFinding::Action::kRejected) looks += finding.looks.size();
+    if (finding.action != BlunderFinding::Action::kPointLeftOut) continue;
+    ++points;
+    first = std::min<std::size_t>(first, finding.point);
+  }
+  std::string text = "the block contradicts itself as it was given and was solved by consensus: ";
+  if (looks + points == 0) return text + "nothing had to be left out";
+  text += std::to_string(looks) + " looks that disagree with the others of their point";
+  if (points > 0) {
+    text += " and " + std::to_string(points) +
+            " points whose looks contradict each other, the first is " +
+            std::string(problem.block.points.ids[first]) + ",";
+  }
+  return text + " are left out";
+}
+
+}  // namespace sarblock

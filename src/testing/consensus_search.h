@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include <optional>
+#include <string>
+
+#include "determinacy/point_defects.h"
+#include "model/problem.h"
+#include "normals/reduced_system.h"
+#include "solve/solve_report.h"
+
+namespace sarblock {
+
+/// A solution in the making, as the rooms of the adjustment hand it on.
+struct Solution {
+  AdjustmentProblem* problem = nullptr;
+  BlockState* state = nullptr;
+  SolveReport* solve = nullptr;
+  std::optional<ReducedSystem>* system = nullptr;  ///< without a loss, at the state
+  PointDefects* defects = nullptr;
+};
+
+/// True where a correction is farther from what its prior says than any prior allows: a pass may
+/// have settled in the mirror image of its place.
+[[nodiscard]] bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state);
+
+/// True where a solution as it was asked for is none: not converged, points led to where no look
+/// looks, priors contradicted, or more v'Pv than any wrong standard deviation explains; after a
+/// search or under a loss, which leave out what is wrong, more than a global test allows, or a
+/// quarter of the looks gone.
+[[nodiscard]] bool Contradicts(const AdjustOptions& options, const Solution& solution);
+
+/// Solves a block whose plain solution contradicts itself once more by consensus
+/// (solve/consensus.h), least squares, and a search for blunders that takes back what was left out
+/// and fits. Where that has no answer, or one that leaves out so much that not single looks can be
+/// wrong, or where all looks agree and the solution was none the less one, everything stays as it
+/// was and no report is returned.
+struct ConsensusOutcome {
+  std::optional<SnoopingReport> adopted;
+  bool agreed = false;  ///< there is a consensus, adopted or not
+};
+[[nodiscard]] ConsensusOutcome SearchByConsensus(const AdjustOptions& options,
+                                                 const Solution& solution,
+                                                 ProgressSink* progress);
+
+/// What such a search left out, for people.
+[[nodiscard]] std::string DescribeConsensus(const AdjustmentProblem& problem,
+                                            const SnoopingReport& report);
+
+}  // namespace sarblock

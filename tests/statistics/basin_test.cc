@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The basin of the adjustment (docs/validation.md), a few draws of each scene: paths off by
+// kilometres, one look in twenty or ten wrong, every way of asking. Most come home, and none is
+// accepted with a point wrong that nobody touched.
+#include "statistics/basin.h"
+
+#include <algorithm>
+
+#include "statistics/scene_statistics.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+class BasinTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(BasinTest, HoldsPathErrorsOfKilometresAndGrossErrors) {
+  test::BasinScene scene(GetParam(), 120);
+  const std::size_t draws = std::min<std::size_t>(test::DrawsAsked(), 20);
+  std::size_t recovered = 0, tried = 0;
+  for (const test::BasinCell& cell : {test::BasinCell{0.0, 0.05, test::GrossError::kMatch},
+                                      test::BasinCell{2000.0, 0.05, test::GrossError::kAzimuth},
+                                      test::BasinCell{5000.0, 0.10, test::GrossError::kMatch}}) {
+    for (std::size_t draw = 0; draw < draws; ++draw) {
+      const test::BasinWay& way = test::BasinWays()[draw % test::BasinWays().size()];
+      const test::BasinOutcome outcome = scene.Run(cell, way, 700 + draw);
+      EXPECT_FALSE(outcome.wrong) << way.name << " " << draw << " " << outcome.worst_sigma_1;
+      EXPECT_FALSE(outcome.mirror) << way.name << " " << draw;
+      ++tried;
+      recovered += outcome.recovered ? 1U : 0U;
+    }
+  }
+  // One in fifty is allowed to fail: three in 60 are beyond 99.9 percent then.
+  EXPECT_GE(recovered + 1 + tried / 12, tried);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         BasinTest,
+                         testing::Values("block-12-strips",
+                                         "cross-wise",
+                                         "earth-same-side",
+                                         "leberl-aircraft",
+                                         "moon-alse",
+                                         "venus-magellan"),
+                         [](const auto& scene) {
+                           std::string name = scene.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace sarblock
