@@ -11,6 +11,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "definitions.h"
+#include "diagnose_command.h"
 #include "environment.h"
 #include "leberl_command.h"
 #include "manual.h"
@@ -76,6 +77,7 @@ int Main(int argc, char** argv) {
   AddIntersect(&app, &session);
   AddPredict(&app, &session);
   AddAdjust(&app, &session);
+  AddDiagnose(&app, &session);
   AddReport(&app, &session);
   AddExport(&app, &session);
   AddStudy(&app, &session);

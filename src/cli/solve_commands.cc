@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "commands.h"
+#include "diagnose_command.h"
 #include "io/output_folder.h"
 #include "print_summary.h"
 #include "report_command.h"
@@ -36,6 +37,7 @@ struct Solver {
   const char* name;
   const char* help;
   Measurements measurements;
+  bool diagnoses;  ///< explains a result that fails
   std::function<AdjustResult(const BlockFile&, const std::string& folder, ProgressSink*)> solve;
 };
 
@@ -83,12 +85,24 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     const StageTimer timer("checksum", &reading);
     context.inputs = ListInputFiles(arguments.block, file.adjust);
   }
-  AdjustResult result = Naming(
-      arguments.block, [&] { return solver.solve(file, arguments.block, session.progress.get()); });
+  AdjustResult result = Naming(arguments.block, [&] {
+    try {
+      return solver.solve(file, arguments.block, session.progress.get());
+    } catch (const UndeterminedError&) {
+      if (solver.diagnoses) ExplainRefusal(file, session);
+      throw;
+    }
+  });
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
   context.command = solver.name;
   context.warnings = file.warnings;
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
+  if (solver.diagnoses) context.diagnosis = DiagnoseFailure(file, result, session);
+  if (context.diagnosis) {
+    for (const auto& told : {context.diagnosis->remarks, context.diagnosis->Sentences()}) {
+      result.warnings.insert(result.warnings.end(), told.begin(), told.end());
+    }
+  }
   const std::string summary = WriteResult(arguments.out, file.block, file.adjust, result, context);
   if (session.json) {
     fmt::print("{}", summary);
@@ -129,6 +143,7 @@ void AddAdjust(CLI::App* app, Session* session) {
             {"adjust",
              "Adjust a block: positions, flight-path corrections, exact covariances",
              Measurements::kRequired,
+             true,
              [](const BlockFile& file, const std::string& folder, ProgressSink* progress) {
                return Adjust(file.block, file.adjust, PairsOf(file, folder), progress);
              }});
@@ -140,6 +155,7 @@ void AddIntersect(CLI::App* app, Session* session) {
             {"intersect",
              "Intersect every point alone, flight paths held, with its covariance",
              Measurements::kRequired,
+             false,
              [](const BlockFile& file, const std::string&, ProgressSink* progress) {
                return IntersectBlock(file.block, file.adjust, progress);
              }});
@@ -151,6 +167,7 @@ void AddPredict(CLI::App* app, Session* session) {
             {"predict",
              "Covariance from geometry and weights alone, no measured values needed",
              Measurements::kOptional,
+             false,
              [](const BlockFile& file, const std::string& folder, ProgressSink* progress) {
                const Truth truth = ReadTruth(folder, file.block);
                return Predict(

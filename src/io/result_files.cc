@@ -12,6 +12,7 @@
 
 #include "adjust_corrections.h"
 #include "adjust_table.h"
+#include "diagnosis_section.h"
 #include "output_folder.h"
 #include "path_writer.h"
 #include "result_quality.h"
@@ -208,6 +209,7 @@ std::string Summary(const Block& block,
   summary["covariance"] = NameOfChoice("covariance", options);
   summary["condition"] = result.condition;
   if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
+  if (context.diagnosis) summary["diagnosis"] = DiagnosisSection(*context.diagnosis);
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
   summary["warnings"] = context.warnings;
   for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);

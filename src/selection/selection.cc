@@ -15,6 +15,7 @@
 #include "core/parallel.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
+#include "linearised_data.h"
 #include "normals/reduced_system.h"
 #include "quadratic_model.h"
 #include "selection_determinacy.h"
@@ -127,25 +128,6 @@ class Selector {
     return active;
   }
 
-  /// Logarithm of the number of equations of looks that touch each column.
-  static Eigen::VectorXd LogCounts(const AdjustmentProblem& problem) {
-    std::vector<double> equations(problem.layout.blocks.size(), 0.0);
-    LookColumns columns;
-    for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
-      if (problem.look_used[i] == 0) continue;
-      problem.model.ColumnsOf(i, &columns);
-      for (int b = 0; b < columns.block_count; ++b) {
-        equations[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])] += 2.0;
-      }
-    }
-    Eigen::VectorXd out(problem.layout.size());
-    for (std::size_t b = 0; b < equations.size(); ++b) {
-      const ParameterBlock& block = problem.layout.blocks[b];
-      out.segment(block.offset, block.size).setConstant(std::log(std::max(2.0, equations[b])));
-    }
-    return out;
-  }
-
   /// All candidates in one system at the present solution.
   QuadraticModel Linearise() {
     AdjustmentProblem extended(block_, candidates_.extended);
@@ -187,27 +169,12 @@ class Selector {
     nominal_diagonal_ = nominal.full_diagonal();
     effect_part_1_ = EffectParts(extended);
 
-    QuadraticModel::Data data;
-    data.s = system->matrix().ToDense();
-    const Eigen::VectorXd& x = state.corrections;
-    const Eigen::VectorXd sx = data.s * x;
-    data.b = sx - system->right_side();
-    data.constant_1 = 2.0 * system->cost() - system->point_step_square() -
-                      2.0 * system->right_side().dot(x) + sx.dot(x);
-    data.full_diagonal = system->full_diagonal();
-    data.prior_weight.setZero(x.size());
-    data.log_count = LogCounts(extended);
+    QuadraticModel::Data data = DataAt(*system, state.corrections, candidates_.parameters);
     const ProblemCounts counts = CountProblem(*problem_);
     data.redundancy_1 =
         static_cast<double>(counts.observations) - static_cast<double>(counts.parameters);
     for (const Parameter& parameter : problem_->layout.parameters) {
       if (!parameter.has_prior()) data.redundancy_1 += 1.0;
-    }
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      const Parameter& parameter = candidates_.parameters[static_cast<std::size_t>(i)];
-      if (parameter.has_prior()) {
-        data.prior_weight[i] = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
-      }
     }
     QuadraticModel model(std::move(data));
     for (std::size_t t = 0; t < levels_.size(); ++t) {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/diagnose/diagnosis.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/input_files.h"
 #include "sarblock/model/result.h"
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,7 @@ struct ResultContext {
   std::size_t ellipse_limit = 100000;
   Compression compression = Compression::kNone;  ///< of the tables
   std::vector<StageCost> stages;                 ///< before the result's own, such as `read`
+  std::optional<Diagnosis> diagnosis;            ///< where one was made
 };
 
 /// Content of summary.json (docs/formats.md), a newline at the end. Figures that do not exist

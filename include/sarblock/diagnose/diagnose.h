@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/diagnose/diagnosis.h"
+#include "sarblock/model/options.h"
+
+namespace sarblock {
+
+/// Explains why a block contradicts itself by mistakes that people make: times, ranges, look sides,
+/// cones, flight paths, known positions, ids and standard deviations (docs/theory/diagnosis.md has
+/// the list). Each hypothesis is a change of the block with at most one free size c. It is tried on
+/// a sample of the points, check points as control, and kept if with it
+///
+///     F = ((v'Pv before - v'Pv after)/k) / (v'Pv after / redundancy after)
+///
+/// is significant, all hypotheses tried together, and it takes at least half of what v'Pv exceeds
+/// its redundancy by. Ordered by -2 log L of the looks with the parameters counted (BIC), so that
+/// other standard deviations compete fairly with other values. The size is the minimum of v'Pv(c),
+/// its standard deviation from the curvature there.
+///
+/// Corrections are those of `options` where given, with their priors. The number of solutions is
+/// bounded; the time is that of a few adjustments of a small block and does not grow with a large
+/// one but for one intersection of its points. A block in which nothing contradicts has no
+/// explanations. Throws Interrupted alone: a block that cannot be solved is what it is for.
+[[nodiscard]] Diagnosis Diagnose(const Block& block,
+                                 const AdjustOptions& options,
+                                 ProgressSink* progress = nullptr);
+
+}  // namespace sarblock

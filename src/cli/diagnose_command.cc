@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose_command.h"
+
+#include "sarblock/io/adjust_table.h"
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "io/diagnosis_section.h"
+#include "testing/quality_summary.h"
+#include <fmt/core.h>
+
+namespace sarblock::cli {
+namespace {
+
+struct DiagnoseArguments {
+  std::string block;
+  std::string rejections;
+};
+
+int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
+  ReadOptions read;
+  read.set_overrides = session.set;
+  read.progress = session.progress.get();
+  BlockFile file = ReadBlock(arguments.block, read);
+  file.adjust.threads = session.Threads();
+  if (!arguments.rejections.empty()) {
+    file.adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
+  }
+  if (session.dump_config) {
+    fmt::print("{}", DumpAdjustTable(file.adjust));
+    return kAccepted;
+  }
+  if (!file.adjust.rejections_file.empty()) {
+    static_cast<void>(ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block));
+  }
+  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
+  if (session.json) {
+    const nlohmann::ordered_json summary = {{"format", "sarblock-diagnosis 1"},
+                                            {"block", file.block.name},
+                                            {"contradicts", diagnosis.contradicts},
+                                            {"points", diagnosis.points},
+                                            {"square_sum", diagnosis.square_sum},
+                                            {"redundancy", diagnosis.redundancy},
+                                            {"hypotheses", diagnosis.hypotheses},
+                                            {"solutions", diagnosis.solutions},
+                                            {"diagnosis", DiagnosisSection(diagnosis)},
+                                            {"remarks", diagnosis.remarks},
+                                            {"warnings", file.warnings}};
+    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    return kAccepted;
+  }
+  fmt::print("{}: {} of {} points, v'Pv {:.4g}, redundancy {:g}: {}\n",
+             file.block.name,
+             diagnosis.points,
+             file.block.points.size(),
+             diagnosis.square_sum,
+             diagnosis.redundancy,
+             diagnosis.contradicts ? "contradicts itself" : "nothing contradicts");
+  for (const std::string& warning : file.warnings) fmt::print("  warning: {}\n", warning);
+  fmt::print("{}", DescribeDiagnosis(diagnosis));
+  return kAccepted;
+}
+
+bool ChecksFail(const AdjustResult& result, double level) {
+  const CheckSummary summary = SummariseChecks(result, level);
+  return summary.components > 0 && summary.chi_square > summary.chi_square_interval.upper;
+}
+
+}  // namespace
+
+std::optional<Diagnosis> DiagnoseFailure(const BlockFile& file,
+                                         const AdjustResult& result,
+                                         const Session& session) {
+  const bool tested = !std::isnan(result.sigma0_squared);
+  const bool fails = !result.accepted || (tested && !result.chi_square_passed) ||
+                     ChecksFail(result, file.adjust.test_level);
+  if (!fails) return std::nullopt;
+  return Diagnose(file.block, file.adjust, session.progress.get());
+}
+
+void ExplainRefusal(const BlockFile& file, const Session& session) {
+
+  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
+  for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
+  for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
+}
+
+std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
+  std::string text;
+  for (const std::string& remark : diagnosis.remarks) text += "  warning: " + remark + "\n";
+  for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
+  if (diagnosis.contradicts && diagnosis.explanations.empty()) {
+    text += "  none of " + std::to_string(diagnosis.hypotheses) +
+            " mistakes tried takes half of what v'Pv exceeds its redundancy by\n";
+  }
+  return text;
+}
+
+void AddDiagnose(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<DiagnoseArguments>();
+  CLI::App* command = app->add_subcommand(
+      "diagnose", "Explain by people's mistakes why a block contradicts itself, most likely first");
+  command->add_option("block", arguments->block, "Folder of the block")->required();
+  command->add_option("--rejections",
+                      arguments->rejections,
+                      "Leave out the looks with rejected = 1 in this table, as adjust would");
+  command->callback([=] { session->run = [=] { return RunDiagnose(*arguments, *session); }; });
+}
+
+}  // namespace sarblock::cli

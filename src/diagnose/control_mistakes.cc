@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "control_mistakes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/units.h"
+#include "words.h"
+
+namespace sarblock {
+namespace {
+
+/// Whose coordinates: of control and check points, of one role, or of one point.
+struct Whose {
+  std::optional<PointRole> role;
+  std::string point;  ///< empty: all of the role
+
+  [[nodiscard]] std::string Words() const {
+    if (!point.empty()) return "of point " + point;
+    if (!role) return "of all known points";
+    return *role == PointRole::kControl ? "of the control points" : "of the check points";
+  }
+  template <typename Edit>
+  void Apply(Block* block, const Edit& edit) const {
+    Points& points = block->points;
+    for (const KnownPosition& known : points.known) {
+      if (role && points.role[known.point] != *role) continue;
+      if (!point.empty() && points.ids[known.point] != point) continue;
+      if (points.given_m[known.point].allFinite()) edit(&points.given_m[known.point]);
+    }
+  }
+};
+
+/// From the position that was read to the one that was meant.
+using Meant = std::function<Eigen::Vector3d(const Frame&, const Eigen::Vector3d&)>;
+
+Hypothesis Replaced(
+    const Whose& whose, std::string cause, Meant meant, std::string says, std::string change) {
+  Hypothesis out;
+  out.kind = MistakeKind::kControl;
+  out.cause = std::move(cause);
+  if (!whose.point.empty()) out.points = {whose.point};
+  out.parameters = 0;
+  out.undo = [whose, meant = std::move(meant)](Block* block, double) {
+    whose.Apply(block, [&](Eigen::Vector3d* p_m) { *p_m = meant(block->frame, *p_m); });
+  };
+  out.says = [whose, says = std::move(says)](const Size&) {
+    return "the coordinates " + whose.Words() + " " + says;
+  };
+  out.change = [whose, change = std::move(change)](const Size&) {
+    return "points.csv: " + change + " " + whose.Words();
+  };
+  return out;
+}
+
+/// Through geodetic coordinates as they were read.
+template <typename Edit>
+Meant Geodetically(Edit edit) {
+  return [edit](const Frame& frame, const Eigen::Vector3d& p_m) {
+    return frame.FrameFromGeodetic(edit(frame.GeodeticFromFrame(p_m)));
+  };
+}
+
+Hypothesis Exchanged(const Whose& whose) {
+  return Replaced(whose,
+                  "control.lat_lon",
+                  Geodetically([](Geodetic at) {
+                    std::swap(at.lat_rad, at.lon_rad);
+                    return at;
+                  }),
+                  "have latitude and longitude exchanged",
+                  "exchange lat_deg and lon_deg");
+}
+
+struct NamedBody {
+  const char* name;
+  double a_m, flattening;
+};
+/// Ellipsoids and radii that coordinates are mistaken for.
+constexpr std::array kBodies{
+    NamedBody{"WGS84", 6378137.0, 1.0 / 298.257223563},
+    NamedBody{"Bessel 1841", 6377397.155, 1.0 / 299.1528128},
+    NamedBody{"Clarke 1866", 6378206.4, 1.0 / 294.978698214},
+    NamedBody{"International 1924", 6378388.0, 1.0 / 297.0},
+    NamedBody{"Krassovsky 1940", 6378245.0, 1.0 / 298.3},
+    NamedBody{"a sphere of 6371 km", 6371000.0, 0.0},
+    NamedBody{"a sphere of 6378.137 km", 6378137.0, 0.0},
+    NamedBody{"the Moon's sphere of 1737.4 km", 1737400.0, 0.0},
+    NamedBody{"a lunar sphere of 1738 km", 1738000.0, 0.0},
+    NamedBody{"the Mars ellipsoid of IAU 2000", 3396190.0, 1.0 / 169.894447223612},
+    NamedBody{"a sphere of 3396.19 km", 3396190.0, 0.0},
+    NamedBody{"a sphere of 3389.5 km", 3389500.0, 0.0},
+    NamedBody{"the Venus sphere of 6051.8 km", 6051800.0, 0.0},
+    NamedBody{"a Venus sphere of 6051 km", 6051000.0, 0.0},
+    NamedBody{"a Venus sphere of 6052 km", 6052000.0, 0.0}};
+
+void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
+  out->push_back(Exchanged(whose));
+  out->push_back(
+      Replaced(whose,
+               "control.radians",
+               Geodetically([](Geodetic at) {
+                 return Geodetic{at.lat_rad / kRadPerDeg, at.lon_rad / kRadPerDeg, at.h_m};
+               }),
+               "are radians where degrees are read",
+               "lat_deg and lon_deg in degrees"));
+  out->push_back(Replaced(whose,
+                          "control.height_km",
+                          Geodetically([](Geodetic at) {
+                            return Geodetic{at.lat_rad, at.lon_rad, 1e3 * at.h_m};
+                          }),
+                          "have heights in kilometres",
+                          "h_m in metres"));
+  const Ellipsoid own = frame.ellipsoid();
+  if (own.flattening > 0.0) {
+    const double ratio_1 = (1.0 - own.flattening) * (1.0 - own.flattening);
+    out->push_back(Replaced(whose,
+                            "control.planetocentric",
+                            Geodetically([ratio_1](Geodetic at) {
+                              at.lat_rad = std::atan(std::tan(at.lat_rad) / ratio_1);
+                              return at;
+                            }),
+                            "have planetocentric latitudes",
+                            "planetographic (geodetic) lat_deg"));
+  }
+  for (const NamedBody& body : kBodies) {
+    if (body.a_m == own.a_m && std::abs(body.flattening - own.flattening) < 1e-9) continue;
+    if (std::abs(body.a_m / own.a_m - 1.0) > 0.01) continue;
+    const Frame other = Frame::Geocentric({body.name, body.a_m, body.flattening});
+    out->push_back(Replaced(
+        whose,
+        "control.ellipsoid",
+        [other](const Frame& given, const Eigen::Vector3d& p_m) {
+          return other.FrameFromGeodetic(given.GeodeticFromFrame(p_m));
+        },
+        std::string("refer to ") + body.name,
+        "coordinates on the ellipsoid of the frame"));
+  }
+}
+
+Hypothesis ConstantHeight(const Whose& whose, double step_m) {
+  Hypothesis out;
+  out.kind = MistakeKind::kControl;
+  out.cause = "control.height";
+  out.undo = [whose](Block* block, double higher_m) {
+    whose.Apply(block, [&](Eigen::Vector3d* p_m) {
+      *p_m -= higher_m * block->frame.VerticalAt(*p_m).up_1;
+    });
+  };
+  out.free = true;
+  out.step = step_m;
+  out.unit = "m";
+  out.says = [whose](const Size& size) {
+    return "the heights " + whose.Words() + " are " +
+           SizeOf(std::abs(size.value), size.sigma, "m").text +
+           (size.value > 0.0 ? " too large" : " too small") +
+           " (heights above the geoid or of another ellipsoid?)";
+  };
+  out.change = [whose](const Size& size) {
+    return "points.csv: heights " + whose.Words() + (size.value > 0.0 ? " minus " : " plus ") +
+           Short(std::abs(size.value)) +
+           "; check points of the same source as the control cannot see such an error";
+  };
+  out.screened = true;
+  out.local = true;
+  return out;
+}
+
+Hypothesis Released(const std::string& point) {
+  Hypothesis out;
+  out.kind = MistakeKind::kControl;
+  out.cause = "control.point";
+  out.points = {point};
+  out.parameters = 3;
+  out.undo = [point](Block* block, double) {
+    Points& points = block->points;
+    for (const KnownPosition& known : points.known) {
+      if (points.ids[known.point] != point) continue;
+      points.role[known.point] = PointRole::kTie;
+      points.given_m[known.point].setConstant(kNotGiven);
+    }
+    std::erase_if(points.known,
+                  [&](const KnownPosition& known) { return points.ids[known.point] == point; });
+  };
+  out.says = [point](const Size&) { return "the known position of point " + point + " is wrong"; };
+  out.change = [point](const Size&) {
+    return "points.csv: the coordinates of " + point + ", or role = tie";
+  };
+  out.screened = true;
+  out.local = true;
+  return out;
+}
+
+Hypothesis ExchangedPoints(const std::string& a, const std::string& b) {
+  Hypothesis out;
+  out.kind = MistakeKind::kControl;
+  out.cause = "control.exchanged";
+  out.points = {a, b};
+  out.parameters = 0;
+  out.undo = [a, b](Block* block, double) {
+    const std::uint32_t i = block->points.ids.Find(a), j = block->points.ids.Find(b);
+    if (i == IdTable::kNone || j == IdTable::kNone) return;
+    std::swap(block->points.given_m[i], block->points.given_m[j]);
+  };
+  out.says = [a, b](const Size&) {
+    return "points " + a + " and " + b + " have each other's coordinates";
+  };
+  out.change = [a, b](const Size&) {
+    return "points.csv: exchange the coordinates of " + a + " and " + b;
+  };
+  out.screened = true;
+  out.local = true;
+  return out;
+}
+
+/// Known points that the fit moves most, in their standard deviations, after the suspects.
+std::vector<std::uint32_t> DoubtfulKnownPoints(const Facts& facts) {
+  constexpr std::size_t kMost = 6;
+  const Block& block = facts.sample.block;
+  std::vector<std::uint32_t> out;
+  for (const std::uint32_t suspect : facts.sample.suspects) {
+    if (block.points.FindKnown(suspect) != nullptr && out.size() < kMost) out.push_back(suspect);
+  }
+  std::vector<std::pair<double, std::uint32_t>> moved;
+  for (const KnownPosition& known : block.points.known) {
+    if (!facts.before.solved) break;
+    const Eigen::Vector3d& given_m = block.points.given_m[known.point];
+    const Eigen::Vector3d off_m =
+        block.frame.EnuFromFrame(given_m) * (facts.before.state.Position(known.point) - given_m);
+    double square_1 = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      if (known.held[static_cast<std::size_t>(i)]) {
+        square_1 += off_m[i] * off_m[i] / known.covariance_enu_m2(i, i);
+      }
+    }
+    if (std::isfinite(square_1)) moved.emplace_back(-square_1, known.point);
+  }
+  std::sort(moved.begin(), moved.end());
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, moved.size()); ++i) {
+    if (std::find(out.begin(), out.end(), moved[i].second) == out.end()) {
+      out.push_back(moved[i].second);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+void AddControlMistakes(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  if (block.points.known.empty()) return;
+  bool control = false, check = false;
+  double sigma_m = 1.0;
+  for (const KnownPosition& known : block.points.known) {
+    control = control || block.points.role[known.point] == PointRole::kControl;
+    check = check || block.points.role[known.point] == PointRole::kCheck;
+    if (known.held[2]) sigma_m = std::sqrt(known.covariance_enu_m2(2, 2));
+  }
+  std::vector<Whose> scopes{{std::nullopt, ""}};
+  if (control && check)
+    scopes = {{std::nullopt, ""}, {PointRole::kControl, ""}, {PointRole::kCheck, ""}};
+  const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
+  for (const Whose& whose : scopes) {
+    out->push_back(ConstantHeight(whose, sigma_m));
+    out->push_back(Replaced(
+        whose,
+        "control.km",
+        [](const Frame&, const Eigen::Vector3d& p_m) { return Eigen::Vector3d(1e3 * p_m); },
+        "are in kilometres",
+        "metres in x_m, y_m, z_m"));
+    if (geocentric) AddGeodetic(whose, block.frame, out);
+  }
+  const std::vector<std::uint32_t> doubtful = DoubtfulKnownPoints(facts);
+  for (std::size_t i = 0; i < doubtful.size(); ++i) {
+    const std::string id(block.points.ids[doubtful[i]]);
+    out->push_back(Released(id));
+    if (geocentric) {
+      out->push_back(Exchanged({std::nullopt, id}));
+      out->back().screened = true;
+    }
+    for (std::size_t j = i + 1; j < doubtful.size(); ++j) {
+      out->push_back(ExchangedPoints(id, std::string(block.points.ids[doubtful[j]])));
+    }
+  }
+}
+
+}  // namespace sarblock

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "copies.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace sarblock {
+namespace {
+
+/// Equal looks that no chance makes.
+constexpr std::size_t kLeastEqual = 3, kLeastEqualOfPoint = 2;
+
+bool AreEqual(const Block& block, std::size_t i, std::size_t j) {
+  const Looks& looks = block.looks;
+  const LookSigma sigma = block.SigmaOf(i);
+  double sigma_s = sigma.azimuth;
+  if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
+    sigma_s /= block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
+  }
+  return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m &&
+         std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual_1 * sigma_s;
+}
+
+std::string NamesOfPairs(const Block& block,
+                         const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(5, pairs.size()); ++i) {
+    text += (i == 0 ? "" : ", ") + std::string(block.points.ids[pairs[i].first]) + " and " +
+            std::string(block.points.ids[pairs[i].second]);
+  }
+  if (pairs.size() > 5) text += " and " + std::to_string(pairs.size() - 5) + " more";
+  return text;
+}
+
+void FindPasses(const Block& block, Copies* copies) {
+  const Looks& looks = block.looks;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::array<std::size_t, 2>> of_pair;
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      for (std::size_t j = i + 1; j < looks.offsets[point + 1]; ++j) {
+        if (looks.pass[i] == looks.pass[j]) continue;
+        std::array<std::size_t, 2>& counts = of_pair[{looks.pass[i], looks.pass[j]}];
+        ++counts[0];
+        counts[1] += AreEqual(block, i, j) ? 1U : 0U;
+      }
+    }
+  }
+  for (const auto& [pair, counts] : of_pair) {
+    if (counts[1] < kLeastEqual || 2 * counts[1] < counts[0]) continue;
+    if (std::find(copies->passes.begin(), copies->passes.end(), pair.second) ==
+        copies->passes.end()) {
+      copies->passes.push_back(pair.second);
+    }
+    copies->remarks.push_back(
+        "passes " + block.passes[pair.first].id + " and " + block.passes[pair.second].id +
+        " are the same images twice: " + std::to_string(counts[1]) + " of " +
+        std::to_string(counts[0]) +
+        " looks of common points are equal; they count once here, leave one pass out");
+  }
+}
+
+void FindPoints(const Block& block, Copies* copies) {
+  const Looks& looks = block.looks;
+  std::vector<std::uint32_t> point_of(looks.size());
+  for (std::uint32_t point = 0; point < block.points.size(); ++point) {
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      point_of[i] = point;
+    }
+  }
+  std::vector<std::size_t> order(looks.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::erase_if(order, [&](std::size_t i) {
+    return looks.rejected(i) || std::isnan(looks.time_s[i]) || std::isnan(looks.range_m[i]);
+  });
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::tuple(looks.pass[a], looks.time_s[a], a) <
+           std::tuple(looks.pass[b], looks.time_s[b], b);
+  });
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> equal;
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const std::size_t i = order[k - 1], j = order[k];
+    if (looks.pass[i] != looks.pass[j] || point_of[i] == point_of[j]) continue;
+    if (AreEqual(block, i, j)) ++equal[std::minmax(point_of[i], point_of[j])];
+  }
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const auto& [pair, count] : equal) {
+    const auto looks_of = [&](std::uint32_t p) { return looks.offsets[p + 1] - looks.offsets[p]; };
+    const std::size_t fewer = std::min(looks_of(pair.first), looks_of(pair.second));
+    if (count < kLeastEqualOfPoint || count < fewer) continue;
+    pairs.push_back(pair);
+    copies->points.push_back(pair.second);
+  }
+  if (pairs.empty()) return;
+  copies->remarks.push_back(
+      "the same point under two ids, with the same looks: " + NamesOfPairs(block, pairs) +
+      "; they count once here, leave one id out");
+}
+
+}  // namespace
+
+Copies FindCopies(const Block& block) {
+  Copies copies;
+  FindPasses(block, &copies);
+  FindPoints(block, &copies);
+  return copies;
+}
+
+void CountOnce(const Copies& copies, Block* block) {
+  std::vector<std::uint8_t> pass(block->passes.size(), 0);
+  for (const std::uint32_t p : copies.passes) pass[p] = 1;
+  Looks& looks = block->looks;
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    if (pass[looks.pass[i]] != 0) looks.flags[i] |= Looks::kRejected;
+  }
+  for (const std::uint32_t point : copies.points) {
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      looks.flags[i] |= Looks::kRejected;
+    }
+  }
+}
+
+}  // namespace sarblock

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/diagnose/diagnose.h"
+
+#include "sarblock/core/quantile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "cone_mistakes.h"
+#include "control_mistakes.h"
+#include "copies.h"
+#include "core/parallel.h"
+#include "fit.h"
+#include "id_mistakes.h"
+#include "look_mistakes.h"
+#include "path_mistakes.h"
+#include "range_mistakes.h"
+#include "sample.h"
+#include "score_screen.h"
+#include "sightings.h"
+#include "sigma_mistakes.h"
+#include "size_search.h"
+#include "time_mistakes.h"
+#include "words.h"
+
+namespace sarblock {
+namespace {
+
+/// Level of the global test of the sample below which nothing is asked.
+constexpr double kContradicts_1 = 1e-4;
+/// A hypothesis whose known points lie nearer than this part of where they did is solved.
+constexpr double kNearer_1 = 0.5;
+/// Hypotheses of the screening that are solved, and of those whose size is searched.
+constexpr std::size_t kMostScreened = 12, kMostSolved = 80, kMostRefined = 6;
+/// Level of the F tests of all hypotheses together, and part of what v'Pv exceeds its redundancy
+/// by that is to be taken.
+constexpr double kSignificance_1 = 1e-6, kLeastPart_1 = 0.5;
+/// Explanations that are told: those that cost at most this, and this part of the gain, more than
+/// the best.
+constexpr std::size_t kMostTold = 3;
+constexpr double kNearlyAsGood_1 = 1e-4, kAsGood_1 = 30.0;
+
+/// Logarithm of the largest factor by which people mistake standard deviations.
+constexpr double kMostLogFactor_1 = 11.5;
+
+bool Contradicts(const Fit& fit) {
+  if (!fit.solved || fit.lost > 0) return true;
+  if (!(fit.redundancy_1 >= 1.0)) return false;
+  const Interval interval = ChiSquareInterval(1.0 - kContradicts_1, fit.redundancy_1);
+  return !interval.Contains(fit.square_sum_1);
+}
+
+/// Of the passes that a hypothesis concerns the median misfit with it over that without.
+double ScreenOf(const Hypothesis& hypothesis, const std::vector<PassSightings>& passes) {
+  std::vector<double> ratios;
+  for (const PassSightings& pass : passes) {
+    const std::string& id = pass.part.passes[0].id;
+    const bool concerns = hypothesis.passes.empty() ||
+                          std::find(hypothesis.passes.begin(), hypothesis.passes.end(), id) !=
+                              hypothesis.passes.end();
+    if (!concerns || pass.sightings.empty()) continue;
+    Block part = pass.part;
+    hypothesis.undo(&part, hypothesis.value);
+    ratios.push_back(MisfitOf(part) / pass.misfit_m);
+  }
+  const double ratio = Median(std::move(ratios));
+  return std::isnan(ratio) ? 1.0 : ratio;
+}
+
+/// Those that need no screening and the best of the others.
+Hypotheses Screen(Hypotheses all, const std::vector<PassSightings>& passes) {
+  std::vector<std::pair<double, std::size_t>> ratios;
+  Hypotheses out;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].screened) continue;
+    const double ratio = ScreenOf(all[i], passes);
+    if (ratio < kNearer_1) ratios.emplace_back(ratio, i);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  for (std::size_t k = 0; k < std::min(kMostScreened, ratios.size()); ++k) {
+    out.push_back(std::move(all[ratios[k].second]));
+  }
+  for (Hypothesis& hypothesis : all) {
+    if (hypothesis.screened && out.size() < kMostSolved) out.push_back(std::move(hypothesis));
+  }
+  return out;
+}
+
+struct Candidate {
+  Hypothesis hypothesis;
+  Solved solved;
+  double cost_1 = 0.0;  ///< with the penalty of its parameters
+};
+
+void SortByCost(std::vector<Candidate>* candidates) {
+  std::stable_sort(candidates->begin(), candidates->end(), [](const auto& a, const auto& b) {
+    return a.cost_1 < b.cost_1;
+  });
+}
+
+class Diagnosing {
+ public:
+  Diagnosing(const Block& block, const AdjustOptions& options, ProgressSink* progress)
+      : block_(block), progress_(progress) {
+    if (options.corrections != CorrectionChoice::kNone) groups_ = options.groups;
+  }
+
+  Diagnosis Run() {
+    const Copies copies = FindCopies(block_);
+    out_.remarks = copies.remarks;
+    Sample sample;
+    if (copies.any()) {
+      Block once = block_;
+      CountOnce(copies, &once);
+      sample = TakeSample(once, progress_);
+    } else {
+      sample = TakeSample(block_, progress_);
+    }
+    Trials trials(sample.block, groups_, progress_);
+    const Fit before = trials.AsItIs();
+    out_.contradicts = Contradicts(before);
+    out_.square_sum = before.SquareSum();
+    out_.redundancy = before.redundancy_1;
+    out_.points = sample.block.points.size();
+    if (out_.contradicts) Explain(sample, before, &trials);
+    out_.solutions = trials.solutions();
+    return std::move(out_);
+  }
+
+ private:
+  void Explain(const Sample& sample, const Fit& before, Trials* trials) {
+    const std::vector<PassSightings> passes = SightingsOf(sample.block);
+    const Eigen::MatrixX2d residuals =
+        WhitenedResiduals(trials->BlockWith(nullptr, 0.0), groups_, before);
+    const Facts facts{sample, passes, groups_, before, residuals};
+    Hypotheses all;
+    for (const auto add : {AddTimeMistakes,
+                           AddRangeMistakes,
+                           AddConeMistakes,
+                           AddPathMistakes,
+                           AddControlMistakes,
+                           AddIdMistakes,
+                           AddLookMistakes,
+                           AddSigmaMistakes}) {
+      add(facts, &all);
+    }
+    Hypotheses tried = ScoredMistakes(facts, progress_);
+    out_.hypotheses = static_cast<int>(all.size() + tried.size());
+    for (Hypothesis& hypothesis : Screen(std::move(all), passes)) {
+      tried.push_back(std::move(hypothesis));
+    }
+    std::vector<Candidate> candidates;
+    for (std::size_t i = 0; i < tried.size(); ++i) {
+      Step(progress_, "diagnose", i, tried.size());
+      Hypothesis& hypothesis = tried[i];
+      const bool near = hypothesis.local && before.solved;
+      Fit fit = trials->With(
+          hypothesis, hypothesis.value, near ? &before.state : nullptr, Effort::kQuick);
+      if (!fit.solved) continue;
+      Solved solved{hypothesis.value, kNotGiven, std::move(fit)};
+      // From zero on nothing is gained before the size is searched.
+      if (hypothesis.free && hypothesis.value == 0.0) {
+        solved = SearchSize(hypothesis, solved.fit, trials);
+      }
+      const double cost_1 = CostOf(hypothesis, solved.fit);
+      candidates.push_back({std::move(hypothesis), std::move(solved), cost_1});
+    }
+    SortByCost(&candidates);
+    for (std::size_t i = 0; i < std::min(kMostRefined, candidates.size()); ++i) {
+      Candidate& candidate = candidates[i];
+      if (!std::isnan(candidate.solved.sigma)) continue;
+      candidate.solved.fit = trials->With(
+          candidate.hypothesis, candidate.hypothesis.value, &candidate.solved.fit.state);
+      candidate.solved = SearchSize(candidate.hypothesis, candidate.solved.fit, trials);
+      candidate.cost_1 = CostOf(candidate.hypothesis, candidate.solved.fit);
+    }
+    SortByCost(&candidates);
+    Tell(before, candidates);
+  }
+
+  static double CostOf(const Hypothesis& hypothesis, const Fit& fit) {
+    const double equations = 2.0 * static_cast<double>(std::max<std::size_t>(2, fit.looks));
+    return fit.Cost() + hypothesis.parameters * std::log(equations);
+  }
+
+  /// True where a hypothesis takes enough of the contradiction to be told.
+  [[nodiscard]] bool Explains(const Fit& before, const Candidate& candidate) const {
+    const Fit& after = candidate.solved.fit;
+    if (!after.solved || (before.solved && after.lost > before.lost)) return false;
+    if (!before.solved) return after.lost < after.looks;
+    const double k = std::max(1, candidate.hypothesis.parameters);
+    const double left = after.redundancy_1 - k;
+    if (!(left >= 1.0)) return false;
+    if (candidate.hypothesis.kind == MistakeKind::kSigma) {
+      if (!(std::abs(candidate.solved.value) < kMostLogFactor_1)) return false;
+      const bool fits = after.square_sum_1 < 2.0 * left && after.square_sum_1 > 0.5 * left;
+      return fits && before.Cost() - after.Cost() > 50.0;
+    }
+    const double taken_1 = before.SquareSum() - after.SquareSum();
+    if (!(taken_1 >= kLeastPart_1 * (before.SquareSum() - before.redundancy_1))) return false;
+    if (!(taken_1 > 0.0)) return false;
+    const double f = (taken_1 / k) / std::max(1e-300, after.SquareSum() / left);
+    return out_.hypotheses * FisherTailProbability(f, k, left) < kSignificance_1;
+  }
+
+  void Tell(const Fit& before, const std::vector<Candidate>& candidates) {
+    double best_1 = 0.0;
+    for (const Candidate& candidate : candidates) {
+      if (out_.explanations.size() >= kMostTold) break;
+      if (!Explains(before, candidate)) continue;
+      if (out_.explanations.empty()) best_1 = candidate.cost_1;
+      const double gain_1 = before.Cost() - best_1;
+      if (candidate.cost_1 - best_1 > kAsGood_1 + kNearlyAsGood_1 * gain_1) break;
+      out_.explanations.push_back(Describe(before, candidate));
+    }
+  }
+
+  static Explanation Describe(const Fit& before, const Candidate& candidate) {
+    const Hypothesis& hypothesis = candidate.hypothesis;
+    Explanation out;
+    out.kind = hypothesis.kind;
+    out.cause = hypothesis.cause;
+    out.passes = hypothesis.passes;
+    out.points = hypothesis.points;
+    if (hypothesis.free || hypothesis.unit == "1") {
+      out.value = candidate.solved.value;
+      out.sigma = candidate.solved.sigma;
+      if (hypothesis.logarithm) {
+        out.value = std::exp(out.value);
+        out.sigma *= out.value;
+      }
+      out.unit = hypothesis.unit;
+    }
+    const Size size = SizeOf(out.value, out.sigma, out.unit);
+    out.equals = Equals(hypothesis.numbers, out.value, out.sigma);
+    out.change = hypothesis.change(size);
+    out.square_sum_before_1 = before.SquareSum();
+    out.square_sum_after_1 = candidate.solved.fit.SquareSum();
+    out.redundancy_before_1 = before.redundancy_1;
+    out.redundancy_after_1 = candidate.solved.fit.redundancy_1 - hypothesis.parameters;
+    out.looks_lost_before = before.lost;
+    out.looks_lost_after = candidate.solved.fit.lost;
+    out.part_1 = out.square_sum_before_1 > 0.0
+                     ? (out.square_sum_before_1 - out.square_sum_after_1) / out.square_sum_before_1
+                     : 0.0;
+    out.sentence = SentenceOf(hypothesis, size, out);
+    return out;
+  }
+
+  const Block& block_;
+  std::vector<CorrectionGroup> groups_;
+  ProgressSink* progress_;
+  Diagnosis out_;
+};
+
+}  // namespace
+
+Diagnosis Diagnose(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
+  const ThreadLimit limit(options.threads);
+  return Diagnosing(block, options, progress).Run();
+}
+
+}  // namespace sarblock

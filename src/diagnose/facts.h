@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/model/corrections.h"
+
+#include <vector>
+
+#include "fit.h"
+#include "hypothesis.h"
+#include "sample.h"
+#include "sightings.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// What hypotheses are made of.
+struct Facts {
+  const Sample& sample;
+  const std::vector<PassSightings>& passes;  ///< of the sample's known points
+  const std::vector<CorrectionGroup>& groups;
+  const Fit& before;                  ///< the sample as it is
+  const Eigen::MatrixX2d& residuals;  ///< of `before`, over their standard deviations
+};
+
+using Hypotheses = std::vector<Hypothesis>;
+
+}  // namespace sarblock

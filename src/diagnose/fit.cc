@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fit.h"
+
+#include "sarblock/core/error.h"
+
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "geometry/look_side.h"
+#include "normals/elimination.h"
+#include "normals/reduced_system.h"
+#include "solve/reduced_engine.h"
+#include "solve/start_values.h"
+
+namespace sarblock {
+namespace {
+
+constexpr int kQuickIterations = 5, kMostIterations = 30;
+/// Newton decrement in sigmas: v'Pv to its square.
+constexpr double kSettled_1 = 0.03;
+
+/// Looks of the sample that ought to have a place: not rejected, of points that can be solved.
+bool Counts(const Block& sample, std::size_t point, std::size_t look) {
+  if (sample.looks.rejected(look)) return false;
+  if (sample.points.FindKnown(static_cast<std::uint32_t>(point)) != nullptr) return true;
+  std::size_t looks = 0;
+  for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
+    looks += sample.looks.rejected(i) ? 0U : 1U;
+  }
+  return looks >= 2;
+}
+
+void CountPlaces(const AdjustmentProblem& problem, Fit* fit) {
+  const Block& sample = problem.block;
+  for (std::size_t point = 0; point < sample.points.size(); ++point) {
+    for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
+      if (!Counts(sample, point, i)) continue;
+      bool placed = problem.Solves(point) && problem.look_used[i] != 0;
+      if (placed) {
+        const auto sight = problem.model.SightOf(i, fit->state.corrections);
+        placed = sight && LiesWhereItLooks(sample.frame, *sight, fit->state.Position(point));
+        const LookSigma sigma = sample.SigmaOf(i);
+        fit->log_sigmas_1 += 2.0 * std::log(sigma.range_m * sigma.azimuth);
+      }
+      ++(placed ? fit->looks : fit->lost);
+    }
+  }
+}
+
+/// Start values from a state of the same points. What has no place there is left out.
+BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
+  BlockState state = warm;
+  if (state.corrections.size() != problem->layout.size()) {
+    state.corrections = Eigen::VectorXd::Zero(problem->layout.size());
+  }
+  const auto& offsets = problem->block.looks.offsets;
+  for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
+    if (!state.Position(point).allFinite()) {
+      problem->LeaveOut(point, PointStatus::kUndetermined, "no place");
+      continue;
+    }
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      if (problem->look_used[i] != 0 && !problem->model.SightOf(i, state.corrections)) {
+        problem->look_used[i] = 0;
+      }
+    }
+    const int control = problem->control_of[point];
+    const int rows = control < 0 ? 0 : problem->control[static_cast<std::size_t>(control)].rows;
+    const int looks = problem->CountLooks(point);
+    if (looks == 0 || 2 * looks + rows < 3) {
+      problem->LeaveOut(point, PointStatus::kTooFewLooks, "no place");
+    }
+  }
+  return state;
+}
+
+}  // namespace
+
+double Fit::SquareSum() const { return square_sum_1 + kLost_1 * static_cast<double>(lost); }
+
+Fit SolveSample(const Block& sample,
+                const std::vector<CorrectionGroup>& groups,
+                const BlockState* warm,
+                Effort effort,
+                ProgressSink* progress) {
+  Fit fit;
+  try {
+    AdjustmentProblem problem(sample, groups);
+    fit.state = warm == nullptr ? std::move(ComputeStartValues(&problem, progress).state)
+                                : Continue(*warm, &problem);
+    SolveOptions options;
+    options.max_iterations = effort == Effort::kQuick ? kQuickIterations : kMostIterations;
+    options.settled_1 = kSettled_1;
+    const Weighting weighting{.renewed = &problem.weights};
+    ReducedSystem system(problem);
+    static_cast<void>(SolveReduced(problem, weighting, options, &system, &fit.state, progress));
+    UpdateWeights(fit.state, &problem);
+    system.Form(fit.state, {}, progress);
+    fit.square_sum_1 = 2.0 * system.cost();
+    fit.redundancy_1 = CountProblem(problem).redundancy();
+    CountPlaces(problem, &fit);
+    fit.solved = std::isfinite(fit.square_sum_1) && fit.looks > 0;
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception&) {  // what cannot be solved explains nothing
+    fit.solved = false;
+  }
+  if (!fit.solved) {
+    fit.square_sum_1 = 0.0;
+    fit.lost = sample.looks.size();
+  }
+  return fit;
+}
+
+Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
+                                   const std::vector<CorrectionGroup>& groups,
+                                   const Fit& fit) {
+  Eigen::MatrixX2d out =
+      Eigen::MatrixX2d::Constant(static_cast<Eigen::Index>(sample.looks.size()), 2, kNotGiven);
+  if (!fit.solved) return out;
+  AdjustmentProblem problem(sample, groups);
+  UpdateWeights(fit.state, &problem);
+  WhitenedLook at;
+  for (std::size_t point = 0; point < sample.points.size(); ++point) {
+    if (!fit.state.Position(point).allFinite()) continue;
+    for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
+      if (sample.looks.rejected(i)) continue;
+      if (EvaluateWhitened(problem, fit.state, {}, point, i, &at)) {
+        out.row(static_cast<Eigen::Index>(i)) = at.error_1.transpose();
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace sarblock

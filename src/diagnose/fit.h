@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/model/corrections.h"
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "model/problem.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// A sample of a block solved by least squares, as far as it can be.
+struct Fit {
+  bool solved = false;
+  double square_sum_1 = 0.0;  ///< v'Pv of what has a place
+  double redundancy_1 = 0.0;
+  std::size_t looks = 0;      ///< that have a place
+  std::size_t lost = 0;       ///< looks without one, or whose point lies where they do not look to
+  double log_sigmas_1 = 0.0;  ///< sum of ln sigma^2 of the measurements
+  BlockState state;
+
+  /// v'Pv with a look that has no place counted by kLost_1.
+  [[nodiscard]] double SquareSum() const;
+  /// -2 log likelihood but for a constant.
+  [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas_1; }
+};
+
+/// What a look without a place counts: residuals of 30 sigma in range and azimuth.
+inline constexpr double kLost_1 = 1800.0;
+
+/// How many steps a solution may take. A hypothesis that is right is near its solution after a few;
+/// the others need not get there.
+enum class Effort { kQuick, kFull };
+
+/// Solves the sample from start values of its own, or from the state of another fit of its points,
+/// which leaves out what has no place there. Never throws but Interrupted: what cannot be solved is
+/// a Fit that is not.
+[[nodiscard]] Fit SolveSample(const Block& sample,
+                              const std::vector<CorrectionGroup>& groups,
+                              const BlockState* warm,
+                              Effort effort,
+                              ProgressSink* progress);
+
+/// Residuals of every look over its standard deviations at a fit, NaN where it has none: columns
+/// range and azimuth.
+[[nodiscard]] Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
+                                                 const std::vector<CorrectionGroup>& groups,
+                                                 const Fit& fit);
+
+}  // namespace sarblock

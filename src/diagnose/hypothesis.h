@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/diagnose/diagnosis.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace sarblock {
+
+/// A number that people's mistakes have, and what it is.
+struct KnownNumber {
+  double value = 0.0;  ///< in the unit of the hypothesis
+  std::string text;
+};
+
+/// Size of a mistake as found: `text` is "18.000 +- 0.001 s", or the size that was tried.
+struct Size {
+  double value = kNotGiven, sigma = kNotGiven;
+  std::string text;
+};
+
+/// One mistake that may have been made, and the change of the block that undoes it. `undo` is
+/// called on the sample and on small parts of it, so it finds passes and points by their ids and
+/// leaves alone what is not there.
+struct Hypothesis {
+  MistakeKind kind = MistakeKind::kTime;
+  std::string cause;
+  std::vector<std::string> passes;  ///< empty: all
+  std::vector<std::string> points;
+  std::function<void(Block*, double value)> undo;
+  int parameters = 1;  ///< that undoing it fits to the looks; 0: a change without a size
+  /// The size is found from `value` on with first steps of `step`; else `value` is the size.
+  bool free = false;
+  double value = 0.0, step = 0.0;
+  bool logarithm = false;  ///< value and step are logarithms of what is told
+  std::string unit;
+  std::vector<KnownNumber> numbers;
+  /// "the times of pass DSC are 18.000 +- 0.001 s late"
+  std::function<std::string(const Size&)> says;
+  std::function<std::string(const Size&)> change;
+  /// What known points do not show, or a score test found: solved without the screening.
+  bool screened = false;
+  /// Changes little of the whole: solved from where the sample as it is ended.
+  bool local = false;
+};
+
+}  // namespace sarblock

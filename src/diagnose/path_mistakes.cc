@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "path_mistakes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "block/read_recorded.h"
+#include "edits.h"
+#include "words.h"
+#include <Eigen/Geometry>
+
+namespace sarblock {
+namespace {
+
+using Names = std::vector<std::string>;
+
+constexpr double kSecondsOfDay = 86400.0;
+constexpr double kTurn_rad = 2.0 * std::numbers::pi;
+
+/// Sidereal rotation of the named bodies, rad/s.
+const std::vector<KnownNumber>& Rotations() {
+  static const std::vector<KnownNumber> rates{
+      {7.2921159e-5, "the rotation of the Earth"},
+      {kTurn_rad / (27.321661 * kSecondsOfDay), "the rotation of the Moon"},
+      {7.0882181e-5, "the rotation of Mars"},
+      {-kTurn_rad / (243.0185 * kSecondsOfDay), "the rotation of Venus"}};
+  return rates;
+}
+
+/// That of the body whose radius is the nearest to the frame's.
+double RotationOf(const Frame& frame) {
+  static constexpr std::array<double, 4> kRadii_m{6378137.0, 1737400.0, 3396190.0, 6051800.0};
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < kRadii_m.size(); ++i) {
+    const double a_m = frame.ellipsoid().a_m;
+    if (std::abs(a_m - kRadii_m[i]) < std::abs(a_m - kRadii_m[nearest])) nearest = i;
+  }
+  return Rotations()[nearest].value;
+}
+
+using Edit = std::function<void(StateVector*, double value)>;
+
+Hypothesis EditedStates(const Names& passes, std::string cause, Edit edit) {
+  Hypothesis out;
+  out.kind = MistakeKind::kPath;
+  out.cause = std::move(cause);
+  out.passes = passes;
+  out.undo = [passes, edit = std::move(edit)](Block* block, double value) {
+    for (const std::uint32_t p : PassesOf(*block, passes)) {
+      EditStates([&](StateVector* state) { edit(state, value); }, p, block);
+    }
+  };
+  return out;
+}
+
+Hypothesis ScaledStates(const Names& passes, bool positions, bool velocities, double factor) {
+  Hypothesis out = EditedStates(passes, "path.unit", [=](StateVector* state, double value) {
+    if (positions) state->position_m /= value;
+    if (velocities) state->velocity_mps /= value;
+  });
+  const std::string what = positions && velocities ? "positions and velocities"
+                           : positions             ? "positions"
+                                                   : "velocities";
+  const std::string unit = factor == 1e-3  ? (positions ? "kilometres" : "kilometres a second")
+                           : factor == 1e3 ? (positions ? "millimetres" : "millimetres a second")
+                                           : "of the wrong sign";
+  if (factor < 0.0) out.cause = "path.velocity_sign";
+  out.value = factor;
+  out.parameters = 0;
+  out.unit = "1";
+  out.says = [=](const Size&) {
+    return "the " + what + " of " + PassWords(passes) + " are " +
+           (factor < 0.0 ? unit : "in " + unit);
+  };
+  out.change = [=](const Size&) {
+    return "trajectories.csv: " + what + " " + OfPasses(passes) + " divided by " + Short(factor);
+  };
+  return out;
+}
+
+/// From axes that do not turn, aligned with the body's at time 0, to the body's.
+Hypothesis InertialStates(const Names& passes, double rate) {
+  Hypothesis out = EditedStates(passes, "path.inertial", [](StateVector* state, double value) {
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+    const Eigen::AngleAxisd back(-value * state->time_s, axis);
+    state->position_m = back * state->position_m;
+    state->velocity_mps = back * state->velocity_mps - value * axis.cross(state->position_m);
+  });
+  out.free = true;
+  out.value = rate;
+  out.step = 1e-3 * std::abs(rate);
+  out.unit = "rad/s";
+  out.numbers = Rotations();
+  out.says = [passes](const Size& size) {
+    return "the states of " + PassWords(passes) +
+           " are in inertial axes, not in those of the turning body: rate " + size.text;
+  };
+  out.change = [passes](const Size&) {
+    return "trajectories.csv: body-fixed positions and velocities " + OfPasses(passes);
+  };
+  return out;
+}
+
+Hypothesis InertialVelocities(const Names& passes, double rate) {
+  Hypothesis out =
+      EditedStates(passes, "path.inertial_velocity", [](StateVector* state, double value) {
+        state->velocity_mps -= value * Eigen::Vector3d::UnitZ().cross(state->position_m);
+      });
+  out.free = true;
+  out.value = rate;
+  out.step = 1e-3 * std::abs(rate);
+  out.unit = "rad/s";
+  out.numbers = Rotations();
+  out.says = [passes](const Size& size) {
+    return "the velocities of " + PassWords(passes) +
+           " are inertial, the positions body-fixed: rate " + size.text;
+  };
+  out.change = [passes](const Size&) {
+    return "trajectories.csv: velocities " + OfPasses(passes) +
+           " less the rotation times the position, or through = \"positions\" in [trajectory]";
+  };
+  return out;
+}
+
+/// Velocities given over velocities of the positions, and the turning that would explain them.
+struct VelocityFacts {
+  double ratio_1 = 1.0;         ///< median of the projection on the motion
+  double rate_rad_per_s = 0.0;  ///< of given less moved, about the axis of the body
+};
+
+VelocityFacts VelocitiesOf(const Pass& pass) {
+  const std::vector<StateVector>& states = pass.RecordedStates();
+  std::vector<double> ratio, rate;
+  const std::size_t stride = 1 + states.size() / 200;
+  for (std::size_t i = stride; i < states.size(); i += stride) {
+    const StateVector &a = states[i - 1], &b = states[i];
+    const Eigen::Vector3d moved = (b.position_m - a.position_m) / (b.time_s - a.time_s);
+    const Eigen::Vector3d said = 0.5 * (a.velocity_mps + b.velocity_mps);
+    const Eigen::Vector3d turned = Eigen::Vector3d::UnitZ().cross(a.position_m);
+    if (moved.squaredNorm() > 0.0) ratio.push_back(said.dot(moved) / moved.squaredNorm());
+    if (turned.squaredNorm() > 0.0) {
+      rate.push_back((said - moved).dot(turned) / turned.squaredNorm());
+    }
+  }
+  if (ratio.empty()) return {};
+  return {Median(std::move(ratio)), rate.empty() ? 0.0 : Median(std::move(rate))};
+}
+
+Hypothesis ExchangedPasses(const std::string& a, const std::string& b) {
+  Hypothesis out;
+  out.kind = MistakeKind::kPath;
+  out.cause = "path.exchanged";
+  out.passes = {a, b};
+  out.parameters = 0;
+  out.undo = [a, b](Block* block, double) {
+    const auto i = FindPass(*block, a), j = FindPass(*block, b);
+    if (!i || !j) return;
+    std::swap(block->passes[*i].path, block->passes[*j].path);
+    std::swap(block->passes[*i].recorded, block->passes[*j].recorded);
+  };
+  out.says = [a, b](const Size&) {
+    return "the flight paths of passes " + a + " and " + b + " have each other's names";
+  };
+  out.change = [a, b](const Size&) {
+    return "trajectories.csv: exchange the names " + a + " and " + b;
+  };
+  out.screened = true;
+  return out;
+}
+
+/// Pairs that see the known points much better with each other's paths.
+void AddExchangedPaths(const Facts& facts, Hypotheses* out) {
+  const std::size_t count = facts.passes.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const PassSightings& a = facts.passes[i];
+    for (std::size_t j = i + 1; j < count; ++j) {
+      const PassSightings& b = facts.passes[j];
+      const Pass &pass_a = facts.sample.block.passes[i], &pass_b = facts.sample.block.passes[j];
+      const auto with = [](const PassSightings& sees, const Pass& path) {
+        Block part = sees.part;
+        part.passes[0].path = path.path;
+        return MisfitOf(part);
+      };
+      if (a.sightings.empty() || b.sightings.empty()) {
+        if (count <= 6) out->push_back(ExchangedPasses(pass_a.id, pass_b.id));
+        continue;
+      }
+      if (with(a, pass_b) < 0.3 * a.misfit_m && with(b, pass_a) < 0.3 * b.misfit_m) {
+        out->push_back(ExchangedPasses(pass_a.id, pass_b.id));
+      }
+    }
+  }
+}
+
+Hypothesis OtherReading(const Names& passes, const std::string& why, const char* cause) {
+  Hypothesis out;
+  out.kind = MistakeKind::kPath;
+  out.cause = cause;
+  out.passes = passes;
+  out.parameters = 0;
+  out.undo = [passes](Block* block, double) {
+    for (const std::uint32_t p : PassesOf(*block, passes)) {
+      Pass& pass = block->passes[p];
+      if (pass.recorded.states.empty()) pass.recorded.states = pass.path.states();
+      pass.recorded.asked.through = PathThrough::kAuto;
+    }
+    static_cast<void>(ReadRecordedFlights(block));
+  };
+  out.says = [passes, why](const Size&) {
+    return "the states of " + PassWords(passes) + " " + why;
+  };
+  out.change = [passes](const Size&) {
+    return "block.toml: [trajectory] through = \"auto\", or other states " + OfPasses(passes) +
+           " in trajectories.csv";
+  };
+  out.screened = true;
+  return out;
+}
+
+/// Recordings that matter (RecordedFlight::effect) and are read as they are.
+void AddRecordings(const Facts& facts, Hypotheses* out) {
+  Names sparse, rough;
+  for (const Pass& pass : facts.sample.block.passes) {
+    const RecordingEffect& effect = pass.recorded.effect;
+    if (!effect.Matters() || pass.recorded.asked.through == PathThrough::kAuto) continue;
+    const double rough_m = std::hypot(effect.noise_m, effect.contradiction_m);
+    (effect.interpolation_m > rough_m ? sparse : rough).push_back(pass.id);
+  }
+  if (!sparse.empty()) {
+    out->push_back(
+        OtherReading(sparse, "lie too far apart for the cubics between them", "path.sparse"));
+  }
+  if (!rough.empty()) {
+    out->push_back(OtherReading(
+        rough, "are rough: velocities and positions contradict each other", "path.rough"));
+  }
+}
+
+}  // namespace
+
+void AddPathMistakes(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  std::vector<Names> scopes{{}};
+  for (const Pass& pass : block.passes) scopes.push_back({pass.id});
+  const bool turns = block.frame.kind() == FrameKind::kGeocentric;
+  const double rate = turns ? RotationOf(block.frame) : 0.0;
+  for (std::size_t k = 0; k < scopes.size(); ++k) {
+    const Names& passes = scopes[k];
+    const VelocityFacts velocity = VelocitiesOf(block.passes[k == 0 ? 0 : k - 1]);
+    for (const double factor : {-1.0, 1e-3, 1e3}) {
+      if (std::abs(velocity.ratio_1 / factor - 1.0) < 0.1) {
+        out->push_back(ScaledStates(passes, false, true, factor));
+        if (factor == 1e3) out->push_back(ScaledStates(passes, true, false, 1e-3));
+      }
+    }
+    out->push_back(ScaledStates(passes, true, true, 1e-3));
+    if (!turns) continue;
+    out->push_back(InertialStates(passes, rate));
+    if (std::abs(velocity.rate_rad_per_s / rate - 1.0) < 0.5) {
+      out->push_back(InertialVelocities(passes, rate));
+      out->back().screened = true;
+    }
+  }
+  AddExchangedPaths(facts, out);
+  AddRecordings(facts, out);
+}
+
+}  // namespace sarblock

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "facts.h"
+
+namespace sarblock {
+
+/// Adds the hypotheses of standard deviations that this block gives reason to try, with first
+/// values of their sizes: those that the sightings suggest, and those that show in a solution
+/// alone.
+void AddSigmaMistakes(const Facts& facts, Hypotheses* out);
+
+}  // namespace sarblock

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "size_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "edits.h"
+#include <Eigen/Cholesky>
+
+namespace sarblock {
+namespace {
+
+constexpr int kMostRounds = 6;
+/// Of a standard deviation, from which on a size counts as found.
+constexpr double kFound_1 = 0.05;
+
+bool MayHoldPoint(const KnownPosition& known) {
+  int held = 0;
+  for (const bool component : known.held) held += component ? 1 : 0;
+  if (held < 3) return held > 0;
+  return Eigen::LLT<Eigen::Matrix3d>(known.covariance_enu_m2).info() == Eigen::Success;
+}
+
+}  // namespace
+
+Block Trials::BlockWith(const Hypothesis* hypothesis, double value) const {
+  Block block = sample_;
+  if (hypothesis != nullptr) {
+    hypothesis->undo(&block, value);
+    FitStrips(&block);
+  }
+  for (const KnownPosition& known : block.points.known) {
+    PointRole& role = block.points.role[known.point];
+    if (role == PointRole::kCheck && MayHoldPoint(known)) role = PointRole::kControl;
+  }
+  return block;
+}
+
+Fit Trials::AsItIs() {
+  ++solutions_;
+  return SolveSample(BlockWith(nullptr, 0.0), groups_, nullptr, Effort::kFull, progress_);
+}
+
+Fit Trials::With(const Hypothesis& hypothesis,
+                 double value,
+                 const BlockState* warm,
+                 Effort effort) {
+  ++solutions_;
+  return SolveSample(BlockWith(&hypothesis, value), groups_, warm, effort, progress_);
+}
+
+Solved SearchSize(const Hypothesis& hypothesis, const Fit& first, Trials* trials) {
+  Solved best{hypothesis.value, kNotGiven, first};
+  if (!hypothesis.free || !first.solved) return best;
+  double step = hypothesis.step;
+  const auto at = [&](double value) {
+    Fit fit = trials->With(hypothesis, value, &best.fit.state);
+    if (!fit.solved) fit = trials->With(hypothesis, value, nullptr);
+    return fit;
+  };
+  for (int round = 0; round < kMostRounds; ++round) {
+    Fit above = at(best.value + step), below = at(best.value - step);
+    const double here_1 = best.fit.Cost();
+    const double slope = (above.Cost() - below.Cost()) / (2.0 * step);
+    const double curvature = (above.Cost() - 2.0 * here_1 + below.Cost()) / (step * step);
+    const auto take = [&best](double value, Fit fit) {
+      if (!fit.solved || !(fit.Cost() < best.fit.Cost())) return false;
+      best.fit = std::move(fit);
+      best.value = value;
+      return true;
+    };
+    if (!(curvature > 0.0) || !std::isfinite(curvature)) {
+      const double from = best.value;
+      if (!take(from + step, std::move(above))) take(from - step, std::move(below));
+      step *= 4.0;
+      continue;
+    }
+    best.sigma = std::sqrt(2.0 / curvature);
+    double move = -slope / curvature;
+    bool moved = false;
+    for (int shorter = 0; shorter < 3 && !moved; ++shorter, move *= 0.25) {
+      moved = take(best.value + move, at(best.value + move));
+      if (std::abs(move) < kFound_1 * best.sigma) break;
+    }
+    const bool fine = step < 5.0 * best.sigma && step > 0.2 * best.sigma;
+    if (fine && (std::abs(slope / curvature) < kFound_1 * best.sigma || !moved)) break;
+    step = best.sigma;
+  }
+  return best;
+}
+
+}  // namespace sarblock

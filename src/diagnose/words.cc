@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "words.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace sarblock {
+namespace {
+
+template <typename... Values>
+std::string Print(const char* format, Values... values) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+  constexpr std::size_t kNamed = 4;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) {
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  }
+  if (names.size() > kNamed) text += " and " + std::to_string(names.size() - kNamed) + " more";
+  return text;
+}
+
+/// Never 100 % unless nothing is left.
+std::string Percent(double part_1) {
+  return Print("%.2f", std::min(99.99, 100.0 * std::max(0.0, part_1))) + " %";
+}
+
+}  // namespace
+
+std::string Short(double value) { return Print("%.4g", value); }
+
+Size SizeOf(double value, double sigma, const std::string& unit) {
+  Size size{value, sigma, ""};
+  const std::string of_unit = unit.empty() || unit == "1" ? "" : " " + unit;
+  if (!(sigma > 0.0) || !std::isfinite(sigma)) {
+    size.text = Print("%.6g", value) + of_unit;
+    return size;
+  }
+  const int exponent = static_cast<int>(std::floor(std::log10(sigma)));
+  const bool tiny = std::abs(value) < 1e-3 && exponent < -6;
+  if (tiny || exponent > 6) {
+    const int digits =
+        static_cast<int>(std::floor(std::log10(std::max(std::abs(value), sigma)))) - exponent + 1;
+    size.text = Print("%.*e +- %.1e", std::clamp(digits, 1, 15), value, sigma) + of_unit;
+    return size;
+  }
+  const int decimals = std::clamp(1 - exponent, 0, 12);
+  size.text = Print("%.*f +- %.*f", decimals, value, decimals, sigma) + of_unit;
+  return size;
+}
+
+std::string Equals(const std::vector<KnownNumber>& numbers, double value, double sigma) {
+  const double tolerance = std::max(sigma > 0.0 ? 4.0 * sigma : 0.0, 1e-3 * std::abs(value));
+  if (!(tolerance < 0.1 * std::abs(value))) return "";
+  const KnownNumber* nearest = nullptr;
+  for (const KnownNumber& number : numbers) {
+    const double off = std::abs(value - number.value);
+    if (off > tolerance) continue;
+    if (nearest == nullptr || off < std::abs(value - nearest->value)) nearest = &number;
+  }
+  return nearest == nullptr ? "" : nearest->text;
+}
+
+std::string PassWords(const std::vector<std::string>& passes) {
+  if (passes.empty()) return "all passes";
+  return (passes.size() == 1 ? "pass " : "passes ") + Joined(passes);
+}
+
+std::string OfPasses(const std::vector<std::string>& passes) {
+  return "of " + (passes.empty() ? std::string("all passes") : Joined(passes));
+}
+
+std::string SentenceOf(const Hypothesis& hypothesis,
+                       const Size& size,
+                       const Explanation& explanation) {
+  std::string text = hypothesis.says(size);
+  if (!explanation.equals.empty()) text += " (" + explanation.equals + ")";
+  if (hypothesis.kind != MistakeKind::kSigma || explanation.part_1 > 0.0) {
+    text += ": takes " + Percent(explanation.part_1) + " of v'Pv";
+  }
+  if (explanation.looks_lost_before > explanation.looks_lost_after) {
+    text += Print(" and finds a place for %zu looks",
+                  explanation.looks_lost_before - explanation.looks_lost_after);
+  }
+  const double left_1 = explanation.square_sum_after_1 / explanation.redundancy_after_1;
+  if (left_1 > 2.0 || explanation.looks_lost_after > 0) {
+    text += " but does not explain all (v'Pv over redundancy " + Short(left_1) + " is left)";
+  }
+  return text + "; " + explanation.change;
+}
+
+}  // namespace sarblock

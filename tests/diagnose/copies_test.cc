@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/copies.h"
+
+#include "diagnose/plants_edit.h"
+#include "diagnose/trial_blocks.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using ::testing::HasSubstr;
+
+Block SceneBlock() { return test::MakeTrialBlock("moon-alse", 1).block; }
+
+TEST(FindCopiesTest, FindsNoneInAScene) { EXPECT_FALSE(FindCopies(SceneBlock()).any()); }
+
+TEST(FindCopiesTest, NamesAPassThatIsACopyAndCountsItOnce) {
+  Block block = SceneBlock();
+  test::AppendPassCopy(1, &block);
+  const auto copy = static_cast<std::uint32_t>(block.passes.size() - 1);
+  const Copies copies = FindCopies(block);
+  EXPECT_EQ(copies.passes, std::vector<std::uint32_t>{copy});
+  ASSERT_EQ(copies.remarks.size(), 1U);
+  EXPECT_THAT(copies.remarks[0], HasSubstr("and COPY are the same images twice"));
+  CountOnce(copies, &block);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    EXPECT_EQ(block.looks.rejected(i), block.looks.pass[i] == copy);
+  }
+}
+
+TEST(FindCopiesTest, FindsLooksThatAreEqualButForRounding) {
+  Block block = SceneBlock();
+  test::AppendPassCopy(1, &block);
+  const LookSigma sigma = block.SigmaOf(0);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (block.passes[block.looks.pass[i]].id == "COPY") {
+      block.looks.range_m[i] += 5e-4 * sigma.range_m;
+    }
+  }
+  EXPECT_TRUE(FindCopies(block).any());
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (block.passes[block.looks.pass[i]].id == "COPY") {
+      block.looks.range_m[i] += 2e-3 * sigma.range_m;
+    }
+  }
+  EXPECT_FALSE(FindCopies(block).any());
+}
+
+TEST(FindCopiesTest, NamesAPointUnderTwoIds) {
+  Block block = SceneBlock();
+  const std::uint32_t point = block.points.ids.Find("T17");
+  ASSERT_NE(point, IdTable::kNone);
+  test::AppendPointCopy(point, &block);
+  const Copies copies = FindCopies(block);
+  ASSERT_EQ(copies.remarks.size(), 1U);
+  EXPECT_THAT(copies.remarks[0], HasSubstr("T17 and copy"));
+}
+
+}  // namespace
+}  // namespace sarblock

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mistakes planted in shipped scenes, their passes, signs and sizes drawn: seeded statistics, with
+// one draw of each by default; SARBLOCK_DRAWS sets more. The whole table is made by diagnosis_table
+// (docs/validation.md).
+#include "sarblock/diagnose/diagnose.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "diagnose/trial_blocks.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using test::Outcome;
+using test::Plant;
+using ::testing::HasSubstr;
+
+std::uint64_t Draws(std::uint64_t without) {
+  const char* text = std::getenv("SARBLOCK_DRAWS");
+  return text == nullptr ? without : std::strtoull(text, nullptr, 10);
+}
+
+const Plant& PlantNamed(const std::string& name) {
+  for (const Plant& plant : test::Plants()) {
+    if (plant.name == name) return plant;
+  }
+  throw InputError("plant", "none is called " + name);
+}
+
+class MistakesOfScene : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(MistakesOfScene, AreNamedFirstInNineOfTen) {
+  int seen = 0, first = 0;
+  std::string others;
+  for (const Plant& plant : test::Plants()) {
+    for (std::uint64_t seed = 1; seed <= Draws(1); ++seed) {
+      const test::TrialResult result = test::RunTrial(GetParam(), plant, seed);
+      if (result.outcome == Outcome::kNotApplicable || result.outcome == Outcome::kUnseen) continue;
+      ++seen;
+      first += result.outcome == Outcome::kFirst ? 1 : 0;
+      if (result.outcome != Outcome::kFirst) {
+        others += "\n" + plant.name + ", seed " + std::to_string(seed) + ":";
+        for (const std::string& text : result.diagnosis.Sentences()) others += "\n  " + text;
+      }
+    }
+  }
+  EXPECT_GE(first, 0.9 * seen) << others;
+  EXPECT_GT(seen, 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         MistakesOfScene,
+                         ::testing::Values("earth-asc-desc", "opposite-side"),
+                         [](const auto& instance) {
+                           std::string name = instance.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST(DiagnoseTest, SaysNothingOfAGoodBlock) {
+  for (const std::string& name : test::TrialNames()) {
+    for (std::uint64_t seed = 1; seed <= Draws(2); ++seed) {
+      const test::TrialBlock made = test::MakeTrialBlock(name, seed);
+      const Diagnosis diagnosis = Diagnose(made.block, made.options);
+      EXPECT_TRUE(diagnosis.explanations.empty())
+          << name << ", seed " << seed << ": " << diagnosis.Sentences().front();
+      EXPECT_TRUE(diagnosis.remarks.empty()) << name;
+    }
+  }
+}
+
+TEST(DiagnoseTest, ClaimsNoMoreOfAnUnlistedErrorThanWhatItTakes) {
+  for (const Plant& plant : test::UnlistedErrors()) {
+    for (const char* name : {"earth-asc-desc", "opposite-side"}) {
+      for (std::uint64_t seed = 1; seed <= Draws(1); ++seed) {
+        const test::TrialResult result = test::RunTrial(name, plant, seed);
+        for (const Explanation& told : result.diagnosis.explanations) {
+          // Two routes: the part that is told, and the square sums.
+          const double part =
+              (told.square_sum_before_1 - told.square_sum_after_1) / told.square_sum_before_1;
+          EXPECT_NEAR(told.part_1, part, 1e-12) << told.sentence;
+          const bool explains_all =
+              told.square_sum_after_1 < 2.0 * told.redundancy_after_1 && told.looks_lost_after == 0;
+          const bool says_so = told.sentence.find("does not explain all") != std::string::npos;
+          EXPECT_NE(says_so, explains_all) << told.sentence;
+        }
+      }
+    }
+  }
+}
+
+TEST(DiagnoseTest, NamesTheDifferenceOfGpsAndUtc) {
+  test::TrialBlock made = test::MakeTrialBlock("earth-asc-desc", 3);
+  Block& block = made.block;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (block.passes[block.looks.pass[i]].id == "DSC") block.looks.time_s[i] += 18.0;
+  }
+  const Diagnosis diagnosis = Diagnose(block, made.options);
+  ASSERT_FALSE(diagnosis.explanations.empty());
+  const Explanation& told = diagnosis.explanations.front();
+  EXPECT_EQ(told.cause, "time.constant");
+  EXPECT_EQ(told.passes, std::vector<std::string>{"DSC"});
+  EXPECT_NEAR(told.value, 18.0, 4.0 * told.sigma);
+  EXPECT_LT(told.sigma, 0.01);
+  EXPECT_GT(told.part_1, 0.99);
+  EXPECT_THAT(diagnosis.Sentences().front(),
+              HasSubstr("s late (GPS and UTC differ by 18 s since 2017): takes 99.9"));
+  EXPECT_THAT(told.change, HasSubstr("time_s of DSC minus 18, or correction.time of DSC"));
+}
+
+TEST(DiagnoseTest, CountsTheSolutionsAndStaysWithinABound) {
+  for (const Plant& plant : test::UnlistedErrors()) {
+    const test::TrialResult result = test::RunTrial("earth-asc-desc", plant, 5);
+    EXPECT_GT(result.diagnosis.solutions, 1) << plant.name;
+    EXPECT_LT(result.diagnosis.solutions, 400) << plant.name;
+  }
+}
+
+/// Asks to stop at its n-th call.
+class StoppingSink : public ProgressSink {
+ public:
+  explicit StoppingSink(int calls) : left_(calls) {}
+  void Update(std::string_view, std::size_t, std::size_t, std::string_view) override { --left_; }
+  [[nodiscard]] bool Cancelled() const override { return left_ < 0; }
+
+ private:
+  int left_;
+};
+
+TEST(DiagnoseTest, EndsWhereTheUserInterrupts) {
+  test::TrialBlock made = test::MakeTrialBlock("earth-asc-desc", 3);
+  RandomStream random(1, 2);
+  static_cast<void>(PlantNamed("times of a pass reversed").make(&made.block, &random));
+  for (const int calls : {0, 10, 100}) {
+    StoppingSink sink(calls);
+    EXPECT_THROW(static_cast<void>(Diagnose(made.block, made.options, &sink)), Interrupted);
+  }
+}
+
+TEST(DiagnoseTest, BearsBlocksOfWhichNothingCanBeSolved) {
+  test::TrialBlock made = test::MakeTrialBlock("earth-asc-desc", 3);
+  Block nothing = made.block;
+  for (std::uint8_t& flags : nothing.looks.flags) flags |= Looks::kRejected;
+  EXPECT_TRUE(Diagnose(nothing, made.options).explanations.empty());
+  Block alone = made.block;
+  for (std::size_t i = 0; i < alone.looks.size(); ++i) {
+    if (alone.looks.pass[i] != 0) alone.looks.flags[i] |= Looks::kRejected;
+  }
+  static_cast<void>(Diagnose(alone, made.options));
+  Block far = made.block;
+  for (double& range_m : far.looks.range_m) range_m = 1e-3;
+  static_cast<void>(Diagnose(far, made.options));
+}
+
+}  // namespace
+}  // namespace sarblock

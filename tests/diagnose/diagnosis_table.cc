@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plants every mistake of plants.h in every block and prints what is said of it; the table of
+// docs/validation.md. Usage: diagnosis_table [--draws N] [--seed S] [--block TEXT] [--plant TEXT]
+// [--verbose]; TEXT is a part of the name.
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "trial_blocks.h"
+
+namespace {
+
+using sarblock::test::Outcome;
+using sarblock::test::Plant;
+
+struct Arguments {
+  std::uint64_t draws = 1, seed = 1;
+  std::string block, plant;
+  bool verbose = false;
+};
+
+Arguments Read(int count, char** values) {
+  Arguments out;
+  for (int i = 1; i < count; ++i) {
+    const std::string_view name = values[i];
+    if (name == "--verbose") {
+      out.verbose = true;
+      continue;
+    }
+    if (i + 1 == count) break;
+    const char* value = values[++i];
+    if (name == "--draws") out.draws = std::strtoull(value, nullptr, 10);
+    if (name == "--seed") out.seed = std::strtoull(value, nullptr, 10);
+    if (name == "--block") out.block = value;
+    if (name == "--plant") out.plant = value;
+  }
+  return out;
+}
+
+using Counts = std::array<int, 6>;
+
+void Print(const std::string& name, const Counts& counts) {
+  const int seen = counts[1] + counts[2] + counts[3] + counts[4];
+  std::printf("| %s | %d | %d | %d | %d | %d | %d | %.0f %% |\n",
+              name.c_str(),
+              seen + counts[5],
+              counts[5],
+              counts[1],
+              counts[2],
+              counts[3],
+              counts[4],
+              seen > 0 ? 100.0 * counts[1] / seen : 100.0);
+  std::fflush(stdout);
+}
+
+void Tell(const std::string& block,
+          const Plant& plant,
+          std::uint64_t seed,
+          const sarblock::test::TrialResult& result) {
+  std::printf(
+      "# %s / %s / %llu: outcome %d, expected %s (%s) of %s %s, %.0f ms, %d solutions, "
+      "%d hypotheses\n",
+      block.c_str(),
+      plant.name.c_str(),
+      static_cast<unsigned long long>(seed),
+      static_cast<int>(result.outcome),
+      result.planted.causes.empty() ? "" : result.planted.causes[0].c_str(),
+      result.diagnosis.contradicts ? "contradicts" : "no contradiction",
+      result.planted.passes.empty() ? "" : result.planted.passes[0].c_str(),
+      result.planted.points.empty() ? "" : result.planted.points[0].c_str(),
+      1e3 * result.diagnosis_s,
+      result.diagnosis.solutions,
+      result.diagnosis.hypotheses);
+  for (const std::string& remark : result.diagnosis.remarks)
+    std::printf("#   %s\n", remark.c_str());
+  for (const std::string& text : result.diagnosis.Sentences())
+    std::printf("#   %s\n", text.c_str());
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+  const Arguments arguments = Read(count, values);
+  Counts all{};
+  std::printf("| mistake | blocks | unseen | first | later | wrong | silent | first of seen |\n");
+  std::printf("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  for (const Plant& plant : sarblock::test::Plants()) {
+    if (plant.name.find(arguments.plant) == std::string::npos) continue;
+    Counts counts{};
+    for (const std::string& block : sarblock::test::TrialNames()) {
+      if (block.find(arguments.block) == std::string::npos) continue;
+      for (std::uint64_t draw = 0; draw < arguments.draws; ++draw) {
+        const std::uint64_t seed = arguments.seed + draw;
+        const auto result = sarblock::test::RunTrial(block, plant, seed);
+        ++counts[static_cast<std::size_t>(result.outcome)];
+        const bool odd =
+            result.outcome != Outcome::kFirst && result.outcome != Outcome::kNotApplicable;
+        if (arguments.verbose && odd) Tell(block, plant, seed, result);
+      }
+    }
+    Print(plant.name, counts);
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] += counts[i];
+  }
+  Print("all", all);
+  return 0;
+}

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plants.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "plants_control.h"
+#include "plants_draw.h"
+#include "plants_ids.h"
+#include "plants_path.h"
+
+namespace sarblock::test {
+namespace {
+
+// ---- time
+
+double DrawClock(RandomStream* random) {
+  if (random->Uniform() < 0.5) return DrawSign(random) * DrawOf({1.0, 18.0, 19.0, 37.0}, random);
+  return DrawSign(random) * DrawSize(0.3, 50.0, random);
+}
+
+Planted ConstantTime(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double late_s = DrawClock(random);
+  EditLooks(block, pass, [&](std::size_t i) { block->looks.time_s[i] += late_s; });
+  return Of(*block, pass, "time.constant");
+}
+
+Planted ConstantTimeOfAll(Block* block, RandomStream* random) {
+  const double late_s = DrawClock(random);
+  EditLooks(block, {}, [&](std::size_t i) { block->looks.time_s[i] += late_s; });
+  return OfAll("time.constant");
+}
+
+Planted ReversedTimes(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  double first_s = 1e300, last_s = -1e300;
+  EditLooks(block, pass, [&](std::size_t i) {
+    first_s = std::min(first_s, block->looks.time_s[i]);
+    last_s = std::max(last_s, block->looks.time_s[i]);
+  });
+  EditLooks(block, pass, [&](std::size_t i) {
+    block->looks.time_s[i] = first_s + last_s - block->looks.time_s[i];
+  });
+  return Of(*block, pass, "time.reversed");
+}
+
+Planted ScaledTimes(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double factor = DrawOf({1e3, 1e6}, random);
+  EditLooks(block, pass, [&](std::size_t i) { block->looks.time_s[i] *= factor; });
+  return Of(*block, pass, "time.scale");
+}
+
+/// A look of a point that more than its own two looks determine.
+std::optional<std::size_t> DrawLook(const Block& block,
+                                    RandomStream* random,
+                                    std::uint32_t* point) {
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    *point =
+        static_cast<std::uint32_t>(random->Uniform() * static_cast<double>(block.points.size()));
+    const std::size_t begin = block.looks.offsets[*point], end = block.looks.offsets[*point + 1];
+    if (begin == end) continue;
+    return begin + static_cast<std::size_t>(random->Uniform() * static_cast<double>(end - begin));
+  }
+  return std::nullopt;
+}
+
+Planted OfLook(const Block& block, std::size_t look, std::uint32_t point, const char* cause) {
+  Planted planted{
+      true, {cause, "ids.look", "ids.point"}, {}, {std::string(block.points.ids[point])}, ""};
+  static_cast<void>(look);
+  return planted;
+}
+
+Planted OneTime(Block* block, RandomStream* random) {
+  std::uint32_t point = 0;
+  const auto look = DrawLook(*block, random, &point);
+  if (!look) return {};
+  block->looks.time_s[*look] += DrawSign(random) * DrawSize(0.5, 5.0, random);
+  return OfLook(*block, *look, point, "time.one");
+}
+
+Planted OneRange(Block* block, RandomStream* random) {
+  std::uint32_t point = 0;
+  const auto look = DrawLook(*block, random, &point);
+  if (!look) return {};
+  block->looks.range_m[*look] += DrawSign(random) * DrawSize(0.01, 0.1, random) * MeanRange(*block);
+  return OfLook(*block, *look, point, "range.one");
+}
+
+// ---- range
+
+Planted ScaledRanges(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double factor = DrawOf({2.0, 1e-3, 2e6 / 299792458.0, 1e6 / 299792458.0}, random);
+  EditLooks(block, pass, [&](std::size_t i) { block->looks.range_m[i] *= factor; });
+  return Of(*block, pass, "range.scale");
+}
+
+Planted ScaledRangesOfAll(Block* block, RandomStream* random) {
+  const double factor = DrawOf({2.0, 1e-3, 2e6 / 299792458.0}, random);
+  EditLooks(block, {}, [&](std::size_t i) { block->looks.range_m[i] *= factor; });
+  return OfAll("range.scale");
+}
+
+Planted RangeBias(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double longer_m = DrawSign(random) * DrawSize(0.003, 0.05, random) * MeanRange(*block);
+  EditLooks(block, pass, [&](std::size_t i) { block->looks.range_m[i] += longer_m; });
+  return Of(*block, pass, "range.bias");
+}
+
+Planted RangeBiasOfAll(Block* block, RandomStream* random) {
+  const double longer_m = DrawSign(random) * DrawSize(0.003, 0.05, random) * MeanRange(*block);
+  EditLooks(block, {}, [&](std::size_t i) { block->looks.range_m[i] += longer_m; });
+  return OfAll("range.bias");
+}
+
+Planted GroundRanges(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const bool sphere = block->frame.kind() == FrameKind::kGeocentric;
+  const auto height = [&](const Eigen::Vector3d& p_m) { return sphere ? p_m.norm() : p_m.z(); };
+  double ground_m = 0.0;
+  for (const KnownPosition& known : block->points.known) {
+    ground_m += height(block->points.given_m[known.point]) /
+                static_cast<double>(block->points.known.size());
+  }
+  if (block->points.known.empty()) return {};
+  const auto& states = block->passes[pass].path.states();
+  const double antenna_m = height(states[states.size() / 2].position_m);
+  EditLooks(block, pass, [&](std::size_t i) {
+    double& range_m = block->looks.range_m[i];
+    const double square = range_m * range_m;
+    range_m = sphere ? ground_m * std::acos((antenna_m * antenna_m + ground_m * ground_m - square) /
+                                            (2.0 * antenna_m * ground_m))
+                     : std::sqrt(std::max(1.0, square - std::pow(antenna_m - ground_m, 2)));
+  });
+  return Of(*block, pass, "range.ground");
+}
+
+// ---- side and cone
+
+Planted WrongSide(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  LookSide& side = block->passes[pass].side;
+  side = side == LookSide::kLeft ? LookSide::kRight : LookSide::kLeft;
+  return Of(*block, pass, "side");
+}
+
+bool HasCone(const Block& block, std::uint32_t pass, bool doppler) {
+  bool has = false;
+  for (std::size_t i = 0; i < block.looks.size() && !block.looks.cone.empty(); ++i) {
+    const bool is_doppler = (block.looks.flags[i] & Looks::kDoppler) != 0;
+    has =
+        has || (block.looks.pass[i] == pass && is_doppler == doppler && block.looks.cone[i] != 0.0);
+  }
+  return has;
+}
+
+Planted ConeSign(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  if (!HasCone(*block, pass, false) && !HasCone(*block, pass, true)) return {};
+  EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] *= -1.0; });
+  return Of(*block, pass, "cone.sign");
+}
+
+Planted ConeRadians(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  if (!HasCone(*block, pass, false)) return {};
+  EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] *= kRadOfDeg; });
+  Planted planted = Of(*block, pass, "cone.unit");
+  return planted;
+}
+
+Planted ConeLeftOut(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  if (!HasCone(*block, pass, false)) return {};
+  EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] = 0.0; });
+  return Of(*block, pass, "cone.squint");
+}
+
+/// As if the product had been written with Doppler centroids of a zero-Doppler flight plus a
+/// constant: the wavelength matters.
+Planted Wavelength(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  if (!HasCone(*block, pass, true)) return {};
+  block->passes[pass].wavelength_m *= 100.0;
+  return Of(*block, pass, "cone.wavelength");
+}
+
+// ---- standard deviations
+
+void ScaleSigmas(double range, double azimuth, Block* block) {
+  for (Pass& pass : block->passes) {
+    pass.sigma.range_m *= range;
+    pass.sigma.azimuth *= azimuth;
+  }
+  for (double& sigma : block->looks.range_sigma_m) sigma *= range;
+  for (double& sigma : block->looks.azimuth_sigma) sigma *= azimuth;
+}
+
+Planted SigmasTooSmall(Block* block, RandomStream*) {
+  ScaleSigmas(0.01, 0.01, block);
+  return {true, {"sigma.all"}, {}, {}, ""};
+}
+Planted SigmasTooLarge(Block* block, RandomStream*) {
+  ScaleSigmas(100.0, 100.0, block);
+  return {true, {"sigma.all"}, {}, {}, ""};
+}
+Planted AzimuthThousand(Block* block, RandomStream* random) {
+  ScaleSigmas(1.0, DrawOf({1e-3, 1e3}, random), block);
+  return {true, {"sigma.azimuth", "sigma.all"}, {}, {}, ""};
+}
+Planted Variance(Block* block, RandomStream*) {
+  const LookSigma sigma = block->passes[0].sigma;
+  const double factor = std::min(sigma.range_m, sigma.azimuth);
+  if (factor > 0.75 && factor < 1.34) return {};
+  for (Pass& pass : block->passes) {
+    pass.sigma.range_m *= pass.sigma.range_m;
+    pass.sigma.azimuth *= pass.sigma.azimuth;
+  }
+  return {true, {"sigma.all", "sigma.range", "sigma.azimuth"}, {}, {}, ""};
+}
+
+// ---- errors without a name
+
+Planted DriftingClock(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double rate = DrawSign(random) * DrawSize(1e-3, 1e-2, random);
+  EditLooks(block, pass, [&](std::size_t i) {
+    block->looks.time_s[i] += rate * (block->looks.time_s[i] - block->passes[pass].start_s);
+  });
+  return {true, {}, {}, {}, ""};
+}
+
+Planted WavyRanges(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double size_m = DrawSize(0.001, 0.01, random) * MeanRange(*block);
+  const Pass& of = block->passes[pass];
+  EditLooks(block, pass, [&](std::size_t i) {
+    const double phase = 9.0 * (block->looks.time_s[i] - of.start_s) / (of.end_s - of.start_s);
+    block->looks.range_m[i] += size_m * std::sin(phase);
+  });
+  return {true, {}, {}, {}, ""};
+}
+
+Planted RandomIds(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  std::vector<std::size_t> rows;
+  EditLooks(block, pass, [&](std::size_t i) { rows.push_back(i); });
+  for (std::size_t k = rows.size(); k > 1; --k) {
+    SwapValues(rows[k - 1],
+               rows[static_cast<std::size_t>(random->Uniform() * static_cast<double>(k))],
+               &block->looks);
+  }
+  return {true, {}, {}, {}, ""};
+}
+
+Planted MirroredEast(Block* block, RandomStream*) {
+  for (const KnownPosition& known : block->points.known) {
+    block->points.given_m[known.point].x() *= -1.0;
+  }
+  return {!block->points.known.empty(), {}, {}, {}, ""};
+}
+
+}  // namespace
+
+const std::vector<Plant>& Plants() {
+  static const std::vector<Plant> plants = [] {
+    std::vector<Plant> all{{"times of a pass late or early", ConstantTime},
+                           {"times of all passes late or early", ConstantTimeOfAll},
+                           {"times of a pass reversed", ReversedTimes},
+                           {"times of a pass in ms or us", ScaledTimes},
+                           {"time of one look", OneTime},
+                           {"ranges of a pass two-way, km, us", ScaledRanges},
+                           {"ranges of all two-way, km, us", ScaledRangesOfAll},
+                           {"range bias of a pass", RangeBias},
+                           {"range bias of all", RangeBiasOfAll},
+                           {"range of one look", OneRange},
+                           {"ground for slant range", GroundRanges},
+                           {"wrong side of a pass", WrongSide},
+                           {"squint or Doppler of the wrong sign", ConeSign},
+                           {"squint in radians", ConeRadians},
+                           {"squint left out", ConeLeftOut},
+                           {"wavelength in cm", Wavelength}};
+    const std::vector<Plant> sigmas{{"sigmas 100 times too small", SigmasTooSmall},
+                                    {"sigmas 100 times too large", SigmasTooLarge},
+                                    {"azimuth sigma 1000 times off", AzimuthThousand},
+                                    {"variances for sigmas", Variance}};
+    for (const std::vector<Plant>& some : {PathPlants(), ControlPlants(), IdPlants(), sigmas}) {
+      all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
+  }();
+  return plants;
+}
+
+const std::vector<Plant>& UnlistedErrors() {
+  static const std::vector<Plant> plants{{"a clock that drifts", DriftingClock},
+                                         {"ranges with a wave", WavyRanges},
+                                         {"ids of a pass at random", RandomIds},
+                                         {"control mirrored", MirroredEast}};
+  return plants;
+}
+
+}  // namespace sarblock::test

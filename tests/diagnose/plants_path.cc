@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plants_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "block/read_recorded.h"
+#include "plants_draw.h"
+#include <Eigen/Geometry>
+
+namespace sarblock::test {
+namespace {
+
+template <typename Edit>
+void EditStates(Block* block, std::optional<std::uint32_t> pass, const Edit& edit) {
+  for (std::uint32_t p = 0; p < block->passes.size(); ++p) {
+    if (pass && p != *pass) continue;
+    std::vector<StateVector> states = block->passes[p].RecordedStates();
+    for (StateVector& state : states) edit(&state);
+    ReplaceStates(std::move(states), p, block);
+  }
+}
+
+double RotationOf(const Block& block) {
+  const double a_m = block.frame.ellipsoid().a_m;
+  if (a_m > 6.2e6) return 7.2921159e-5;
+  if (a_m > 5e6) return -2.0 * std::numbers::pi / (243.0185 * 86400.0);
+  if (a_m > 3e6) return 7.0882181e-5;
+  return 2.0 * std::numbers::pi / (27.321661 * 86400.0);
+}
+
+Planted PathKilometres(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  EditStates(block, pass, [](StateVector* state) {
+    state->position_m *= 1e-3;
+    state->velocity_mps *= 1e-3;
+  });
+  return Of(*block, pass, "path.unit");
+}
+
+Planted VelocityKilometres(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  EditStates(block, pass, [](StateVector* state) { state->velocity_mps *= 1e-3; });
+  return Of(*block, pass, "path.unit");
+}
+
+Planted VelocitySign(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  EditStates(block, pass, [](StateVector* state) { state->velocity_mps *= -1.0; });
+  return Of(*block, pass, "path.velocity_sign");
+}
+
+Planted Inertial(Block* block, RandomStream*) {
+  if (block->frame.kind() != FrameKind::kGeocentric) return {};
+  const double rate = RotationOf(*block);
+  EditStates(block, {}, [&](StateVector* state) {
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+    const Eigen::AngleAxisd turn(rate * state->time_s, axis);
+    state->velocity_mps = turn * (state->velocity_mps + rate * axis.cross(state->position_m));
+    state->position_m = turn * state->position_m;
+  });
+  return OfAll("path.inertial");
+}
+
+Planted InertialVelocities(Block* block, RandomStream*) {
+  if (block->frame.kind() != FrameKind::kGeocentric) return {};
+  const double rate = RotationOf(*block);
+  EditStates(block, {}, [&](StateVector* state) {
+    state->velocity_mps += rate * Eigen::Vector3d::UnitZ().cross(state->position_m);
+  });
+  return OfAll("path.inertial_velocity");
+}
+
+Planted ExchangedPasses(Block* block, RandomStream* random) {
+  const std::uint32_t a = DrawPass(*block, random), b = DrawPass(*block, random);
+  if (a == b) return {};
+  std::swap(block->passes[a].path, block->passes[b].path);
+  std::swap(block->passes[a].recorded, block->passes[b].recorded);
+  const auto [low, high] = std::minmax(a, b);
+  return {true, {"path.exchanged"}, {block->passes[low].id, block->passes[high].id}, {}, ""};
+}
+
+/// States that contradict each other by noise.
+Planted RoughStates(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double speed_mps = block->passes[pass].path.states().front().velocity_mps.norm();
+  const double part = DrawSize(3e-5, 3e-4, random);
+  EditStates(block, pass, [&](StateVector* state) {
+    for (int i = 0; i < 3; ++i) state->velocity_mps[i] += part * speed_mps * random->Normal();
+  });
+  static_cast<void>(ReadRecordedFlights(block));
+  return Of(*block, pass, "path.rough");
+}
+
+/// Every n-th state alone.
+Planted SparseStates(Block* block, RandomStream*) {
+  if (block->frame.kind() != FrameKind::kGeocentric) return {};
+  for (std::uint32_t p = 0; p < block->passes.size(); ++p) {
+    const std::vector<StateVector> states = block->passes[p].RecordedStates();
+    const std::size_t count = states.size();
+    if (count < 9) return {};
+    std::vector<StateVector> kept;
+    for (std::size_t i = 0; i < 9; ++i) kept.push_back(states[i * (count - 1) / 8]);
+    if (block->passes[p].path.end_s() - block->passes[p].path.start_s() < 400.0) return {};
+    ReplaceStates(std::move(kept), p, block);
+  }
+  static_cast<void>(ReadRecordedFlights(block));
+  return OfAll("path.sparse");
+}
+
+}  // namespace
+
+std::vector<Plant> PathPlants() {
+  return {{"path in km", PathKilometres},
+          {"velocities in km/s", VelocityKilometres},
+          {"velocities of the wrong sign", VelocitySign},
+          {"inertial path", Inertial},
+          {"inertial velocities", InertialVelocities},
+          {"paths of two passes exchanged", ExchangedPasses},
+          {"states rough", RoughStates},
+          {"states far apart", SparseStates}};
+}
+
+}  // namespace sarblock::test

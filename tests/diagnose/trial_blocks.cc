@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trial_blocks.h"
+
+#include "sarblock/core/random.h"
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/block_files.h"
+#include "sarblock/io/scene_file.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <map>
+
+namespace sarblock::test {
+namespace {
+
+const char* const kRealBlock = "cabeus-minirf";
+
+std::filesystem::path RealFolder() {
+  return std::filesystem::path(SARBLOCK_SHARED_DATA) / kRealBlock;
+}
+
+bool IsRight(const Explanation& told, const Planted& planted) {
+  if (std::find(planted.causes.begin(), planted.causes.end(), told.cause) == planted.causes.end()) {
+    return false;
+  }
+  const bool passes =
+      planted.passes.empty() ||
+      std::is_permutation(
+          told.passes.begin(), told.passes.end(), planted.passes.begin(), planted.passes.end());
+  const bool points =
+      planted.points.empty() ||
+      std::is_permutation(
+          told.points.begin(), told.points.end(), planted.points.begin(), planted.points.end());
+  return passes && points;
+}
+
+Outcome OutcomeOf(const Diagnosis& diagnosis, const Planted& planted) {
+  if (!planted.causes.empty() && planted.causes[0] == "copy") {
+    for (const std::string& remark : diagnosis.remarks) {
+      if (remark.find(planted.words) != std::string::npos) return Outcome::kFirst;
+    }
+    return Outcome::kSilent;
+  }
+  for (std::size_t i = 0; i < diagnosis.explanations.size(); ++i) {
+    if (IsRight(diagnosis.explanations[i], planted)) {
+      return i == 0 ? Outcome::kFirst : Outcome::kListed;
+    }
+  }
+  if (!diagnosis.explanations.empty()) return Outcome::kWrong;
+  return diagnosis.contradicts ? Outcome::kSilent : Outcome::kUnseen;
+}
+
+}  // namespace
+
+std::vector<std::string> TrialNames() {
+  std::vector<std::string> names;
+  const auto folder = std::filesystem::path(SARBLOCK_DATASETS) / "scenes";
+  for (const std::string sub : {"", "recorded/"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder / sub)) {
+      if (entry.path().extension() == ".toml") names.push_back(sub + entry.path().stem().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  if (std::filesystem::exists(RealFolder())) names.emplace_back(kRealBlock);
+  return names;
+}
+
+TrialBlock MakeTrialBlock(const std::string& name, std::uint64_t seed) {
+  TrialBlock made;
+  if (name == kRealBlock) {
+    BlockFile file = ReadBlock(RealFolder());
+    return {std::move(file.block), std::move(file.adjust)};
+  }
+  // Planned paths, points and visibility are made once; a seed draws the errors anew.
+  struct Simulated {
+    Scene scene;
+    SimulatedBlock block;
+    AdjustOptions options;
+  };
+  static std::map<std::string, Simulated> kept;
+  auto found = kept.find(name);
+  if (found == kept.end()) {
+    const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / (name + ".toml");
+    Simulated simulated{ReadScene(file), {}, {}};
+    simulated.block = Simulate(simulated.scene);
+    std::vector<std::string> ids;
+    for (const Pass& pass : simulated.block.block.passes) ids.push_back(pass.id);
+    simulated.options = ReadAdjustTable(simulated.scene.adjust_toml, name, ids);
+    found = kept.emplace(name, std::move(simulated)).first;
+  }
+  Simulated& simulated = found->second;
+  if (seed > 0) Redraw(simulated.scene, seed, {}, &simulated.block);
+  return {simulated.block.block, simulated.options};
+}
+
+TrialResult RunTrial(const std::string& name, const Plant& plant, std::uint64_t seed) {
+  TrialResult result;
+  TrialBlock made = MakeTrialBlock(name, seed);
+  RandomStream random(seed, std::hash<std::string>{}(name + plant.name));
+  result.planted = plant.make(&made.block, &random);
+  if (!result.planted.done) return result;
+  const auto begin = std::chrono::steady_clock::now();
+  result.diagnosis = Diagnose(made.block, made.options);
+  result.diagnosis_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.outcome = OutcomeOf(result.diagnosis, result.planted);
+  return result;
+}
+
+}  // namespace sarblock::test
