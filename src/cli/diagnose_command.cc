@@ -3,12 +3,10 @@
 
 #include "sarblock/io/adjust_table.h"
 
-#include <cmath>
 #include <filesystem>
 #include <memory>
 
 #include "io/diagnosis_section.h"
-#include "testing/quality_summary.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {
@@ -51,21 +49,17 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
     fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return kAccepted;
   }
-  fmt::print("{}: {} of {} points, v'Pv {:.4g}, redundancy {:g}: {}\n",
-             file.block.name,
-             diagnosis.points,
-             file.block.points.size(),
-             diagnosis.square_sum,
-             diagnosis.redundancy,
-             diagnosis.contradicts ? "contradicts itself" : "nothing contradicts");
-  for (const std::string& warning : file.warnings) fmt::print("  warning: {}\n", warning);
-  fmt::print("{}", DescribeDiagnosis(diagnosis));
+  std::string text =
+      fmt::format("{}: {} of {} points, v'Pv {:.4g}, redundancy {:g}: {}\n",
+                  file.block.name,
+                  diagnosis.points,
+                  file.block.points.size(),
+                  diagnosis.square_sum,
+                  diagnosis.redundancy,
+                  diagnosis.contradicts ? "contradicts itself" : "nothing contradicts");
+  for (const std::string& warning : file.warnings) text += "  warning: " + warning + "\n";
+  session.Show(text + DescribeDiagnosis(diagnosis));
   return kAccepted;
-}
-
-bool ChecksFail(const AdjustResult& result, double level) {
-  const CheckSummary summary = SummariseChecks(result, level);
-  return summary.components > 0 && summary.chi_square > summary.chi_square_interval.upper;
 }
 
 }  // namespace
@@ -73,15 +67,11 @@ bool ChecksFail(const AdjustResult& result, double level) {
 std::optional<Diagnosis> DiagnoseFailure(const BlockFile& file,
                                          const AdjustResult& result,
                                          const Session& session) {
-  const bool tested = !std::isnan(result.sigma0_squared);
-  const bool fails = !result.accepted || (tested && !result.chi_square_passed) ||
-                     ChecksFail(result, file.adjust.test_level);
-  if (!fails) return std::nullopt;
+  if (result.assessment.verdict == Verdict::kAccepted) return std::nullopt;
   return Diagnose(file.block, file.adjust, session.progress.get());
 }
 
 void ExplainRefusal(const BlockFile& file, const Session& session) {
-
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
   for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
   for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);

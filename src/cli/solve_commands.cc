@@ -99,9 +99,11 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
   if (solver.diagnoses) context.diagnosis = DiagnoseFailure(file, result, session);
   if (context.diagnosis) {
-    for (const auto& told : {context.diagnosis->remarks, context.diagnosis->Sentences()}) {
-      result.warnings.insert(result.warnings.end(), told.begin(), told.end());
-    }
+    const std::vector<std::string>& remarks = context.diagnosis->remarks;
+    result.warnings.insert(result.warnings.end(), remarks.begin(), remarks.end());
+    const std::vector<std::string> causes = context.diagnosis->Sentences();
+    std::vector<std::string>& reasons = result.assessment.reasons;
+    reasons.insert(reasons.begin(), causes.begin(), causes.end());
   }
   const std::string summary = WriteResult(arguments.out, file.block, file.adjust, result, context);
   if (session.json) {
