@@ -229,7 +229,8 @@ void Search(const AdjustOptions& options,
 
 /// Solution and search as they were asked for; where they contradict themselves, or have no answer,
 /// by consensus. Returns the options that hold for the solution: a loss gives way to a consensus.
-/// `unsettled`: a consensus was looked for and there is none.
+/// `unsettled`: the solution was none, a consensus was looked for and there is none: what the
+/// solution became later may be another minimum.
 AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                              const Solution& solution,
                              ProgressSink* progress,
@@ -240,12 +241,12 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
   AdjustOptions agreed = asked;
   agreed.robust = RobustLoss::kNone;
   bool tried = !asked.quality.consensus;
-  const auto by_consensus = [&] {
-    if (tried) return false;
+  const auto by_consensus = [&](Contradiction contradiction) {
+    if (tried || contradiction == Contradiction::kNone) return false;
     tried = true;
     const StageTimer timer("consensus", &result->stages);
     ConsensusOutcome found = SearchByConsensus(asked, solution, progress);
-    *unsettled = !found.agreed;
+    *unsettled = !found.agreed && contradiction == Contradiction::kGross;
     if (!found.adopted) return false;
     result->snooping = std::move(found.adopted);
     Warn(result, DescribeConsensus(*solution.problem, *result->snooping));
@@ -263,7 +264,7 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                                     solution.system);
     }
     // Before points are led back one by one: what pulls at all of them is found first.
-    if (!tried && Contradicts(plain, solution) && by_consensus()) return agreed;
+    if (!tried && by_consensus(FindContradiction(plain, solution))) return agreed;
     {
       const StageTimer timer("solve", &result->stages);
       RecoverMisplacedPoints(asked,
@@ -275,16 +276,16 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                              progress);
       DropBeyondPaths(asked, solution, progress, result);
     }
-    if (!tried && Contradicts(plain, solution) && by_consensus()) return agreed;
+    if (!tried && by_consensus(FindContradiction(plain, solution))) return agreed;
     if (asked.quality.snooping == Snooping::kNone) return asked;
     Search(asked, solution, progress, result);
-    if (tried || !Contradicts(asked, solution)) return asked;
+    if (tried) return asked;
     const std::optional<SnoopingReport> searched = std::exchange(result->snooping, std::nullopt);
-    if (by_consensus()) return agreed;
+    if (by_consensus(FindContradiction(asked, solution))) return agreed;
     result->snooping = searched;
   } catch (const UndeterminedError&) {
     result->snooping.reset();
-    if (!by_consensus()) throw;
+    if (!by_consensus(Contradiction::kGross)) throw;
     return agreed;
   }
   return asked;
@@ -418,10 +419,10 @@ AdjustResult AdjustGiven(const Block& block,
 
   RefuseLargeLoss(problem, &result);
   RefuseMisplaced(problem, state, *system, &result);
-  if (unsettled && ContradictsPriors(problem, state)) {
+  if (unsettled) {
     Refuse(&result,
-           "corrections lie so far from their priors that a pass may stand in the mirror image of "
-           "its place, and its looks have no consensus");
+           "the block contradicted itself and its looks have no consensus: where steps or losses "
+           "came to an end may not be the place");
   }
   WarnOfWeakDirections(rank, &result);
   FillParameters(problem, state, &result);

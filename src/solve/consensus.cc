@@ -132,6 +132,27 @@ int SolveAt(double scale_1,
   return SolveReduced(*problem, weighting, solve, state, progress).iterations;
 }
 
+/// Priors of a problem as long as looks count as so many times less accurate than they are: what is
+/// believed of a look is then no more than what is believed of a path.
+class TemperedPriors {
+ public:
+  explicit TemperedPriors(AdjustmentProblem* problem) : parameters_(problem->layout.parameters) {
+    for (const Parameter& parameter : parameters_) sigma_.push_back(parameter.prior_sigma);
+  }
+  ~TemperedPriors() { Divide(1.0); }
+  TemperedPriors(const TemperedPriors&) = delete;
+  TemperedPriors& operator=(const TemperedPriors&) = delete;
+  void Divide(double factor_1) {
+    for (std::size_t i = 0; i < sigma_.size(); ++i) {
+      parameters_[i].prior_sigma = sigma_[i] / factor_1;
+    }
+  }
+
+ private:
+  std::vector<Parameter>& parameters_;
+  std::vector<PriorSigma> sigma_;
+};
+
 /// Graduated non-convexity: from a scale at which every look that agrees on the ground counts.
 int SolveGraduated(const AdjustOptions& options,
                    AdjustmentProblem* problem,
@@ -140,9 +161,12 @@ int SolveGraduated(const AdjustOptions& options,
   std::vector<double> lengths = LengthsOf(*problem, *state);
   double scale_1 = std::max(kLastScale_1, 2.0 * Median(&lengths));
   int iterations = 0;
+  TemperedPriors priors(problem);
   for (; scale_1 > kLastScale_1; scale_1 /= kScaleStep_1) {
+    priors.Divide(scale_1 / kLastScale_1);
     iterations += SolveAt(scale_1, kMostStepsOfScale, options, problem, state, progress);
   }
+  priors.Divide(1.0);
   return iterations + SolveAt(kLastScale_1, kMostLastSteps, options, problem, state, progress);
 }
 

@@ -69,18 +69,26 @@ class PairFit {
     }
   }
 
-  /// Judges every common point.
-  void Judge(std::uint64_t stream) {
-    Eigen::Matrix2d covariance;
-    if (terms_.size() < kLeastForSlopes) {
-      covariance = FitMedian();
-    } else {
-      FitLeastMedian(stream);
-      covariance = InnerCovariance();
-      for (const int columns : {3, 3, 6, 6}) {
-        if (columns == 3 || terms_.size() >= kLeastForSquares) Refine(columns, &covariance);
-      }
+  /// Judges every common point of a pair with enough of them; returns the variance of what agrees,
+  /// both components together.
+  double Judge(std::uint64_t stream) {
+    FitLeastMedian(stream);
+    Eigen::Matrix2d covariance = InnerCovariance();
+    for (const int columns : {3, 3, 6, 6}) {
+      if (columns == 3 || terms_.size() >= kLeastForSquares) Refine(columns, &covariance);
     }
+    JudgeBy(covariance);
+    return covariance.trace();
+  }
+
+  /// The same of few common points: their own median, and a variance that other pairs have.
+  void JudgeFew(double variance_m2) {
+    FitMedian();
+    JudgeBy(WithFloor(variance_m2 * Eigen::Matrix2d::Identity()));
+  }
+
+ private:
+  void JudgeBy(const Eigen::Matrix2d& covariance) {
     std::size_t agreeing = 0;
     for (std::size_t i = 0; i < terms_.size(); ++i) {
       begin_[i].agrees = Distance(i, covariance) <= kAgrees_1;
@@ -91,7 +99,6 @@ class PairFit {
     for (Common* c = begin_; c != end_; ++c) c->known = consensus;
   }
 
- private:
   [[nodiscard]] Eigen::Vector2d Rest(std::size_t i) const {
     return begin_[i].difference_m - fit_.transpose() * terms_[i];
   }
@@ -108,8 +115,8 @@ class PairFit {
     return *middle;
   }
 
-  /// The median of each component; the covariance of few points is no more than a circle.
-  [[nodiscard]] Eigen::Matrix2d FitMedian() {
+  /// The median of each component.
+  void FitMedian() {
     std::vector<double> values;
     for (int axis = 0; axis < 2; ++axis) {
       values.clear();
@@ -118,7 +125,6 @@ class PairFit {
       std::nth_element(values.begin(), middle, values.end());
       fit_(0, axis) = *middle;
     }
-    return WithFloor(2.0 * MedianSquare(&values) * Eigen::Matrix2d::Identity());
   }
 
   /// Rousseeuw (1984): the plane through three points whose median square is least.
@@ -164,7 +170,9 @@ class PairFit {
       sum += rest * rest.transpose();
     }
     // E |x|^2 of the inner half of a line's normal distribution is 0.143, of a plane's 0.307.
-    return WithFloor(sum / (0.143 * static_cast<double>(half)));
+    // A fit to few points comes nearer to them than they are spread (Rousseeuw and Leroy 1987).
+    const double few = 1.0 + 5.0 / (static_cast<double>(order.size()) - 3.0);
+    return WithFloor(few * few * sum / (0.143 * static_cast<double>(half)));
   }
 
   [[nodiscard]] static Eigen::Matrix2d WithFloor(const Eigen::Matrix2d& covariance) {
@@ -182,7 +190,7 @@ class PairFit {
       normal += terms_[i] * terms_[i].transpose();
       right += terms_[i] * begin_[i].difference_m.transpose();
     }
-    if (inliers.size() < kLeastCommon) return;
+    if (inliers.size() < kLeastForSlopes) return;
     // A direction without a spread of points keeps no slope.
     normal.diagonal().array() += 1e-9 * static_cast<double>(inliers.size());
     fit_.setZero();
@@ -190,7 +198,7 @@ class PairFit {
         normal.topLeftCorner(columns, columns).ldlt().solve(right.topRows(columns));
     Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
     for (const std::size_t i : inliers) sum += Rest(i) * Rest(i).transpose();
-    *covariance = WithFloor(sum / static_cast<double>(inliers.size()));
+    *covariance = WithFloor(sum / (static_cast<double>(inliers.size()) - columns));
   }
 
   Common* begin_;
@@ -273,14 +281,33 @@ GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem, double ref
     if (first) pair_begin.push_back(i);
   }
   pair_begin.push_back(common.size());
-  ParallelForChunks(pair_begin.size() - 1, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
+  const std::size_t pairs = pair_begin.size() - 1;
+  std::vector<double> variances_m2(pairs, kNotGiven);
+  const auto fit_of = [&](std::size_t pair) {
+    return PairFit(
+        block.looks, common.data() + pair_begin[pair], common.data() + pair_begin[pair + 1]);
+  };
+  const auto count_of = [&](std::size_t pair) { return pair_begin[pair + 1] - pair_begin[pair]; };
+  ParallelForChunks(pairs, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t pair = begin; pair < end; ++pair) {
-      Common* first = common.data() + pair_begin[pair];
-      Common* last = common.data() + pair_begin[pair + 1];
-      if (static_cast<std::size_t>(last - first) < kLeastCommon) continue;
-      PairFit(block.looks, first, last).Judge(MixStream(first->pass_a, first->pass_b));
+      if (count_of(pair) < kLeastForSlopes) continue;
+      const Common& first = common[pair_begin[pair]];
+      variances_m2[pair] = fit_of(pair).Judge(MixStream(first.pass_a, first.pass_b));
     }
   });
+  std::vector<double> known_m2;
+  for (const double variance_m2 : variances_m2) {
+    if (std::isfinite(variance_m2)) known_m2.push_back(variance_m2);
+  }
+  if (!known_m2.empty()) {
+    const auto upper = known_m2.begin() + static_cast<std::ptrdiff_t>(3 * known_m2.size() / 4);
+    std::nth_element(known_m2.begin(), upper, known_m2.end());
+    const double variance_m2 = *upper;
+    for (std::size_t pair = 0; pair < pairs; ++pair) {
+      const bool few = count_of(pair) >= kLeastCommon && count_of(pair) < kLeastForSlopes;
+      if (few) fit_of(pair).JudgeFew(variance_m2);
+    }
+  }
 
   std::sort(common.begin(), common.end(), [](const Common& x, const Common& y) {
     return std::pair(x.look_a, x.look_b) < std::pair(y.look_a, y.look_b);

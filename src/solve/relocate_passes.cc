@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relocate_passes.h"
 
-#include "sarblock/core/quantile.h"
-
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -17,7 +17,8 @@ constexpr std::size_t kLeastLooks = 4;
 constexpr double kFinalScale_1 = 2.385;  // Cauchy
 constexpr double kShrink_1 = 1.5;
 constexpr int kMostIterations = 60;
-constexpr double kFits_1 = 0.999;
+/// Part of its misfit that a pass keeps at most where it is moved.
+constexpr double kBetter_1 = 0.5;
 
 struct PointLook {
   std::size_t point = 0, look = 0;
@@ -76,11 +77,9 @@ class Resection {
     for (const std::size_t i : parameters_) {
       state->corrections[static_cast<Eigen::Index>(i)] = problem_.layout.parameters[i].prior_value;
     }
-    std::vector<double> lengths = LengthsOf(*state);
-    if (lengths.size() < kLeastLooks) return false;
-    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-    std::nth_element(lengths.begin(), middle, lengths.end());
-    double scale = std::max(kFinalScale_1, 2.0 * *middle);
+    const double misfit = Misfit(*state);
+    if (!std::isfinite(misfit)) return false;
+    double scale = std::max(kFinalScale_1, 2.0 * misfit);
     for (int i = 0; i < kMostIterations; ++i) {
       if (!Improve(scale, state)) return false;
       if (scale == kFinalScale_1 && i > 10) break;
@@ -89,11 +88,13 @@ class Resection {
     return true;
   }
 
-  [[nodiscard]] std::size_t CountFitting(const BlockState& state) const {
-    const double limit = ChiSquareQuantile(kFits_1, 2.0);
-    std::size_t fitting = 0;
-    for (const double length : LengthsOf(state)) fitting += length * length <= limit ? 1U : 0U;
-    return fitting;
+  /// Median whitened length of the looks; points of thin intersections are not known to a sigma.
+  [[nodiscard]] double Misfit(const BlockState& state) const {
+    std::vector<double> lengths = LengthsOf(state);
+    if (lengths.empty()) return std::numeric_limits<double>::infinity();
+    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    return *middle;
   }
 
  private:
@@ -125,7 +126,9 @@ class Resection {
       const std::size_t index = parameters_[static_cast<std::size_t>(i)];
       const Parameter& parameter = problem_.layout.parameters[index];
       if (!parameter.has_prior()) continue;
-      const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
+      // Looks count as less accurate while the scale is large, and so does what contradicts them.
+      const double sigma = parameter.prior_sigma * kFinalScale_1 / scale;
+      const double weight = 1.0 / (sigma * sigma);
       normal(i, i) += weight;
       gradient[i] +=
           weight * (state->corrections[static_cast<Eigen::Index>(index)] - parameter.prior_value);
@@ -176,9 +179,9 @@ bool RelocatePasses(const AdjustmentProblem& problem, BlockState* state) {
   for (const std::vector<PointLook>& looks : LooksToResect(problem)) {
     if (looks.empty()) continue;
     Resection resection(problem, looks);
-    const std::size_t fitting = resection.CountFitting(*state);
+    const double misfit = resection.Misfit(*state);
     const Eigen::VectorXd before = state->corrections;
-    if (resection.Solve(state) && resection.CountFitting(*state) > fitting) {
+    if (resection.Solve(state) && resection.Misfit(*state) < kBetter_1 * misfit) {
       moved = true;
     } else {
       state->corrections = before;

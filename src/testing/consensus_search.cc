@@ -25,6 +25,8 @@ constexpr double kTest_1 = 0.999;
 constexpr double kKeep_1 = 0.999;
 /// More looks than this part are not wrong one by one.
 constexpr double kMostLeftOut_1 = 0.25;
+/// Looks that a consensus leaves out by chance, and what each takes off v'Pv.
+constexpr double kFew_1 = 0.01, kSquareOfOne_1 = 20.0;
 /// Sigmas of its prior that no correction is away: careless priors are two or three times too
 /// small.
 constexpr double kFarFromPrior_1 = 8.0;
@@ -147,22 +149,27 @@ bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state
   return false;
 }
 
-bool Contradicts(const AdjustOptions& options, const Solution& solution) {
+Contradiction FindContradiction(const AdjustOptions& options, const Solution& solution) {
   const AdjustmentProblem& problem = *solution.problem;
   const bool misplaced =
       std::find(problem.misplaced.begin(), problem.misplaced.end(), 1) != problem.misplaced.end();
-  if (misplaced) return true;
+  if (misplaced) return Contradiction::kGross;
   if (!Converged(options, solution, nullptr)) {
     // A lowered limit is a wish to see where the steps end.
-    return options.max_iterations >= AdjustOptions{}.max_iterations;
+    const bool limited = options.max_iterations < AdjustOptions{}.max_iterations;
+    return limited ? Contradiction::kNone : Contradiction::kGross;
   }
-  if (ContradictsPriors(problem, *solution.state)) return true;
+  if (ContradictsPriors(problem, *solution.state)) return Contradiction::kGross;
   const Remainder rest = RemainderOf(options, solution);
-  if (options.robust == RobustLoss::kNone && options.quality.snooping == Snooping::kNone) {
-    return !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
-  }
-  return static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks) ||
-         (rest.redundancy > 0.0 && FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy)));
+  const bool many =
+      static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks);
+  const bool gross = !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
+  if (many || gross) return Contradiction::kGross;
+  const bool leaves_out =
+      options.robust != RobustLoss::kNone || options.quality.snooping != Snooping::kNone;
+  if (!leaves_out || !(rest.redundancy > 0.0)) return Contradiction::kNone;
+  return FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy)) ? Contradiction::kTest
+                                                                      : Contradiction::kNone;
 }
 
 ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
@@ -183,6 +190,7 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     RecoverMisplacedPoints(
         options, problem, state, solution.solve, solution.system, solution.defects, progress);
   };
+  ConsensusOutcome outcome;
   const auto try_it = [&]() -> std::optional<SnoopingReport> {
     const ConsensusReport consensus = SolveByConsensus(options, problem, state, progress);
     if (!consensus.scattered) return std::nullopt;
@@ -191,6 +199,13 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     SolveOnce(options, problem, state, solution.solve, solution.system, progress);
     recover();
     if (!solution.solve->converged) return std::nullopt;
+    // The same solution, whatever its tests say: priors are too tight, or noise is larger than
+    // told.
+    const auto left_out = static_cast<double>(consensus.left_out.size());
+    outcome.agreed =
+        was_one && left_out <= kFew_1 * static_cast<double>(problem->look_used.size()) &&
+        2.0 * (*solution.system)->cost() > square_sum_before_1 - kSquareOfOne_1 * (1.0 + left_out);
+    if (outcome.agreed) return std::nullopt;
     const auto again = [&](RobustLoss loss) {
       AdjustOptions with_loss = options;
       with_loss.robust = loss;
@@ -206,20 +221,12 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     if (!solution.solve->converged || fails) return std::nullopt;
     return report;
   };
-  ConsensusOutcome outcome;
   try {
     outcome.adopted = try_it();
   } catch (const UndeterminedError&) {
     outcome.adopted.reset();
   }
-  outcome.agreed = outcome.adopted.has_value();
-  if (outcome.agreed && was_one && outcome.adopted->findings.empty()) {
-    // The same solution keeps its digits.
-    constexpr double kSame_1 = 1.0;
-    if (!(2.0 * (*solution.system)->cost() < square_sum_before_1 - kSame_1)) {
-      outcome.adopted.reset();
-    }
-  }
+  outcome.agreed = outcome.agreed || outcome.adopted.has_value();
   if (!outcome.adopted) {
     before.Restore(solution);
     form();

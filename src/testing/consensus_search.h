@@ -28,11 +28,15 @@ struct Solution {
 /// have settled in the mirror image of its place.
 [[nodiscard]] bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state);
 
-/// True where a solution as it was asked for is none: not converged, points led to where no look
-/// looks, priors contradicted, or more v'Pv than any wrong standard deviation explains; after a
-/// search or under a loss, which leave out what is wrong, more than a global test allows, or a
-/// quarter of the looks gone.
-[[nodiscard]] bool Contradicts(const AdjustOptions& options, const Solution& solution);
+/// Whether a solution as it was asked for is one.
+enum class Contradiction {
+  kNone,
+  kTest,   ///< after a search or under a loss, which leave out what is wrong, the global test fails
+  kGross,  ///< not converged, points led to where no look looks, priors contradicted, a quarter of
+           ///< the looks gone, or more v'Pv than wrong standard deviations explain
+};
+[[nodiscard]] Contradiction FindContradiction(const AdjustOptions& options,
+                                              const Solution& solution);
 
 /// Solves a block whose plain solution contradicts itself once more by consensus
 /// (solve/consensus.h), least squares, and a search for blunders that takes back what was left out
