@@ -3,12 +3,10 @@
 
 #include "sarblock/io/adjust_table.h"
 
-#include <cmath>
 #include <filesystem>
 #include <memory>
 
 #include "io/diagnosis_section.h"
-#include "testing/quality_summary.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {
@@ -23,6 +21,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
   ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
+  read.contradictions = Contradictions::kKeep;
   BlockFile file = ReadBlock(arguments.block, read);
   file.adjust.threads = session.Threads();
   if (!arguments.rejections.empty()) {
@@ -63,25 +62,25 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
   return kAccepted;
 }
 
-bool ChecksFail(const AdjustResult& result, double level) {
-  const CheckSummary summary = SummariseChecks(result, level);
-  return summary.components > 0 && summary.chi_square > summary.chi_square_interval.upper;
-}
-
 }  // namespace
 
 std::optional<Diagnosis> DiagnoseFailure(const BlockFile& file,
                                          const AdjustResult& result,
                                          const Session& session) {
-  const bool tested = !std::isnan(result.sigma0_squared);
-  const bool fails = !result.accepted || (tested && !result.chi_square_passed) ||
-                     ChecksFail(result, file.adjust.test_level);
+  const bool fails = result.assessment.verdict != Verdict::kAccepted;
   if (!fails) return std::nullopt;
   return Diagnose(file.block, file.adjust, session.progress.get());
 }
 
-void ExplainRefusal(const BlockFile& file, const Session& session) {
+void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session) {
+  read.contradictions = Contradictions::kKeep;
+  try {
+    ExplainRefusal(ReadBlock(folder, read), session);
+  } catch (const InputError&) {  // a file that cannot be read at all: its own message stands
+  }
+}
 
+void ExplainRefusal(const BlockFile& file, const Session& session) {
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
   for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
   for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
