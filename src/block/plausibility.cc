@@ -10,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "copies.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -24,8 +25,6 @@ constexpr double kNoiseSigmas_1 = 12.0;
 constexpr double kPassPart_1 = 0.05, kPointPart_1 = 0.03;
 /// Of the height: what terrain may take off the shortest range.
 constexpr double kHeightPart_1 = 0.5;
-/// Equal looks of two passes that no chance makes.
-constexpr std::size_t kLeastEqual = 3;
 
 std::string Short(double value) {
   std::array<char, 32> text{};
@@ -233,42 +232,6 @@ std::string PointsRemark(const Block& block,
   return text + ": coordinates or names are mistaken";
 }
 
-// ---- copies
-
-std::vector<std::string> CopyRemarks(const Block& block) {
-  const Looks& looks = block.looks;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> equal;
-  std::vector<std::size_t> of_pass(block.passes.size(), 0);
-  std::vector<std::size_t> order;
-  const auto key = [&](std::size_t i) { return std::pair(looks.time_s[i], looks.range_m[i]); };
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    order.clear();
-    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-      ++of_pass[looks.pass[i]];
-      if (!std::isnan(looks.time_s[i]) && !std::isnan(looks.range_m[i])) order.push_back(i);
-    }
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return key(a) != key(b) ? key(a) < key(b) : looks.pass[a] < looks.pass[b];
-    });
-    // Neighbours alone: of three copies the first and second, the second and third are named.
-    for (std::size_t k = 1; k < order.size(); ++k) {
-      if (key(order[k - 1]) != key(order[k])) continue;
-      ++equal[{looks.pass[order[k - 1]], looks.pass[order[k]]}];
-    }
-  }
-  std::vector<std::string> remarks;
-  for (const auto& [passes, count] : equal) {
-    const auto& [a, b] = passes;
-    if (count < kLeastEqual || 2 * count < std::min(of_pass[a], of_pass[b])) continue;
-    remarks.push_back("pass " + block.passes[b].id + ": " + std::to_string(count) + " of its " +
-                      std::to_string(of_pass[b]) + " looks equal those of pass " +
-                      block.passes[a].id +
-                      ": one is a copy, its measurements count twice and standard deviations come "
-                      "out too small");
-  }
-  return remarks;
-}
-
 }  // namespace
 
 std::vector<std::string> ExaminePlausibility(const Block& block) {
@@ -292,7 +255,7 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
     add(std::move(remark));
   }
   add(PointsRemark(block, looks, medians));
-  for (std::string& remark : CopyRemarks(block)) add(std::move(remark));
+  for (std::string& remark : FindCopiedPasses(block).remarks) add(std::move(remark));
   return remarks;
 }
 

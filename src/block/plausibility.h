@@ -16,7 +16,7 @@ namespace sarblock {
 ///   - the known points (control and check) of a pass and its looks: side, range, place along the
 ///     flight;
 ///   - a known point alone and the others of its passes;
-///   - the looks of two passes, which are never equal unless one is a copy.
+///   - the looks of two passes, which are never equal unless one is a copy (copies.h).
 /// Errors of paths that navigation may have, up to some per cent of the range, draw no remark:
 /// mistakes of units, frames, sides, files and names do. Linear in the looks but for a sort of
 /// those of each point.

@@ -21,6 +21,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
   ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
+  read.contradictions = Contradictions::kKeep;
   BlockFile file = ReadBlock(arguments.block, read);
   file.adjust.threads = session.Threads();
   if (!arguments.rejections.empty()) {
@@ -69,6 +70,14 @@ std::optional<Diagnosis> DiagnoseFailure(const BlockFile& file,
                                          const Session& session) {
   if (result.assessment.verdict == Verdict::kAccepted) return std::nullopt;
   return Diagnose(file.block, file.adjust, session.progress.get());
+}
+
+void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session) {
+  read.contradictions = Contradictions::kKeep;
+  try {
+    ExplainRefusal(ReadBlock(folder, read), session);
+  } catch (const InputError&) {  // a file that cannot be read at all: its own message stands
+  }
 }
 
 void ExplainRefusal(const BlockFile& file, const Session& session) {

@@ -23,6 +23,9 @@ void AddDiagnose(CLI::App* app, Session* session);
 /// The same of a block that could not be solved, on standard error.
 void ExplainRefusal(const BlockFile& file, const Session& session);
 
+/// The same of a block that was refused for contradictions as it was read.
+void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session);
+
 /// Two spaces, the sentence and a new line for each.
 [[nodiscard]] std::string DescribeDiagnosis(const Diagnosis& diagnosis);
 

@@ -55,7 +55,12 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     read.measurements = solver.measurements;
     read.set_overrides = session.set;
     read.progress = session.progress.get();
-    file = ReadBlock(arguments.block, read);
+    try {
+      file = ReadBlock(arguments.block, read);
+    } catch (const InputError&) {
+      if (solver.diagnoses) ExplainUnread(arguments.block, read, session);
+      throw;
+    }
   }
   if (!arguments.rejections.empty()) {
     file.adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();

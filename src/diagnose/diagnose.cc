@@ -7,9 +7,9 @@
 #include <cmath>
 #include <utility>
 
+#include "block/copies.h"
 #include "cone_mistakes.h"
 #include "control_mistakes.h"
-#include "copies.h"
 #include "core/parallel.h"
 #include "fit.h"
 #include "id_mistakes.h"
@@ -43,6 +43,13 @@ constexpr double kNearlyAsGood_1 = 1e-4, kAsGood_1 = 30.0;
 
 /// Logarithm of the largest factor by which people mistake standard deviations.
 constexpr double kMostLogFactor_1 = 11.5;
+
+/// True where a fit is so good that changes of little can start from it: a gross mistake leads
+/// everything else away.
+bool IsNear(const Fit& fit) {
+  constexpr double kNear_1 = 30.0;
+  return fit.solved && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
+}
 
 bool Contradicts(const Fit& fit) {
   if (!fit.solved || fit.lost > 0) return true;
@@ -154,14 +161,14 @@ class Diagnosing {
     for (std::size_t i = 0; i < tried.size(); ++i) {
       Step(progress_, "diagnose", i, tried.size());
       Hypothesis& hypothesis = tried[i];
-      const bool near = hypothesis.local && before.solved;
+      const bool near = hypothesis.local && IsNear(before);
       Fit fit = trials->With(
           hypothesis, hypothesis.value, near ? &before.state : nullptr, Effort::kQuick);
       if (!fit.solved) continue;
       Solved solved{hypothesis.value, kNotGiven, std::move(fit)};
       // From zero on nothing is gained before the size is searched.
       if (hypothesis.free && hypothesis.value == 0.0) {
-        solved = SearchSize(hypothesis, solved.fit, trials);
+        solved = SearchSize(hypothesis, solved.fit, Effort::kQuick, trials);
       }
       const double cost_1 = CostOf(hypothesis, solved.fit);
       candidates.push_back({std::move(hypothesis), std::move(solved), cost_1});
@@ -169,11 +176,12 @@ class Diagnosing {
     SortByCost(&candidates);
     for (std::size_t i = 0; i < std::min(kMostRefined, candidates.size()); ++i) {
       Candidate& candidate = candidates[i];
-      if (!std::isnan(candidate.solved.sigma)) continue;
-      candidate.solved.fit = trials->With(
-          candidate.hypothesis, candidate.hypothesis.value, &candidate.solved.fit.state);
-      candidate.solved = SearchSize(candidate.hypothesis, candidate.solved.fit, trials);
-      candidate.cost_1 = CostOf(candidate.hypothesis, candidate.solved.fit);
+      Hypothesis& hypothesis = candidate.hypothesis;
+      hypothesis.value = candidate.solved.value;
+      candidate.solved.fit =
+          trials->With(hypothesis, hypothesis.value, &candidate.solved.fit.state);
+      candidate.solved = SearchSize(hypothesis, candidate.solved.fit, Effort::kFull, trials);
+      candidate.cost_1 = CostOf(hypothesis, candidate.solved.fit);
     }
     SortByCost(&candidates);
     Tell(before, candidates);

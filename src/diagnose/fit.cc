@@ -16,7 +16,7 @@
 namespace sarblock {
 namespace {
 
-constexpr int kQuickIterations = 5, kMostIterations = 30;
+constexpr int kQuickIterations = 8, kMostIterations = 30;
 /// Newton decrement in sigmas: v'Pv to its square.
 constexpr double kSettled_1 = 0.03;
 

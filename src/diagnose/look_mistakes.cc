@@ -130,7 +130,10 @@ std::vector<std::uint32_t> DoubtfulPoints(const Facts& facts, std::size_t most) 
   }
   std::sort(sums.begin(), sums.end());
   if (out.size() > most) out.resize(most);
+  // To explain the block a point must have a part of v'Pv by itself.
+  constexpr double kLeastShare_1 = 0.1;
   for (std::size_t k = 0; k < std::min<std::size_t>(2, sums.size()); ++k) {
+    if (-sums[k].first < kLeastShare_1 * facts.before.square_sum_1) break;
     if (std::find(out.begin(), out.end(), sums[k].second) == out.end()) {
       out.push_back(sums[k].second);
     }

@@ -119,6 +119,7 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
           facts.before.square_sum_1 / (2.0 * static_cast<double>(facts.before.looks));
       const double share_1 = count > 0.0 ? sum_1 / count / all_1 : 1.0;
       if (share_1 < 1.3 && share_1 > 0.3) continue;
+      if (share_1 > 1.0 && sum_1 < 0.3 * facts.before.square_sum_1) continue;
       out->push_back(ScaledSigma(block, {pass.id}, measured, 1.0 / std::sqrt(share_1 * all_1)));
     }
   }

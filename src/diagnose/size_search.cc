@@ -12,7 +12,7 @@
 namespace sarblock {
 namespace {
 
-constexpr int kMostRounds = 6;
+constexpr int kQuickRounds = 2, kMostRounds = 6;
 /// Of a standard deviation, from which on a size counts as found.
 constexpr double kFound_1 = 0.05;
 
@@ -51,16 +51,15 @@ Fit Trials::With(const Hypothesis& hypothesis,
   return SolveSample(BlockWith(&hypothesis, value), groups_, warm, effort, progress_);
 }
 
-Solved SearchSize(const Hypothesis& hypothesis, const Fit& first, Trials* trials) {
+Solved SearchSize(const Hypothesis& hypothesis, const Fit& first, Effort effort, Trials* trials) {
   Solved best{hypothesis.value, kNotGiven, first};
   if (!hypothesis.free || !first.solved) return best;
   double step = hypothesis.step;
   const auto at = [&](double value) {
-    Fit fit = trials->With(hypothesis, value, &best.fit.state);
-    if (!fit.solved) fit = trials->With(hypothesis, value, nullptr);
-    return fit;
+    return trials->With(hypothesis, value, &best.fit.state, effort);
   };
-  for (int round = 0; round < kMostRounds; ++round) {
+  const int rounds = effort == Effort::kQuick ? kQuickRounds : kMostRounds;
+  for (int round = 0; round < rounds; ++round) {
     Fit above = at(best.value + step), below = at(best.value - step);
     const double here_1 = best.fit.Cost();
     const double slope = (above.Cost() - below.Cost()) / (2.0 * step);

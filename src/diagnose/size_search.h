@@ -41,8 +41,11 @@ struct Solved {
 };
 
 /// Finds the size of least cost from hypothesis.value on: Newton's steps on the parabola through
-/// three solutions, a fixed number at most. Its standard deviation is that of the likelihood,
-/// sqrt(2 / cost''). Returns `first` where the cost has no minimum there.
-[[nodiscard]] Solved SearchSize(const Hypothesis& hypothesis, const Fit& first, Trials* trials);
+/// three solutions, a fixed number at most, fewer with Effort::kQuick. Its standard deviation is
+/// that of the likelihood, sqrt(2 / cost''). Returns `first` where the cost has no minimum there.
+[[nodiscard]] Solved SearchSize(const Hypothesis& hypothesis,
+                                const Fit& first,
+                                Effort effort,
+                                Trials* trials);
 
 }  // namespace sarblock

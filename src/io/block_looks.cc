@@ -98,9 +98,11 @@ RadarCoordinates ReadImage(const CsvReader& reader, const Pass& pass) {
 
 RadarCoordinates ReadMeasured(const CsvReader& reader,
                               const Pass& pass,
-                              Measurements measurements) {
+                              const ReadOptions& options) {
   const bool image = reader.Given(kObservedLine) || reader.Given(kObservedPixel);
-  const RadarCoordinates radar = image ? ReadImage(reader, pass) : ReadRadar(reader, measurements);
+  const RadarCoordinates radar =
+      image ? ReadImage(reader, pass) : ReadRadar(reader, options.measurements);
+  if (options.contradictions == Contradictions::kKeep) return radar;
   if (radar.time_s < pass.path.start_s() || radar.time_s > pass.path.end_s()) {
     reader.Fail(image ? kObservedLine : kObservedTime,
                 (image ? "time " : "") + NumberText(radar.time_s) +
@@ -247,7 +249,6 @@ void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32
 }  // namespace
 
 void ReadLooks(BlockReading* reading) {
-  const Measurements measurements = reading->options.measurements;
   CsvReader reader = OpenLooks(*reading);
   WarnOfUnknownColumns(reader, &reading->result.warnings);
   Block& block = reading->result.block;
@@ -264,7 +265,7 @@ void ReadLooks(BlockReading* reading) {
       points.given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
     }
     std::uint8_t flags = ReadRejected(reader, kObservedRejected) ? Looks::kRejected : 0;
-    const RadarCoordinates radar = ReadMeasured(reader, pass, measurements);
+    const RadarCoordinates radar = ReadMeasured(reader, pass, reading->options);
     const double pixel_sigma_px = reading->pixel_sigma_px[pass_index];
     Append(ReadCone(reader, pass, radar.time_s, &flags), 0.0, row, &looks.cone);
     Append(

@@ -21,7 +21,7 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   ReadPoints(&reading);
   ReadLooks(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
-  RequireAboveGround(reading.result.block);
+  if (options.contradictions == Contradictions::kRefuse) RequireAboveGround(reading.result.block);
   for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {
     reading.result.warnings.push_back(std::move(warning));
   }

@@ -85,7 +85,7 @@ class TerminalTest(unittest.TestCase):
                         "covariance=montecarlo", "--set", f"montecarlo_runs={runs}", *more)
 
     def test_the_bar_is_one_line_and_gone_before_the_verdict(self):
-        terminal = self.adjust(1500)
+        terminal = self.adjust(700)
         self.assertEqual(terminal.end(), 0)
         bar, verdict = terminal.text.find(" %"), terminal.text.find("block-12-strips: accepted")
         self.assertGreater(verdict, 0)
@@ -105,11 +105,11 @@ class TerminalTest(unittest.TestCase):
         os.killpg(terminal.process.pid, signal.SIGINT)
         self.assertEqual(terminal.end(), 1)
         lines = [line for line in screen(terminal.text) if line]
-        self.assertEqual(lines, ["sarblock: interrupted"])
+        self.assertEqual(lines, ["sarblock: interrupted during montecarlo"])
         self.assertFalse((self.folder / "result" / "summary.json").exists())
 
     def test_quiet_is_silent(self):
-        terminal = self.adjust(1500, "-q")
+        terminal = self.adjust(20, "-q")
         self.assertEqual(terminal.end(), 0)
         self.assertEqual(terminal.text, "")
 

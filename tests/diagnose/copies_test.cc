@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/copies.h"
+#include "block/copies.h"
 
 #include "diagnose/plants_edit.h"
 #include "diagnose/trial_blocks.h"
@@ -22,7 +22,7 @@ TEST(FindCopiesTest, NamesAPassThatIsACopyAndCountsItOnce) {
   const Copies copies = FindCopies(block);
   EXPECT_EQ(copies.passes, std::vector<std::uint32_t>{copy});
   ASSERT_EQ(copies.remarks.size(), 1U);
-  EXPECT_THAT(copies.remarks[0], HasSubstr("and COPY are the same images twice"));
+  EXPECT_THAT(copies.remarks[0], HasSubstr("pass COPY: "));
   CountOnce(copies, &block);
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     EXPECT_EQ(block.looks.rejected(i), block.looks.pass[i] == copy);

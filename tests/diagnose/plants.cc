@@ -182,13 +182,20 @@ Planted ConeLeftOut(Block* block, RandomStream* random) {
   return Of(*block, pass, "cone.squint");
 }
 
-/// As if the product had been written with Doppler centroids of a zero-Doppler flight plus a
-/// constant: the wavelength matters.
+/// A squinted pass with its cone as Doppler centroids and the wavelength in another unit.
 Planted Wavelength(Block* block, RandomStream* random) {
-  const std::uint32_t pass = DrawPass(*block, random);
-  if (!HasCone(*block, pass, true)) return {};
-  block->passes[pass].wavelength_m *= 100.0;
-  return Of(*block, pass, "cone.wavelength");
+  const std::uint32_t index = DrawPass(*block, random);
+  if (!HasCone(*block, index, false)) return {};
+  Pass& pass = block->passes[index];
+  pass.wavelength_m = 0.031;
+  EditLooks(block, index, [&](std::size_t i) {
+    const auto motion = pass.path.At(block->looks.time_s[i]);
+    const double speed_mps = motion->velocity_mps.norm();
+    block->looks.cone[i] = 2.0 * speed_mps * std::sin(block->looks.cone[i]) / pass.wavelength_m;
+    block->looks.flags[i] |= Looks::kDoppler;
+  });
+  pass.wavelength_m *= DrawOf({100.0, 1000.0}, random);
+  return Of(*block, index, "cone.wavelength");
 }
 
 // ---- standard deviations

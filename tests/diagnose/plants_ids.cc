@@ -53,7 +53,7 @@ Planted ShiftedIds(Block* block, RandomStream* random) {
 Planted CopiedPass(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   AppendPassCopy(pass, block);
-  return {true, {"copy"}, {}, {}, "same images twice"};
+  return {true, {"copy"}, {}, {}, "one is a copy"};
 }
 
 Planted CopiedPoint(Block* block, RandomStream* random) {

@@ -20,7 +20,7 @@ TEST(SearchSizeTest, FindsARangeBiasAndItsSigmaAsACorrectionDoes) {
   Trials trials(sample.block, made.options.groups, nullptr);
   const Hypothesis hypothesis = RangeBias({made.block.passes[1].id}, 400.0, 1.0);
   const Fit first = trials.With(hypothesis, hypothesis.value, nullptr);
-  const Solved solved = SearchSize(hypothesis, first, &trials);
+  const Solved solved = SearchSize(hypothesis, first, Effort::kFull, &trials);
 
   std::vector<CorrectionGroup> groups = made.options.groups;
   groups.push_back({"range", RangeCorrection{.bias = true}, {made.block.passes[1].id}, false});
@@ -46,7 +46,8 @@ TEST(SearchSizeTest, LeavesASizeThatIsNotFree) {
   Trials trials(sample.block, made.options.groups, nullptr);
   Hypothesis hypothesis = RangeBias({}, 3.0, 1.0);
   hypothesis.free = false;
-  const Solved solved = SearchSize(hypothesis, trials.With(hypothesis, 3.0, nullptr), &trials);
+  const Solved solved =
+      SearchSize(hypothesis, trials.With(hypothesis, 3.0, nullptr), Effort::kFull, &trials);
   EXPECT_EQ(solved.value, 3.0);
   EXPECT_TRUE(std::isnan(solved.sigma));
   EXPECT_EQ(trials.solutions(), 1);

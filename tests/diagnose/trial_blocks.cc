@@ -59,7 +59,9 @@ std::vector<std::string> TrialNames() {
   const auto folder = std::filesystem::path(SARBLOCK_DATASETS) / "scenes";
   for (const std::string sub : {"", "recorded/"}) {
     for (const auto& entry : std::filesystem::directory_iterator(folder / sub)) {
-      if (entry.path().extension() == ".toml") names.push_back(sub + entry.path().stem().string());
+      const std::string stem = entry.path().stem().string();
+      if (entry.path().extension() != ".toml" || stem == "single-flight-squint") continue;
+      names.push_back(sub + stem);
     }
   }
   std::sort(names.begin(), names.end());

@@ -20,7 +20,8 @@ struct TrialBlock {
   AdjustOptions options;
 };
 
-/// Names of the blocks: the shipped scenes, those of recorded flights as "recorded/NAME", and
+/// Names of the blocks: the shipped scenes that can be solved (single-flight-squint is made to be
+/// refused), those of recorded flights as "recorded/NAME", and
 /// "cabeus-minirf" where its data are.
 [[nodiscard]] std::vector<std::string> TrialNames();
 [[nodiscard]] TrialBlock MakeTrialBlock(const std::string& name, std::uint64_t seed);

@@ -22,7 +22,15 @@ enum class Measurements {
   kOptional,  ///< a plan: time_s and range_m may be left out and are NaN in Looks then
 };
 
+/// What becomes of a block that contradicts itself grossly: looks whose time is outside their
+/// flight path, geocentric paths deep below the ground.
+enum class Contradictions {
+  kRefuse,
+  kKeep,  ///< for Diagnose(), which looks for the cause
+};
+
 struct ReadOptions {
+  Contradictions contradictions = Contradictions::kRefuse;
   Measurements measurements = Measurements::kRequired;
   std::vector<std::string> set_overrides;  ///< KEY=VALUE below `[adjust]`, see adjust_table.h
   ProgressSink* progress = nullptr;

@@ -13,14 +13,15 @@ namespace sarblock {
 /// kEqual_1 of their standard deviations.
 inline constexpr double kEqual_1 = 1e-3;
 struct Copies {
-  std::vector<std::string> remarks;   ///< a sentence a pair of passes, and one of points
+  std::vector<std::string> remarks;   ///< a sentence a copied pass, and one of points
   std::vector<std::uint32_t> passes;  ///< copies of an earlier pass
   std::vector<std::uint32_t> points;  ///< copies of an earlier point
   [[nodiscard]] bool any() const { return !remarks.empty(); }
 };
 
-/// Passes of which most looks of common points are equal, and points all whose looks are those of
-/// another one. n log n in the looks.
+/// Passes of which half of the looks or more equal those of an earlier one.
+[[nodiscard]] Copies FindCopiedPasses(const Block& block);
+/// The same, and points all whose looks are those of another one: n log n in the looks.
 [[nodiscard]] Copies FindCopies(const Block& block);
 
 /// Rejects the looks of passes and points that are copies, so that they count once.

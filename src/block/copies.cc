@@ -2,7 +2,6 @@
 #include "copies.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -14,6 +13,8 @@ namespace {
 
 /// Equal looks that no chance makes.
 constexpr std::size_t kLeastEqual = 3, kLeastEqualOfPoint = 2;
+
+using PassPair = std::pair<std::uint32_t, std::uint32_t>;
 
 bool AreEqual(const Block& block, std::size_t i, std::size_t j) {
   const Looks& looks = block.looks;
@@ -39,28 +40,30 @@ std::string NamesOfPairs(const Block& block,
 
 void FindPasses(const Block& block, Copies* copies) {
   const Looks& looks = block.looks;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::array<std::size_t, 2>> of_pair;
+  std::vector<std::size_t> of_pass(block.passes.size(), 0);
+  std::map<PassPair, std::size_t> equal;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      ++of_pass[looks.pass[i]];
       for (std::size_t j = i + 1; j < looks.offsets[point + 1]; ++j) {
-        if (looks.pass[i] == looks.pass[j]) continue;
-        std::array<std::size_t, 2>& counts = of_pair[{looks.pass[i], looks.pass[j]}];
-        ++counts[0];
-        counts[1] += AreEqual(block, i, j) ? 1U : 0U;
+        if (looks.pass[i] != looks.pass[j] && AreEqual(block, i, j)) {
+          ++equal[std::minmax(looks.pass[i], looks.pass[j])];
+        }
       }
     }
   }
-  for (const auto& [pair, counts] : of_pair) {
-    if (counts[1] < kLeastEqual || 2 * counts[1] < counts[0]) continue;
-    if (std::find(copies->passes.begin(), copies->passes.end(), pair.second) ==
-        copies->passes.end()) {
-      copies->passes.push_back(pair.second);
+  for (const auto& [pair, count] : equal) {
+    const auto& [a, b] = pair;
+    if (count < kLeastEqual || 2 * count < std::min(of_pass[a], of_pass[b])) continue;
+    if (std::find(copies->passes.begin(), copies->passes.end(), b) != copies->passes.end()) {
+      continue;  // of three copies the second and the third are named
     }
-    copies->remarks.push_back(
-        "passes " + block.passes[pair.first].id + " and " + block.passes[pair.second].id +
-        " are the same images twice: " + std::to_string(counts[1]) + " of " +
-        std::to_string(counts[0]) +
-        " looks of common points are equal; they count once here, leave one pass out");
+    copies->passes.push_back(b);
+    copies->remarks.push_back("pass " + block.passes[b].id + ": " + std::to_string(count) +
+                              " of its " + std::to_string(of_pass[b]) +
+                              " looks equal those of pass " + block.passes[a].id +
+                              ": one is a copy, its measurements count twice and standard "
+                              "deviations come out too small");
   }
 }
 
@@ -96,16 +99,20 @@ void FindPoints(const Block& block, Copies* copies) {
     copies->points.push_back(pair.second);
   }
   if (pairs.empty()) return;
-  copies->remarks.push_back(
-      "the same point under two ids, with the same looks: " + NamesOfPairs(block, pairs) +
-      "; they count once here, leave one id out");
+  copies->remarks.push_back("the same point under two ids, with equal looks: " +
+                            NamesOfPairs(block, pairs) + "; its measurements count twice");
 }
 
 }  // namespace
 
-Copies FindCopies(const Block& block) {
+Copies FindCopiedPasses(const Block& block) {
   Copies copies;
   FindPasses(block, &copies);
+  return copies;
+}
+
+Copies FindCopies(const Block& block) {
+  Copies copies = FindCopiedPasses(block);
   FindPoints(block, &copies);
   return copies;
 }
