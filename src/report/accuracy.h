@@ -17,11 +17,17 @@ struct AccuracyFigures {
   std::array<double, 3> largest_m{kAbsent, kAbsent, kAbsent};
   std::array<std::string, 3> largest_point;
   int weakest = 2;  ///< component with the largest median
-  /// Median part of the variance of that component that the flight paths bring; the looks bring the
-  /// rest. NaN where the result does not tell.
+  /// What follows is of the points that geometry decides: not control, two looks at least. What
+  /// control or a single look decides says nothing of what would help.
+  std::size_t free_points = 0;
+  /// Median part of the variance of the weakest component that the flight paths bring; the looks
+  /// bring the rest. NaN where the result does not tell.
   double path_part_1 = kAbsent;
   double median_intersection_deg = kAbsent;
-  /// The twentieth of the points that is weakest in that component, against all points.
+  /// Mean square of the cosine between the weakest component and the tracks of the passes, each
+  /// with its looks: 1 along track, 0 across or up. NaN for plan components without strips.csv.
+  double along_track_1 = kAbsent;
+  /// The twentieth of the points that is weakest in that component, against all.
   struct Group {
     std::size_t points = 0;
     double median_intersection_deg = kAbsent;
@@ -42,6 +48,11 @@ class MapPlane {
   [[nodiscard]] std::array<double, 2> Place(const Eigen::Vector3d& position_m) const;
   /// "10.1234, 45.6789": the middle in degrees; empty for a local frame.
   [[nodiscard]] const std::string& middle() const { return middle_; }
+  [[nodiscard]] const Eigen::Vector3d& origin_m() const { return origin_m_; }
+  /// The position that lies in the plane at a place.
+  [[nodiscard]] Eigen::Vector3d PositionAt(const std::array<double, 2>& place_m) const {
+    return origin_m_ + axes_1_.transpose() * Eigen::Vector3d(place_m[0], place_m[1], 0.0);
+  }
 
  private:
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();

@@ -11,7 +11,7 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kMostKnownRows = 30;
+constexpr std::size_t kMostKnownRows = 300;
 constexpr std::size_t kMostChecks = 400;  // in a chart
 
 std::vector<std::string> TestRow(const std::string& name, const ResultTest& test) {

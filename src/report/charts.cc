@@ -31,19 +31,13 @@ ChartValue List(const std::vector<double>& values) {
   return out;
 }
 
-/// x and y one after the other in one flat list.
-ChartValue Flat(const ChartPlaces& places) {
+/// One row after the other in one flat list.
+template <std::size_t n>
+ChartValue Flat(const std::vector<std::array<double, n>>& rows) {
   ChartValue out = ChartValue::array();
-  for (const auto& place : places) {
-    out.push_back(Rounded(place[0]));
-    out.push_back(Rounded(place[1]));
+  for (const auto& row : rows) {
+    for (const double value : row) out.push_back(Rounded(value));
   }
-  return out;
-}
-
-ChartValue FlatLists(const std::vector<ChartPlaces>& lists) {
-  ChartValue out = ChartValue::array();
-  for (const ChartPlaces& list : lists) out.push_back(Flat(list));
   return out;
 }
 
@@ -82,6 +76,7 @@ std::string ChartJson(const std::string& id, const XyChart& chart) {
     if (!series.low.empty()) one["low"] = List(series.low);
     if (!series.high.empty()) one["high"] = List(series.high);
     if (!series.names.empty()) one["names"] = series.names;
+    if (series.written) one["written"] = true;
     out["series"].push_back(std::move(one));
   }
   return Dump(out);
@@ -95,7 +90,13 @@ std::string ChartJson(const std::string& id, const MapChart& chart) {
   out["names"] = chart.point_names;
   out["values"] = ChartValue::array();
   for (const MapChart::Value& value : chart.values) {
-    out["values"].push_back({{"label", value.label}, {"of", List(value.of_point)}});
+    out["values"].push_back({{"label", value.label},
+                             {"of", List(value.of_point)},
+                             {"low", Rounded(value.low)},
+                             {"high", Rounded(value.high)},
+                             {"least", Rounded(value.least)},
+                             {"most", Rounded(value.most)},
+                             {"weakLow", value.weak_where_low}});
   }
   out["shown"] = chart.shown;
   out["log"] = chart.logarithmic;
@@ -103,9 +104,10 @@ std::string ChartJson(const std::string& id, const MapChart& chart) {
   out["controlNames"] = chart.control_names;
   out["checks"] = Flat(chart.checks);
   out["checkNames"] = chart.check_names;
-  out["ellipses"] = FlatLists(chart.ellipses);
-  out["errors"] = FlatLists(chart.errors);
-  out["magnified"] = Rounded(chart.magnified);
+  out["ellipses"] = Flat(chart.ellipses);
+  out["errors"] = Flat(chart.errors);
+  out["graticule"] = Lines(chart.graticule);
+  out["unitMetres"] = chart.unit_m;
   return Dump(out);
 }
 

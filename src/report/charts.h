@@ -23,6 +23,7 @@ struct ChartSeries {
   std::string label, style, color;
   std::vector<double> x, y, low, high;
   std::vector<std::string> names;  ///< of points, shown when pointed at; empty: none
+  bool written = false;            ///< names also stand beside their points
 };
 
 struct XyChart {
@@ -46,14 +47,20 @@ struct MapChart {
   struct Value {
     std::string label;
     std::vector<double> of_point;
+    double low = 0.0, high = 0.0;    ///< ends of the colour scale
+    double least = 0.0, most = 0.0;  ///< of the values that the scale stands for
+    bool weak_where_low = false;     ///< dark colours are for what is weak
   };
   std::vector<Value> values;
   std::size_t shown = 0;    ///< of `values`, at first
   bool logarithmic = true;  ///< colour scale
+  double unit_m = 1.0;
   ChartPlaces control, checks;
   std::vector<std::string> control_names, check_names;
-  std::vector<ChartPlaces> ellipses, errors;  ///< outlines, arrows; drawn `magnified` times
-  double magnified = 1.0;
+  /// Place, half axes and azimuth [rad] of the long one; true size, report.js enlarges.
+  std::vector<std::array<double, 5>> ellipses;
+  std::vector<std::array<double, 4>> errors;  ///< place and error, true size
+  std::vector<Line> graticule;
 };
 [[nodiscard]] std::string ChartJson(const std::string& id, const MapChart& chart);
 

@@ -12,7 +12,7 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kMostChangedRows = 25;
+constexpr std::size_t kMostChangedRows = 300;
 constexpr std::size_t kMostComparedDots = 3000;
 
 struct Side {
@@ -32,6 +32,7 @@ std::string Ratio(double a, double b) {
 
 PageTable FigureTable(const Side& a, const Side& b) {
   PageTable table;
+  table.plain = true;
   table.columns = {{"", false}, {"A", true}, {"B", true}, {"B over A", true}};
   const auto text = [&](const std::string& name, const std::string& va, const std::string& vb) {
     if (va != vb) table.marked.push_back(table.rows.size());

@@ -13,7 +13,7 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kMostCharts = 18;
-constexpr std::size_t kMostParameterRows = 40;
+constexpr std::size_t kMostParameterRows = 300;
 constexpr const char* kTrackAxes[] = {"along", "across", "up"};
 constexpr const char* kTrackColors[] = {"blue", "orange", "green"};
 

@@ -2,9 +2,9 @@
 #include "headline.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
+#include "advice.h"
 #include "html.h"
 #include <fmt/core.h>
 
@@ -23,8 +23,6 @@ std::array<std::string, 3> AxisPhrases(const Frame& frame) {
   return out;
 }
 
-std::string Percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
-
 const char* Plural(std::size_t count) { return count == 1 ? "" : "s"; }
 
 /// "0.38 m in x, 1.6 m in y and 2.8 m in z"
@@ -36,6 +34,31 @@ std::string InAxes(const std::array<double, 3>& sigma_m, const std::array<std::s
                      axes[1],
                      Brief(sigma_m[2]),
                      axes[2]);
+}
+
+/// What the global test says where it failed: by how much, and what that means for the figures.
+std::string FitClause(const ResultSummary& summary) {
+  if (!summary.chi_square || summary.chi_square->passed) return "";
+  const ResultTest& test = *summary.chi_square;
+  const bool worse = test.sigma0_squared * test.redundancy > test.upper;
+  return fmt::format("; residuals are {} times as large as stated, {}",
+                     Brief(std::sqrt(test.sigma0_squared)),
+                     summary.sigma_scaled_by_posterior
+                         ? "by which the standard deviations of this report are scaled"
+                     : worse ? "and the standard deviations too small by about this factor"
+                             : "and the standard deviations may be too large");
+}
+
+/// What check points say of an accepted accuracy. Where they contradict, a reason says it.
+std::string CheckClause(const ResultSummary& summary) {
+  if (!summary.checks || summary.checks->points == 0) {
+    return "; without check points nothing independent confirms the accuracy";
+  }
+  if (!summary.checks->realistic) return "";
+  return fmt::format("; {} check point{} agree{} with the predicted accuracy",
+                     summary.checks->points,
+                     Plural(summary.checks->points),
+                     summary.checks->points == 1 ? "s" : "");
 }
 
 std::string StatusSentence(const ResultSummary& summary) {
@@ -57,43 +80,20 @@ std::string StatusSentence(const ResultSummary& summary) {
   }
   switch (summary.verdict) {
     case Verdict::kAccepted:
-      return fmt::format("The adjustment converged in {} and every test is passed.", rounds);
+      return fmt::format("The adjustment converged in {} and every test is passed{}.",
+                         rounds,
+                         CheckClause(summary));
     case Verdict::kTestsFailed:
-      return fmt::format("The adjustment converged in {}, but tests failed: see below.", rounds);
+      return fmt::format("The adjustment converged in {}, but tests failed{}{}.",
+                         rounds,
+                         FitClause(summary),
+                         CheckClause(summary));
     case Verdict::kNotAccepted:
       return fmt::format(
           "The adjustment converged in {} to a solution whose standard deviations mean nothing.",
           rounds);
   }
   return "";
-}
-
-void AddFit(const ResultSummary& summary, Headline* out) {
-  if (!summary.chi_square) return;
-  const ResultTest& test = *summary.chi_square;
-  const double ratio = std::sqrt(test.sigma0_squared);
-  const std::string figures = fmt::format("variance factor {}, {} to {} allowed at {}",
-                                          Brief(test.sigma0_squared),
-                                          Brief(test.lower / test.redundancy),
-                                          Brief(test.upper / test.redundancy),
-                                          Percent(test.level));
-  if (test.passed) {
-    out->sentences.push_back(
-        fmt::format("The looks fit as well as their standard deviations promise ({}).", figures));
-    return;
-  }
-  const bool worse = test.sigma0_squared * test.redundancy > test.upper;
-  out->sentences.push_back(fmt::format(
-      "The looks fit {} than their standard deviations promise: residuals are {} times as large "
-      "({}); {}.",
-      worse ? "worse" : "better",
-      Brief(ratio),
-      figures,
-      summary.sigma_scaled_by_posterior
-          ? "the standard deviations in this report have been scaled by this factor"
-      : worse ? "until the cause is mended, the standard deviations below are too small by about "
-                "this factor"
-              : "those below may be too large"));
 }
 
 void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, Headline* out) {
@@ -112,78 +112,6 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, He
                   accuracy.largest_point[weak],
                   Brief(accuracy.largest_m[weak]),
                   axes[weak]));
-}
-
-void AddChecks(const ResultFolder& result, Headline* out) {
-  const auto& checks = result.file.summary.checks;
-  if (!checks || checks->points == 0) {
-    if (result.file.summary.status == "converged") {
-      out->sentences.push_back(
-          "There are no check points, so nothing independent confirms this accuracy.");
-    }
-    return;
-  }
-  if (checks->realistic && !checks->says.empty()) {  // else a reason of the verdict says it
-    out->sentences.push_back(
-        fmt::format("{} check point{}: {}{}{}",
-                    checks->points,
-                    Plural(checks->points),
-                    static_cast<char>(std::tolower(static_cast<unsigned char>(checks->says[0]))),
-                    checks->says.substr(1),
-                    checks->says.ends_with('.') ? "" : "."));
-  }
-}
-
-void AddLimit(const ResultFolder& result, const AccuracyFigures& accuracy, Headline* out) {
-  if (accuracy.points == 0) return;
-  const std::string axis =
-      AxisPhrases(result.file.frame)[static_cast<std::size_t>(accuracy.weakest)];
-  std::string text;
-  if (!std::isnan(accuracy.path_part_1)) {
-    const double part = accuracy.path_part_1;
-    text = fmt::format(
-        "What limits it: {}, the weakest component, {} of the variance comes from the flight "
-        "paths and {} from the noise of the looks at their intersection angles (median {} "
-        "degrees); ",
-        axis,
-        Percent(part),
-        Percent(1.0 - part),
-        Brief(accuracy.median_intersection_deg));
-    text += part > 0.6 ? "control points or better paths would help most."
-            : part < 0.4
-                ? "only better looks, or looks that intersect at larger angles, would help."
-                : "both would have to improve.";
-  } else {
-    text = fmt::format(
-        "What limits it: {} is the weakest component, at a median intersection angle of {} "
-        "degrees.",
-        axis,
-        Brief(accuracy.median_intersection_deg));
-  }
-  const AccuracyFigures::Group& weak = accuracy.weak;
-  const AccuracyFigures::Group& all = accuracy.all;
-  std::vector<std::string> facets;
-  if (weak.median_intersection_deg < 0.8 * all.median_intersection_deg) {
-    facets.push_back(
-        fmt::format("intersect at {} degrees in the median", Brief(weak.median_intersection_deg)));
-  }
-  if (weak.median_looks_1 < all.median_looks_1) {
-    facets.push_back(fmt::format(
-        "have {:.0f} looks where {:.0f} are usual", weak.median_looks_1, all.median_looks_1));
-  }
-  if (weak.outside_control_1 > all.outside_control_1 + 0.2) {
-    facets.push_back(fmt::format("lie to {} outside the control points, of all points {}",
-                                 Percent(weak.outside_control_1),
-                                 Percent(all.outside_control_1)));
-  }
-  if (!facets.empty() && weak.points >= 5) {
-    text += " The weakest twentieth of the points ";
-    for (std::size_t i = 0; i < facets.size(); ++i) {
-      text += (i == 0 ? "" : (i + 1 == facets.size() ? " and " : ", ")) + facets[i];
-    }
-    text += ".";
-  }
-  out->sentences.push_back(text);
 }
 
 void AddAttention(const ResultFolder& result, Headline* out) {
@@ -228,26 +156,35 @@ Headline HeadlineOf(const ResultFolder& result, const AccuracyFigures& accuracy)
   const ResultSummary& summary = result.file.summary;
   Headline out;
   out.sentences.push_back(StatusSentence(summary));
-  AddFit(summary, &out);
   AddAccuracy(result, accuracy, &out);
-  AddChecks(result, &out);
-  AddLimit(result, accuracy, &out);
+  // Of a solution that is not accepted nothing follows but its reasons.
+  if (summary.verdict != Verdict::kNotAccepted || summary.status == "predicted") {
+    Advice advice = AdviceOf(accuracy, result.file.frame);
+    out.would_help = advice.would_help;
+    if (!advice.sentence.empty()) out.sentences.push_back(std::move(advice.sentence));
+  }
   AddAttention(result, &out);
   if (summary.status == "predicted") {
     out.state = HeadlineState::kNeutral;
     out.word = "Predicted";
-  } else if (summary.status == "intersected") {
-    out.state = HeadlineState::kNeutral;
-    out.word = "Intersected";
-  } else if (summary.verdict == Verdict::kNotAccepted) {
-    out.state = HeadlineState::kNotAccepted;
-    out.word = summary.status == "not_converged" ? "Not accepted: not converged" : "Not accepted";
-  } else if (summary.verdict == Verdict::kTestsFailed) {
-    out.state = HeadlineState::kTestsFailed;
-    out.word = "Converged, tests failed";
-  } else {
-    out.state = HeadlineState::kAccepted;
-    out.word = "Accepted";
+    return out;
+  }
+  const bool intersected = summary.status == "intersected";
+  switch (summary.verdict) {
+    case Verdict::kAccepted:
+      out.state = HeadlineState::kAccepted;
+      out.word = intersected ? "Intersected, accepted" : "Accepted";
+      break;
+    case Verdict::kTestsFailed:
+      out.state = HeadlineState::kTestsFailed;
+      out.word = intersected ? "Intersected, tests failed" : "Converged, tests failed";
+      break;
+    case Verdict::kNotAccepted:
+      out.state = HeadlineState::kNotAccepted;
+      out.word = intersected                         ? "Intersected, not accepted"
+                 : summary.status == "not_converged" ? "Not accepted: not converged"
+                                                     : "Not accepted";
+      break;
   }
   return out;
 }

@@ -71,6 +71,9 @@ class Renderer {
         {"sections", html_},
         {"version", EscapeHtml(Version())},
         {"style", std::string(AssetText("style.css"))},
+        {"charts", std::string(AssetText("charts.js"))},
+        {"map", std::string(AssetText("map.js"))},
+        {"tables", std::string(AssetText("tables.js"))},
         {"script", std::string(AssetText("report.js"))},
         {"chart_library", std::string(AssetText("chart.min.js"))},
         {"chart_licence", EscapeHtml(AssetText("chart_licence.txt"))},
@@ -106,9 +109,11 @@ class Renderer {
   }
 
   static std::string HeadlineText(const Page& page) {
-    std::string out = "<p>";
-    for (const std::string& sentence : page.headline.sentences) out += EscapeHtml(sentence) + "\n";
-    out += "</p>\n";
+    std::string out;
+    for (const std::string& sentence : page.headline.sentences) {
+      out += "<p>" + EscapeHtml(sentence) + "</p>\n";
+    }
+    out += Facts(page.facts);
     if (!page.headline.attention.empty()) {
       out += "<p class=\"attention\">Look at:</p>\n<ul>\n";
       for (const std::string& line : page.headline.attention) {
@@ -116,10 +121,14 @@ class Renderer {
       }
       out += "</ul>\n";
     }
-    return out + Facts(page.facts);
+    return out;
   }
 
   void Add(const PageText& text) {
+    if (text.kind == "heading") {
+      html_ += fmt::format("<h3>{}</h3>\n", EscapeHtml(text.text));
+      return;
+    }
     html_ += fmt::format("<p{}>{}</p>\n",
                          text.kind.empty() ? "" : " class=\"" + text.kind + "\"",
                          EscapeHtml(text.text));
@@ -131,7 +140,8 @@ class Renderer {
     } else if (!table.title.empty()) {
       html_ += fmt::format("<h3>{}</h3>\n", EscapeHtml(table.title));
     }
-    html_ += "<div class=\"scroll\"><table>\n<thead><tr>";
+    html_ += fmt::format("<div class=\"scroll\"><table{}>\n<thead><tr>",
+                         table.plain ? " class=\"plain\"" : "");
     for (const PageColumn& column : table.columns) {
       html_ += fmt::format(
           "<th{}>{}</th>", column.number ? " class=\"n\"" : "", EscapeHtml(column.title));

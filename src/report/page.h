@@ -11,7 +11,7 @@ namespace sarblock {
 
 /// A report before it is written: plain text everywhere, escaped only by RenderPage.
 
-/// A paragraph. `kind` is a class of style.css: "", "note", "lead".
+/// A paragraph. `kind` is a class of style.css: "", "note", "answer"; or it is a "heading".
 struct PageText {
   std::string text;
   std::string kind;
@@ -21,6 +21,7 @@ struct PageColumn {
   std::string title;
   bool number = false;  ///< aligned to the right
 };
+/// The script shows the first ten rows, more on demand, sorts by a column and filters.
 struct PageTable {
   std::string title;
   std::vector<PageColumn> columns;
@@ -28,6 +29,7 @@ struct PageTable {
   std::vector<std::size_t> marked;  ///< rows to be noticed
   std::string note;
   bool folded = false;  ///< behind its title until asked for; open on paper
+  bool plain = false;   ///< all rows, in their order: figures by name, not a list
 };
 
 /// A chart: `json` is what charts.h makes. `size` is a class of style.css: "map", "wide", "half",

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <numbers>
+#include <cstdint>
+#include <limits>
 
 #include "charts.h"
+#include "html.h"
 #include "sections.h"
 #include "statistics.h"
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {
@@ -49,7 +52,20 @@ struct Profiles {
   Profile across, up;
 };
 
-Profiles Collect(const ResultFolder& result) {
+/// Points by number of looks: further looks gain what a median over all would hide.
+struct LookClass {
+  std::uint32_t least = 2, most = 2;
+  [[nodiscard]] bool Has(std::uint32_t looks) const { return looks >= least && looks <= most; }
+  [[nodiscard]] std::string Name() const {
+    if (least == most) return fmt::format("{} look{}", least, least == 1 ? "" : "s");
+    return fmt::format("{} looks or more", least);
+  }
+};
+constexpr std::uint32_t kAnyNumber = std::numeric_limits<std::uint32_t>::max();
+constexpr LookClass kLookClasses[] = {{1, 1}, {2, 2}, {3, 3}, {4, kAnyNumber}};
+constexpr std::size_t kLeastInClass = 10;
+
+Profiles Collect(const ResultFolder& result, const LookClass& looks) {
   const ResultPoints& points = result.file.points;
   const PointResults& figures = points.results;
   const MapPlane plane(result);
@@ -59,7 +75,7 @@ Profiles Collect(const ResultFolder& result) {
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     // A control point is known beforehand: it would say nothing of the geometry.
     if (!IsSolved(figures.status[i]) || points.role[i] == PointRole::kControl ||
-        std::isnan(SigmaOf(points, i, 0))) {
+        !looks.Has(figures.looks[i]) || std::isnan(SigmaOf(points, i, 0))) {
       continue;
     }
     const auto place = plane.Place(figures.position_m[i]);
@@ -129,25 +145,49 @@ PageFigure ProfileFigure(const Profiles& profiles,
 
 PageSection ProfileSection(const ResultFolder& result) {
   PageSection section{"profiles", "Sigma across the flight direction", {}};
-  const Profiles profiles = Collect(result);
-  if (profiles.x_km.empty()) {
-    section.items.emplace_back(PageText{"No standard deviations were computed.", "note"});
-    return section;
-  }
   const std::string whole =
       result.file.summary.command == "intersect" ? "rigorous intersection" : "whole block";
-  PageFigures figures;
-  figures.figures.push_back(
-      ProfileFigure(profiles, profiles.across, "profile-across", "Sigma across track", whole));
-  figures.figures.push_back(
-      ProfileFigure(profiles, profiles.up, "profile-up", "Sigma in height", whole));
-  section.items.emplace_back(std::move(figures));
-  section.items.emplace_back(PageText{
-      "Medians of the points in strips of equal distance, control points left out. The "
-      "intersection takes the flight paths as exact and is what the 1979 closed form (Eq. 25) "
-      "approximates for the best pair of looks; what the block lies above it is what the flight "
-      "paths add, what it lies below the closed form is gained by further looks.",
-      "note"});
+  std::vector<std::string> few;
+  std::size_t shown = 0;
+  for (const LookClass& looks : kLookClasses) {
+    const Profiles profiles = Collect(result, looks);
+    const std::size_t count = profiles.x_km.size();
+    if (count == 0) continue;
+    if (count < kLeastInClass) {
+      few.push_back(fmt::format("{} with {}", count, looks.Name()));
+      continue;
+    }
+    ++shown;
+    const std::string title = fmt::format(", {} ({} points)", looks.Name(), ReadableCount(count));
+    PageFigures figures;
+    figures.figures.push_back(ProfileFigure(profiles,
+                                            profiles.across,
+                                            fmt::format("profile-across-{}", looks.least),
+                                            "Sigma across track" + title,
+                                            whole));
+    figures.figures.push_back(ProfileFigure(profiles,
+                                            profiles.up,
+                                            fmt::format("profile-up-{}", looks.least),
+                                            "Sigma in height" + title,
+                                            whole));
+    section.items.emplace_back(std::move(figures));
+  }
+  if (shown == 0) {
+    section.items.emplace_back(
+        PageText{few.empty() ? "No standard deviations were computed, or all points are control."
+                             : "There are too few points for profiles.",
+                 "note"});
+    return section;
+  }
+  std::string note =
+      "Medians of the points in strips of equal distance, by number of looks, control points left "
+      "out. The intersection takes the flight paths as exact and is what the 1979 closed form (Eq. "
+      "25) approximates for the best pair of looks; what the block lies above it is what the "
+      "flight paths add, what it lies below the closed form is gained by further looks.";
+  for (std::size_t i = 0; i < few.size(); ++i) {
+    note += (i == 0 ? " Not drawn, too few: " : ", ") + few[i] + (i + 1 == few.size() ? "." : "");
+  }
+  section.items.emplace_back(PageText{note, "note"});
   return section;
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
 #include "io/table_source.h"
+#include "io/toml_document.h"
 #include "study_page.h"
 
 namespace sarblock {
@@ -82,7 +84,31 @@ std::vector<StudyPicture> ReadPictures(const std::filesystem::path& folder) {
   return out;
 }
 
+/// Name and goal of the study file, which a study leaves beside its table.
+void ReadHeading(const std::filesystem::path& file, StudyFolder* out) {
+  if (!std::filesystem::exists(file)) return;
+  const toml::table root = ParseToml(ReadTomlText(file, "a study"), file.string(), {});
+  out->name = root["name"].value_or(std::string());
+  out->purpose = root["purpose"].value_or(std::string());
+}
+
+std::vector<std::string> ReadLines(const std::filesystem::path& file) {
+  std::vector<std::string> out;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.empty()) out.push_back(line);
+  }
+  return out;
+}
+
 }  // namespace
+
+bool StudyCsv::HasNumbers(const std::string& column) const {
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (!std::isnan(Number(row, column))) return true;
+  }
+  return false;
+}
 
 std::size_t StudyCsv::Column(const std::string& name) const {
   return static_cast<std::size_t>(std::find(columns.begin(), columns.end(), name) -
@@ -131,6 +157,10 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
       table.rows.push_back(std::move(row));
     }
     out.tables.push_back(std::move(table));
+    ReadHeading(folder / (std::string(kind.name) + ".toml"), &out);
+    for (std::string& line : ReadLines(folder / (std::string(kind.name) + ".txt"))) {
+      out.answers.push_back(std::move(line));
+    }
   }
   if (!out.tables.empty()) out.pictures = ReadPictures(folder);
   return out;

@@ -7,12 +7,12 @@
 #include "html.h"
 #include "sections.h"
 #include "statistics.h"
+#include "strip_residuals.h"
 #include <fmt/core.h>
 
 namespace sarblock {
 namespace {
 
-constexpr const char* kComponents[] = {"range", "azimuth"};
 constexpr double kHistogramEnd = 5.0;
 constexpr std::size_t kHistogramBins = 40;
 constexpr std::size_t kMostQuantiles = 600;
@@ -43,9 +43,9 @@ PageFigure HistogramFigure(const std::vector<float>& w, std::size_t k) {
   }
   chart.series = {steps, normal};
   const std::size_t outside = histogram.below + histogram.above;
-  const std::string id = fmt::format("histogram-{}", kComponents[k]);
+  const std::string id = fmt::format("histogram-{}", kLookComponents[k]);
   return {id,
-          Capital(kComponents[k]) + " residuals",
+          Capital(kLookComponents[k]) + " residuals",
           outside == 0 ? ""
                        : fmt::format("{} beyond {} are counted in the outermost bins.",
                                      ReadableCount(static_cast<double>(outside)),
@@ -66,9 +66,9 @@ PageFigure QuantileFigure(const std::vector<float>& w, std::size_t k) {
   const double end = dots.x.empty() ? 3.0 : std::max(-dots.x.front(), dots.x.back());
   ChartSeries line{"expected", "line", "ink", {-end, end}, {-end, end}, {}, {}, {}};
   chart.series = {line, dots};
-  const std::string id = fmt::format("quantiles-{}", kComponents[k]);
+  const std::string id = fmt::format("quantiles-{}", kLookComponents[k]);
   return {id,
-          Capital(kComponents[k]) + " against the normal distribution",
+          Capital(kLookComponents[k]) + " against the normal distribution",
           "",
           "half",
           ChartJson(id, chart)};
@@ -109,7 +109,7 @@ PageTable ResidualTable(const ReportLooks& looks) {
   for (std::size_t k = 0; k < 2; ++k) {
     const Moments residual = MomentsOf(looks.residual_m[k]);
     const Moments w = MomentsOf(looks.w_1[k]);
-    table.rows.push_back({kComponents[k],
+    table.rows.push_back({kLookComponents[k],
                           ReadableCount(static_cast<double>(looks.residual_m[k].size())),
                           Shown(std::hypot(residual.mean, residual.deviation), 3),
                           Shown(w.mean, 2),
@@ -125,75 +125,10 @@ PageTable ResidualTable(const ReportLooks& looks) {
   return table;
 }
 
-double ResidualOf_m(const ResultLooks& looks, std::size_t look, std::size_t component) {
-  return component == 0 ? looks.range_residual_m[look] : looks.azimuth_residual_m[look];
-}
-
-PageTable LookTable(const ResultFile& file, const std::vector<ReportLook>& shown, double critical) {
-  PageTable table;
-  table.columns = {{"pass", false},
-                   {"point", false},
-                   {"component", false},
-                   {"residual [m]", true},
-                   {"redundancy", true},
-                   {"w", true},
-                   {"minimal detectable blunder [m]", true},
-                   {"its influence on the point [m]", true}};
-  const ResultLooks& looks = file.looks;
-  for (const auto& [look, k] : shown) {
-    const auto figure = [&, i = look](const std::vector<float>& of_looks) {
-      return Shown(of_looks.empty() ? kAbsent : static_cast<double>(of_looks[i]), 3);
-    };
-    if (std::abs(static_cast<double>(looks.w_1[k][look])) > critical) {
-      table.marked.push_back(table.rows.size());
-    }
-    table.rows.push_back({file.passes[looks.pass[look]].id,
-                          std::string(file.points.ids[looks.point[look]]),
-                          kComponents[k],
-                          Shown(ResidualOf_m(looks, look, k), 3),
-                          figure(looks.redundancy_1[k]),
-                          figure(looks.w_1[k]),
-                          figure(looks.mdb_m[k]),
-                          figure(looks.influence_m[k])});
-  }
-  return table;
-}
-
-PageTable FindingTable(const ResultSummary& summary) {
-  constexpr std::size_t kRows = 40;
-  PageTable table;
-  table.title = "What the search for blunders found";
-  table.columns = {{"round", true},
-                   {"point", false},
-                   {"passes", false},
-                   {"component", false},
-                   {"w", true},
-                   {"located", false},
-                   {"done", false},
-                   {"note", false}};
-  for (std::size_t i = 0; i < std::min(kRows, summary.findings.size()); ++i) {
-    const ResultFinding& f = summary.findings[i];
-    table.rows.push_back({std::to_string(f.round),
-                          f.point,
-                          f.passes,
-                          f.component,
-                          Shown(f.w_1, 3),
-                          f.located ? "yes" : "no",
-                          f.action,
-                          f.note});
-  }
-  table.note =
-      fmt::format("{} findings in {} rounds{}.",
-                  summary.findings.size(),
-                  *summary.snooping_rounds,
-                  summary.findings.size() > kRows ? "; the others stand in summary.json" : "");
-  return table;
-}
-
 }  // namespace
 
 PageSection ResidualSection(const ResultFolder& result) {
-  PageSection section{"residuals", "Standardised residuals", {}};
+  PageSection section{"residuals", "Residuals", StripResidualItems(result)};
   const ReportLooks& looks = result.looks;
   if (looks.w_1[0].empty() && looks.w_1[1].empty()) {
     section.items.emplace_back(PageText{result.file.summary.status == "predicted"
@@ -204,6 +139,7 @@ PageSection ResidualSection(const ResultFolder& result) {
     if (!looks.residual_m[0].empty()) section.items.emplace_back(ResidualTable(looks));
     return section;
   }
+  section.items.emplace_back(PageText{"Standardised", "heading"});
   PageFigures figures;
   for (std::size_t k = 0; k < 2; ++k) {
     if (looks.w_1[k].empty()) continue;
@@ -212,63 +148,6 @@ PageSection ResidualSection(const ResultFolder& result) {
   }
   section.items.emplace_back(std::move(figures));
   section.items.emplace_back(ResidualTable(looks));
-  return section;
-}
-
-PageSection WorstLooksSection(const ResultFolder& result) {
-  PageSection section{"worst", "Worst looks", {}};
-  const ReportLooks& looks = result.looks;
-  const auto& tests = result.file.summary.tests;
-  if (looks.worst.empty()) {
-    section.items.emplace_back(PageText{"No look was tested.", "note"});
-  } else {
-    if (tests) {
-      section.items.emplace_back(PageText{
-          fmt::format("{} observations were tested one by one at level {}: |w| above {} is rare. "
-                      "{} range, {} azimuth and {} control components are above it, {} "
-                      "are expected by chance. {} looks belong to points with one degree of "
-                      "freedom, where a blunder shows but cannot be located.",
-                      ReadableCount(tests->tests),
-                      Shown(tests->alpha_1, 2),
-                      Shown(tests->critical_w_1, 3),
-                      tests->above[0],
-                      tests->above[1],
-                      tests->above[2],
-                      Shown(tests->expected_above_1, 2),
-                      ReadableCount(tests->not_localisable)),
-          ""});
-    }
-    PageTable table = LookTable(result.file, looks.worst, tests ? tests->critical_w_1 : kAbsent);
-    table.note = fmt::format(
-        "The {} largest |w|; beyond the critical value they are marked. The minimal detectable "
-        "blunder is found with a power of {}; smaller ones may stay, and move the point by up to "
-        "the influence.",
-        looks.worst.size(),
-        ShownPercent(tests ? tests->power_1 : kAbsent));
-    section.items.emplace_back(std::move(table));
-  }
-  if (result.file.summary.snooping_rounds && !result.file.summary.findings.empty()) {
-    section.items.emplace_back(FindingTable(result.file.summary));
-  }
-  if (!looks.left_out.empty()) {
-    PageTable table;
-    table.title = "Looks that were left out";
-    table.columns = {
-        {"pass", false}, {"point", false}, {"reason", false}, {"largest residual [m]", true}};
-    const ResultLooks& all = result.file.looks;
-    for (const auto& [look, k] : looks.left_out) {
-      table.rows.push_back({result.file.passes[all.pass[look]].id,
-                            std::string(result.file.points.ids[all.point[look]]),
-                            NameOf(all.reason[look]),
-                            Shown(ResidualOf_m(all, look, k), 3) + " " + kComponents[k]});
-    }
-    table.note = fmt::format(
-        "{} of {}, the largest residuals first. A list to use again: --rejections with "
-        "residuals.csv.",
-        looks.left_out.size(),
-        ReadableCount(looks.rejected));
-    section.items.emplace_back(std::move(table));
-  }
   return section;
 }
 

@@ -85,7 +85,10 @@ void ArrangeLooks(const ResultLooks& looks, ReportLooks* out) {
       keep(looks.mdb_m[k], i, &out->mdb_m[k]);
       keep(looks.influence_m[k], i, &out->influence_m[k]);
       keep(looks.w_1[k], i, &out->w_1[k]);
-      if (!looks.w_1[k].empty()) {
+      const bool weak =
+          !looks.redundancy_1[k].empty() &&
+          !(static_cast<double>(looks.redundancy_1[k][i]) >= ReportLooks::kLeastTested_1);
+      if (!looks.w_1[k].empty() && !weak) {
         worst.Add(std::abs(static_cast<double>(looks.w_1[k][i])), {i, k});
       }
     }

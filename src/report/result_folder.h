@@ -18,6 +18,9 @@ namespace sarblock {
 inline constexpr double kAbsent = kNotGiven;
 inline constexpr double kHighCorrelation_1 = 0.95;
 
+/// Components of a look, as results name them.
+inline constexpr std::array kLookComponents{"range", "azimuth"};
+
 /// Two parameters that the result cannot tell apart well.
 struct ReportCorrelation {
   std::uint32_t a = 0, b = 0;  ///< indices into the parameters
@@ -35,9 +38,12 @@ struct ReportLooks {
   std::array<std::vector<float>, 2> w_1, residual_m, redundancy_1, mdb_m, influence_m;
   std::size_t rejected = 0;
   std::vector<std::pair<std::string, std::size_t>> rejected_by_reason;
-  std::vector<ReportLook> worst;     ///< largest |w| first, at most kMostWorst
+  /// Largest |w| first, at most kMostWorst, none with a redundancy below kLeastTested_1: its w
+  /// says nothing of the observation alone.
+  std::vector<ReportLook> worst;
   std::vector<ReportLook> left_out;  ///< rejected ones, largest residual first, at most kMostWorst
-  static constexpr std::size_t kMostWorst = 25;
+  static constexpr std::size_t kMostWorst = 300;
+  static constexpr double kLeastTested_1 = 0.01;
 };
 
 /// A result as it was read, and what is counted and sorted once for all sections of its report.

@@ -14,7 +14,9 @@ const char* KindOf(const ResultSummary& summary) {
   return "Block adjustment";
 }
 
-std::vector<PageFact> HeadlineFacts(const ResultFolder& result, const AccuracyFigures& accuracy) {
+std::vector<PageFact> HeadlineFacts(const ResultFolder& result,
+                                    const AccuracyFigures& accuracy,
+                                    const Headline& headline) {
   std::vector<PageFact> out;
   const std::array<const char*, 3> axes = AxisNames(result.file.frame);
   if (accuracy.points > 0) {
@@ -29,6 +31,11 @@ std::vector<PageFact> HeadlineFacts(const ResultFolder& result, const AccuracyFi
     out.push_back({"Weakest point",
                    fmt::format("{} m {}", Shown(accuracy.largest_m[weak], 3), axes[weak]),
                    "at " + accuracy.largest_point[weak]});
+    if (!headline.would_help.empty()) {
+      out.push_back({"Would help most",
+                     headline.would_help,
+                     std::string("for ") + axes[weak] + ", the weakest component"});
+    }
   }
   if (const auto& test = result.file.summary.chi_square) {
     out.push_back({"Variance factor",
@@ -88,16 +95,16 @@ Page MakeResultPage(const ResultFolder& result) {
                                   ? "geocentric frame, " + frame.ellipsoid().name
                                   : "local frame");
   page.headline = HeadlineOf(result, accuracy);
-  page.facts = HeadlineFacts(result, accuracy);
-  page.sections = {CountsSection(result),
-                   TestSection(result),
+  page.facts = HeadlineFacts(result, accuracy, page.headline);
+  page.sections = {MapSection(result, accuracy),
                    KnownPointsSection(result),
-                   MapSection(result, accuracy),
-                   ProfileSection(result),
+                   TestSection(result),
                    ResidualSection(result),
                    WorstLooksSection(result),
+                   ProfileSection(result),
                    CorrectionSection(result),
                    ModelSection(result),
+                   CountsSection(result),
                    CostSection(result),
                    OriginSection(result)};
   return page;

@@ -41,6 +41,7 @@ std::string Setting(const ResultSummary& summary, const std::string& key) {
 
 PageTable CountTable(const ResultSummary& summary) {
   PageTable table;
+  table.plain = true;
   table.columns = {{"", false}, {"count", true}};
   for (const NamedCount& count : kCounts) {
     const bool there = std::any_of(summary.counts.begin(),
@@ -58,6 +59,7 @@ PageTable CountTable(const ResultSummary& summary) {
 
 PageTable SettingTable(const ResultSummary& summary) {
   PageTable table;
+  table.plain = true;
   table.columns = {{"setting", false}, {"value", false}};
   for (const char* key : {"corrections",
                           "robust",
@@ -112,6 +114,7 @@ PageSection CostSection(const ResultFolder& result) {
     return section;
   }
   PageTable table;
+  table.plain = true;  // the last row is the sum
   table.columns = {{"stage", false}, {"wall time [s]", true}, {"peak memory [MiB]", true}};
   double total_s = 0.0, peak_mib = 0.0;
   for (const StageCost& stage : result.file.summary.stages) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct StudyCsv {
   [[nodiscard]] std::size_t Column(const std::string& name) const;
   [[nodiscard]] std::string Text(std::size_t row, const std::string& column) const;
   [[nodiscard]] double Number(std::size_t row, const std::string& column) const;  ///< NaN: none
+  /// True where some row gives a number.
+  [[nodiscard]] bool HasNumbers(const std::string& column) const;
   /// Different texts of a column in order of appearance.
   [[nodiscard]] std::vector<std::string> Values(const std::string& column) const;
 };
@@ -31,10 +34,34 @@ struct StudyPicture {
 struct StudyFolder {
   std::string path;
   std::vector<StudyCsv> tables;
+  std::string name, purpose;           ///< of the study file (KIND.toml); may be empty
+  std::vector<std::string> answers;    ///< lines of KIND.txt; empty: the study is not finished
   std::vector<StudyPicture> pictures;  ///< at most 1 MB together
 };
 
 [[nodiscard]] StudyFolder ReadStudyFolder(const std::filesystem::path& folder);
+
+/// The section of a table, and what it says in short where the study has not said it itself.
+struct StudyPart {
+  PageSection section;
+  std::vector<std::string> sentences, attention;
+  HeadlineState state = HeadlineState::kNeutral;
+  std::string word;
+};
+[[nodiscard]] StudyPart DensificationPart(const StudyCsv& table);
+[[nodiscard]] StudyPart TradeoffPart(const StudyCsv& table);
+[[nodiscard]] StudyPart StabilityPart(const StudyCsv& table);
+
+/// All rows of a table, numbers shortened, headings in words.
+[[nodiscard]] PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts);
+/// "median sigma up [m]" for "median_sigma_u_m".
+[[nodiscard]] std::string InWords(const std::string& column);
+/// Rows of one value of a column, in the order of a number; those without it come last.
+[[nodiscard]] std::vector<std::size_t> RowsOf(const StudyCsv& table,
+                                              const std::string& column,
+                                              const std::string& value,
+                                              const std::string& order_by);
+
 [[nodiscard]] Page MakeStudyPage(const StudyFolder& study);
 
 }  // namespace sarblock

@@ -34,7 +34,8 @@ TEST(AccuracyTest, TellsMediansTheWeakestPointAndWhatLimitsIt) {  // hand values
   EXPECT_EQ(a.largest_point[2], "P99");
   EXPECT_EQ(a.weakest, 2);
   EXPECT_NEAR(a.path_part_1, 0.75, 1e-6);  // held is half the sigma
-  EXPECT_EQ(a.weak.points, 5u);
+  EXPECT_EQ(a.free_points, 97u);           // three are control
+  EXPECT_EQ(a.weak.points, 4u);
   EXPECT_NEAR(a.weak.median_intersection_deg, 4.0, 1e-14);
   EXPECT_EQ(a.weak.median_looks_1, 2.0);
   EXPECT_EQ(a.weak.outside_control_1, 1.0);
@@ -46,14 +47,14 @@ TEST(HeadlineTest, AnAcceptedBlockSaysSoWithItsAccuracyAndItsLimit) {
   EXPECT_EQ(headline.state, HeadlineState::kAccepted);
   EXPECT_EQ(headline.word, "Accepted");
   const std::string text = Words(headline);
-  EXPECT_THAT(text, HasSubstr("converged in 5 iterations and every test is passed"));
-  EXPECT_THAT(text, HasSubstr("variance factor 1.10, 0.810 to 1.20 allowed at 95 %"));
+  EXPECT_EQ(headline.sentences.size(), 3u);
+  EXPECT_THAT(text, HasSubstr("converged in 5 iterations and every test is passed; without check"));
+  EXPECT_THAT(text, HasSubstr("Half of the 100 points are known to 1.00 m in x"));
   EXPECT_THAT(text, HasSubstr("the weakest is P99 with 108 m in z"));
   EXPECT_THAT(text,
-              HasSubstr("in z, the weakest component, 75 % of the variance comes from the flight"));
-  EXPECT_THAT(text, HasSubstr("control points or better paths"));
-  EXPECT_THAT(text, HasSubstr("have 2 looks where 3 are usual"));
-  EXPECT_THAT(text, HasSubstr("There are no check points"));
+              HasSubstr("The weakest component is z: 75 % of its variance comes from the flight"));
+  EXPECT_THAT(text, HasSubstr("so control points or better flight paths would help most"));
+  EXPECT_EQ(headline.would_help, "control, better paths");
   EXPECT_THAT(headline.attention, IsEmpty());
 }
 
@@ -66,12 +67,11 @@ TEST(HeadlineTest, AFailedGlobalTestSaysHowMuchAndItsReasonHeadsTheList) {
   const Headline worse = Judge(result);
   EXPECT_EQ(worse.state, HeadlineState::kTestsFailed);
   EXPECT_EQ(worse.word, "Converged, tests failed");
-  EXPECT_THAT(Words(worse), HasSubstr("fit worse than their standard deviations promise"));
-  EXPECT_THAT(Words(worse), HasSubstr("2.00 times as large"));
+  EXPECT_THAT(Words(worse), HasSubstr("residuals are 2.00 times as large as stated"));
   EXPECT_THAT(Words(worse), HasSubstr("too small by about this factor"));
   EXPECT_EQ(worse.attention.front(), "global test: s0^2 is 4.");
   result.file.summary.chi_square->sigma0_squared = 0.25;
-  EXPECT_THAT(Words(Judge(result)), HasSubstr("fit better than"));
+  EXPECT_THAT(Words(Judge(result)), HasSubstr("standard deviations may be too large"));
 }
 
 TEST(HeadlineTest, NotConvergedIsNotAccepted) {
@@ -92,7 +92,26 @@ TEST(HeadlineTest, GrossContradictionsAreNotAcceptedForTheReasonThatTheResultGiv
   const Headline headline = Judge(result);
   EXPECT_EQ(headline.word, "Not accepted");
   EXPECT_THAT(Words(headline), HasSubstr("standard deviations mean nothing"));
+  EXPECT_EQ(headline.would_help, "");
   EXPECT_THAT(headline.attention, Contains(HasSubstr("1.4e7")));
+}
+
+TEST(HeadlineTest, AnIntersectionRepeatsTheVerdictOfItsResult) {
+  ResultFolder result = test::MadeResult();
+  result.file.summary.command = "intersect";
+  result.file.summary.status = "intersected";
+  result.file.summary.verdict = Verdict::kTestsFailed;
+  const Headline headline = Judge(result);
+  EXPECT_EQ(headline.word, "Intersected, tests failed");
+  EXPECT_EQ(headline.state, HeadlineState::kTestsFailed);
+}
+
+TEST(HeadlineTest, CheckPointsThatAgreeAreNamedWithTheVerdict) {
+  ResultFolder result = test::MadeResult();
+  result.file.summary.checks = ResultChecks{12, 36, 1.02, true, "the predicted accuracy holds"};
+  EXPECT_THAT(Words(Judge(result)), HasSubstr("; 12 check points agree with the predicted"));
+  result.file.summary.checks->realistic = false;
+  EXPECT_THAT(Words(Judge(result)), Not(HasSubstr("check points")));
 }
 
 TEST(HeadlineTest, MissingPointsAreCounted) {

@@ -133,7 +133,14 @@ TEST_F(ReportFileTest, ShowsTheNumbersOfTheTables) {
         // sqrt((0.25 + 1) / 2), mean and deviation of 1.5 and -4.25, medians of two
         Row({"range", "#2", "#0.791", "#-1.4", "#2.88", "#4.25", "#0.625", "#4.25", "#6.25"}),
         // the worst look
-        Row({"B", "P1", "range", "#1.00", "#0.750", "#-4.25", "#4.50", "#6.50"}),
+        Row({"P1",
+             "#-4.25",
+             "B range",
+             "#1.00",
+             "#0.750",
+             "#4.50",
+             "#6.50",
+             "B azimuth 2.00, A range 1.50, A azimuth -0.750"}),
         Row({"B", "P3", "given", "#77.5 range"}),
         Row({"A", "range.bias", "#5.000", "#0.500", "m", "#10.0", "#10.0 sigma"}),
         Row({"A range.bias", "B range.bias", "#+0.9600"}),
@@ -270,6 +277,7 @@ TEST_F(ReportFileTest, DrawsStudiesFromTheirTables) {
       Page(),
       AllOf(HasSubstr("The best height, a median sigma of 2.50 m, has the layout corners with 8"),
             HasSubstr("1 arrangements do not determine the block"),
+            HasSubstr("the study is not finished"),
             HasSubstr("\"id\":\"densification-u\"")));
   std::filesystem::remove(folder_ / "densification.csv");
   Put("tradeoff.csv",
@@ -277,6 +285,20 @@ TEST_F(ReportFileTest, DrawsStudiesFromTheirTables) {
       "covariance,montecarlo,,,,,,0\n"
       "covariance,block,900,2.5,1,0,0,1\ncovariance,leberl,900,0.01,250,0,0.5,1\n");
   EXPECT_EQ(WriteReport(folder_).kind, "tradeoff");
+  Put("tradeoff.toml",
+      "format = 'sarblock-study 1'\nstudy = 'tradeoff'\nname = 'what <speed> costs'\n"
+      "purpose = 'to know it'\n");
+  Put("tradeoff.txt", "100 points: leberl is enough\n");
+  WriteReport(folder_);
+  EXPECT_THAT(Page(),
+              AllOf(HasSubstr("<h1>what &lt;speed&gt; costs</h1>"),
+                    HasSubstr("Goal: to know it"),
+                    HasSubstr("<p>100 points: leberl is enough.</p>"),
+                    HasSubstr("\"names\":[\"leberl\",\"block\"],\"written\":true"),
+                    Not(HasSubstr("choices in 1 stages"))));
+  std::filesystem::remove(folder_ / "tradeoff.txt");
+  std::filesystem::remove(folder_ / "tradeoff.toml");
+  WriteReport(folder_);
   EXPECT_THAT(Page(),
               AllOf(HasSubstr("2 choices in 1 stages were run"),
                     HasSubstr("Covariance: leberl is 250 times as fast"),
