@@ -41,6 +41,7 @@ Hypothesis ScaledCone(const Names& passes, const char* column, const KnownNumber
   Hypothesis out;
   out.kind = MistakeKind::kCone;
   out.cause = factor.value < 0.0 ? "cone.sign" : "cone.unit";
+  out.parameters = 0;
   out.passes = passes;
   out.undo = [passes](Block* block, double value) {
     if (block->looks.cone.empty()) return;
@@ -63,6 +64,7 @@ Hypothesis Wavelength(const Names& passes, const KnownNumber& factor) {
   Hypothesis out;
   out.kind = MistakeKind::kCone;
   out.cause = "cone.wavelength";
+  out.parameters = 0;
   out.passes = passes;
   out.undo = [passes](Block* block, double value) {
     for (const std::uint32_t p : PassesOf(*block, passes)) block->passes[p].wavelength_m /= value;

@@ -51,6 +51,18 @@ bool IsNear(const Fit& fit) {
   return fit.solved && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
 }
 
+/// Every pass sees known points.
+bool AllSeen(const std::vector<PassSightings>& passes) {
+  return std::all_of(passes.begin(), passes.end(), [](const PassSightings& pass) {
+    return pass.sightings.size() >= 3;
+  });
+}
+
+/// True where nothing is left to explain.
+bool ExplainsAll(const Fit& fit) {
+  return fit.solved && fit.lost == 0 && fit.square_sum_1 < 1.5 * fit.redundancy_1;
+}
+
 bool Contradicts(const Fit& fit) {
   if (!fit.solved || fit.lost > 0) return true;
   if (!(fit.redundancy_1 >= 1.0)) return false;
@@ -82,7 +94,8 @@ Hypotheses Screen(Hypotheses all, const std::vector<PassSightings>& passes) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].screened) continue;
     const double ratio = ScreenOf(all[i], passes);
-    if (ratio < kNearer_1) ratios.emplace_back(ratio, i);
+    // What helps every pass stands before what helps each by itself.
+    if (ratio < kNearer_1) ratios.emplace_back(all[i].passes.empty() ? 0.1 * ratio : ratio, i);
   }
   std::sort(ratios.begin(), ratios.end());
   for (std::size_t k = 0; k < std::min(kMostScreened, ratios.size()); ++k) {
@@ -152,7 +165,9 @@ class Diagnosing {
                            AddSigmaMistakes}) {
       add(facts, &all);
     }
-    Hypotheses tried = ScoredMistakes(facts, progress_);
+    // Far from a solution a linearisation says nothing, and known points show what it could.
+    const bool scored = IsNear(before) || !AllSeen(passes);
+    Hypotheses tried = scored ? ScoredMistakes(facts, progress_) : Hypotheses{};
     out_.hypotheses = static_cast<int>(all.size() + tried.size());
     for (Hypothesis& hypothesis : Screen(std::move(all), passes)) {
       tried.push_back(std::move(hypothesis));
@@ -161,6 +176,12 @@ class Diagnosing {
     for (std::size_t i = 0; i < tried.size(); ++i) {
       Step(progress_, "diagnose", i, tried.size());
       Hypothesis& hypothesis = tried[i];
+      // Other standard deviations, the last of the list, are asked for where no value explains all.
+      const bool explained =
+          std::any_of(candidates.begin(), candidates.end(), [](const Candidate& candidate) {
+            return ExplainsAll(candidate.solved.fit);
+          });
+      if (explained && hypothesis.kind == MistakeKind::kSigma) continue;
       const bool near = hypothesis.local && IsNear(before);
       Fit fit = trials->With(
           hypothesis, hypothesis.value, near ? &before.state : nullptr, Effort::kQuick);
@@ -202,7 +223,7 @@ class Diagnosing {
     if (!(left >= 1.0)) return false;
     if (candidate.hypothesis.kind == MistakeKind::kSigma) {
       if (!(std::abs(candidate.solved.value) < kMostLogFactor_1)) return false;
-      const bool fits = after.square_sum_1 < 2.0 * left && after.square_sum_1 > 0.5 * left;
+      const bool fits = after.SquareSum() < 2.0 * left && after.square_sum_1 > 0.5 * left;
       return fits && before.Cost() - after.Cost() > 50.0;
     }
     const double taken_1 = before.SquareSum() - after.SquareSum();

@@ -47,13 +47,9 @@ void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass,
       edited.recorded.states.clear();
       return;
     }
-    Block alone;
-    alone.frame = block->frame;
-    alone.passes.push_back(edited);
-    alone.passes[0].path = FlightPath(states);
-    alone.passes[0].recorded.states = std::move(states);
-    static_cast<void>(ReadRecordedFlights(&alone));
-    edited = std::move(alone.passes[0]);
+    edited.path = FlightPath(states);
+    edited.recorded.states = std::move(states);
+    static_cast<void>(ReadRecordedFlights(block));
   } catch (const InputError&) {  // no path can be made of such states
   }
 }

@@ -87,8 +87,9 @@ Fit SolveSample(const Block& sample,
   Fit fit;
   try {
     AdjustmentProblem problem(sample, groups);
-    fit.state = warm == nullptr ? std::move(ComputeStartValues(&problem, progress).state)
-                                : Continue(*warm, &problem);
+    const bool fits = warm != nullptr && warm->start_m.size() == sample.points.size();
+    fit.state =
+        !fits ? std::move(ComputeStartValues(&problem, progress).state) : Continue(*warm, &problem);
     SolveOptions options;
     options.max_iterations = effort == Effort::kQuick ? kQuickIterations : kMostIterations;
     options.settled_1 = kSettled_1;

@@ -105,6 +105,7 @@ Hypothesis Shifted(const std::string& pass, std::shared_ptr<const RowsOfPoint> r
   Hypothesis out;
   out.kind = MistakeKind::kIds;
   out.cause = "ids.shifted";
+  out.parameters = 0;
   out.passes = {pass};
   out.undo = [pass, rows](Block* block, double) {
     const auto p = FindPass(*block, pass);

@@ -255,7 +255,11 @@ void AddPathMistakes(const Facts& facts, Hypotheses* out) {
     for (const double factor : {-1.0, 1e-3, 1e3}) {
       if (std::abs(velocity.ratio_1 / factor - 1.0) < 0.1) {
         out->push_back(ScaledStates(passes, false, true, factor));
-        if (factor == 1e3) out->push_back(ScaledStates(passes, true, false, 1e-3));
+        out->back().screened = true;  // the states themselves tell
+        if (factor == 1e3) {
+          out->push_back(ScaledStates(passes, true, false, 1e-3));
+          out->back().screened = true;
+        }
       }
     }
     out->push_back(ScaledStates(passes, true, true, 1e-3));

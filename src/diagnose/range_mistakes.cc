@@ -33,6 +33,7 @@ Hypothesis ScaledRange(const Names& passes, const KnownNumber& factor) {
   Hypothesis out;
   out.kind = MistakeKind::kRange;
   out.cause = "range.scale";
+  out.parameters = 0;
   out.passes = passes;
   out.undo = [passes](Block* block, double value) {
     ForLooks(*block, passes, [&](std::size_t i) { block->looks.range_m[i] /= value; });
@@ -85,6 +86,7 @@ Hypothesis GroundRange(const Names& passes) {
   Hypothesis out;
   out.kind = MistakeKind::kRange;
   out.cause = "range.ground";
+  out.parameters = 0;
   out.passes = passes;
   out.undo = [passes](Block* block, double) {
     std::vector<Ground> ground;

@@ -110,6 +110,7 @@ Hypothesis ScaledTime(const Names& passes, const KnownNumber& factor) {
   Hypothesis out;
   out.kind = MistakeKind::kTime;
   out.cause = "time.scale";
+  out.parameters = 0;
   out.passes = passes;
   out.undo = [passes](Block* block, double value) {
     ForLooks(*block, passes, [&](std::size_t i) { block->looks.time_s[i] /= value; });

@@ -21,8 +21,18 @@ Planted EditKnown(Block* block, std::string cause, bool geocentric, const Edit& 
   return OfAll(std::move(cause));
 }
 
+/// A longitude that can be read as a latitude.
+bool Exchangeable(const Block& block, std::uint32_t point) {
+  if (block.frame.kind() != FrameKind::kGeocentric) return false;
+  return std::abs(block.frame.GeodeticFromFrame(block.points.given_m[point]).lon_rad) <
+         90.0 * kRadOfDeg;
+}
+
 Planted LatLon(Block* block, RandomStream*) {
   const Frame frame = block->frame;
+  for (const KnownPosition& known : block->points.known) {
+    if (!Exchangeable(*block, known.point)) return {};
+  }
   return EditKnown(block, "control.lat_lon", true, [&](std::uint32_t, Eigen::Vector3d* p_m) {
     Geodetic at = frame.GeodeticFromFrame(*p_m);
     std::swap(at.lat_rad, at.lon_rad);
@@ -39,6 +49,7 @@ std::uint32_t DrawKnown(const Block& block, RandomStream* random) {
 Planted OneLatLon(Block* block, RandomStream* random) {
   if (block->frame.kind() != FrameKind::kGeocentric || block->points.known.empty()) return {};
   const std::uint32_t point = DrawKnown(*block, random);
+  if (!Exchangeable(*block, point)) return {};
   Geodetic at = block->frame.GeodeticFromFrame(block->points.given_m[point]);
   std::swap(at.lat_rad, at.lon_rad);
   block->points.given_m[point] = block->frame.FrameFromGeodetic(at);
