@@ -68,7 +68,7 @@ std::optional<Diagnosis> DiagnoseFailure(const BlockFile& file,
                                          const AdjustResult& result,
                                          const Session& session) {
   const bool fails = result.assessment.verdict != Verdict::kAccepted;
-  if (!fails) return std::nullopt;
+  if (!file.adjust.diagnose || !fails) return std::nullopt;
   return Diagnose(file.block, file.adjust, session.progress.get());
 }
 
@@ -81,6 +81,7 @@ void ExplainUnread(const std::string& folder, ReadOptions read, const Session& s
 }
 
 void ExplainRefusal(const BlockFile& file, const Session& session) {
+  if (!file.adjust.diagnose) return;
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
   for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
   for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
