@@ -68,7 +68,8 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
 std::optional<Diagnosis> DiagnoseFailure(const BlockFile& file,
                                          const AdjustResult& result,
                                          const Session& session) {
-  if (result.assessment.verdict == Verdict::kAccepted) return std::nullopt;
+  const bool fails = result.assessment.verdict != Verdict::kAccepted;
+  if (!file.adjust.diagnose || !fails) return std::nullopt;
   return Diagnose(file.block, file.adjust, session.progress.get());
 }
 
@@ -81,6 +82,7 @@ void ExplainUnread(const std::string& folder, ReadOptions read, const Session& s
 }
 
 void ExplainRefusal(const BlockFile& file, const Session& session) {
+  if (!file.adjust.diagnose) return;
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
   for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
   for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);

@@ -49,7 +49,7 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
       "scale_by_posterior = true\nvariance_components = \"per-pass\"\nmax_iterations = 17\n"
       "montecarlo_runs = 70\nmontecarlo_seed = 9\nvariance_groups = [[\"A1\"], [\"A2\"]]\n"
       "engine = \"ceres\"\nceres_solver = \"iterative-schur\"\ntolerance = "
-      "2.5e-8\ncovariance_method = \"ceres\"\ntest_level = 0.875\n");
+      "2.5e-8\ncovariance_method = \"ceres\"\ntest_level = 0.875\ndiagnose = false\n");
   EXPECT_EQ(options.corrections, CorrectionChoice::kAuto);
   EXPECT_EQ(options.robust, RobustLoss::kTukey);
   EXPECT_EQ(options.robust_scale, 4.25);
@@ -68,6 +68,7 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
   EXPECT_EQ(options.tolerance_1, 2.5e-8);
   EXPECT_EQ(options.covariance_method, CovarianceMethod::kCeres);
   EXPECT_EQ(options.test_level, 0.875);
+  EXPECT_FALSE(options.diagnose);
 }
 
 TEST(AdjustTableTest, ReadsEveryFormOfPositionPriors) {
@@ -316,6 +317,7 @@ std::vector<OptionSample> OptionSamples() {
           {"ceres_solver", "\"sparse-schur\""},
           {"covariance_method", "\"reduced\""},
           {"test_level", "0.875"},
+          {"diagnose", "false"},
           {"rejections", "\"mine.csv\""},
           {"quality.alpha", "0.0625"},
           {"quality.power", "0.75"},
