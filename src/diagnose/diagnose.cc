@@ -181,7 +181,8 @@ class Diagnosing {
           std::any_of(candidates.begin(), candidates.end(), [](const Candidate& candidate) {
             return ExplainsAll(candidate.solved.fit);
           });
-      if (explained && hypothesis.kind == MistakeKind::kSigma) continue;
+      const bool too_large = before.square_sum_1 < before.redundancy_1;  // of the sigmas
+      if (explained && !too_large && hypothesis.kind == MistakeKind::kSigma) continue;
       const bool near = hypothesis.local && IsNear(before);
       Fit fit = trials->With(
           hypothesis, hypothesis.value, near ? &before.state : nullptr, Effort::kQuick);
@@ -226,6 +227,8 @@ class Diagnosing {
       const bool fits = after.SquareSum() < 2.0 * left && after.square_sum_1 > 0.5 * left;
       return fits && before.Cost() - after.Cost() > 50.0;
     }
+    // Residuals smaller than their standard deviations have no other cause.
+    if (before.SquareSum() < before.redundancy_1) return false;
     const double taken_1 = before.SquareSum() - after.SquareSum();
     if (!(taken_1 >= kLeastPart_1 * (before.SquareSum() - before.redundancy_1))) return false;
     if (!(taken_1 > 0.0)) return false;
