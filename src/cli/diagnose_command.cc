@@ -3,6 +3,7 @@
 
 #include "sarblock/io/adjust_table.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -59,6 +60,9 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
                   diagnosis.redundancy,
                   diagnosis.contradicts ? "contradicts itself" : "nothing contradicts");
   for (const std::string& warning : file.warnings) text += "  warning: " + warning + "\n";
+  for (const std::string& remark : RemarksBeside(file.warnings, diagnosis)) {
+    text += "  warning: " + remark + "\n";
+  }
   session.Show(text + DescribeDiagnosis(diagnosis));
   return kAccepted;
 }
@@ -88,9 +92,19 @@ void ExplainRefusal(const BlockFile& file, const Session& session) {
   for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
 }
 
+std::vector<std::string> RemarksBeside(const std::vector<std::string>& warnings,
+                                       const Diagnosis& diagnosis) {
+  std::vector<std::string> out;
+  for (const std::string& remark : diagnosis.remarks) {
+    if (std::find(warnings.begin(), warnings.end(), remark) == warnings.end()) {
+      out.push_back(remark);
+    }
+  }
+  return out;
+}
+
 std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
   std::string text;
-  for (const std::string& remark : diagnosis.remarks) text += "  warning: " + remark + "\n";
   for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
   if (diagnosis.contradicts && diagnosis.explanations.empty()) {
     text += "  none of " + std::to_string(diagnosis.hypotheses) +

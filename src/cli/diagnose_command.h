@@ -29,4 +29,8 @@ void ExplainUnread(const std::string& folder, ReadOptions read, const Session& s
 /// Two spaces, the sentence and a new line for each.
 [[nodiscard]] std::string DescribeDiagnosis(const Diagnosis& diagnosis);
 
+/// Remarks of a diagnosis that reading the block has not made.
+[[nodiscard]] std::vector<std::string> RemarksBeside(const std::vector<std::string>& warnings,
+                                                     const Diagnosis& diagnosis);
+
 }  // namespace sarblock::cli

@@ -104,8 +104,9 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
   if (solver.diagnoses) context.diagnosis = DiagnoseFailure(file, result, session);
   if (context.diagnosis) {
-    const std::vector<std::string>& remarks = context.diagnosis->remarks;
-    result.warnings.insert(result.warnings.end(), remarks.begin(), remarks.end());
+    for (const std::string& remark : RemarksBeside(file.warnings, *context.diagnosis)) {
+      Warn(&result, remark);
+    }
     const std::vector<std::string> causes = context.diagnosis->Sentences();
     std::vector<std::string>& reasons = result.assessment.reasons;
     reasons.insert(reasons.begin(), causes.begin(), causes.end());
