@@ -84,7 +84,7 @@ def check_tables(where, tables):
     trial = tables["sorted"]
     if trial is None:
         return
-    require(trial["left"] < trial["of"], f"{where}: the filter keeps all rows: {trial}")
+    require(0 < trial["left"] < trial["of"], f"{where}: the filter keeps the wrong rows: {trial}")
     ends = [list(map(float, trial[way])) for way in ("up", "down")
             if all(re.fullmatch(r"-?[0-9.]+", text) for text in trial[way])]
     for (first, last), sign in zip(ends, (1, -1)):

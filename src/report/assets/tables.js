@@ -140,7 +140,7 @@ const sarblockTables = (function () {
     title.removeAttribute("aria-sort");
     table.rows = before;
     table.body.append(...before);
-    table.words = before[0].cells[0].textContent.toLowerCase();
+    table.words = before[0].textContent.toLowerCase();
     const left = table.show();
     table.words = "";
     table.show();
