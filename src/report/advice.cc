@@ -78,12 +78,7 @@ std::string WeakestName(const AccuracyFigures& accuracy, const Frame& frame) {
 }  // namespace
 
 Advice AdviceOf(const AccuracyFigures& accuracy, const Frame& frame) {
-  if (accuracy.points == 0) return {"", ""};
-  if (accuracy.free_points == 0) {
-    return {"",
-            "Control or a single look decides every point, so nothing can be said of what would "
-            "improve the block."};
-  }
+  if (accuracy.free_points == 0) return {"", ""};
   const std::string weakest = WeakestName(accuracy, frame);
   const double part = accuracy.path_part_1;
   if (std::isnan(part)) {

@@ -7,9 +7,10 @@
 
 namespace sarblock {
 
-/// What limits the accuracy, and what would improve it.
+/// What limits the accuracy, and what would improve it; empty where control or a single look
+/// decides every point.
 struct Advice {
-  std::string would_help;  ///< "azimuth accuracy, more looks"; empty: nothing can be advised
+  std::string would_help;  ///< "azimuth accuracy, more looks"
   std::string sentence;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "charts.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -9,6 +10,8 @@ namespace sarblock {
 namespace {
 
 using ChartValue = nlohmann::ordered_json;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// Five significant digits: finer than a pixel of any screen.
 ChartValue Rounded(double value) {
@@ -80,6 +83,23 @@ std::string ChartJson(const std::string& id, const XyChart& chart) {
     out["series"].push_back(std::move(one));
   }
   return Dump(out);
+}
+
+void FitY(XyChart* chart) {
+  double low = kNone, high = kNone;
+  for (const ChartSeries& series : chart->series) {
+    for (const double y : series.y) {
+      if (!(y > 0.0)) continue;
+      low = std::fmin(low, y);
+      high = std::fmax(high, y);
+    }
+  }
+  if (std::isnan(low)) return;
+  chart->y.logarithmic = high > 5.0 * low;
+  const double margin = chart->y.logarithmic ? std::pow(high / low, 0.08) : 0.1 * (high - low);
+  chart->y.least = chart->y.logarithmic ? low / margin : std::max(0.0, low - margin);
+  chart->y.most = chart->y.logarithmic ? high * margin : high + margin;
+  if (chart->y.least == chart->y.most) chart->y.least = chart->y.most = kNone;
 }
 
 std::string ChartJson(const std::string& id, const MapChart& chart) {

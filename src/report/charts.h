@@ -31,6 +31,8 @@ struct XyChart {
   std::vector<ChartSeries> series;
 };
 [[nodiscard]] std::string ChartJson(const std::string& id, const XyChart& chart);
+/// Gives the y axis the ends of the data with a margin; logarithmic where they span a factor of 5.
+void FitY(XyChart* chart);
 
 using ChartPlaces = std::vector<std::array<double, 2>>;  ///< in the unit of the map
 

@@ -47,14 +47,14 @@ PageTable FigureTable(const Side& a, const Side& b) {
   text("command", sa.command, sb.command);
   text("block", sa.block, sb.block);
   text("version", sa.version, sb.version);
-  for (const char* count :
+  const auto count = [&](const std::string& name, double va, double vb) {
+    table.rows.push_back({name, ReadableCount(va), ReadableCount(vb), Ratio(va, vb)});
+  };
+  for (const char* key :
        {"passes", "points", "looks_used", "observations", "parameters", "redundancy"}) {
-    std::string label = count;
+    std::string label = key;
     std::replace(label.begin(), label.end(), '_', ' ');
-    table.rows.push_back({label,
-                          ReadableCount(sa.Count(count)),
-                          ReadableCount(sb.Count(count)),
-                          Ratio(sa.Count(count), sb.Count(count))});
+    count(label, sa.Count(key), sb.Count(key));
   }
   number("variance factor", sa.sigma0_squared, sb.sigma0_squared);
   number("condition", sa.condition, sb.condition);
@@ -75,10 +75,10 @@ PageTable FigureTable(const Side& a, const Side& b) {
   const auto above = [](const ResultSummary& s) {
     return s.tests ? static_cast<double>(s.tests->above_all()) : kAbsent;
   };
-  number("observations beyond the critical value", above(sa), above(sb));
-  number("looks left out",
-         static_cast<double>(a.result.looks.rejected),
-         static_cast<double>(b.result.looks.rejected));
+  count("observations beyond the critical value", above(sa), above(sb));
+  count("looks left out",
+        static_cast<double>(a.result.looks.rejected),
+        static_cast<double>(b.result.looks.rejected));
   double time_a = 0.0, time_b = 0.0;
   for (const StageCost& stage : sa.stages) time_a += stage.wall_s;
   for (const StageCost& stage : sb.stages) time_b += stage.wall_s;
@@ -277,9 +277,11 @@ void Judge(const ResultDifference& difference, const Side& a, const Side& b, Pag
   if (difference.settings.empty() && difference.inputs.empty()) {
     headline.sentences.push_back("Inputs and configuration are the same.");
   } else {
-    headline.sentences.push_back(fmt::format("{} settings and {} input files differ.",
+    headline.sentences.push_back(fmt::format("{} setting{} and {} input file{} differ.",
                                              difference.settings.size(),
-                                             difference.inputs.size()));
+                                             difference.settings.size() == 1 ? "" : "s",
+                                             difference.inputs.size(),
+                                             difference.inputs.size() == 1 ? "" : "s"));
   }
 }
 
@@ -295,6 +297,17 @@ Page MakeComparisonPage(const ResultFolder& first, const ResultFolder& second) {
   page.kind = "Comparison of two results";
   page.subtitle = "A: " + first.path + "   B: " + second.path;
   Judge(difference, a, b, &page);
+  if (b.accuracy.points > 0) {
+    const auto weak = static_cast<std::size_t>(b.accuracy.weakest);
+    page.facts.push_back(
+        {"Weakest point of B",
+         fmt::format(
+             "{} m {}", Shown(b.accuracy.largest_m[weak], 3), AxisNames(second.file.frame)[weak]),
+         "at " + b.accuracy.largest_point[weak]});
+  }
+  if (!b.headline.would_help.empty()) {
+    page.facts.push_back({"Would help most in B", b.headline.would_help, ""});
+  }
   PageSection figures{"figures", "Side by side", {}};
   figures.items.emplace_back(FigureTable(a, b));
   page.sections = {figures,

@@ -25,12 +25,17 @@ struct Measure {
   const char* measured;
   const char* title;
 };
-constexpr Measure kMeasures[] = {
-    {"u", "median_sigma_u_m", "montecarlo_rms_u_m", "Height, median of the points"},
-    {"max-u", "max_sigma_u_m", "", "Height, the worst point"},
-    {"e", "median_sigma_e_m", "montecarlo_rms_e_m", "East, median of the points"},
-    {"n", "median_sigma_n_m", "montecarlo_rms_n_m", "North, median of the points"},
-    {"max-h", "max_sigma_h_m", "", "Plan, the worst point"}};
+/// Heights by their root mean square, which the runs measure, or by their median.
+std::vector<Measure> MeasuresOf(const StudyCsv& table) {
+  std::vector<Measure> measures{{"max-u", "max_sigma_u_m", "", "Height, the worst point"},
+                                {"max-h", "max_sigma_h_m", "", "Plan, the worst point"}};
+  measures.insert(measures.begin(),
+                  table.HasNumbers("rms_sigma_u_m")
+                      ? Measure{"u", "rms_sigma_u_m", "montecarlo_rms_u_m", "Height, all points"}
+                      : Measure{"u", "median_sigma_u_m", "", "Height, median of the points"});
+  std::erase_if(measures, [&](const Measure& m) { return !table.HasNumbers(m.predicted); });
+  return measures;
+}
 
 /// Rows of one variant by layout. A block without control starts the line of every layout.
 struct LayoutRows {
@@ -110,6 +115,7 @@ void AddPanels(const StudyCsv& table,
       chart.series.push_back(std::move(single));
       single.x.clear();
     }
+    FitY(&chart);
     const std::string panel = first == 0 ? id : fmt::format("{}-{}", id, first / kMostLayouts + 1);
     figures->figures.push_back(
         {panel,
@@ -169,8 +175,7 @@ StudyPart DensificationPart(const StudyCsv& table) {
     if (layouts.empty()) continue;
     if (!variant.empty()) out.section.items.emplace_back(PageText{Capital(variant), "heading"});
     PageFigures figures;
-    for (const Measure& measure : kMeasures) {
-      if (!table.HasNumbers(measure.predicted)) continue;
+    for (const Measure& measure : MeasuresOf(table)) {
       AddPanels(table,
                 layouts,
                 measure,
@@ -181,8 +186,8 @@ StudyPart DensificationPart(const StudyCsv& table) {
     out.section.items.emplace_back(std::move(figures));
   }
   out.section.items.emplace_back(
-      PageText{"Lines: predicted by the covariance. Black dots: scatter of repeated adjustments "
-               "with drawn noise.",
+      PageText{"Lines: predicted by the covariance; of all points their root mean square. Black "
+               "dots: root mean square errors of repeated adjustments with drawn noise.",
                "note"});
   out.section.items.emplace_back(WholeTable(table, {"layout", "variant"}));
   return out;

@@ -62,7 +62,8 @@ std::string CheckClause(const ResultSummary& summary) {
 }
 
 std::string StatusSentence(const ResultSummary& summary) {
-  const std::string rounds = fmt::format("{} iterations", summary.iterations);
+  const std::string rounds =
+      fmt::format("{} iteration{}", summary.iterations, Plural(summary.iterations));
   if (summary.status == "not_converged") {
     return fmt::format(
         "The adjustment did not converge in {}: a step of {} sigma was still to go, so its numbers "
@@ -102,6 +103,13 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, He
     return;
   }
   const std::array<std::string, 3> axes = AxisPhrases(result.file.frame);
+  if (accuracy.free_points == 0) {
+    out->sentences.push_back(
+        fmt::format("Control or a single look decides every point, so the standard deviations (in "
+                    "the median {}) say nothing of the block.",
+                    InAxes(accuracy.median_m, axes)));
+    return;
+  }
   const auto weak = static_cast<std::size_t>(accuracy.weakest);
   out->sentences.push_back(
       fmt::format("Half of the {} points are known to {} or better, 95 % to {}; the weakest is {} "

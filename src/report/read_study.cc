@@ -37,7 +37,8 @@ const std::vector<StudyKind>& Kinds() {
                                               {"nees"},
                                               {"runs"},
                                               {"determined"},
-                                              {"variant"}}},
+                                              {"variant"},
+                                              {"rms_sigma_u_m"}}},
                                             {"tradeoff",
                                              {{"stage", CsvNeed::kRequired},
                                               {"choice", CsvNeed::kRequired},
@@ -157,7 +158,7 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
       table.rows.push_back(std::move(row));
     }
     out.tables.push_back(std::move(table));
-    ReadHeading(folder / (std::string(kind.name) + ".toml"), &out);
+    ReadHeading(folder / (std::string(kind.name) + ".study.toml"), &out);
     for (std::string& line : ReadLines(folder / (std::string(kind.name) + ".txt"))) {
       out.answers.push_back(std::move(line));
     }

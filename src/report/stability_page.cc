@@ -20,7 +20,7 @@ constexpr std::size_t kNamedRows = 8;
 /// Correct digits against the condition; the rows with the fewest that were accepted are named.
 PageFigure DigitFigure(const StudyCsv& table, const std::string& column, const std::string& title) {
   XyChart chart;
-  chart.x = {"condition of the normal equations", true, kAbsent, kAbsent};
+  chart.x = {"condition of the column-scaled Jacobian", true, kAbsent, kAbsent};
   chart.y.label = "correct digits";
   for (std::size_t o = 0; o < kOutcomes.size(); ++o) {
     ChartSeries dots{kOutcomeWords[o], "points", kOutcomeColors[o], {}, {}, {}, {}, {}};
@@ -42,7 +42,7 @@ PageFigure DigitFigure(const StudyCsv& table, const std::string& column, const s
       dots.x.push_back(table.Number(r, "condition"));
       dots.y.push_back(table.Number(r, column));
       dots.names.push_back(!named || dots.names.size() < kNamedRows
-                               ? table.Text(r, "family") + " " + table.Text(r, "value")
+                               ? table.Text(r, "family") + " " + Shown(table.Number(r, "value"), 3)
                                : "");
     }
     dots.written = named;

@@ -18,6 +18,13 @@ constexpr std::size_t kMostShownRows = 800;      // of a table in the page
 constexpr std::size_t kMostSentenceBytes = 240;  // longer answers stand in their list only
 constexpr std::size_t kMostSentences = 3;
 
+/// Messages may be long; the table of the study has them whole.
+std::string Shortened(const std::string& text) {
+  constexpr std::size_t kMostBytes = 160;
+  if (text.size() <= kMostBytes) return text;
+  return text.substr(0, text.rfind(' ', kMostBytes)) + " ...";
+}
+
 std::string Sentence(std::string line) {
   line = Capital(std::move(line));
   if (!line.ends_with('.')) line += '.';
@@ -61,7 +68,7 @@ PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts) 
       const std::string text = table.Text(r, column);
       const double value = table.Number(r, column);
       const bool whole = text.find_first_not_of("0123456789") == std::string::npos;
-      row.push_back(texts.count(column) != 0 || std::isnan(value) ? text
+      row.push_back(texts.count(column) != 0 || std::isnan(value) ? Shortened(text)
                     : whole                                       ? ReadableCount(value)
                                                                   : Shown(value));
     }
@@ -129,7 +136,7 @@ Page MakeStudyPage(const StudyFolder& study) {
     PageList list;
     for (const std::string& line : study.answers) list.items.push_back(Sentence(line));
     section.items.emplace_back(std::move(list));
-    page.sections.insert(page.sections.begin(), std::move(section));
+    page.sections.push_back(std::move(section));
   }
   if (!study.pictures.empty()) {
     PageSection section{"plots", "Plots of the study", {}};

@@ -34,7 +34,7 @@ struct StudyPicture {
 struct StudyFolder {
   std::string path;
   std::vector<StudyCsv> tables;
-  std::string name, purpose;           ///< of the study file (KIND.toml); may be empty
+  std::string name, purpose;           ///< of the study (KIND.study.toml); may be empty
   std::vector<std::string> answers;    ///< lines of KIND.txt; empty: the study is not finished
   std::vector<StudyPicture> pictures;  ///< at most 1 MB together
 };

@@ -62,6 +62,7 @@ PageFigure TradeoffFigure(const StudyCsv& table,
   for (ChartSeries* series : {&other, &front}) {
     if (!series->x.empty()) chart.series.push_back(std::move(*series));
   }
+  FitY(&chart);
   const std::string id = fmt::format("tradeoff-{}", number);
   return {id,
           StageInWords(stage) +

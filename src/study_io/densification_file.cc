@@ -375,7 +375,7 @@ DensificationFile ParseDensification(
     }
   }
   out.identity = TextOf(root);
-  for (const auto& [name, scene] : maker.texts()) out.identity += name + "\n" + scene;
+  for (const auto& [name, scene] : maker.texts()) out.identity += AsTomlComment(name + "\n" + scene);
   return out;
 }
 

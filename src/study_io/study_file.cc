@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study_file.h"
 
+#include <sstream>
+
 #include "io/toml_document.h"
 
 namespace sarblock {
@@ -13,6 +15,13 @@ constexpr char kStudyFormat[] = "sarblock-study 1";
 std::string EffectiveStudyText(const std::filesystem::path& path,
                                const std::vector<std::string>& overrides) {
   return TextOf(ParseToml(ReadTomlText(path, "a study"), path.string(), overrides));
+}
+
+std::string AsTomlComment(const std::string& text) {
+  std::string out;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) out += "\n# " + line;
+  return out + "\n";
 }
 
 StudyHeading TakeStudyHeading(const std::string& kind, SceneTable* table) {

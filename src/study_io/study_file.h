@@ -20,4 +20,8 @@ namespace sarblock {
 [[nodiscard]] std::string EffectiveStudyText(const std::filesystem::path& path,
                                              const std::vector<std::string>& overrides = {});
 
+/// A text as comment lines of TOML: a study's identity names its scenes so, and can be read as the
+/// study that it is.
+[[nodiscard]] std::string AsTomlComment(const std::string& text);
+
 }  // namespace sarblock

@@ -248,6 +248,10 @@ StudyRows::StudyRows(const fs::path& folder, StudyIdentity identity, StudyStart 
     }
     state.kept = state.earlier.size();
   }
+  AtomicFile study(folder / (state.identity.name + ".study.toml"));
+  study.Write("# written by sarblock: the study of " + table.filename().string() + "\n");
+  study.Write(state.identity.text);
+  study.Commit();
   AtomicFile begin(table);
   begin.Write(HeadingOf(state.identity.columns));
   begin.Write(state.TakeReady());

@@ -30,7 +30,8 @@ struct StudyIdentity {
 /// holds whole rows, from the first on. `NAME.progress` beside it holds every finished task in the
 /// order they finished, after a line with a hash of the study (FNV-1a, 64 bits, of its text,
 /// columns and the program's version); it is what a later run resumes from. A record that a killed
-/// run left half written there is dropped.
+/// run left half written there is dropped. `NAME.study.toml` is the identity's text: the study
+/// as it ran, for reports.
 ///
 /// kResume throws InputError where the folder holds rows of another study, and where NAME.csv
 /// stands there without NAME.progress; both modes where another process has the study open.

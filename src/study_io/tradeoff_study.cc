@@ -255,7 +255,7 @@ TradeoffStudy ParseTradeoffStudy(
   RequireReferences(study, file);
   RequireKnown(study, table);
   RequireSkips(study, table);
-  study.identity = TextOf(root) + scene + "\n" + scene_toml;
+  study.identity = TextOf(root) + AsTomlComment(scene + "\n" + scene_toml);
   return study;
 }
 

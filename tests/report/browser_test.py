@@ -4,12 +4,14 @@
 
 Usage: browser_test.py PROGRAM SCENES [--keep FOLDER]
 
-Simulates and adjusts shipped scenes, writes their reports and loads them in headless Chromium without
-a network: every chart that a page describes is drawn with its data, no script fails and the console
-stays silent, at the width of a phone and of a desk, and on paper. Exit status 77 (skipped) where there
-is no Chromium. With --keep the pages, screenshots and PDFs stay in FOLDER.
+Simulates and adjusts shipped scenes, runs small studies, writes their reports and loads them in
+headless Chromium without a network: every chart that a page describes is drawn with its data, the map
+zooms, tables sort and none is cut, no script fails and the console stays silent, at the width of a
+phone and of a desk, and no printed sheet is blank. Exit status 77 (skipped) where there is no
+Chromium. With --keep the pages, screenshots and PDFs stay in FOLDER.
 """
 import argparse
+import csv
 import html
 import json
 import pathlib
@@ -18,6 +20,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zlib
 
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -60,12 +63,60 @@ def check_page(browser, page, width):
     require(found, f"{page} ({width}): no self-check, the script did not run")
     report = json.loads(html.unescape(found.group(1)))
     require(not report["errors"], f"{page} ({width}): {report['errors']}")
-    described = json.loads(DATA.search(page.read_text(encoding="utf-8")).group(1))["charts"]
-    drawn = {chart["id"]: chart["data"] for chart in report["charts"]}
-    require([c["id"] for c in described] == list(drawn), f"{page}: {drawn} of {len(described)} drawn")
-    for chart, count in drawn.items():
-        require(count > 0, f"{page}: chart {chart} has no data")
+    described = described_charts(page)
+    drawn = {chart["id"]: chart for chart in report["charts"]}
+    require([c["id"] for c in described] == list(drawn), f"{page}: {list(drawn)} of {len(described)} drawn")
+    for chart, seen in drawn.items():
+        require(seen["data"] > 0, f"{page}: chart {chart} has no data")
+        require(seen.get("series", 0) <= 5, f"{page}: chart {chart} has {seen.get('series')} series")
+    check_tables(f"{page} ({width})", report["tables"])
     return drawn
+
+
+def described_charts(page):
+    return json.loads(DATA.search(page.read_text(encoding="utf-8")).group(1))["charts"]
+
+
+def check_tables(where, tables):
+    """None is cut, ten rows are shown at first, a click on a heading sorts."""
+    require(tables["cut"] == 0 and tables["beyond"] <= 0, f"{where}: cut or too wide: {tables}")
+    require(tables["shown"] <= 10, f"{where}: {tables['shown']} rows are shown at first")
+    trial = tables["sorted"]
+    if trial is None:
+        return
+    require(0 < trial["left"] < trial["of"], f"{where}: the filter keeps the wrong rows: {trial}")
+    ends = [list(map(float, trial[way])) for way in ("up", "down")
+            if all(re.fullmatch(r"-?[0-9.]+", text) for text in trial[way])]
+    for (first, last), sign in zip(ends, (1, -1)):
+        require(sign * (last - first) >= 0, f"{where}: not sorted: {trial}")
+
+
+def percentile(values, part):
+    values = sorted(values)
+    at = part * (len(values) - 1)
+    low = int(at)
+    return values[low] + (at - low) * (values[min(low + 1, len(values) - 1)] - values[low])
+
+
+def check_map(page, result, drawn, graticule):
+    """Colours from the 2nd to the 98th percentile of what is not control; zoom, names, keys."""
+    (spec,) = [c for c in described_charts(page) if c["id"] == "map-chart"]
+    with open(result / "points.csv", newline="", encoding="utf-8") as file:
+        rows = [r for r in csv.DictReader(file) if r["role"] != "control" and r["sigma_u_m"]]
+    sigmas = [float(r["sigma_u_m"]) for r in rows]
+    for end, part in (("low", 0.02), ("high", 0.98)):
+        want = percentile(sigmas, part)
+        require(abs(spec["values"][2][end] - want) < 1e-3 * want,
+                f"{page}: colours end at {spec['values'][2][end]}, not {want}")
+    require(len(spec["ellipses"]) == 5 * len(rows), f"{page}: ellipses of {len(spec['ellipses']) / 5}")
+    require(bool(spec["graticule"]) == graticule, f"{page}: graticule {len(spec['graticule'])}")
+    seen = drawn["map-chart"]
+    whole, near, again = seen["whole"], seen["near"], seen["again"]
+    require(whole["ellipses"] > 0 and whole["bar"].endswith("m"), f"{page}: keys of the map: {whole}")
+    require(abs(near["width"] / whole["width"] - 0.25) < 0.02, f"{page}: no zoom: {seen}")
+    require(near["names"] > 0 and whole["names"] == 0, f"{page}: names only on demand: {seen}")
+    require(near["enlarged"] < whole["enlarged"], f"{page}: ellipses grow with the zoom: {seen}")
+    require(abs(again["width"] / whole["width"] - 1) < 0.05, f"{page}: not back at the block: {seen}")
 
 
 def check_layout(browser, page, folder, width):
@@ -80,17 +131,71 @@ def check_layout(browser, page, folder, width):
 
 
 def check_paper(browser, page, folder):
+    """Every sheet holds text: none is blank, none holds a line or two left over."""
     document = folder / f"{page.stem}.pdf"
     browse(browser, page, "--virtual-time-budget=4000", "--no-pdf-header-footer",
            f"--print-to-pdf={document}")
     data = document.read_bytes()
     require(data.startswith(b"%PDF"), f"{document}: no PDF")
-    require(len(data) > 50000, f"{document}: hardly anything on it")
+    objects = {int(m.group(1)): m.group(2)
+               for m in re.finditer(rb"(\d+) 0 obj(.*?)endobj", data, re.S)}
+    sheets = [body for body in objects.values() if re.search(rb"/Type\s*/Page\b", body)]
+    require(0 < len(sheets) < 40, f"{document}: {len(sheets)} sheets")
+    for number, sheet in enumerate(sheets, 1):
+        body = objects[int(re.search(rb"/Contents (\d+) 0 R", sheet).group(1))]
+        stream = body[body.index(b"stream") + 6:].lstrip(b"\r\n")
+        drawn = zlib.decompressobj().decompress(stream)
+        texts = drawn.count(b"Tj") + drawn.count(b"TJ") + 10 * drawn.count(b" Do")
+        require(texts > 5, f"{document}: sheet {number} of {len(sheets)} is blank")
 
 
 def sarblock(program, *arguments):
     run = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, timeout=120)
     require(run.returncode == 0, f"sarblock {arguments}: {run.stderr}")
+
+
+DENSIFICATION = """format = "sarblock-study 1"
+study = "densification"
+name = "corners or a grid"
+purpose = "What the fourth corner is worth."
+scene = "{scene}"
+[[axis]]
+key = "control.layout"
+values = ["corners", "grid"]
+[[axis]]
+key = "control.count"
+values = [1, 2, 4]
+[goal]
+sigma_u_m = 9.0
+sigma_h_m = 4.0
+"""
+
+
+def check_studies(program, scenes, browser, folder):
+    """Name, goal and the answer of the text file; panels with named points."""
+    file = folder / "control.toml"
+    file.write_text(DENSIFICATION.format(scene=(scenes / "block-12-strips.toml").resolve()))
+    studies = scenes.parent / "studies"
+    for kind, study, options in (
+            ("densification", file, []),
+            ("tradeoff", studies / "tradeoff.toml",
+             ["--set", "only_points=[100]", "--set", "only=[\"model\"]", "--set", "repeats=1"]),
+            ("stability", studies / "stability.toml", ["--set", "families=[\"base\"]"])):
+        out = folder / kind
+        sarblock(program, "study", kind, study, "-o", out, *options)
+        page = folder / f"{kind}.html"
+        sarblock(program, "report", out, "-o", page)
+        text = html.unescape(page.read_text(encoding="utf-8"))
+        answer = (out / f"{kind}.txt").read_text(encoding="utf-8").splitlines()[0]
+        require(answer[1:] in text, f"{page}: the answer is missing: {answer}")
+        if kind == "densification":
+            require("<h1>corners or a grid</h1>" in text and "Goal: What the fourth corner is worth." in text,
+                    f"{page}: no name and goal")
+        for width in WIDTHS:
+            drawn = check_page(browser, page, width)
+            require(any(chart["labels"] > 0 for chart in drawn.values()), f"{page}: no point is named")
+            check_layout(browser, page, folder, width)
+        check_paper(browser, page, folder)
 
 
 def run(program, scenes, browser, folder):
@@ -99,10 +204,13 @@ def run(program, scenes, browser, folder):
     sarblock(program, "adjust", block, "-o", result, "--report")
     page = shutil.copy(result / "report.html", folder / "block-12-strips.html")
     drawn = check_page(browser, page, "desk")
-    for chart in ("map-chart", "checks-2", "profile-up", "histogram-range", "quantiles-azimuth"):
+    for chart in ("map-chart", "checks-2", "profile-up-2", "profile-across-4", "histogram-range",
+                  "quantiles-azimuth"):
         require(chart in drawn, f"{page}: no chart {chart}")
-    require(drawn["map-chart"] == 1229, f"{page}: {drawn['map-chart']} points on the map")
-    require(sum(chart.startswith("strip-") for chart in drawn) == 14, f"{page}: strips {drawn}")
+    require(drawn["map-chart"]["data"] == 1229, f"{page}: {drawn['map-chart']} points on the map")
+    for name in ("strip-", "along-"):
+        require(sum(chart.startswith(name) for chart in drawn) == 14, f"{page}: {name} {list(drawn)}")
+    check_map(page, result, drawn, graticule=False)
     check_page(browser, page, "phone")
     for width in WIDTHS:
         check_layout(browser, page, folder, width)
@@ -112,13 +220,29 @@ def run(program, scenes, browser, folder):
     sarblock(program, "adjust", block, "-o", other, "--set", "robust=\"huber\"")
     comparison = folder / "comparison.html"
     sarblock(program, "report", result, other, "-o", comparison)
-    require("sigma-2" in check_page(browser, comparison, "desk"), "no comparison of sigmas")
+    for width in WIDTHS:
+        require("sigma-2" in check_page(browser, comparison, width), "no comparison of sigmas")
+        check_layout(browser, comparison, folder, width)
+    check_paper(browser, comparison, folder)
 
-    orbit, intersected = folder / "orbit", folder / "intersected"
+    orbit, adjusted, intersected = folder / "orbit", folder / "adjusted", folder / "intersected"
     sarblock(program, "simulate", scenes / "earth-asc-desc.toml", "-o", orbit)
+    sarblock(program, "adjust", orbit, "-o", adjusted, "--report")
+    page = shutil.copy(adjusted / "report.html", folder / "earth-asc-desc.html")
+    text = page.read_text(encoding="utf-8")
+    require("north (along track)" in text and "more accurate azimuths" in text,
+            f"{page}: north, along track, is weakest, and azimuths are not advised")
+    drawn = check_page(browser, page, "desk")
+    check_map(page, adjusted, drawn, graticule=True)
+    check_page(browser, page, "phone")
+    for width in WIDTHS:
+        check_layout(browser, page, folder, width)
+    check_paper(browser, page, folder)
     sarblock(program, "intersect", orbit, "-o", intersected, "--report")
     page = shutil.copy(intersected / "report.html", folder / "intersected.html")
     require("map-chart" in check_page(browser, page, "phone"), "no map of the intersection")
+
+    check_studies(program, scenes, browser, folder)
 
 
 def main():

@@ -263,7 +263,7 @@ TEST_F(ReportFileTest, SetsTwoResultsSideBySide) {
   EXPECT_THAT(Page("b/comparison.html"),
               AllOf(HasSubstr("<td>robust</td><td>&quot;none&quot;</td><td>&quot;huber&quot;</td>"),
                     HasSubstr("2 points are solved in both"),
-                    HasSubstr("1 settings and 0 input files differ")));
+                    HasSubstr("1 setting and 0 input files differ")));
 }
 
 TEST_F(ReportFileTest, DrawsStudiesFromTheirTables) {
@@ -285,7 +285,7 @@ TEST_F(ReportFileTest, DrawsStudiesFromTheirTables) {
       "covariance,montecarlo,,,,,,0\n"
       "covariance,block,900,2.5,1,0,0,1\ncovariance,leberl,900,0.01,250,0,0.5,1\n");
   EXPECT_EQ(WriteReport(folder_).kind, "tradeoff");
-  Put("tradeoff.toml",
+  Put("tradeoff.study.toml",
       "format = 'sarblock-study 1'\nstudy = 'tradeoff'\nname = 'what <speed> costs'\n"
       "purpose = 'to know it'\n");
   Put("tradeoff.txt", "100 points: leberl is enough\n");
@@ -297,7 +297,7 @@ TEST_F(ReportFileTest, DrawsStudiesFromTheirTables) {
                     HasSubstr("\"names\":[\"leberl\",\"block\"],\"written\":true"),
                     Not(HasSubstr("choices in 1 stages"))));
   std::filesystem::remove(folder_ / "tradeoff.txt");
-  std::filesystem::remove(folder_ / "tradeoff.toml");
+  std::filesystem::remove(folder_ / "tradeoff.study.toml");
   WriteReport(folder_);
   EXPECT_THAT(Page(),
               AllOf(HasSubstr("2 choices in 1 stages were run"),

@@ -48,6 +48,12 @@ TEST_F(StudyRowsTest, TellsRowsInTheOrderOfTheStudyAsSoonAsItCan) {
   EXPECT_THAT(Table(), HasSubstr("half\"\n,,\n"));
 }
 
+TEST_F(StudyRowsTest, TheStudyStandsBesideItsRows) {
+  const StudyRows rows(folder_, Identity("name = 'squares'"), StudyStart::kResume);
+  EXPECT_EQ(Content(folder_ / "squares.study.toml"),
+            "# written by sarblock: the study of squares.csv\nname = 'squares'");
+}
+
 TEST_F(StudyRowsTest, ALaterRunFindsEveryFinishedTaskAndDropsAHalfWrittenOne) {
   const StudyRow second = Row(2, 0.1 + 0.2, "#2");
   {

@@ -24,7 +24,7 @@ const sarblock = (function () {
   function shown(value) {
     if (value === null || value === undefined) return "-";
     const size = Math.abs(value);
-    if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(2);
+    if (size !== 0 && (size < 1e-4 || size >= 1e6)) return Number(value.toPrecision(3)).toExponential();
     return String(Number(value.toPrecision(4)));
   }
 
@@ -191,8 +191,10 @@ const sarblock = (function () {
       const area = chart.chartArea;
       if (x < area.left || x > area.right || y < area.top || y > area.bottom) return;
       const width = ctx.measureText(set.names[i]).width;
-      const place = [[x + 6, y + 4], [x - 6 - width, y + 4], [x - width / 2, y - 7],
-        [x - width / 2, y + 7 + size]].find((p) => free(p[0], p[1], width, size));
+      const beside = [[x + 6, y + 4], [x - 6 - width, y + 4]];
+      const over = [[x - width / 2, y - 7], [x - width / 2, y + 7 + size], [x - width, y - 7], [x - width, y + 7 + size]];
+      const places = set.showLine === false ? beside.concat(over) : over.concat(beside);
+      const place = places.find((p) => free(p[0], p[1], width, size));
       if (!place) return;
       ctx.strokeText(set.names[i], place[0], place[1]);
       ctx.fillText(set.names[i], place[0], place[1]);
@@ -230,5 +232,5 @@ const sarblock = (function () {
 
   return {
     colors: colors, cividis: cividis, withAlpha: withAlpha, shown: shown, axis: axis, tooltip: tooltip,
-    addLegend: addLegend, writeNames: writeNames, drawXy: drawXy};
+    addLegend: addLegend, textPlaces: textPlaces, writeNames: writeNames, drawXy: drawXy};
 })();

@@ -238,6 +238,7 @@ const sarblockMap = (function () {
     ctx.clip();
     ctx.font = `11px ${Chart.defaults.font.family}`;
     ctx.fillStyle = "#5b6670";
+    const free = sarblock.textPlaces(area);
     lines.forEach((line) => {
       ctx.strokeStyle = "#c3ccd3";
       ctx.lineWidth = 1;
@@ -245,19 +246,20 @@ const sarblockMap = (function () {
       ctx.beginPath();
       places.forEach((p, i) => (i === 0 ? ctx.moveTo(p[0], p[1]) : ctx.lineTo(p[0], p[1])));
       ctx.stroke();
-      // The name where the line enters the picture.
+      // The name where the line crosses the border of the picture, unless another stands there.
       const inside = (p) => p[0] > area.left && p[0] < area.right && p[1] > area.top && p[1] < area.bottom;
+      if (places.length > 0 && inside(places[0])) places.reverse();
       const first = places.findIndex(inside);
       if (first < 0) return;
       let [px, py] = places[first];
-      if (first > 0) {
-        const out = places[first - 1];
-        for (let k = 0; k < 12; ++k) {
-          const half = [0.5 * (px + out[0]), 0.5 * (py + out[1])];
-          if (inside(half)) { [px, py] = half; } else { out[0] = half[0]; out[1] = half[1]; }
-        }
+      for (let k = 0, out = places[Math.max(0, first - 1)]; k < 12; ++k) {
+        const half = [0.5 * (px + out[0]), 0.5 * (py + out[1])];
+        if (inside(half)) { [px, py] = half; } else { out = half; }
       }
-      text(ctx, line.name, Math.max(px + 3, area.left + 3), Math.min(Math.max(py - 3, area.top + 12), area.bottom - 4), "left");
+      const width = ctx.measureText(line.name).width;
+      px = Math.min(Math.max(px + 3, area.left + 3), area.right - width - 3);
+      py = Math.min(Math.max(py - 3, area.top + 12), area.bottom - 4);
+      if (free(px, py, width, 11)) text(ctx, line.name, px, py, "left");
     });
     ctx.restore();
   }

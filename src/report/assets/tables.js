@@ -74,6 +74,7 @@ const sarblockTables = (function () {
       bar.append(this.count, this.button, filter);
       this.box.after(bar);
     }
+    // Returns how many rows pass the filter.
     show() {
       let found = 0, shown = 0;
       this.rows.forEach((row) => {
@@ -82,10 +83,11 @@ const sarblockTables = (function () {
         row.hidden = !fits || (!this.all && found > kShown);
         if (!row.hidden) ++shown;
       });
-      if (!this.button) return;
+      if (!this.button) return found;
       this.count.textContent = `${shown} of ${found} rows`;
       this.button.hidden = found <= kShown;
       this.button.textContent = this.all ? "show ten" : "show all";
+      return found;
     }
     // Sets the table as rows of a list where it is wider than its place; true where even that is cut.
     fit() {
@@ -138,9 +140,8 @@ const sarblockTables = (function () {
     title.removeAttribute("aria-sort");
     table.rows = before;
     table.body.append(...before);
-    table.words = before[0].cells[0].textContent.toLowerCase();
-    table.show();
-    const left = table.rows.filter((row) => !row.hidden).length;
+    table.words = before[0].textContent.toLowerCase();
+    const left = table.show();
     table.words = "";
     table.show();
     return {up: up, down: down, left: left, of: before.length};
