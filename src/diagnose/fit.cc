@@ -40,8 +40,6 @@ void CountPlaces(const AdjustmentProblem& problem, Fit* fit) {
       if (placed) {
         const auto sight = problem.model.SightOf(i, fit->state.corrections);
         placed = sight && LiesWhereItLooks(sample.frame, *sight, fit->state.Position(point));
-        const LookSigma sigma = sample.SigmaOf(i);
-        fit->log_sigmas_1 += 2.0 * std::log(sigma.range_m * sigma.azimuth);
       }
       ++(placed ? fit->looks : fit->lost);
     }

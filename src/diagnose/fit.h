@@ -19,14 +19,16 @@ struct Fit {
   bool solved = false;
   double square_sum_1 = 0.0;  ///< v'Pv of what has a place
   double redundancy_1 = 0.0;
-  std::size_t looks = 0;      ///< that have a place
-  std::size_t lost = 0;       ///< looks without one, or whose point lies where they do not look to
-  double log_sigmas_1 = 0.0;  ///< sum of ln sigma^2 of the measurements
+  std::size_t looks = 0;  ///< that have a place
+  std::size_t lost = 0;   ///< looks without one, or whose point lies where they do not look to
+  /// Sum of ln sigma^2 of the measurements less that of the sample as it was given, times the
+  /// redundancy of a measurement.
+  double log_sigmas_1 = 0.0;
   BlockState state;
 
   /// v'Pv with a look that has no place counted by kLost_1.
   [[nodiscard]] double SquareSum() const;
-  /// -2 log likelihood but for a constant.
+  /// -2 log of the restricted likelihood but for a constant (docs/theory/diagnosis.md, eq. (2)).
   [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas_1; }
 };
 

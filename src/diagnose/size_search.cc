@@ -23,6 +23,16 @@ bool MayHoldPoint(const KnownPosition& known) {
   return Eigen::LLT<Eigen::Matrix3d>(known.covariance_enu_m2).info() == Eigen::Success;
 }
 
+/// Sum of ln sigma^2 of all measurements.
+double LogSigmas(const Block& block) {
+  double sum_1 = 0.0;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    const LookSigma sigma = block.SigmaOf(i);
+    sum_1 += 2.0 * std::log(sigma.range_m * sigma.azimuth);
+  }
+  return sum_1;
+}
+
 }  // namespace
 
 Block Trials::BlockWith(const Hypothesis* hypothesis, double value) const {
@@ -48,7 +58,14 @@ Fit Trials::With(const Hypothesis& hypothesis,
                  const BlockState* warm,
                  Effort effort) {
   ++solutions_;
-  return SolveSample(BlockWith(&hypothesis, value), groups_, warm, effort, progress_);
+  const Block block = BlockWith(&hypothesis, value);
+  Fit fit = SolveSample(block, groups_, warm, effort, progress_);
+  if (block.looks.size() == sample_.looks.size() && fit.looks > 0) {
+    const double part_1 =
+        std::clamp(fit.redundancy_1 / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);
+    fit.log_sigmas_1 = part_1 * (LogSigmas(block) - LogSigmas(sample_));
+  }
+  return fit;
 }
 
 Solved SearchSize(const Hypothesis& hypothesis, const Fit& first, Effort effort, Trials* trials) {

@@ -109,7 +109,7 @@ class TerminalTest(unittest.TestCase):
         self.assertFalse((self.folder / "result" / "summary.json").exists())
 
     def test_quiet_is_silent(self):
-        terminal = self.adjust(20, "-q")
+        terminal = Terminal("adjust", self.block, "-o", self.folder / "result", "-q")
         self.assertEqual(terminal.end(), 0)
         self.assertEqual(terminal.text, "")
 
