@@ -9,6 +9,7 @@
 #              states, and an orbit; both engines, and those of SARBLOCK_OTHER (another program) beside
 #   growth     stages of adjust and exponents over points, passes, parameters, looks and threads
 #   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each; last row: SARBLOCK_OTHER
+#   many       hundreds to ten thousand passes of one point; SARBLOCK_OTHER beside, up to 1,000 passes
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
 #   covariance all blocks of points and passes against ceres::Covariance
 #   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
@@ -253,6 +254,25 @@ if name == "growth":
     growth_family("threads", [(t, strip_sets(100000, 25), ["--threads", str(t)]) for t in (1, 2)])
 elif name == "solve":
     solve_table(100000)
+elif name == "many":
+    print("passes,tie_points,program,user_s,peak_mib,rows_of_passes_covariance")
+    for count, points in ((600, 0), (600, 3), (1000, 0), (3000, 0), (10000, 0), (10000, 3)):
+        folder = f"{work}/many{count}_{points}"
+        subprocess.run([sys.executable, "tests/benchmarks/passes_of_one_point.py", str(count), str(points), folder],
+                       check=True)
+        programs = {"this": program}
+        if "SARBLOCK_OTHER" in os.environ and count <= 1000:
+            programs["other"] = os.environ["SARBLOCK_OTHER"]
+        for label, one in programs.items():
+            result = f"{work}/result"
+            shutil.rmtree(result, ignore_errors=True)
+            process = subprocess.Popen([one, "adjust", folder, "-o", result, "--threads", "1", "-q"])
+            _, status, usage = os.wait4(process.pid, 0)
+            if status != 0:
+                sys.exit(f"bench.sh: {count} passes ended with status {status}")
+            with open(f"{result}/passes_covariance.csv", encoding="utf-8") as table:
+                rows = sum(1 for _ in table) - 1
+            print(f"{count},{count * points},{label},{usage.ru_utime:.2f},{usage.ru_maxrss / 1024:.0f},{rows}", flush=True)
 elif name == "network":
     print(NETWORK_HEADER)
     simulated("network", f"{work}/network")

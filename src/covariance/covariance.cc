@@ -14,8 +14,6 @@
 #include <Eigen/QR>
 
 namespace sarblock {
-namespace {}  // namespace
-
 Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
                             const BlockState& state,
                             std::size_t point,
@@ -40,8 +38,9 @@ Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
 }
 
 std::vector<ParameterCovariance> ParameterCovariances(const ReducedSystem& system,
-                                                      const BlockSymmetricMatrix& inverse) {
+                                                      const CorrectionCovariance& covariance) {
   std::vector<ParameterCovariance> out;
+  const BlockSymmetricMatrix& inverse = covariance.blocks;
   const int n = inverse.rows();
   if (n <= kFullParameterCovariance) {
     const Eigen::MatrixXd full = system.SolveFor(Eigen::MatrixXd::Identity(n, n));

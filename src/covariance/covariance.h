@@ -17,7 +17,7 @@ namespace sarblock {
 /// kFullParameterCovariance corrections, else of parameters whose passes see common points.
 inline constexpr int kFullParameterCovariance = 1000;
 [[nodiscard]] std::vector<ParameterCovariance> ParameterCovariances(
-    const ReducedSystem& system, const BlockSymmetricMatrix& inverse);
+    const ReducedSystem& system, const CorrectionCovariance& inverse);
 
 /// Differences b - a of the point pairs asked for, with exact covariances
 ///     cov(p_a) + cov(p_b) - cov(p_a, p_b) - cov(p_a, p_b)'

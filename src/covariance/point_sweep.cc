@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::size_t kPointsPerChunk = 128;
 /// Variance that corrections give to an equation of unit variance, above which the short form of
-/// the look's leverage loses more digits than a float holds: then the complement is used.
+/// the look's leverage loses more digits than a float holds: then the complement is used (not for a
+/// point of the border, where it would need all pairs of its passes).
 constexpr double kLargeLeverage_1 = 1e6;
 
 /// Everything about one point at the solution; storage reused from point to point.
@@ -26,26 +27,48 @@ struct PointState {
   PointTerms terms;
   const double* t = nullptr;  // T, 3 x width, row by row
   std::vector<double> y;      // Y = T C, 3 x width, row by row
+  int border_row = -1;        // CorrectionCovariance::t_c
   Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d core = Eigen::Matrix3d::Identity();  // I + T C T'
   bool complement_formed = false;
 };
 
+/// Y = T C of a point of the border.
+void GatherBorder(const ParameterLayout& layout,
+                  const CorrectionCovariance& inverse,
+                  PointState* p) {
+  const PointColumns& columns = p->terms.columns;
+  for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
+    const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
+    for (int axis = 0; axis < 3; ++axis) {
+      double* y = p->y.data() + axis * columns.width + columns.begin[b];
+      for (int i = 0; i < block.size; ++i) {
+        y[i] = inverse.t_c(p->border_row + axis, block.offset + i);
+      }
+    }
+  }
+}
+
 /// Y = T C and I + T C T' if `quality` asks for Y, else the second alone.
 void MultiplyByInverse(const ParameterLayout& layout,
-                       const BlockSymmetricMatrix& inverse,
+                       const CorrectionCovariance& inverse,
                        bool quality,
                        PointState* p) {
-  const PointColumns& columns = p->terms.columns;
-  const PointBlocks blocks = FindBlocks(layout, *inverse.pattern(), &p->terms);
-  const auto width = static_cast<std::size_t>(columns.width);
-  const double* values = inverse.values().data();
-  if (!quality) {
+  const auto width = static_cast<std::size_t>(p->terms.columns.width);
+  const double* values = inverse.blocks.values().data();
+  const bool bordered = p->border_row >= 0;
+  if (!quality && !bordered) {
+    const PointBlocks blocks = FindBlocks(layout, *inverse.blocks.pattern(), &p->terms);
     Kernels().AddQuadraticForm(blocks, p->t, width, values, p->core.data());
     return;
   }
   p->y.assign(3 * width, 0.0);
-  Kernels().AddProductWithMatrix(blocks, p->t, width, values, p->y.data());
+  if (bordered) {
+    GatherBorder(layout, inverse, p);
+  } else {
+    const PointBlocks blocks = FindBlocks(layout, *inverse.blocks.pattern(), &p->terms);
+    Kernels().AddProductWithMatrix(blocks, p->t, width, values, p->y.data());
+  }
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = 0; b <= a; ++b) {
       double sum = 0.0;
@@ -60,7 +83,7 @@ void MultiplyByInverse(const ParameterLayout& layout,
 
 void FactorAt(const AdjustmentProblem& problem,
               const BlockState& state,
-              const BlockSymmetricMatrix* inverse,
+              const CorrectionCovariance* inverse,
               bool quality,
               const KeptFactors* kept,
               std::size_t point,
@@ -74,6 +97,7 @@ void FactorAt(const AdjustmentProblem& problem,
   p->core.setIdentity();
   p->complement_formed = false;
   if (inverse == nullptr) return;
+  p->border_row = inverse->bordered.RowOf(point);
   if (!restored) {
     ProjectColumns(problem, p->factor, &columns);
     p->t = columns.t.data();
@@ -170,12 +194,11 @@ LookProducts ComplementProducts(const AdjustmentProblem& problem,
   return out;
 }
 
-/// Reliability of both components of one look; returns its redundancy.
-double FillLook(const AdjustmentProblem& problem,
-                const BlockSymmetricMatrix* inverse,
-                int k,
-                PointState* p,
-                LookQuality* out) {
+/// The figures of the look k of a point.
+LookCovariance CovarianceAt(const AdjustmentProblem& problem,
+                            const CorrectionCovariance* inverse,
+                            int k,
+                            PointState* p) {
   const WhitenedLook& look = p->factor.looks[static_cast<std::size_t>(k)];
   Eigen::Matrix<double, 2, 3> q;
   q.row(0) = p->factor.RowOfQ(2 * k);
@@ -183,30 +206,34 @@ double FillLook(const AdjustmentProblem& problem,
   Eigen::Matrix2d adjusted = q * q.transpose();  // covariance of the adjusted look
   Eigen::Matrix<double, 2, 3> shift = q;         // by unit errors, times R'
   if (inverse != nullptr) {
-    LookProducts products = ProductsOf(problem, *inverse, *p, look);
-    if (products.own.diagonal().maxCoeff() <= kLargeLeverage_1) {
+    LookProducts products = ProductsOf(problem, inverse->blocks, *p, look);
+    if (p->border_row >= 0 || products.own.diagonal().maxCoeff() <= kLargeLeverage_1) {
       const Eigen::Matrix<double, 2, 3> qc = q * p->core;
       const Eigen::Matrix2d mixed = products.with_point * q.transpose();
       adjusted = qc * q.transpose() - mixed - mixed.transpose() + products.own;
       shift = qc - products.with_point;
     } else {
-      products = ComplementProducts(problem, *inverse, 2 * k, p);
+      products = ComplementProducts(problem, inverse->blocks, 2 * k, p);
       adjusted += products.own;
       shift = q - products.with_point;
     }
   }
+  return {look.look, look.error_1, q, adjusted, p->r_inverse * shift.transpose()};
+}
+
+/// Reliability of both components of one look; returns its redundancy.
+double FillLook(const LookCovariance& look, LookQuality* out) {
   double total = 0.0;
   for (Eigen::Index i = 0; i < 2; ++i) {
     const auto component = static_cast<std::size_t>(i);
-    const double redundancy = 1.0 - adjusted(i, i);
+    const double redundancy = 1.0 - look.adjusted_1(i, i);
     total += redundancy;
     out->redundancy_1[component][look.look] = static_cast<float>(redundancy);
     out->w_1[component][look.look] =
         redundancy > kLeastRedundancy_1
             ? static_cast<float>(look.error_1[i] / std::sqrt(redundancy))
             : std::numeric_limits<float>::quiet_NaN();
-    out->shift_m[component][look.look] =
-        static_cast<float>((p->r_inverse * shift.row(i).transpose()).norm());
+    out->shift_m[component][look.look] = static_cast<float>(look.shift_m.col(i).norm());
   }
   return total;
 }
@@ -233,7 +260,7 @@ SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::
 
 PointSweep SweepPoints(const AdjustmentProblem& problem,
                        const BlockState& state,
-                       const BlockSymmetricMatrix* inverse,
+                       const CorrectionCovariance* inverse,
                        bool quality,
                        ProgressSink* progress,
                        const KeptFactors* kept) {
@@ -256,12 +283,25 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
       if (!quality) continue;
       double sum = 0.0;
       for (int k = 0; k < p.factor.look_count; ++k) {
-        sum += FillLook(problem, inverse, k, &p, &out.quality);
+        sum += FillLook(CovarianceAt(problem, inverse, k, &p), &out.quality);
       }
       out.redundancy[point] = sum;
     }
   });
   Step(progress, "covariance", points, points);
+  return out;
+}
+
+std::vector<LookCovariance> CovariancesOfLooks(const AdjustmentProblem& problem,
+                                               const BlockState& state,
+                                               const CorrectionCovariance* inverse,
+                                               std::size_t point) {
+  PointState p;
+  FactorAt(problem, state, inverse, true, nullptr, point, &p);
+  std::vector<LookCovariance> out;
+  for (int k = 0; k < p.factor.look_count; ++k) {
+    out.push_back(CovarianceAt(problem, inverse, k, &p));
+  }
   return out;
 }
 

@@ -8,7 +8,7 @@
 
 #include "model/problem.h"
 #include "normals/kept_factors.h"
-#include "sparse/block_matrix.h"
+#include "normals/reduced_system.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -44,10 +44,25 @@ struct PointSweep {
 /// `kept`: factors of the same state and weights, which give the same result to the bit.
 [[nodiscard]] PointSweep SweepPoints(const AdjustmentProblem& problem,
                                      const BlockState& state,
-                                     const BlockSymmetricMatrix* inverse,
+                                     const CorrectionCovariance* inverse,
                                      bool quality,
                                      ProgressSink* progress,
                                      const KeptFactors* kept = nullptr);
+
+/// One look at the solution, its two components in units of their standard deviations.
+struct LookCovariance {
+  std::size_t look = 0;
+  Eigen::Vector2d error_1 = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 3> information_1;  ///< its rows of Q
+  Eigen::Matrix2d adjusted_1;                 ///< covariance of the adjusted look
+  Eigen::Matrix<double, 3, 2> shift_m;        ///< of the point by one sigma in each
+};
+
+/// The figures of SweepPoints of the looks of a point that takes part, in their order.
+[[nodiscard]] std::vector<LookCovariance> CovariancesOfLooks(const AdjustmentProblem& problem,
+                                                             const BlockState& state,
+                                                             const CorrectionCovariance* inverse,
+                                                             std::size_t point);
 
 /// Reliability of the held components of control points, from their covariances.
 [[nodiscard]] std::vector<ControlQuality> ControlQualities(

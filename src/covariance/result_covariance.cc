@@ -79,7 +79,7 @@ void FillCovariance(const AdjustmentProblem& problem,
   const bool block_level = (options.covariance == CovarianceLevel::kBlock ||
                             options.covariance == CovarianceLevel::kMonteCarlo) &&
                            problem.layout.size() > 0;
-  std::optional<BlockSymmetricMatrix> inverse;
+  std::optional<CorrectionCovariance> inverse;
   if (block_level) {
     inverse = system.SelectedInverse();
     result->parameter_covariance = ParameterCovariances(system, *inverse);

@@ -38,10 +38,10 @@ constexpr std::size_t kDescribed = 12;
 /// Everything that judging and naming of directions reads.
 struct Context {
   const AdjustmentProblem& problem;
-  const BlockSymmetricMatrix& scaled;
+  const BorderedMatrix& scaled;
   const VectorXd& scale;
   const BlockState* state;
-  const BlockCholesky& factor;
+  const BorderedCholesky& factor;
   bool singular;  // the factor is that of a lifted matrix
   std::vector<int> pass_of;
   TargetEffects effects;
@@ -190,6 +190,12 @@ std::vector<WeakDirection> Name(const Context& context, const MatrixXd& weak, bo
   return out;
 }
 
+void Lift(double lift_1, BlockSymmetricMatrix* matrix) {
+  for (int b = 0; b < matrix->block_count(); ++b) {
+    matrix->Block(b, b).diagonal().array() += lift_1;
+  }
+}
+
 /// Weak eigenvectors, and with them columns of S^-1 of parameters without a prior that even all
 /// others known would leave open.
 struct WeakSpaces {
@@ -249,18 +255,18 @@ WeakSpaces FindWeak(const Context& context) {
 }  // namespace
 
 RankReport AnalyseRank(const AdjustmentProblem& problem,
-                       const BlockSymmetricMatrix& scaled,
+                       const BorderedMatrix& scaled,
                        const VectorXd& scale,
                        const BlockState* state,
-                       BlockCholesky* factor) {
+                       BorderedCholesky* factor) {
   RankReport report;
   if (scaled.rows() == 0) return report;
-  const bool singular = !factor->Factorize(scaled).positive_definite;
-  BlockSymmetricMatrix lifted;
+  const bool singular = !factor->Factorize(scaled);
+  BorderedMatrix lifted;
   for (double lift_1 = kLift_1; singular; lift_1 *= 100.0) {
     lifted = scaled;
-    for (int b = 0; b < lifted.block_count(); ++b) lifted.Block(b, b).diagonal().array() += lift_1;
-    if (factor->Factorize(lifted).positive_definite) break;
+    Lift(lift_1, &lifted.sparse);
+    if (factor->Factorize(lifted)) break;
     if (lift_1 > 1.0) {
       throw UndeterminedError("the reduced matrix of the corrections is not finite or indefinite",
                               {});
@@ -314,7 +320,7 @@ void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result) {
 
 RankReport FactorAndAnalyse(ReducedSystem* system, const BlockState* state) {
   if (system->matrix().rows() == 0) return {};
-  const BlockSymmetricMatrix scaled = system->FormScaled();
+  const BorderedMatrix scaled = system->FormScaled();
   return AnalyseRank(system->problem(), scaled, system->Unit(), state, &system->factor());
 }
 
@@ -327,13 +333,11 @@ RankReport FactorRegular(ReducedSystem* system) {
 MatrixXd NullSpace(ReducedSystem* system) {
   const RankReport report = FactorAndAnalyse(system);
   if (report.regular()) return MatrixXd(system->matrix().rows(), 0);
-  const BlockSymmetricMatrix scaled = system->FormScaled();
-  BlockCholesky& factor = system->factor();
-  BlockSymmetricMatrix lifted = scaled;
-  for (int b = 0; b < lifted.block_count(); ++b) {
-    lifted.Block(b, b).diagonal().array() += kNullSpaceLift_1;
-  }
-  if (!factor.Factorize(lifted).positive_definite) RequireRegular(system->problem(), report);
+  const BorderedMatrix scaled = system->FormScaled();
+  BorderedCholesky& factor = system->factor();
+  BorderedMatrix lifted = scaled;
+  Lift(kNullSpaceLift_1, &lifted.sparse);
+  if (!factor.Factorize(lifted)) RequireRegular(system->problem(), report);
   LeastEigenpairOptions options;
   options.settle_below_1 = 10.0 * kLeastEigenvalue_1;
   options.relative_change_1 = 1e-6;

@@ -9,8 +9,7 @@
 #include "model/problem.h"
 #include "normals/reduced_system.h"
 #include "rank_report.h"
-#include "sparse/block_cholesky.h"
-#include "sparse/block_matrix.h"
+#include "sparse/bordered_matrix.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -21,10 +20,10 @@ namespace sarblock {
 /// one but where elimination took all of it. Where the report is regular, `factor` holds the factor
 /// of `scaled`. `state`, if given, lets the report name the point each direction moves most.
 [[nodiscard]] RankReport AnalyseRank(const AdjustmentProblem& problem,
-                                     const BlockSymmetricMatrix& scaled,
+                                     const BorderedMatrix& scaled,
                                      const Eigen::VectorXd& scale,
                                      const BlockState* state,
-                                     BlockCholesky* factor);
+                                     BorderedCholesky* factor);
 
 /// Throws UndeterminedError with the words of the report and of `structure` (block_structure.h)
 /// unless the report is regular.

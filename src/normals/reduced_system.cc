@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <unordered_set>
 #include <utility>
 
 #include "core/parallel.h"
@@ -21,99 +20,6 @@ constexpr double kLeastLeft_1 = 1.0 / 16.0;
 /// the threads.
 constexpr std::size_t kPartialBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostPartials = 16;
-
-/// Pairs of blocks seen together: a word a block or a bit table while that is small, else a hash
-/// set.
-class PairSet {
- public:
-  explicit PairSet(std::size_t blocks)
-      : blocks_(blocks), words_(blocks <= 64 ? blocks : 0), dense_(blocks <= 16384) {
-    if (dense_ && words_.empty()) bits_.assign(blocks * blocks, false);
-  }
-  /// All pairs of the blocks of a point, ascending.
-  void AddPairs(const std::vector<int>& blocks) {
-    if (!words_.empty()) {
-      std::uint64_t seen = 0;
-      for (const int block : blocks) {
-        words_[static_cast<std::size_t>(block)] |= seen;
-        seen |= std::uint64_t{1} << block;
-      }
-      return;
-    }
-    for (std::size_t a = 0; a < blocks.size(); ++a) {
-      for (std::size_t b = 0; b < a; ++b) Add(blocks[a], blocks[b]);
-    }
-  }
-  [[nodiscard]] std::vector<std::pair<int, int>> Pairs() {
-    for (std::size_t i = 0; i < words_.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        if ((words_[i] >> j & 1U) == 0) continue;
-        pairs_.emplace_back(static_cast<int>(i), static_cast<int>(j));
-      }
-    }
-    return std::move(pairs_);
-  }
-
- private:
-  void Add(int i, int j) {
-    const std::size_t key = static_cast<std::size_t>(i) * blocks_ + static_cast<std::size_t>(j);
-    if (dense_) {
-      if (bits_[key]) return;
-      bits_[key] = true;
-    } else if (!seen_.insert(key).second) {
-      return;
-    }
-    pairs_.emplace_back(i, j);
-  }
-
-  std::size_t blocks_;
-  std::vector<std::uint64_t> words_;  // by block, the earlier ones seen with it
-  bool dense_;
-  std::vector<bool> bits_;
-  std::unordered_set<std::size_t> seen_;
-  std::vector<std::pair<int, int>> pairs_;
-};
-
-/// Pattern of S, and the columns of all looks in use together.
-struct Structure {
-  BlockSymmetricMatrix pattern;
-  std::size_t looks = 0, columns = 0;
-};
-
-Structure StructureOf(const AdjustmentProblem& problem) {
-  const ParameterLayout& layout = problem.layout;
-  std::vector<int> sizes;
-  for (const ParameterBlock& block : layout.blocks) sizes.push_back(block.size);
-  PairSet seen(layout.blocks.size());
-  std::vector<int> blocks;
-  LookColumns columns;
-  Structure out;
-  std::vector<int> only_block;  // of a pass whose looks all have the same one
-  for (const PassCorrections& pass : layout.passes) {
-    const bool one = pass.blocks.size() == 1 && pass.splines.empty();
-    only_block.push_back(one ? pass.blocks[0] : -1);
-  }
-  const Looks& looks = problem.block.looks;
-  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
-    if (!problem.Solves(point)) continue;
-    blocks.clear();
-    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-      if (problem.look_used[i] == 0) continue;
-      ++out.looks;
-      if (const int only = only_block[looks.pass[i]]; only >= 0) {
-        InsertBlock(only, &blocks);
-        out.columns += static_cast<std::size_t>(layout.blocks[static_cast<std::size_t>(only)].size);
-        continue;
-      }
-      problem.model.ColumnsOf(i, &columns);
-      InsertBlocks(columns, &blocks);
-      out.columns += static_cast<std::size_t>(columns.column_count);
-    }
-    seen.AddPairs(blocks);
-  }
-  out.pattern = BlockSymmetricMatrix(std::move(sizes), seen.Pairs());
-  return out;
-}
 
 /// Equations of a set of points by the corrections before elimination.
 struct Unreduced {
@@ -233,24 +139,15 @@ void AddRest(const ParameterLayout& layout, PointScratch* scratch, Partial* out)
   AddRightSide(terms.columns, layout, terms.rest.data(), terms.rest_e, &out->right_side);
 }
 
-/// A point by J_c' J_c - T' T: three rows, however many looks. That subtraction costs digits where
-/// points take most of what a correction's equations say.
-void AddDifference(const AdjustmentProblem& problem,
-                   const Eigen::Vector3d& c,
-                   PointScratch* scratch,
-                   Partial* out) {
-  PointTerms& terms = scratch->terms;
-  PointColumns& columns = terms.columns;
+/// J_c' J_c of a point, and the right side of J_c' J_c - T' T.
+void AddUnreduced(const AdjustmentProblem& problem,
+                  const Eigen::Vector3d& c,
+                  PointScratch* scratch,
+                  Partial* out) {
+  PointColumns& columns = scratch->terms.columns;
   ProjectColumns(problem, scratch->factor, &columns);
-  const PointBlocks blocks = FindBlocks(problem.layout, *out->s.pattern(), &terms);
   AddLooks(scratch->factor, problem.layout, &out->subtracted);
   AddSquaresOfLooks(scratch->factor, problem.layout, &out->s);
-  Kernels().AddSquare(blocks,
-                      columns.t.data(),
-                      static_cast<std::size_t>(columns.width),
-                      3,
-                      -1.0,
-                      out->s.values().data());
   const Eigen::Vector3d taken = -c;
   AddRightSide(columns,
                problem.layout,
@@ -260,16 +157,53 @@ void AddDifference(const AdjustmentProblem& problem,
   out->any_subtracted = true;
 }
 
+/// A point by J_c' J_c - T' T: three rows, however many looks. That subtraction costs digits where
+/// points take most of what a correction's equations say.
+void AddDifference(const AdjustmentProblem& problem,
+                   const Eigen::Vector3d& c,
+                   PointScratch* scratch,
+                   Partial* out) {
+  AddUnreduced(problem, c, scratch, out);
+  PointTerms& terms = scratch->terms;
+  const PointBlocks blocks = FindBlocks(problem.layout, *out->s.pattern(), &terms);
+  Kernels().AddSquare(blocks,
+                      terms.columns.t.data(),
+                      static_cast<std::size_t>(terms.columns.width),
+                      3,
+                      -1.0,
+                      out->s.values().data());
+}
+
+/// A point of the border by J_c' J_c and three rows T of the border.
+void AddBordered(const AdjustmentProblem& problem,
+                 const Eigen::Vector3d& c,
+                 int row,
+                 PointScratch* scratch,
+                 Partial* out,
+                 Eigen::MatrixXd* border) {
+  AddUnreduced(problem, c, scratch, out);
+  const PointColumns& columns = scratch->terms.columns;
+  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> t(
+      columns.t.data(), 3, columns.width);
+  for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
+    const ParameterBlock& block =
+        problem.layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
+    border->block(row, block.offset, 3, block.size) = t.middleCols(columns.begin[b], block.size);
+  }
+}
+
 /// Adds one point; one whose own equations are rank deficient is only named. `exact`: by what is
-/// left of its equations, however many they are.
+/// left of its equations, however many they are. `border_row`: its first row there, or -1.
 void Add(const AdjustmentProblem& problem,
          const BlockState& state,
          const Weighting& weighting,
          double damping_1,
          bool exact,
          std::size_t point,
+         int border_row,
          PointScratch* scratch,
-         Partial* out) {
+         Partial* out,
+         Eigen::MatrixXd* border) {
   PointFactor& factor = scratch->factor;
   scratch->terms.columns.t.clear();
   FactorPoint(problem, state, weighting, damping_1, point, &factor);
@@ -288,6 +222,10 @@ void Add(const AdjustmentProblem& problem,
   }
   const Eigen::Vector3d c = Project(factor, factor.e);
   out->point_step_square += c.squaredNorm();
+  if (border_row >= 0) {  // of hundreds of looks: it takes little of the equations of each
+    AddBordered(problem, c, border_row, scratch, out, border);
+    return;
+  }
   // Up to three rows left are no more work than the three of T.
   if (damping_1 == 0.0 && (exact || factor.row_count <= 6)) {
     AddLooks(factor, problem.layout, &out->exact);
@@ -299,12 +237,15 @@ void Add(const AdjustmentProblem& problem,
 
 }  // namespace
 
-ReducedSystem::ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes)
+ReducedSystem::ReducedSystem(const AdjustmentProblem& problem,
+                             std::size_t most_kept_bytes,
+                             ManyLooks many)
     : problem_(problem) {
-  Structure structure = StructureOf(problem);
-  s_ = std::move(structure.pattern);
+  ReducedPattern found = FindPattern(problem, many == ManyLooks::kBorder);
+  bordered_ = std::move(found.bordered);
+  s_ = {std::move(found.pattern), {}};
   const std::size_t points = problem.block.points.size();
-  const std::size_t bytes = KeptFactors::BytesFor(points, structure.looks, structure.columns);
+  const std::size_t bytes = KeptFactors::BytesFor(points, found.looks, found.columns);
   if (bytes <= most_kept_bytes) kept_bytes_ = bytes;
 }
 
@@ -325,7 +266,7 @@ void ReducedSystem::Form(const BlockState& state,
   if (damping_1 > 0.0) {
     for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
       const ParameterBlock& block = problem_.layout.blocks[b];
-      s_.Block(static_cast<int>(b), static_cast<int>(b)).diagonal() +=
+      s_.sparse.Block(static_cast<int>(b), static_cast<int>(b)).diagonal() +=
           damping_1 * full_diagonal_.segment(block.offset, block.size);
     }
   }
@@ -339,7 +280,8 @@ void ReducedSystem::Form(const BlockState& state,
 
 bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, bool exact) {
   const std::size_t points = problem_.block.points.size();
-  const std::size_t bytes = 1 + sizeof(double) * s_.values().size();
+  BlockSymmetricMatrix& sparse = s_.sparse;
+  const std::size_t bytes = 1 + sizeof(double) * sparse.values().size();
   const std::size_t partials = std::clamp<std::size_t>(
       std::min(kPartialBytes / bytes, points / kPointsPerPartial), 1, kMostPartials);
   std::vector<std::optional<Partial>> parts(partials);
@@ -347,19 +289,29 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
   if (keep) kept_.emplace(points, partials, kept_bytes_);
   const std::size_t per_part = (points + partials - 1) / partials;
+  s_.border.setZero(bordered_.rows(), sparse.rows());
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
-    Partial& out = parts[part].emplace(s_);
+    Partial& out = parts[part].emplace(sparse);
     PointScratch scratch;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem_.Solves(point)) continue;
-      Add(problem_, state, weighting, damping_1_, exact, point, &scratch, &out);
+      Add(problem_,
+          state,
+          weighting,
+          damping_1_,
+          exact,
+          point,
+          bordered_.RowOf(point),
+          &scratch,
+          &out,
+          &s_.border);
       if (!keep) continue;
       PointColumns& columns = scratch.terms.columns;
       if (columns.t.empty()) ProjectColumns(problem_, scratch.factor, &columns);
       kept_->Keep(part, point, scratch.factor, columns);
     }
   });
-  s_.SetZero();
+  sparse.SetZero();
   right_side_.setZero(s_.rows());
   full_diagonal_.setZero(s_.rows());
   full_gradient_.setZero(s_.rows());
@@ -369,7 +321,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   bool subtracted = false;
   for (const std::optional<Partial>& part : parts) {
     if (!part) continue;
-    const std::span<double> sum = s_.values();
+    const std::span<double> sum = sparse.values();
     const std::span<const double> add = part->s.values();
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += add[i];
     right_side_ += part->right_side + part->subtracted.gradient;
@@ -387,13 +339,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
 }
 
 bool ReducedSystem::PointsTakeNearlyAll() const {
-  for (int b = 0; b < s_.block_count(); ++b) {
-    const auto diagonal = s_.Block(b, b).diagonal();
-    for (int i = 0; i < s_.size(b); ++i) {
-      if (diagonal[i] < kLeastLeft_1 * full_diagonal_[s_.offset(b) + i]) return true;
-    }
-  }
-  return false;
+  return (s_.Diagonal().array() < kLeastLeft_1 * full_diagonal_.array()).any();
 }
 
 void ReducedSystem::AddPriors(const BlockState& state) {
@@ -406,7 +352,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
       const ParameterBlock& block = layout.blocks[b];
       if (held.parameter < block.offset || held.parameter >= block.offset + block.size) continue;
       const int i = held.parameter - block.offset;
-      s_.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
+      s_.sparse.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
     }
     right_side_[row] += weight * off;
     full_diagonal_[row] += weight;
@@ -421,7 +367,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
       if (!parameter.has_prior()) continue;
       const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
       const double x = state.corrections[row] - parameter.prior_value;
-      s_.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
+      s_.sparse.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
       right_side_[row] += weight * x;
       full_diagonal_[row] += weight;
       full_gradient_[row] += weight * x;
@@ -430,55 +376,38 @@ void ReducedSystem::AddPriors(const BlockState& state) {
   }
 }
 
-BlockSymmetricMatrix ReducedSystem::Scaled() {
-  BlockSymmetricMatrix scaled = s_;
-  for (int j = 0; j < scaled.block_count(); ++j) {
-    for (const int i : scaled.RowsOfColumn(j)) {
-      scaled.Block(i, j) = scale_.segment(scaled.offset(i), scaled.size(i)).asDiagonal() *
-                           scaled.Block(i, j) *
-                           scale_.segment(scaled.offset(j), scaled.size(j)).asDiagonal();
-    }
-  }
+BorderedMatrix ReducedSystem::Scaled() {
+  BorderedMatrix scaled = s_.Scaled(scale_);
   if (!factor_) {
     std::vector<int> last;
     for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
       if (problem_.layout.blocks[b].shared) last.push_back(static_cast<int>(b));
     }
-    factor_.emplace(scaled, last);
+    factor_.emplace(scaled.sparse, last);
   }
   return scaled;
 }
 
-BlockSymmetricMatrix ReducedSystem::FormScaled() {
-  const Eigen::Index n = s_.rows();
-  scale_.resize(n);
-  const ParameterLayout& layout = problem_.layout;
-  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
-    const auto diagonal = s_.Block(static_cast<int>(b), static_cast<int>(b)).diagonal();
-    for (int i = 0; i < layout.blocks[b].size; ++i) {
-      const int row = layout.blocks[b].offset + i;
-      // A diagonal that elimination reduced to rounding belongs to a parameter of its own null
-      // direction: scaled by what it was before, it stays as small as it is.
-      const bool own = diagonal[i] > 1e-14 * full_diagonal_[row] && std::isfinite(diagonal[i]);
-      const double unit = own ? diagonal[i] : full_diagonal_[row] > 0.0 ? full_diagonal_[row] : 1.0;
-      scale_[row] = 1.0 / std::sqrt(unit);
-    }
+BorderedMatrix ReducedSystem::FormScaled() {
+  const Eigen::VectorXd diagonal = s_.Diagonal();
+  scale_.resize(diagonal.size());
+  for (Eigen::Index row = 0; row < diagonal.size(); ++row) {
+    // A diagonal that elimination reduced to rounding belongs to a parameter of its own null
+    // direction: scaled by what it was before, it stays as small as it is.
+    const bool own = diagonal[row] > 1e-14 * full_diagonal_[row] && std::isfinite(diagonal[row]);
+    const double unit = own ? diagonal[row] : full_diagonal_[row] > 0.0 ? full_diagonal_[row] : 1.0;
+    scale_[row] = 1.0 / std::sqrt(unit);
   }
   return Scaled();
 }
 
 bool ReducedSystem::FactorDamped() {
   if (s_.rows() == 0) return true;
-  scale_.resize(s_.rows());
-  for (int b = 0; b < s_.block_count(); ++b) {
-    const auto diagonal = s_.Block(b, b).diagonal();
-    for (int i = 0; i < s_.size(b); ++i) {
-      if (!(diagonal[i] > 0.0) || !std::isfinite(diagonal[i])) return false;
-      scale_[s_.offset(b) + i] = 1.0 / std::sqrt(diagonal[i]);
-    }
-  }
-  const BlockSymmetricMatrix scaled = Scaled();
-  return factor_->Factorize(scaled).positive_definite;
+  const Eigen::VectorXd diagonal = s_.Diagonal();
+  if (!(diagonal.minCoeff() > 0.0) || !diagonal.allFinite()) return false;
+  scale_ = diagonal.cwiseSqrt().cwiseInverse();
+  const BorderedMatrix scaled = Scaled();
+  return factor_->Factorize(scaled);
 }
 
 double ReducedSystem::PredictedDecrease(const Eigen::VectorXd& dx) const {
@@ -502,16 +431,11 @@ double ReducedSystem::NewtonDecrement() const {
   return std::sqrt(std::max(0.0, square));
 }
 
-BlockSymmetricMatrix ReducedSystem::SelectedInverse() const {
-  BlockSymmetricMatrix inverse = factor_->SelectedInverse();
-  for (int j = 0; j < inverse.block_count(); ++j) {
-    for (const int i : inverse.RowsOfColumn(j)) {
-      inverse.Block(i, j) = scale_.segment(inverse.offset(i), inverse.size(i)).asDiagonal() *
-                            inverse.Block(i, j) *
-                            scale_.segment(inverse.offset(j), inverse.size(j)).asDiagonal();
-    }
-  }
-  return inverse;
+CorrectionCovariance ReducedSystem::SelectedInverse() const {
+  BorderedInverse inverse = factor_->SelectedInverse();
+  BlockSymmetricMatrix& blocks = inverse.blocks;
+  ScaleBlocks(scale_, &blocks);
+  return {std::move(blocks), bordered_, inverse.border * scale_.asDiagonal()};
 }
 
 }  // namespace sarblock

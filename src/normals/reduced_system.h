@@ -10,7 +10,8 @@
 #include "elimination.h"
 #include "kept_factors.h"
 #include "model/problem.h"
-#include "sparse/block_cholesky.h"
+#include "reduced_pattern.h"
+#include "sparse/bordered_matrix.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -23,6 +24,21 @@ struct WeakPoint {
 
 /// Smallest reciprocal condition of a point's scaled Jacobian that still counts as determined.
 inline constexpr double kLeastPointCondition_1 = 1e-10;
+
+/// What a system does with a point that hundreds of passes see (reduced_pattern.h).
+enum class ManyLooks {
+  kBorder,     ///< rows of a border, where that pays
+  kEliminate,  ///< eliminates it like all others: the pattern has all pairs of its passes
+};
+
+/// S^-1 where it is wanted, unscaled: covariances of corrections.
+struct CorrectionCovariance {
+  BlockSymmetricMatrix blocks;  ///< on the pattern of S: of passes that see common points
+  BorderedPoints bordered;      ///< points whose passes the pattern does not join
+  Eigen::MatrixXd t_c;          ///< their T C (PointColumns), rows of `bordered`, by parameter
+
+  [[nodiscard]] int rows() const { return blocks.rows(); }
+};
 
 /// The reduced normal equations of the corrections, points eliminated (model.md, section 7;
 /// docs/theory/covariance.md, eq. (3)-(8)):
@@ -38,7 +54,9 @@ class ReducedSystem {
  public:
   /// Finds the pattern of S from the looks that take part. Up to `most_kept_bytes` the factors of
   /// points are kept for a sweep at the same state.
-  explicit ReducedSystem(const AdjustmentProblem& problem, std::size_t most_kept_bytes = 0);
+  explicit ReducedSystem(const AdjustmentProblem& problem,
+                         std::size_t most_kept_bytes = 0,
+                         ManyLooks many = ManyLooks::kBorder);
 
   /// Forms S and its right-hand side at a state, priors included, with `damping_1` times the
   /// diagonal of J'J added to every unknown (0: none).
@@ -49,9 +67,9 @@ class ReducedSystem {
 
   /// S in units of its parameters in which its diagonal is one, but where elimination took all of
   /// it, with a place for its factor. There is one correction at least.
-  [[nodiscard]] BlockSymmetricMatrix FormScaled();
+  [[nodiscard]] BorderedMatrix FormScaled();
   /// Of the scaled S, for who factors it (rank_analysis.h); after FormScaled.
-  [[nodiscard]] BlockCholesky& factor() { return *factor_; }
+  [[nodiscard]] BorderedCholesky& factor() { return *factor_; }
   [[nodiscard]] const AdjustmentProblem& problem() const { return problem_; }
   /// Units of the parameters in which the scaled S has a unit diagonal; after a factorisation.
   [[nodiscard]] const Eigen::VectorXd& Unit() const { return scale_; }
@@ -76,7 +94,7 @@ class ReducedSystem {
   [[nodiscard]] double gradient() const { return gradient_1_; }
 
   /// S and g as formed, unscaled, priors included.
-  [[nodiscard]] const BlockSymmetricMatrix& matrix() const { return s_; }
+  [[nodiscard]] const BorderedMatrix& matrix() const { return s_; }
   [[nodiscard]] const Eigen::VectorXd& right_side() const { return right_side_; }
   /// Diagonal of J'J of the corrections before points are eliminated, priors included.
   [[nodiscard]] const Eigen::VectorXd& full_diagonal() const { return full_diagonal_; }
@@ -88,9 +106,8 @@ class ReducedSystem {
   /// Length of the whole Newton step in sigmas, sqrt(g' H^-1 g) over all unknowns.
   [[nodiscard]] double NewtonDecrement() const;
 
-  /// S^-1 on the pattern of S, unscaled: covariances of corrections of passes that see common
-  /// points.
-  [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
+  [[nodiscard]] CorrectionCovariance SelectedInverse() const;
+  [[nodiscard]] const BorderedPoints& bordered() const { return bordered_; }
   /// S^-1 B, any number of columns.
   [[nodiscard]] Eigen::MatrixXd SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
 
@@ -100,15 +117,16 @@ class ReducedSystem {
   bool Sum(const BlockState& state, const Weighting& weighting, bool exact);
   [[nodiscard]] bool PointsTakeNearlyAll() const;
   void AddPriors(const BlockState& state);
-  [[nodiscard]] BlockSymmetricMatrix Scaled();
+  [[nodiscard]] BorderedMatrix Scaled();
 
   const AdjustmentProblem& problem_;
-  BlockSymmetricMatrix s_;
+  BorderedPoints bordered_;
+  BorderedMatrix s_;
   Eigen::VectorXd right_side_;     // reduced gradient Q2-part, priors included
   Eigen::VectorXd full_diagonal_;  // of S0: before elimination
   Eigen::VectorXd full_gradient_;  // before elimination
   Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
-  std::optional<BlockCholesky> factor_;
+  std::optional<BorderedCholesky> factor_;
   std::size_t kept_bytes_ = 0;  // 0: none
   std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;

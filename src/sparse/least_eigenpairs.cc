@@ -29,7 +29,7 @@ void Orthonormalise(Eigen::MatrixXd* x) {
 }
 
 /// Rotates the columns to the Ritz vectors of `matrix`; returns the Ritz values.
-Eigen::VectorXd Ritz(const BlockSymmetricMatrix& matrix, Eigen::MatrixXd* x) {
+Eigen::VectorXd Ritz(const BorderedMatrix& matrix, Eigen::MatrixXd* x) {
   Eigen::MatrixXd product(x->rows(), x->cols());
   for (Eigen::Index c = 0; c < x->cols(); ++c) product.col(c) = matrix.Multiply(x->col(c));
   const Eigen::MatrixXd h = x->transpose() * product;
@@ -40,8 +40,8 @@ Eigen::VectorXd Ritz(const BlockSymmetricMatrix& matrix, Eigen::MatrixXd* x) {
 
 }  // namespace
 
-LeastEigenpairs FindLeastEigenpairs(const BlockSymmetricMatrix& matrix,
-                                    const BlockCholesky& factor,
+LeastEigenpairs FindLeastEigenpairs(const BorderedMatrix& matrix,
+                                    const BorderedCholesky& factor,
                                     const LeastEigenpairOptions& options) {
   LeastEigenpairs pairs;
   const Eigen::Index n = matrix.rows(), k = std::min<Eigen::Index>(n, options.count);
@@ -67,7 +67,7 @@ LeastEigenpairs FindLeastEigenpairs(const BlockSymmetricMatrix& matrix,
   return pairs;
 }
 
-double LargestEigenvalue(const BlockSymmetricMatrix& matrix) {
+double LargestEigenvalue(const BorderedMatrix& matrix) {
   constexpr int kSteps = 200;
   constexpr double kRelativeChange = 1e-3;
   Eigen::VectorXd x = StartColumns(matrix.rows(), 1).col(0).normalized();

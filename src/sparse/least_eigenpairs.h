@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "block_cholesky.h"
-#include "block_matrix.h"
+#include "bordered_matrix.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -29,12 +28,12 @@ struct LeastEigenpairOptions {
 /// lifted a little where S itself cannot be factored; values are Rayleigh quotients of S either
 /// way, never below the true ones but for rounding of 1e-16 times the largest. A step costs
 /// `count` solutions, made together. Deterministic start; docs/theory/rank.md, section 2.
-[[nodiscard]] LeastEigenpairs FindLeastEigenpairs(const BlockSymmetricMatrix& matrix,
-                                                  const BlockCholesky& factor,
+[[nodiscard]] LeastEigenpairs FindLeastEigenpairs(const BorderedMatrix& matrix,
+                                                  const BorderedCholesky& factor,
                                                   const LeastEigenpairOptions& options = {});
 
 /// Largest eigenvalue by power iteration to a relative change of 1e-3 or 200 steps: never above
 /// the true one but for rounding. 0 for an empty matrix.
-[[nodiscard]] double LargestEigenvalue(const BlockSymmetricMatrix& matrix);
+[[nodiscard]] double LargestEigenvalue(const BorderedMatrix& matrix);
 
 }  // namespace sarblock

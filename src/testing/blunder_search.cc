@@ -75,6 +75,7 @@ class Search {
   void TestSolution();
   [[nodiscard]] std::vector<Candidate> Candidates() const;
   [[nodiscard]] bool TakeCandidates();
+  [[nodiscard]] PointResiduals ResidualsOf(std::uint32_t point) const;
   [[nodiscard]] bool Examine(const Candidate& candidate, double* reach_1);
   [[nodiscard]] bool MayRelease(std::uint32_t point) const;
   void Remove(const SuspectSet& set, BlunderFinding* finding);
@@ -91,7 +92,7 @@ class Search {
   ProgressSink* progress_;
   SnoopingReport report_;
   std::optional<ReducedSystem> system_;
-  std::optional<BlockSymmetricMatrix> inverse_;
+  std::optional<CorrectionCovariance> inverse_;
   LookQuality quality_;
   std::vector<ControlQuality> control_quality_;
   ReliabilityFigures figures_;
@@ -221,10 +222,28 @@ void Search::Undo(std::size_t keep, const std::string& note) {
   }
 }
 
+/// Of a point that hundreds of passes see, those of the look of its largest |w| alone.
+PointResiduals Search::ResidualsOf(std::uint32_t point) const {
+  const CorrectionCovariance* inverse = inverse_ ? &*inverse_ : nullptr;
+  if (inverse == nullptr || inverse->bordered.RowOf(point) < 0) {
+    return ResidualsOfPoint(problem_, state_, inverse, point);
+  }
+  const auto& offsets = problem_.block.looks.offsets;
+  std::uint64_t largest = offsets[point];
+  float w_1 = 0.0F;
+  for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+    for (const std::vector<float>& w : quality_.w_1) {
+      if (!(std::abs(w[i]) > w_1)) continue;
+      w_1 = std::abs(w[i]);
+      largest = i;
+    }
+  }
+  return ResidualsOfLook(problem_, state_, inverse, point, largest);
+}
+
 /// Decides on one candidate; true where something was removed.
 bool Search::Examine(const Candidate& candidate, double* reach_1) {
-  const PointResiduals residuals =
-      ResidualsOfPoint(problem_, state_, inverse_ ? &*inverse_ : nullptr, candidate.point);
+  const PointResiduals residuals = ResidualsOf(candidate.point);
   if (!StandsAlone(residuals, *reach_1, critical_1_ / scale_1_)) return false;
   const SuspectSet set = FindSuspects(residuals, options_.quality.separation_1);
   BlunderFinding finding;
@@ -285,7 +304,7 @@ void Search::DropOfRobust(std::uint32_t point, double limit) {
     if (at.error_1.squaredNorm() > limit) far.looks.push_back(i);
   }
   if (far.looks.empty()) return;
-  const PointResiduals residuals = ResidualsOfPoint(problem_, state_, nullptr, point);
+  const PointResiduals residuals = InformationOfPoint(problem_, state_, point);
   if (!RestDetermines(residuals, far)) return;
   for (const std::uint64_t look : far.looks) problem_.look_used[look] = 0;
   report_.robust.insert(report_.robust.end(), far.looks.begin(), far.looks.end());

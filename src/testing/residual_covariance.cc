@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "covariance/point_sweep.h"
 #include "normals/elimination.h"
 #include "reliability.h"
 #include <Eigen/QR>
@@ -124,11 +125,12 @@ double PointResiduals::Correlation(Eigen::Index i, Eigen::Index k) const {
 
 PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
                                 const BlockState& state,
-                                const BlockSymmetricMatrix* inverse,
+                                const CorrectionCovariance* inverse,
                                 std::size_t point) {
   PointResiduals out;
   PointEquations equations = EquationsOf(problem, state, point);
   out.looks = equations.looks;
+  out.looks_of_point = out.looks.size();
   Eigen::MatrixXd& a = equations.a;
   const Eigen::Index m = a.rows(), columns = equations.columns;
   out.control_rows = static_cast<int>(m) - 2 * static_cast<int>(out.looks.size());
@@ -143,13 +145,50 @@ PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
   out.shared_1.setZero(m);
   if (inverse != nullptr && columns > 0) {
     const Eigen::MatrixXd turned = q.transpose() * a.middleCols(3, columns);
-    const Eigen::MatrixXd c_b = Gather(*inverse, equations) * turned.bottomRows(m - 3).transpose();
+    const Eigen::MatrixXd c_b =
+        Gather(inverse->blocks, equations) * turned.bottomRows(m - 3).transpose();
     const Eigen::MatrixXd shared = q2 * (turned.bottomRows(m - 3) * c_b) * q2.transpose();
     out.q_vv_1 -= shared;
     out.shared_1 = shared.diagonal();
     gain -= turned.topRows(3) * c_b * q2.transpose();
   }
   out.shift_m = r.triangularView<Eigen::Upper>().solve(gain);
+  return out;
+}
+
+PointResiduals ResidualsOfLook(const AdjustmentProblem& problem,
+                               const BlockState& state,
+                               const CorrectionCovariance* inverse,
+                               std::size_t point,
+                               std::uint64_t look) {
+  const std::vector<LookCovariance> looks = CovariancesOfLooks(problem, state, inverse, point);
+  const LookCovariance& at = *std::find_if(
+      looks.begin(), looks.end(), [look](const LookCovariance& of) { return of.look == look; });
+  PointResiduals out;
+  out.looks = {look};
+  out.looks_of_point = static_cast<std::size_t>(problem.CountLooks(point));
+  out.v_1 = at.error_1;
+  out.q_vv_1 = Eigen::Matrix2d::Identity() - at.adjusted_1;
+  out.information_1 = at.information_1;
+  const Eigen::Matrix2d own_1 = at.information_1 * at.information_1.transpose();
+  out.shared_1 = (at.adjusted_1 - own_1).diagonal();
+  out.shift_m = at.shift_m;
+  return out;
+}
+
+PointResiduals InformationOfPoint(const AdjustmentProblem& problem,
+                                  const BlockState& state,
+                                  std::size_t point) {
+  PointFactor factor;
+  FactorPoint(problem, state, {}, 0.0, point, &factor);
+  PointResiduals out;
+  for (int k = 0; k < factor.look_count; ++k) {
+    out.looks.push_back(factor.looks[static_cast<std::size_t>(k)].look);
+  }
+  out.looks_of_point = out.looks.size();
+  out.control_rows = factor.row_count - 2 * factor.look_count;
+  out.v_1 = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), factor.row_count);
+  out.information_1 = Eigen::Map<const Eigen::MatrixX3d>(factor.q.data(), factor.row_count, 3);
   return out;
 }
 

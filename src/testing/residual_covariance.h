@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "model/problem.h"
-#include "sparse/block_matrix.h"
+#include "normals/reduced_system.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -19,6 +19,7 @@ namespace sarblock {
 ///     Q_vv = Q2 (I - B C B') Q2'        (docs/theory/quality.md, eq. (4))
 struct PointResiduals {
   std::vector<std::uint64_t> looks;
+  std::size_t looks_of_point = 0;  ///< that take part
   int control_rows = 0;
   Eigen::VectorXd v_1;
   Eigen::MatrixXd q_vv_1;
@@ -38,11 +39,23 @@ struct PointResiduals {
   [[nodiscard]] double Correlation(Eigen::Index i, Eigen::Index k) const;
 };
 
-/// `inverse` is S^-1 on the pattern of S at this state; null without corrections. A point that
-/// takes part.
+/// `inverse` is that of the system at this state; null without corrections. A point that takes part
+/// and is none of its bordered ones.
 [[nodiscard]] PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
                                               const BlockState& state,
-                                              const BlockSymmetricMatrix* inverse,
+                                              const CorrectionCovariance* inverse,
                                               std::size_t point);
+
+/// The same of one look, where a point has too many for all of them (CorrectionCovariance).
+[[nodiscard]] PointResiduals ResidualsOfLook(const AdjustmentProblem& problem,
+                                             const BlockState& state,
+                                             const CorrectionCovariance* inverse,
+                                             std::size_t point,
+                                             std::uint64_t look);
+
+/// Looks, residuals and information_1 of a point, the rest empty: without the square of its rows.
+[[nodiscard]] PointResiduals InformationOfPoint(const AdjustmentProblem& problem,
+                                                const BlockState& state,
+                                                std::size_t point);
 
 }  // namespace sarblock

@@ -77,7 +77,7 @@ SuspectSet FindSuspects(const PointResiduals& residuals, double separation_1) {
 }
 
 bool RestDetermines(const PointResiduals& residuals, const SuspectSet& set) {
-  if (set.looks.size() >= residuals.looks.size()) return false;
+  if (set.looks.size() >= residuals.looks_of_point) return false;
   Eigen::Matrix3d left = Eigen::Matrix3d::Identity();
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
     if (!IsRemoved(residuals, set, i)) continue;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "core/parallel.h"
 #include "covariance/point_sweep.h"
@@ -20,9 +21,10 @@ constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 struct Sweep {
   const AdjustmentProblem& problem;
   const BlockState& state;
+  const ReducedSystem& system;
   const std::vector<std::array<int, 2>>& component_of;
   std::size_t components;
-  std::optional<BlockSymmetricMatrix> inverse;  // C on the pattern of S; empty without corrections
+  std::optional<CorrectionCovariance> inverse;  // C on the pattern of S; empty without corrections
   bool couples = false;                         // points of all the block through C
 };
 
@@ -101,7 +103,7 @@ void AddPoint(const Sweep& sweep, std::size_t point, PointState* at, Partial* ou
     Complement(sweep.problem, factor, &at->columns);
     const Eigen::Index n = at->columns.width;
     b = Eigen::Map<const RowMajor>(at->columns.m.data(), m, n + 1).leftCols(n);
-    shared = b * BlocksOf(*sweep.inverse, at->columns) * b.transpose();
+    shared = b * BlocksOf(sweep.inverse->blocks, at->columns) * b.transpose();
   }
   VarianceSums& sums = out->sums;
   for (Eigen::Index i = 0; i < m; ++i) {
@@ -119,6 +121,96 @@ void AddPoint(const Sweep& sweep, std::size_t point, PointState* at, Partial* ou
     }
     if (sweep.couples) {
       AddNormals(sweep.problem, at->columns, b.row(i), &out->normals[static_cast<std::size_t>(k)]);
+    }
+  }
+}
+
+/// h += q' j of one row of a look, and normals, where given, += j' j.
+void AddRow(const ParameterLayout& layout,
+            const WhitenedLook& look,
+            std::size_t axis,
+            const Eigen::RowVector3d& q,
+            Eigen::MatrixXd* h,
+            Eigen::MatrixXd* normals) {
+  std::vector<std::pair<Eigen::Index, double>> row;
+  for (int b = 0, local = 0; b < look.columns.block_count; ++b) {
+    const ParameterBlock& block =
+        layout.blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
+    for (int c = 0; c < block.size; ++c, ++local) {
+      row.emplace_back(block.offset + c, look.row[axis][static_cast<std::size_t>(local)]);
+    }
+  }
+  for (const auto& [i, value] : row) {
+    h->col(i) += value * q.transpose();
+    if (normals == nullptr) continue;
+    for (const auto& [j, other] : row) (*normals)(i, j) += value * other;
+  }
+}
+
+/// What the rows of one component of a point add: G = sum q' q, H = sum q' j, the sum of |q|^2 and
+/// of b C b', with q a row of Q, j of J_c, b = j - q T.
+struct ComponentSums {
+  int rows = 0;
+  Eigen::Matrix3d g = Eigen::Matrix3d::Zero();
+  Eigen::MatrixXd h;  // 3 x corrections
+  double squares_1 = 0.0, shared_1 = 0.0;
+};
+
+/// A point of the border, which has too many rows for pairs of them:
+///
+///     sum p_ij^2      = [k = l] (n_k - 2 sum |q_i|^2) + tr(G_k G_l),     p_ij = [i = j] - q_i q_j'
+///     sum p_ij s_ij   = [k = l] sum s_ii - tr(U_k C U_l'),               s_ij = b_i C b_j'
+///     U_k             = H_k - G_k T,   M_k = sum j' j - T' H_k - H_k' T + T' G_k T
+///
+/// over i of component k and j of l. The square of s within the point stands in M where points are
+/// coupled; else it is left out with the rest of the coupling.
+void AddBorderedPoint(
+    const Sweep& sweep, std::size_t point, int row, PointState* at, Partial* out) {
+  const AdjustmentProblem& problem = sweep.problem;
+  const ParameterLayout& layout = problem.layout;
+  const Eigen::Index n = layout.size();
+  FactorPoint(problem, sweep.state, {}, 0.0, point, &at->factor);
+  const std::vector<LookCovariance> looks =
+      CovariancesOfLooks(problem, sweep.state, &*sweep.inverse, point);
+  const Eigen::MatrixXd t = sweep.system.matrix().border.middleRows(row, 3);
+  std::vector<ComponentSums> of(sweep.components);
+  for (ComponentSums& component : of) component.h.setZero(3, n);
+  VarianceSums& sums = out->sums;
+  for (std::size_t k = 0; k < looks.size(); ++k) {
+    const WhitenedLook& look = at->factor.looks[k];
+    const std::array<int, 2>& components = sweep.component_of[problem.block.looks.pass[look.look]];
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const int c = components[axis];
+      if (c < 0) continue;
+      const auto i = static_cast<Eigen::Index>(axis);
+      ComponentSums& component = of[static_cast<std::size_t>(c)];
+      const Eigen::RowVector3d q = looks[k].information_1.row(i);
+      const double own_1 = q.squaredNorm(), shared_1 = looks[k].adjusted_1(i, i) - own_1;
+      ++component.rows;
+      ++sums.looks[static_cast<std::size_t>(c)];
+      sums.square_1[c] += look.error_1[i] * look.error_1[i];
+      sums.redundancy_1[c] += 1.0 - own_1 - shared_1;
+      component.g += q.transpose() * q;
+      component.squares_1 += own_1;
+      component.shared_1 += shared_1;
+      Eigen::MatrixXd* normals =
+          sweep.couples ? &out->normals[static_cast<std::size_t>(c)] : nullptr;
+      AddRow(layout, look, axis, q, &component.h, normals);
+    }
+  }
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    const auto ki = static_cast<Eigen::Index>(k);
+    const Eigen::MatrixXd u = of[k].h - of[k].g * t;
+    const Eigen::MatrixXd c_u = sweep.system.SolveFor(u.transpose());
+    for (std::size_t l = 0; l < of.size(); ++l) {
+      const double of_p = of[k].g.cwiseProduct(of[l].g).sum();
+      const double of_s = c_u.transpose().cwiseProduct(of[l].h - of[l].g * t).sum();
+      sums.helmert_1(ki, static_cast<Eigen::Index>(l)) += of_p + 2.0 * of_s;
+    }
+    sums.helmert_1(ki, ki) += of[k].rows - 2.0 * of[k].squares_1 - 2.0 * of[k].shared_1;
+    if (sweep.couples) {
+      out->normals[k] +=
+          -t.transpose() * of[k].h - of[k].h.transpose() * t + t.transpose() * (of[k].g * t);
     }
   }
 }
@@ -144,7 +236,7 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
                           const ReducedSystem& system,
                           const std::vector<std::array<int, 2>>& component_of,
                           std::size_t component_count) {
-  Sweep sweep{problem, state, component_of, component_count, std::nullopt};
+  Sweep sweep{problem, state, system, component_of, component_count, std::nullopt};
   const std::size_t points = problem.block.points.size();
   std::size_t partials = std::clamp<std::size_t>(points / kPointsPerPartial, 1, kMostPartials);
   if (problem.layout.size() > 0) {
@@ -160,7 +252,13 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
     Partial& out = parts[part].emplace(sweep);
     PointState at;
     for (std::size_t point = begin; point < end; ++point) {
-      if (problem.Solves(point)) AddPoint(sweep, point, &at, &out);
+      if (!problem.Solves(point)) continue;
+      const int border_row = sweep.inverse ? sweep.inverse->bordered.RowOf(point) : -1;
+      if (border_row < 0) {
+        AddPoint(sweep, point, &at, &out);
+      } else {
+        AddBorderedPoint(sweep, point, border_row, &at, &out);
+      }
     }
   });
   Partial total(sweep);

@@ -63,7 +63,7 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, R
   } else if (!system.FactorDamped()) {
     throw std::runtime_error("singular");
   }
-  const BlockSymmetricMatrix inverse = system.SelectedInverse();
+  const CorrectionCovariance inverse = system.SelectedInverse();
   Covariances out;
   out.points = SweepPoints(problem, state, &inverse, false, nullptr, system.kept()).covariance_m2;
   for (int b = 0; b < inverse.block_count(); ++b) out.passes.emplace_back(inverse.Block(b, b));
@@ -75,7 +75,7 @@ double QualityRatio(const AdjustmentProblem& problem, const BlockState& state) {
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
   FactorRegular(&system);
-  const BlockSymmetricMatrix inverse = system.SelectedInverse();
+  const CorrectionCovariance inverse = system.SelectedInverse();
   double least_s[2] = {HUGE_VAL, HUGE_VAL};
   for (int round = 0; round < 5; ++round) {
     for (const bool quality : {false, true}) {

@@ -48,7 +48,7 @@ void SelectedInverse(benchmark::State& state) {
 
 void LeastSix(benchmark::State& state) {
   const BlockSymmetricMatrix matrix = PassGrid(state);
-  BlockCholesky cholesky(matrix);
+  BorderedCholesky cholesky(matrix);
   benchmark::DoNotOptimize(cholesky.Factorize(matrix));
   for (auto _ : state) {
     benchmark::DoNotOptimize(FindLeastEigenpairs(matrix, cholesky).values.sum());

@@ -114,7 +114,7 @@ class CovarianceTest : public testing::TestWithParam<Case> {
   AdjustmentProblem problem_;
   BlockState state_;
   std::optional<ReducedSystem> system_;
-  std::optional<BlockSymmetricMatrix> inverse_;
+  std::optional<CorrectionCovariance> inverse_;
 };
 
 // Invariance: factors kept from the sum of S are those computed anew, to the bit.
@@ -240,7 +240,7 @@ TEST_P(CovarianceTest, LeavesOutPointsThatAreNotSolved) {
   system_.emplace(problem_);
   system_->Form(state_, {}, nullptr);
   FactorRegular(&*system_);
-  const BlockSymmetricMatrix inverse = system_->SelectedInverse();
+  const CorrectionCovariance inverse = system_->SelectedInverse();
   const auto points = SweepPoints(problem_, state_, &inverse, false, nullptr).covariance_m2;
   for (const double value : points[6]) EXPECT_TRUE(std::isnan(value));
   EXPECT_TRUE(std::isfinite(points[5][0]));

@@ -82,7 +82,7 @@ Computed Compute(const ThinBlock& s) {
   system.Form(state, {}, nullptr);
   EXPECT_TRUE(system.weak_points().empty());
   const double condition_1 = FactorRegular(&system).condition_1;
-  const BlockSymmetricMatrix inverse = system.SelectedInverse();
+  const CorrectionCovariance inverse = system.SelectedInverse();
   const auto points = SweepPoints(problem, state, &inverse, false, nullptr).covariance_m2;
   const test::ExtendedCovariance exact = test::CovarianceInFiftyDigits(problem, s.groups, state);
   Computed out;

@@ -112,7 +112,7 @@ TEST(LookQualityTest, TheSweepIsTheDiagonalOfTheResidualCovariance) {
     ReducedSystem system(problem);
     system.Form(state, {}, nullptr);
     FactorRegular(&system);
-    const BlockSymmetricMatrix inverse = system.SelectedInverse();
+    const CorrectionCovariance inverse = system.SelectedInverse();
     const PointSweep sweep = SweepPoints(problem, state, &inverse, true, nullptr);
     for (std::size_t point = 0; point < known.block.points.size(); ++point) {
       const PointResiduals at = ResidualsOfPoint(problem, state, &inverse, point);

@@ -55,7 +55,7 @@ struct Floating {
   }
   /// Covariances of points in frame axes under a datum.
   [[nodiscard]] std::vector<SymmetricEnu> Points(const DatumTransform& datum) const {
-    const BlockSymmetricMatrix inverse = system->SelectedInverse();
+    const CorrectionCovariance inverse = system->SelectedInverse();
     auto points = SweepPoints(problem, state, &inverse, false, nullptr).covariance_m2;
     datum.Transform(problem, state, &points);
     return points;

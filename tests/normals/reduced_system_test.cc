@@ -83,7 +83,7 @@ TEST_P(ReducedSystemTest, IsTheSchurComplementOfTheDenseNormals) {
       unit.asDiagonal() * system_->SolveFor(s) * unit.cwiseInverse().asDiagonal();
   EXPECT_LT((product - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-15 * 50.0 * condition_1_);
   // The selected inverse holds the same blocks (the pattern is full here: all see all).
-  const Eigen::MatrixXd inverse = system_->SelectedInverse().ToDense();
+  const Eigen::MatrixXd inverse = system_->SelectedInverse().blocks.ToDense();
   EXPECT_LT((unit.asDiagonal() * inverse * s * unit.cwiseInverse().asDiagonal() -
              Eigen::MatrixXd::Identity(n, n))
                 .norm(),

@@ -37,8 +37,8 @@ BlockSymmetricMatrix WithWeakBlocks(unsigned seed, const std::vector<double>& le
 TEST(LeastEigenpairsTest, AgreeWithADenseDecomposition) {
   for (const unsigned seed : {3U, 4U, 5U}) {
     const BlockSymmetricMatrix matrix = WithWeakBlocks(seed, {3.1e-7, 2.3e-5, 4.7e-4});
-    BlockCholesky factor(matrix);
-    ASSERT_TRUE(factor.Factorize(matrix).positive_definite);
+    BorderedCholesky factor(matrix);
+    ASSERT_TRUE(factor.Factorize(matrix));
     LeastEigenpairOptions options;
     options.settle_below_1 = 1e-3;
     options.relative_change_1 = 1e-6;
@@ -61,8 +61,8 @@ TEST(LeastEigenpairsTest, FindTheWholeNullSpaceOfALiftedMatrix) {
   const BlockSymmetricMatrix matrix = WithWeakBlocks(7, {0.0, 0.0, 0.3});
   BlockSymmetricMatrix lifted = matrix;
   for (int b = 0; b < lifted.block_count(); ++b) lifted.Block(b, b).diagonal().array() += 1e-9;
-  BlockCholesky factor(lifted);
-  ASSERT_TRUE(factor.Factorize(lifted).positive_definite);
+  BorderedCholesky factor(lifted);
+  ASSERT_TRUE(factor.Factorize(lifted));
   const LeastEigenpairs pairs = FindLeastEigenpairs(matrix, factor);
   EXPECT_LT(std::abs(pairs.values[0]), 1e-15);
   EXPECT_LT(std::abs(pairs.values[1]), 1e-15);
@@ -76,8 +76,8 @@ TEST(LeastEigenpairsTest, AreAllOfThemForASmallMatrix) {  // hand values: 2 -+ 1
   BlockSymmetricMatrix matrix({1, 1}, {{1, 0}});
   matrix.Block(0, 0)(0, 0) = matrix.Block(1, 1)(0, 0) = 2.0;
   matrix.Block(1, 0)(0, 0) = -1.0;
-  BlockCholesky factor(matrix);
-  ASSERT_TRUE(factor.Factorize(matrix).positive_definite);
+  BorderedCholesky factor(matrix);
+  ASSERT_TRUE(factor.Factorize(matrix));
   const LeastEigenpairs pairs = FindLeastEigenpairs(matrix, factor);
   ASSERT_EQ(pairs.values.size(), 2);
   EXPECT_NEAR(pairs.values[0], 1.0, 1e-14);

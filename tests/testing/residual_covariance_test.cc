@@ -90,7 +90,7 @@ void ExpectDense(const test::BlockPlan& plan) {
   ReducedSystem system(at.problem);
   system.Form(at.state, {}, nullptr);
   FactorRegular(&system);
-  const BlockSymmetricMatrix inverse = system.SelectedInverse();
+  const CorrectionCovariance inverse = system.SelectedInverse();
   Eigen::Index row = 0;
   for (std::size_t point = 0; point < known.block.points.size(); ++point) {
     const PointResiduals residuals = ResidualsOfPoint(at.problem, at.state, &inverse, point);
@@ -136,7 +136,7 @@ TEST(ResidualCovarianceTest, TwoLooksHaveOneTest) {
   ReducedSystem system(at.problem);
   system.Form(at.state, {}, nullptr);
   FactorRegular(&system);
-  const BlockSymmetricMatrix inverse = system.SelectedInverse();
+  const CorrectionCovariance inverse = system.SelectedInverse();
   for (std::size_t point = 0; point < known.block.points.size(); ++point) {
     const PointResiduals residuals = ResidualsOfPoint(at.problem, at.state, &inverse, point);
     ASSERT_EQ(residuals.size(), 4);

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <utility>
+
+#include "block_cholesky.h"
+#include "block_matrix.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// S = A - T' T: A on a pattern of blocks, T a few rows over all columns, whose square would fill
+/// the pattern. Without rows S is A.
+struct BorderedMatrix {
+  BorderedMatrix() = default;
+  BorderedMatrix(BlockSymmetricMatrix a)  // NOLINT(google-explicit-constructor): S = A
+      : sparse(std::move(a)), border(0, sparse.rows()) {}
+  BorderedMatrix(BlockSymmetricMatrix a, Eigen::MatrixXd t)
+      : sparse(std::move(a)), border(std::move(t)) {}
+
+  BlockSymmetricMatrix sparse;  ///< A
+  Eigen::MatrixXd border;       ///< T, terms x rows()
+
+  [[nodiscard]] int rows() const { return sparse.rows(); }
+  [[nodiscard]] Eigen::VectorXd Diagonal() const;
+  [[nodiscard]] Eigen::MatrixXd ToDense() const;
+  [[nodiscard]] Eigen::VectorXd Multiply(const Eigen::Ref<const Eigen::VectorXd>& x) const;
+  /// D S D with the diagonal matrix D of rows() elements.
+  [[nodiscard]] BorderedMatrix Scaled(const Eigen::VectorXd& d) const;
+};
+
+/// `matrix` becomes D M D with the diagonal matrix D of its rows.
+void ScaleBlocks(const Eigen::VectorXd& d, BlockSymmetricMatrix* matrix);
+
+/// Parts of the inverse of a BorderedMatrix.
+struct BorderedInverse {
+  BlockSymmetricMatrix blocks;  ///< S^-1 on the pattern of A
+  Eigen::MatrixXd border;       ///< T S^-1, terms x rows
+};
+
+/// Factor of a BorderedMatrix: that of A, and that of what A leaves of the border (Golub and Van
+/// Loan, Matrix Computations, 2.1.4, Sherman, Morrison and Woodbury; the same arithmetic as
+/// eliminating A from [A T'; T I]):
+///
+///     Z = A^-1 T',   K = I - T Z,   S^-1 = A^-1 + Z K^-1 Z',   T S^-1 = K^-1 Z'
+///
+/// A is positive definite where S is. Costs a solution with as many columns as T has rows.
+class BorderedCholesky {
+ public:
+  explicit BorderedCholesky(const BlockSymmetricMatrix& pattern, std::span<const int> last = {})
+      : factor_(pattern, last) {}
+
+  /// False where S is not positive definite; then only Factorize may be called.
+  [[nodiscard]] bool Factorize(const BorderedMatrix& matrix);
+  /// Solves S X = B in place, any number of columns.
+  void Solve(Eigen::Ref<Eigen::MatrixXd> b) const;
+  [[nodiscard]] BorderedInverse SelectedInverse() const;
+
+ private:
+  BlockCholesky factor_;
+  Eigen::MatrixXd z_;  // Z, rows x terms
+  Eigen::MatrixXd k_;  // L of K = L L', in the lower triangle
+};
+
+}  // namespace sarblock
