@@ -219,9 +219,14 @@ void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
                       arguments->images,
                       isis ? "Cubes of ISIS (.cub) after spiceinit" : "ISDs (JSON) of USGSCSM");
   AddImportOutput(command, &arguments->output);
-  command->add_option(
-      "--serial", arguments->serials, "SERIAL=FILE: the image that a serial number means");
-  command->add_option("--serial-list", arguments->serial_lists, "File with lines SERIAL=FILE");
+  // One value each time: what follows may be an image.
+  command
+      ->add_option("--serial",
+                   arguments->serials,
+                   "SERIAL=FILE: the image that a serial number means; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--serial-list", arguments->serial_lists, "File with lines SERIAL=FILE")
+      ->allow_extra_args(false);
   command->add_option("--pixel-origin",
                       arguments->pixel_origin,
                       std::string("Line and sample of the first pixel's centre in the network, one "

@@ -62,6 +62,10 @@ NetworkLabel LabelOf(ByteSource* source) {
                      "is a network as text; a binary one is needed, which ISIS writes of it with "
                      "cnetpvl2bin");
   }
+  if (root.Find("ProtoBuffer") == nullptr) {
+    throw InputError(FilePlace{source->file(), 0, "ProtoBuffer"},
+                     "is missing in the label: a binary control network of ISIS (.net) is needed");
+  }
   const PvlObject& buffer = root.Child("ProtoBuffer");
   const PvlObject& info = buffer.Child("ControlNetworkInfo");
   NetworkLabel label;
@@ -88,7 +92,7 @@ NetworkLabel LabelOf(ByteSource* source) {
                             source->size()));
     }
   }
-  if (label.header.bytes > kLargestMessage && label.version == 5) {
+  if (label.header.bytes > kLargestMessage) {
     core.Fail("HeaderBytes", "is longer than 64 MiB, which no header is");
   }
   return label;

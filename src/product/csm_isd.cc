@@ -156,10 +156,10 @@ RadarImage ParseCsmIsd(std::string_view text, const std::string& file) {
 }
 
 RadarImage ReadCsmIsd(const std::string& file) {
-  constexpr std::uint64_t kLargest = 512U << 20U;
+  constexpr std::uint64_t kLargest = 32U << 20U;
   ByteSource source = ByteSource::OfFile(file);
   if (source.size() > kLargest) {
-    throw InputError(FilePlace{file, 0, ""}, "is larger than 512 MiB, which no ISD is");
+    throw InputError(FilePlace{file, 0, ""}, "is larger than 32 MiB, which no ISD is");
   }
   return ParseCsmIsd(source.Read(0, source.size(), "text"), file);
 }

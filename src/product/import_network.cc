@@ -361,11 +361,11 @@ class NetworkImporter {
     }
     const auto need = [&](double own, double of_pass, const char* axis) {
       if (!std::isnan(own) || !std::isnan(of_pass)) return;
-      fail(
-          fmt::format("the network gives no standard deviation of the {}; --{}-sigma-m gives one, "
-                      "--jigsaw-weights those of jigsaw",
-                      std::string_view(axis) == "range" ? "sample" : "line",
-                      axis));
+      fail(fmt::format(
+          "the network gives no standard deviation of the {}; --{}-sigma-m gives one{}",
+          std::string_view(axis) == "range" ? "sample" : "line",
+          axis,
+          image_of_pass_[pass_index]->jigsaw ? ", --jigsaw-weights that of jigsaw" : ""));
     };
     need(range_sigma_m, pass.sigma.range_m, "range");
     need(azimuth.sigma, pass.sigma.azimuth, "azimuth");

@@ -291,6 +291,8 @@ TEST_F(NetworkTest, NetworksThatCannotBeUsedSayWhereAndWhy) {
   EXPECT_THAT(refusal("points_bytes_lie.net"), HasSubstr("PointsBytes"));
   EXPECT_THAT(refusal("version_3.net"), HasSubstr("3 is not read, 2 and 5 are"));
   EXPECT_THAT(refusal("text.net"), HasSubstr("is a network as text"));
+  EXPECT_THAT(MessageOf<InputError>([] { return ReadControlNetwork(Own("cube/one.cub")); }),
+              HasSubstr("a binary control network of ISIS (.net) is needed"));
   EXPECT_THAT(refusal("truncated.net"), HasSubstr("are not in the file"));
   EXPECT_THAT(refusal("covariance_of_five.net"), HasSubstr("has 5 numbers, 6 are needed"));
 }

@@ -8,7 +8,7 @@
 
 namespace sarblock {
 
-/// Reads the image support data of USGSCSM's SAR model, JSON as ALE (isd_generate) writes it, 512
+/// Reads the image support data of USGSCSM's SAR model, JSON as ALE (isd_generate) writes it, 32
 /// MiB at most. Throws InputError with file and key for what is missing or makes no sense.
 /// docs/import_csm.md.
 [[nodiscard]] RadarImage ReadCsmIsd(const std::string& file);
