@@ -257,6 +257,62 @@ TEST_F(NetworkTest, UsgscsmDividesTheSpanOfPolynomialsByTheirNumber) {
   EXPECT_NEAR(usgscsm.looks.range_m[0], 50005.0, 1e-9);
 }
 
+// Hand arithmetic: twelve constants k^5 stand 1 s apart for USGSCSM. Eight of them give 5.5^5, four
+// at 1.5 (9 + 9 32 - 243) / 16, two at 0.5 the mean of 0 and 1.
+TEST_F(NetworkTest, UsgscsmInterpolatesWithFewerPolynomialsTowardsTheEnds) {
+  std::vector<RadarImage> images{fuzz::PlainImage("a")};
+  images[0].ground_range.clear();
+  for (int k = 0; k < 12; ++k) {
+    images[0].ground_range.push_back({k * 12.0 / 11.0, 0.0, {50000.0 + std::pow(k, 5), 0.5}});
+  }
+  ControlNetwork network;
+  network.serials = {"a"};
+  NetworkImportOptions options = WithSigma();
+  options.range_polynomial = RangePolynomialTimes::kUsgscsm;
+  for (const auto& [line_px, constant_m] : {std::pair{551.0, std::pow(5.5, 5)},
+                                            std::pair{151.0, (9.0 + 9.0 * 32.0 - 243.0) / 16.0},
+                                            std::pair{51.0, 0.5}}) {
+    network.points.assign(1, {});
+    network.points[0].id = "P";
+    network.points[0].measures = {{.line_px = line_px, .sample_px = 1.0}};
+    const Block block = ImportNetwork(network, images, options).block;
+    EXPECT_NEAR(block.looks.range_m[0], 50000.0 + constant_m, 1e-6) << line_px;
+  }
+}
+
+// Closed form: an even turn is the same from one attitude with its rate and from two.
+TEST_F(NetworkTest, OneAttitudeTurnsOnWithItsRate) {
+  const RadarImage two = ReadCsmIsd(Own("isd/one.json"));
+  const RadarImage one = ReadCsmIsd(Own("isd/one_attitude.json"));
+  ASSERT_EQ(one.states.size(), two.states.size());
+  for (std::size_t i = 0; i < two.states.size(); ++i) {
+    EXPECT_LT((one.states[i].position_m - two.states[i].position_m).norm(), 1e-4);
+    EXPECT_LT((one.states[i].velocity_mps - two.states[i].velocity_mps).norm(), 1e-7);
+  }
+}
+
+TEST_F(NetworkTest, TheWeightsOfJigsawComeFromTheLabel) {
+  const RadarImage image = Cubes()[0];
+  ASSERT_TRUE(image.jigsaw.has_value());
+  const double incidence_rad = 50.5 * std::acos(-1.0) / 180.0;
+  EXPECT_NEAR(image.jigsaw->range_m, 1.4 * 15.0 * 100.0 * 31.5 * std::sin(incidence_rad), 1e-6);
+  // The speed of a circular orbit, less the Moon's 5 m/s across it.
+  const double speed_mps = std::sqrt(4.9028e12 / 1787400.0);
+  EXPECT_NEAR(image.jigsaw->doppler_hz,
+              1.4 * 15.0 * 100.0 * 2.0 * speed_mps / image.wavelength_m * 30.5 *
+                  std::cos(incidence_rad) / 50000.0,
+              1e-4 * image.jigsaw->doppler_hz);
+  NetworkImportOptions options;
+  options.jigsaw_sigma = true;
+  const Block block = ImportNetwork(Moon(), Cubes(), options).block;
+  EXPECT_EQ(block.SigmaOf(0).range_m, image.jigsaw->range_m);
+  EXPECT_NEAR(
+      block.SigmaOf(0).azimuth,
+      image.jigsaw->doppler_hz * image.wavelength_m * block.looks.range_m[0] / (2.0 * speed_mps),
+      1e-4 * block.SigmaOf(0).azimuth);
+  EXPECT_THAT(Refusal(Moon(), Isds(), options), HasSubstr("the weights of jigsaw need a cube"));
+}
+
 TEST_F(NetworkTest, ACropCountsFromTheImageThatItIsOf) {
   const RadarImage whole = ReadIsisCube(Own("cube/one.cub"));
   const RadarImage crop = ReadIsisCube(Own("cube/crop.cub"));
