@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/block_files.h"
 #include "sarblock/product/import_block.h"
 
 #include <filesystem>
@@ -12,7 +10,8 @@
 
 #include "command_line.h"
 #include "commands.h"
-#include "io/output_folder.h"
+#include "import_network_command.h"
+#include "import_output.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
@@ -21,10 +20,8 @@ namespace {
 
 struct ImportArguments {
   std::vector<std::string> annotations, orbits;
-  std::string out;
   ImportOptions options;
-  bool gzip = false;
-  bool force = false;
+  ImportOutput output;
 };
 
 std::string ReadText(const std::string& file) {
@@ -65,7 +62,7 @@ std::string DescribeImport(const ImportArguments& arguments, const ImportedBlock
                  imported.block.passes.size(),
                  imported.block.points.size(),
                  imported.block.looks.size(),
-                 arguments.out);
+                 arguments.output.folder);
   return text;
 }
 
@@ -94,7 +91,7 @@ std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& im
                       {"message", Describe(row)}});
   }
   const nlohmann::json summary = {{"format", "sarblock-import 1"},
-                                  {"block", arguments.out},
+                                  {"block", arguments.output.folder},
                                   {"products", products},
                                   {"faulty_rows", faults},
                                   {"passes", imported.block.passes.size()},
@@ -105,11 +102,7 @@ std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& im
 }
 
 int RunImport(const ImportArguments& arguments, const Session& session) {
-  if (!session.dump_config) {
-    RequireFolderFor(FolderContent::kBlock,
-                     arguments.out,
-                     arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
-  }
+  RequireImportFolder(arguments.output, session);
   std::vector<Sentinel1Product> products;
   for (const std::string& file : arguments.annotations) {
     Step(session.progress.get(), "read", products.size(), arguments.annotations.size(), "products");
@@ -123,20 +116,7 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   const std::string only = arguments.annotations.size() == 1 ? arguments.annotations.front() : "";
   const ImportedBlock imported =
       Naming(only, [&] { return ImportProducts(products, orbits, arguments.options); });
-  std::vector<std::string> ids;
-  for (const Pass& pass : imported.block.passes) ids.push_back(pass.id);
-  // "given" with no table: nothing is corrected until --set, here or later, adds a group.
-  const AdjustOptions adjust =
-      ReadAdjustTable("[adjust]\ncorrections = \"given\"\n", "import", ids, session.set);
-  if (session.dump_config) {
-    fmt::print("{}", DumpAdjustTable(adjust));
-    return kAccepted;
-  }
-  WriteBlock(arguments.out,
-             imported.block,
-             adjust,
-             nullptr,
-             arguments.gzip ? Compression::kGzip : Compression::kNone);
+  if (!WriteImported(arguments.output, imported.block, session)) return kAccepted;
   for (const FaultyRow& row : imported.faults) session.Say("warning: " + Describe(row));
   for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
   if (session.json) {
@@ -147,22 +127,10 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   return kAccepted;
 }
 
-// Left out: the look's standard deviations are those of a pixel, the positions have none.
-void AddNumber(CLI::App* command,
-               const std::string& name,
-               std::optional<double>* value,
-               const std::string& help) {
-  command
-      ->add_option_function<double>(
-          name, [value](double given) { *value = given; }, help)
-      ->check(CLI::PositiveNumber);
-}
-
 void AddOptions(CLI::App* command, ImportArguments* arguments) {
   ImportOptions& options = arguments->options;
   command->add_option("annotations", arguments->annotations, "Annotation files (XML), SLC or GRD")
       ->required();
-  command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
   command->add_option(
       "--orbit", arguments->orbits, "Orbit files (EOF) instead of the annotated orbits");
   const std::map<std::string, PointRole> roles{
@@ -207,9 +175,7 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--id", options.pass_ids, "Ids of the passes, one a product");
-  command->add_option("--name", options.name, "Name of the block (left out: that of its folder)");
-  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
-  command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
+  AddImportOutput(command, &arguments->output);
 }
 
 }  // namespace
@@ -218,20 +184,16 @@ void AddImport(CLI::App* app, Session* session) {
   CLI::App* group = app->add_subcommand("import", "Make a block of products of others");
   group->require_subcommand(1);
   auto arguments = std::make_shared<ImportArguments>();
-  arguments->options.name.clear();
   CLI::App* command = group->add_subcommand(
       "sentinel1", "Of Sentinel-1 annotations: orbits, image rasters and geolocation grids");
   AddOptions(command, arguments.get());
   command->callback([=] {
     session->run = [=] {
-      if (arguments->options.name.empty()) {
-        const auto whole = std::filesystem::absolute(arguments->out).lexically_normal();
-        arguments->options.name =
-            (whole.has_filename() ? whole : whole.parent_path()).filename().string();
-      }
+      arguments->options.name = arguments->output.BlockName();
       return RunImport(*arguments, *session);
     };
   });
+  AddNetworkImports(group, session);
 }
 
 }  // namespace sarblock::cli

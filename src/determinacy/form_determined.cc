@@ -23,16 +23,21 @@ void LeaveOutWeakPoints(const ReducedSystem& system, AdjustmentProblem* problem)
 
 void RequireSolvable(const AdjustmentProblem& problem) {
   // Control points are known anyway: a block in which none of the others can be solved has no
-  // answer, however well its control fits.
+  // answer, however well its control fits. A point in no look that takes part asks for none.
   const Block& block = problem.block;
   const std::size_t points = block.points.size();
-  const bool only_control = std::all_of(block.points.role.begin(),
-                                        block.points.role.end(),
-                                        [](PointRole role) { return role == PointRole::kControl; });
+  const auto asks = [&block](std::size_t point) {
+    if (block.points.role[point] == PointRole::kControl) return false;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      if (!block.looks.rejected(i)) return true;
+    }
+    return false;
+  };
+  bool only_control = true;
+  for (std::size_t point = 0; point < points; ++point) only_control &= !asks(point);
   std::map<std::string, std::vector<std::string>> by_reason;
   for (std::size_t point = 0; point < points; ++point) {
-    const bool counts = only_control || block.points.role[point] != PointRole::kControl;
-    if (!counts) continue;
+    if (!only_control && !asks(point)) continue;
     if (problem.Solves(point)) return;
     by_reason[problem.point_reason[point]].emplace_back(block.points.ids[point]);
   }

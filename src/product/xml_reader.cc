@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "io/number.h"
+
 namespace sarblock {
 namespace {
 
@@ -15,18 +17,6 @@ std::string_view Trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kBlank);
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
-
-// As it appears in a message: shortened, nothing that a terminal would obey.
-std::string Quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
-  std::string quoted = "'" + std::string(text.substr(0, kLongest));
-  std::replace_if(
-      quoted.begin(),
-      quoted.end(),
-      [](char c) { return static_cast<unsigned char>(c) < 0x20; },
-      '?');
-  return quoted + (text.size() > kLongest ? "...'" : "'");
 }
 
 // A number in front of `text`, which it is taken from; a plus sign may stand before it.

@@ -41,7 +41,7 @@ class ImportTest : public test::CliTest {
     const std::size_t value = ColumnOf(rows, column), rejected = ColumnOf(rows, "rejected");
     double largest = 0.0;
     for (std::size_t i = 1; i < rows.size(); ++i) {
-      if (rows[i][rejected] == "1") continue;
+      if (rows[i][rejected] == "1" || rows[i][value].empty()) continue;  // empty: point not solved
       largest = std::max(largest, std::abs(std::stod(rows[i][value])));
     }
     return largest;
@@ -263,6 +263,66 @@ TEST_F(RealProductsTest, AnOrbitFileThatDoesNotCoverTheProductIsRefused) {
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("no orbit file covers this product (S1A, 2019-08-09T16:40:50Z"));
   EXPECT_THAT(run.err, HasSubstr("2023-08-23T12:31:39Z to 2023-08-23T15:49:09Z"));
+}
+
+// The network and images of tests/truth/moon_images.py: points and measures agree to a millimetre.
+TEST_F(ImportTest, AnOwnNetworkWithCubesOrIsdsBecomesABlockThatFits) {
+  const Path corpus(SARBLOCK_FUZZ_CORPUS);
+  const auto import = [&](const std::string& kind, const std::vector<std::string>& more) {
+    const std::string ending = kind == "isis" ? ".cub" : ".json";
+    const Path folder = corpus / (kind == "isis" ? "cube" : "isd");
+    std::vector<std::string> arguments{"import", kind, corpus / "network/moon.net"};
+    for (const char* name : {"one", "two"}) arguments.push_back(folder / (name + ending));
+    arguments.insert(arguments.end(),
+                     {"-o", folder_ / kind, "--range-sigma-m", "5", "--azimuth-sigma-m", "5"});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  };
+  const ProgramRun isis = import("isis", {"--json"});
+  ASSERT_EQ(isis.exit_code, 0) << isis.err;
+  const auto summary = nlohmann::json::parse(isis.out);
+  EXPECT_EQ(summary["looks"], 24);
+  EXPECT_EQ(summary["images"][1]["rejected"], 2);
+  const ProgramRun csm = import("csm", {"--pixel-origin", "1"});
+  ASSERT_EQ(csm.exit_code, 0) << csm.err;
+  EXPECT_EQ(csm.err, "");
+  for (const std::string kind : {"isis", "csm"}) {
+    EXPECT_EQ(Run("adjust", folder_ / kind, kind + ".result").exit_code, 0);
+    EXPECT_LT(Largest(kind + ".result", "range_residual_m"), 1e-3);
+    EXPECT_LT(Largest(kind + ".result", "azimuth_residual_m"), 1e-3);
+  }
+  EXPECT_THAT(import("csm", {}).err, HasSubstr("--pixel-origin 1,1 takes it up"));
+  const ProgramRun refused = import("csm", {"--pixel-origin", "1,x"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("pixel-origin: '1,x' is not allowed"));
+}
+
+TEST_F(ImportTest, ASerialListSaysWhichImageIsWhich) {
+  const Path corpus(SARBLOCK_FUZZ_CORPUS);
+  const auto import = [&](const std::string& list) {
+    return RunProgram({"import",
+                       "csm",
+                       corpus / "network/moon.net",
+                       "--serial-list",
+                       Put("list.txt", list),
+                       "-o",
+                       folder_ / "block",
+                       "--range-sigma-m",
+                       "5",
+                       "--azimuth-sigma-m",
+                       "5",
+                       "--pixel-origin",
+                       "1"});
+  };
+  const std::string one =
+      "LRO/MRFLRO/2012-03-04T05:06:07.890123=" + (corpus / "isd/one.json").string();
+  const std::string two =
+      "LRO/MRFLRO/2012-03-04T07:01:02.500000=" + (corpus / "isd/two.json").string();
+  const ProgramRun run = import("# serial number and file\n" + one + "\n\n" + two + "\n");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(import(one + "\nno sign\n").err,
+              HasSubstr("list.txt:2: 'no sign' is not SERIAL=FILE"));
+  EXPECT_THAT(import(one + "\n").err, HasSubstr("1 of 2 have no image"));
 }
 
 }  // namespace

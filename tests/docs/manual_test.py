@@ -53,7 +53,7 @@ class BashTest(unittest.TestCase):
 
     def test_completes_commands(self):
         self.assertEqual(self.complete("sarblock sim"), ["simulate"])
-        self.assertEqual(self.complete("sarblock import "), ["sentinel1"])
+        self.assertEqual(self.complete("sarblock import "), ["sentinel1", "isis", "csm"])
         self.assertIn("adjust", self.complete("sarblock "))
         self.assertIn("table1", self.complete("sarblock leberl t"))
 

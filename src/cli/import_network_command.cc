@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import_network_command.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/product/control_network.h"
+#include "sarblock/product/csm_isd.h"
+#include "sarblock/product/import_network.h"
+#include "sarblock/product/isis_cube.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+
+#include "command_line.h"
+#include "import_output.h"
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock::cli {
+namespace {
+
+enum class ImageKind { kIsis, kCsm };
+
+struct NetworkArguments {
+  ImageKind kind = ImageKind::kIsis;
+  std::string network;
+  std::vector<std::string> images, serials, serial_lists;
+  std::string pixel_origin;
+  NetworkImportOptions options;
+  ImportOutput output;
+};
+
+std::pair<std::string, std::string> SplitSerial(const std::string& text, const FilePlace& place) {
+  const std::size_t sign = text.find('=');
+  if (sign == std::string::npos || sign == 0 || sign + 1 == text.size()) {
+    throw InputError(place, "'" + text + "' is not SERIAL=FILE");
+  }
+  return {text.substr(0, sign), text.substr(sign + 1)};
+}
+
+// Of the options and of the lines of lists; blank lines and those that begin with # are skipped.
+std::vector<std::pair<std::string, std::string>> GivenSerials(const NetworkArguments& arguments) {
+  std::vector<std::pair<std::string, std::string>> serials;
+  for (const std::string& text : arguments.serials) {
+    serials.push_back(SplitSerial(text, FilePlace{"--serial", 0, ""}));
+  }
+  for (const std::string& file : arguments.serial_lists) {
+    std::ifstream stream(file);
+    if (!std::filesystem::is_regular_file(file) || !stream) {
+      throw InputError(FilePlace{file, 0, ""}, "cannot be opened, lines SERIAL=FILE are needed");
+    }
+    std::string line;
+    for (std::size_t number = 1; std::getline(stream, line); ++number) {
+      if (line.ends_with('\r')) line.pop_back();
+      if (line.find_first_not_of(" \t") == std::string::npos || line.starts_with('#')) continue;
+      serials.push_back(SplitSerial(line, FilePlace{file, number, ""}));
+    }
+  }
+  return serials;
+}
+
+// The image of a file that --serial names: one of those given, by path or name, or one more.
+std::size_t ImageOfFile(const std::string& file, std::vector<std::string>* images) {
+  const auto named = [&](const std::string& image) {
+    return image == file || std::filesystem::path(image).filename() == file;
+  };
+  const auto found = std::find_if(images->begin(), images->end(), named);
+  if (found != images->end()) return static_cast<std::size_t>(found - images->begin());
+  images->push_back(file);
+  return images->size() - 1;
+}
+
+// One number for line and sample, or LINE,SAMPLE.
+std::array<double, 2> PixelOrigin(const std::string& text) {
+  std::array<double, 2> origin_px{};
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  std::size_t count = 0;
+  while (count < origin_px.size()) {
+    const auto [stop, error] = std::from_chars(at, end, origin_px[count]);
+    if (error != std::errc() || !(std::abs(origin_px[count]) <= 10.0)) break;
+    ++count;
+    at = stop;
+    if (at == end || *at != ',') break;
+    ++at;
+  }
+  if (count == 0 || at != end) {
+    throw InputError("pixel-origin",
+                     "'" + text + "' is not allowed, a number or LINE,SAMPLE of -10 to 10 is");
+  }
+  if (count == 1) origin_px[1] = origin_px[0];
+  return origin_px;
+}
+
+std::string SigmaOfPass(const Pass& pass, bool jigsaw) {
+  if (jigsaw)
+    return fmt::format("{:.5g} m in range, by Doppler shift along track", pass.sigma.range_m);
+  const auto text = [](double sigma_m) {
+    return std::isnan(sigma_m) ? std::string("those of the network")
+                               : fmt::format("{:.3g} m", sigma_m);
+  };
+  return text(pass.sigma.range_m) + " in range, " + text(pass.sigma.azimuth) + " in azimuth";
+}
+
+std::string DescribeNetwork(const NetworkArguments& arguments,
+                            const ControlNetwork& network,
+                            const ImportedNetwork& imported) {
+  const Block& block = imported.block;
+  std::string text;
+  const auto out = std::back_inserter(text);
+  for (std::size_t i = 0; i < imported.images.size(); ++i) {
+    const ImportedImage& image = imported.images[i];
+    fmt::format_to(out,
+                   "{}: {} measures, {} rejected; serial number {}\n",
+                   image.pass,
+                   image.looks,
+                   image.rejected,
+                   image.serial);
+    fmt::format_to(out,
+                   "  standard deviations of its looks: {}\n",
+                   SigmaOfPass(block.passes[i], arguments.options.jigsaw_sigma));
+    if (image.offset_looks == 0) continue;
+    fmt::format_to(out,
+                   "  {} measures lie {:.2f} lines and {:.2f} samples (median) from their points' "
+                   "given positions\n",
+                   image.offset_looks,
+                   image.line_offset_px,
+                   image.sample_offset_px);
+  }
+  const auto control =
+      std::count(block.points.role.begin(), block.points.role.end(), PointRole::kControl);
+  fmt::format_to(out,
+                 "{}: network of version {}; {} passes, {} points ({} control), {} looks written "
+                 "to {}\n",
+                 block.name,
+                 network.version,
+                 block.passes.size(),
+                 block.points.size(),
+                 control,
+                 block.looks.size(),
+                 arguments.output.folder);
+  if (imported.fixed_points > 0) {
+    fmt::format_to(out,
+                   "  {} fixed points are held to {} m (--fixed-sigma-m)\n",
+                   imported.fixed_points,
+                   arguments.options.fixed_sigma_m);
+  }
+  return text;
+}
+
+std::string NetworkJson(const NetworkArguments& arguments,
+                        const ControlNetwork& network,
+                        const ImportedNetwork& imported) {
+  nlohmann::json images = nlohmann::json::array();
+  const auto number = [](double value) {
+    return std::isnan(value) ? nlohmann::json() : nlohmann::json(value);
+  };
+  for (const ImportedImage& image : imported.images) {
+    images.push_back({{"file", image.file},
+                      {"pass", image.pass},
+                      {"serial", image.serial},
+                      {"looks", image.looks},
+                      {"rejected", image.rejected},
+                      {"offset_looks", image.offset_looks},
+                      {"line_offset_px", number(image.line_offset_px)},
+                      {"sample_offset_px", number(image.sample_offset_px)}});
+  }
+  const nlohmann::json summary = {{"format", "sarblock-import 1"},
+                                  {"block", arguments.output.folder},
+                                  {"network", network.file},
+                                  {"network_version", network.version},
+                                  {"images", images},
+                                  {"passes", imported.block.passes.size()},
+                                  {"points", imported.block.points.size()},
+                                  {"looks", imported.block.looks.size()},
+                                  {"warnings", imported.warnings}};
+  return summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+int RunNetworkImport(const NetworkArguments& arguments, const Session& session) {
+  RequireImportFolder(arguments.output, session);
+  NetworkImportOptions options = arguments.options;
+  options.name = arguments.output.BlockName();
+  if (!arguments.pixel_origin.empty()) {
+    options.pixel_origin_px = PixelOrigin(arguments.pixel_origin);
+  }
+  std::vector<std::string> files = arguments.images;
+  for (const auto& [serial, file] : GivenSerials(arguments)) {
+    options.serials.push_back({serial, ImageOfFile(file, &files)});
+  }
+  const ControlNetwork network = ReadControlNetwork(arguments.network);
+  std::vector<RadarImage> images;
+  for (const std::string& file : files) {
+    Step(session.progress.get(), "read", images.size(), files.size(), "images");
+    images.push_back(arguments.kind == ImageKind::kIsis ? ReadIsisCube(file) : ReadCsmIsd(file));
+  }
+  const ImportedNetwork imported = ImportNetwork(network, images, options);
+  if (!WriteImported(arguments.output, imported.block, session)) return kAccepted;
+  for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
+  if (session.json) {
+    fmt::print("{}\n", NetworkJson(arguments, network, imported));
+  } else {
+    session.Show(DescribeNetwork(arguments, network, imported));
+  }
+  return kAccepted;
+}
+
+void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
+  const bool isis = arguments->kind == ImageKind::kIsis;
+  NetworkImportOptions& options = arguments->options;
+  command->add_option("network", arguments->network, "Control network (.net) of version 2 or 5")
+      ->required();
+  command->add_option("images",
+                      arguments->images,
+                      isis ? "Cubes of ISIS (.cub) after spiceinit" : "ISDs (JSON) of USGSCSM");
+  AddImportOutput(command, &arguments->output);
+  // One value each time: what follows may be an image.
+  command
+      ->add_option("--serial",
+                   arguments->serials,
+                   "SERIAL=FILE: the image that a serial number means; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--serial-list", arguments->serial_lists, "File with lines SERIAL=FILE")
+      ->allow_extra_args(false);
+  command->add_option("--pixel-origin",
+                      arguments->pixel_origin,
+                      std::string("Line and sample of the first pixel's centre in the network, one "
+                                  "number or LINE,SAMPLE (left out: ") +
+                          (isis ? "1, of ISIS)" : "0.5, of CSM)"));
+  const std::map<std::string, RangePolynomialTimes> polynomials{
+      {"times", RangePolynomialTimes::kGiven}, {"usgscsm", RangePolynomialTimes::kUsgscsm}};
+  command
+      ->add_option("--range-polynomial",
+                   options.range_polynomial,
+                   "Ground range polynomials: at their times, or as USGSCSM spaces them")
+      ->transform(ChoiceOf(polynomials))
+      ->default_str("times");
+  AddNumber(command,
+            "--range-sigma-m",
+            &options.range_sigma_m,
+            "Standard deviation in range of measures to which the network gives none");
+  AddNumber(command,
+            "--azimuth-sigma-m",
+            &options.azimuth_sigma_m,
+            "The same along track, at the target");
+  if (isis) {
+    command->add_flag("--jigsaw-weights",
+                      options.jigsaw_sigma,
+                      "The standard deviations that jigsaw gives measures of Mini-RF instead");
+  }
+  AddNumber(command,
+            "--control-sigma-m",
+            &options.control_sigma_m,
+            "Standard deviation, each axis, of constrained points without a covariance");
+  command
+      ->add_option("--fixed-sigma-m",
+                   options.fixed_sigma_m,
+                   "Standard deviation, each axis, that fixed points are held with")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  AddNumber(command,
+            "--height-sigma-m",
+            &options.height_sigma_m,
+            "Hold the heights of free points that have a position, as jigsaw holds radii");
+  command->add_option("--id", options.pass_ids, "Ids of the passes, one an image");
+  command->add_flag(
+      "--leave-out-missing",
+      [&options](std::int64_t) { options.missing = MissingImages::kLeaveOut; },
+      "Leave out measures in images that are not given");
+}
+
+}  // namespace
+
+void AddNetworkImports(CLI::App* group, Session* session) {
+  const auto add = [&](ImageKind kind, const char* name, double origin_px, const char* help) {
+    auto arguments = std::make_shared<NetworkArguments>();
+    arguments->kind = kind;
+    arguments->options.pixel_origin_px = {origin_px, origin_px};
+    CLI::App* const command = group->add_subcommand(name, help);
+    AddNetworkOptions(command, arguments.get());
+    command->callback(
+        [=] { session->run = [=] { return RunNetworkImport(*arguments, *session); }; });
+  };
+  add(ImageKind::kIsis,
+      "isis",
+      1.0,
+      "Of a control network and cubes of ISIS: paths, image rasters, measures");
+  add(ImageKind::kCsm, "csm", 0.5, "Of a control network of ISIS and ISDs of USGSCSM's SAR model");
+}
+
+}  // namespace sarblock::cli

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import_output.h"
+
+#include "sarblock/io/adjust_table.h"
+#include "sarblock/io/block_files.h"
+
+#include <filesystem>
+#include <vector>
+
+#include "io/output_folder.h"
+#include <fmt/core.h>
+
+namespace sarblock::cli {
+
+std::string ImportOutput::BlockName() const {
+  if (!name.empty()) return name;
+  const auto whole = std::filesystem::absolute(folder).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
+void AddImportOutput(CLI::App* command, ImportOutput* output) {
+  command->add_option("-o,--output", output->folder, "Folder of the block to write")->required();
+  command->add_option("--name", output->name, "Name of the block (left out: that of its folder)");
+  command->add_flag("--gzip", output->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_flag("--force", output->force, "Write into a folder that holds other files");
+}
+
+void RequireImportFolder(const ImportOutput& output, const Session& session) {
+  if (session.dump_config) return;
+  RequireFolderFor(FolderContent::kBlock,
+                   output.folder,
+                   output.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+}
+
+bool WriteImported(const ImportOutput& output, const Block& block, const Session& session) {
+  std::vector<std::string> ids;
+  for (const Pass& pass : block.passes) ids.push_back(pass.id);
+  // "given" with no table: nothing is corrected until --set, here or later, adds a group.
+  const AdjustOptions adjust =
+      ReadAdjustTable("[adjust]\ncorrections = \"given\"\n", "import", ids, session.set);
+  if (session.dump_config) {
+    fmt::print("{}", DumpAdjustTable(adjust));
+    return false;
+  }
+  WriteBlock(
+      output.folder, block, adjust, nullptr, output.gzip ? Compression::kGzip : Compression::kNone);
+  return true;
+}
+
+void AddNumber(CLI::App* command,
+               const std::string& name,
+               std::optional<double>* value,
+               const std::string& help) {
+  command
+      ->add_option_function<double>(
+          name, [value](double given) { *value = given; }, help)
+      ->check(CLI::PositiveNumber);
+}
+
+}  // namespace sarblock::cli

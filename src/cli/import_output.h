@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+
+#include <optional>
+#include <string>
+
+#include "session.h"
+#include <CLI/CLI.hpp>
+
+namespace sarblock::cli {
+
+/// Where and how an imported block is written; the same for every kind of product.
+struct ImportOutput {
+  std::string folder, name;
+  bool gzip = false;
+  bool force = false;
+
+  /// `name`, or the folder's own where none was given.
+  [[nodiscard]] std::string BlockName() const;
+};
+
+/// Adds -o, --name, --gzip and --force.
+void AddImportOutput(CLI::App* command, ImportOutput* output);
+
+/// Refuses a folder that the block cannot be written to, before anything is read.
+void RequireImportFolder(const ImportOutput& output, const Session& session);
+
+/// Writes the block with the `[adjust]` table that --set asks for. With --dump-config it prints
+/// that table instead and returns false.
+[[nodiscard]] bool WriteImported(const ImportOutput& output,
+                                 const Block& block,
+                                 const Session& session);
+
+/// An option that is a number above 0; left out, `value` stays empty.
+void AddNumber(CLI::App* command,
+               const std::string& name,
+               std::optional<double>* value,
+               const std::string& help);
+
+}  // namespace sarblock::cli
