@@ -112,6 +112,11 @@ void AddGlobalOptions(CLI::App* app, Session* session) {
   app->add_flag("--dump-config", session->dump_config, "Print the effective configuration and end");
 }
 
+void AddForce(CLI::App* command, ForeignFiles* foreign, const std::string& help) {
+  command->add_flag_callback(
+      "--force", [foreign] { *foreign = ForeignFiles::kReplace; }, help);
+}
+
 void MakeProgress(Session* session) {
   auto bar = std::make_unique<TerminalProgress>(!session->quiet && isatty(STDERR_FILENO) == 1);
   session->clear_bar = [bar = bar.get()] { bar->Clear(); };
