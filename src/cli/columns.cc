@@ -2,9 +2,6 @@
 #include "columns.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {
@@ -59,23 +56,6 @@ std::string FitColumns(std::string_view text) {
     begin = end + 1;
   }
   return out;
-}
-
-std::string ValueWithSigma(double value, double sigma) {
-  if (!(sigma > 0.0) || !std::isfinite(value) || !std::isfinite(sigma)) {
-    return fmt::format("{:.6g} +- {:.2g}", value, sigma);
-  }
-  const int second_digit = static_cast<int>(std::floor(std::log10(sigma))) - 1;
-  constexpr int kFixedDecimals = 7, kFixedDigits = 9;
-  const double larger = std::max(std::abs(value), sigma);
-  if (second_digit >= -kFixedDecimals && larger < std::pow(10.0, kFixedDigits)) {
-    const int decimals = std::max(0, -second_digit);
-    const double unit = std::pow(10.0, second_digit);
-    const auto rounded = [&](double x) { return decimals > 0 ? x : unit * std::round(x / unit); };
-    return fmt::format("{:.{}f} +- {:.{}f}", rounded(value), decimals, rounded(sigma), decimals);
-  }
-  const int digits = static_cast<int>(std::floor(std::log10(larger))) - second_digit;
-  return fmt::format("{:.{}e} +- {:.1e}", value, std::clamp(digits, 1, 16), sigma);
 }
 
 }  // namespace sarblock::cli

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "columns.h"
+#include "core/number_text.h"
 #include "core/units.h"
 #include "print_realism.h"
 #include "testing/quality_summary.h"
