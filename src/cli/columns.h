@@ -15,4 +15,7 @@ inline constexpr std::size_t kColumns = 80;
 /// and so does a word that is longer than a line.
 [[nodiscard]] std::string FitColumns(std::string_view text);
 
+/// The same for the text of --help: what follows a broken line begins below its description.
+[[nodiscard]] std::string FitHelp(std::string_view text);
+
 }  // namespace sarblock::cli

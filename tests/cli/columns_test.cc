@@ -25,6 +25,15 @@ TEST(FitColumnsTest, LeavesTablesAndLongWordsAsTheyAre) {
   EXPECT_EQ(FitColumns(""), "");
 }
 
+TEST(FitHelpTest, GoesOnBelowTheDescription) {
+  std::string eight;
+  for (int i = 0; i < 8; ++i) eight += kTen;
+  EXPECT_EQ(
+      FitHelp("  --force     " + eight),
+      "  --force     " + eight.substr(0, 59) + "\n" + std::string(14, ' ') + eight.substr(60, 19));
+  EXPECT_EQ(FitHelp("  --force     " + kTen), "  --force     " + kTen);
+}
+
 TEST(FitColumnsTest, CountsCharactersNotBytes) {
   std::string text;
   for (int i = 0; i < 80; ++i) text += "\xC3\xA4";  // a-umlaut
