@@ -87,7 +87,7 @@ class Axis {
     double last = -1.0;
     const auto add = [&](double value) {
       const double part = Part(value);
-      const bool small = value > 0.0 && value < 1.0 && most >= 5.0;  // counts are whole
+      const bool small = value > 0.0 && value < 1.0;  // counts are whole
       if (small || part < -1e-9 || part > 1.0 + 1e-9 || part - last < kRoom) return;
       ticks_.push_back({value, true});
       last = part;
