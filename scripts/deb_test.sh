@@ -13,8 +13,8 @@ source "$(dirname -- "${BASH_SOURCE[0]}")/lib.sh"
 build=$(realpath -- "${1:-$root/build/release}")
 clean=${2:-$root/build/debian-root}
 [[ $(id -u) -eq 0 ]] || fail "a clean system needs root"
-for tool in debootstrap dpkg-shlibdeps chroot; do
-  command -v "$tool" > /dev/null || fail "$tool is missing (packages debootstrap, dpkg-dev)"
+for tool in debootstrap dpkg-shlibdeps file chroot; do
+  command -v "$tool" > /dev/null || fail "$tool is missing (packages debootstrap, dpkg-dev, file)"
 done
 
 step "Make the packages of $build"

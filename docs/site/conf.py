@@ -5,6 +5,7 @@ The pages are read where they stand, and links, anchors and headings are those o
 the parts of the navigation are those of docs/README.md, docs/theory/README.md within its part."""
 import pathlib
 import re
+import shutil
 
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
@@ -17,7 +18,8 @@ author = "the sarblock authors"
 release = re.search(r"project\(sarblock VERSION (\S+)", CMAKE).group(1)
 root_doc = "README"
 include_patterns = ["*.md", "docs/**.md", "datasets/**.md"]
-extensions = ["myst_parser"]
+extensions = ["myst_parser", *(["sphinx.ext.graphviz"] if shutil.which("dot") else [])]
+graphviz_output_format = "svg"
 myst_heading_anchors = 6
 smartquotes = False
 highlight_language = "none"
@@ -45,7 +47,19 @@ def toctree(title, names, **options):
                       *(f"/{name.removesuffix('.md')}" for name in names), "```", ""])
 
 
+def drawn(page):
+    """The page with its diagrams (mermaid, arrows alone) for graphviz, where that is."""
+    def graph(block):
+        edges = re.findall(r"^ +(\w+) --> (\w+)$", block.group(1), flags=re.M)
+        lines = [f"  {below} -> {above} [dir=back];" for above, below in edges]
+        style = "  node [shape=box, fontname=\"sans-serif\", fontsize=11];"
+        return "\n".join(["```{graphviz}", "digraph {", "  ranksep=0.3;", style, *lines, "}", "```"])
+
+    return re.sub(r"```mermaid\nflowchart BT\n(.*?)```", graph, page, flags=re.S) if shutil.which("dot") else page
+
+
 def add_navigation(app, name, source):
+    source[0] = drawn(source[0])
     if name == "README":
         source[0] += toctree("", ["docs/README.md"])
         for title, names in list(listed("docs/README.md"))[1:]:
@@ -59,5 +73,5 @@ def add_navigation(app, name, source):
 
 def setup(app: Sphinx):
     app.add_lexer("csv", TextLexer)
-    app.add_lexer("mermaid", TextLexer)  # a diagram on a code host, its source here
+    app.add_lexer("mermaid", TextLexer)  # a diagram on a code host, its source without graphviz
     app.connect("source-read", add_navigation)

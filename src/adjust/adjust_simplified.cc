@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjust_simplified.h"
 
-#include <array>
-#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "adjust_given.h"
+#include "core/number_text.h"
 #include "selection/simplification_choice.h"
 #include "selection/simplifications.h"
 
 namespace sarblock {
-namespace {
-
-std::string Short(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2g", value);
-  return text.data();
-}
-
-}  // namespace
-
 AdjustResult AdjustSimplified(const Block& block,
                               const AdjustOptions& options,
                               const Simplified& simplified,
@@ -61,8 +50,8 @@ AdjustResult AdjustSimplified(const Block& block,
     bounds[k].gain_1 = said[k].gain_1;
     bounds[k].taken = said[k].taken && holds;
     if (said[k].taken && !holds) {
-      bounds[k].verdict =
-          "taken first and given up: the full model moved a point by " + Short(shift_1) + " sigma";
+      bounds[k].verdict = "taken first and given up: the full model moved a point by " +
+                          Digits(shift_1, 2) + " sigma";
     } else if (bounds[k].allowed && said[k].allowed) {
       bounds[k].verdict = said[k].verdict;
     } else if (bounds[k].allowed) {

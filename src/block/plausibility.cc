@@ -4,13 +4,12 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <utility>
 
 #include "copies.h"
+#include "core/number_text.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -26,11 +25,7 @@ constexpr double kPassPart_1 = 0.05, kPointPart_1 = 0.03;
 /// Of the height: what terrain may take off the shortest range.
 constexpr double kHeightPart_1 = 0.5;
 
-std::string Short(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
-}
+std::string Short(double value) { return Digits(value, 4); }
 
 std::string Km(double length_m) { return Short(1e-3 * length_m) + " km"; }
 

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <map>
 #include <utility>
 
+#include "core/number_text.h"
 #include "flight/recording.h"
 
 namespace sarblock {
@@ -57,12 +57,6 @@ RecordingEffect EffectOf(const RecordedPath& read, const TargetOfPass& target, d
   out.noise = read.noise;
   out.fit = read.fit;
   return out;
-}
-
-std::string Digits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
 }
 
 /// A recording and the ways to read it.
@@ -118,9 +112,9 @@ class Ways {
 };
 
 std::string Parts(const RecordingEffect& effect) {
-  return "noise of states " + Digits(effect.noise_m) + " m, velocities that contradict positions " +
-         Digits(effect.contradiction_m) + " m, between states " + Digits(effect.interpolation_m) +
-         " m";
+  return "noise of states " + Digits(effect.noise_m, 3) +
+         " m, velocities that contradict positions " + Digits(effect.contradiction_m, 3) +
+         " m, between states " + Digits(effect.interpolation_m, 3) + " m";
 }
 
 std::string Named(PathThrough through) {
@@ -130,15 +124,15 @@ std::string Named(PathThrough through) {
 /// Why kAuto took what it took.
 std::string WhyChosen(const RecordingEffect& chosen, const RecordingEffect& states) {
   if (std::isnan(chosen.azimuth_sigma_m)) return "no look says how far a target is: states";
-  const std::string sigma = " m (sigma of azimuth " + Digits(chosen.azimuth_sigma_m) + " m)";
+  const std::string sigma = " m (sigma of azimuth " + Digits(chosen.azimuth_sigma_m, 3) + " m)";
   if (chosen.through == PathThrough::kStates) {
     return chosen.Matters()
-               ? "the states move points along track by " + Digits(chosen.Total_m()) + sigma +
+               ? "the states move points along track by " + Digits(chosen.Total_m(), 3) + sigma +
                      ", no other way by less"
-               : "the states move points along track by " + Digits(chosen.Total_m()) + sigma;
+               : "the states move points along track by " + Digits(chosen.Total_m(), 3) + sigma;
   }
   return std::string(NameOf(chosen.through)) + " moves points along track by " +
-         Digits(chosen.Total_m()) + sigma + ", the states by " + Digits(states.Total_m()) +
+         Digits(chosen.Total_m(), 3) + sigma + ", the states by " + Digits(states.Total_m(), 3) +
          " m: " + Parts(states);
 }
 
@@ -189,15 +183,16 @@ std::string RecordingWarning(const Block& block, const std::vector<Remark>& alik
   const RecordingEffect& effect = block.passes[worst.pass].recorded.effect;
   std::string text = "pass " + block.passes[worst.pass].id + ": its recorded flight, read " +
                      Named(effect.through) + ", moves points along track by " +
-                     Digits(effect.Total_m()) +
+                     Digits(effect.Total_m(), 3) +
                      " m (root mean square at the largest range: " + Parts(effect) +
-                     "), sigma of azimuth is " + Digits(effect.azimuth_sigma_m) + " m";
+                     "), sigma of azimuth is " + Digits(effect.azimuth_sigma_m, 3) + " m";
   if (worst.remedy != worst.through) {
     text += ": " + Named(worst.remedy) + " in its trajectory makes that " +
-            Digits(worst.remedied_m) + " m";
+            Digits(worst.remedied_m, 3) + " m";
   } else {
     text += ", and no other way to read it is better: better or denser states are needed, or " +
-            Digits(std::hypot(effect.azimuth_sigma_m, effect.Total_m())) + " m as sigma of azimuth";
+            Digits(std::hypot(effect.azimuth_sigma_m, effect.Total_m()), 3) +
+            " m as sigma of azimuth";
   }
   constexpr std::size_t kNamed = 5;
   std::size_t others = 0;
@@ -230,8 +225,8 @@ std::string FitWarning(const Pass& pass) {
         const double factor_1 = std::sqrt(ratio);
         if (factor_1 <= kFactor_1 && factor_1 >= 1.0 / kFactor_1) return;
         if (ChiSquareInterval(kLevel, freedom).Contains(ratio * freedom)) return;
-        text += (text.empty() ? "" : "; ") + std::string(what) + " are off by " + Digits(factor_1) +
-                " times what " + key + " = " + Digits(given) + " says";
+        text += (text.empty() ? "" : "; ") + std::string(what) + " are off by " +
+                Digits(factor_1, 3) + " times what " + key + " = " + Digits(given, 3) + " says";
       };
   test("positions", "sigma_m", sigma.position_m, fit->position_1, fit->position_freedom);
   test("velocities", "sigma_mps", sigma.velocity_mps, fit->velocity_1, fit->velocity_freedom);

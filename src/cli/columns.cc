@@ -2,9 +2,6 @@
 #include "columns.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include <fmt/core.h>
 
 namespace sarblock::cli {
 namespace {
@@ -17,22 +14,19 @@ std::size_t WidthOf(std::string_view text) {
   }));
 }
 
-void AppendFitted(std::string_view line, std::string* out) {
-  const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
-  const std::string_view words = line.substr(indent);
-  if (WidthOf(line) <= kColumns || words.find("   ") != std::string_view::npos) {
-    out->append(line);
-    return;
-  }
-  out->append(indent, ' ');
-  std::size_t width = indent;
+/// The line with its words from `begin` on broken at spaces, lines after the first indented by
+/// `rest`.
+void AppendBroken(std::string_view line, std::size_t begin, std::size_t rest, std::string* out) {
+  out->append(line.substr(0, begin));
+  const std::string_view words = line.substr(begin);
+  std::size_t width = WidthOf(line.substr(0, begin));
   bool first = true;
-  for (std::size_t begin = 0; begin < words.size();) {
-    const std::size_t end = std::min(words.find(' ', begin), words.size());
-    const std::string_view word = words.substr(begin, end - begin);
+  for (std::size_t at = 0; at < words.size();) {
+    const std::size_t end = std::min(words.find(' ', at), words.size());
+    const std::string_view word = words.substr(at, end - at);
     if (!first && width + 1 + WidthOf(word) > kColumns) {
-      out->append("\n").append(indent + kHanging, ' ');
-      width = indent + kHanging;
+      out->append("\n").append(rest, ' ');
+      width = rest;
       first = true;
     }
     if (!first) {
@@ -42,18 +36,40 @@ void AppendFitted(std::string_view line, std::string* out) {
     out->append(word);
     width += WidthOf(word);
     first = false;
-    begin = end + 1;
+    at = end + 1;
   }
 }
 
-}  // namespace
+std::size_t IndentOf(std::string_view line) {
+  return std::min(line.find_first_not_of(' '), line.size());
+}
 
-std::string FitColumns(std::string_view text) {
+void AppendFitted(std::string_view line, std::string* out) {
+  const std::size_t indent = IndentOf(line);
+  if (WidthOf(line) <= kColumns || line.substr(indent).find("   ") != std::string_view::npos) {
+    out->append(line);
+  } else {
+    AppendBroken(line, indent, indent + kHanging, out);
+  }
+}
+
+void AppendFittedHelp(std::string_view line, std::string* out) {
+  std::size_t begin = IndentOf(line);
+  const std::size_t gap = line.find("  ", begin);
+  if (gap != std::string_view::npos) begin = gap + IndentOf(line.substr(gap));
+  if (WidthOf(line) <= kColumns) {
+    out->append(line);
+  } else {
+    AppendBroken(line, begin, begin, out);
+  }
+}
+
+std::string EachLine(std::string_view text, void (*append)(std::string_view, std::string*)) {
   std::string out;
   out.reserve(text.size() + text.size() / 16);
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = text.find('\n', begin);
-    AppendFitted(text.substr(begin, end - begin), &out);
+    append(text.substr(begin, end - begin), &out);
     if (end == std::string_view::npos) break;
     out.push_back('\n');
     begin = end + 1;
@@ -61,21 +77,10 @@ std::string FitColumns(std::string_view text) {
   return out;
 }
 
-std::string ValueWithSigma(double value, double sigma) {
-  if (!(sigma > 0.0) || !std::isfinite(value) || !std::isfinite(sigma)) {
-    return fmt::format("{:.6g} +- {:.2g}", value, sigma);
-  }
-  const int second_digit = static_cast<int>(std::floor(std::log10(sigma))) - 1;
-  constexpr int kFixedDecimals = 7, kFixedDigits = 9;
-  const double larger = std::max(std::abs(value), sigma);
-  if (second_digit >= -kFixedDecimals && larger < std::pow(10.0, kFixedDigits)) {
-    const int decimals = std::max(0, -second_digit);
-    const double unit = std::pow(10.0, second_digit);
-    const auto rounded = [&](double x) { return decimals > 0 ? x : unit * std::round(x / unit); };
-    return fmt::format("{:.{}f} +- {:.{}f}", rounded(value), decimals, rounded(sigma), decimals);
-  }
-  const int digits = static_cast<int>(std::floor(std::log10(larger))) - second_digit;
-  return fmt::format("{:.{}e} +- {:.1e}", value, std::clamp(digits, 1, 16), sigma);
-}
+}  // namespace
+
+std::string FitColumns(std::string_view text) { return EachLine(text, AppendFitted); }
+
+std::string FitHelp(std::string_view text) { return EachLine(text, AppendFittedHelp); }
 
 }  // namespace sarblock::cli

@@ -15,8 +15,7 @@ inline constexpr std::size_t kColumns = 80;
 /// and so does a word that is longer than a line.
 [[nodiscard]] std::string FitColumns(std::string_view text);
 
-/// A value and its standard deviation > 0, both rounded to the second digit of the latter:
-/// "-0.99978 +- 0.00031", "1234570 +- 120".
-[[nodiscard]] std::string ValueWithSigma(double value, double sigma);
+/// The same for the text of --help: what follows a broken line begins below its description.
+[[nodiscard]] std::string FitHelp(std::string_view text);
 
 }  // namespace sarblock::cli

@@ -107,7 +107,12 @@ std::string ExplainUsage(const CLI::App& app, const std::vector<std::string>& ar
     return "'" + argument + "' is no command of " + command->get_name() +
            DidYouMean(NearestName(argument, below));
   }
-  return {};
+  const std::vector<std::string> below = CommandNames(*command);
+  const bool options = std::any_of(arguments.begin(), arguments.end(), [](const auto& argument) {
+    return argument.starts_with("-");
+  });
+  if (below.empty() || options) return {};
+  return fmt::format("{} needs a command: {}", command->get_name(), fmt::join(below, ", "));
 }
 
 }  // namespace sarblock::cli

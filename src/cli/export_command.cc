@@ -9,6 +9,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "exchange/export_target.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
@@ -22,6 +23,7 @@ struct ExportArguments {
   double confidence_percent = 0.0;
   bool no_ellipses = false;
   bool no_cross = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
   ExportOptions options;
 };
 
@@ -71,6 +73,7 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   const std::filesystem::path out =
       arguments.out.empty() ? std::filesystem::path(arguments.result) / DefaultExportName(format)
                             : std::filesystem::path(arguments.out);
+  RequireTargetFor(format, out, arguments.foreign);
   const ExportReport report =
       Naming(arguments.result, [&] { return ExportResult(result, format, out, options); });
   for (const std::string& warning : report.warnings) session.Say("sarblock: warning: " + warning);
@@ -117,6 +120,7 @@ void AddExport(CLI::App* app, Session* session) {
       ->capture_default_str();
   command->add_option(
       "--mission", arguments->options.mission, "eof: satellite, such as Sentinel-1A");
+  AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
   command->callback([=] { session->run = [=] { return RunExport(*arguments, *session); }; });
 }
 

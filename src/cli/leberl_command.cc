@@ -179,11 +179,11 @@ int PrintExaggeration(const leberl::StereoConfiguration& c, const Session& sessi
              view.second_look_rad * kDegPerRad,
              view.intersection_rad * kDegPerRad);
   fmt::print(
-      "best viewing: look angles of 37 to 67 deg {}, intersection of 12 to 15 deg {}, "
-      "look angles not below 40 deg {}\n",
+      "best viewing: look angles of 37 to 67 deg {}, not below 40 deg {};\n"
+      "    intersection angle of 12 to 15 deg {}\n",
       kept(view.looks_within_37_and_67_deg),
-      kept(view.intersection_within_12_and_15_deg),
-      kept(view.looks_not_below_40_deg));
+      kept(view.looks_not_below_40_deg),
+      kept(view.intersection_within_12_and_15_deg));
   return kAccepted;
 }
 

@@ -73,20 +73,20 @@ int PrintErrors(const ErrorsInput& input, const Session& session) {
     fmt::print("{}\n", json.dump(2));
     return kAccepted;
   }
-  fmt::print("{:<44}{:>14}{:>14}{:>14}\n", "error of the point [m]", "dx", "dy", "dz");
+  fmt::print("{:<40}{:>13}{:>13}{:>13}\n", "error of the point [m]", "dx", "dy", "dz");
   const auto line = [](const char* name, const PointError& e) {
-    fmt::print("{:<44}{:>14.6f}{:>14.6f}{:>14.6f}\n", name, e.dx_m, e.dy_m, e.dz_m);
+    fmt::print("{:<40}{:>13.6f}{:>13.6f}{:>13.6f}\n", name, e.dx_m, e.dy_m, e.dz_m);
   };
   line("formula (Eq. 13-15)", formula);
   line("formula with the derived sign of dydot0", derived);
   line("derivative of the intersection", derivative);
   line("exact intersection", *exact);
   if (noise) {
-    fmt::print("{:<58}{:>14.6f}{:>14.6f}\n",
+    fmt::print("{:<53}{:>13.6f}{:>13.6f}\n",
                "sigma_y, sigma_z by range noise (Eq. 25)",
                noise->sigma_y_m,
                noise->sigma_z_m);
-    fmt::print("{:<58}{:>14.6f}{:>14.6f}\n",
+    fmt::print("{:<53}{:>13.6f}{:>13.6f}\n",
                "covariance of the intersection",
                rigorous_noise->sigma_y_m,
                rigorous_noise->sigma_z_m);

@@ -23,7 +23,9 @@ void WriteCase(const ValidityCase& of, CsvWriter* csv) {
       .Number(of.terrain_ratio_1);
 }
 
-int WriteValidity(const fs::path& folder, const Session& session) {
+int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& session) {
+  RequireFilesFor(
+      folder, {"source,arrangement,look_deg,", "<!-- written by sarblock -->"}, foreign);
   const ValidityOptions options;
   MakeFolder(folder);
   CsvWriter map(folder / "validity_map.csv",
@@ -78,12 +80,13 @@ int WriteValidity(const fs::path& folder, const Session& session) {
 
 void AddLeberlValidity(CLI::App* leberl, Session* session) {
   const auto folder = std::make_shared<std::string>();
+  const auto foreign = std::make_shared<ForeignFiles>(ForeignFiles::kRefuse);
   CLI::App* command = leberl->add_subcommand(
       "validity", "Maps of the difference between the formulas and the exact intersection");
   command->add_option("-o,--output", *folder, "folder to write to")->required();
-  command->callback([session, folder] {
-    session->run = [session, folder] { return WriteValidity(*folder, *session); };
-  });
+  AddForce(command, foreign.get());
+  command->callback(
+      [=] { session->run = [=] { return WriteValidity(*folder, *foreign, *session); }; });
 }
 
 }  // namespace sarblock::cli

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "columns.h"
 #include "command_line.h"
 #include "commands.h"
 #include "definitions.h"
@@ -87,6 +88,9 @@ int Main(int argc, char** argv) {
   const std::vector<std::string> arguments = ArgumentsOf(argc, argv);
   try {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::CallForHelp&) {
+    fmt::print("{}", FitHelp(app.help()));
+    return kAccepted;
   } catch (const CLI::Success& success) {
     static_cast<void>(app.exit(success));
     return kAccepted;
@@ -95,7 +99,7 @@ int Main(int argc, char** argv) {
     if (mistake.empty()) {
       static_cast<void>(app.exit(error));
     } else {
-      Tell("sarblock: " + mistake + "\nRun with --help for more information.");
+      Tell(FitColumns("sarblock: " + mistake + "\nRun with --help for more information."));
     }
     return kWrongUsage;
   }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <iterator>
 
+#include "core/number_text.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {
@@ -32,9 +33,8 @@ std::string DescribeVarianceComponents(const AdjustResult& result) {
   for (std::size_t k = 0; k < std::min(kShown, report.components.size()); ++k) {
     const VarianceComponent& c = report.components[k];
     const std::string after =
-        c.estimated
-            ? fmt::format("{:.4g} +- {:.2g} {}", c.sigma_after(), c.sigma_deviation(), c.unit)
-            : std::string("held");
+        c.estimated ? ValueWithSigma(c.sigma_after(), c.sigma_deviation()) + " " + c.unit
+                    : std::string("held");
     fmt::format_to(out,
                    "    {:<14} {:<7} {:>8} {:>11.1f} {:>11.4g} {:>20}\n",
                    c.group,

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "columns.h"
+#include "core/number_text.h"
 #include "core/units.h"
 #include "print_realism.h"
 #include "testing/quality_summary.h"
@@ -318,6 +319,14 @@ std::string DescribeResult(const Block& block,
 
 namespace {
 
+/// A row whose first cell is the name of a pass; a name too long for its column stands alone above
+/// the others.
+std::string RowOf(const std::string& pass, std::size_t width, const std::string& cells) {
+  std::string row = fmt::format("  {:<{}} {}\n", pass, width, cells);
+  if (row.size() <= kColumns + 1) return row;
+  return fmt::format("  {}\n      {}\n", pass, cells);
+}
+
 /// What the recordings do to a point, where they are told from ideal ones.
 void PrintRecordings(const Block& block, Out out) {
   constexpr double kTold_1 = 1e-3;  // of the sigma of azimuth
@@ -340,13 +349,15 @@ void PrintRecordings(const Block& block, Out out) {
                      "azimuth sigma");
     }
     fmt::format_to(out,
-                   "  {:<14} {:<9} {:9.4f} {:13.4f} {:14.4f} {:13.4f}\n",
-                   pass.id,
-                   NameOf(effect.through),
-                   effect.noise_m,
-                   effect.contradiction_m,
-                   effect.interpolation_m,
-                   effect.azimuth_sigma_m);
+                   "{}",
+                   RowOf(pass.id,
+                         14,
+                         fmt::format("{:<9} {:9.4g} {:13.4g} {:14.4g} {:13.4g}",
+                                     NameOf(effect.through),
+                                     effect.noise_m,
+                                     effect.contradiction_m,
+                                     effect.interpolation_m,
+                                     effect.azimuth_sigma_m)));
     if (!effect.why.empty()) fmt::format_to(out, "    {}\n", effect.why);
   }
   if (told > kShown) fmt::format_to(out, "  and {} passes more\n", told - kShown);
@@ -402,13 +413,15 @@ std::string DescribeBlock(const Block& block) {
   for (std::size_t i = 0; i < std::min(kShown, block.passes.size()); ++i) {
     const Pass& pass = block.passes[i];
     fmt::format_to(out,
-                   "  {:<20} {:<6} {:8} {:8} {:14.6f} {:14.6f}\n",
-                   pass.id,
-                   pass.side == LookSide::kLeft ? "left" : "right",
-                   pass.RecordedStates().size(),
-                   looks_of_pass[i],
-                   pass.start_s,
-                   pass.end_s);
+                   "{}",
+                   RowOf(pass.id,
+                         20,
+                         fmt::format("{:<6} {:8} {:8} {:14.6f} {:14.6f}",
+                                     pass.side == LookSide::kLeft ? "left" : "right",
+                                     pass.RecordedStates().size(),
+                                     looks_of_pass[i],
+                                     pass.start_s,
+                                     pass.end_s)));
   }
   if (block.passes.size() > kShown) {
     fmt::format_to(out, "  and {} passes more\n", block.passes.size() - kShown);

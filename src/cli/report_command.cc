@@ -4,6 +4,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/report/report.h"
 
+#include <filesystem>
 #include <memory>
 
 #include <fmt/core.h>
@@ -15,14 +16,20 @@ namespace {
 struct ReportArguments {
   std::vector<std::string> folders;
   std::string out;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
 };
 
 int RunReport(const ReportArguments& arguments, const Session& session) {
   ProgressSink* progress = session.progress.get();
-  const ReportFile report =
-      arguments.folders.size() == 1
-          ? WriteReport(arguments.folders[0], arguments.out, progress)
-          : WriteComparison(arguments.folders[0], arguments.folders[1], arguments.out, progress);
+  const std::vector<std::string>& folders = arguments.folders;
+  const bool two = folders.size() == 2;
+  std::filesystem::path out = arguments.out;
+  if (out.empty()) {
+    out = std::filesystem::path(folders.back()) / (two ? "comparison.html" : "report.html");
+  }
+  RequireFileFor(out, {kReportMark}, arguments.foreign);
+  const ReportFile report = two ? WriteComparison(folders[0], folders[1], out, progress)
+                                : WriteReport(folders[0], out, progress);
   if (session.json) {
     const nlohmann::json summary = {{"format", "sarblock-report 1"},
                                     {"file", report.file.string()},
@@ -52,6 +59,7 @@ void AddReport(CLI::App* app, Session* session) {
   command->add_option("-o,--output",
                       arguments->out,
                       "File to write (report.html in the folder, comparison.html in the second)");
+  AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
   command->callback([=] { session->run = [=] { return RunReport(*arguments, *session); }; });
 }
 

@@ -11,6 +11,7 @@
 #include "columns.h"
 #include "core/parallel.h"
 #include "environment.h"
+#include "remaining_time.h"
 #include <fmt/core.h>
 #include <unistd.h>
 
@@ -38,10 +39,7 @@ class TerminalProgress final : public ProgressSink {
     if (!visible_) return;
     using Seconds = std::chrono::duration<double>;
     const auto now = std::chrono::steady_clock::now();
-    if (stage != stage_) {
-      stage_ = stage;
-      stage_begin_ = now;
-    }
+    const auto left_s = remaining_.Update(stage, done, total, Seconds(now - begin_).count());
     constexpr double kQuiet_s = 2.0, kEvery_s = 0.1;
     if (Seconds(now - begin_).count() < kQuiet_s) return;
     if (Seconds(now - last_).count() < kEvery_s && done != total) return;
@@ -53,10 +51,7 @@ class TerminalProgress final : public ProgressSink {
       const int filled = static_cast<int>(part * kWidth);
       line +=
           fmt::format("[{:=<{}}{:{}}] {:3.0f} %", "", filled, "", kWidth - filled, 100.0 * part);
-      const double spent_s = Seconds(now - stage_begin_).count();
-      if (done > 0 && done < total) {
-        line += fmt::format("  {:.0f} s left", spent_s * (1.0 - part) / part);
-      }
+      if (left_s) line += fmt::format("  {:.0f} s left", *left_s);
     }
     if (!detail.empty()) line += fmt::format("  {}", detail);
     if (line.size() >= kColumns) line.resize(kColumns - 1);  // one line, or it would scroll
@@ -78,9 +73,8 @@ class TerminalProgress final : public ProgressSink {
  private:
   bool visible_;
   bool shown_ = false;
-  std::string stage_;
+  RemainingTime remaining_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::chrono::steady_clock::time_point stage_begin_ = begin_;
   std::chrono::steady_clock::time_point last_ = begin_;
 };
 
@@ -110,6 +104,11 @@ void AddGlobalOptions(CLI::App* app, Session* session) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false);
   app->add_flag("--dump-config", session->dump_config, "Print the effective configuration and end");
+}
+
+void AddForce(CLI::App* command, ForeignFiles* foreign, const std::string& help) {
+  command->add_flag_callback(
+      "--force", [foreign] { *foreign = ForeignFiles::kReplace; }, help);
 }
 
 void MakeProgress(Session* session) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "exit_code.h"
+#include "io/output_folder.h"
 #include <CLI/CLI.hpp>
 
 namespace sarblock::cli {
@@ -48,6 +49,11 @@ auto Naming(const std::string& input, const Work& work) {
 /// Adds the global options; the bar is made by MakeProgress once they are parsed.
 void AddGlobalOptions(CLI::App* app, Session* session);
 void MakeProgress(Session* session);
+
+/// Adds --force, which writes over files of others; `foreign` begins as kRefuse.
+void AddForce(CLI::App* command,
+              ForeignFiles* foreign,
+              const std::string& help = "Write into a folder that holds other files");
 
 /// Ctrl-C asks the running work to end between steps; a second one ends at once. Temporary files
 /// are removed both ways; a folder that was being written is cleared by the next run into it.

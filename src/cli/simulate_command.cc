@@ -20,7 +20,7 @@ struct SimulateArguments {
   std::string scene;
   std::string out;
   bool gzip = false;
-  bool force = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
 };
 
 int RunSimulate(const SimulateArguments& arguments, const Session& session) {
@@ -28,9 +28,7 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
     fmt::print("{}\n", EffectiveSceneText(arguments.scene, session.set));
     return kAccepted;
   }
-  RequireFolderFor(FolderContent::kBlock,
-                   arguments.out,
-                   arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+  RequireFolderFor(FolderContent::kBlock, arguments.out, arguments.foreign);
   const ThreadLimit limit(session.Threads());
   const Scene scene = ReadScene(arguments.scene, session.set);
   const SimulatedBlock simulated =
@@ -71,7 +69,7 @@ void AddSimulate(CLI::App* app, Session* session) {
   command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
   command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
-  command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
+  AddForce(command, &arguments->foreign);
   command->callback([=] { session->run = [=] { return RunSimulate(*arguments, *session); }; });
 }
 

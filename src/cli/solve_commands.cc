@@ -28,7 +28,7 @@ struct SolveArguments {
   bool strict = false;
   bool gzip = false;
   bool report = false;
-  bool force = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
   std::string rejections;
 };
 
@@ -76,9 +76,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
                      "is the folder of the block, whose tables the result would overwrite; any "
                      "other folder is allowed");
   }
-  RequireFolderFor(FolderContent::kResult,
-                   arguments.out,
-                   arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+  RequireFolderFor(FolderContent::kResult, arguments.out, arguments.foreign);
   if (!file.adjust.rejections_file.empty()) {
     const std::size_t rejected =
         ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
@@ -133,7 +131,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
   command->add_option("-o,--output", arguments->out, "Folder of the result to write")->required();
   command->add_flag("--strict", arguments->strict, "Exit code 1 also if a test failed");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
-  command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
+  AddForce(command, &arguments->foreign);
   command->add_flag(
       "--report", arguments->report, "Write report.html into the result's folder as well");
   command->add_option("--rejections",

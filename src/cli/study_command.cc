@@ -40,6 +40,7 @@ struct StudyArguments {
   std::string file;
   std::string out;
   bool restart = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
 };
 
 void WriteFile(const std::filesystem::path& path, const std::string& text) {
@@ -54,13 +55,16 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
     return kAccepted;
   }
   const std::filesystem::path folder = arguments.out;
+  RequireFolderFor(FolderContent::kStudy, folder, arguments.foreign);
+  const bool replaces = arguments.foreign == ForeignFiles::kReplace &&
+                        !HoldsOurs(FolderContent::kStudy, folder);  // nothing to go on from
   const ThreadLimit limit(session.Threads());
   PreparedStudy study = Naming(
       arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
   StudyRows rows(
       folder,
       {kind.name, study.plan.columns, study.plan.tasks.size(), std::move(study.identity)},
-      arguments.restart ? StudyStart::kRestart : StudyStart::kResume);
+      arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume);
   if (rows.kept() > 0) {
     session.Say(fmt::format("sarblock: {} of {} parts of the study are there already",
                             rows.kept(),
@@ -116,6 +120,7 @@ void AddStudy(CLI::App* app, Session* session) {
     command->add_option("-o,--output", arguments->out, "Folder to write to")->required();
     command->add_flag(
         "--restart", arguments->restart, "Compute all rows anew, whatever the folder holds");
+    AddForce(command, &arguments->foreign);
     command->callback([=, &kind] {
       session->run = [=, &kind] { return RunOneStudy(kind, *arguments, *session); };
     });

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
 
+#include "core/number_text.h"
 #include "flight/track_axes.h"
 
 namespace sarblock {
@@ -21,11 +21,7 @@ struct Kind {
   std::string words;
 };
 
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string Number(double value) { return Digits(value, 3); }
 
 Kind OfPosition(const Parameter& parameter) {
   constexpr std::array kOfTrack = {Family::kAlong, Family::kAcross, Family::kUp};

@@ -83,6 +83,15 @@ Hypothesis ScaledStates(const Names& passes, bool positions, bool velocities, do
   return out;
 }
 
+/// Estimates how fast the axes turn, from `rate` on.
+void EstimateTurning(double rate, Hypothesis* out) {
+  out->free = true;
+  out->value = rate;
+  out->step = 1e-3 * std::abs(rate);
+  out->unit = "rad/s";
+  out->numbers = Rotations();
+}
+
 /// From axes that do not turn, aligned with the body's at time 0, to the body's.
 Hypothesis InertialStates(const Names& passes, double rate) {
   Hypothesis out = EditedStates(passes, "path.inertial", [](StateVector* state, double value) {
@@ -91,11 +100,7 @@ Hypothesis InertialStates(const Names& passes, double rate) {
     state->position_m = back * state->position_m;
     state->velocity_mps = back * state->velocity_mps - value * axis.cross(state->position_m);
   });
-  out.free = true;
-  out.value = rate;
-  out.step = 1e-3 * std::abs(rate);
-  out.unit = "rad/s";
-  out.numbers = Rotations();
+  EstimateTurning(rate, &out);
   out.says = [passes](const Size& size) {
     return "the states of " + PassWords(passes) +
            " are in inertial axes, not in those of the turning body: rate " + size.text;
@@ -111,11 +116,7 @@ Hypothesis InertialVelocities(const Names& passes, double rate) {
       EditedStates(passes, "path.inertial_velocity", [](StateVector* state, double value) {
         state->velocity_mps -= value * Eigen::Vector3d::UnitZ().cross(state->position_m);
       });
-  out.free = true;
-  out.value = rate;
-  out.step = 1e-3 * std::abs(rate);
-  out.unit = "rad/s";
-  out.numbers = Rotations();
+  EstimateTurning(rate, &out);
   out.says = [passes](const Size& size) {
     return "the velocities of " + PassWords(passes) +
            " are inertial, the positions body-fixed: rate " + size.text;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/number_text.h"
+
 namespace sarblock {
 namespace {
 
@@ -33,26 +35,11 @@ std::string Percent(double part_1) {
 
 }  // namespace
 
-std::string Short(double value) { return Print("%.4g", value); }
+std::string Short(double value) { return Digits(value, 4); }
 
 Size SizeOf(double value, double sigma, const std::string& unit) {
-  Size size{value, sigma, ""};
-  const std::string of_unit = unit.empty() || unit == "1" ? "" : " " + unit;
-  if (!(sigma > 0.0) || !std::isfinite(sigma)) {
-    size.text = Print("%.6g", value) + of_unit;
-    return size;
-  }
-  const int exponent = static_cast<int>(std::floor(std::log10(sigma)));
-  const bool tiny = std::abs(value) < 1e-3 && exponent < -6;
-  if (tiny || exponent > 6) {
-    const int digits =
-        static_cast<int>(std::floor(std::log10(std::max(std::abs(value), sigma)))) - exponent + 1;
-    size.text = Print("%.*e +- %.1e", std::clamp(digits, 1, 15), value, sigma) + of_unit;
-    return size;
-  }
-  const int decimals = std::clamp(1 - exponent, 0, 12);
-  size.text = Print("%.*f +- %.*f", decimals, value, decimals, sigma) + of_unit;
-  return size;
+  const bool none = unit.empty() || unit == "1";
+  return {value, sigma, ValueWithSigma(value, sigma) + (none ? "" : " " + unit)};
 }
 
 std::string Equals(const std::vector<KnownNumber>& numbers, double value, double sigma) {

@@ -272,8 +272,8 @@ class GeopackageWriter {
     std::string when = created ? UtcText(*created) : "1970-01-01T00:00:00Z";
     when.insert(when.size() - 1, ".000");
     Insert contents(database_,
-                    "INSERT INTO gpkg_contents (table_name, data_type, identifier, last_change, "
-                    "srs_id) VALUES (?,'features',?,?,?)");
+                    "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, "
+                    "last_change, srs_id) VALUES (?,'features',?,'written by sarblock',?,?)");
     contents.Text(name).Text(name).Text(when).Integer(system_).Row();
     Insert column(database_, "INSERT INTO gpkg_geometry_columns VALUES (?,'geom',?,?,?,0)");
     column.Text(name).Text(type).Integer(system_).Integer(z).Row();

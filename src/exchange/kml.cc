@@ -35,7 +35,7 @@ class KmlWriter {
     std::string hint;  // Google Earth shows the bodies it knows
     const std::string& body = view_.result.frame.ellipsoid().name;
     if (body == "Moon" || body == "Mars") hint = body == "Moon" ? "target=moon" : "target=mars";
-    Add("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+    Add("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- written by sarblock -->\n");
     Add("<kml xmlns=\"http://www.opengis.net/kml/2.2\"{}>\n<Document>\n<name>{}</name>\n",
         hint.empty() ? "" : " hint=\"" + hint + "\"",
         XmlText(view_.result.summary.block));

@@ -289,6 +289,10 @@ void WriteSites(const std::filesystem::path& file,
 
 }  // namespace
 
+std::filesystem::path SitesOf(std::filesystem::path sinex) {
+  return sinex.replace_extension(".sites.csv");
+}
+
 void WriteSinex(const std::filesystem::path& file, const ExportView& view, ExportReport* report) {
   CheckOptions(view);
   const SinexCovariance covariance = FormCovariance(view);
@@ -298,8 +302,7 @@ void WriteSinex(const std::filesystem::path& file, const ExportView& view, Expor
   writer.Sites();
   writer.Estimates(covariance);
   writer.Matrix(covariance);
-  std::filesystem::path sites = file;
-  sites.replace_extension(".sites.csv");
+  const std::filesystem::path sites = SitesOf(file);
   WriteSites(sites, view, writer.codes());
   writer.Finish();
   report->files = {file, sites};

@@ -5,18 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <string>
 
 #include "newton_polynomial.h"
 
 namespace sarblock {
-namespace {
-
-constexpr std::size_t kContradictionHalf = 4;  // nine positions, centred
-
-}  // namespace
-
 std::vector<StateVector> ResampleOrbit(const std::vector<StateVector>& states,
                                        double step_s,
                                        OrbitThrough through) {
@@ -40,19 +33,6 @@ std::vector<StateVector> ResampleOrbit(const std::vector<StateVector>& states,
     }
   }
   return dense;
-}
-
-double VelocityContradiction_mps(const std::vector<StateVector>& states) {
-  constexpr std::size_t kCount = 2 * kContradictionHalf + 1;
-  double largest_mps = 0.0;
-  for (std::size_t first = 0; first + kCount <= states.size(); ++first) {
-    const std::span<const StateVector> nine(&states[first], kCount);
-    const NewtonPolynomial polynomial(nine, OrbitThrough::kPositions);
-    const StateVector& middle = states[first + kContradictionHalf];
-    largest_mps = std::max(
-        largest_mps, (polynomial.At(middle.time_s).velocity_mps - middle.velocity_mps).norm());
-  }
-  return largest_mps;
 }
 
 }  // namespace sarblock

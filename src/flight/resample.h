@@ -19,10 +19,4 @@ namespace sarblock {
                                                      double step_s,
                                                      OrbitThrough through);
 
-/// How far velocities and positions contradict each other: largest length of the difference between
-/// a given velocity and the derivative of the polynomial through the positions around it [m/s].
-/// Only states with four others on both sides count, where the polynomial is accurate to 1e-4 m/s
-/// for states 10 s apart in a low orbit; 0 where there is none.
-[[nodiscard]] double VelocityContradiction_mps(const std::vector<StateVector>& states);
-
 }  // namespace sarblock

@@ -88,6 +88,16 @@ std::array<double, 9> DerivativeWeights(std::span<const StateVector> nine) {
   return weight;
 }
 
+/// The velocity in the middle less the derivative of the polynomial through the positions.
+Eigen::Vector3d ContradictionOf(std::span<const StateVector> nine,
+                                const std::array<double, 9>& weight) {
+  Eigen::Vector3d difference = nine[4].velocity_mps;
+  for (std::size_t i = 0; i < nine.size(); ++i) {
+    difference -= weight[i] * (nine[i].position_m - nine[4].position_m);
+  }
+  return difference;
+}
+
 }  // namespace
 
 StateNoise EstimateStateNoise(std::span<const StateVector> states) {
@@ -118,12 +128,8 @@ double Contradiction_mps(std::span<const StateVector> states, const StateNoise& 
     for (std::size_t k = begin; k < end; ++k) {
       const std::span<const StateVector> nine = states.subspan(k, kNine);
       const std::array<double, 9> weight = DerivativeWeights(nine);
-      Eigen::Vector3d difference = nine[4].velocity_mps;
-      for (std::size_t i = 0; i < kNine; ++i) {
-        difference -= weight[i] * (nine[i].position_m - nine[4].position_m);
-        of_position[k - begin + i] += weight[i] / count;
-      }
-      mean += Across(difference, nine[4].velocity_mps) / count;
+      for (std::size_t i = 0; i < kNine; ++i) of_position[k - begin + i] += weight[i] / count;
+      mean += Across(ContradictionOf(nine, weight), nine[4].velocity_mps) / count;
     }
     double variance = noise.velocity_mps * noise.velocity_mps / count;
     for (const double weight : of_position) {
@@ -137,6 +143,16 @@ double Contradiction_mps(std::span<const StateVector> states, const StateNoise& 
   const bool noiseless = !(expected > 0.0);
   if (!noiseless && whitened <= ChiSquareQuantile(kLevel, 2.0 * windows)) return 0.0;
   return std::sqrt(std::max(0.0, square - expected) / windows);
+}
+
+double LargestContradiction_mps(std::span<const StateVector> states) {
+  constexpr std::size_t kNine = 9;
+  double largest_mps = 0.0;
+  for (std::size_t first = 0; first + kNine <= states.size(); ++first) {
+    const std::span<const StateVector> nine = states.subspan(first, kNine);
+    largest_mps = std::max(largest_mps, ContradictionOf(nine, DerivativeWeights(nine)).norm());
+  }
+  return largest_mps;
 }
 
 }  // namespace sarblock

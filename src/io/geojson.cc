@@ -52,8 +52,8 @@ class Writer {
     ellipse_text_ = content.confidence_1
                         ? NumberText(100.0 * *content.confidence_1) + " percent, true size"
                         : "1 sigma, true size";
-    out_.Write("{\"type\":\"FeatureCollection\",\"name\":" + JsonText(content.name) +
-               ",\"features\":[");
+    out_.Write("{\"type\":\"FeatureCollection\",\"generator\":\"sarblock\",\"name\":" +
+               JsonText(content.name) + ",\"features\":[");
   }
 
   void Point(std::size_t i) {

@@ -52,6 +52,17 @@ bool IsBlockOfOurs(const fs::path& folder) {
   return TextOf(folder / "block.toml").starts_with(kWrittenBySarblock);
 }
 
+bool HasMark(const fs::path& file, FileMarks marks) {
+  constexpr std::streamsize kRead = 65536;
+  std::string head(kRead, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), kRead);
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  return std::any_of(marks.begin(), marks.end(), [&head](std::string_view mark) {
+    return head.find(mark) != std::string::npos;
+  });
+}
+
 /// Names in a folder that do not begin with a dot, in order.
 std::vector<std::string> VisibleNames(const fs::path& folder) {
   std::error_code error;
@@ -64,6 +75,35 @@ std::vector<std::string> VisibleNames(const fs::path& folder) {
   if (error) Fail(folder, "cannot be read: " + error.message());
   std::sort(names.begin(), names.end());
   return names;
+}
+
+bool IsStudyOfOurs(const fs::path& folder) {
+  if (!fs::is_directory(folder)) return false;
+  const std::vector<std::string> names = VisibleNames(folder);
+  return std::any_of(names.begin(), names.end(), [&folder](const std::string& name) {
+    return name.ends_with(".study.toml") && HasMark(folder / name, {"# written by sarblock"});
+  });
+}
+
+const char* NameOf(FolderContent content) {
+  constexpr const char* kNames[] = {"result", "block", "study"};
+  return kNames[static_cast<std::size_t>(content)];
+}
+
+/// Whether there is a folder; throws InputError where its name is taken by a file.
+bool IsThere(const fs::path& folder) {
+  std::error_code error;
+  const fs::file_status status = fs::status(folder, error);
+  if (status.type() == fs::file_type::not_found) return false;
+  if (status.type() == fs::file_type::none) Fail(folder, "cannot be read: " + error.message());
+  if (!fs::is_directory(status)) Fail(folder, "is a file, the name of a folder is needed");
+  return true;
+}
+
+bool CanReplace(const fs::path& file, FileMarks marks) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored) || fs::file_size(file, ignored) == 0) return true;
+  return HasMark(file, marks);
 }
 
 std::string FirstOf(const std::vector<std::string>& names) {
@@ -115,25 +155,52 @@ bool IsUnfinished(FolderContent content, const fs::path& folder) {
 
 }  // namespace
 
+bool HoldsOurs(FolderContent content, const fs::path& folder) {
+  switch (content) {
+    case FolderContent::kResult:
+      return IsResultOfOurs(folder);
+    case FolderContent::kBlock:
+      return IsBlockOfOurs(folder);
+    case FolderContent::kStudy:
+      return IsStudyOfOurs(folder);
+  }
+  return false;
+}
+
 void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFiles foreign) {
-  std::error_code error;
-  const fs::file_status status = fs::status(folder, error);
-  if (status.type() == fs::file_type::not_found) return;
-  if (status.type() == fs::file_type::none) Fail(folder, "cannot be read: " + error.message());
-  if (!fs::is_directory(status)) Fail(folder, "is a file, the name of a folder is needed");
+  if (!IsThere(folder)) return;
   const std::vector<std::string> names = VisibleNames(folder);
   if (foreign == ForeignFiles::kReplace || names.empty()) return;
-  const bool result = content == FolderContent::kResult;
-  if (result && std::find(names.begin(), names.end(), "block.toml") != names.end()) {
+  if (content == FolderContent::kResult &&
+      std::find(names.begin(), names.end(), "block.toml") != names.end()) {
     Fail(folder,
          "is a block, whose tables a result would overwrite; a new or empty folder is allowed, or "
          "--force");
   }
-  if (result ? IsResultOfOurs(folder) : IsBlockOfOurs(folder)) return;
-  if (IsUnfinished(content, folder)) return;
+  if (HoldsOurs(content, folder) || IsUnfinished(content, folder)) return;
   Fail(folder,
-       std::string("is not empty and no ") + (result ? "result" : "block") +
-           " that sarblock wrote (" + FirstOf(names) +
+       std::string("is not empty and no ") + NameOf(content) + " that sarblock wrote (" +
+           FirstOf(names) +
+           "); a new or empty folder is allowed, or --force to write among these files");
+}
+
+void RequireFileFor(const fs::path& file, FileMarks marks, ForeignFiles foreign) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored)) Fail(file, "is a folder, the name of a file is needed");
+  if (foreign == ForeignFiles::kReplace || CanReplace(file, marks)) return;
+  Fail(file,
+       "is there and sarblock did not write it; another name is allowed, or --force to replace it");
+}
+
+void RequireFilesFor(const fs::path& folder, FileMarks marks, ForeignFiles foreign) {
+  if (!IsThere(folder) || foreign == ForeignFiles::kReplace) return;
+  std::vector<std::string> others;
+  for (const std::string& name : VisibleNames(folder)) {
+    if (!CanReplace(folder / name, marks)) others.push_back(name);
+  }
+  if (others.empty()) return;
+  Fail(folder,
+       "holds files that sarblock did not write (" + FirstOf(others) +
            "); a new or empty folder is allowed, or --force to write among these files");
 }
 
@@ -179,9 +246,9 @@ void StagedFolder::Publish(const std::vector<std::string>& known) {
   written.push_back(marker);  // last
   fs::remove(folder_ / marker);
   for (const std::string& name : known) {
-    if (std::find(written.begin(), written.end(), name) == written.end()) {
-      fs::remove(folder_ / name);
-    }
+    if (std::find(written.begin(), written.end(), name) != written.end()) continue;
+    if (name.ends_with(".html") && !HasMark(folder_ / name, {kReportMark})) continue;
+    fs::remove(folder_ / name);
   }
   for (const std::string& name : written) fs::rename(stage() / name, folder_ / name);
 }

@@ -233,7 +233,7 @@ namespace {
 // beside this one that could be taken for it: no table in the other compression, none that this
 // result has not, no report.
 std::vector<std::string> KnownFiles() {
-  std::vector<std::string> names{"points.geojson", "report.html"};
+  std::vector<std::string> names{"points.geojson", "report.html", "comparison.html"};
   for (const char* table : {"points",
                             "passes",
                             "passes_covariance",

@@ -87,7 +87,7 @@ class Axis {
     double last = -1.0;
     const auto add = [&](double value) {
       const double part = Part(value);
-      const bool small = value > 0.0 && value < 1.0 && most >= 5.0;  // counts are whole
+      const bool small = value > 0.0 && value < 1.0;  // counts are whole
       if (small || part < -1e-9 || part > 1.0 + 1e-9 || part - last < kRoom) return;
       ticks_.push_back({value, true});
       last = part;
@@ -351,6 +351,7 @@ std::string SvgOf(const Plot& plot) {
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
       "height=\"{1}\" font-family=\"sans-serif\" font-size=\"12\">\n<title>{2}</title>\n"
+      "<!-- written by sarblock -->\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
       "<text x=\"{3}\" y=\"22\">{2}</text>\n",
       WidthOf(plot),

@@ -14,18 +14,7 @@ namespace fs = std::filesystem;
 class FolderSource final : public TableSource {
  public:
   FolderSource(fs::path folder, FolderKind kind) : TableSource(kind), folder_(std::move(folder)) {
-    const auto fail = [&](const std::string& what) {
-      throw InputError(FilePlace{folder_.string(), 0, ""},
-                       what + "; a " + kind.name + " is a folder with " + kind.holds);
-    };
-    if (!fs::exists(folder_)) fail("does not exist");
-    if (!fs::is_directory(folder_)) fail("is a file");
-    const bool block = fs::exists(folder_ / "block.toml");
-    const bool result = fs::exists(folder_ / "summary.json");
-    const bool asked_block = std::string_view(kind.name) == "block";
-    if (block == result) return;
-    if (asked_block && result) fail("is a result, not a block");
-    if (!asked_block && block) fail("is a block, not a result");
+    RequireFolder(folder_, kind);
   }
   std::pair<std::string, std::string> Read(std::string_view name) const override {
     const fs::path file = folder_ / name;
@@ -79,6 +68,21 @@ class TextSource final : public TableSource {
 };
 
 }  // namespace
+
+void RequireFolder(const fs::path& folder, FolderKind kind) {
+  const std::string name = kind.name;
+  const auto fail = [&](const std::string& what) {
+    throw InputError(FilePlace{folder.string(), 0, ""},
+                     what + "; a " + name + " is a folder with " + kind.holds);
+  };
+  if (!fs::exists(folder)) fail("does not exist");
+  if (!fs::is_directory(folder)) fail("is a file");
+  const bool block = fs::exists(folder / "block.toml");
+  const bool result = fs::exists(folder / "summary.json");
+  if (block == result) return;
+  if (name == "block" && result) fail("is a result, not a block");
+  if (name != "block" && block) fail("is a block, not a " + name);
+}
 
 std::unique_ptr<TableSource> TablesOfFolder(const std::filesystem::path& folder, FolderKind kind) {
   return std::make_unique<FolderSource>(folder, kind);

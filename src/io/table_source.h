@@ -43,6 +43,9 @@ class TableSource {
 };
 
 /// Throws InputError if it does not exist, is a file, or is a result for a block or the reverse.
+void RequireFolder(const std::filesystem::path& folder, FolderKind kind);
+
+/// The same, and its files.
 [[nodiscard]] std::unique_ptr<TableSource> TablesOfFolder(const std::filesystem::path& folder,
                                                           FolderKind kind);
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "flight/resample.h"
+#include "flight/state_noise.h"
 #include "grid_fit.h"
 #include <fmt/core.h>
 
@@ -234,7 +235,7 @@ class Importer {
         orbits_.empty() ? StatesFrom(product.orbit, epoch)
                         : StatesOfFiles(orbits_, product, epoch, options_.orbit_margin_s);
     RefuseGaps(product.file, states);
-    const double contradiction_mps = VelocityContradiction_mps(states);
+    const double contradiction_mps = LargestContradiction_mps(states);
     const bool through_states = options_.through == OrbitThrough::kStates;
     if (through_states && contradiction_mps > kContradiction_mps) {
       result_.warnings.push_back(

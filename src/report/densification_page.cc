@@ -126,12 +126,46 @@ void AddPanels(const StudyCsv& table,
   }
 }
 
+/// The least and the most control of the layout whose worst height is best: how weak the block is,
+/// and what control does about it.
+std::vector<PageFact> FactsOf(const StudyCsv& table) {
+  constexpr const char* kWorst = "max_sigma_u_m";
+  std::size_t best = table.rows.size();
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    if (!Determined(table, r) || std::isnan(table.Number(r, kWorst))) continue;
+    if (best == table.rows.size() || table.Number(r, kWorst) < table.Number(best, kWorst)) best = r;
+  }
+  if (best == table.rows.size()) return {};
+  const std::string layout = table.Text(best, "layout");
+  const double least_m = table.Number(best, kWorst);
+  std::vector<PageFact> facts{
+      {"Worst height at best",
+       Shown(least_m, 3) + " m",
+       fmt::format("{}, {} control points", layout, table.Text(best, "control_points"))}};
+  for (const std::size_t first : RowsOf(table, "layout", layout, "control_points")) {
+    const double most_m = table.Number(first, kWorst);
+    const bool same = table.Text(first, "variant") == table.Text(best, "variant");
+    if (!same || !Determined(table, first) || !(most_m > least_m)) continue;
+    const double gain_1 = 1.0 - least_m / most_m;
+    constexpr double kHardly_1 = 0.1;
+    facts.push_back({"More control",
+                     gain_1 < kHardly_1 ? "hardly helps" : "helps",
+                     fmt::format("from {} to {} points the worst height improves by {} %",
+                                 table.Text(first, "control_points"),
+                                 table.Text(best, "control_points"),
+                                 Shown(100.0 * gain_1, 2))});
+    break;
+  }
+  return facts;
+}
+
 }  // namespace
 
 StudyPart DensificationPart(const StudyCsv& table) {
   StudyPart out;
   out.section = {"densification", "Control against accuracy", {}};
   out.word = "Control against accuracy";
+  out.facts = FactsOf(table);
   std::size_t best = table.rows.size();
   double least = kAbsent, worst_nees = 0.0;
   std::size_t open = 0, tested = 0;

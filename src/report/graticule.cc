@@ -14,7 +14,7 @@
 namespace sarblock {
 namespace {
 
-constexpr int kSamples = 12;   // a side of the box, to find which degrees it spans
+constexpr int kSamples = 12;   // a side of a box, to find which degrees it spans
 constexpr int kVertices = 48;  // of a line
 constexpr double kLines = 3.0;
 
@@ -31,6 +31,26 @@ struct Span {
   }
 };
 
+/// Latitudes and longitudes of a box; these from that of the middle, so that 180 degrees are no
+/// border.
+struct Degrees {
+  Span lat, lon;
+};
+
+Degrees DegreesOf(const Frame& frame, const MapPlane& plane, const MapBox& box, double middle_deg) {
+  Degrees out;
+  for (int i = 0; i <= kSamples; ++i) {
+    for (int k = 0; k <= kSamples; ++k) {
+      const Geodetic at = frame.GeodeticFromFrame(
+          plane.PositionAt({box.low_m[0] + (box.high_m[0] - box.low_m[0]) * i / kSamples,
+                            box.low_m[1] + (box.high_m[1] - box.low_m[1]) * k / kSamples}));
+      out.lat.Add(at.lat_rad * kDegPerRad);
+      out.lon.Add(std::remainder(at.lon_rad * kDegPerRad - middle_deg, 360.0));
+    }
+  }
+  return out;
+}
+
 std::string NameOfDegrees(double angle_deg,
                           double step_deg,
                           const char* positive,
@@ -43,25 +63,28 @@ std::string NameOfDegrees(double angle_deg,
 
 }  // namespace
 
+void MapBox::Add(const std::array<double, 2>& place_m) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    low_m[k] = std::fmin(low_m[k], place_m[k]);
+    high_m[k] = std::fmax(high_m[k], place_m[k]);
+  }
+}
+
+MapBox MapBox::Widened(double margin_m) const {
+  return {{low_m[0] - margin_m, low_m[1] - margin_m}, {high_m[0] + margin_m, high_m[1] + margin_m}};
+}
+
 std::vector<MapChart::Line> GraticuleOf(const Frame& frame,
                                         const MapPlane& plane,
-                                        const std::array<double, 2>& low_m,
-                                        const std::array<double, 2>& high_m) {
+                                        const MapBox& seen,
+                                        const MapBox& drawn) {
   std::vector<MapChart::Line> lines;
   if (frame.kind() != FrameKind::kGeocentric) return lines;
   const Geodetic middle = frame.GeodeticFromFrame(plane.origin_m());
   const double middle_deg = middle.lon_rad * kDegPerRad;
-  // Longitudes are counted from that of the middle, so that 180 degrees are no border.
-  Span lat, lon;
-  for (int i = 0; i <= kSamples; ++i) {
-    for (int k = 0; k <= kSamples; ++k) {
-      const Geodetic at = frame.GeodeticFromFrame(
-          plane.PositionAt({low_m[0] + (high_m[0] - low_m[0]) * i / kSamples,
-                            low_m[1] + (high_m[1] - low_m[1]) * k / kSamples}));
-      lat.Add(at.lat_rad * kDegPerRad);
-      lon.Add(std::remainder(at.lon_rad * kDegPerRad - middle_deg, 360.0));
-    }
-  }
+  const Degrees whole = DegreesOf(frame, plane, drawn, middle_deg);
+  const Span &lat = whole.lat, &lon = whole.lon;
+  const Degrees crossed = DegreesOf(frame, plane, seen, middle_deg);
   const auto add = [&](const std::string& name, auto&& geodetic_deg) {
     MapChart::Line line{name, {}};
     for (int v = 0; v <= kVertices; ++v) {
@@ -71,7 +94,7 @@ std::vector<MapChart::Line> GraticuleOf(const Frame& frame,
     }
     lines.push_back(std::move(line));
   };
-  const double lat_step = lat.Step_deg(), lon_step = lon.Step_deg();
+  const double lat_step = crossed.lat.Step_deg(), lon_step = crossed.lon.Step_deg();
   for (double at = std::ceil(lat.low_deg / lat_step) * lat_step; at <= lat.high_deg;
        at += lat_step) {
     if (std::abs(at) > 89.999) continue;

@@ -9,12 +9,20 @@
 
 namespace sarblock {
 
-/// Meridians and parallels of round degrees across a box of the map plane [m], three to eight of
-/// each, named "45.5° N"; places in metres. Drawn at the height of the plane's origin. None in a
-/// local frame.
+/// A box of the map plane.
+struct MapBox {
+  std::array<double, 2> low_m{kAbsent, kAbsent}, high_m{kAbsent, kAbsent};
+  void Add(const std::array<double, 2>& place_m);
+  /// With a margin on all sides.
+  [[nodiscard]] MapBox Widened(double margin_m) const;
+};
+
+/// Meridians and parallels of round degrees across the box `drawn`, so close that three to eight of
+/// each cross the box `seen` in it (meridians 30 degrees apart where they meet in it), named
+/// "45.5° N"; places in metres. Drawn at the height of the plane's origin. None in a local frame.
 [[nodiscard]] std::vector<MapChart::Line> GraticuleOf(const Frame& frame,
                                                       const MapPlane& plane,
-                                                      const std::array<double, 2>& low_m,
-                                                      const std::array<double, 2>& high_m);
+                                                      const MapBox& seen,
+                                                      const MapBox& drawn);
 
 }  // namespace sarblock

@@ -24,13 +24,9 @@ class MapMaker {
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
       if (std::isnan(points_.results.position_m[i][0])) continue;
       placed_.push_back(i);
-      const std::array<double, 2> place_m = PlaceOf(i);
-      for (std::size_t k = 0; k < 2; ++k) {
-        low_m_[k] = std::fmin(low_m_[k], place_m[k]);
-        high_m_[k] = std::fmax(high_m_[k], place_m[k]);
-      }
+      box_m_.Add(PlaceOf(i));
     }
-    per_unit_m_ = Size_m() >= 3000.0 ? 1000.0 : 1.0;
+    per_unit_m_ = SizeOf_m(box_m_) >= 3000.0 ? 1000.0 : 1.0;
   }
 
   BlockMap Make() {
@@ -54,8 +50,8 @@ class MapMaker {
   }
 
  private:
-  [[nodiscard]] double Size_m() const {
-    return std::fmax(high_m_[0] - low_m_[0], high_m_[1] - low_m_[1]);
+  [[nodiscard]] static double SizeOf_m(const MapBox& box) {
+    return std::fmax(box.high_m[0] - box.low_m[0], box.high_m[1] - box.low_m[1]);
   }
   [[nodiscard]] std::array<double, 2> InUnits(const std::array<double, 2>& place_m) const {
     return {place_m[0] / per_unit_m_, place_m[1] / per_unit_m_};
@@ -178,10 +174,22 @@ class MapMaker {
   }
 
   void AddGraticule() {
-    const double margin_m = 1.2 * Size_m();
-    const std::array<double, 2> low_m{low_m_[0] - margin_m, low_m_[1] - margin_m};
-    const std::array<double, 2> high_m{high_m_[0] + margin_m, high_m_[1] + margin_m};
-    chart_.graticule = GraticuleOf(result_.file.frame, plane_, low_m, high_m);
+    // What the page shows first: the block with its swaths in a window not much lower than wide.
+    constexpr double kWindow_1 = 0.65;
+    MapBox seen = box_m_;
+    for (const MapChart::Line& swath : chart_.swaths) {
+      for (const auto& [east, north] : swath.places) {
+        seen.Add({per_unit_m_ * east, per_unit_m_ * north});
+      }
+    }
+    const double side_m = kWindow_1 * SizeOf_m(seen);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double lacking_m = std::fmax(0.0, side_m - (seen.high_m[k] - seen.low_m[k]));
+      seen.low_m[k] -= 0.5 * lacking_m;
+      seen.high_m[k] += 0.5 * lacking_m;
+    }
+    chart_.graticule =
+        GraticuleOf(result_.file.frame, plane_, seen, box_m_.Widened(1.2 * SizeOf_m(seen)));
     for (MapChart::Line& line : chart_.graticule) {
       for (std::array<double, 2>& place : line.places) place = InUnits(place);
     }
@@ -192,7 +200,7 @@ class MapMaker {
   const AccuracyFigures& accuracy_;
   MapPlane plane_;
   std::vector<std::uint32_t> placed_;
-  std::array<double, 2> low_m_{kAbsent, kAbsent}, high_m_{kAbsent, kAbsent};
+  MapBox box_m_;
   double per_unit_m_ = 1.0;
   MapChart chart_;
 };

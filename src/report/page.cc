@@ -111,17 +111,27 @@ class Renderer {
   static std::string HeadlineText(const Page& page) {
     std::string out;
     for (const std::string& sentence : page.headline.sentences) {
-      out += "<p>" + EscapeHtml(sentence) + "</p>\n";
+      out += "<p>" + KeepPercent(EscapeHtml(sentence)) + "</p>\n";
     }
     out += Facts(page.facts);
     if (!page.headline.attention.empty()) {
       out += "<p class=\"attention\">Look at:</p>\n<ul>\n";
       for (const std::string& line : page.headline.attention) {
-        out += "<li>" + EscapeHtml(line) + "</li>\n";
+        out += "<li>" + KeepPercent(EscapeHtml(line)) + "</li>\n";
       }
       out += "</ul>\n";
     }
     return out;
+  }
+
+  /// With spaces before percent signs that do not break.
+  static std::string KeepPercent(std::string text) {
+    constexpr std::string_view kBreaking = " %", kKept = "&#160;%";
+    for (std::size_t at = text.find(kBreaking); at != std::string::npos;
+         at = text.find(kBreaking, at)) {
+      text.replace(at, kBreaking.size(), kKept);
+    }
+    return text;
   }
 
   void Add(const PageText& text) {

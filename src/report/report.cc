@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "io/table_source.h"
 #include "result_folder.h"
 #include "sections.h"
 #include "study_page.h"
@@ -32,9 +33,10 @@ ReportFile WritePage(const Page& page,
 
 ReportFile WriteReport(const fs::path& folder, const fs::path& out, ProgressSink* progress) {
   const fs::path file = out.empty() ? folder / "report.html" : out;
-  if (!fs::is_directory(folder)) {
-    throw InputError(FilePlace{folder.string(), 0, ""}, "is no folder; a result or a study is one");
-  }
+  RequireFolder(folder,
+                {"result or a study",
+                 "summary.json (a result) or with densification.csv, tradeoff.csv or stability.csv"
+                 " (a study)"});
   if (fs::exists(folder / "summary.json")) {
     return WritePage(MakeResultPage(ReadResultFolder(folder, progress)), "result", file, progress);
   }

@@ -122,6 +122,7 @@ Page MakeStudyPage(const StudyFolder& study) {
     }
     headline.attention.insert(
         headline.attention.end(), part.attention.begin(), part.attention.end());
+    page.facts.insert(page.facts.end(), part.facts.begin(), part.facts.end());
     page.sections.push_back(std::move(part.section));
   }
   if (!study.name.empty()) page.title = study.name;

@@ -45,6 +45,7 @@ struct StudyFolder {
 struct StudyPart {
   PageSection section;
   std::vector<std::string> sentences, attention;
+  std::vector<PageFact> facts;
   HeadlineState state = HeadlineState::kNeutral;
   std::string word;
 };

@@ -73,12 +73,41 @@ PageFigure TradeoffFigure(const StudyCsv& table,
           ChartJson(id, chart)};
 }
 
+/// The ends of the bargain: what is fastest, and what it costs at most.
+std::vector<PageFact> FactsOfChoices(const StudyCsv& table) {
+  std::vector<PageFact> facts;
+  const auto largest = [&table](const char* column) {
+    std::size_t most = table.rows.size();
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+      const double value = table.Number(r, column);
+      if (value > (most == table.rows.size() ? 0.0 : table.Number(most, column))) most = r;
+    }
+    return most;
+  };
+  const auto named = [&table](std::size_t r) {
+    return table.Text(r, "choice") + ", " + ReadableCount(table.Number(r, "points")) + " points";
+  };
+  const std::size_t fastest = largest("speed_ratio"), weakest = largest("position_error_sigma");
+  if (fastest < table.rows.size()) {
+    facts.push_back({"Fastest",
+                     Shown(table.Number(fastest, "speed_ratio"), 3) + " times the reference",
+                     named(fastest)});
+  }
+  if (weakest < table.rows.size()) {
+    facts.push_back({"Largest shift of a point",
+                     Shown(table.Number(weakest, "position_error_sigma"), 2) + " sigma",
+                     named(weakest)});
+  }
+  return facts;
+}
+
 }  // namespace
 
 StudyPart TradeoffPart(const StudyCsv& table) {
   StudyPart out;
   out.section = {"tradeoff", "Speed against accuracy", {}};
   out.word = "Speed against accuracy";
+  out.facts = FactsOfChoices(table);
   std::size_t run = 0;
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     if (!std::isnan(table.Number(r, "wall_s"))) ++run;

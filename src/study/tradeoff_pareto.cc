@@ -93,20 +93,22 @@ std::string Recommend(const std::vector<TradeoffRow>& rows,
   if (models_alone) {
     const TradeoffRow* model = Fastest(rows, TradeoffStage::kModel, points, goal);
     if (model == nullptr) return text + "no model is good enough";
-    return text + fmt::format("{}: {:.2g} s on {} thread{}",
+    return text + fmt::format("the fastest that is good enough is {}, {:.2g} s on {} thread{}",
                               model->choice,
                               model->wall_s,
                               model->threads,
                               model->threads == 1 ? "" : "s");
   }
   if (solver == nullptr || covariance == nullptr) return text + "no choice is good enough";
-  text += fmt::format("{}, double, {}: {:.2g} s on {} thread{}, {:.0f} MiB beyond the block",
-                      solver->choice,
-                      covariance->choice,
-                      solver->wall_s,
-                      solver->threads,
-                      solver->threads == 1 ? "" : "s",
-                      solver->peak_mib);
+  text += fmt::format(
+      "the fastest that are good enough are {}, double, {}: {:.2g} s on {} thread{}, {:.0f} MiB "
+      "beyond the block",
+      solver->choice,
+      covariance->choice,
+      solver->wall_s,
+      solver->threads,
+      solver->threads == 1 ? "" : "s",
+      solver->peak_mib);
   const TradeoffRow* closed = Named(rows, TradeoffStage::kModel, points, "leberl");
   if (closed != nullptr && Competes(*closed)) {
     text += fmt::format(

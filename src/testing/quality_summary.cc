@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "core/number_text.h"
 #include "suspects.h"
 
 namespace sarblock {
@@ -42,17 +42,9 @@ void KeepWorst(const TestedLook& look, std::vector<TestedLook>* worst) {
   if (worst->size() > kMostWorst) worst->pop_back();
 }
 
-std::string Percent(double part_1) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g %%", 100.0 * part_1);
-  return text.data();
-}
+std::string Percent(double part_1) { return Digits(100.0 * part_1, 4) + " %"; }
 
-std::string Short(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
-}
+std::string Short(double value) { return Digits(value, 3); }
 
 }  // namespace
 
@@ -181,7 +173,8 @@ std::string DescribeChecks(const CheckSummary& summary, double level) {
           Short(summary.error_ratio_interval_1.upper) + " is expected (" + Percent(level) + ", " +
           Short(summary.freedom_1) + " independent components); " +
           std::to_string(summary.points_outside) + " of " + std::to_string(summary.points) +
-          " points are outside alone";
+          " points exceed their own " + Percent(level) + " limit (" +
+          Short((1.0 - level) * static_cast<double>(summary.points)) + " expected)";
   if (summary.points_without_sigma > 0) {
     text += "; " + std::to_string(summary.points_without_sigma) +
             " more have no standard deviation and are not compared";

@@ -25,19 +25,19 @@ TEST(FitColumnsTest, LeavesTablesAndLongWordsAsTheyAre) {
   EXPECT_EQ(FitColumns(""), "");
 }
 
+TEST(FitHelpTest, GoesOnBelowTheDescription) {
+  std::string eight;
+  for (int i = 0; i < 8; ++i) eight += kTen;
+  EXPECT_EQ(
+      FitHelp("  --force     " + eight),
+      "  --force     " + eight.substr(0, 59) + "\n" + std::string(14, ' ') + eight.substr(60, 19));
+  EXPECT_EQ(FitHelp("  --force     " + kTen), "  --force     " + kTen);
+}
+
 TEST(FitColumnsTest, CountsCharactersNotBytes) {
   std::string text;
   for (int i = 0; i < 80; ++i) text += "\xC3\xA4";  // a-umlaut
   EXPECT_EQ(FitColumns(text + " b"), text + "\n    b");
-}
-
-TEST(ValueWithSigmaTest, RoundsBothToTheSecondDigitOfTheSigma) {
-  EXPECT_EQ(ValueWithSigma(7.08244, 0.1934), "7.08 +- 0.19");
-  EXPECT_EQ(ValueWithSigma(-0.999784, 0.000312), "-0.99978 +- 0.00031");
-  EXPECT_EQ(ValueWithSigma(1234567.0, 123.0), "1234570 +- 120");
-  EXPECT_EQ(ValueWithSigma(18.00042, 0.0010), "18.0004 +- 0.0010");
-  EXPECT_EQ(ValueWithSigma(1.23456e-10, 2.34e-12), "1.235e-10 +- 2.3e-12");
-  EXPECT_EQ(ValueWithSigma(0.0, 1.0), "0.0 +- 1.0");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/version.h"
 
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,26 @@ TEST(UsageTest, EveryCommandHasHelp) {
     EXPECT_THAT(run.out, HasSubstr(command));
     EXPECT_EQ(run.err, "") << command;
   }
+}
+
+TEST(UsageTest, EveryHelpFits80Columns) {
+  std::vector<std::vector<std::string>> all = {{}, {"import", "sentinel1"}, {"leberl", "errors"}};
+  for (const std::string& command : Commands()) all.push_back({command});
+  for (const char* study : {"densification", "tradeoff", "stability"}) {
+    all.push_back({"study", study});
+  }
+  for (std::vector<std::string>& arguments : all) {
+    arguments.emplace_back("--help");
+    std::istringstream lines(RunProgram(arguments).out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+  }
+}
+
+TEST(UsageTest, WithoutACommandTheCommandsAreNamed) {
+  const ProgramRun run = RunProgram({});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("sarblock needs a command: simulate, import, check,"));
+  EXPECT_THAT(RunProgram({"study"}).err, HasSubstr("study needs a command: densification,"));
 }
 
 TEST(UsageTest, VersionIsThatOfTheLibrary) {

@@ -9,7 +9,7 @@ namespace {
 TEST(SizeOfTest, RoundsToTheSecondDigitOfSigma) {
   EXPECT_EQ(SizeOf(18.000312, 0.00123, "s").text, "18.0003 +- 0.0012 s");
   EXPECT_EQ(SizeOf(-999.4321, 7.83, "m").text, "-999.4 +- 7.8 m");
-  EXPECT_EQ(SizeOf(12345.6, 678.0, "m").text, "12346 +- 678 m");
+  EXPECT_EQ(SizeOf(12345.6, 678.0, "m").text, "12350 +- 680 m");
   EXPECT_EQ(SizeOf(7.2921e-5, 3.1e-10, "rad/s").text, "7.292100e-05 +- 3.1e-10 rad/s");
 }
 

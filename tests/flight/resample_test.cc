@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "flight/resample.h"
+#include "flight/state_noise.h"
 
 #include "sarblock/core/error.h"
 
@@ -74,16 +75,16 @@ TEST(ResampleOrbitTest, GivenStatesStayAsTheyAreAndPartsAreEqual) {
 // and make one through states swing by 2 * 7.5 mm/s at most.
 TEST(ResampleOrbitTest, ContradictingVelocitiesAreMeasuredAndCanBeLeftOut) {
   std::vector<StateVector> given = Circle(14, 10.0);
-  EXPECT_LT(VelocityContradiction_mps(given), 1e-6);
+  EXPECT_LT(LargestContradiction_mps(given), 1e-6);
   for (StateVector& state : given) state.velocity_mps += Eigen::Vector3d(0.0045, 0.006, 0.0);
-  EXPECT_NEAR(VelocityContradiction_mps(given), 0.0075, 1e-6);
+  EXPECT_NEAR(LargestContradiction_mps(given), 0.0075, 1e-6);
   const auto error = [&given](OrbitThrough through) {
     return LargestErrors(FlightPath(ResampleOrbit(given, 1.0, through)));
   };
   EXPECT_LT(error(OrbitThrough::kPositions).velocity_mps, 1.5e-7);
   EXPECT_GT(error(OrbitThrough::kStates).velocity_mps, 0.007);
   EXPECT_LT(error(OrbitThrough::kStates).velocity_mps, 0.015);
-  EXPECT_EQ(VelocityContradiction_mps(Circle(8, 10.0)), 0.0);  // too few states to tell
+  EXPECT_EQ(LargestContradiction_mps(Circle(8, 10.0)), 0.0);  // too few states to tell
 }
 
 TEST(ResampleOrbitTest, RefusesWhatIsNoOrbit) {

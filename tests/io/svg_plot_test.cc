@@ -59,6 +59,10 @@ TEST(SvgPlotTest, PlacesSquaresEvenlyOnAnAxisOfRoots) {
   EXPECT_THAT(svg, HasSubstr("M0.00 320.00L230.00 0.00L460.00 160.00\""));
   for (const char* tick : {">0<", ">1<", ">2<", ">5<", ">10<"}) EXPECT_EQ(CountOf(svg, tick), 1u);
   EXPECT_EQ(CountOf(svg, ">0.5<"), 0u);
+  plot.x.range = {{0.0, 4.0}};
+  const std::string few = SvgOf(plot);
+  for (const char* tick : {">0.1<", ">0.2<", ">0.5<"}) EXPECT_EQ(CountOf(few, tick), 0u);
+  EXPECT_EQ(CountOf(few, ">2<"), 1u);
   plot.x.range = {{-1.0, 16.0}};
   EXPECT_THROW(static_cast<void>(SvgOf(plot)), std::logic_error);
 }

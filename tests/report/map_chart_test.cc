@@ -83,7 +83,10 @@ TEST(GraticuleTest, NamesRoundDegreesAcrossTheBlock) {
   ResultFolder result = test::MadeOf(points);
   result.file.frame = frame;
   const MapPlane plane(result);
-  const auto lines = GraticuleOf(frame, plane, {-45000.0, -45000.0}, {45000.0, 45000.0});
+  const auto lines = GraticuleOf(frame,
+                                 plane,
+                                 {{-45000.0, -45000.0}, {45000.0, 45000.0}},
+                                 {{-145000.0, -145000.0}, {145000.0, 145000.0}});
   EXPECT_THAT(NamesOf(lines), Contains("45.4\xc2\xb0 N"));
   EXPECT_THAT(NamesOf(lines), Contains("0.2\xc2\xb0 W"));
   EXPECT_THAT(NamesOf(lines), Contains("0\xc2\xb0"));
@@ -94,6 +97,39 @@ TEST(GraticuleTest, NamesRoundDegreesAcrossTheBlock) {
   for (const auto& place_m : parallel->places) {
     const Geodetic at = frame.GeodeticFromFrame(plane.PositionAt(place_m));
     EXPECT_NEAR(at.lat_rad * kDegPerRad, 45.4, 5e-4);
+  }
+}
+
+/// Lines of one family that enter a box.
+std::size_t CountIn(const std::vector<MapChart::Line>& lines,
+                    const MapBox& box,
+                    const std::string& directions) {
+  return static_cast<std::size_t>(
+      std::count_if(lines.begin(), lines.end(), [&](const MapChart::Line& line) {
+        return directions.find(line.name.back()) != std::string::npos &&
+               std::any_of(line.places.begin(), line.places.end(), [&](const auto& at_m) {
+                 return at_m[0] >= box.low_m[0] && at_m[0] <= box.high_m[0] &&
+                        at_m[1] >= box.low_m[1] && at_m[1] <= box.high_m[1];
+               });
+      }));
+}
+
+TEST(GraticuleTest, ThreeToEightLinesOfEachKindCrossWhatTheMapShows) {
+  const Frame frame = Frame::Geocentric({"", 6371000.0, 0.0});
+  for (const double lat_deg : {5.3, 45.7, 78.2, -61.9}) {
+    for (const double half_m : {930.0, 7700.0, 31000.0, 88000.0}) {
+      const Geodetic place{lat_deg * kRadPerDeg, 179.9 * kRadPerDeg, 20.0};
+      ResultFolder result =
+          test::MadeOf({{.id = "P", .position_m = frame.FrameFromGeodetic(place)}});
+      result.file.frame = frame;
+      const MapBox seen{{-half_m, -0.65 * half_m}, {half_m, 0.65 * half_m}};
+      const auto lines = GraticuleOf(frame, MapPlane(result), seen, seen.Widened(2.4 * half_m));
+      for (const char* directions : {"NS", "EW"}) {
+        const std::size_t count = CountIn(lines, seen, directions);
+        EXPECT_GE(count, 3u) << directions << lat_deg << ", " << half_m;
+        EXPECT_LE(count, 8u) << directions << lat_deg << ", " << half_m;
+      }
+    }
   }
 }
 

@@ -245,8 +245,18 @@ TEST_F(ReportFileTest, RefusesWhatIsNoResultAndNoStudy) {
   EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("'sarblock-scene 1' is not known"));
   Put("summary.json", "{");
   EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("is not valid JSON"));
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return WriteReport(folder_ / "none").bytes; }),
-              HasSubstr("is no folder"));
+}
+
+TEST_F(ReportFileTest, SaysOfAFolderWhetherItIsMissingAFileOrABlock) {
+  const auto message = [&](const char* name) {
+    return test::MessageOf<InputError>([&] { return WriteReport(folder_ / name).bytes; });
+  };
+  Put("file", "text\n");
+  std::filesystem::create_directory(folder_ / "block");
+  Put("block/block.toml", "format = \"sarblock-block 1\"\n");
+  EXPECT_THAT(message("none"), HasSubstr("none: does not exist; a result or a study is a folder"));
+  EXPECT_THAT(message("file"), HasSubstr("file: is a file; a result or a study is a folder with"));
+  EXPECT_THAT(message("block"), HasSubstr("block: is a block, not a result or a study; a result"));
 }
 
 TEST_F(ReportFileTest, SetsTwoResultsSideBySide) {

@@ -192,7 +192,8 @@ TEST(RecommendTest, NamesTheFastestThatIsGoodEnough) {
   rows[6].stage = TradeoffStage::kPrecision;
   MarkPareto(&rows);
   EXPECT_EQ(Recommend(rows, 1000, {}),
-            "1000 points: reduced, double, block: 0.5 s on 2 threads, 7 MiB beyond the block; "
+            "1000 points: the fastest that are good enough are reduced, double, block: 0.5 s on 2 "
+            "threads, 7 MiB beyond the block; "
             "leberl is 40 times faster, its positions up to 12 sigmas off, errors 5 times as large "
             "as it says; "
             "single precision would be 1.5 times faster and 2e-05 sigmas off");
@@ -204,7 +205,8 @@ TEST(RecommendTest, NamesTheFastestModelWhereTheStudyComparesModelsAlone) {
                                 ChosenRow("states", 2.0, 3.0, 0.0)};
   for (TradeoffRow& row : rows) row.stage = TradeoffStage::kModel;
   MarkPareto(&rows);
-  EXPECT_EQ(Recommend(rows, 1000, {}), "1000 points: auto: 0.5 s on 1 thread");
+  EXPECT_EQ(Recommend(rows, 1000, {}),
+            "1000 points: the fastest that is good enough is auto, 0.5 s on 1 thread");
   EXPECT_EQ(Recommend(rows, 1000, {1e-9, -1.0}), "1000 points: no model is good enough");
 }
 

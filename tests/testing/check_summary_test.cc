@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "testing/quality_summary.h"
-
 #include <cmath>
 
+#include "testing/quality_summary.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +19,8 @@ CheckResult Check(std::uint32_t point, const Eigen::Vector3d& error_enu_m, doubl
   return check;
 }
 
-/// Two points with covariances, and one that a search for blunders left out: a position without one.
+/// Two points with covariances, and one that a search for blunders left out: a position without
+/// one.
 AdjustResult WithOneLeftOut() {
   AdjustResult result;
   result.points.status = {PointStatus::kAdjusted, PointStatus::kAdjusted, PointStatus::kApart};
@@ -41,7 +41,8 @@ TEST(CheckSummaryTest, PointsWithoutAStandardDeviationAreInNoFigure) {
   EXPECT_NEAR(summary.rms_m[1], 5.0, 1e-12);
   EXPECT_NEAR(summary.rms_m[2], std::sqrt(2.0), 1e-12);
   EXPECT_THAT(DescribeChecks(summary, 0.95),
-              HasSubstr("0 of 2 points are outside alone; 1 more have no standard deviation"));
+              HasSubstr("0 of 2 points exceed their own 95 % limit (0.1 expected); 1 more have no "
+                        "standard deviation"));
 }
 
 // Without covariances every point that was solved counts.

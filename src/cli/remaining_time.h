@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace sarblock::cli {
+
+/// How long the running stage still takes, from how far it has come. Parts of a stage may cost very
+/// different times (blocks of a study, iterations), so nothing is told until the whole time that is
+/// extrapolated has kept within 30 % for a third of the time spent, and nothing again once what was
+/// told turns out wrong by a factor of two. From one call to the next what is told departs from a
+/// clock that runs down by at most a quarter.
+class RemainingTime {
+ public:
+  /// To be called with every report of progress, times in seconds of any clock that only goes on.
+  /// Seconds until this stage ends, or nothing.
+  std::optional<double> Update(std::string_view stage,
+                               std::size_t done,
+                               std::size_t total,
+                               double now_s);
+
+ private:
+  [[nodiscard]] bool IsStable(double spent_s);
+  std::string stage_;
+  std::size_t done_ = 0;
+  double begin_s_ = 0.0;
+  std::vector<std::pair<double, double>> whole_s_;  ///< time spent, whole time extrapolated
+  std::optional<double> told_s_;
+  double told_at_s_ = 0.0;
+};
+
+}  // namespace sarblock::cli

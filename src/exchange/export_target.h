@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/exchange/export.h"
+
+#include <filesystem>
+
+#include "io/output_folder.h"
+
+namespace sarblock {
+
+/// Throws InputError where ExportResult() must not write: `out` is a folder in place of a file or
+/// the reverse, or (kRefuse) files stand there that it did not write in this format.
+void RequireTargetFor(ExportFormat format, const std::filesystem::path& out, ForeignFiles foreign);
+
+}  // namespace sarblock

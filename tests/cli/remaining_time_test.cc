@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The estimate beside the progress bar, on sequences of stages made up here.
+#include "cli/remaining_time.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace sarblock::cli {
+namespace {
+
+struct Told {
+  double now_s = 0.0;
+  std::optional<double> left_s;
+  double true_s = 0.0;  ///< until the stage ends
+};
+
+/// One stage whose parts take `parts_s`, reported every 0.1 s.
+std::vector<Told> Follow(const std::string& stage,
+                         const std::vector<double>& parts_s,
+                         double begin_s,
+                         RemainingTime* remaining) {
+  std::vector<double> ends_s;
+  double end_s = begin_s;
+  for (const double part_s : parts_s) ends_s.push_back(end_s += part_s);
+  std::vector<Told> told;
+  std::size_t done = 0;
+  for (double now_s = begin_s; now_s < end_s; now_s += 0.1) {
+    while (done < ends_s.size() && ends_s[done] <= now_s) ++done;
+    told.push_back({now_s, remaining->Update(stage, done, parts_s.size(), now_s), end_s - now_s});
+  }
+  return told;
+}
+
+/// Largest factor between one estimate and the one told before it, less the time between them.
+double LargestJump(const std::vector<Told>& told) {
+  double largest_1 = 1.0;
+  for (std::size_t i = 1; i < told.size(); ++i) {
+    if (!told[i].left_s || !told[i - 1].left_s) continue;
+    const double expected_s = *told[i - 1].left_s - (told[i].now_s - told[i - 1].now_s);
+    if (expected_s < 2.0) continue;
+    largest_1 = std::max({largest_1, *told[i].left_s / expected_s, expected_s / *told[i].left_s});
+  }
+  return largest_1;
+}
+
+std::size_t CountTold(const std::vector<Told>& told) {
+  std::size_t count = 0;
+  for (const Told& of : told) count += of.left_s ? 1U : 0U;
+  return count;
+}
+
+TEST(RemainingTimeTest, ASteadyStageIsToldAfterThreeSecondsAndRunsDown) {
+  RemainingTime remaining;
+  const auto told = Follow("solve", std::vector<double>(97, 0.41), 5.3, &remaining);
+  for (const Told& of : told) {
+    EXPECT_FALSE(of.now_s < 8.2 && of.left_s) << of.now_s;
+    if (of.now_s < 9.5) continue;
+    ASSERT_TRUE(of.left_s) << of.now_s;
+    EXPECT_NEAR(*of.left_s, of.true_s, 0.25 * of.true_s + 2.1) << of.now_s;
+  }
+}
+
+TEST(RemainingTimeTest, PartsThatGrowFivefoldAreNotToldAsAJump) {
+  RemainingTime remaining;
+  std::vector<double> parts_s(40, 0.37);
+  parts_s.insert(parts_s.end(), 40, 1.9);
+  const auto told = Follow("study", parts_s, 0.0, &remaining);
+  EXPECT_GT(CountTold(told), told.size() / 4);
+  EXPECT_LE(LargestJump(told), 1.26);
+}
+
+TEST(RemainingTimeTest, AFirstPartOfFortyTimesTheCostIsNotTakenForTheOthers) {
+  RemainingTime remaining;
+  std::vector<double> parts_s(200, 0.53);
+  parts_s.front() = 21.2;  // extrapolated from it alone the stage takes 70 minutes
+  const auto told = Follow("study", parts_s, 0.0, &remaining);
+  EXPECT_GT(CountTold(told), told.size() / 4);
+  for (const Told& of : told) {
+    EXPECT_LT(of.left_s.value_or(0.0), 2.0 * of.true_s + 2.1) << of.now_s;
+  }
+  EXPECT_LE(LargestJump(told), 1.26);
+}
+
+TEST(RemainingTimeTest, ANewStageAndARepeatedOneBeginWithoutAnEstimate) {
+  RemainingTime remaining;
+  ASSERT_GT(CountTold(Follow("linearise", std::vector<double>(30, 0.5), 0.0, &remaining)), 0u);
+  const auto repeated = Follow("linearise", std::vector<double>(30, 0.05), 20.0, &remaining);
+  EXPECT_EQ(CountTold(repeated), 0u);  // it ends within three seconds
+  const auto other = Follow("covariance", std::vector<double>(30, 0.6), 30.0, &remaining);
+  for (const Told& of : other) {
+    EXPECT_FALSE(of.now_s < 33.0 && of.left_s) << of.now_s;
+  }
+  EXPECT_GT(CountTold(other), 0u);
+}
+
+TEST(RemainingTimeTest, AStageOfUnknownLengthHasNoEstimate) {
+  RemainingTime remaining;
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(remaining.Update("read", 7, 0, 0.3 * i));
+}
+
+}  // namespace
+}  // namespace sarblock::cli
