@@ -33,7 +33,8 @@ class ForeignFilesTest : public test::CliTest {
     const std::string scenes = std::string(SARBLOCK_DATASETS) + "/scenes/";
     const std::string block = folder_ / "block", result = folder_ / "result";
     const std::string imported = folder_ / "imported_result";
-    const std::string annotation = Path(SARBLOCK_FUZZ_CORPUS) / "product" / "slant.xml";
+    const Path corpus = SARBLOCK_FUZZ_CORPUS;
+    const std::string annotation = corpus / "product" / "slant.xml";
     const std::string head = "format = \"sarblock-study 1\"\nstudy = ";
     const std::string small =
         "scene = \"" + scenes + "cross-wise.toml\"\nset = [\"points.count=60\"]\n";
@@ -53,6 +54,28 @@ class ForeignFilesTest : public test::CliTest {
     return {
         {"simulate", {"simulate", scenes + "leberl-aircraft.toml"}, ""},
         {"import sentinel1", {"import", "sentinel1", annotation}, ""},
+        {"import isis",
+         {"import",
+          "isis",
+          corpus / "network/moon.net",
+          corpus / "cube/one.cub",
+          corpus / "cube/two.cub",
+          "--range-sigma-m",
+          "4",
+          "--azimuth-sigma-m",
+          "6"},
+         ""},
+        {"import csm",
+         {"import",
+          "csm",
+          corpus / "network/moon.net",
+          corpus / "isd/one.json",
+          corpus / "isd/two.json",
+          "--range-sigma-m",
+          "4",
+          "--azimuth-sigma-m",
+          "6"},
+         ""},
         {"intersect", {"intersect", block, "--report"}, ""},
         {"predict", {"predict", block, "--gzip"}, ""},
         {"adjust", {"adjust", block, "--report", "--set", "pairs=neighbours"}, ""},
