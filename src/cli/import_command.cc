@@ -162,7 +162,8 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
   ImportOptions& options = arguments->options;
   command->add_option("annotations", arguments->annotations, "Annotation files (XML), SLC or GRD")
       ->required();
-  command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
+  command->add_option("-o,--output", arguments->out, "Folder or .h5 file of the block to write")
+      ->required();
   command->add_option(
       "--orbit", arguments->orbits, "Orbit files (EOF) instead of the annotated orbits");
   const std::map<std::string, PointRole> roles{

@@ -69,8 +69,9 @@ void AddSimulate(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app->add_subcommand("simulate", "Make a block with known truth from a scene");
   command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
-  command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
-  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_option("-o,--output", arguments->out, "Folder or .h5 file of the block to write")
+      ->required();
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
   command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
   command->callback([=] { session->run = [=] { return RunSimulate(*arguments, *session); }; });
 }

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "hdf5_file.h"
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
@@ -113,6 +114,17 @@ bool IsUnfinished(FolderContent content, const fs::path& folder) {
   });
 }
 
+void RequireContainerFor(FolderContent content,
+                         const fs::path& file,
+                         const fs::file_status& status,
+                         ForeignFiles foreign) {
+  if (!fs::is_regular_file(status)) Fail(file, "is no file, which a name with .h5 is to be");
+  if (foreign == ForeignFiles::kReplace || ContentOf(file) == content) return;
+  Fail(file,
+       std::string("is no ") + NameOf(content) +
+           " that sarblock wrote; the name of a new file is allowed, or --force to replace it");
+}
+
 }  // namespace
 
 void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFiles foreign) {
@@ -120,6 +132,10 @@ void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFile
   const fs::file_status status = fs::status(folder, error);
   if (status.type() == fs::file_type::not_found) return;
   if (status.type() == fs::file_type::none) Fail(folder, "cannot be read: " + error.message());
+  if (NamesContainer(folder)) {
+    RequireContainerFor(content, folder, status, foreign);
+    return;
+  }
   if (!fs::is_directory(status)) Fail(folder, "is a file, the name of a folder is needed");
   const std::vector<std::string> names = VisibleNames(folder);
   if (foreign == ForeignFiles::kReplace || names.empty()) return;

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "folder_content.h"
+
 namespace sarblock {
 
-/// What a folder that a command writes is to hold.
-enum class FolderContent { kResult, kBlock };
 /// What to do with a folder that holds files of somebody else.
 enum class ForeignFiles { kRefuse, kReplace };
 
@@ -19,7 +19,7 @@ enum class ForeignFiles { kRefuse, kReplace };
 /// block), or where a run of this program was killed while it wrote there; files beside the tables
 /// of such a folder stay and do not matter. A folder that does not exist, and an empty one, can be
 /// written. Names that begin with a dot do not count. Call it before the work whose outcome is to
-/// be written.
+/// be written. A name that ends in ".h5" is one of a file, which is one of ours by what it holds.
 void RequireFolderFor(FolderContent content,
                       const std::filesystem::path& folder,
                       ForeignFiles foreign);

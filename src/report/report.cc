@@ -31,11 +31,12 @@ ReportFile WritePage(const Page& page,
 }  // namespace
 
 ReportFile WriteReport(const fs::path& folder, const fs::path& out, ProgressSink* progress) {
-  const fs::path file = out.empty() ? folder / "report.html" : out;
-  if (!fs::is_directory(folder)) {
-    throw InputError(FilePlace{folder.string(), 0, ""}, "is no folder; a result or a study is one");
+  const fs::path file = out.empty() ? FileOf(folder, "report.html") : out;
+  if (!fs::exists(folder)) {
+    throw InputError(FilePlace{folder.string(), 0, ""},
+                     "does not exist; a result or a study is needed");
   }
-  if (fs::exists(folder / "summary.json")) {
+  if (!fs::is_directory(folder) || fs::exists(folder / "summary.json")) {
     return WritePage(MakeResultPage(ReadResultFolder(folder, progress)), "result", file, progress);
   }
   const StudyFolder study = ReadStudyFolder(folder);
@@ -51,7 +52,7 @@ ReportFile WriteComparison(const fs::path& a,
                            const fs::path& b,
                            const fs::path& out,
                            ProgressSink* progress) {
-  const fs::path file = out.empty() ? b / "comparison.html" : out;
+  const fs::path file = out.empty() ? FileOf(b, "comparison.html") : out;
   const ResultFolder first = ReadResultFolder(a, progress);
   const ResultFolder second = ReadResultFolder(b, progress);
   return WritePage(MakeComparisonPage(first, second), "comparison", file, progress);

@@ -246,7 +246,7 @@ TEST_F(ReportFileTest, RefusesWhatIsNoResultAndNoStudy) {
   Put("summary.json", "{");
   EXPECT_THAT(test::MessageOf<InputError>(report), HasSubstr("is not valid JSON"));
   EXPECT_THAT(test::MessageOf<InputError>([&] { return WriteReport(folder_ / "none").bytes; }),
-              HasSubstr("is no folder"));
+              HasSubstr("none: does not exist; a result or a study is needed"));
 }
 
 TEST_F(ReportFileTest, SetsTwoResultsSideBySide) {
