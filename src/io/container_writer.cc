@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "output_folder.h"
 #include <hdf5_hl.h>
 
 namespace sarblock {
@@ -189,6 +190,7 @@ ContainerSink::ContainerSink(const std::filesystem::path& target,
   ids_[0].given = ids.passes;
   ids_[1].given = ids.points;
   if (target.has_parent_path()) MakeFolder(target.parent_path());
+  RemoveAbandoned(target);
   const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);

@@ -153,6 +153,14 @@ void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFile
            "); a new or empty folder is allowed, or --force to write among these files");
 }
 
+void RemoveAbandoned(const fs::path& file) {
+  std::error_code ignored;
+  const std::string begin = "." + file.filename().string() + std::string(kTemporary);
+  for (const fs::path& left : AbandonedIn(file.has_parent_path() ? file.parent_path() : ".")) {
+    if (left.filename().string().starts_with(begin)) fs::remove(left, ignored);
+  }
+}
+
 StagedFolder::StagedFolder(FolderContent content, fs::path folder)
     : content_(content), folder_(std::move(folder)) {
   MakeFolder(folder_);

@@ -24,6 +24,9 @@ void RequireFolderFor(FolderContent content,
                       const std::filesystem::path& folder,
                       ForeignFiles foreign);
 
+/// Removes what ended processes left half written of this file: `.NAME.tmp-PID` beside it.
+void RemoveAbandoned(const std::filesystem::path& file);
+
 /// Files that appear in a folder together: they are written to a hidden folder inside it and moved
 /// into place when all are whole. The file that says what the folder is (summary.json, block.toml)
 /// is taken away before the others are moved and comes last. So a run that is killed, or finds no
