@@ -53,18 +53,30 @@ bool HasMember(const OpenedContainer& opened, hid_t group, const std::string& na
   return true;
 }
 
-/// A dataset whose values all stand in the file.
+/// A dataset whose values all stand in the file, or are said not to be given where they do not.
 struct StoredColumn {
   Hdf5Id dataset;
   H5T_class_t type = H5T_NO_CLASS;
   std::size_t value_bytes = 0;
   bool variable_text = false;
   std::uint64_t rows = 0;
+  bool whole = true;
 };
 
-void RequireStored(const OpenedContainer& opened,
-                   const std::string& path,
-                   const StoredColumn& column) {
+/// Whether chunks that are not stored read as numbers that are not given: NaN, or -1 of integers.
+bool FillsWithNothing(hid_t creation, H5T_class_t type) {
+  H5D_fill_value_t defined = H5D_FILL_VALUE_UNDEFINED;
+  double fill = 0.0;
+  if (type == H5T_STRING || H5Pfill_value_defined(creation, &defined) < 0 ||
+      defined != H5D_FILL_VALUE_USER_DEFINED ||
+      H5Pget_fill_value(creation, H5T_NATIVE_DOUBLE, &fill) < 0) {
+    return false;
+  }
+  return type == H5T_FLOAT ? std::isnan(fill) : fill == -1.0;
+}
+
+void RequireStored(const OpenedContainer& opened, const std::string& path, StoredColumn* stored) {
+  StoredColumn& column = *stored;
   if (column.rows == 0) return;
   const Hdf5Id made(H5Dget_create_plist(column.dataset.get()), H5Pclose);
   const H5D_layout_t layout = H5Pget_layout(made.get());
@@ -72,7 +84,7 @@ void RequireStored(const OpenedContainer& opened,
     opened.Fail(path, "has its values in another file, they are needed in this one");
   }
   const bool filtered = H5Pget_nfilters(made.get()) > 0;
-  bool whole = true;
+  bool& whole = column.whole;
   if (layout == H5D_CHUNKED) {
     hsize_t chunk_rows = 0, chunks = 0;
     if (H5Pget_chunk(made.get(), 1, &chunk_rows) != 1 || chunk_rows == 0 ||
@@ -88,7 +100,8 @@ void RequireStored(const OpenedContainer& opened,
     whole = H5Dget_storage_size(column.dataset.get()) / column.value_bytes >= column.rows;
   }
   const std::uint64_t most = opened.bytes * (filtered ? kMostInflation : 1) / column.value_bytes;
-  if (!whole || column.rows > most) {
+  whole = whole && column.rows <= most;
+  if (!whole && !FillsWithNothing(made.get(), column.type)) {
     opened.Fail(path,
                 "has " + std::to_string(column.rows) + " rows, not all of which are in the file");
   }
@@ -99,9 +112,7 @@ StoredColumn OpenColumn(const OpenedContainer& opened,
                         const std::string& name,
                         const std::string& path) {
   StoredColumn column;
-  const Hdf5Id access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  // Values are read in order and once: room for one chunk of ours.
-  H5Pset_chunk_cache(access.get(), 101, kSlabRows * sizeof(double), 1.0);
+  const Hdf5Id access = ColumnAccess();
   column.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
   if (!column.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
   const Hdf5Id type(H5Dget_type(column.dataset.get()), H5Tclose);
@@ -118,7 +129,7 @@ StoredColumn OpenColumn(const OpenedContainer& opened,
   H5Sget_simple_extent_dims(space.get(), &rows, nullptr);
   column.rows = rows;
   if (column.value_bytes == 0) opened.Fail(path, "has values without a size");
-  RequireStored(opened, path, column);
+  RequireStored(opened, path, &column);
   return column;
 }
 
@@ -206,6 +217,14 @@ class ContainerTable final : public TableReader {
       if (HasMember(opened, group_.get(), names_[i])) OpenCells(i, columns[i].kind, ids);
     }
     RequireColumns(columns);
+    // Columns without values take no room in the file: another one has to vouch for the rows.
+    const auto vouches = [](const Cells& cells) {
+      return cells.stored.dataset.valid() && cells.stored.whole;
+    };
+    if (rows_ > 0 && std::none_of(columns_.begin(), columns_.end(), vouches)) {
+      opened.Fail("/" + std::string(table),
+                  "has " + std::to_string(rows_) + " rows, of which no column is in the file");
+    }
   }
 
   bool Next() override {

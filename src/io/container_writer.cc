@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -21,6 +22,12 @@ constexpr std::size_t kMostTextBytes = std::size_t{1} << 32;
 
 bool IsText(CellKind kind) {
   return kind == CellKind::kText || kind == CellKind::kPass || kind == CellKind::kPoint;
+}
+
+/// What stands for a number that is not given.
+double NotGivenOf(CellKind kind) {
+  const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
+  return counts ? -1.0 : std::numeric_limits<double>::quiet_NaN();
 }
 
 hid_t FileTypeOf(CellKind kind) {
@@ -61,8 +68,7 @@ class ContainerTableWriter final : public TableWriter {
   TableWriter& Number(double value) override {
     RefuseInfinity(value, sink_->name());
     Cells& cells = NextCells();
-    const bool counts = cells.kind == CellKind::kCount || cells.kind == CellKind::kFlag;
-    cells.numbers.push_back(counts && std::isnan(value) ? -1.0 : value);
+    cells.numbers.push_back(std::isnan(value) ? NotGivenOf(cells.kind) : value);
     return *this;
   }
   using TableWriter::Empty;
@@ -122,6 +128,13 @@ class ContainerTableWriter final : public TableWriter {
     return cells_[next_++];
   }
 
+  static bool NoneGiven(const Cells& cells) {
+    const double absent = NotGivenOf(cells.kind);
+    return std::all_of(cells.numbers.begin(), cells.numbers.end(), [absent](double value) {
+      return value == absent || (std::isnan(value) && std::isnan(absent));
+    });
+  }
+
   // A table of one slab or less gets datasets of just its size, a longer one datasets that grow.
   void Flush(std::uint64_t chunk_rows) {
     const hsize_t count = buffered_, extent = rows_ + buffered_;
@@ -129,11 +142,20 @@ class ContainerTableWriter final : public TableWriter {
     for (Cells& cells : cells_) {
       if (!cells.dataset.valid()) {
         cells.dataset = sink_->CreateColumn(
-            group_.get(), cells.name, FileTypeOf(cells.kind), grows ? 0 : count, chunk_rows);
+            group_.get(),
+            cells.name,
+            FileTypeOf(cells.kind),
+            grows ? 0 : count,
+            chunk_rows,
+            cells.texts != nullptr ? std::nullopt : std::optional(NotGivenOf(cells.kind)));
       }
       if (count == 0) continue;
       const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
       sink_->Require(H5Dset_extent(cells.dataset.get(), &extent) >= 0);
+      if (cells.texts == nullptr && NoneGiven(cells)) {
+        cells.numbers.clear();
+        continue;
+      }
       const Hdf5Id to = SelectRows(cells.dataset.get(), rows_, count);
       const bool text = cells.texts != nullptr;
       const void* const values = text ? static_cast<const void*>(cells.indices.data())
@@ -236,14 +258,18 @@ Hdf5Id ContainerSink::CreateColumn(hid_t group,
                                    const std::string& name,
                                    hid_t type,
                                    std::uint64_t rows,
-                                   std::uint64_t chunk_rows) const {
+                                   std::uint64_t chunk_rows,
+                                   std::optional<double> fill) const {
   const hsize_t extent = rows, chunk = chunk_rows;
   const bool grows = chunk_rows == kSlabRows && rows == 0;
   const hsize_t most = grows ? H5S_UNLIMITED : extent;
   const Hdf5Id space(H5Screate_simple(1, &extent, &most), H5Sclose);
   const Hdf5Id creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_chunk(creation.get(), 1, &chunk);
-  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
+  // So that the rest of a last chunk is the same bytes in every run.
+  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_ALLOC);
+  // Chunks without a value are not stored; readers find this in their place.
+  if (fill) H5Pset_fill_value(creation.get(), H5T_NATIVE_DOUBLE, &*fill);
   H5Pset_attr_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   // libhdf5 notes the time otherwise, and the same tables would not be the same bytes.
   H5Pset_obj_track_times(creation.get(), 0);
@@ -251,8 +277,7 @@ Hdf5Id ContainerSink::CreateColumn(hid_t group,
     H5Pset_shuffle(creation.get());
     H5Pset_deflate(creation.get(), 4);
   }
-  const Hdf5Id access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  H5Pset_chunk_cache(access.get(), 101, kSlabRows * sizeof(double), 1.0);
+  const Hdf5Id access = ColumnAccess();
   Hdf5Id dataset(
       H5Dcreate2(group, name.c_str(), type, space.get(), H5P_DEFAULT, creation.get(), access.get()),
       H5Dclose);

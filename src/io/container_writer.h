@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "hdf5_file.h"
@@ -35,12 +36,14 @@ class ContainerSink final : public TableSink {
     [[nodiscard]] std::uint32_t IndexOf(std::string_view text);
   };
   [[nodiscard]] Texts* ids(CellKind kind) { return &ids_[kind == CellKind::kPass ? 0 : 1]; }
-  /// A dataset of rows that are deflated where asked for; `rows` 0: as many as will come.
+  /// A dataset of rows that are deflated where asked for; `rows` 0: as many as will come. Chunks
+  /// that are not written read as `fill`, if there is one.
   [[nodiscard]] Hdf5Id CreateColumn(hid_t group,
                                     const std::string& name,
                                     hid_t type,
                                     std::uint64_t rows,
-                                    std::uint64_t chunk_rows) const;
+                                    std::uint64_t chunk_rows,
+                                    std::optional<double> fill = {}) const;
   /// Texts as strings of equal length, a dimension with values of the name `name`.
   void WriteTexts(hid_t group, const std::string& name, const IdTable& texts) const;
   void WriteAttribute(hid_t object, const std::string& name, std::string_view text) const;

@@ -41,6 +41,12 @@ Hdf5Id StringType(std::size_t bytes) {
   return type;
 }
 
+Hdf5Id ColumnAccess() {
+  Hdf5Id access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_chunk_cache(access.get(), 11, kSlabRows * sizeof(double), 1.0);
+  return access;
+}
+
 void SilenceHdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 Hdf5Id SelectRows(hid_t dataset, std::uint64_t first, std::uint64_t count) {

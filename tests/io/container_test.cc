@@ -191,6 +191,23 @@ TEST_F(ContainerTest, RefusesRowsThatAreNotStored) {
   EXPECT_THAT(Refusal("cut 5"), HasSubstr("is a file that is no HDF5 file"));
 }
 
+TEST_F(ContainerTest, ColumnsWithoutValuesTakeNoRoom) {
+  const auto write = [&](const char* name, double y_m) {
+    WriteTables(
+        FolderContent::kBlock, folder_ / name, Compression::kNone, {}, [&](TableSink* sink) {
+          const auto table = sink->Open("truth", kTruthColumns);
+          for (int row = 0; row < 100000; ++row) {
+            table->Text("P").Number(1.0).Number(y_m).Number(y_m).EndRow();
+          }
+          table->Commit();
+          sink->WriteText("block.toml", "");
+        });
+    return std::filesystem::file_size(folder_ / name);
+  };
+  EXPECT_LT(write("empty.h5", kNotGiven) + 1500000, write("full.h5", 2.0));
+  EXPECT_EQ(Convert(folder_ / "empty.h5", folder_ / "back").rows, 100000u);
+}
+
 TEST_F(ContainerTest, TellsABlockFromAResult) {
   WriteResult(folder_ / "r.h5", block_, options_, result_, context_);
   WriteBlock(folder_ / "b.h5", block_, options_);
