@@ -4,8 +4,8 @@
 #   commands   wall time and peak memory of simulate, check and adjust for 1e3, 1e4 and 1e5 points
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
-#   container  the HDF5 file against the folder, 1e6 points: stages read and write of adjust, convert from
-#              and to each, peak memory; least of three runs, interleaved
+#   container  the HDF5 file against the folder, 1e6 points: stages read and write of one adjust, check and
+#              convert from and to each, the least of three, interleaved; peak memory
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
 #   solve      stage solve with one thread, 100,000 points: straight strips, with 0.1 mm of noise in the
 #              states, and an orbit; both engines, and those of SARBLOCK_OTHER (another program) beside
@@ -110,7 +110,8 @@ def block(points):
 
 
 def stages(folder, *extra):
-    _, _, text = run("adjust", folder, "-o", f"{work}/result", "--json", *extra)
+    out = [] if "-o" in extra else ["-o", f"{work}/result"]
+    _, _, text = run("adjust", folder, *out, "--json", *extra)
     return json.loads(text)
 
 
@@ -308,24 +309,24 @@ elif name == "container":
         least[what, kind] = min(seconds, least.get((what, kind), seconds))
         peak[what, kind] = min(mib, peak.get((what, kind), mib))
 
+    for kind, (ending, source) in kinds.items():
+        result, _ = measured(source, "-o", f"{work}/result{ending}")
+        for stage in ("read", "write"):
+            cost = result["stages"][stage]
+            note(f"adjust: stage {stage}", kind, cost["wall_s"], cost["peak_mib"])
     for _ in range(3):
         for kind, (ending, source) in kinds.items():
             wall, mib, _ = run("check", source, "--dump-config")
             note("read the block (check --dump-config)", kind, wall, mib)
-            wall, mib, text = run("adjust", source, "-o", f"{work}/result{ending}", "--json")
-            stages_of = json.loads(text)["stages"]
-            note("adjust: stage read", kind, stages_of["read"]["wall_s"], stages_of["read"]["peak_mib"])
-            note("adjust: stage write", kind, stages_of["write"]["wall_s"], mib)
-    for _ in range(3):
         for what, of in (("block", folder), ("result", f"{work}/result")):
             for kind, (ending, _) in kinds.items():
-                wall, mib, _ = run("convert", of + ending, f"{work}/copied.h5")
-                note(f"convert {what}, from", kind, wall, mib)
-                wall, mib, _ = run("convert", f"{of}.h5", f"{work}/copied{ending}")
-                note(f"convert {what}, to", kind, wall, mib)
-                shutil.rmtree(f"{work}/copied", ignore_errors=True)
-                if os.path.exists(f"{work}/copied.h5"):
-                    os.remove(f"{work}/copied.h5")
+                for way, a, b in (("from", of + ending, f"{work}/copied.h5"),
+                                  ("to", f"{of}.h5", f"{work}/copied{ending}")):
+                    wall, mib, _ = run("convert", a, b)
+                    note(f"convert a {what} {way}", kind, wall, mib)
+                    shutil.rmtree(f"{work}/copied", ignore_errors=True)
+                    if os.path.exists(f"{work}/copied.h5"):
+                        os.remove(f"{work}/copied.h5")
     print("what,folder_s,file_s,ratio,folder_mib,file_mib")
     for what, kind in least:
         if kind == "folder":
