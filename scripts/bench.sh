@@ -4,6 +4,8 @@
 #   commands   wall time and peak memory of simulate, check and adjust for 1e3, 1e4 and 1e5 points
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
+#   container  the HDF5 file against the folder, 1e6 points: stages read and write of one adjust, check and
+#              convert from and to each, the least of three, interleaved; peak memory
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
 #   solve      stage solve with one thread, 100,000 points: straight strips, with 0.1 mm of noise in the
 #              states, and an orbit; both engines, and those of SARBLOCK_OTHER (another program) beside
@@ -109,7 +111,8 @@ def block(points):
 
 
 def stages(folder, *extra):
-    _, _, text = run("adjust", folder, "-o", f"{work}/result", "--json", *extra)
+    out = [] if "-o" in extra else ["-o", f"{work}/result"]
+    _, _, text = run("adjust", folder, *out, "--json", *extra)
     return json.loads(text)
 
 
@@ -316,6 +319,39 @@ elif name == "reading":
         size = os.path.getsize(f"{folder}/observations.csv") / 1e6
         wall, peak, text = run("check", folder, "--json")
         print(f"{points},{json.loads(text)['looks']},{size:.0f},{wall:.2f},{size / wall:.0f},{peak:.0f}")
+elif name == "container":
+    folder, _ = block(1000000)
+    run("convert", folder, f"{folder}.h5")
+    kinds = {"folder": ("", folder), "file": (".h5", f"{folder}.h5")}
+    least, peak = {}, {}
+
+    def note(what, kind, seconds, mib):
+        least[what, kind] = min(seconds, least.get((what, kind), seconds))
+        peak[what, kind] = min(mib, peak.get((what, kind), mib))
+
+    for kind, (ending, source) in kinds.items():
+        result, _ = measured(source, "-o", f"{work}/result{ending}")
+        for stage in ("read", "write"):
+            cost = result["stages"][stage]
+            note(f"adjust: stage {stage}", kind, cost["wall_s"], cost["peak_mib"])
+    for _ in range(3):
+        for kind, (ending, source) in kinds.items():
+            wall, mib, _ = run("check", source, "--dump-config")
+            note("read the block (check --dump-config)", kind, wall, mib)
+        for what, of in (("block", folder), ("result", f"{work}/result")):
+            for kind, (ending, _) in kinds.items():
+                for way, a, b in (("from", of + ending, f"{work}/copied.h5"),
+                                  ("to", f"{of}.h5", f"{work}/copied{ending}")):
+                    wall, mib, _ = run("convert", a, b)
+                    note(f"convert a {what} {way}", kind, wall, mib)
+                    shutil.rmtree(f"{work}/copied", ignore_errors=True)
+                    if os.path.exists(f"{work}/copied.h5"):
+                        os.remove(f"{work}/copied.h5")
+    print("what,folder_s,file_s,ratio,folder_mib,file_mib")
+    for what, kind in least:
+        if kind == "folder":
+            a, b = least[what, "folder"], least[what, "file"]
+            print(f"{what},{a:.2f},{b:.2f},{a / b:.1f},{peak[what, 'folder']:.0f},{peak[what, 'file']:.0f}")
 elif name == "selection":
     folder = f"{work}/block"
     run("simulate", "datasets/scenes/block-12-strips.toml", "-o", folder)
@@ -337,6 +373,6 @@ elif name == "selection":
     print("runs,auto_cpu_s,final_cpu_s,ratio")
     print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
-    sys.exit("bench.sh: NAME is commands, stages, reading, engines, solve, growth, network, largest, "
+    sys.exit("bench.sh: NAME is commands, stages, reading, container, engines, solve, growth, network, largest, "
              "covariance, selection, machine or build")
 PY

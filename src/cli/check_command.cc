@@ -97,7 +97,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
 void AddCheck(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<CheckArguments>();
   CLI::App* command = app->add_subcommand("check", "Validate and describe a block, change nothing");
-  command->add_option("block", arguments->block, "Folder of the block")->required();
+  command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, as adjust would");

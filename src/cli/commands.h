@@ -13,5 +13,6 @@ void AddIntersect(CLI::App* app, Session* session);
 void AddPredict(CLI::App* app, Session* session);
 void AddAdjust(CLI::App* app, Session* session);
 void AddExport(CLI::App* app, Session* session);
+void AddConvert(CLI::App* app, Session* session);
 
 }  // namespace sarblock::cli

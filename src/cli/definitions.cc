@@ -62,7 +62,7 @@ std::string ConstraintIn(std::string_view type) {
 }
 
 /// What an option takes, from CLI11's name of its type and validators. A text whose help begins
-/// with "Folder" is one.
+/// with "Folder" is one, unless it goes on "or .h5 file".
 void SetValue(const std::string& type, OptionDefinition* definition) {
   definition->choices = ChoicesIn(type);
   if (definition->names.back() == "--set") {
@@ -76,7 +76,8 @@ void SetValue(const std::string& type, OptionDefinition* definition) {
   } else {
     definition->constraint = ConstraintIn(type);
     const std::string base = type.substr(0, type.find_first_of(": "));
-    if (base == "TEXT" && definition->help.starts_with("Folder")) {
+    if (base == "TEXT" && definition->help.starts_with("Folder") &&
+        definition->help.find(".h5 file") == std::string::npos) {
       definition->value = "FOLDER";
       definition->kind = ValueKind::kFolder;
     } else if (base == "FLOAT") {
@@ -144,7 +145,9 @@ std::vector<SetKey> SetKeysOf(const std::string& command_path) {
   std::vector<SetKey> keys;
   const std::string command = command_path.substr(0, command_path.find(' '));
   // These read no configuration.
-  if (command == "leberl" || command == "report" || command == "export") return keys;
+  if (command == "leberl" || command == "report" || command == "export" || command == "convert") {
+    return keys;
+  }
   if (command == "study") {
     for (const std::string& key : StudyKeys(command_path)) keys.push_back({key, {}, ""});
     return keys;

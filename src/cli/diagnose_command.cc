@@ -117,7 +117,7 @@ void AddDiagnose(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command = app->add_subcommand(
       "diagnose", "Explain by people's mistakes why a block contradicts itself, most likely first");
-  command->add_option("block", arguments->block, "Folder of the block")->required();
+  command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, as adjust would");

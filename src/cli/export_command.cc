@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/exchange/export.h"
+#include "sarblock/io/atomic_file.h"
 #include "sarblock/io/result_reader.h"
 
 #include <chrono>
@@ -70,9 +71,9 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   options.ellipses = !arguments.no_ellipses;
   options.cross_covariances = !arguments.no_cross;
   options.created_utc = NowUtc();
-  const std::filesystem::path out =
-      arguments.out.empty() ? std::filesystem::path(arguments.result) / DefaultExportName(format)
-                            : std::filesystem::path(arguments.out);
+  const std::filesystem::path out = arguments.out.empty()
+                                        ? FileOf(arguments.result, DefaultExportName(format))
+                                        : std::filesystem::path(arguments.out);
   RequireTargetFor(format, out, arguments.foreign);
   const ExportReport report =
       Naming(arguments.result, [&] { return ExportResult(result, format, out, options); });
@@ -97,7 +98,7 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
 void AddExport(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app->add_subcommand("export", "Write a result in a format of other programs");
-  command->add_option("result", arguments->result, "Folder of the result")->required();
+  command->add_option("result", arguments->result, "Folder or .h5 file of the result")->required();
   std::map<std::string, ExportFormat> formats;
   for (std::size_t i = 0; i < ExportFormatNames().size(); ++i) {
     formats[ExportFormatNames()[i]] = static_cast<ExportFormat>(i);
@@ -107,7 +108,8 @@ void AddExport(CLI::App* app, Session* session) {
       ->transform(ChoiceOf(formats));
   command->add_option("-o,--output",
                       arguments->out,
-                      "File to write, a folder for isis and eof (default: in the result's folder)");
+                      "File to write, a folder for isis and eof (default: in the result's folder, "
+                      "beside its file)");
   command
       ->add_option("--confidence",
                    arguments->confidence_percent,

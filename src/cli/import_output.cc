@@ -19,9 +19,10 @@ std::string ImportOutput::BlockName() const {
 }
 
 void AddImportOutput(CLI::App* command, ImportOutput* output) {
-  command->add_option("-o,--output", output->folder, "Folder of the block to write")->required();
+  command->add_option("-o,--output", output->folder, "Folder or .h5 file of the block to write")
+      ->required();
   command->add_option("--name", output->name, "Name of the block (left out: that of its folder)");
-  command->add_flag("--gzip", output->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_flag("--gzip", output->gzip, "Write the tables compressed (.csv.gz, deflate)");
   command->add_flag("--force", output->force, "Write into a folder that holds other files");
 }
 

@@ -25,10 +25,10 @@ struct ParallaxInput {
 };
 
 enum Column : std::size_t { kPoint, kGroundRange, kPointHeight, kParallax };
-constexpr std::array<CsvColumn, 4> kColumns = {{{"point", CsvNeed::kOptional},
-                                                {"ground_range_m", CsvNeed::kRequired},
-                                                {"point_height_m", CsvNeed::kOptional},
-                                                {"parallax_m", CsvNeed::kOptional}}};
+constexpr std::array<TableColumn, 4> kColumns = {{{"point", ColumnNeed::kOptional},
+                                                  {"ground_range_m", ColumnNeed::kRequired},
+                                                  {"point_height_m", ColumnNeed::kOptional},
+                                                  {"parallax_m", ColumnNeed::kOptional}}};
 
 /// One answered row; NaN where the exact relation has no answer.
 struct ParallaxRow {

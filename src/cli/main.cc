@@ -81,6 +81,7 @@ int Main(int argc, char** argv) {
   AddDiagnose(&app, &session);
   AddReport(&app, &session);
   AddExport(&app, &session);
+  AddConvert(&app, &session);
   AddStudy(&app, &session);
   AddLeberl(&app, &session);
   AddManualOptions(&app);

@@ -53,12 +53,16 @@ void AddReport(CLI::App* app, Session* session) {
   CLI::App* command = app->add_subcommand(
       "report", "One HTML file that shows a result or a study, or two results side by side");
   command
-      ->add_option("folders", arguments->folders, "Folder of a result or a study; or two results")
+      ->add_option("folders",
+                   arguments->folders,
+                   "Folder of a result or a study, .h5 file of a result; or two results")
       ->required()
       ->expected(1, 2);
-  command->add_option("-o,--output",
-                      arguments->out,
-                      "File to write (report.html in the folder, comparison.html in the second)");
+  command->add_option(
+      "-o,--output",
+      arguments->out,
+      "File to write (report.html in the folder or beside the file, comparison.html in the "
+      "second)");
   AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
   command->callback([=] { session->run = [=] { return RunReport(*arguments, *session); }; });
 }

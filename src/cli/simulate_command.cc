@@ -67,8 +67,9 @@ void AddSimulate(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app->add_subcommand("simulate", "Make a block with known truth from a scene");
   command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
-  command->add_option("-o,--output", arguments->out, "Folder of the block to write")->required();
-  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_option("-o,--output", arguments->out, "Folder or .h5 file of the block to write")
+      ->required();
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
   AddForce(command, &arguments->foreign);
   command->callback([=] { session->run = [=] { return RunSimulate(*arguments, *session); }; });
 }

@@ -73,8 +73,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   std::error_code ignored;
   if (std::filesystem::equivalent(arguments.block, arguments.out, ignored)) {
     throw InputError(arguments.out,
-                     "is the folder of the block, whose tables the result would overwrite; any "
-                     "other folder is allowed");
+                     "is the block, whose tables the result would overwrite; any other name is "
+                     "allowed");
   }
   RequireFolderFor(FolderContent::kResult, arguments.out, arguments.foreign);
   if (!file.adjust.rejections_file.empty()) {
@@ -127,10 +127,11 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
 void AddSolver(CLI::App* app, Session* session, Solver solver) {
   auto arguments = std::make_shared<SolveArguments>();
   CLI::App* command = app->add_subcommand(solver.name, solver.help);
-  command->add_option("block", arguments->block, "Folder of the block")->required();
-  command->add_option("-o,--output", arguments->out, "Folder of the result to write")->required();
+  command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
+  command->add_option("-o,--output", arguments->out, "Folder or .h5 file of the result to write")
+      ->required();
   command->add_flag("--strict", arguments->strict, "Exit code 1 also if a test failed");
-  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz)");
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
   AddForce(command, &arguments->foreign);
   command->add_flag(
       "--report", arguments->report, "Write report.html into the result's folder as well");

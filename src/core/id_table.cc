@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <tuple>
 
 namespace sarblock {
 namespace {
@@ -76,6 +77,7 @@ constexpr std::size_t kNoBound = std::numeric_limits<std::size_t>::max();
 }  // namespace
 
 std::uint32_t IdTable::Append(std::string_view id) {
+  ascending_ = ascending_ && IsAfterLast(id);
   const std::size_t end = text_.size() + id.size();
   if (end >= kNone || size() + 1 >= kNone) {
     throw InputError("ids", "more than 4 GB of ids in one table");
@@ -94,7 +96,15 @@ std::uint32_t IdTable::Append(std::string_view id) {
   return index;
 }
 
+bool IdTable::IsAfterLast(std::string_view id) const {
+  if (size() == 0) return true;
+  const std::string_view last = (*this)[size() - 1];
+  if (id.empty() || last.empty()) return false;
+  return std::tuple(id.front(), id.size(), id) > std::tuple(last.front(), last.size(), last);
+}
+
 std::uint32_t IdTable::FindOrAppend(std::string_view id) {
+  if (slots_.empty() && ascending_ && IsAfterLast(id)) return Append(id);
   const std::uint32_t found = Find(id);
   return found != kNone ? found : Append(id);
 }

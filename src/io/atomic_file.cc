@@ -10,6 +10,7 @@
 #include <climits>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <system_error>
 
 #include <fcntl.h>
@@ -53,12 +54,33 @@ bool IsSpecial(const std::filesystem::path& target) {
 
 }  // namespace
 
+TemporaryName::TemporaryName(const std::filesystem::path& target) : target_(target) {
+  const std::string ending = ".tmp-" + std::to_string(::getpid());
+  name_ = (target.parent_path() / ("." + target.filename().string() + ending)).string();
+  ::unlink(name_.c_str());
+  slot_ = Register(name_);
+}
+
+TemporaryName::~TemporaryName() {
+  if (name_.empty()) return;
+  ::unlink(name_.c_str());
+  Unregister(slot_);
+}
+
+void TemporaryName::Commit() {
+  if (std::rename(name_.c_str(), target_.c_str()) != 0) {
+    throw InputError(FilePlace{target_.string(), 0, ""},
+                     std::string("cannot be replaced: ") + std::strerror(errno));
+  }
+  Unregister(slot_);
+  name_.clear();
+}
+
 struct AtomicFile::State {
   std::filesystem::path target;
-  std::string temporary;  // empty: written directly
+  std::optional<TemporaryName> temporary;  // nothing: written directly
   int descriptor = -1;
   gzFile gzip = nullptr;
-  int slot = -1;
   std::string buffer;
 
   void Close() {
@@ -67,33 +89,21 @@ struct AtomicFile::State {
     gzip = nullptr;
     descriptor = -1;
   }
-  ~State() {
-    Close();
-    if (!temporary.empty()) {
-      ::unlink(temporary.c_str());
-      Unregister(slot);
-    }
-  }
+  ~State() { Close(); }
 };
 
 AtomicFile::AtomicFile(const std::filesystem::path& target, Compression compression)
     : state_(std::make_unique<State>()) {
   state_->target = target;
   state_->buffer.reserve(kBufferBytes);
-  std::filesystem::path name = target;
+  std::string name = target.string();
   int flags = O_WRONLY | O_CLOEXEC;
   if (!IsSpecial(target)) {
-    const std::string ending = ".tmp-" + std::to_string(::getpid());
-    name = target.parent_path() / ("." + target.filename().string() + ending);
+    name = state_->temporary.emplace(target).name();
     flags |= O_CREAT | O_EXCL;
-    ::unlink(name.c_str());  // left by a killed process that had the same number
   }
   state_->descriptor = ::open(name.c_str(), flags, 0666);
   if (state_->descriptor < 0) Fail("cannot be written");
-  if ((flags & O_CREAT) != 0) {
-    state_->temporary = name.string();
-    state_->slot = Register(state_->temporary);
-  }
   if (compression == Compression::kGzip) {
     state_->gzip = gzdopen(state_->descriptor, "wb");
     if (state_->gzip == nullptr) Fail("cannot be written");
@@ -139,12 +149,7 @@ void AtomicFile::Commit() {
   state_->gzip = nullptr;
   state_->descriptor = -1;
   if (code != 0) Fail("writing failed");
-  if (state_->temporary.empty()) return;
-  if (std::rename(state_->temporary.c_str(), state_->target.c_str()) != 0) {
-    Fail("cannot be replaced");
-  }
-  Unregister(state_->slot);
-  state_->temporary.clear();
+  if (state_->temporary) state_->temporary->Commit();
 }
 
 void AtomicFile::Fail(const std::string& doing) {
@@ -156,6 +161,11 @@ void RemoveOpenTemporaryFiles() noexcept {
   for (Slot& slot : g_slots) {
     if (slot.state.load() == 2) ::unlink(slot.name);
   }
+}
+
+std::filesystem::path FileOf(const std::filesystem::path& owner, const std::string& name) {
+  if (!std::filesystem::is_regular_file(owner)) return owner / name;
+  return owner.parent_path() / (owner.stem().string() + "." + name);
 }
 
 void MakeFolder(const std::filesystem::path& folder) {

@@ -27,31 +27,15 @@ enum {
   kObservedPixelSigma
 };
 
-std::array<CsvColumn, 14> Columns(Measurements measurements) {
-  const CsvNeed measured =
-      measurements == Measurements::kRequired ? CsvNeed::kRequired : CsvNeed::kOptional;
-  return {{{"pass", CsvNeed::kRequired},
-           {"point", CsvNeed::kRequired},
-           {"time_s", measured},
-           {"range_m", measured},
-           {"squint_deg"},
-           {"doppler_hz"},
-           {"range_sigma_m"},
-           {"azimuth_sigma_m"},
-           {"time_sigma_s"},
-           {"rejected"},
-           {"line"},
-           {"pixel"},
-           {"line_sigma_px"},
-           {"pixel_sigma_px"}}};
-}
-
 // The table, with columns for what was measured: time and range, or line and pixel.
-CsvReader OpenLooks(const BlockReading& reading) {
-  CsvReader reader = reading.source.Require("observations", Columns(Measurements::kOptional));
-  const bool image = reader.Has(kObservedLine) && reader.Has(kObservedPixel);
-  if (image || reading.options.measurements == Measurements::kOptional) return reader;
-  return reading.source.Require("observations", Columns(Measurements::kRequired));
+std::unique_ptr<TableReader> OpenLooks(const BlockReading& reading) {
+  auto reader = reading.source.Require("observations", kObservationColumns);
+  const bool image = reader->Has(kObservedLine) && reader->Has(kObservedPixel);
+  if (!image && reading.options.measurements == Measurements::kRequired) {
+    reader->RequireColumn(kObservedTime);
+    reader->RequireColumn(kObservedRange);
+  }
+  return reader;
 }
 
 // Appends to a column that begins to exist with its first value other than `standard`.
@@ -63,7 +47,7 @@ void Append(double value, double standard, std::size_t row, std::vector<double>*
 }
 
 // Time and range as they stand; NaN where a plan gives none.
-RadarCoordinates ReadRadar(const CsvReader& reader, Measurements measurements) {
+RadarCoordinates ReadRadar(const TableReader& reader, Measurements measurements) {
   const bool required = measurements == Measurements::kRequired;
   const RadarCoordinates radar{
       required ? reader.RequiredNumber(kObservedTime) : reader.Number(kObservedTime),
@@ -74,7 +58,7 @@ RadarCoordinates ReadRadar(const CsvReader& reader, Measurements measurements) {
   return radar;
 }
 
-RadarCoordinates ReadImage(const CsvReader& reader, const Pass& pass) {
+RadarCoordinates ReadImage(const TableReader& reader, const Pass& pass) {
   for (const std::size_t column : {kObservedTime, kObservedRange}) {
     if (reader.Given(column)) {
       reader.Fail(column, "stands beside line and pixel, one of both is allowed");
@@ -96,7 +80,7 @@ RadarCoordinates ReadImage(const CsvReader& reader, const Pass& pass) {
   return *radar;
 }
 
-RadarCoordinates ReadMeasured(const CsvReader& reader,
+RadarCoordinates ReadMeasured(const TableReader& reader,
                               const Pass& pass,
                               const ReadOptions& options) {
   const bool image = reader.Given(kObservedLine) || reader.Given(kObservedPixel);
@@ -113,7 +97,7 @@ RadarCoordinates ReadMeasured(const CsvReader& reader,
   return radar;
 }
 
-double ReadSquint(const CsvReader& reader) {
+double ReadSquint(const TableReader& reader) {
   const double squint_deg = reader.Number(kObservedSquint);
   if (!(std::abs(squint_deg) < 90.0)) {
     reader.Fail(kObservedSquint,
@@ -122,7 +106,7 @@ double ReadSquint(const CsvReader& reader) {
   return squint_deg * kRadPerDeg;
 }
 
-double ReadDoppler(const CsvReader& reader, const Pass& pass, double time_s) {
+double ReadDoppler(const TableReader& reader, const Pass& pass, double time_s) {
   const double doppler_hz = reader.Number(kObservedDoppler);
   if (std::isnan(pass.wavelength_m)) {
     reader.Fail(kObservedDoppler,
@@ -143,7 +127,7 @@ double ReadDoppler(const CsvReader& reader, const Pass& pass, double time_s) {
 }
 
 // Squint [rad] or Doppler [Hz], and the flag that tells which.
-double ReadCone(const CsvReader& reader, const Pass& pass, double time_s, std::uint8_t* flags) {
+double ReadCone(const TableReader& reader, const Pass& pass, double time_s, std::uint8_t* flags) {
   const bool squint = reader.Given(kObservedSquint), doppler = reader.Given(kObservedDoppler);
   if (squint && doppler) {
     reader.Fail(kObservedDoppler, "stands beside squint_deg, one of both is allowed");
@@ -153,7 +137,7 @@ double ReadCone(const CsvReader& reader, const Pass& pass, double time_s, std::u
 }
 
 // The one number above 0 that the row gives among `columns`; its column, or nothing.
-std::optional<std::size_t> OneOfColumns(const CsvReader& reader,
+std::optional<std::size_t> OneOfColumns(const TableReader& reader,
                                         std::initializer_list<std::size_t> columns,
                                         double* value) {
   std::optional<std::size_t> found;
@@ -170,7 +154,7 @@ std::optional<std::size_t> OneOfColumns(const CsvReader& reader,
   return found;
 }
 
-const ImageGrid& RequireImage(const CsvReader& reader, const Pass& pass, std::size_t column) {
+const ImageGrid& RequireImage(const TableReader& reader, const Pass& pass, std::size_t column) {
   if (!pass.image) {
     reader.Fail(column,
                 "pass " + Quoted(pass.id) +
@@ -180,7 +164,7 @@ const ImageGrid& RequireImage(const CsvReader& reader, const Pass& pass, std::si
   return *pass.image;
 }
 
-double ReadAzimuthSigma(const CsvReader& reader, const Pass& pass, std::uint8_t* flags) {
+double ReadAzimuthSigma(const TableReader& reader, const Pass& pass, std::uint8_t* flags) {
   double sigma = kNotGiven;
   const auto column =
       OneOfColumns(reader, {kObservedAzimuthSigma, kObservedTimeSigma, kObservedLineSigma}, &sigma);
@@ -196,7 +180,7 @@ double ReadAzimuthSigma(const CsvReader& reader, const Pass& pass, std::uint8_t*
   return sigma;
 }
 
-double ReadRangeSigma(const CsvReader& reader,
+double ReadRangeSigma(const TableReader& reader,
                       const Pass& pass,
                       double pass_pixel_sigma_px,
                       const RadarCoordinates& radar) {
@@ -235,36 +219,43 @@ void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32
     }
   }
   if (second == std::numeric_limits<std::size_t>::max()) return;
-  CsvReader reader = OpenLooks(reading);
+  const auto reader = OpenLooks(reading);
   std::size_t first_line = 0;
-  for (std::size_t row = 0; row <= second && reader.Next(); ++row) {
-    if (row == first) first_line = reader.line();
+  for (std::size_t row = 0; row <= second && reader->Next(); ++row) {
+    if (row == first) first_line = reader->line();
   }
-  reader.Fail(kObservedPoint,
-              "pass " + Quoted(reader.Text(kObservedPass)) + " sees point " +
-                  Quoted(block.points.ids[point_found]) + " twice, first on line " +
-                  std::to_string(first_line) + "; one look per pass and point is allowed");
+  reader->Fail(kObservedPoint,
+               "pass " + Quoted(reader->Text(kObservedPass)) + " sees point " +
+                   Quoted(block.points.ids[point_found]) + " twice, first on " +
+                   reader->NameOfLine(first_line) + "; one look per pass and point is allowed");
 }
 
 }  // namespace
 
 void ReadLooks(BlockReading* reading) {
-  CsvReader reader = OpenLooks(*reading);
+  auto opened = OpenLooks(*reading);
+  TableReader& reader = *opened;
   WarnOfUnknownColumns(reader, &reading->result.warnings);
   Block& block = reading->result.block;
   Points& points = block.points;
   Looks& looks = block.looks;
   std::vector<std::uint32_t> point_of_look;
+  looks.time_s.reserve(reader.RowCount());
+  looks.range_m.reserve(reader.RowCount());
+  looks.pass.reserve(reader.RowCount());
+  looks.flags.reserve(reader.RowCount());
+  point_of_look.reserve(reader.RowCount());
   while (reader.Next()) {
     const std::size_t row = looks.size();
     const std::uint32_t pass_index = FindPass(reader, kObservedPass, reading->pass_ids);
     const Pass& pass = block.passes[pass_index];
-    const std::uint32_t point = points.ids.FindOrAppend(reader.Id(kObservedPoint));
+    const std::uint32_t point = reader.Lookup(
+        kObservedPoint, [&] { return points.ids.FindOrAppend(reader.Id(kObservedPoint)); });
     if (point == points.size()) {  // a tie point that points.csv does not name
       points.role.push_back(PointRole::kTie);
       points.given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
     }
-    std::uint8_t flags = ReadRejected(reader, kObservedRejected) ? Looks::kRejected : 0;
+    std::uint8_t flags = reader.Flag(kObservedRejected) ? Looks::kRejected : 0;
     const RadarCoordinates radar = ReadMeasured(reader, pass, reading->options);
     const double pixel_sigma_px = reading->pixel_sigma_px[pass_index];
     Append(ReadCone(reader, pass, radar.time_s, &flags), 0.0, row, &looks.cone);
@@ -278,6 +269,7 @@ void ReadLooks(BlockReading* reading) {
     point_of_look.push_back(point);
     if (row % 65536 == 65535) Step(reading->options.progress, "read", row, 0, "looks");
   }
+  opened.reset();  // sorting takes the most memory
   RefuseDuplicates(*reading, SortLooksByPoint(point_of_look, points.size(), &looks));
 }
 

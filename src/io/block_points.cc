@@ -26,23 +26,8 @@ enum {
   kPointCovEU,
   kPointCovNU
 };
-constexpr std::array<CsvColumn, 14> kColumns{{{"point", CsvNeed::kRequired},
-                                              {"role"},
-                                              {"x_m"},
-                                              {"y_m"},
-                                              {"z_m"},
-                                              {"lat_deg"},
-                                              {"lon_deg"},
-                                              {"h_m"},
-                                              {"sigma_e_m"},
-                                              {"sigma_n_m"},
-                                              {"sigma_u_m"},
-                                              {"cov_en_m2"},
-                                              {"cov_eu_m2"},
-                                              {"cov_nu_m2"}}};
-
 // Three cells that are given together or not at all.
-bool AllGiven(const CsvReader& reader, std::size_t first) {
+bool AllGiven(const TableReader& reader, std::size_t first) {
   int given = 0;
   for (std::size_t i = first; i < first + 3; ++i) given += reader.Given(i) ? 1 : 0;
   for (std::size_t i = first; given > 0 && i < first + 3; ++i) {
@@ -51,7 +36,7 @@ bool AllGiven(const CsvReader& reader, std::size_t first) {
   return given == 3;
 }
 
-Eigen::Vector3d ReadPosition(const CsvReader& reader, const Frame& frame, PointRole role) {
+Eigen::Vector3d ReadPosition(const TableReader& reader, const Frame& frame, PointRole role) {
   const bool cartesian = AllGiven(reader, kPointX), geodetic = AllGiven(reader, kPointLat);
   if (cartesian && geodetic) {
     reader.Fail(kPointLat, "stands beside x_m, y_m, z_m; one kind of coordinates is allowed");
@@ -81,13 +66,13 @@ Eigen::Vector3d ReadPosition(const CsvReader& reader, const Frame& frame, PointR
   return Eigen::Vector3d::Constant(kNotGiven);
 }
 
-void RefuseCovariance(const CsvReader& reader, std::size_t column, bool both_held) {
+void RefuseCovariance(const TableReader& reader, std::size_t column, bool both_held) {
   if (reader.Given(column) && !both_held) {
     reader.Fail(column, "is given without the standard deviations of both components");
   }
 }
 
-KnownPosition ReadKnown(const CsvReader& reader, PointRole role, std::uint32_t point) {
+KnownPosition ReadKnown(const TableReader& reader, PointRole role, std::uint32_t point) {
   KnownPosition known;
   known.point = point;
   Eigen::Matrix3d& covariance = known.covariance_enu_m2;
@@ -141,7 +126,7 @@ KnownPosition ReadKnown(const CsvReader& reader, PointRole role, std::uint32_t p
   return known;
 }
 
-void RefuseGeodeticInLocal(const CsvReader& reader) {
+void RefuseGeodeticInLocal(const TableReader& reader) {
   for (const std::size_t column : {kPointLat, kPointLon, kPointHeight}) {
     if (reader.Has(column)) {
       reader.Fail(column, "a local frame has no geodetic coordinates; x_m, y_m, z_m are allowed");
@@ -151,7 +136,7 @@ void RefuseGeodeticInLocal(const CsvReader& reader) {
 
 }  // namespace
 
-PointRole ReadRole(const CsvReader& reader, std::size_t column) {
+PointRole ReadRole(const TableReader& reader, std::size_t column) {
   const std::string_view role = reader.Text(column);
   if (role.empty() || role == "tie") return PointRole::kTie;
   if (role == "control") return PointRole::kControl;
@@ -162,9 +147,9 @@ PointRole ReadRole(const CsvReader& reader, std::size_t column) {
 }
 
 void ReadPoints(BlockReading* reading) {
-  auto opened = reading->source.Open("points", kColumns);
+  auto opened = reading->source.Open("points", kPointColumns);
   if (!opened) return;
-  CsvReader& reader = *opened;
+  TableReader& reader = *opened;
   WarnOfUnknownColumns(reader, &reading->result.warnings);
   const Frame& frame = reading->result.block.frame;
   if (frame.kind() == FrameKind::kLocal) RefuseGeodeticInLocal(reader);
@@ -173,7 +158,7 @@ void ReadPoints(BlockReading* reading) {
   while (reader.Next()) {
     const std::string_view id = reader.Id(kPointId);
     const auto index = static_cast<std::uint32_t>(points.size());
-    if (points.ids.FindOrAppend(id) != index) {
+    if (reader.Lookup(kPointId, [&] { return points.ids.FindOrAppend(id); }) != index) {
       reader.Fail(kPointId, Quoted(id) + " stands twice, one row a point is allowed");
     }
     const PointRole role = ReadRole(reader, kPointRole);

@@ -7,12 +7,11 @@
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
 #include "number.h"
+#include "open_tables.h"
 #include "toml_reader.h"
 
 namespace sarblock {
 namespace {
-
-constexpr FolderKind kBlock{"block", "block.toml, trajectories.csv and observations.csv"};
 
 BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   BlockReading reading{source, options, {}, {}, {}, {}, {}};
@@ -35,7 +34,7 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
 }  // namespace
 
 BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
-  return ReadBlockFrom(*TablesOfFolder(folder, kBlock), options);
+  return ReadBlockFrom(*TablesAt(folder, FolderContent::kBlock), options);
 }
 
 BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
@@ -43,11 +42,11 @@ BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
                                        {"trajectories.csv", texts.trajectories_csv},
                                        {"observations.csv", texts.observations_csv},
                                        {"points.csv", texts.points_csv}},
-                                      kBlock),
+                                      FolderContent::kBlock),
                        options);
 }
 
-void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* warnings) {
+void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings) {
   if (reader.unknown_columns().empty()) return;
   std::string names;
   for (const std::string& name : reader.unknown_columns()) {
@@ -56,43 +55,39 @@ void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* war
   warnings->push_back(reader.file() + ": columns not known and ignored: " + names);
 }
 
-std::uint32_t FindPass(const CsvReader& reader,
+std::uint32_t FindPass(const TableReader& reader,
                        std::size_t column,
                        const IdTable& pass_ids,
                        const char* holder) {
-  const std::string_view id = reader.Id(column);
-  const std::uint32_t pass = pass_ids.Find(id);
-  if (pass == IdTable::kNone) {
-    reader.Fail(
-        column,
-        std::string(holder) + " has no pass " + Quoted(id) + DidYouMean(pass_ids.Nearest(id)));
-  }
-  return pass;
+  return reader.Lookup(column, [&] {
+    const std::string_view id = reader.Id(column);
+    const std::uint32_t pass = pass_ids.Find(id);
+    if (pass == IdTable::kNone) {
+      reader.Fail(
+          column,
+          std::string(holder) + " has no pass " + Quoted(id) + DidYouMean(pass_ids.Nearest(id)));
+    }
+    return pass;
+  });
 }
 
-std::uint32_t FindPoint(const CsvReader& reader,
+std::uint32_t FindPoint(const TableReader& reader,
                         std::size_t column,
                         const IdTable& ids,
                         const char* holder) {
-  const std::string_view id = reader.Id(column);
-  const std::uint32_t point = ids.Find(id);
-  if (point == IdTable::kNone) {
-    reader.Fail(column,
-                std::string(holder) + " has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
-  }
-  return point;
+  return reader.Lookup(column, [&] {
+    const std::string_view id = reader.Id(column);
+    const std::uint32_t point = ids.Find(id);
+    if (point == IdTable::kNone) {
+      reader.Fail(
+          column,
+          std::string(holder) + " has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
+    }
+    return point;
+  });
 }
 
-bool ReadRejected(const CsvReader& reader, std::size_t column) {
-  const std::string_view text = reader.Text(column);
-  if (text == "1") return true;
-  if (!text.empty() && text != "0") {
-    reader.Fail(column, Quoted(text) + " is not allowed, 0 or 1 is");
-  }
-  return false;
-}
-
-double PositiveNumber(const CsvReader& reader, std::size_t column) {
+double PositiveNumber(const TableReader& reader, std::size_t column) {
   const double value = reader.Number(column);
   if (std::isnan(value)) return value;
   if (const char* problem = ProblemOfPositive(value)) {
@@ -101,7 +96,7 @@ double PositiveNumber(const CsvReader& reader, std::size_t column) {
   return value;
 }
 
-double LengthNumber(const CsvReader& reader, std::size_t column) {
+double LengthNumber(const TableReader& reader, std::size_t column) {
   const double value_m = reader.Number(column);
   if (std::abs(value_m) > kLargestLength_m) {
     reader.Fail(column,

@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "csv_reader.h"
 #include "table_source.h"
 
 namespace sarblock {
@@ -33,30 +32,28 @@ void ReadPoints(BlockReading* reading);
 void ReadLooks(BlockReading* reading);
 
 /// Adds the one warning about columns nobody knows.
-void WarnOfUnknownColumns(const CsvReader& reader, std::vector<std::string>* warnings);
+void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings);
 /// Index of the pass a cell names; refuses others, giving the nearest. `holder` is where passes
 /// stand.
-[[nodiscard]] std::uint32_t FindPass(const CsvReader& reader,
+[[nodiscard]] std::uint32_t FindPass(const TableReader& reader,
                                      std::size_t column,
                                      const IdTable& pass_ids,
                                      const char* holder = "block.toml");
 /// Index of the point a cell names, in the same way.
-[[nodiscard]] std::uint32_t FindPoint(const CsvReader& reader,
+[[nodiscard]] std::uint32_t FindPoint(const TableReader& reader,
                                       std::size_t column,
                                       const IdTable& ids,
                                       const char* holder = "the block");
 /// The role of a point by its name.
-[[nodiscard]] PointRole ReadRole(const CsvReader& reader, std::size_t column);
-/// The column `rejected`: true for 1, false for 0 or an empty cell.
-[[nodiscard]] bool ReadRejected(const CsvReader& reader, std::size_t column);
+[[nodiscard]] PointRole ReadRole(const TableReader& reader, std::size_t column);
 /// A number above 0, or NaN for an empty cell.
-[[nodiscard]] double PositiveNumber(const CsvReader& reader, std::size_t column);
+[[nodiscard]] double PositiveNumber(const TableReader& reader, std::size_t column);
 
 /// Lengths beyond this have squares and positions without a meaning; no body's ground is as far
 /// from the origin of its frame, nor an antenna from the ground.
 inline constexpr double kLargestLength_m = 1e12;
 /// A coordinate or a range of at most kLargestLength_m, or NaN for an empty cell.
-[[nodiscard]] double LengthNumber(const CsvReader& reader, std::size_t column);
+[[nodiscard]] double LengthNumber(const TableReader& reader, std::size_t column);
 
 /// Paths by pass from a table with the columns of trajectories.csv. A pass without states gets an
 /// empty path.
@@ -64,16 +61,8 @@ struct PathTable {
   std::vector<std::vector<StateVector>> states;  ///< by pass
   std::vector<std::size_t> lines;                ///< of each pass's last state
 };
-[[nodiscard]] PathTable ReadPaths(CsvReader* reader,
+[[nodiscard]] PathTable ReadPaths(TableReader* reader,
                                   const IdTable& pass_ids,
                                   const char* holder = "block.toml");
-inline constexpr std::array<CsvColumn, 8> kPathColumns{{{"pass", CsvNeed::kRequired},
-                                                        {"time_s", CsvNeed::kRequired},
-                                                        {"x_m", CsvNeed::kRequired},
-                                                        {"y_m", CsvNeed::kRequired},
-                                                        {"z_m", CsvNeed::kRequired},
-                                                        {"vx_mps", CsvNeed::kRequired},
-                                                        {"vy_mps", CsvNeed::kRequired},
-                                                        {"vz_mps", CsvNeed::kRequired}}};
 
 }  // namespace sarblock

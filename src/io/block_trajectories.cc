@@ -11,7 +11,7 @@ namespace {
 
 enum { kStatePass, kStateTime, kStateX, kStateY, kStateZ, kStateVx, kStateVy, kStateVz };
 
-Eigen::Vector3d Position(const CsvReader& reader) {
+Eigen::Vector3d Position(const TableReader& reader) {
   Eigen::Vector3d position_m;
   for (std::size_t k = 0; k < 3; ++k) {
     static_cast<void>(reader.RequiredNumber(kStateX + k));
@@ -20,7 +20,7 @@ Eigen::Vector3d Position(const CsvReader& reader) {
   return position_m;
 }
 
-Eigen::Vector3d Velocity(const CsvReader& reader) {
+Eigen::Vector3d Velocity(const TableReader& reader) {
   Eigen::Vector3d velocity_mps;
   for (std::size_t k = 0; k < 3; ++k) {
     const double value_mps = reader.RequiredNumber(kStateVx + k);
@@ -35,7 +35,7 @@ Eigen::Vector3d Velocity(const CsvReader& reader) {
 
 }  // namespace
 
-PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids, const char* holder) {
+PathTable ReadPaths(TableReader* reader, const IdTable& pass_ids, const char* holder) {
   PathTable table;
   table.states.resize(pass_ids.size());
   table.lines.resize(pass_ids.size(), 0);
@@ -45,9 +45,8 @@ PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids, const char* hold
     const StateVector state{
         reader->RequiredNumber(kStateTime), Position(*reader), Velocity(*reader)};
     if (!states.empty() && !(state.time_s > states.back().time_s)) {
-      const std::string before = "; the state before, on line " +
-                                 std::to_string(table.lines[pass]) + ", is at " +
-                                 NumberText(states.back().time_s) + " s";
+      const std::string before = "; the state before, on " + reader->NameOfLine(table.lines[pass]) +
+                                 ", is at " + NumberText(states.back().time_s) + " s";
       const std::string id = Quoted(pass_ids[pass]);
       reader->Fail(kStateTime,
                    state.time_s == states.back().time_s
@@ -66,9 +65,9 @@ PathTable ReadPaths(CsvReader* reader, const IdTable& pass_ids, const char* hold
 }
 
 void ReadTrajectories(BlockReading* reading) {
-  CsvReader reader = reading->source.Require("trajectories", kPathColumns);
-  WarnOfUnknownColumns(reader, &reading->result.warnings);
-  PathTable table = ReadPaths(&reader, reading->pass_ids);
+  const auto reader = reading->source.Require("trajectories", kPathColumns);
+  WarnOfUnknownColumns(*reader, &reading->result.warnings);
+  PathTable table = ReadPaths(reader.get(), reading->pass_ids);
   for (std::size_t i = 0; i < table.states.size(); ++i) {
     Pass& pass = reading->result.block.passes[i];
     if (table.states[i].empty()) {
@@ -77,7 +76,7 @@ void ReadTrajectories(BlockReading* reading) {
           "pass " + Quoted(pass.id) + " has no states in trajectories.csv, two or more are needed");
     }
     if (table.states[i].size() == 1) {
-      throw InputError(FilePlace{reader.file(), table.lines[i], "pass"},
+      throw InputError(reader->PlaceAt(table.lines[i], kStatePass),
                        "pass " + Quoted(pass.id) + " has one state, two or more are needed");
     }
     pass.path = FlightPath(std::move(table.states[i]));

@@ -8,10 +8,10 @@
 #include "block/read_recorded.h"
 #include "block_image.h"
 #include "core/units.h"
-#include "csv_writer.h"
 #include "number.h"
 #include "output_folder.h"
 #include "path_writer.h"
+#include "write_tables.h"
 
 namespace sarblock {
 namespace {
@@ -100,25 +100,17 @@ std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
   return text;
 }
 
-void WritePoints(const fs::path& file, const Block& block, Compression compression) {
-  CsvWriter out(file,
-                {"point",
-                 "role",
-                 "x_m",
-                 "y_m",
-                 "z_m",
-                 "sigma_e_m",
-                 "sigma_n_m",
-                 "sigma_u_m",
-                 "cov_en_m2",
-                 "cov_eu_m2",
-                 "cov_nu_m2"},
-                compression);
+void WritePoints(TableSink* sink, const Block& block) {
+  // Positions are written in the axes of the frame, not as latitude, longitude and height.
+  std::vector<TableColumn> columns(kPointColumns.begin(), kPointColumns.end());
+  columns.erase(columns.begin() + 5, columns.begin() + 8);
+  const auto table = sink->Open("points", columns);
+  TableWriter& out = *table;
   constexpr const char* kRoles[] = {"tie", "control", "check"};
   const Points& points = block.points;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d& p = points.given_m[i];
-    out.Text(points.ids[i]).Text(kRoles[static_cast<std::size_t>(points.role[i])]);
+    out.Id(points.ids[i], i).Text(kRoles[static_cast<std::size_t>(points.role[i])]);
     out.Number(p.x()).Number(p.y()).Number(p.z());
     const KnownPosition* known = points.FindKnown(i);
     if (known == nullptr) {
@@ -161,17 +153,25 @@ LookColumns ColumnsOf(const Looks& looks) {
   return columns;
 }
 
-void WriteLooks(const fs::path& file, const Block& block, Compression compression) {
+void WriteLooks(TableSink* sink, const Block& block) {
   const Looks& looks = block.looks;
   const LookColumns columns = ColumnsOf(looks);
-  std::vector<std::string_view> names{"pass", "point", "time_s", "range_m"};
-  if (columns.squint) names.emplace_back("squint_deg");
-  if (columns.doppler) names.emplace_back("doppler_hz");
-  if (columns.range_sigma) names.emplace_back("range_sigma_m");
-  if (columns.azimuth_m) names.emplace_back("azimuth_sigma_m");
-  if (columns.azimuth_s) names.emplace_back("time_sigma_s");
-  if (columns.rejected) names.emplace_back("rejected");
-  CsvWriter out(file, names, compression);
+  const std::array<bool, kObservationColumns.size()> written{true,
+                                                             true,
+                                                             true,
+                                                             true,
+                                                             columns.squint,
+                                                             columns.doppler,
+                                                             columns.range_sigma,
+                                                             columns.azimuth_m,
+                                                             columns.azimuth_s,
+                                                             columns.rejected};
+  std::vector<TableColumn> chosen;
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    if (written[i]) chosen.push_back(kObservationColumns[i]);
+  }
+  const auto table = sink->Open("observations", chosen);
+  TableWriter& out = *table;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
@@ -179,7 +179,8 @@ void WriteLooks(const fs::path& file, const Block& block, Compression compressio
       const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
       const double range_sigma_m = looks.range_sigma_m.empty() ? kNotGiven : looks.range_sigma_m[i];
       const double azimuth = looks.azimuth_sigma.empty() ? kNotGiven : looks.azimuth_sigma[i];
-      out.Text(block.passes[looks.pass[i]].id).Text(block.points.ids[point]);
+      out.Id(block.passes[looks.pass[i]].id, looks.pass[i]);
+      out.Id(block.points.ids[point], static_cast<std::uint32_t>(point));
       out.Number(looks.time_s[i]).Number(looks.range_m[i]);
       if (columns.squint) {
         out.Number(doppler || cone == 0.0 ? kNotGiven : InUnit(cone, kRadPerDeg));
@@ -195,30 +196,29 @@ void WriteLooks(const fs::path& file, const Block& block, Compression compressio
   out.Commit();
 }
 
-void WriteTruePoints(const fs::path& file,
-                     const Block& block,
-                     const Truth& truth,
-                     Compression compression) {
-  CsvWriter out(file, {"point", "x_m", "y_m", "z_m"}, compression);
+void WriteTruePoints(TableSink* sink, const Block& block, const Truth& truth) {
+  const auto table = sink->Open("truth", kTruthColumns);
+  TableWriter& out = *table;
   for (std::size_t i = 0; i < truth.points_m.size(); ++i) {
     const Eigen::Vector3d& p = truth.points_m[i];
     if (std::isnan(p.x())) continue;
-    out.Text(block.points.ids[i]).Number(p.x()).Number(p.y()).Number(p.z()).EndRow();
+    out.Id(block.points.ids[i], static_cast<std::uint32_t>(i));
+    out.Number(p.x()).Number(p.y()).Number(p.z()).EndRow();
   }
   out.Commit();
 }
 
 }  // namespace
 
-void WritePaths(const fs::path& file,
+void WritePaths(TableSink* sink,
+                std::string_view name,
                 const Block& block,
-                const std::vector<FlightPath>& paths,
-                Compression compression) {
-  CsvWriter out(
-      file, {"pass", "time_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps"}, compression);
+                const std::vector<FlightPath>& paths) {
+  const auto table = sink->Open(name, kPathColumns);
+  TableWriter& out = *table;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     for (const StateVector& state : paths[i].states()) {
-      out.Text(block.passes[i].id).Number(state.time_s);
+      out.Id(block.passes[i].id, static_cast<std::uint32_t>(i)).Number(state.time_s);
       for (Eigen::Index k = 0; k < 3; ++k) out.Number(state.position_m[k]);
       for (Eigen::Index k = 0; k < 3; ++k) out.Number(state.velocity_mps[k]);
       out.EndRow();
@@ -244,38 +244,31 @@ std::vector<FlightPath> NominalPaths(const Block& block) {
   return paths;
 }
 
-void WriteBlock(const fs::path& folder,
+IdTable PassIds(const Block& block) {
+  IdTable ids;
+  for (const Pass& pass : block.passes) ids.Append(pass.id);
+  return ids;
+}
+
+void WriteBlock(const fs::path& target,
                 const Block& block,
                 const AdjustOptions& adjust,
                 const Truth* truth,
                 Compression compression) {
-  StagedFolder staged(FolderContent::kBlock, folder);
-  staged.Write([&](const fs::path& to) {
-    const char* const ending = compression == Compression::kGzip ? ".csv.gz" : ".csv";
-    const auto file = [&](const std::string& name) { return to / (name + ending); };
+  const IdTable passes = PassIds(block);
+  const BlockIds ids{&passes, &block.points.ids};
+  WriteTables(FolderContent::kBlock, target, compression, ids, [&](TableSink* sink) {
     std::vector<FlightPath> recorded;
     for (const Pass& pass : block.passes) recorded.emplace_back(pass.RecordedStates());
-    WritePaths(file("trajectories"), block, recorded, compression);
-    WriteLooks(file("observations"), block, compression);
-    WritePoints(file("points"), block, compression);
-    if (truth != nullptr && !truth->points_m.empty()) {
-      WriteTruePoints(file("truth"), block, *truth, compression);
-    }
+    WritePaths(sink, "trajectories", block, recorded);
+    WriteLooks(sink, block);
+    WritePoints(sink, block);
+    if (truth != nullptr && !truth->points_m.empty()) WriteTruePoints(sink, block, *truth);
     if (truth != nullptr && !truth->paths.empty()) {
-      WritePaths(file("truth_passes"), block, truth->paths, compression);
+      WritePaths(sink, "truth_passes", block, truth->paths);
     }
-    AtomicFile toml(to / "block.toml");
-    toml.Write(kWrittenBySarblock);
-    toml.Write(BlockTomlText(block, adjust));
-    toml.Commit();
+    sink->WriteText("block.toml", kWrittenBySarblock + BlockTomlText(block, adjust));
   });
-  // Tables in the other compression, and the truth of an earlier block, would be read with this
-  // one.
-  std::vector<std::string> known;
-  for (const char* table : {"trajectories", "observations", "points", "truth", "truth_passes"}) {
-    for (const char* ending : {".csv", ".csv.gz"}) known.push_back(std::string(table) + ending);
-  }
-  staged.Publish(known);
 }
 
 }  // namespace sarblock

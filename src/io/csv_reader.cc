@@ -31,16 +31,16 @@ const char* Find(const char* begin, const char* end, char wanted) {
   return found == nullptr ? end : static_cast<const char*>(found);
 }
 
-std::string Count(std::size_t count, const std::string& noun) {
+std::string Counted(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 }  // namespace
 
-CsvReader::CsvReader(const std::filesystem::path& file, std::span<const CsvColumn> columns)
+CsvReader::CsvReader(const std::filesystem::path& file, std::span<const TableColumn> columns)
     : CsvReader(file.string(), CsvSource::Open(file), kReadBufferBytes, columns) {}
 
-CsvReader::CsvReader(std::string name, std::string_view text, std::span<const CsvColumn> columns)
+CsvReader::CsvReader(std::string name, std::string_view text, std::span<const TableColumn> columns)
     : CsvReader(std::move(name),
                 CsvSource::InMemory(text),
                 std::min(text.size() + 1, kReadBufferBytes),
@@ -49,8 +49,8 @@ CsvReader::CsvReader(std::string name, std::string_view text, std::span<const Cs
 CsvReader::CsvReader(std::string name,
                      std::unique_ptr<CsvSource> source,
                      std::size_t buffer_bytes,
-                     std::span<const CsvColumn> columns)
-    : file_(std::move(name)), source_(std::move(source)), buffer_(buffer_bytes) {
+                     std::span<const TableColumn> columns)
+    : TableReader(std::move(name), columns), source_(std::move(source)), buffer_(buffer_bytes) {
   ReadHeader(columns);
 }
 
@@ -58,9 +58,7 @@ CsvReader::~CsvReader() = default;
 CsvReader::CsvReader(CsvReader&&) noexcept = default;
 CsvReader& CsvReader::operator=(CsvReader&&) noexcept = default;
 
-void CsvReader::ReadHeader(std::span<const CsvColumn> columns) {
-  for (const CsvColumn& column : columns) names_.emplace_back(column.name);
-  place_.assign(columns.size(), kAbsent);
+void CsvReader::ReadHeader(std::span<const TableColumn> columns) {
   std::string_view line;
   bool found = false;
   while (!found && NextLine(&line)) {
@@ -83,12 +81,9 @@ void CsvReader::ReadHeader(std::span<const CsvColumn> columns) {
     }
     place = i;
   }
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].need == CsvNeed::kRequired && place_[i] == kAbsent) {
-      throw InputError(FilePlace{file_, line_, names_[i]},
-                       "the column is missing; the header has " + std::string(line));
-    }
-  }
+  header_ = line;
+  header_line_ = line_;
+  RequireColumns(columns);
 }
 
 bool CsvReader::Next() {
@@ -99,8 +94,8 @@ bool CsvReader::Next() {
     if (IsBlank(line.front()) && Trimmed(line.data(), line.data() + line.size()).empty()) continue;
     const std::size_t count = Split(line);
     if (count != cells_.size()) {
-      FailRow("the row has " + Count(count, "cell") + ", the header has " +
-              Count(cells_.size(), "column"));
+      FailRow("the row has " + Counted(count, "cell") + ", the header has " +
+              Counted(cells_.size(), "column"));
     }
     return true;
   }
@@ -195,36 +190,11 @@ const char* CsvReader::Unquote(const char* begin, const char* end, std::string_v
   return at;
 }
 
-std::string_view CsvReader::Id(std::size_t column) const {
-  const std::string_view id = Text(column);
-  if (id.empty()) Fail(column, "is empty, a name is needed");
-  for (const char c : id) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) {
-      Fail(column, "the name holds a control character, which is not allowed");
-    }
-  }
-  return id;
+FilePlace CsvReader::PlaceAt(std::size_t line, std::size_t column) const {
+  return {file_, line == 0 ? header_line_ : line, names_[column]};
 }
 
-double CsvReader::Number(std::size_t column) const {
-  const std::string_view text = Text(column);
-  if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
-  double value = 0.0;
-  if (const char* problem = ParseNumber(text, &value)) Fail(column, Quoted(text) + problem);
-  return value;
-}
-
-double CsvReader::RequiredNumber(std::size_t column) const {
-  if (!Given(column)) Fail(column, "is empty, a number is needed");
-  return Number(column);
-}
-
-FilePlace CsvReader::Place(std::size_t column) const { return {file_, line_, names_[column]}; }
-
-void CsvReader::Fail(std::size_t column, const std::string& problem) const {
-  throw InputError(Place(column), problem);
-}
+std::string CsvReader::NameOfLine(std::size_t line) const { return "line " + std::to_string(line); }
 
 void CsvReader::FailRow(const std::string& problem) const {
   throw InputError(FilePlace{file_, line_, ""}, problem);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csv_writer.h"
 
-#include "sarblock/core/error.h"
-
 #include <cmath>
 #include <stdexcept>
 
@@ -46,11 +44,7 @@ CsvWriter& CsvWriter::Text(std::string_view text) {
 }
 
 CsvWriter& CsvWriter::Number(double value) {
-  if (std::isinf(value)) {
-    throw InputError(FilePlace{name_, 0, ""},
-                     "a number became infinite and cannot be written: something that was given is "
-                     "too large or too small to compute with");
-  }
+  RefuseInfinity(value, name_);
   Separate();
   if (!std::isnan(value)) AppendNumber(value, &row_);
   return *this;

@@ -3,7 +3,6 @@
 
 #include "sarblock/io/atomic_file.h"
 
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -11,30 +10,28 @@
 #include <string_view>
 #include <vector>
 
+#include "table_writer.h"
+
 namespace sarblock {
 
-/// Writes a table cell by cell; the file appears whole at Commit() (atomic_file.h).
-/// Numbers are the shortest decimals that read back to the same double; NaN is an empty cell.
+/// Writes a table as text; the file appears whole at Commit() (atomic_file.h).
+/// Numbers are the shortest decimals that read back to the same double.
 /// Text is quoted where it has to be, so that CsvReader reads it back unchanged.
-class CsvWriter {
+class CsvWriter final : public TableWriter {
  public:
   CsvWriter(const std::filesystem::path& file,
             const std::vector<std::string_view>& columns,
             Compression compression = Compression::kNone);
 
-  CsvWriter& Text(std::string_view text);
-  CsvWriter& Number(double);  ///< refuses infinity (InputError): no table holds one
-  template <std::integral T>
-  CsvWriter& Integer(T value) {
-    return Signed(static_cast<std::int64_t>(value));
-  }
-  CsvWriter& Empty(std::size_t cells = 1);
-  /// Ends the row; std::logic_error unless it has as many cells as the header.
-  void EndRow();
-  void Commit();
+  using TableWriter::Empty;
+  CsvWriter& Text(std::string_view text) override;
+  CsvWriter& Number(double) override;
+  CsvWriter& Empty(std::size_t cells) override;
+  void EndRow() override;
+  void Commit() override;
 
  private:
-  CsvWriter& Signed(std::int64_t value);
+  CsvWriter& Signed(std::int64_t value) override;
   void Separate();
   AtomicFile file_;
   std::string name_;

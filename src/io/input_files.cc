@@ -7,7 +7,7 @@
 #include <fstream>
 #include <memory>
 
-#include "table_source.h"
+#include "open_tables.h"
 #include <openssl/evp.h>
 
 namespace sarblock {
@@ -37,14 +37,19 @@ std::string Sha256OfFile(const std::filesystem::path& file) {
   return text;
 }
 
-std::vector<InputFile> ListInputFiles(const std::filesystem::path& block_folder,
+std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
                                       const AdjustOptions& options) {
-  std::vector<std::filesystem::path> files{block_folder / "block.toml"};
-  for (const char* table : {"trajectories", "observations", "points"}) {
-    if (const auto found = FindTable(block_folder, table)) files.push_back(*found);
+  std::vector<std::filesystem::path> files;
+  if (std::filesystem::is_regular_file(block)) {
+    files.push_back(block);
+  } else {
+    files.push_back(block / "block.toml");
+    for (const char* table : {"trajectories", "observations", "points"}) {
+      if (const auto found = FindTable(block, table)) files.push_back(*found);
+    }
   }
   for (const std::string& list : {options.pairs_file, options.rejections_file}) {
-    if (!list.empty()) files.push_back(block_folder / list);
+    if (!list.empty()) files.push_back(FolderOf(block) / list);
   }
   std::vector<InputFile> out;
   for (const std::filesystem::path& file : files) {

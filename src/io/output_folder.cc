@@ -85,11 +85,6 @@ bool IsStudyOfOurs(const fs::path& folder) {
   });
 }
 
-const char* NameOf(FolderContent content) {
-  constexpr const char* kNames[] = {"result", "block", "study"};
-  return kNames[static_cast<std::size_t>(content)];
-}
-
 /// Whether there is a folder; throws InputError where its name is taken by a file.
 bool IsThere(const fs::path& folder) {
   std::error_code error;
@@ -153,6 +148,17 @@ bool IsUnfinished(FolderContent content, const fs::path& folder) {
   });
 }
 
+void RequireContainerFor(FolderContent content,
+                         const fs::path& file,
+                         const fs::file_status& status,
+                         ForeignFiles foreign) {
+  if (!fs::is_regular_file(status)) Fail(file, "is no file, which a name with .h5 is to be");
+  if (foreign == ForeignFiles::kReplace || ContentOf(file) == content) return;
+  Fail(file,
+       std::string("is no ") + NameOf(content) +
+           " that sarblock wrote; the name of a new file is allowed, or --force to replace it");
+}
+
 }  // namespace
 
 bool HoldsOurs(FolderContent content, const fs::path& folder) {
@@ -168,6 +174,12 @@ bool HoldsOurs(FolderContent content, const fs::path& folder) {
 }
 
 void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFiles foreign) {
+  std::error_code error;
+  const fs::file_status status = fs::status(folder, error);
+  if (NamesContainer(folder) && fs::exists(status)) {
+    RequireContainerFor(content, folder, status, foreign);
+    return;
+  }
   if (!IsThere(folder)) return;
   const std::vector<std::string> names = VisibleNames(folder);
   if (foreign == ForeignFiles::kReplace || names.empty()) return;
@@ -202,6 +214,14 @@ void RequireFilesFor(const fs::path& folder, FileMarks marks, ForeignFiles forei
   Fail(folder,
        "holds files that sarblock did not write (" + FirstOf(others) +
            "); a new or empty folder is allowed, or --force to write among these files");
+}
+
+void RemoveAbandoned(const fs::path& file) {
+  std::error_code ignored;
+  const std::string begin = "." + file.filename().string() + std::string(kTemporary);
+  for (const fs::path& left : AbandonedIn(file.has_parent_path() ? file.parent_path() : ".")) {
+    if (left.filename().string().starts_with(begin)) fs::remove(left, ignored);
+  }
 }
 
 StagedFolder::StagedFolder(FolderContent content, fs::path folder)

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "folder_content.h"
+
 namespace sarblock {
 
-/// What a folder that a command writes is to hold.
-enum class FolderContent { kResult, kBlock, kStudy };
 /// What to do with a folder that holds files of somebody else.
 enum class ForeignFiles { kRefuse, kReplace };
 
@@ -21,7 +21,8 @@ enum class ForeignFiles { kRefuse, kReplace };
 /// block) or of a NAME.study.toml (a study), or where a run of this program was killed while it
 /// wrote there; files beside the tables of such a folder stay and do not matter. A folder that does
 /// not exist, and an empty one, can be written. Names that begin with a dot do not count. Call it
-/// before the work whose outcome is to be written.
+/// before the work whose outcome is to be written. A name that ends in ".h5" is one of a file,
+/// which is one of ours by what it holds.
 void RequireFolderFor(FolderContent content,
                       const std::filesystem::path& folder,
                       ForeignFiles foreign);
@@ -39,6 +40,9 @@ void RequireFileFor(const std::filesystem::path& file, FileMarks marks, ForeignF
 /// The same for a folder of files without one that says what the folder is: (kRefuse) every file in
 /// it must be empty or have one of `marks`.
 void RequireFilesFor(const std::filesystem::path& folder, FileMarks marks, ForeignFiles foreign);
+
+/// Removes what ended processes left half written of this file: `.NAME.tmp-PID` beside it.
+void RemoveAbandoned(const std::filesystem::path& file);
 
 /// Files that appear in a folder together: they are written to a hidden folder inside it and moved
 /// into place when all are whole. The file that says what the folder is (summary.json, block.toml)

@@ -43,12 +43,7 @@ PixelResiduals::PixelResiduals(const ResultView& view) : view_(view) {
   });
 }
 
-void PixelResiduals::AddColumns(std::vector<std::string_view>* columns) const {
-  if (present_)
-    columns->insert(columns->end(), {"line", "pixel", "line_residual_px", "pixel_residual_px"});
-}
-
-void PixelResiduals::Write(std::size_t look, std::size_t point, CsvWriter* out) const {
+void PixelResiduals::Write(std::size_t look, std::size_t point, TableWriter* out) const {
   if (!present_) return;
   const Block& block = view_.block;
   const LookResults& looks = view_.result.looks;

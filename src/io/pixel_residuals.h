@@ -2,11 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <string_view>
-#include <vector>
 
-#include "csv_writer.h"
 #include "result_view.h"
+#include "table_writer.h"
 
 namespace sarblock {
 
@@ -18,8 +16,8 @@ class PixelResiduals {
  public:
   explicit PixelResiduals(const ResultView& view);
 
-  void AddColumns(std::vector<std::string_view>* columns) const;
-  void Write(std::size_t look, std::size_t point, CsvWriter* out) const;
+  [[nodiscard]] bool present() const { return present_; }
+  void Write(std::size_t look, std::size_t point, TableWriter* out) const;
 
  private:
   const ResultView& view_;

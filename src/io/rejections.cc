@@ -2,23 +2,25 @@
 #include <algorithm>
 
 #include "block_reader.h"
+#include "csv_reader.h"
 #include "number.h"
+#include "open_tables.h"
 
 namespace sarblock {
 
 std::size_t ApplyRejections(const std::filesystem::path& folder,
                             const std::string& file,
                             Block* block) {
-  constexpr std::array<CsvColumn, 3> columns{{{"pass", CsvNeed::kRequired},
-                                              {"point", CsvNeed::kRequired},
-                                              {"rejected", CsvNeed::kRequired}}};
+  constexpr std::array<TableColumn, 3> columns{{{"pass", ColumnNeed::kRequired},
+                                                {"point", ColumnNeed::kRequired},
+                                                {"rejected", ColumnNeed::kRequired}}};
   IdTable pass_ids;
   for (const Pass& pass : block->passes) pass_ids.Append(pass.id);
-  CsvReader reader(folder / file, columns);
+  CsvReader reader(FolderOf(folder) / file, columns);
   Looks& looks = block->looks;
   std::size_t rejected = 0;
   while (reader.Next()) {
-    if (!ReadRejected(reader, 2)) continue;
+    if (!reader.Flag(2)) continue;
     const std::uint32_t pass = FindPass(reader, 0, pass_ids);
     const std::uint32_t point = FindPoint(reader, 1, block->points.ids);
     const auto begin = looks.pass.begin() + static_cast<std::ptrdiff_t>(looks.offsets[point]);

@@ -13,11 +13,12 @@
 #include "adjust_corrections.h"
 #include "adjust_table.h"
 #include "diagnosis_section.h"
-#include "output_folder.h"
+#include "folder_content.h"
 #include "path_writer.h"
 #include "result_quality.h"
 #include "result_realism.h"
 #include "result_tables.h"
+#include "write_tables.h"
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
@@ -229,53 +230,26 @@ std::string SummaryJson(const Block& block,
 
 namespace {
 
-// Every file that a result may have, so that an earlier one in the same folder leaves nothing
-// beside this one that could be taken for it: no table in the other compression, none that this
-// result has not, no report.
-std::vector<std::string> KnownFiles() {
-  std::vector<std::string> names{"points.geojson", "report.html", "comparison.html"};
-  for (const char* table : {"points",
-                            "passes",
-                            "passes_covariance",
-                            "residuals",
-                            "control_quality",
-                            "pairs",
-                            "trajectories",
-                            "strips",
-                            "montecarlo",
-                            "selection",
-                            "simplifications"}) {
-    for (const char* ending : {".csv", ".csv.gz"}) names.push_back(std::string(table) + ending);
-  }
-  return names;
-}
-
-void WriteTables(const std::filesystem::path& folder,
-                 const ResultView& view,
-                 std::size_t ellipse_limit) {
+void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t ellipse_limit) {
   const Block& block = view.block;
   const AdjustResult& result = view.result;
-  const char* const ending = view.compression == Compression::kGzip ? ".csv.gz" : ".csv";
-  const auto table = [&](const std::string& name) { return folder / (name + ending); };
-  WritePointTable(table("points"), view);
-  WriteParameterTable(table("passes"), view);
-  WriteParameterCovariance(table("passes_covariance"), view);
+  WritePointTable(sink, view);
+  WriteParameterTable(sink, view);
+  WriteParameterCovariance(sink, view);
   if (!result.selection.empty()) {
-    WriteSelectionTable(table("selection"), view);
-    WriteSimplificationTable(table("simplifications"), view);
+    WriteSelectionTable(sink, view);
+    WriteSimplificationTable(sink, view);
   }
-  WriteStripTable(table("strips"), view);
-  WriteResidualTable(table("residuals"), view);
-  if (!result.control_quality.empty()) WriteControlTable(table("control_quality"), view);
-  if (view.options.pairs != PairChoice::kNone) WritePairTable(table("pairs"), view);
-  if (result.montecarlo) WriteMonteCarloTable(table("montecarlo"), view);
+  WriteStripTable(sink, view);
+  WriteResidualTable(sink, view);
+  if (!result.control_quality.empty()) WriteControlTable(sink, view);
+  if (view.options.pairs != PairChoice::kNone) WritePairTable(sink, view);
+  if (result.montecarlo) WriteMonteCarloTable(sink, view);
   const bool corrected = !result.corrected_paths.empty();
-  WritePaths(table("trajectories"),
-             block,
-             corrected ? result.corrected_paths : NominalPaths(block),
-             view.compression);
-  if (block.frame.kind() != FrameKind::kGeocentric) return;
-  WriteGeoJson(folder / "points.geojson",
+  WritePaths(sink, "trajectories", block, corrected ? result.corrected_paths : NominalPaths(block));
+  const auto folder = sink->folder();
+  if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;
+  WriteGeoJson(*folder / "points.geojson",
                {.frame = block.frame,
                 .name = block.name,
                 .ids = block.points.ids,
@@ -287,15 +261,14 @@ void WriteTables(const std::filesystem::path& folder,
 
 }  // namespace
 
-std::string WriteResult(const std::filesystem::path& folder,
+std::string WriteResult(const std::filesystem::path& target,
                         const Block& block,
                         const AdjustOptions& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
-  const ResultView view{
-      block, options, result, context.compression, CovarianceFactor(options, result)};
+  const ResultView view{block, options, result, CovarianceFactor(options, result)};
   ResultContext said = context;
-  if (block.frame.kind() == FrameKind::kGeocentric &&
+  if (block.frame.kind() == FrameKind::kGeocentric && !NamesContainer(target) &&
       result.points.status.size() > context.ellipse_limit) {
     said.warnings.push_back(
         "points.geojson has the numbers of the error ellipses but not their "
@@ -303,19 +276,18 @@ std::string WriteResult(const std::filesystem::path& folder,
         std::to_string(context.ellipse_limit) + " points");
   }
   std::string summary;
-  StagedFolder staged(FolderContent::kResult, folder);
-  staged.Write([&](const std::filesystem::path& to) {
+  const IdTable passes = PassIds(block);
+  const BlockIds ids{&passes, &block.points.ids};
+  const auto write = [&](TableSink* sink) {
     std::vector<StageCost> written;
     {
       const StageTimer timer("write", &written);
-      WriteTables(to, view, context.ellipse_limit);
+      WriteResultTables(sink, view, context.ellipse_limit);
     }
     summary = Summary(block, options, result, said, written);
-    AtomicFile out(to / "summary.json");
-    out.Write(summary);
-    out.Commit();
-  });
-  staged.Publish(KnownFiles());
+    sink->WriteText("summary.json", summary);
+  };
+  WriteTables(FolderContent::kResult, target, context.compression, ids, write);
   return summary;
 }
 

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/result_reader.h"
 
+#include "open_tables.h"
 #include "result_summary_reader.h"
 #include "result_table_reader.h"
 
 namespace sarblock {
 namespace {
-
-constexpr FolderKind kResult{
-    "result", "summary.json, points.csv, passes.csv, residuals.csv and trajectories.csv"};
 
 ResultFile ReadResultFrom(const TableSource& source, const ReadResultOptions& options) {
   ResultReading reading{source, options, {}, {}, 0, 0};
@@ -28,7 +26,7 @@ ResultFile ReadResultFrom(const TableSource& source, const ReadResultOptions& op
 }  // namespace
 
 ResultFile ReadResult(const std::filesystem::path& folder, const ReadResultOptions& options) {
-  return ReadResultFrom(*TablesOfFolder(folder, kResult), options);
+  return ReadResultFrom(*TablesAt(folder, FolderContent::kResult), options);
 }
 
 ResultFile ReadResultTexts(const ResultTexts& texts, const ReadResultOptions& options) {
@@ -43,7 +41,7 @@ ResultFile ReadResultTexts(const ResultTexts& texts, const ReadResultOptions& op
                                         {"strips.csv", texts.strips_csv},
                                         {"selection.csv", texts.selection_csv},
                                         {"simplifications.csv", texts.simplifications_csv}},
-                                       kResult),
+                                       FolderContent::kResult),
                         options);
 }
 

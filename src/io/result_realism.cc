@@ -3,8 +3,6 @@
 
 #include <cmath>
 
-#include "csv_writer.h"
-
 namespace sarblock {
 namespace {
 
@@ -76,27 +74,13 @@ Json MonteCarloSection(const MonteCarloReport& report) {
   return section;
 }
 
-void WriteMonteCarloTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"point",
-                 "sample_sigma_e_m",
-                 "sample_sigma_n_m",
-                 "sample_sigma_u_m",
-                 "sigma_e_m",
-                 "sigma_n_m",
-                 "sigma_u_m",
-                 "ratio_e",
-                 "ratio_n",
-                 "ratio_u",
-                 "normalised_square",
-                 "coverage_50",
-                 "coverage_90",
-                 "coverage_99"},
-                view.compression);
+void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("montecarlo", kMonteCarloColumns);
+  TableWriter& out = *table;
   const MonteCarloReport& report = *view.result.montecarlo;
   for (std::uint32_t point = 0; point < report.square_1.size(); ++point) {
     if (report.runs == 0 || std::isnan(report.square_1[point])) continue;
-    out.Text(view.block.points.ids[point]);
+    out.Id(view.block.points.ids[point], point);
     const std::array<double, 6>& sample_m2 = report.sample_m2[point];
     const SymmetricEnu& rigorous_m2 = view.result.points.covariance_m2[point];
     for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(view.factor * sample_m2[i]));

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "result_view.h"
+#include "table_sink.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {
@@ -14,6 +15,6 @@ namespace sarblock {
 [[nodiscard]] nlohmann::ordered_json MonteCarloSection(const MonteCarloReport& report);
 
 /// montecarlo.csv: the points compared, sample against rigorous standard deviations.
-void WriteMonteCarloTable(const std::filesystem::path& file, const ResultView& view);
+void WriteMonteCarloTable(TableSink* sink, const ResultView& view);
 
 }  // namespace sarblock

@@ -16,33 +16,26 @@
 namespace sarblock {
 namespace {
 
-constexpr CsvNeed kRequired = CsvNeed::kRequired;
 constexpr const char* kPointsFile = "points.csv";
 constexpr const char* kSummaryFile = "summary.json";
 
 // One of the names of an enumeration's values, whose last is `last`.
 template <typename Enum>
-Enum ReadEnum(const CsvReader& reader, std::size_t column, Enum last) {
-  const std::string_view text = reader.Text(column);
-  std::vector<std::string> names;
-  for (int i = 0; i <= static_cast<int>(last); ++i) {
-    const auto value = static_cast<Enum>(i);
-    if (text == NameOf(value)) return value;
-    if (*NameOf(value) != '\0') names.emplace_back(NameOf(value));
-  }
-  reader.Fail(column, Quoted(text) + " is not known, " + Listed(names) + " is allowed");
+Enum ReadEnum(const TableReader& reader, std::size_t column, Enum last) {
+  const auto find = [&]() -> std::uint32_t {
+    const std::string_view text = reader.Text(column);
+    std::vector<std::string> names;
+    for (int i = 0; i <= static_cast<int>(last); ++i) {
+      const auto value = static_cast<Enum>(i);
+      if (text == NameOf(value)) return static_cast<std::uint32_t>(i);
+      if (*NameOf(value) != '\0') names.emplace_back(NameOf(value));
+    }
+    reader.Fail(column, Quoted(text) + " is not known, " + Listed(names) + " is allowed");
+  };
+  return static_cast<Enum>(reader.Lookup(column, find));
 }
 
-std::uint32_t ReadCount(const CsvReader& reader, std::size_t column) {
-  const double value = reader.Number(column);
-  if (std::isnan(value)) return 0;
-  if (!(value >= 0.0 && value <= 4294967295.0 && value == std::floor(value))) {
-    reader.Fail(column, NumberText(value) + " is not allowed, an integer of 0 or more is");
-  }
-  return static_cast<std::uint32_t>(value);
-}
-
-double ReadSigma(const CsvReader& reader, std::size_t column) {
+double ReadSigma(const TableReader& reader, std::size_t column) {
   const double value = reader.Number(column);
   if (value < 0.0) reader.Fail(column, NumberText(value) + " is not allowed, 0 or more is");
   return value;
@@ -63,6 +56,9 @@ enum PointColumn : std::size_t {
   kX,
   kY,
   kZ,
+  kLatitudeOf,
+  kLongitudeOf,
+  kHeightAbove,
   kSigmaE,
   kSigmaN,
   kSigmaU,
@@ -89,40 +85,8 @@ enum PointColumn : std::size_t {
   kFixedPathEN,
   kReason
 };
-constexpr std::array<CsvColumn, 32> kPointColumns{{{"point", kRequired},
-                                                   {"role", kRequired},
-                                                   {"status", kRequired},
-                                                   {"looks", kRequired},
-                                                   {"x_m", kRequired},
-                                                   {"y_m", kRequired},
-                                                   {"z_m", kRequired},
-                                                   {"sigma_e_m", kRequired},
-                                                   {"sigma_n_m", kRequired},
-                                                   {"sigma_u_m", kRequired},
-                                                   {"cov_en_m2", kRequired},
-                                                   {"cov_eu_m2", kRequired},
-                                                   {"cov_nu_m2", kRequired},
-                                                   {"intersection_deg"},
-                                                   {"sigma_leberl_across_m"},
-                                                   {"sigma_leberl_up_m"},
-                                                   {"sigma_leberl_path_across_m"},
-                                                   {"sigma_leberl_path_up_m"},
-                                                   {"leberl_across_azimuth_deg"},
-                                                   {"redundancy"},
-                                                   {"error_e_m"},
-                                                   {"error_n_m"},
-                                                   {"error_u_m"},
-                                                   {"chi_square_3"},
-                                                   {"error_sigma_e_m"},
-                                                   {"error_sigma_n_m"},
-                                                   {"error_sigma_u_m"},
-                                                   {"sigma_held_e_m"},
-                                                   {"sigma_held_n_m"},
-                                                   {"sigma_held_u_m"},
-                                                   {"cov_held_en_m2"},
-                                                   {"reason"}}};
 
-SymmetricEnu ReadCovariance(const CsvReader& reader) {
+SymmetricEnu ReadCovariance(const TableReader& reader) {
   SymmetricEnu covariance_m2;
   int given = 0;
   for (std::size_t k = 0; k < 6; ++k) {
@@ -137,7 +101,7 @@ SymmetricEnu ReadCovariance(const CsvReader& reader) {
 }
 
 /// The table has no covariances of up.
-SymmetricEnu ReadFixedPathCovariance(const CsvReader& reader) {
+SymmetricEnu ReadFixedPathCovariance(const TableReader& reader) {
   SymmetricEnu covariance_m2;
   covariance_m2.fill(kNotGiven);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -154,7 +118,7 @@ void DropIfUnknown(std::vector<SymmetricEnu>* covariances_m2) {
   if (std::none_of(covariances_m2->begin(), covariances_m2->end(), known)) covariances_m2->clear();
 }
 
-void ReadCheck(const CsvReader& reader, std::uint32_t point, std::vector<CheckResult>* checks) {
+void ReadCheck(const TableReader& reader, std::uint32_t point, std::vector<CheckResult>* checks) {
   CheckResult check;
   check.point = point;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -171,19 +135,21 @@ void ReadCheck(const CsvReader& reader, std::uint32_t point, std::vector<CheckRe
 }  // namespace
 
 void ReadResultPoints(ResultReading* reading) {
-  CsvReader reader = reading->source.Require("points", kPointColumns);
+  const auto opened = reading->source.Require("points", kResultPointColumns);
+  TableReader& reader = *opened;
   ResultPoints& points = reading->result.points;
   PointResults& results = points.results;
   bool reasons = false;
   while (reader.Next()) {
     const auto index = static_cast<std::uint32_t>(points.size());
-    if (points.ids.FindOrAppend(reader.Id(kPoint)) != index) {
+    const auto find = [&] { return points.ids.FindOrAppend(reader.Id(kPoint)); };
+    if (reader.Lookup(kPoint, find) != index) {
       reader.Fail(kPoint,
                   Quoted(reader.Text(kPoint)) + " stands twice, one row a point is allowed");
     }
     points.role.push_back(ReadRole(reader, kRole));
     results.status.push_back(ReadEnum(reader, kStatus, PointStatus::kUndetermined));
-    results.looks.push_back(ReadCount(reader, kLooks));
+    results.looks.push_back(reader.Count(kLooks));
     const Eigen::Vector3d position_m(reader.Number(kX), reader.Number(kY), reader.Number(kZ));
     if (IsSolved(results.status.back()) && !position_m.allFinite()) {
       reader.Fail(kX, "is empty, a solved point has x_m, y_m and z_m");
@@ -225,21 +191,15 @@ void ReadResultPoints(ResultReading* reading) {
 namespace {
 
 // The name of a parameter in passes.csv: pass or shared group, and parameter.
-std::pair<std::string, std::string> NameOfParameter(const CsvReader& reader, std::size_t first) {
+std::pair<std::string, std::string> NameOfParameter(const TableReader& reader, std::size_t first) {
   return {std::string(reader.Id(first)), std::string(reader.Id(first + 1))};
 }
 
 }  // namespace
 
 void ReadResultParameters(ResultReading* reading) {
-  constexpr std::array<CsvColumn, 7> kColumns{{{"pass", kRequired},
-                                               {"parameter", kRequired},
-                                               {"unit", kRequired},
-                                               {"value", kRequired},
-                                               {"sigma", kRequired},
-                                               {"prior_sigma", kRequired},
-                                               {"kept"}}};
-  CsvReader reader = reading->source.Require("passes", kColumns);
+  const auto opened = reading->source.Require("passes", kParameterColumns);
+  TableReader& reader = *opened;
   std::vector<ParameterResult>& parameters = reading->result.parameters;
   std::map<std::pair<std::string, std::string>, std::uint32_t> index;
   while (reader.Next()) {
@@ -253,14 +213,9 @@ void ReadResultParameters(ResultReading* reading) {
                           reader.RequiredNumber(3),
                           ReadSigma(reader, 4),
                           ReadSigma(reader, 5),
-                          std::string(reader.Text(6))});
+                          std::string(reader.Text(7))});
   }
-  constexpr std::array<CsvColumn, 5> kCovarianceColumns{{{"pass_a", kRequired},
-                                                         {"parameter_a", kRequired},
-                                                         {"pass_b", kRequired},
-                                                         {"parameter_b", kRequired},
-                                                         {"covariance", kRequired}}};
-  auto covariance = reading->source.Open("passes_covariance", kCovarianceColumns);
+  auto covariance = reading->source.Open("passes_covariance", kParameterCovarianceColumns);
   const auto find = [&](std::size_t first) {
     const auto name = NameOfParameter(*covariance, first);
     const auto found = index.find(name);
@@ -291,31 +246,9 @@ enum LookColumn : std::size_t {
   kFinding,
   kImage  // line, pixel, line residual, pixel residual
 };
-constexpr std::array<CsvColumn, 22> kLookColumns{{{"pass", kRequired},
-                                                  {"point", kRequired},
-                                                  {"range_residual_m", kRequired},
-                                                  {"azimuth_residual_m", kRequired},
-                                                  {"range_redundancy"},
-                                                  {"azimuth_redundancy"},
-                                                  {"range_w"},
-                                                  {"azimuth_w"},
-                                                  {"range_tau"},
-                                                  {"azimuth_tau"},
-                                                  {"range_mdb_m"},
-                                                  {"azimuth_mdb_m"},
-                                                  {"range_influence_m"},
-                                                  {"azimuth_influence_m"},
-                                                  {"weight"},
-                                                  {"rejected", kRequired},
-                                                  {"reason"},
-                                                  {"finding"},
-                                                  {"line"},
-                                                  {"pixel"},
-                                                  {"line_residual_px"},
-                                                  {"pixel_residual_px"}}};
 
 // As float; a number that a float cannot hold is refused.
-float ReadFloat(const CsvReader& reader, std::size_t column) {
+float ReadFloat(const TableReader& reader, std::size_t column) {
   const double value = reader.Number(column);
   if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
     reader.Fail(column, NumberText(value) + " is too large");
@@ -326,7 +259,8 @@ float ReadFloat(const CsvReader& reader, std::size_t column) {
 }  // namespace
 
 void ReadResultLooks(ResultReading* reading) {
-  CsvReader reader = reading->source.Require("residuals", kLookColumns);
+  const auto opened = reading->source.Require("residuals", kResidualColumns);
+  TableReader& reader = *opened;
   ResultLooks& looks = reading->result.looks;
   const std::array<std::array<std::vector<float>, 2>*, 5> quality{
       &looks.redundancy_1, &looks.w_1, &looks.tau_1, &looks.mdb_m, &looks.influence_m};
@@ -342,9 +276,9 @@ void ReadResultLooks(ResultReading* reading) {
       (*quality[i / 2])[i % 2].push_back(ReadFloat(reader, kQuality + i));
     }
     looks.weight.push_back(reader.Given(kWeight) ? ReadFloat(reader, kWeight) : 1.0f);
-    looks.rejected.push_back(ReadRejected(reader, kRejected) ? 1 : 0);
+    looks.rejected.push_back(reader.Flag(kRejected) ? 1 : 0);
     looks.reason.push_back(ReadEnum(reader, kLookReason, RejectReason::kSuspect));
-    looks.finding.push_back(ReadCount(reader, kFinding));
+    looks.finding.push_back(reader.Count(kFinding));
     for (std::size_t i = 0; i < 4; ++i) image[i]->push_back(reader.Number(kImage + i));
     if (row % 65536 == 65535) Step(reading->options.progress, "read", row, 0, "looks");
   }
@@ -360,16 +294,7 @@ void ReadResultLooks(ResultReading* reading) {
 }
 
 void ReadResultControl(ResultReading* reading) {
-  constexpr std::array<CsvColumn, 9> kColumns{{{"point", kRequired},
-                                               {"component", kRequired},
-                                               {"residual_m", kRequired},
-                                               {"sigma_m"},
-                                               {"redundancy"},
-                                               {"w"},
-                                               {"tau"},
-                                               {"mdb_m"},
-                                               {"influence_m"}}};
-  auto reader = reading->source.Open("control_quality", kColumns);
+  auto reader = reading->source.Open("control_quality", kControlColumns);
   while (reader && reader->Next()) {
     ResultControl control;
     control.point = FindPoint(*reader, 0, reading->result.points.ids, kPointsFile);
@@ -393,22 +318,7 @@ void ReadResultControl(ResultReading* reading) {
 }
 
 void ReadResultPairs(ResultReading* reading) {
-  constexpr std::array<CsvColumn, 15> kColumns{{{"point_a", kRequired},
-                                                {"point_b", kRequired},
-                                                {"de_m", kRequired},
-                                                {"dn_m", kRequired},
-                                                {"du_m", kRequired},
-                                                {"cov_ee_m2", kRequired},
-                                                {"cov_nn_m2", kRequired},
-                                                {"cov_uu_m2", kRequired},
-                                                {"cov_en_m2", kRequired},
-                                                {"cov_eu_m2", kRequired},
-                                                {"cov_nu_m2", kRequired},
-                                                {"sigma_leberl_across_m"},
-                                                {"sigma_leberl_up_m"},
-                                                {"sigma_leberl_path_across_m"},
-                                                {"sigma_leberl_path_up_m"}}};
-  auto reader = reading->source.Open("pairs", kColumns);
+  auto reader = reading->source.Open("pairs", kPairColumns);
   while (reader && reader->Next()) {
     PairResult pair;
     pair.a = FindPoint(*reader, 0, reading->result.points.ids, kPointsFile);
@@ -426,25 +336,7 @@ void ReadResultPairs(ResultReading* reading) {
 }
 
 void ReadResultStrips(ResultReading* reading) {
-  constexpr std::array<CsvColumn, 18> kColumns{{{"pass", kRequired},
-                                                {"time_s", kRequired},
-                                                {"strip_time", kRequired},
-                                                {"x_m", kRequired},  // 3
-                                                {"y_m", kRequired},
-                                                {"z_m", kRequired},
-                                                {"near_x_m"},  // 6
-                                                {"near_y_m"},
-                                                {"near_z_m"},
-                                                {"far_x_m"},  // 9
-                                                {"far_y_m"},
-                                                {"far_z_m"},
-                                                {"correction_along_m"},  // 12
-                                                {"correction_across_m"},
-                                                {"correction_up_m"},
-                                                {"sigma_along_m"},  // 15
-                                                {"sigma_across_m"},
-                                                {"sigma_up_m"}}};
-  auto reader = reading->source.Open("strips", kColumns);
+  auto reader = reading->source.Open("strips", kStripColumns);
   const auto triple = [&](std::size_t first) {
     return Eigen::Vector3d(
         reader->Number(first), reader->Number(first + 1), reader->Number(first + 2));
@@ -452,40 +344,28 @@ void ReadResultStrips(ResultReading* reading) {
   std::vector<StripStation>& strips = reading->result.strips;
   while (reader && reader->Next()) {
     StripStation station{FindPass(*reader, 0, reading->pass_ids, kSummaryFile),
-                         reader->RequiredNumber(1),
                          reader->RequiredNumber(2),
-                         triple(3),
-                         triple(6),
-                         triple(9),
-                         triple(12),
-                         triple(15)};
+                         reader->RequiredNumber(3),
+                         triple(4),
+                         triple(7),
+                         triple(10),
+                         triple(13),
+                         triple(16)};
     if (!strips.empty() && station.pass < strips.back().pass) {
       reader->Fail(0, Quoted(reader->Text(0)) + " is not in the order of summary.json");
     }
-    if (!station.antenna_m.allFinite()) reader->Fail(3, "is empty, a station has a position");
+    if (!station.antenna_m.allFinite()) reader->Fail(4, "is empty, a station has a position");
     strips.push_back(station);
   }
 }
 
 void ReadResultSelection(ResultReading* reading) {
-  constexpr std::array<CsvColumn, 12> kColumns{{{"candidate", kRequired},
-                                                {"passes"},
-                                                {"parameters"},
-                                                {"test"},
-                                                {"statistic"},
-                                                {"f"},
-                                                {"p"},
-                                                {"delta_bic"},
-                                                {"condition"},
-                                                {"posterior_prior"},
-                                                {"verdict", kRequired},
-                                                {"reason"}}};
-  auto reader = reading->source.Open("selection", kColumns);
+  auto reader = reading->source.Open("selection", kSelectionColumns);
   while (reader && reader->Next()) {
     CandidateResult candidate;
     candidate.name = reader->Id(0);
     candidate.passes = reader->Text(1);
-    candidate.parameters = static_cast<int>(ReadCount(*reader, 2));
+    candidate.parameters = static_cast<int>(reader->Count(2));
     candidate.test = ReadEnum(*reader, 3, SelectionTest::kNotTried);
     candidate.statistic_1 = reader->Number(4);
     candidate.f_1 = reader->Number(5);
@@ -500,32 +380,25 @@ void ReadResultSelection(ResultReading* reading) {
     candidate.reason = reader->Text(11);
     reading->result.candidates.push_back(std::move(candidate));
   }
-  constexpr std::array<CsvColumn, 7> kBounds{{{"simplification", kRequired},
-                                              {"bound_m"},
-                                              {"sigma_m"},
-                                              {"fraction"},
-                                              {"allowed"},
-                                              {"taken"},
-                                              {"verdict"}}};
-  auto bounds = reading->source.Open("simplifications", kBounds);
+  auto bounds = reading->source.Open("simplifications", kSimplificationColumns);
   while (bounds && bounds->Next()) {
     reading->result.simplifications.push_back({std::string(bounds->Id(0)),
                                                bounds->Number(1),
                                                bounds->Number(2),
                                                bounds->Number(3),
-                                               ReadCount(*bounds, 4) != 0,
-                                               ReadCount(*bounds, 5) != 0,
+                                               bounds->Count(4) != 0,
+                                               bounds->Count(5) != 0,
                                                kNotGiven,
                                                std::string(bounds->Text(6))});
   }
 }
 
 void ReadResultPaths(ResultReading* reading) {
-  CsvReader reader = reading->source.Require("trajectories", kPathColumns);
-  PathTable table = ReadPaths(&reader, reading->pass_ids, kSummaryFile);
+  const auto reader = reading->source.Require("trajectories", kPathColumns);
+  PathTable table = ReadPaths(reader.get(), reading->pass_ids, kSummaryFile);
   for (std::size_t i = 0; i < table.states.size(); ++i) {
     if (table.states[i].size() < 2) {
-      throw InputError(FilePlace{reader.file(), table.lines[i], "pass"},
+      throw InputError(reader->PlaceAt(table.lines[i], 0),
                        "pass " + Quoted(reading->pass_ids[i]) +
                            " has fewer than two states, two or more are needed");
     }

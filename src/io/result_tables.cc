@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "csv_writer.h"
 #include "pixel_residuals.h"
 #include "testing/blunder_sizes.h"
 #include "testing/prior_quality.h"
@@ -14,12 +13,12 @@
 namespace sarblock {
 namespace {
 
-void WriteCovariance(const SymmetricEnu& covariance_m2, double factor, CsvWriter* out) {
+void WriteCovariance(const SymmetricEnu& covariance_m2, double factor, TableWriter* out) {
   for (const double element_m2 : covariance_m2) out->Number(factor * element_m2);
 }
 
 // Check points' errors by point; `next` walks result.checks, which is sorted by point.
-void WriteCheck(const ResultView& view, std::uint32_t point, std::size_t* next, CsvWriter* out) {
+void WriteCheck(const ResultView& view, std::uint32_t point, std::size_t* next, TableWriter* out) {
   const std::vector<CheckResult>& checks = view.result.checks;
   while (*next < checks.size() && checks[*next].point < point) ++*next;
   if (*next == checks.size() || checks[*next].point != point) {
@@ -32,7 +31,10 @@ void WriteCheck(const ResultView& view, std::uint32_t point, std::size_t* next, 
   for (Eigen::Index k = 0; k < 3; ++k) out->Number(check.sigma_enu_m[k]);
 }
 
-void WriteWithFixedPaths(const PointResults& points, double factor, std::size_t i, CsvWriter* out) {
+void WriteWithFixedPaths(const PointResults& points,
+                         double factor,
+                         std::size_t i,
+                         TableWriter* out) {
   if (points.fixed_path_covariance_m2.empty()) {
     out->Empty(4);
     return;
@@ -42,7 +44,7 @@ void WriteWithFixedPaths(const PointResults& points, double factor, std::size_t 
   out->Number(factor * c[3]);
 }
 
-void WriteLeberl(const PointResults& points, std::size_t i, CsvWriter* out) {
+void WriteLeberl(const PointResults& points, std::size_t i, TableWriter* out) {
   if (points.sigma_leberl_across_m.empty()) {
     out->Empty(5);
     return;
@@ -70,7 +72,7 @@ void WriteQuality(const ResultView& view,
                   const BlunderSizes& sizes,
                   std::uint64_t look,
                   std::size_t point,
-                  CsvWriter* out) {
+                  TableWriter* out) {
   const LookQuality& quality = view.result.quality;
   if (quality.empty()) {
     out->Empty(10);
@@ -86,7 +88,7 @@ void WriteQuality(const ResultView& view,
   for (const BlunderSize& s : size) out->Number(s.influence_m);
 }
 
-void WriteVector(const Eigen::Vector3d& v, double factor, CsvWriter* out) {
+void WriteVector(const Eigen::Vector3d& v, double factor, TableWriter* out) {
   for (Eigen::Index k = 0; k < 3; ++k) out->Number(factor * v[k]);
 }
 
@@ -116,49 +118,14 @@ const char* NameOf(SelectionTest test) {
   return "";
 }
 
-void WritePointTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"point",
-                 "role",
-                 "status",
-                 "looks",
-                 "x_m",
-                 "y_m",
-                 "z_m",
-                 "lat_deg",
-                 "lon_deg",
-                 "h_m",
-                 "sigma_e_m",
-                 "sigma_n_m",
-                 "sigma_u_m",
-                 "cov_en_m2",
-                 "cov_eu_m2",
-                 "cov_nu_m2",
-                 "intersection_deg",
-                 "sigma_leberl_across_m",
-                 "sigma_leberl_up_m",
-                 "sigma_leberl_path_across_m",
-                 "sigma_leberl_path_up_m",
-                 "leberl_across_azimuth_deg",
-                 "redundancy",
-                 "error_e_m",
-                 "error_n_m",
-                 "error_u_m",
-                 "chi_square_3",
-                 "error_sigma_e_m",
-                 "error_sigma_n_m",
-                 "error_sigma_u_m",
-                 "sigma_held_e_m",
-                 "sigma_held_n_m",
-                 "sigma_held_u_m",
-                 "cov_held_en_m2",
-                 "reason"},
-                view.compression);
+void WritePointTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("points", kResultPointColumns);
+  TableWriter& out = *table;
   const PointResults& points = view.result.points;
   const bool geocentric = view.block.frame.kind() == FrameKind::kGeocentric;
   std::size_t next_check = 0;
   for (std::uint32_t i = 0; i < points.status.size(); ++i) {
-    out.Text(view.block.points.ids[i]).Text(NameOf(view.block.points.role[i]));
+    out.Id(view.block.points.ids[i], i).Text(NameOf(view.block.points.role[i]));
     out.Text(NameOf(points.status[i])).Integer(points.looks[i]);
     const Eigen::Vector3d& p = points.position_m[i];
     const bool known = p.allFinite();
@@ -192,19 +159,9 @@ void WritePointTable(const std::filesystem::path& file, const ResultView& view) 
   out.Commit();
 }
 
-void WriteParameterTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"pass",
-                 "parameter",
-                 "unit",
-                 "value",
-                 "sigma",
-                 "prior_sigma",
-                 "significance",
-                 "kept",
-                 "prior_redundancy",
-                 "prior_w"},
-                view.compression);
+void WriteParameterTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("passes", kParameterColumns);
+  TableWriter& out = *table;
   for (const ParameterResult& parameter : view.result.parameters) {
     ParameterResult scaled = parameter;
     scaled.sigma *= std::sqrt(view.factor);
@@ -217,22 +174,9 @@ void WriteParameterTable(const std::filesystem::path& file, const ResultView& vi
   out.Commit();
 }
 
-void WriteSelectionTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"candidate",
-                 "passes",
-                 "parameters",
-                 "test",
-                 "statistic",
-                 "f",
-                 "p",
-                 "delta_bic",
-                 "condition",
-                 "posterior_prior",
-                 "verdict",
-                 "reason",
-                 "step"},
-                view.compression);
+void WriteSelectionTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("selection", kSelectionColumns);
+  TableWriter& out = *table;
   for (const CandidateResult& candidate : view.result.selection.candidates) {
     out.Text(candidate.name).Text(candidate.passes);
     out.Integer(candidate.parameters).Text(NameOf(candidate.test));
@@ -252,10 +196,9 @@ void WriteSelectionTable(const std::filesystem::path& file, const ResultView& vi
   out.Commit();
 }
 
-void WriteSimplificationTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"simplification", "bound_m", "sigma_m", "fraction", "allowed", "taken", "verdict"},
-                view.compression);
+void WriteSimplificationTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("simplifications", kSimplificationColumns);
+  TableWriter& out = *table;
   for (const SimplificationBound& bound : view.result.selection.simplifications) {
     out.Text(bound.name).Number(bound.bound_m).Number(bound.sigma_m).Number(bound.fraction_1);
     // Measured gains are not written: they would differ from run to run.
@@ -264,9 +207,9 @@ void WriteSimplificationTable(const std::filesystem::path& file, const ResultVie
   out.Commit();
 }
 
-void WriteParameterCovariance(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(
-      file, {"pass_a", "parameter_a", "pass_b", "parameter_b", "covariance"}, view.compression);
+void WriteParameterCovariance(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("passes_covariance", kParameterCovarianceColumns);
+  TableWriter& out = *table;
   for (const ParameterCovariance& entry : view.result.parameter_covariance) {
     const ParameterResult& a = view.result.parameters[entry.a];
     const ParameterResult& b = view.result.parameters[entry.b];
@@ -276,26 +219,11 @@ void WriteParameterCovariance(const std::filesystem::path& file, const ResultVie
   out.Commit();
 }
 
-void WritePairTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"point_a",
-                 "point_b",
-                 "de_m",
-                 "dn_m",
-                 "du_m",
-                 "cov_ee_m2",
-                 "cov_nn_m2",
-                 "cov_uu_m2",
-                 "cov_en_m2",
-                 "cov_eu_m2",
-                 "cov_nu_m2",
-                 "sigma_leberl_across_m",
-                 "sigma_leberl_up_m",
-                 "sigma_leberl_path_across_m",
-                 "sigma_leberl_path_up_m"},
-                view.compression);
+void WritePairTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("pairs", kPairColumns);
+  TableWriter& out = *table;
   for (const PairResult& pair : view.result.pairs) {
-    out.Text(view.block.points.ids[pair.a]).Text(view.block.points.ids[pair.b]);
+    out.Id(view.block.points.ids[pair.a], pair.a).Id(view.block.points.ids[pair.b], pair.b);
     for (Eigen::Index k = 0; k < 3; ++k) out.Number(pair.difference_enu_m[k]);
     WriteCovariance(pair.covariance_m2, view.factor, &out);
     out.Number(pair.sigma_leberl_across_m).Number(pair.sigma_leberl_up_m);
@@ -304,35 +232,21 @@ void WritePairTable(const std::filesystem::path& file, const ResultView& view) {
   out.Commit();
 }
 
-void WriteResidualTable(const std::filesystem::path& file, const ResultView& view) {
-  std::vector<std::string_view> columns{"pass",
-                                        "point",
-                                        "range_residual_m",
-                                        "azimuth_residual_m",
-                                        "range_redundancy",
-                                        "azimuth_redundancy",
-                                        "range_w",
-                                        "azimuth_w",
-                                        "range_tau",
-                                        "azimuth_tau",
-                                        "range_mdb_m",
-                                        "azimuth_mdb_m",
-                                        "range_influence_m",
-                                        "azimuth_influence_m",
-                                        "weight",
-                                        "rejected",
-                                        "reason",
-                                        "finding"};
+void WriteResidualTable(TableSink* sink, const ResultView& view) {
   const PixelResiduals pixels(view);
-  pixels.AddColumns(&columns);
-  CsvWriter out(file, columns, view.compression);
+  const auto table = sink->Open(
+      "residuals",
+      std::span(kResidualColumns)
+          .first(kResidualColumns.size() - (pixels.present() ? 0 : kImageResidualColumns)));
+  TableWriter& out = *table;
   const Block& block = view.block;
   const LookResults& looks = view.result.looks;
   const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
   const std::vector<std::uint32_t> finding = FindingOfLook(view);
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-      out.Text(block.passes[block.looks.pass[i]].id).Text(block.points.ids[point]);
+      out.Id(block.passes[block.looks.pass[i]].id, block.looks.pass[i]);
+      out.Id(block.points.ids[point], static_cast<std::uint32_t>(point));
       out.Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
       out.Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
       WriteQuality(view, sizes, i, point, &out);
@@ -353,22 +267,13 @@ void WriteResidualTable(const std::filesystem::path& file, const ResultView& vie
   out.Commit();
 }
 
-void WriteControlTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"point",
-                 "component",
-                 "residual_m",
-                 "sigma_m",
-                 "redundancy",
-                 "w",
-                 "tau",
-                 "mdb_m",
-                 "influence_m"},
-                view.compression);
+void WriteControlTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("control_quality", kControlColumns);
+  TableWriter& out = *table;
   const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
   for (const ControlQuality& control : view.result.control_quality) {
     const BlunderSize size = sizes.OfControl(control);
-    out.Text(view.block.points.ids[control.point]);
+    out.Id(view.block.points.ids[control.point], control.point);
     out.Text(kComponents[static_cast<std::size_t>(control.component)]);
     out.Number(control.residual_m)
         .Number(size.sigma_m)
@@ -380,31 +285,12 @@ void WriteControlTable(const std::filesystem::path& file, const ResultView& view
   out.Commit();
 }
 
-void WriteStripTable(const std::filesystem::path& file, const ResultView& view) {
-  CsvWriter out(file,
-                {"pass",
-                 "look",
-                 "time_s",
-                 "strip_time",
-                 "x_m",
-                 "y_m",
-                 "z_m",
-                 "near_x_m",
-                 "near_y_m",
-                 "near_z_m",
-                 "far_x_m",
-                 "far_y_m",
-                 "far_z_m",
-                 "correction_along_m",
-                 "correction_across_m",
-                 "correction_up_m",
-                 "sigma_along_m",
-                 "sigma_across_m",
-                 "sigma_up_m"},
-                view.compression);
+void WriteStripTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("strips", kStripColumns);
+  TableWriter& out = *table;
   for (const StripStation& station : view.result.strips) {
     const Pass& pass = view.block.passes[station.pass];
-    out.Text(pass.id).Text(pass.side == LookSide::kLeft ? "left" : "right");
+    out.Id(pass.id, station.pass).Text(pass.side == LookSide::kLeft ? "left" : "right");
     out.Number(station.time_s).Number(station.strip_time_1);
     WriteVector(station.antenna_m, 1.0, &out);
     WriteVector(station.near_m, 1.0, &out);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/io/atomic_file.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
@@ -13,7 +12,6 @@ struct ResultView {
   const Block& block;
   const AdjustOptions& options;
   const AdjustResult& result;
-  Compression compression = Compression::kNone;
   double factor = 1.0;  ///< on covariances
 };
 

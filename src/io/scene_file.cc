@@ -90,10 +90,10 @@ void ReadWanderTable(const TomlValue& name,
                      SceneWander* wander) {
   const std::string file = name.Text();
   if (folder == nullptr) name.Fail("is for scenes that are files, whose folder it counts from");
-  constexpr std::array<CsvColumn, 4> columns{{{"time_s", CsvNeed::kRequired},
-                                              {"along_m", CsvNeed::kRequired},
-                                              {"across_m", CsvNeed::kRequired},
-                                              {"up_m", CsvNeed::kRequired}}};
+  constexpr std::array<TableColumn, 4> columns{{{"time_s", ColumnNeed::kRequired},
+                                                {"along_m", ColumnNeed::kRequired},
+                                                {"across_m", ColumnNeed::kRequired},
+                                                {"up_m", ColumnNeed::kRequired}}};
   CsvReader reader(*folder / file, columns);
   if (!reader.unknown_columns().empty()) {
     name.Fail("has a column '" + reader.unknown_columns().front() +

@@ -5,7 +5,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "io/table_source.h"
+#include "io/csv_reader.h"
+#include "io/open_tables.h"
 #include "io/toml_document.h"
 #include "study_page.h"
 
@@ -17,13 +18,13 @@ constexpr std::size_t kMostStudyRows = 20000;
 
 struct StudyKind {
   const char* name;
-  std::vector<CsvColumn> columns;  ///< the first is required
+  std::vector<TableColumn> columns;  ///< the first is required
 };
 
 const std::vector<StudyKind>& Kinds() {
   static const std::vector<StudyKind> kinds{{"densification",
-                                             {{"layout", CsvNeed::kRequired},
-                                              {"control_points", CsvNeed::kRequired},
+                                             {{"layout", ColumnNeed::kRequired},
+                                              {"control_points", ColumnNeed::kRequired},
                                               {"tie_points"},
                                               {"passes"},
                                               {"median_sigma_e_m"},
@@ -40,8 +41,8 @@ const std::vector<StudyKind>& Kinds() {
                                               {"variant"},
                                               {"rms_sigma_u_m"}}},
                                             {"tradeoff",
-                                             {{"stage", CsvNeed::kRequired},
-                                              {"choice", CsvNeed::kRequired},
+                                             {{"stage", ColumnNeed::kRequired},
+                                              {"choice", ColumnNeed::kRequired},
                                               {"points"},
                                               {"looks"},
                                               {"wall_s"},
@@ -51,11 +52,11 @@ const std::vector<StudyKind>& Kinds() {
                                               {"covariance_error"},
                                               {"pareto"}}},
                                             {"stability",
-                                             {{"family", CsvNeed::kRequired},
+                                             {{"family", ColumnNeed::kRequired},
                                               {"parameter"},
                                               {"value"},
                                               {"condition"},
-                                              {"outcome", CsvNeed::kRequired},
+                                              {"outcome", ColumnNeed::kRequired},
                                               {"covariance_digits"},
                                               {"position_digits"},
                                               {"message"}}}};

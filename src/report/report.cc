@@ -6,7 +6,7 @@
 
 #include <utility>
 
-#include "io/table_source.h"
+#include "io/folder_content.h"
 #include "result_folder.h"
 #include "sections.h"
 #include "study_page.h"
@@ -29,15 +29,27 @@ ReportFile WritePage(const Page& page,
   return {file, std::move(kind), page.headline.word, html.size()};
 }
 
+void RequireResultOrStudy(const fs::path& path) {
+  const auto fail = [&](const std::string& what) {
+    throw InputError(FilePlace{path.string(), 0, ""},
+                     what +
+                         "; a result or a study is a folder with summary.json (a result) or with "
+                         "densification.csv, tradeoff.csv or stability.csv (a study), or an HDF5 "
+                         "file of a result");
+  };
+  if (!fs::exists(path)) fail("does not exist");
+  if (!fs::is_directory(path) && !IsContainer(path)) fail("is a file that is no HDF5 file");
+  if (fs::exists(path / "block.toml") && !fs::exists(path / "summary.json")) {
+    fail("is a block, not a result or a study");
+  }
+}
+
 }  // namespace
 
 ReportFile WriteReport(const fs::path& folder, const fs::path& out, ProgressSink* progress) {
-  const fs::path file = out.empty() ? folder / "report.html" : out;
-  RequireFolder(folder,
-                {"result or a study",
-                 "summary.json (a result) or with densification.csv, tradeoff.csv or stability.csv"
-                 " (a study)"});
-  if (fs::exists(folder / "summary.json")) {
+  const fs::path file = out.empty() ? FileOf(folder, "report.html") : out;
+  RequireResultOrStudy(folder);
+  if (!fs::is_directory(folder) || fs::exists(folder / "summary.json")) {
     return WritePage(MakeResultPage(ReadResultFolder(folder, progress)), "result", file, progress);
   }
   const StudyFolder study = ReadStudyFolder(folder);
@@ -53,7 +65,7 @@ ReportFile WriteComparison(const fs::path& a,
                            const fs::path& b,
                            const fs::path& out,
                            ProgressSink* progress) {
-  const fs::path file = out.empty() ? b / "comparison.html" : out;
+  const fs::path file = out.empty() ? FileOf(b, "comparison.html") : out;
   const ResultFolder first = ReadResultFolder(a, progress);
   const ResultFolder second = ReadResultFolder(b, progress);
   return WritePage(MakeComparisonPage(first, second), "comparison", file, progress);

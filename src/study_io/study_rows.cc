@@ -160,9 +160,9 @@ Journal ReadJournal(std::string_view text, std::size_t begin, std::size_t tasks)
   }
 }
 
-std::vector<CsvColumn> Asked(const std::vector<StudyColumn>& columns) {
-  std::vector<CsvColumn> asked;
-  for (const StudyColumn& column : columns) asked.push_back({column.name, CsvNeed::kRequired});
+std::vector<TableColumn> Asked(const std::vector<StudyColumn>& columns) {
+  std::vector<TableColumn> asked;
+  for (const StudyColumn& column : columns) asked.push_back({column.name, ColumnNeed::kRequired});
   return asked;
 }
 

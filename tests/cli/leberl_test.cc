@@ -53,7 +53,7 @@ TEST_F(LeberlCommandTest, Table1HasTheColumnsOfTheContractAndAVerdictInEveryRow)
               StartsWith("configuration,position,quantity,dy_km,dz_km,source,size_m,printed_m,"
                          "formula_m,derivative_m,exact_m,verdict,note\n"));
   CsvReader reader(Table(run.out),
-                   std::vector<CsvColumn>{{"configuration"},
+                   std::vector<TableColumn>{{"configuration"},
                                           {"position"},
                                           {"quantity"},
                                           {"dy_km"},
@@ -179,7 +179,7 @@ TEST_F(LeberlCommandTest, ParallaxAnswersEachRowOfATable) {  // Eq. 6: dp = h (c
       "parallax", {"--base-m", "8000", "--height-m", "10000", "--presentation", "ground", table});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   CsvReader reader(Table(run.out),
-                   std::vector<CsvColumn>{
+                   std::vector<TableColumn>{
                        {"point"}, {"point_height_m"}, {"parallax_m"}, {"exact_point_height_m"}});
   ASSERT_TRUE(reader.Next());
   EXPECT_EQ(reader.Text(0), "a,1");
@@ -229,7 +229,7 @@ TEST_F(LeberlCommandTest, ValidityWritesMapLinesAndNinePlots) {
   EXPECT_EQ(plots, 9);
   EXPECT_TRUE(std::filesystem::exists(out / "validity_map.csv"));
   CsvReader lines(out / "validity_lines.csv",
-                  std::vector<CsvColumn>{{"error_ratio_1_percent"}, {"error_ratio_5_percent"}});
+                  std::vector<TableColumn>{{"error_ratio_1_percent"}, {"error_ratio_5_percent"}});
   int rows = 0;
   while (lines.Next()) {
     ++rows;

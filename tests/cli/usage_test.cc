@@ -26,6 +26,7 @@ const std::vector<std::string>& Commands() {
                                                     "adjust",
                                                     "report",
                                                     "export",
+                                                    "convert",
                                                     "study",
                                                     "leberl"};
   return commands;

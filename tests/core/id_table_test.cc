@@ -68,6 +68,20 @@ TEST(IdTableTest, FindsTheFirstOfTwoEqualIdsBeforeAndAfterTheIndexIsBuilt) {
 }
 
 // Hand values of the edit distance: one change, one letter lost, one letter more.
+TEST(IdTableTest, AppendsAscendingIdsOnceWhateverFollowsThem) {  // hand-made order
+  IdTable table;
+  const std::vector<std::string> ids{"C1", "C2", "C10", "T1", "T9", "T10", "T2", "C10", "A", "T10"};
+  const std::vector<std::uint32_t> expected{0, 1, 2, 3, 4, 5, 6, 2, 7, 5};
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    EXPECT_EQ(table.FindOrAppend(ids[i]), expected[i]) << ids[i];
+  }
+  IdTable equal;
+  EXPECT_EQ(equal.FindOrAppend("T1"), 0u);
+  EXPECT_EQ(equal.FindOrAppend("T1"), 0u);
+  EXPECT_EQ(equal.FindOrAppend(""), 1u);
+  EXPECT_EQ(equal.FindOrAppend(""), 1u);
+}
+
 TEST(IdTableTest, ProposesTheNearestId) {
   const IdTable table = TableOf({"reflector_north", "GCP17", "tie_004"});
   EXPECT_EQ(table.Nearest("GCP71"), "GCP17");

@@ -58,7 +58,7 @@ inline void CheckBlock(const Block& block) {
 
 /// The text as any table, and as each table of a block.
 inline void Csv(std::string_view text) {
-  constexpr std::array<CsvColumn, 3> columns{{{"pass"}, {"point"}, {"x_m"}}};
+  constexpr std::array<TableColumn, 3> columns{{{"pass"}, {"point"}, {"x_m"}}};
   AllowInputError([&] {
     CsvReader reader("t.csv", text, columns);
     while (reader.Next()) {

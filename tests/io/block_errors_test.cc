@@ -319,7 +319,7 @@ TEST_F(BlockFolderErrorsTest, NamesMissingFiles) {
   Put("summary.json", "{}");
   EXPECT_THAT(error(), HasSubstr("is a result, not a block; a block is a folder with"));
   EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "summary.json"); }),
-              HasSubstr("summary.json: is a file; a block is a folder"));
+              HasSubstr("summary.json: is a file that is no HDF5 file; a block is a folder"));
 }
 
 TEST_F(BlockFolderErrorsTest, NamesTheLineWhereAGzipTableIsCutOff) {

@@ -14,7 +14,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr std::array<CsvColumn, 3> kColumns{{{"point", CsvNeed::kRequired}, {"x_m"}, {"y_m"}}};
+constexpr std::array<TableColumn, 3> kColumns{{{"point", ColumnNeed::kRequired}, {"x_m"}, {"y_m"}}};
 enum { kPoint, kX, kY };
 
 CsvReader Reader(std::string_view text) { return CsvReader("t.csv", text, kColumns); }

@@ -33,7 +33,7 @@ TEST_F(CsvWriterTest, WritesShortestNumbersAndEmptyCells) {
 }
 
 TEST_F(CsvWriterTest, NumbersAndNamesReadBackTheSame) {  // round trip, seeded
-  constexpr std::array<CsvColumn, 2> columns{{{"name"}, {"x_m"}}};
+  constexpr std::array<TableColumn, 2> columns{{{"name"}, {"x_m"}}};
   const char* const names[] = {
       "a", " b ", "c,d", "\"", "e\"\"f", "#g", "\xEF\xBB\xBFh", "\xC3\xA9"};
   for (const Compression compression : {Compression::kNone, Compression::kGzip}) {

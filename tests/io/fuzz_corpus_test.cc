@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "fuzz/container_fuzz_targets.h"
 #include "fuzz/fuzz_targets.h"
 #include "io/io_fixture.h"
 #include <gtest/gtest.h>
@@ -34,6 +35,14 @@ TEST_F(FuzzCorpusTest, BlockTablesAreReadOrRefused) {
   const std::vector<std::string> texts = Corpus("block_toml");
   EXPECT_GE(texts.size(), 20u);
   for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::BlockToml(text));
+}
+
+TEST_F(FuzzCorpusTest, ContainersAreReadOrRefused) {
+  const std::vector<std::string> texts = Corpus("container");
+  EXPECT_GE(texts.size(), 30u);
+  for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::Container(text, folder_)) << text;
+  fuzz::WriteSmallContainer(folder_ / "whole.h5");
+  EXPECT_EQ(ReadBlock(folder_ / "whole.h5").block.looks.size(), 2u);
 }
 
 TEST_F(FuzzCorpusTest, ScenesAreReadOrRefused) {

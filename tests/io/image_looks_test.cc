@@ -124,7 +124,7 @@ TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
   result.looks.range_residual_m = {-0.625, 0.1};
   result.looks.azimuth_residual_m = {0.421, 0.1};
   WriteResult(folder_, file.block, file.adjust, result, ResultContext{});
-  constexpr std::array<CsvColumn, 5> columns{
+  constexpr std::array<TableColumn, 5> columns{
       {{"pass"}, {"line_residual_px"}, {"pixel_residual_px"}, {"line"}, {"pixel"}}};
   CsvReader reader(folder_ / "residuals.csv", columns);
   ASSERT_TRUE(reader.Next());

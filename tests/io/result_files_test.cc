@@ -75,7 +75,7 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
                                         .verdict = "taken"}};
   result_.parameters[0].kept = "pays";
   WriteResult(folder_, block_, options_, result_, context_);
-  const std::vector<CsvColumn> columns{{"candidate"},
+  const std::vector<TableColumn> columns{{"candidate"},
                                        {"passes"},
                                        {"parameters"},
                                        {"test"},
@@ -166,7 +166,7 @@ TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
                           "",
                           ""));
   CsvReader reader(folder_ / "points.csv",
-                   std::vector<CsvColumn>{{"lat_deg"}, {"lon_deg"}, {"h_m"}, {"intersection_deg"}});
+                   std::vector<TableColumn>{{"lat_deg"}, {"lon_deg"}, {"h_m"}, {"intersection_deg"}});
   ASSERT_TRUE(reader.Next());
   const Eigen::Vector3d back_m = block_.frame.FrameFromGeodetic(
       {reader.Number(0) * kRadPerDeg, reader.Number(1) * kRadPerDeg, reader.Number(2)});
@@ -228,21 +228,21 @@ TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled)
   result_.pairs[0].sigma_leberl_across_m = 6.5;
   result_.pairs[0].sigma_leberl_path_up_m = 7.5;
   WriteResult(folder_, block_, options_, result_, context_);
-  const std::vector<CsvColumn> columns{{"sigma_leberl_across_m"},
+  const std::vector<TableColumn> columns{{"sigma_leberl_across_m"},
                                        {"sigma_leberl_up_m"},
                                        {"sigma_leberl_path_across_m"},
                                        {"sigma_leberl_path_up_m"}};
   EXPECT_THAT(Row("points.csv", 0, columns), ElementsAre("3.5", "4.5", "5.5", ""));
   EXPECT_THAT(Row("points.csv", 1, columns), ElementsAre("", "", "", ""));
   EXPECT_THAT(Row("pairs.csv", 0, columns), ElementsAre("6.5", "", "", "7.5"));
-  CsvReader reader(folder_ / "points.csv", std::vector<CsvColumn>{{"leberl_across_azimuth_deg"}});
+  CsvReader reader(folder_ / "points.csv", std::vector<TableColumn>{{"leberl_across_azimuth_deg"}});
   ASSERT_TRUE(reader.Next());
   EXPECT_DOUBLE_EQ(reader.Number(0), 21.485917317405873);  // 0.375 rad
 }
 
 TEST_F(ResultFilesTest, ResidualsStandByLook) {
   WriteResult(folder_, block_, options_, result_, context_);
-  const std::vector<CsvColumn> columns{{"pass"},
+  const std::vector<TableColumn> columns{{"pass"},
                                        {"point"},
                                        {"range_residual_m"},
                                        {"azimuth_residual_m"},

@@ -65,7 +65,7 @@ class ResultFolderTest : public FolderTest {
   // The cells of a row of a table, by column.
   std::vector<std::string> Row(const std::string& table,
                                std::size_t row,
-                               const std::vector<CsvColumn>& columns) const {
+                               const std::vector<TableColumn>& columns) const {
     CsvReader reader(folder_ / table, columns);
     for (std::size_t i = 0; i <= row; ++i) EXPECT_TRUE(reader.Next());
     std::vector<std::string> cells;

@@ -68,7 +68,7 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
   result.parameter_covariance = {{0, 0, 4.0}, {0, 1, -1.0}, {1, 1, 2.25}};
   result.strips = SampleStrips(block, options.groups, result);
   WriteResult(folder_, block, options, result, {});
-  const std::vector<CsvColumn> columns{{"strip_time"},
+  const std::vector<TableColumn> columns{{"strip_time"},
                                        {"correction_up_m"},
                                        {"sigma_up_m"},
                                        {"correction_along_m"},

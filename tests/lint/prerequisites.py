@@ -70,6 +70,9 @@ def commands(text):
 def sarblock(words):
     """Files used and files made by a `sarblock` command, of its words after the first."""
     used, made, first = [], [], bool(words) and not words[0].startswith("-")
+    if words[:1] == ["convert"]:
+        plain = [word for word in words[1:] if not word.startswith("-")]
+        return plain[:1], plain[1:]
     words = words[2 if words and words[0] in BELOW else 1:]
     while words:
         word, *words = words

@@ -255,7 +255,8 @@ TEST_F(ReportFileTest, SaysOfAFolderWhetherItIsMissingAFileOrABlock) {
   std::filesystem::create_directory(folder_ / "block");
   Put("block/block.toml", "format = \"sarblock-block 1\"\n");
   EXPECT_THAT(message("none"), HasSubstr("none: does not exist; a result or a study is a folder"));
-  EXPECT_THAT(message("file"), HasSubstr("file: is a file; a result or a study is a folder with"));
+  EXPECT_THAT(message("file"),
+              HasSubstr("file: is a file that is no HDF5 file; a result or a study is a folder"));
   EXPECT_THAT(message("block"), HasSubstr("block: is a block, not a result or a study; a result"));
 }
 

@@ -20,7 +20,8 @@ class IdTable {
   }
   /// Appends without looking for a duplicate; returns the new index.
   std::uint32_t Append(std::string_view id);
-  /// Index of `id`, appended if it is new.
+  /// Index of `id`, appended if it is new. Ids that come in ascending order (by first character,
+  /// length and characters: T9 before T10) are known to be new without a hash index.
   std::uint32_t FindOrAppend(std::string_view id);
   /// Index of `id` or kNone. Builds its hash index on first use (not thread-safe until built).
   [[nodiscard]] std::uint32_t Find(std::string_view id) const;
@@ -33,9 +34,11 @@ class IdTable {
 
  private:
   void BuildIndex() const;
+  [[nodiscard]] bool IsAfterLast(std::string_view id) const;
   [[nodiscard]] std::size_t SlotOf(std::string_view id) const;
   std::string text_;
   std::vector<std::uint32_t> begin_{0};
+  bool ascending_ = true;  // every id is after the one before it
   mutable std::vector<std::uint32_t> slots_;  // open addressing; kNone is an empty slot
 };
 

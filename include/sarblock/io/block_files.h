@@ -44,11 +44,11 @@ struct BlockFile {
 };
 
 /// Reads block.toml, trajectories.csv, observations.csv and, if it stands there, points.csv, each
-/// table plain or as `.csv.gz` (docs/formats.md). Points are in the order of points.csv and then
-/// of their first look; angles become radians here. Every fault of the input throws InputError
-/// with file, line, field, what is wrong and what is allowed. Memory: about 60 bytes a look and
-/// 60 a point, twice that while it reads.
-[[nodiscard]] BlockFile ReadBlock(const std::filesystem::path& folder,
+/// table plain or as `.csv.gz` (docs/formats.md), or all of an HDF5 file (docs/container.md).
+/// Points are in the order of points.csv and then of their first look; angles become radians here.
+/// Every fault of the input throws InputError with file, line, field, what is wrong and what is
+/// allowed. Memory: about 60 bytes a look and 60 a point, twice that while it reads.
+[[nodiscard]] BlockFile ReadBlock(const std::filesystem::path& path,
                                   const ReadOptions& options = {});
 
 /// A block as texts, named like the files they stand for.
@@ -65,7 +65,8 @@ struct BlockTexts {
 /// `predict` and for tests; the adjustment never reads them.
 [[nodiscard]] Truth ReadTruth(const std::filesystem::path& folder, const Block& block);
 
-/// Point pairs of a CSV file with columns point_a, point_b; a relative name counts from `folder`.
+/// Point pairs of a CSV file with columns point_a, point_b; a relative name counts from `folder`,
+/// or, if that is a file, from the folder it stands in; so below.
 [[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> ReadPairs(
     const std::filesystem::path& folder, const std::string& file, const Block& block);
 
@@ -78,10 +79,11 @@ std::size_t ApplyRejections(const std::filesystem::path& folder,
                             const std::string& file,
                             Block* block);
 
-/// Writes a block folder; ReadBlock gives the same block back, to the last bit but for squint
-/// angles (degrees in the file: one unit in the last place). The same block gives the same bytes.
+/// Writes a block folder, or an HDF5 file where the name ends in ".h5". ReadBlock gives the same
+/// block back, to the last bit but for squint angles (degrees in the file: one unit in the last
+/// place). The same block gives the same bytes.
 /// Tables of the other compression and, without `truth`, an older truth are removed.
-void WriteBlock(const std::filesystem::path& folder,
+void WriteBlock(const std::filesystem::path& target,
                 const Block& block,
                 const AdjustOptions& adjust,
                 const Truth* truth = nullptr,

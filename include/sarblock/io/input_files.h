@@ -20,10 +20,10 @@ struct InputFile {
 /// SHA-256 (FIPS 180-4) of a file in hexadecimal. Throws InputError if it cannot be read.
 [[nodiscard]] std::string Sha256OfFile(const std::filesystem::path& file);
 
-/// The files of a block folder that an adjustment depends on: block.toml, the tables trajectories,
-/// observations and points, then the lists of pairs and rejections that `options` names. Files that
-/// are not there are left out: reading the block says what is missing.
-[[nodiscard]] std::vector<InputFile> ListInputFiles(const std::filesystem::path& block_folder,
+/// The files that an adjustment of a block depends on: block.toml, the tables trajectories,
+/// observations and points, or the one file of all, then the lists of pairs and rejections that
+/// `options` names. Files that are not there are left out: reading the block says what is missing.
+[[nodiscard]] std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
                                                     const AdjustOptions& options);
 
 }  // namespace sarblock

@@ -34,14 +34,15 @@ struct ResultContext {
                                       const AdjustResult& result,
                                       const ResultContext& context);
 
-/// Writes a result folder: summary.json, points.csv, passes.csv, passes_covariance.csv,
+/// Writes a result folder, or an HDF5 file (without points.geojson) where the name ends in ".h5":
+/// summary.json, points.csv, passes.csv, passes_covariance.csv,
 /// residuals.csv, control_quality.csv (with control), selection.csv and simplifications.csv (if
 /// corrections were chosen), pairs.csv and montecarlo.csv (if asked for), trajectories.csv,
 /// strips.csv, points.geojson (geocentric frames). Each file appears whole or not at all,
 /// summary.json last. Returns the summary that was written; its stages end with `write`, the cost
 /// of this call. Positions in frame axes [m]; standard deviations and covariances in east, north,
 /// up, times CovarianceFactor(); angles in degrees. What was not computed is an empty cell.
-std::string WriteResult(const std::filesystem::path& folder,
+std::string WriteResult(const std::filesystem::path& target,
                         const Block& block,
                         const AdjustOptions& options,
                         const AdjustResult& result,

@@ -11,7 +11,8 @@ namespace sarblock {
 
 /// Reads what WriteResult() wrote (docs/formats.md): summary.json, points.csv, passes.csv,
 /// passes_covariance.csv, residuals.csv, control_quality.csv, pairs.csv, strips.csv, selection.csv,
-/// simplifications.csv and trajectories.csv, each table plain or as `.csv.gz`. Covariances are as
+/// simplifications.csv and trajectories.csv, each table plain or as `.csv.gz`, or all of an HDF5
+/// file (docs/container.md). Covariances are as
 /// written: scaled by the posterior variance factor where the result is. montecarlo.csv is not
 /// read: its sums stand in the summary. Report, comparison and export read results by this alone.
 ///
@@ -20,7 +21,7 @@ namespace sarblock {
 /// points than the summary counts: files of two results). Columns not known are ignored. A summary
 /// without `frame` or `passes`, of a version before they were written, is refused. Memory: about
 /// 300 bytes a point and 100 a look.
-[[nodiscard]] ResultFile ReadResult(const std::filesystem::path& folder,
+[[nodiscard]] ResultFile ReadResult(const std::filesystem::path& path,
                                     const ReadResultOptions& options = {});
 
 /// A result as texts, named like the files they stand for.

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+#include "sarblock/io/atomic_file.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sarblock {
+
+/// What was converted.
+struct ConversionReport {
+  std::string kind;                     ///< "block" or "result"
+  std::size_t tables = 0, rows = 0;     ///< written
+  std::vector<std::string> left_out{};  ///< files of the folder that are no tables of its kind
+};
+
+/// Writes the tables of a block or a result, a folder or an HDF5 file (docs/container.md), as the
+/// other kind: HDF5 where the name of `to` ends in ".h5". Tables that sarblock wrote come back as
+/// the same bytes; of others the values do, columns in the order of docs/formats.md and those of
+/// other names, taken as text, after them. Numbers, counts and flags are checked as by ReadBlock();
+/// what they mean together is not. Throws InputError with the place of what is wrong.
+ConversionReport Convert(const std::filesystem::path& from,
+                         const std::filesystem::path& to,
+                         Compression compression = Compression::kNone,
+                         ProgressSink* progress = nullptr);
+
+}  // namespace sarblock

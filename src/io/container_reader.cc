@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "container_reader.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/id_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "hdf5_file.h"
+#include "number.h"
+
+namespace sarblock {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMostChunkBytes = std::size_t{1} << 26;
+constexpr std::uint64_t kMostInflation = 1032;  // of deflate, bytes out of one byte
+
+/// An open file, and what every dataset of it is held to.
+struct OpenedContainer {
+  std::string path;
+  std::uint64_t bytes = 0;
+  Hdf5Id file;
+
+  [[noreturn]] void Fail(const std::string& object, const std::string& problem) const {
+    throw InputError(FilePlace{path, 0, object}, problem);
+  }
+};
+
+OpenedContainer OpenContainer(const fs::path& path) {
+  SilenceHdf5();
+  OpenedContainer opened{path.string(), fs::file_size(path), {}};
+  opened.file = Hdf5Id(H5Fopen(opened.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (!opened.file.valid()) {
+    opened.Fail("", "cannot be opened as an HDF5 file: damaged, cut off, or being written");
+  }
+  return opened;
+}
+
+/// A member of a group that stands in this file itself; links to other files are refused.
+bool HasMember(const OpenedContainer& opened, hid_t group, const std::string& name) {
+  if (H5Lexists(group, name.c_str(), H5P_DEFAULT) <= 0) return false;
+  H5L_info_t info;
+  if (H5Lget_info(group, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type != H5L_TYPE_HARD) {
+    opened.Fail(name, "is a link, the data themselves are needed");
+  }
+  return true;
+}
+
+/// A dataset whose values all stand in the file, or are said not to be given where they do not.
+struct StoredColumn {
+  Hdf5Id dataset;
+  H5T_class_t type = H5T_NO_CLASS;
+  std::size_t value_bytes = 0;
+  bool variable_text = false;
+  std::uint64_t rows = 0;
+  bool whole = true;
+};
+
+/// Whether chunks that are not stored read as numbers that are not given: NaN, or -1 of integers.
+bool FillsWithNothing(hid_t creation, H5T_class_t type) {
+  H5D_fill_value_t defined = H5D_FILL_VALUE_UNDEFINED;
+  double fill = 0.0;
+  if (type == H5T_STRING || H5Pfill_value_defined(creation, &defined) < 0 ||
+      defined != H5D_FILL_VALUE_USER_DEFINED ||
+      H5Pget_fill_value(creation, H5T_NATIVE_DOUBLE, &fill) < 0) {
+    return false;
+  }
+  return type == H5T_FLOAT ? std::isnan(fill) : fill == -1.0;
+}
+
+void RequireStored(const OpenedContainer& opened, const std::string& path, StoredColumn* stored) {
+  StoredColumn& column = *stored;
+  if (column.rows == 0) return;
+  const Hdf5Id made(H5Dget_create_plist(column.dataset.get()), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(made.get());
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(made.get()) > 0) {
+    opened.Fail(path, "has its values in another file, they are needed in this one");
+  }
+  const bool filtered = H5Pget_nfilters(made.get()) > 0;
+  bool& whole = column.whole;
+  if (layout == H5D_CHUNKED) {
+    hsize_t chunk_rows = 0, chunks = 0;
+    if (H5Pget_chunk(made.get(), 1, &chunk_rows) != 1 || chunk_rows == 0 ||
+        chunk_rows > kMostChunkBytes / column.value_bytes) {
+      opened.Fail(path,
+                  "has chunks of " + std::to_string(chunk_rows) + " rows, at most " +
+                      std::to_string(kMostChunkBytes) + " bytes are allowed");
+    }
+    const Hdf5Id all(H5Dget_space(column.dataset.get()), H5Sclose);  // H5S_ALL is refused
+    whole = H5Dget_num_chunks(column.dataset.get(), all.get(), &chunks) >= 0 &&
+            chunks >= (column.rows - 1) / chunk_rows + 1;
+  } else if (layout == H5D_CONTIGUOUS) {
+    whole = H5Dget_storage_size(column.dataset.get()) / column.value_bytes >= column.rows;
+  }
+  const std::uint64_t most = opened.bytes * (filtered ? kMostInflation : 1) / column.value_bytes;
+  whole = whole && column.rows <= most;
+  if (!whole && !FillsWithNothing(made.get(), column.type)) {
+    opened.Fail(path,
+                "has " + std::to_string(column.rows) + " rows, not all of which are in the file");
+  }
+}
+
+StoredColumn OpenColumn(const OpenedContainer& opened,
+                        hid_t group,
+                        const std::string& name,
+                        const std::string& path) {
+  StoredColumn column;
+  const Hdf5Id access = ColumnAccess();
+  column.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
+  if (!column.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
+  const Hdf5Id type(H5Dget_type(column.dataset.get()), H5Tclose);
+  const Hdf5Id space(H5Dget_space(column.dataset.get()), H5Sclose);
+  if (!type.valid() || !space.valid()) opened.Fail(path, "is no dataset that can be read");
+  column.type = H5Tget_class(type.get());
+  column.value_bytes = H5Tget_size(type.get());
+  column.variable_text = H5Tis_variable_str(type.get()) > 0;
+  const int rank = H5Sget_simple_extent_ndims(space.get());
+  if (rank != 1) {
+    opened.Fail(path, "has " + std::to_string(std::max(0, rank)) + " dimensions, one is needed");
+  }
+  hsize_t rows = 0;
+  H5Sget_simple_extent_dims(space.get(), &rows, nullptr);
+  column.rows = rows;
+  if (column.value_bytes == 0) opened.Fail(path, "has values without a size");
+  RequireStored(opened, path, &column);
+  return column;
+}
+
+/// Texts of equal length, padded with zeros or blanks.
+IdTable ReadTexts(const OpenedContainer& opened,
+                  hid_t group,
+                  const std::string& name,
+                  const std::string& path) {
+  if (!HasMember(opened, group, name)) opened.Fail(path, "the dataset is missing, it holds texts");
+  const StoredColumn column = OpenColumn(opened, group, name, path);
+  if (column.type != H5T_STRING || column.variable_text) {
+    opened.Fail(path, "is no dataset of strings of a fixed length, which is needed");
+  }
+  const Hdf5Id type(H5Dget_type(column.dataset.get()), H5Tclose);
+  const bool blanks = H5Tget_strpad(type.get()) == H5T_STR_SPACEPAD;
+  const std::uint64_t at_once =
+      std::max<std::uint64_t>(1, (std::uint64_t{1} << 20) / column.value_bytes);
+  std::vector<char> buffer;
+  IdTable texts;
+  for (std::uint64_t first = 0; first < column.rows; first += at_once) {
+    const hsize_t count = std::min(at_once, column.rows - first);
+    buffer.resize(count * column.value_bytes);
+    const Hdf5Id from = SelectRows(column.dataset.get(), first, count);
+    const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    if (!from.valid() ||
+        H5Dread(
+            column.dataset.get(), type.get(), to.get(), from.get(), H5P_DEFAULT, buffer.data()) <
+            0) {
+      opened.Fail(path, "cannot be read, the file is damaged");
+    }
+    for (hsize_t i = 0; i < count; ++i) {
+      std::string_view text(buffer.data() + i * column.value_bytes, column.value_bytes);
+      text = text.substr(0, text.find('\0'));
+      while (blanks && text.ends_with(' ')) text.remove_suffix(1);
+      texts.Append(text);
+    }
+  }
+  return texts;
+}
+
+/// Texts that columns are indices into, and what TableReader::Lookup() found for each.
+struct StoredTexts {
+  std::shared_ptr<const IdTable> texts;
+  std::vector<std::uint32_t>* memo = nullptr;
+};
+
+/// Ids of passes and points. They are kept while a table needs them, what was found for them
+/// longer.
+class StoredIds {
+ public:
+  explicit StoredIds(const OpenedContainer& opened) : opened_(opened) {}
+  StoredTexts Of(CellKind kind) {
+    const std::size_t which = kind == CellKind::kPass ? 0 : 1;
+    const char* const name = which == 0 ? kPassIds : kPointIds;
+    std::shared_ptr<const IdTable> texts = texts_[which].lock();
+    if (!texts) {
+      texts = std::make_shared<const IdTable>(
+          ReadTexts(opened_, opened_.file.get(), name, std::string("/") + name));
+      texts_[which] = texts;
+    }
+    memo_[which].resize(texts->size(), IdTable::kNone);
+    return {std::move(texts), &memo_[which]};
+  }
+
+ private:
+  const OpenedContainer& opened_;
+  std::array<std::weak_ptr<const IdTable>, 2> texts_;
+  std::array<std::vector<std::uint32_t>, 2> memo_;
+};
+
+class ContainerTable final : public TableReader {
+ public:
+  ContainerTable(const OpenedContainer& opened,
+                 StoredIds* ids,
+                 std::string_view table,
+                 std::span<const TableColumn> columns)
+      : TableReader(opened.path + ": /" + std::string(table), columns),
+        opened_(opened),
+        path_("/" + std::string(table) + "/"),
+        group_(H5Gopen2(opened.file.get(), std::string(table).c_str(), H5P_DEFAULT), H5Gclose),
+        columns_(columns.size()) {
+    if (!group_.valid()) opened.Fail("/" + std::string(table), "is no group of datasets");
+    ListMembers();
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (HasMember(opened, group_.get(), names_[i])) OpenCells(i, columns[i].kind, ids);
+    }
+    RequireColumns(columns);
+    // Columns without values take no room in the file: another one has to vouch for the rows.
+    const auto vouches = [](const Cells& cells) {
+      return cells.stored.dataset.valid() && cells.stored.whole;
+    };
+    if (rows_ > 0 && std::none_of(columns_.begin(), columns_.end(), vouches)) {
+      opened.Fail("/" + std::string(table),
+                  "has " + std::to_string(rows_) + " rows, of which no column is in the file");
+    }
+  }
+
+  bool Next() override {
+    if (line_ < rows_) {
+      if (line_ == slab_end_) ReadSlab();
+      ++line_;
+      at_ = line_ - 1 - slab_begin_;
+      return true;
+    }
+    for (Cells& cells : columns_) {  // what follows a table needs room
+      std::vector<double>().swap(cells.numbers);
+      std::vector<std::uint32_t>().swap(cells.indices);
+    }
+    return false;
+  }
+  std::size_t RowCount() const override { return rows_; }
+  FilePlace PlaceAt(std::size_t line, std::size_t column) const override {
+    std::string field = path_ + names_[column];
+    if (line > 0) field += "[" + std::to_string(line - 1) + "]";
+    return {opened_.path, 0, std::move(field)};
+  }
+  std::string NameOfLine(std::size_t line) const override {
+    return "row " + std::to_string(line - 1);
+  }
+
+ private:
+  struct Cells {
+    StoredColumn stored;
+    CellKind kind = CellKind::kNumber;
+    StoredTexts stored_texts;
+    const IdTable* texts = nullptr;  // null: a column of numbers
+    std::vector<std::uint32_t> own_memo;
+    std::vector<double> numbers;
+    std::vector<std::uint32_t> indices;
+    mutable std::string text;
+  };
+
+  std::string_view TextOf(std::size_t column) const override {
+    const Cells& cells = columns_[column];
+    if (cells.texts != nullptr) return (*cells.texts)[cells.indices[at_]];
+    const double value = cells.numbers[at_];
+    if (std::isnan(value)) return {};
+    if (value == 0.0 && !std::signbit(value)) return "0";
+    if (value == 1.0) return "1";
+    cells.text = NumberText(value);
+    return cells.text;
+  }
+  std::uint32_t* Memo(std::size_t column) const override {
+    const Cells& cells = columns_[column];
+    if (!Has(column) || cells.texts == nullptr) return nullptr;
+    return &(*cells.stored_texts.memo)[cells.indices[at_]];
+  }
+  std::string ColumnsThere() const override { return "the group has " + members_; }
+
+  void ListMembers() {
+    H5G_info_t info;
+    if (H5Gget_info(group_.get(), &info) < 0) opened_.Fail(path_, "cannot be read");
+    std::vector<std::string> all;
+    for (hsize_t i = 0; i < info.nlinks; ++i) {
+      std::array<char, 256> name{};
+      if (H5Lget_name_by_idx(group_.get(),
+                             ".",
+                             H5_INDEX_NAME,
+                             H5_ITER_INC,
+                             i,
+                             name.data(),
+                             name.size(),
+                             H5P_DEFAULT) >= 0) {
+        all.emplace_back(name.data());
+      }
+    }
+    for (const std::string& name : all) {
+      if (name == kRowDimension || IsTexts(name, all)) continue;
+      members_ += (members_.empty() ? "" : ",") + name;
+      if (std::find(names_.begin(), names_.end(), name) == names_.end()) unknown_.push_back(name);
+    }
+  }
+  static bool IsTexts(const std::string& name, const std::vector<std::string>& all) {
+    if (!name.ends_with(kValuesEnding)) return false;
+    const std::string base = name.substr(0, name.size() - kValuesEnding.size());
+    return std::find(all.begin(), all.end(), base) != all.end();
+  }
+
+  void OpenCells(std::size_t column, CellKind kind, StoredIds* ids) {
+    const std::string& name = names_[column];
+    const std::string path = path_ + name;
+    Cells& cells = columns_[column];
+    cells.kind = kind;
+    cells.stored = OpenColumn(opened_, group_.get(), name, path);
+    const bool integers = cells.stored.type == H5T_INTEGER;
+    const std::string values = name + std::string(kValuesEnding);
+    const bool known = kind == CellKind::kPass || kind == CellKind::kPoint;
+    if (known ||
+        (kind == CellKind::kText && H5Lexists(group_.get(), values.c_str(), H5P_DEFAULT) > 0)) {
+      if (!integers) opened_.Fail(path, "holds no integers, indices into texts are needed");
+      if (known) {
+        cells.stored_texts = ids->Of(kind);
+      } else {
+        auto texts = ReadTexts(opened_, group_.get(), values, path_ + values);
+        cells.own_memo.assign(texts.size(), kUnknown);
+        cells.stored_texts = {std::make_shared<const IdTable>(std::move(texts)), &cells.own_memo};
+      }
+      cells.texts = cells.stored_texts.texts.get();
+    } else if (!integers && cells.stored.type != H5T_FLOAT) {
+      opened_.Fail(path, "holds no numbers, which are needed");
+    }
+    if (first_ != kAbsent && cells.stored.rows != rows_) {
+      opened_.Fail(path,
+                   "has " + std::to_string(cells.stored.rows) + " rows where " + path_ +
+                       names_[first_] + " has " + std::to_string(rows_) + ", as many are needed");
+    }
+    if (first_ == kAbsent) first_ = column;
+    rows_ = cells.stored.rows;
+    place_[column] = column;
+  }
+
+  void ReadSlab() {
+    slab_begin_ = line_;
+    slab_end_ = std::min<std::size_t>(rows_, line_ + kSlabRows);
+    const hsize_t count = slab_end_ - slab_begin_;
+    const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (!Has(i)) continue;
+      Cells& cells = columns_[i];
+      const Hdf5Id from = SelectRows(cells.stored.dataset.get(), slab_begin_, count);
+      void* target = nullptr;
+      const bool text = cells.texts != nullptr;
+      if (text) {
+        cells.indices.resize(count);
+        target = cells.indices.data();
+      } else {
+        cells.numbers.resize(count);
+        target = cells.numbers.data();
+        numbers_[i] = cells.numbers.data();
+      }
+      if (!from.valid() || H5Dread(cells.stored.dataset.get(),
+                                   text ? H5T_NATIVE_UINT32 : H5T_NATIVE_DOUBLE,
+                                   to.get(),
+                                   from.get(),
+                                   H5P_DEFAULT,
+                                   target) < 0) {
+        opened_.Fail(path_ + names_[i], "cannot be read, the file is damaged");
+      }
+      text ? CheckIndices(i) : CheckNumbers(i);
+    }
+  }
+  void CheckIndices(std::size_t column) const {
+    const Cells& cells = columns_[column];
+    for (std::size_t i = 0; i < cells.indices.size(); ++i) {
+      if (cells.indices[i] < cells.texts->size()) continue;
+      throw InputError(PlaceAt(slab_begin_ + i + 1, column),
+                       std::to_string(cells.indices[i]) + " is not allowed, an index below " +
+                           std::to_string(cells.texts->size()) + ", the number of its texts, is");
+    }
+  }
+  /// Counts and flags that are not given are -1 in the file.
+  void CheckNumbers(std::size_t column) {
+    Cells& cells = columns_[column];
+    const bool counts = cells.kind == CellKind::kCount || cells.kind == CellKind::kFlag;
+    for (std::size_t i = 0; i < cells.numbers.size(); ++i) {
+      double& value = cells.numbers[i];
+      if (std::isinf(value)) {
+        throw InputError(PlaceAt(slab_begin_ + i + 1, column),
+                         NumberText(value) + " is not allowed, a finite number is");
+      }
+      if (counts && value == -1.0) value = kNan;
+    }
+  }
+
+  const OpenedContainer& opened_;
+  std::string path_;  // of the group, with a slash at its end
+  Hdf5Id group_;
+  std::string members_;
+  std::vector<Cells> columns_;
+  std::size_t first_ = kAbsent;
+  std::size_t rows_ = 0;
+  std::size_t slab_begin_ = 0, slab_end_ = 0;
+};
+
+/// A text attribute of the root; nothing where it does not stand.
+std::optional<std::string> ReadTextAttribute(const OpenedContainer& opened,
+                                             const std::string& name) {
+  if (H5Aexists(opened.file.get(), name.c_str()) <= 0) return std::nullopt;
+  const Hdf5Id attribute(H5Aopen(opened.file.get(), name.c_str(), H5P_DEFAULT), H5Aclose);
+  const Hdf5Id type(H5Aget_type(attribute.get()), H5Tclose);
+  const Hdf5Id space(H5Aget_space(attribute.get()), H5Sclose);
+  if (!type.valid() || !space.valid() || H5Tget_class(type.get()) != H5T_STRING ||
+      H5Sget_simple_extent_npoints(space.get()) != 1) {
+    opened.Fail(name, "is no text, an attribute with one string is needed");
+  }
+  bool read = false;
+  std::string text;
+  if (H5Tis_variable_str(type.get()) > 0) {
+    char* value = nullptr;
+    read = H5Aread(attribute.get(), type.get(), &value) >= 0 && value != nullptr;
+    if (read) text = value;
+    H5free_memory(value);
+  } else if (H5Tget_size(type.get()) <= opened.bytes) {
+    text.resize(H5Tget_size(type.get()));
+    read = H5Aread(attribute.get(), type.get(), text.data()) >= 0;
+    text.resize(std::min(text.size(), text.find('\0')));
+  }
+  if (!read) opened.Fail(name, "cannot be read, the file is damaged");
+  return text;
+}
+
+class ContainerSource final : public TableSource {
+ public:
+  ContainerSource(const fs::path& file, FolderContent content)
+      : TableSource(content), opened_(OpenContainer(file)), ids_(opened_) {}
+  std::pair<std::string, std::string> Read(std::string_view name) const override {
+    const std::string attribute = AttributeOf(name);
+    auto text = ReadTextAttribute(opened_, attribute);
+    if (!text) FailMissing(opened_.path + ": " + attribute, "attribute");
+    return {opened_.path + ": " + attribute, std::move(*text)};
+  }
+  std::unique_ptr<TableReader> Open(std::string_view table,
+                                    std::span<const TableColumn> columns) const override {
+    if (!HasMember(opened_, opened_.file.get(), std::string(table))) return nullptr;
+    return std::make_unique<ContainerTable>(opened_, &ids_, table, columns);
+  }
+  std::string NameOf(std::string_view table) const override {
+    return opened_.path + ": /" + std::string(table);
+  }
+  std::string DefaultName() const override { return fs::path(opened_.path).stem().string(); }
+
+ private:
+  OpenedContainer opened_;
+  mutable StoredIds ids_;
+};
+
+}  // namespace
+
+std::unique_ptr<TableSource> TablesOfContainer(const fs::path& file, FolderContent content) {
+  return std::make_unique<ContainerSource>(file, content);
+}
+
+}  // namespace sarblock

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "container_writer.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/version.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "output_folder.h"
+#include <hdf5_hl.h>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kMostTextBytes = std::size_t{1} << 32;
+
+bool IsText(CellKind kind) {
+  return kind == CellKind::kText || kind == CellKind::kPass || kind == CellKind::kPoint;
+}
+
+/// What stands for a number that is not given.
+double NotGivenOf(CellKind kind) {
+  const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
+  return counts ? -1.0 : std::numeric_limits<double>::quiet_NaN();
+}
+
+hid_t FileTypeOf(CellKind kind) {
+  if (IsText(kind)) return H5T_STD_U32LE;
+  if (kind == CellKind::kCount) return H5T_STD_I64LE;
+  if (kind == CellKind::kFlag) return H5T_STD_I8LE;
+  return H5T_IEEE_F64LE;
+}
+
+class ContainerTableWriter final : public TableWriter {
+ public:
+  ContainerTableWriter(ContainerSink* sink, Hdf5Id group, std::span<const TableColumn> columns)
+      : sink_(sink), group_(std::move(group)), cells_(columns.size()) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      cells_[i].name = columns[i].name;
+      cells_[i].kind = columns[i].kind;
+      const bool text = columns[i].kind == CellKind::kText;
+      if (IsText(columns[i].kind)) {
+        cells_[i].texts = text ? &cells_[i].own_texts : sink->ids(columns[i].kind);
+      }
+    }
+  }
+
+  TableWriter& Text(std::string_view text) override {
+    Cells& cells = NextCells();
+    if (cells.texts == nullptr) throw std::logic_error("a text in a column of numbers");
+    cells.indices.push_back(cells.texts->IndexOf(text));
+    return *this;
+  }
+  TableWriter& Id(std::string_view text, std::uint32_t index) override {
+    if (next_ >= cells_.size() || cells_[next_].texts == nullptr ||
+        cells_[next_].texts->given == nullptr) {
+      return Text(text);
+    }
+    NextCells().indices.push_back(index);
+    return *this;
+  }
+  TableWriter& Number(double value) override {
+    RefuseInfinity(value, sink_->name());
+    Cells& cells = NextCells();
+    cells.numbers.push_back(std::isnan(value) ? NotGivenOf(cells.kind) : value);
+    return *this;
+  }
+  using TableWriter::Empty;
+  TableWriter& Empty(std::size_t cells) override {
+    for (std::size_t i = 0; i < cells; ++i) {
+      const bool text = next_ < cells_.size() && cells_[next_].texts != nullptr;
+      text ? Text("") : Number(std::nan(""));
+    }
+    return *this;
+  }
+  void EndRow() override {
+    if (next_ != cells_.size()) {
+      throw std::logic_error("a row was about to be written with cells missing");
+    }
+    next_ = 0;
+    if (++buffered_ == kSlabRows) Flush(kSlabRows);
+  }
+  void Commit() override {
+    const std::uint64_t all = rows_ + buffered_;
+    const bool begun = rows_ > 0;
+    Flush(std::max<std::uint64_t>(1, buffered_));
+    // A dimension without values, as netCDF-4 writes it.
+    const Hdf5Id dimension =
+        sink_->CreateColumn(group_.get(),
+                            kRowDimension,
+                            H5T_IEEE_F32BE,
+                            begun ? 0 : all,
+                            begun ? kSlabRows : std::max<std::uint64_t>(1, all));
+    const hsize_t extent = all;
+    sink_->Require(H5Dset_extent(dimension.get(), &extent) >= 0);
+    std::string title = std::to_string(all);
+    title.insert(0, 10 - std::min<std::size_t>(10, title.size()), ' ');
+    title.insert(0, "This is a netCDF dimension but not a netCDF variable. ");
+    sink_->Require(H5DSset_scale(dimension.get(), title.c_str()) >= 0);
+    for (Cells& cells : cells_) {
+      sink_->Require(H5DSattach_scale(cells.dataset.get(), dimension.get(), 0) >= 0);
+      Describe(cells);
+    }
+  }
+
+ protected:
+  TableWriter& Signed(std::int64_t value) override { return Number(static_cast<double>(value)); }
+
+ private:
+  struct Cells {
+    std::string name;
+    CellKind kind = CellKind::kNumber;
+    ContainerSink::Texts own_texts;
+    ContainerSink::Texts* texts = nullptr;
+    std::vector<double> numbers;
+    std::vector<std::uint32_t> indices;
+    Hdf5Id dataset;
+  };
+
+  Cells& NextCells() {
+    if (next_ >= cells_.size()) throw std::logic_error("a row has more cells than columns");
+    return cells_[next_++];
+  }
+
+  static bool NoneGiven(const Cells& cells) {
+    const double absent = NotGivenOf(cells.kind);
+    return std::all_of(cells.numbers.begin(), cells.numbers.end(), [absent](double value) {
+      return value == absent || (std::isnan(value) && std::isnan(absent));
+    });
+  }
+
+  // A table of one slab or less gets datasets of just its size, a longer one datasets that grow.
+  void Flush(std::uint64_t chunk_rows) {
+    const hsize_t count = buffered_, extent = rows_ + buffered_;
+    const bool grows = chunk_rows == kSlabRows;
+    for (Cells& cells : cells_) {
+      if (!cells.dataset.valid()) {
+        cells.dataset = sink_->CreateColumn(
+            group_.get(),
+            cells.name,
+            FileTypeOf(cells.kind),
+            grows ? 0 : count,
+            chunk_rows,
+            cells.texts != nullptr ? std::nullopt : std::optional(NotGivenOf(cells.kind)));
+      }
+      if (count == 0) continue;
+      const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
+      sink_->Require(H5Dset_extent(cells.dataset.get(), &extent) >= 0);
+      if (cells.texts == nullptr && NoneGiven(cells)) {
+        cells.numbers.clear();
+        continue;
+      }
+      const Hdf5Id to = SelectRows(cells.dataset.get(), rows_, count);
+      const bool text = cells.texts != nullptr;
+      const void* const values = text ? static_cast<const void*>(cells.indices.data())
+                                      : static_cast<const void*>(cells.numbers.data());
+      sink_->Require(H5Dwrite(cells.dataset.get(),
+                              text ? H5T_NATIVE_UINT32 : H5T_NATIVE_DOUBLE,
+                              from.get(),
+                              to.get(),
+                              H5P_DEFAULT,
+                              values) >= 0);
+      cells.numbers.clear();
+      cells.indices.clear();
+    }
+    rows_ += buffered_;
+    buffered_ = 0;
+  }
+
+  void Describe(const Cells& cells) {
+    const hid_t dataset = cells.dataset.get();
+    if (cells.kind == CellKind::kNumber) {
+      sink_->WriteAttribute(dataset, "units", UnitOfColumn(cells.name));
+    } else if (cells.kind == CellKind::kText) {
+      const std::string values = cells.name + std::string(kValuesEnding);
+      sink_->WriteTexts(group_.get(), values, cells.texts->table());
+      sink_->WriteAttribute(dataset, "index_of", values);
+    } else if (cells.kind == CellKind::kPass || cells.kind == CellKind::kPoint) {
+      const char* const ids = cells.kind == CellKind::kPass ? kPassIds : kPointIds;
+      sink_->WriteAttribute(dataset, "index_of", std::string("/") + ids);
+    }
+  }
+
+  ContainerSink* sink_;
+  Hdf5Id group_;
+  std::vector<Cells> cells_;
+  std::size_t next_ = 0;
+  std::size_t buffered_ = 0;
+  std::uint64_t rows_ = 0;  // in the file
+};
+
+}  // namespace
+
+std::uint32_t ContainerSink::Texts::IndexOf(std::string_view text) {
+  if (given == nullptr) return own.FindOrAppend(text);
+  const std::uint32_t index = given->Find(text);
+  if (index == IdTable::kNone) throw std::logic_error("an id that the block does not have");
+  return index;
+}
+
+ContainerSink::ContainerSink(const std::filesystem::path& target,
+                             Compression compression,
+                             const BlockIds& ids)
+    : temporary_(target), name_(target.string()), compression_(compression) {
+  SilenceHdf5();
+  ids_[0].given = ids.passes;
+  ids_[1].given = ids.points;
+  if (target.has_parent_path()) MakeFolder(target.parent_path());
+  RemoveAbandoned(target);
+  const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST);
+  H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  const Hdf5Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  errno = 0;
+  file_ = Hdf5Id(H5Fcreate(temporary_.name().c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
+                 H5Fclose);
+  if (!file_.valid()) {
+    Fail("cannot be written" + (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+  }
+  WriteAttribute(file_.get(), "written_by", std::string("sarblock ") + Version());
+}
+
+ContainerSink::~ContainerSink() = default;
+
+std::unique_ptr<TableWriter> ContainerSink::Open(std::string_view table,
+                                                 std::span<const TableColumn> columns) {
+  const Hdf5Id creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  Hdf5Id group(
+      H5Gcreate2(file_.get(), std::string(table).c_str(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+      H5Gclose);
+  Require(group.valid());
+  return std::make_unique<ContainerTableWriter>(this, std::move(group), columns);
+}
+
+void ContainerSink::WriteText(std::string_view file, std::string_view text) {
+  WriteAttribute(file_.get(), AttributeOf(file), text);
+}
+
+void ContainerSink::Commit() {
+  for (const char* name : {kPassIds, kPointIds}) {
+    const Texts& texts = ids_[name == kPassIds ? 0 : 1];
+    WriteTexts(file_.get(), name, texts.table());
+  }
+  errno = 0;
+  if (file_.Release() < 0) Require(false);
+  temporary_.Commit();
+}
+
+Hdf5Id ContainerSink::CreateColumn(hid_t group,
+                                   const std::string& name,
+                                   hid_t type,
+                                   std::uint64_t rows,
+                                   std::uint64_t chunk_rows,
+                                   std::optional<double> fill) const {
+  const hsize_t extent = rows, chunk = chunk_rows;
+  const bool grows = chunk_rows == kSlabRows && rows == 0;
+  const hsize_t most = grows ? H5S_UNLIMITED : extent;
+  const Hdf5Id space(H5Screate_simple(1, &extent, &most), H5Sclose);
+  const Hdf5Id creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_chunk(creation.get(), 1, &chunk);
+  // So that the rest of a last chunk is the same bytes in every run.
+  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_ALLOC);
+  // Chunks without a value are not stored; readers find this in their place.
+  if (fill) H5Pset_fill_value(creation.get(), H5T_NATIVE_DOUBLE, &*fill);
+  H5Pset_attr_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  // libhdf5 notes the time otherwise, and the same tables would not be the same bytes.
+  H5Pset_obj_track_times(creation.get(), 0);
+  if (compression_ == Compression::kGzip) {
+    H5Pset_shuffle(creation.get());
+    H5Pset_deflate(creation.get(), 4);
+  }
+  const Hdf5Id access = ColumnAccess();
+  Hdf5Id dataset(
+      H5Dcreate2(group, name.c_str(), type, space.get(), H5P_DEFAULT, creation.get(), access.get()),
+      H5Dclose);
+  Require(dataset.valid());
+  return dataset;
+}
+
+void ContainerSink::WriteTexts(hid_t group, const std::string& name, const IdTable& texts) const {
+  std::size_t longest = 1;
+  for (std::size_t i = 0; i < texts.size(); ++i) longest = std::max(longest, texts[i].size());
+  if (longest > kMostTextBytes / std::max<std::size_t>(1, texts.size())) {
+    Fail("the texts of " + name + " need " + std::to_string(texts.size()) + " times " +
+         std::to_string(longest) + " bytes, at most 4 GB are allowed: a shorter longest one is");
+  }
+  const Hdf5Id type = StringType(longest);
+  const std::size_t at_once = std::max<std::size_t>(1, (std::size_t{1} << 20) / longest);
+  const std::size_t chunk = std::max<std::size_t>(1, std::min(texts.size(), at_once));
+  const Hdf5Id dataset = CreateColumn(group, name, type.get(), texts.size(), chunk);
+  std::string buffer;
+  for (std::size_t first = 0; first < texts.size(); first += at_once) {
+    const hsize_t count = std::min(at_once, texts.size() - first);
+    buffer.assign(count * longest, '\0');
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string_view text = texts[first + i];
+      std::copy(text.begin(), text.end(), buffer.data() + i * longest);
+    }
+    const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    const Hdf5Id to = SelectRows(dataset.get(), first, count);
+    Require(H5Dwrite(dataset.get(), type.get(), from.get(), to.get(), H5P_DEFAULT, buffer.data()) >=
+            0);
+  }
+  Require(H5DSset_scale(dataset.get(), name.c_str()) >= 0);
+}
+
+void ContainerSink::WriteAttribute(hid_t object,
+                                   const std::string& name,
+                                   std::string_view text) const {
+  const std::string ended(text);
+  const char* const value = ended.c_str();
+  const Hdf5Id type = StringType(H5T_VARIABLE);
+  const Hdf5Id space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Id attribute(
+      H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
+  Require(attribute.valid() && H5Awrite(attribute.get(), type.get(), &value) >= 0);
+}
+
+void ContainerSink::Fail(const std::string& problem) const {
+  throw InputError(FilePlace{name_, 0, ""}, problem);
+}
+
+void ContainerSink::Require(bool written) const {
+  if (written) return;
+  Fail(std::string("writing failed") +
+       (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+}
+
+}  // namespace sarblock

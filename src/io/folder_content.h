@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+
+namespace sarblock {
+
+/// What a folder, or a file that stands for one, holds. Studies are folders.
+enum class FolderContent { kResult, kBlock, kStudy };
+
+/// "result", "block" or "study".
+[[nodiscard]] constexpr const char* NameOf(FolderContent content) {
+  constexpr const char* kNames[] = {"result", "block", "study"};
+  return kNames[static_cast<std::size_t>(content)];
+}
+
+/// Whether a file that is to be written is one file of all tables: its name ends in ".h5".
+[[nodiscard]] bool NamesContainer(const std::filesystem::path& path);
+/// Whether an HDF5 file stands there.
+[[nodiscard]] bool IsContainer(const std::filesystem::path& path);
+/// What an HDF5 file says that it holds; nothing if it is not one of ours or cannot be read.
+[[nodiscard]] std::optional<FolderContent> ContentOf(const std::filesystem::path& container);
+
+}  // namespace sarblock

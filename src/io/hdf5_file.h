@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "folder_content.h"
+#include <hdf5.h>
+
+namespace sarblock {
+
+/// An object of libhdf5, closed when this ends. A negative id is one that could not be made.
+class Hdf5Id {
+ public:
+  Hdf5Id() = default;
+  Hdf5Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Hdf5Id() { Release(); }
+  Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Hdf5Id& operator=(Hdf5Id&& other) noexcept {
+    Release();
+    id_ = std::exchange(other.id_, -1);
+    close_ = other.close_;
+    return *this;
+  }
+  [[nodiscard]] hid_t get() const { return id_; }
+  [[nodiscard]] bool valid() const { return id_ >= 0; }
+  /// Negative where closing failed, which for a file means that it is not whole.
+  herr_t Release() {
+    const hid_t id = std::exchange(id_, -1);
+    return id >= 0 ? close_(id) : 0;
+  }
+
+ private:
+  hid_t id_ = -1;
+  herr_t (*close_)(hid_t) = nullptr;
+};
+
+/// Rows that are moved at a time, and the rows of a chunk: 64 KiB of numbers.
+inline constexpr std::size_t kSlabRows = 8192;
+/// The datasets of the ids that columns of these kinds are indices into.
+inline constexpr const char* kPassIds = "pass_id";
+inline constexpr const char* kPointIds = "point_id";
+/// Ending of the dataset with the texts that a column of text is indices into.
+inline constexpr std::string_view kValuesEnding = "_values";
+/// The dimension of a table's columns.
+inline constexpr const char* kRowDimension = "row";
+
+/// The attribute that stands for a text file: "block_toml" for "block.toml".
+[[nodiscard]] std::string AttributeOf(std::string_view file);
+/// A string type of `bytes` bytes, or of variable length for H5T_VARIABLE.
+[[nodiscard]] Hdf5Id StringType(std::size_t bytes);
+/// How datasets are opened: values are moved in order and once, so the cache is one chunk of ours,
+/// in place of the megabyte that libhdf5 gives every dataset.
+[[nodiscard]] Hdf5Id ColumnAccess();
+/// Keeps libhdf5 from printing its errors; ours say what they mean.
+void SilenceHdf5();
+/// Rows [first, first + count) of a column as a selection in its file.
+[[nodiscard]] Hdf5Id SelectRows(hid_t dataset, std::uint64_t first, std::uint64_t count);
+
+}  // namespace sarblock

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "table_reader.h"
+
+#include <cmath>
+#include <utility>
+
+#include "number.h"
+
+namespace sarblock {
+
+TableReader::TableReader(std::string file, std::span<const TableColumn> columns)
+    : file_(std::move(file)), place_(columns.size(), kAbsent), numbers_(columns.size()) {
+  for (const TableColumn& column : columns) names_.emplace_back(column.name);
+}
+
+void TableReader::RequireColumn(std::size_t column) const {
+  if (Has(column)) return;
+  throw InputError(PlaceAt(0, column), "the column is missing; " + ColumnsThere());
+}
+
+void TableReader::RequireColumns(std::span<const TableColumn> columns) const {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].need == ColumnNeed::kRequired) RequireColumn(i);
+  }
+}
+
+std::string_view TableReader::Id(std::size_t column) const {
+  const std::string_view id = Text(column);
+  if (id.empty()) Fail(column, "is empty, a name is needed");
+  for (const char c : id) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) {
+      Fail(column, "the name holds a control character, which is not allowed");
+    }
+  }
+  return id;
+}
+
+double TableReader::ParsedNumber(std::size_t column) const {
+  const std::string_view text = TextOf(column);
+  if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
+  double value = 0.0;
+  if (const char* problem = ParseNumber(text, &value)) Fail(column, Quoted(text) + problem);
+  return value;
+}
+
+double TableReader::RequiredNumber(std::size_t column) const {
+  const double value = Number(column);
+  if (std::isnan(value)) Fail(column, "is empty, a number is needed");
+  return value;
+}
+
+std::uint32_t TableReader::Count(std::size_t column) const {
+  const double value = Number(column);
+  if (std::isnan(value)) return 0;
+  if (!(value >= 0.0 && value <= 4294967295.0 && value == std::floor(value))) {
+    Fail(column, NumberText(value) + " is not allowed, an integer of 0 or more is");
+  }
+  return static_cast<std::uint32_t>(value);
+}
+
+bool TableReader::Flag(std::size_t column) const {
+  const std::string_view text = Text(column);
+  if (text == "1") return true;
+  if (!text.empty() && text != "0") {
+    Fail(column, Quoted(text) + " is not allowed, 0 or 1 is");
+  }
+  return false;
+}
+
+void TableReader::Fail(std::size_t column, const std::string& problem) const {
+  throw InputError(Place(column), problem);
+}
+
+}  // namespace sarblock

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/error.h"
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "table_columns.h"
+
+namespace sarblock {
+
+/// Reads a table row by row, whatever it is stored in: what a block or a result may hold is checked
+/// here and by who asks for the cells, once for all kinds of files. Views of cells are valid until
+/// the next call of Next(). Everything that is wrong throws InputError with its place.
+class TableReader {
+ public:
+  virtual ~TableReader() = default;
+
+  /// Goes to the next row; false at the end of the table.
+  [[nodiscard]] virtual bool Next() = 0;
+  /// Number of rows where it is known before the end; else 0.
+  [[nodiscard]] virtual std::size_t RowCount() const { return 0; }
+  /// Line (row) of the current row, from 1.
+  [[nodiscard]] std::size_t line() const { return line_; }
+  /// The file, for messages.
+  [[nodiscard]] const std::string& file() const { return file_; }
+  /// Columns of the file that nobody asked for, as they stand there.
+  [[nodiscard]] const std::vector<std::string>& unknown_columns() const { return unknown_; }
+
+  /// True if the file has this column.
+  [[nodiscard]] bool Has(std::size_t column) const { return place_[column] != kAbsent; }
+  /// Throws if it does not.
+  void RequireColumn(std::size_t column) const;
+  /// True if the cell is there and not empty.
+  [[nodiscard]] bool Given(std::size_t column) const {
+    if (!Has(column)) return false;
+    return numbers_[column] != nullptr ? !std::isnan(numbers_[column][at_])
+                                       : !TextOf(column).empty();
+  }
+  /// The cell; empty where the column or the cell is not given.
+  [[nodiscard]] std::string_view Text(std::size_t column) const {
+    return Has(column) ? TextOf(column) : std::string_view();
+  }
+  /// The cell, refused if it is empty or holds control characters: a name of a pass or a point.
+  [[nodiscard]] std::string_view Id(std::size_t column) const;
+  /// A finite number, or NaN (kNotGiven) for an empty cell.
+  [[nodiscard]] double Number(std::size_t column) const {
+    if (!Has(column)) return std::numeric_limits<double>::quiet_NaN();
+    return numbers_[column] != nullptr ? numbers_[column][at_] : ParsedNumber(column);
+  }
+  /// A finite number; an empty cell is refused.
+  [[nodiscard]] double RequiredNumber(std::size_t column) const;
+  /// An integer of 0 to 2^32 - 1; 0 for an empty cell.
+  [[nodiscard]] std::uint32_t Count(std::size_t column) const;
+  /// True for 1, false for 0 or an empty cell.
+  [[nodiscard]] bool Flag(std::size_t column) const;
+  /// What `find` returns for the cell's text, an index of something. Where a file stores each text
+  /// once, `find` is asked once for each: in one way for a column, and for all columns of ids of
+  /// passes, or of points, of all tables of a source.
+  template <typename Find>
+  [[nodiscard]] std::uint32_t Lookup(std::size_t column, const Find& find) const {
+    std::uint32_t* const memo = Memo(column);
+    if (memo == nullptr) return find();
+    if (*memo == kUnknown) *memo = find();
+    return *memo;
+  }
+
+  /// Where the cell of the current row, or of that line (row), stands.
+  [[nodiscard]] FilePlace Place(std::size_t column) const { return PlaceAt(line_, column); }
+  [[nodiscard]] virtual FilePlace PlaceAt(std::size_t line, std::size_t column) const = 0;
+  /// "line 12", for messages.
+  [[nodiscard]] virtual std::string NameOfLine(std::size_t line) const = 0;
+  /// Throws InputError at the current row and this column.
+  [[noreturn]] void Fail(std::size_t column, const std::string& problem) const;
+
+ protected:
+  static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
+  static constexpr std::uint32_t kUnknown = 0xffffffffu;
+
+  TableReader(std::string file, std::span<const TableColumn> columns);
+  TableReader(TableReader&&) noexcept = default;
+  TableReader& operator=(TableReader&&) noexcept = default;
+  /// Of a column that is there.
+  [[nodiscard]] virtual std::string_view TextOf(std::size_t column) const = 0;
+  /// The cell's text as a number, NaN if it is empty.
+  [[nodiscard]] double ParsedNumber(std::size_t column) const;
+  /// Throws where a required column has no place.
+  void RequireColumns(std::span<const TableColumn> columns) const;
+  /// Where Lookup() keeps what it found for the text of this cell, kUnknown before; null where
+  /// texts are not numbered.
+  [[nodiscard]] virtual std::uint32_t* Memo(std::size_t /*column*/) const { return nullptr; }
+  /// What the table has in place of a missing column: "the header has a,b".
+  [[nodiscard]] virtual std::string ColumnsThere() const = 0;
+
+  std::string file_;
+  std::size_t line_ = 0;
+  std::vector<std::string> names_;  // asked for
+  std::vector<std::size_t> place_;  // by asked column: where it stands
+  /// By asked column: numbers of several rows, of which the current one is number `at_`, finite or
+  /// NaN; null where the cells are text.
+  std::vector<const double*> numbers_;
+  std::size_t at_ = 0;
+  std::vector<std::string> unknown_;
+};
+
+}  // namespace sarblock

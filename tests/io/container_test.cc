@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blocks and results in one HDF5 file: round trips against the folder, and what is refused.
+#include "sarblock/io/convert.h"
+#include "sarblock/io/result_reader.h"
+
+#include <csignal>
+
+#include "fuzz/container_fuzz_targets.h"
+#include "io/output_folder.h"
+#include "io/result_fixture.h"
+#include "io/write_tables.h"
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+namespace sarblock {
+namespace {
+
+using test::MessageOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class ContainerTest : public test::ResultFolderTest {
+ protected:
+  // Every table and text of folder `a` stands in `b` with the same bytes.
+  void ExpectSameFiles(const std::string& a, const std::string& b) const {
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / a)) {
+      const std::string name = entry.path().filename().string();
+      if (name == "points.geojson") continue;
+      EXPECT_EQ(Content(entry.path()), Content(folder_ / b / name)) << name;
+      ++files;
+    }
+    EXPECT_GE(files, 3u);
+  }
+  // What is said of a small block whose file was damaged by these lines (container_edit.h).
+  std::string Refusal(std::string_view lines) const {
+    const std::filesystem::path file = folder_ / "damaged.h5";
+    fuzz::WriteSmallContainer(file);
+    fuzz::ContainerEdit(file, lines);
+    const std::string message = MessageOf<InputError>([&] { return ReadBlock(file); });
+    EXPECT_TRUE(message.starts_with(file.string() + ": ")) << message;
+    return message.substr(std::min(message.size(), file.string().size() + 2));
+  }
+  // A block with every optional column of looks that can stand beside the others.
+  void PutBlock(const std::string& folder) const {
+    std::filesystem::create_directories(folder_ / folder);
+    Put(folder + "/block.toml", std::string(test::kToml) + "wavelength_m = 0.03\n");
+    Put(folder + "/trajectories.csv", test::kPaths);
+    Put(folder + "/observations.csv",
+        "pass,point,time_s,range_m,squint_deg,doppler_hz,range_sigma_m,azimuth_sigma_m,"
+        "time_sigma_s,rejected\n"
+        "A,P,12.5,800000,,,,,,0\nB,P,12.5,800100.125,,-3.5,,2.5,,1\n"
+        "A,\"Q,1\",13.5,0.1e6,1.5,,0.3,,0.001,\n");
+    Put(folder + "/points.csv",
+        "point,role,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m,cov_en_m2,cov_eu_m2,cov_nu_m2\n"
+        "P,control,6371000.5,95000.25,1000.125,0.5,,0.1,,0.01,\n\"Q,1\",,,,,,,,,,\n");
+  }
+};
+
+TEST_F(ContainerTest, BlockComesBackWithTheSameBytes) {  // round trip
+  PutBlock("given");
+  const BlockFile read = ReadBlock(folder_ / "given");
+  Truth truth;
+  truth.points_m = {Eigen::Vector3d(1.5, 2.5, 3.5), Eigen::Vector3d::Constant(kNotGiven)};
+  truth.paths = {read.block.passes[0].path, read.block.passes[1].path};
+  WriteBlock(folder_ / "written", read.block, read.adjust, &truth);
+  const ConversionReport report = Convert(folder_ / "written", folder_ / "b.h5");
+  EXPECT_EQ(report.kind, "block");
+  EXPECT_EQ(report.tables, 5u);
+  EXPECT_EQ(report.rows, 4u + 3u + 2u + 1u + 4u);
+  Convert(folder_ / "b.h5", folder_ / "back");
+  ExpectSameFiles("written", "back");
+  // Written without the folder between, and deflated.
+  WriteBlock(folder_ / "direct.h5", read.block, read.adjust, &truth, Compression::kGzip);
+  Convert(folder_ / "direct.h5", folder_ / "back_of_direct");
+  ExpectSameFiles("written", "back_of_direct");
+}
+
+TEST_F(ContainerTest, ResultComesBackWithTheSameBytes) {  // round trip
+  WriteResult(folder_ / "result", block_, options_, result_, context_);
+  Convert(folder_ / "result", folder_ / "r.h5");
+  Convert(folder_ / "r.h5", folder_ / "back");
+  ExpectSameFiles("result", "back");
+  WriteResult(folder_ / "direct.h5", block_, options_, result_, context_);
+  Convert(folder_ / "direct.h5", folder_ / "back_of_direct");
+  for (const TableDescription& table : TablesOf(FolderContent::kResult)) {
+    const std::string name = std::string(table.name) + ".csv";
+    EXPECT_EQ(Content(folder_ / "result" / name), Content(folder_ / "back_of_direct" / name));
+  }
+}
+
+TEST_F(ContainerTest, ReadsTheSameFromFileAndFolder) {  // two routes inside the project
+  WriteResult(folder_ / "result", block_, options_, result_, context_);
+  Convert(folder_ / "result", folder_ / "r.h5");
+  const ResultFile a = ReadResult(folder_ / "result"), b = ReadResult(folder_ / "r.h5");
+  EXPECT_EQ(a.summary.json, b.summary.json);
+  EXPECT_EQ(a.points.ids[1], b.points.ids[1]);
+  EXPECT_EQ(a.points.results.status, b.points.results.status);
+  EXPECT_EQ(a.points.results.covariance_m2[0], b.points.results.covariance_m2[0]);
+  EXPECT_EQ(a.points.results.reason, b.points.results.reason);
+  EXPECT_EQ(a.parameters[0].name, b.parameters[0].name);
+  EXPECT_EQ(a.parameters[1].value, b.parameters[1].value);
+  EXPECT_EQ(a.parameter_covariance.size(), b.parameter_covariance.size());
+  EXPECT_EQ(a.looks.point, b.looks.point);
+  EXPECT_EQ(a.looks.rejected, b.looks.rejected);
+  EXPECT_EQ(a.looks.weight, b.looks.weight);
+  EXPECT_EQ(a.passes[1].path.states()[1].position_m, b.passes[1].path.states()[1].position_m);
+}
+
+TEST_F(ContainerTest, SameBlockGivesTheSameBytes) {
+  WriteBlock(folder_ / "a.h5", block_, options_);
+  WriteBlock(folder_ / "b.h5", block_, options_);
+  EXPECT_EQ(Content(folder_ / "a.h5"), Content(folder_ / "b.h5"));
+}
+
+TEST_F(ContainerTest, KeepsColumnsOfOthersAsText) {
+  PutBlock("given");
+  Put("given/truth.csv", "note,z_m,point,y_m,x_m\n# a comment\n\"so, so\",3,P,2,1.50\n");
+  const ConversionReport report = Convert(folder_ / "given", folder_ / "b.h5");
+  EXPECT_THAT(report.left_out, ElementsAre());
+  Convert(folder_ / "b.h5", folder_ / "back", Compression::kNone);
+  EXPECT_EQ(Content(folder_ / "back/truth.csv"), "point,x_m,y_m,z_m,note\nP,1.5,2,3,\"so, so\"\n");
+}
+
+TEST_F(ContainerTest, NamesWhatIsLeftOutOfAFolder) {
+  PutBlock("given");
+  Put("given/pairs.csv", "point_a,point_b\nP,Q\n");
+  EXPECT_THAT(Convert(folder_ / "given", folder_ / "b.h5").left_out, ElementsAre("pairs.csv"));
+}
+
+TEST_F(ContainerTest, ListsBesideTheFileAreRead) {
+  PutBlock("given");
+  Convert(folder_ / "given", folder_ / "b.h5");
+  Put("pairs.csv", "point_a,point_b\nP,\"Q,1\"\n");
+  Put("out.csv", "pass,point,rejected\nA,P,1\n");
+  Block block = ReadBlock(folder_ / "b.h5").block;
+  EXPECT_EQ(ReadPairs(folder_ / "b.h5", "pairs.csv", block).size(), 1u);
+  EXPECT_EQ(ApplyRejections(folder_ / "b.h5", "out.csv", &block), 1u);
+}
+
+TEST_F(ContainerTest, RefusalsNameDatasetRowAndValue) {
+  EXPECT_EQ(Refusal("set /observations/range_m 1 -5"),
+            "/observations/range_m[1]: -5 is not allowed, a number above 0 is");
+  EXPECT_EQ(Refusal("set /observations/range_m 1 inf"),
+            "/observations/range_m[1]: inf is not allowed, a finite number is");
+  EXPECT_EQ(Refusal("set /observations/time_s 0 nan"),
+            "/observations/time_s[0]: is empty, a number is needed");
+  EXPECT_EQ(Refusal("set /observations/point 1 7"),
+            "/observations/point[1]: 7 is not allowed, an index below 1, the number of its texts, "
+            "is");
+  EXPECT_THAT(Refusal("set /observations/time_s 1 4000"),
+              HasSubstr("/observations/time_s[1]: 4000 is outside the flight path of pass 'B'"));
+  EXPECT_THAT(Refusal("set /trajectories/time_s 1 0"),
+              HasSubstr("/trajectories/time_s[1]: pass 'A' has two states at 0 s, one is allowed; "
+                        "the state before, on row 0, is at 0 s"));
+  EXPECT_THAT(Refusal("set /observations/pass 1 0"),
+              HasSubstr("/observations/point[1]: pass 'A' sees point 'P' twice, first on row 0"));
+  EXPECT_THAT(Refusal("text block_toml format = 7"), HasSubstr("block_toml:1: format: "));
+}
+
+TEST_F(ContainerTest, RefusalsNameDatasetsThatCannotBe) {
+  EXPECT_THAT(Refusal("delete /observations/range_m"),
+              HasSubstr("/observations/range_m: the column is missing; the group has "
+                        "pass,point,time_s"));
+  EXPECT_THAT(Refusal("delete /observations"), HasSubstr("/observations: is missing"));
+  EXPECT_THAT(Refusal("delete /point_id"), HasSubstr("/point_id: the dataset is missing"));
+  EXPECT_THAT(Refusal("floats /observations/range_m 5"),
+              HasSubstr("/observations/range_m: has 5 rows where /observations/pass has 2"));
+  EXPECT_THAT(Refusal("matrix /observations/range_m 2"),
+              HasSubstr("/observations/range_m: has 2 dimensions, one is needed"));
+  EXPECT_THAT(Refusal("words /observations/range_m 2"),
+              HasSubstr("/observations/range_m: holds no numbers"));
+  EXPECT_THAT(Refusal("floats /observations/point 2"),
+              HasSubstr("/observations/point: holds no integers"));
+  EXPECT_THAT(Refusal("words /point_id 1"), HasSubstr("/point_id: is no dataset of strings"));
+  EXPECT_THAT(Refusal("link /observations/range_m /observations/time_s"),
+              HasSubstr("range_m: is a link"));
+  EXPECT_THAT(Refusal("external /observations/range_m 2"),
+              HasSubstr("/observations/range_m: has its values in another file"));
+  EXPECT_THAT(Refusal("floats /observations/rejected 2\nset /observations/rejected 1 2"),
+              HasSubstr("/observations/rejected[1]: '2' is not allowed, 0 or 1 is"));
+}
+
+TEST_F(ContainerTest, RefusesRowsThatAreNotStored) {
+  std::string all;
+  for (const char* name : {"pass", "point", "time_s", "range_m"}) {
+    all += std::string("extend /observations/") + name + " 1000000000000\n";
+  }
+  EXPECT_THAT(Refusal(all), HasSubstr("has 1000000000000 rows, not all of which are in the file"));
+  EXPECT_THAT(Refusal("cut 6000"), HasSubstr("cannot be opened as an HDF5 file"));
+  EXPECT_THAT(Refusal("cut 5"), HasSubstr("is a file that is no HDF5 file"));
+}
+
+TEST_F(ContainerTest, ColumnsWithoutValuesTakeNoRoom) {
+  const auto write = [&](const char* name, double y_m) {
+    WriteTables(
+        FolderContent::kBlock, folder_ / name, Compression::kNone, {}, [&](TableSink* sink) {
+          const auto table = sink->Open("truth", kTruthColumns);
+          for (int row = 0; row < 100000; ++row) {
+            table->Text("P").Number(1.0).Number(y_m).Number(y_m).EndRow();
+          }
+          table->Commit();
+          sink->WriteText("block.toml", "");
+        });
+    return std::filesystem::file_size(folder_ / name);
+  };
+  EXPECT_LT(write("empty.h5", kNotGiven) + 1500000, write("full.h5", 2.0));
+  EXPECT_EQ(Convert(folder_ / "empty.h5", folder_ / "back").rows, 100000u);
+}
+
+TEST_F(ContainerTest, TellsABlockFromAResult) {
+  WriteResult(folder_ / "r.h5", block_, options_, result_, context_);
+  WriteBlock(folder_ / "b.h5", block_, options_);
+  EXPECT_THAT(MessageOf<InputError>([&] { return ReadBlock(folder_ / "r.h5"); }),
+              HasSubstr("is a result, not a block"));
+  EXPECT_THAT(MessageOf<InputError>([&] { return ReadResult(folder_ / "b.h5"); }),
+              HasSubstr("is a block, not a result"));
+  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "none", folder_ / "x.h5"); }),
+              HasSubstr("none: does not exist"));
+  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "b.h5", folder_ / "b.h5"); }),
+              HasSubstr("b.h5: is what is converted"));
+}
+
+TEST_F(ContainerTest, RefusesToReplaceAFileOfOthers) {
+  const auto require = [&](FolderContent content) {
+    return MessageOf<InputError>([&] {
+      RequireFolderFor(content, folder_ / "x.h5", ForeignFiles::kRefuse);
+      return 0;
+    });
+  };
+  EXPECT_EQ(require(FolderContent::kBlock), "");
+  WriteBlock(folder_ / "x.h5", block_, options_);
+  EXPECT_EQ(require(FolderContent::kBlock), "");
+  EXPECT_THAT(require(FolderContent::kResult), HasSubstr("is no result that sarblock wrote"));
+  Put("x.h5", "text");
+  EXPECT_THAT(require(FolderContent::kBlock), HasSubstr("is no block that sarblock wrote"));
+}
+
+TEST_F(ContainerTest, LeavesNothingWhereWritingEndsEarly) {
+  const auto write = [&] {
+    WriteTables(
+        FolderContent::kBlock, folder_ / "x.h5", Compression::kNone, {}, [](TableSink* sink) {
+          const auto table = sink->Open("truth", kTruthColumns);
+          table->Text("P").Number(1.0).Number(HUGE_VAL);
+        });
+    return 0;
+  };
+  EXPECT_THAT(MessageOf<InputError>(write), HasSubstr("x.h5: a number became infinite"));
+  EXPECT_EQ(FileCount(), 0u);
+}
+
+TEST_F(ContainerTest, KilledWriterLeavesNoFileUnderTheName) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    WriteTables(
+        FolderContent::kBlock, folder_ / "x.h5", Compression::kNone, {}, [](TableSink* sink) {
+          const auto table = sink->Open("truth", kTruthColumns);
+          for (int row = 0; row < 40000; ++row) {
+            table->Text("P").Number(1.0).Number(2.0).Number(3.0).EndRow();
+          }
+          ::kill(::getpid(), SIGKILL);
+        });
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5"));
+  WriteBlock(folder_ / "x.h5", block_, options_);  // clears away what was left
+  EXPECT_EQ(FileCount(), 1u);
+}
+
+TEST_F(ContainerTest, LongTablesAreReadInSlabs) {  // round trip over more than two slabs
+  constexpr int kRows = 40000;
+  const auto text = [](int row) { return std::to_string(row % 7); };
+  WriteTables(
+      FolderContent::kBlock, folder_ / "x.h5", Compression::kGzip, {}, [&](TableSink* sink) {
+        const auto table = sink->Open("truth", kTruthColumns);
+        for (int row = 0; row < kRows; ++row) {
+          table->Text(text(row)).Number(row).Number(-row).Number(kNotGiven).EndRow();
+        }
+        table->Commit();
+        sink->WriteText("block.toml", "");
+      });
+  Convert(folder_ / "x.h5", folder_ / "back");
+  CsvReader reader(folder_ / "back/truth.csv", kTruthColumns);
+  for (int row = 0; row < kRows; ++row) {
+    ASSERT_TRUE(reader.Next());
+    ASSERT_EQ(reader.Text(0), text(row));
+    ASSERT_EQ(reader.Number(1), row);
+    ASSERT_EQ(reader.Number(2), -row);
+    ASSERT_FALSE(reader.Given(3));
+  }
+  EXPECT_FALSE(reader.Next());
+}
+
+}  // namespace
+}  // namespace sarblock
