@@ -9,7 +9,6 @@
 #include <string_view>
 #include <utility>
 
-#include "folder_content.h"
 #include <hdf5.h>
 
 namespace sarblock {
