@@ -2,6 +2,7 @@
 #include "report_command.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/io/atomic_file.h"
 #include "sarblock/report/report.h"
 
 #include <filesystem>
@@ -24,9 +25,7 @@ int RunReport(const ReportArguments& arguments, const Session& session) {
   const std::vector<std::string>& folders = arguments.folders;
   const bool two = folders.size() == 2;
   std::filesystem::path out = arguments.out;
-  if (out.empty()) {
-    out = std::filesystem::path(folders.back()) / (two ? "comparison.html" : "report.html");
-  }
+  if (out.empty()) out = FileOf(folders.back(), two ? "comparison.html" : "report.html");
   RequireFileFor(out, {kReportMark}, arguments.foreign);
   const ReportFile report = two ? WriteComparison(folders[0], folders[1], out, progress)
                                 : WriteReport(folders[0], out, progress);

@@ -79,8 +79,8 @@ class BashTest(unittest.TestCase):
     def test_completes_files_and_folders(self):
         self.assertEqual(sorted(self.complete("sarblock simulate ")),
                          ["a scene.toml", "run", "scenes", "script"])
-        self.assertEqual(self.complete("sarblock simulate s -o s"), ["scenes"])
-        self.assertEqual(self.complete("sarblock check s"), ["scenes"])
+        self.assertEqual(sorted(self.complete("sarblock simulate s -o s")), ["scenes", "script"])
+        self.assertEqual(sorted(self.complete("sarblock check s")), ["scenes", "script"])
         self.assertEqual(self.complete("sarblock adjust b --threads "), [])
 
 
