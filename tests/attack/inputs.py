@@ -281,6 +281,15 @@ class Maker:
         self.add("import", ["import", "sentinel1", "{in}/slant.xml", "--orbit", "{in}/orbit.xml", "-o",
                             "{out}", "--grid", "control", "--grid-sigma-m", "1"], products,
                  ["orbit.xml", "slant.xml"], self.folder / "local", "block")
+        networks = self.folder / "networks"
+        networks.mkdir()
+        for name in ("network/moon.net", "cube/one.cub", "cube/two.cub", "isd/one.json", "isd/two.json"):
+            shutil.copy(self.root / "tests/fuzz/corpus" / name, networks / name.replace("/", "_"))
+        sigmas = ["--range-sigma-m", "4", "--azimuth-sigma-m", "6"]
+        for kind, images in (("isis", ["cube_one.cub", "cube_two.cub"]), ("csm", ["isd_one.json", "isd_two.json"])):
+            self.add("import", ["import", kind, "{in}/network_moon.net", *(f"{{in}}/{name}" for name in images),
+                                "-o", "{out}", *sigmas], networks, ["network_moon.net", *images],
+                     self.folder / "local", "block")
 
 
 def in_lines_and_pixels(row):
