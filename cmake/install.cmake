@@ -15,6 +15,7 @@ if(TARGET sarblock)
   install(TARGETS sarblock RUNTIME COMPONENT sarblock)
   install(DIRECTORY datasets/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/sarblock
     COMPONENT sarblock FILES_MATCHING PATTERN "*.toml")
+  install(DIRECTORY datasets/real DESTINATION ${CMAKE_INSTALL_DATADIR}/sarblock COMPONENT sarblock)
 endif()
 if(TARGET sarblock_manual)
   set(manual ${PROJECT_BINARY_DIR}/manual)

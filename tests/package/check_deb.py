@@ -18,7 +18,8 @@ PROGRAM_FILES = [
     "usr/share/bash-completion/completions/sarblock", "usr/share/zsh/vendor-completions/_sarblock",
     "usr/share/fish/vendor_completions.d/sarblock.fish", "usr/share/doc/sarblock/copyright",
     "usr/share/doc/sarblock/changelog.Debian.gz", "usr/share/doc/sarblock/docs/tutorial.md",
-    "usr/share/sarblock/scenes/block-12-strips.toml"]
+    "usr/share/sarblock/scenes/block-12-strips.toml",
+    "usr/share/sarblock/real/cabeus/block.toml"]
 LIBRARY_FILES = [
     "usr/include/sarblock/adjust/adjust.h", "usr/lib/libsarblock_adjust.a",
     "usr/lib/cmake/sarblock/sarblock-config.cmake", "usr/share/doc/libsarblock-dev/copyright",
