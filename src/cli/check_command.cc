@@ -57,10 +57,11 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
     return kAccepted;
   }
   const ThreadLimit limit(session.Threads());
-  AdjustmentProblem problem(file.block,
-                            file.adjust.corrections == CorrectionChoice::kGiven
-                                ? file.adjust.groups
-                                : std::vector<CorrectionGroup>{});
+  AdjustmentProblem problem = Naming(arguments.block, [&] {
+    const bool given = file.adjust.corrections == CorrectionChoice::kGiven;
+    return AdjustmentProblem(file.block,
+                             given ? file.adjust.groups : std::vector<CorrectionGroup>{});
+  });
   const int corrections = problem.layout.size();
   std::vector<std::string> warnings = file.warnings;
   const std::vector<Finding> findings =
