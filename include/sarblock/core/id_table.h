@@ -38,7 +38,7 @@ class IdTable {
   [[nodiscard]] std::size_t SlotOf(std::string_view id) const;
   std::string text_;
   std::vector<std::uint32_t> begin_{0};
-  bool ascending_ = true;  // every id is after the one before it
+  bool ascending_ = true;                     // every id is after the one before it
   mutable std::vector<std::uint32_t> slots_;  // open addressing; kNone is an empty slot
 };
 
