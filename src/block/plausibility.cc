@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "copies.h"
+#include "core/median.h"
 #include "core/number_text.h"
 #include <Eigen/Geometry>
 
@@ -28,12 +29,6 @@ constexpr double kHeightPart_1 = 0.5;
 std::string Short(double value) { return Digits(value, 4); }
 
 std::string Km(double length_m) { return Short(1e-3 * length_m) + " km"; }
-
-double MedianOf(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 // ---- one path
 
@@ -145,7 +140,7 @@ Medians MediansOf(const std::vector<KnownLook>& known) {
     ratio.push_back(look.range_ratio_1);
     ahead.push_back(look.ahead_m);
   }
-  return {MedianOf(&ratio), MedianOf(&ahead)};
+  return {Median(ratio), Median(ahead)};
 }
 
 std::string KnownPointsRemark(const Pass& pass, const PassLooks& looks, const Medians& median) {

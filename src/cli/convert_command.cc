@@ -17,13 +17,11 @@ struct ConvertArguments {
   std::string from;
   std::string to;
   bool gzip = false;
-  bool force = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
 };
 
 int RunConvert(const ConvertArguments& arguments, const Session& session) {
-  RequireFolderFor(ContentAt(arguments.from),
-                   arguments.to,
-                   arguments.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+  RequireFolderFor(ContentAt(arguments.from), arguments.to, arguments.foreign);
   const ConversionReport report = Convert(arguments.from,
                                           arguments.to,
                                           arguments.gzip ? Compression::kGzip : Compression::kNone,
@@ -61,7 +59,7 @@ void AddConvert(CLI::App* app, Session* session) {
       ->required();
   command->add_option("to", arguments->to, "Folder or .h5 file to write")->required();
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
-  command->add_flag("--force", arguments->force, "Write into a folder that holds other files");
+  AddForce(command, &arguments->foreign);
   command->callback([=] { session->run = [=] { return RunConvert(*arguments, *session); }; });
 }
 

@@ -4,33 +4,27 @@
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 
-#include <filesystem>
 #include <vector>
 
+#include "io/folder_content.h"
 #include "io/output_folder.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {
 
-std::string ImportOutput::BlockName() const {
-  if (!name.empty()) return name;
-  const auto whole = std::filesystem::absolute(folder).lexically_normal();
-  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
-}
+std::string ImportOutput::BlockName() const { return name.empty() ? NameAt(folder) : name; }
 
 void AddImportOutput(CLI::App* command, ImportOutput* output) {
   command->add_option("-o,--output", output->folder, "Folder or .h5 file of the block to write")
       ->required();
   command->add_option("--name", output->name, "Name of the block (left out: that of its folder)");
   command->add_flag("--gzip", output->gzip, "Write the tables compressed (.csv.gz, deflate)");
-  command->add_flag("--force", output->force, "Write into a folder that holds other files");
+  AddForce(command, &output->foreign);
 }
 
 void RequireImportFolder(const ImportOutput& output, const Session& session) {
   if (session.dump_config) return;
-  RequireFolderFor(FolderContent::kBlock,
-                   output.folder,
-                   output.force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+  RequireFolderFor(FolderContent::kBlock, output.folder, output.foreign);
 }
 
 bool WriteImported(const ImportOutput& output, const Block& block, const Session& session) {

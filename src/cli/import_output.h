@@ -15,7 +15,7 @@ namespace sarblock::cli {
 struct ImportOutput {
   std::string folder, name;
   bool gzip = false;
-  bool force = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
 
   /// `name`, or the folder's own where none was given.
   [[nodiscard]] std::string BlockName() const;

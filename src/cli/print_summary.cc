@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "columns.h"
+#include "core/median.h"
 #include "core/number_text.h"
 #include "core/units.h"
 #include "print_realism.h"
@@ -17,13 +18,6 @@ namespace sarblock::cli {
 namespace {
 
 using Out = std::back_insert_iterator<std::string>;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return kNotGiven;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::string Headline(const AdjustResult& result) {
   switch (result.status) {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <utility>
 
+#include "folder_content.h"
 #include "hdf5_file.h"
 #include "number.h"
 
@@ -449,7 +450,7 @@ class ContainerSource final : public TableSource {
   std::string NameOf(std::string_view table) const override {
     return opened_.path + ": /" + std::string(table);
   }
-  std::string DefaultName() const override { return fs::path(opened_.path).stem().string(); }
+  std::string DefaultName() const override { return NameAt(opened_.path); }
 
  private:
   OpenedContainer opened_;

@@ -11,6 +11,12 @@ namespace sarblock {
 
 bool NamesContainer(const std::filesystem::path& path) { return path.extension() == ".h5"; }
 
+std::string NameAt(const std::filesystem::path& path) {
+  const auto whole = std::filesystem::absolute(path).lexically_normal();
+  const auto last = (whole.has_filename() ? whole : whole.parent_path()).filename();
+  return (NamesContainer(last) ? last.stem() : last).string();
+}
+
 bool IsContainer(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path)) return false;
   constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";

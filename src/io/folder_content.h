@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 namespace sarblock {
 
@@ -18,6 +19,9 @@ enum class FolderContent { kResult, kBlock, kStudy };
 
 /// Whether a file that is to be written is one file of all tables: its name ends in ".h5".
 [[nodiscard]] bool NamesContainer(const std::filesystem::path& path);
+/// What a block or a result at this path is called where it has no other name: the folder's own, or
+/// the file's without ".h5".
+[[nodiscard]] std::string NameAt(const std::filesystem::path& path);
 /// Whether an HDF5 file stands there.
 [[nodiscard]] bool IsContainer(const std::filesystem::path& path);
 /// What an HDF5 file says that it holds; nothing if it is not one of ours or cannot be read.

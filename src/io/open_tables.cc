@@ -54,10 +54,7 @@ class FolderSource final : public TableSource {
   std::string NameOf(std::string_view table) const override {
     return (folder_ / (std::string(table) + ".csv")).string();
   }
-  std::string DefaultName() const override {
-    const fs::path whole = fs::absolute(folder_).lexically_normal();
-    return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
-  }
+  std::string DefaultName() const override { return NameAt(folder_); }
 
  private:
   fs::path folder_;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "corrected_paths.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <limits>
 #include <span>
+
+#include "core/median.h"
 
 namespace sarblock {
 namespace {
@@ -37,9 +41,7 @@ ConeTurning MeasureTurning(const FlightPath& path, const Span& span) {
   }
   out.pieces = turning_1.size();
   out.largest_1 = *std::max_element(turning_1.begin(), turning_1.end());
-  const auto middle = turning_1.begin() + static_cast<std::ptrdiff_t>(turning_1.size() / 2);
-  std::nth_element(turning_1.begin(), middle, turning_1.end());
-  out.median_1 = *middle;
+  out.median_1 = Median(turning_1);
   return out;
 }
 
@@ -68,6 +70,14 @@ struct AxisSums {
   }
 };
 
+VerticalTable VerticalsOf(const Block& block, std::size_t pass, const FlightPath& path) {
+  try {
+    return VerticalTable(block.frame, path);
+  } catch (const InputError& error) {
+    throw InputError("pass " + block.passes[pass].id, error.what());
+  }
+}
+
 }  // namespace
 
 CorrectedPaths::CorrectedPaths(const Block& block,
@@ -91,7 +101,7 @@ CorrectedPaths::CorrectedPaths(const Block& block,
       rule.axes_1 = AxesInTheMiddle(block.frame, path, block.passes[pass]);
     } else {
       rule.axes = TrackAxesUse::kTurning;
-      rule.verticals = VerticalTable(block.frame, path);
+      rule.verticals = VerticalsOf(block, pass, path);
     }
   }
 }

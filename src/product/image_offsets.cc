@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image_offsets.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
 
+#include "core/median.h"
 #include "geometry/cone_time.h"
 #include <fmt/core.h>
 
 namespace sarblock {
 namespace {
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Standard deviation of the median of normally distributed values, from their absolute deviations.
 double SigmaOfMedian(std::vector<double> values, double median) {

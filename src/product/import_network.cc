@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -14,6 +13,7 @@
 #include "image_offsets.h"
 #include "image_serials.h"
 #include "io/number.h"
+#include "pvl_reader.h"
 #include "range_polynomial.h"
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
@@ -43,15 +43,9 @@ void CheckNetworkOptions(const NetworkImportOptions& options, std::size_t images
   }
 }
 
-bool SameWord(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
-    return std::tolower(x) == std::tolower(y);
-  });
-}
-
 Ellipsoid KnownEllipsoid(const std::string& body) {
   for (const std::string& name : EllipsoidNames()) {
-    if (SameWord(name, body)) return NamedEllipsoid(name);
+    if (SameName(name, body)) return NamedEllipsoid(name);
   }
   return {};
 }
@@ -69,7 +63,7 @@ void RefuseOtherBodies(const ControlNetwork& network, const std::vector<RadarIma
   const Ellipsoid known = KnownEllipsoid(network.target);
   for (const RadarImage& image : images) {
     const bool other_name =
-        !image.target.empty() && !network.target.empty() && !SameWord(image.target, network.target);
+        !image.target.empty() && !network.target.empty() && !SameName(image.target, network.target);
     const double radius_m = known.a_m > 0.0 ? known.a_m : images.front().ellipsoid.a_m;
     const bool other_radius = std::abs(image.ellipsoid.a_m - radius_m) > kSameRadius * radius_m;
     if (!other_name && !other_radius) continue;

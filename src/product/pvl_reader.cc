@@ -17,12 +17,6 @@ namespace {
 
 constexpr std::uint64_t kLongestLabel = 8U << 20U;
 
-bool SameName(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
-    return std::tolower(x) == std::tolower(y);
-  });
-}
-
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\0'; }
 
 std::string_view TrimmedLine(std::string_view text) {
@@ -45,6 +39,12 @@ std::size_t FindEnd(std::string_view text, std::size_t from) {
 }
 
 }  // namespace
+
+bool SameName(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
+    return std::tolower(x) == std::tolower(y);
+  });
+}
 
 /// Recursive descent over the text before `End`; depth is bounded.
 class PvlParser {

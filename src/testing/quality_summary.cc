@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/median.h"
 #include "core/number_text.h"
 #include "suspects.h"
 
@@ -17,10 +19,7 @@ constexpr std::size_t kMostWorst = 10;
 double MedianOf(std::vector<float> values) {
   values.erase(std::remove_if(values.begin(), values.end(), [](float v) { return std::isnan(v); }),
                values.end());
-  if (values.empty()) return kNotGiven;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return static_cast<double>(*middle);
+  return static_cast<double>(Median(std::move(values)));
 }
 
 /// A statistic beyond its critical value.
