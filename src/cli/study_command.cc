@@ -10,9 +10,12 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <system_error>
+#include <utility>
 
 #include "core/parallel.h"
 #include "study_io/study_file.h"
+#include "study_io/study_parts.h"
 #include "study_io/study_rows.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -25,19 +28,24 @@ constexpr std::array kKinds = {
     StudyKind{"densification",
               "How much control, where, and what the next point is worth",
               PrepareDensification,
-              DensificationKeys},
+              DensificationKeys,
+              true},
     StudyKind{"tradeoff",
               "Speed against accuracy of everything a user can choose, one stage at a time",
               PrepareTradeoff,
-              TradeoffKeys},
+              TradeoffKeys,
+              false},  // timed, each row beside its reference
     StudyKind{"stability",
               "Blocks pushed to the extremes beside the same adjustment in 50 digits",
               PrepareStability,
-              StabilityKeys},
+              StabilityKeys,
+              true},
 };
 
 struct StudyArguments {
   std::string file;
+  std::vector<std::string> parts;  ///< folders, of `join`
+  std::string part;
   std::string out;
   bool restart = false;
   ForeignFiles foreign = ForeignFiles::kRefuse;
@@ -49,29 +57,24 @@ void WriteFile(const std::filesystem::path& path, const std::string& text) {
   file.Commit();
 }
 
-int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Session& session) {
-  if (session.dump_config) {
-    fmt::print("{}", EffectiveStudyText(arguments.file, session.set));
-    return kAccepted;
-  }
-  const std::filesystem::path folder = arguments.out;
-  RequireFolderFor(FolderContent::kStudy, folder, arguments.foreign);
+StudyIdentity IdentityOf(const StudyKind& kind, const PreparedStudy& study, StudyPart part = {}) {
+  return {kind.name, study.plan.columns, study.plan.tasks.size(), study.identity, part};
+}
+
+StudyStart StartIn(const StudyArguments& arguments) {
   const bool replaces = arguments.foreign == ForeignFiles::kReplace &&
-                        !HoldsOurs(FolderContent::kStudy, folder);  // nothing to go on from
-  const ThreadLimit limit(session.Threads());
-  PreparedStudy study = Naming(
-      arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
-  StudyRows rows(
-      folder,
-      {kind.name, study.plan.columns, study.plan.tasks.size(), std::move(study.identity)},
-      arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume);
-  if (rows.kept() > 0) {
-    session.Say(fmt::format("sarblock: {} of {} parts of the study are there already",
-                            rows.kept(),
-                            study.plan.tasks.size()));
-  }
-  const StudyTable table =
-      Naming(arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get()); });
+                        !HoldsOurs(FolderContent::kStudy, arguments.out);  // nothing to go on from
+  return arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume;
+}
+
+/// Words, plots and the table where it has columns that need all rows.
+void Conclude(const StudyKind& kind,
+              const PreparedStudy& study,
+              const StudyTable& table,
+              const StudyArguments& arguments,
+              std::size_t kept,
+              const Session& session) {
+  const std::filesystem::path folder = arguments.out;
   StudyAnswer answer = study.conclude(table, session.progress.get());
   std::vector<std::string> files = {fmt::format("{}.csv", kind.name)};
   answer.files.emplace_back(fmt::format("{}.txt", kind.name),
@@ -86,8 +89,8 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
                                     {"study", kind.name},
                                     {"folder", arguments.out},
                                     {"rows", table.size()},
-                                    {"parts", study.plan.tasks.size()},
-                                    {"parts_kept", rows.kept()},
+                                    {"tasks", study.plan.tasks.size()},
+                                    {"tasks_kept", kept},
                                     {"words", answer.words},
                                     {"files", files}};
     fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -98,6 +101,91 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
                              fmt::join(files, ", "),
                              arguments.out));
   }
+}
+
+void ShowPart(const StudyKind& kind,
+              const StudyPart& part,
+              const StudyTable& table,
+              const StudyArguments& arguments,
+              std::size_t kept,
+              const Session& session) {
+  if (session.json) {
+    const nlohmann::json summary = {{"format", "sarblock-study-summary 1"},
+                                    {"study", kind.name},
+                                    {"folder", arguments.out},
+                                    {"part", arguments.part},
+                                    {"rows", table.size()},
+                                    {"tasks_kept", kept}};
+    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    session.Show(fmt::format(
+        "{}: {} rows written to {}; \"sarblock study join\" makes the study of all parts\n",
+        NameOf(part),
+        table.size(),
+        arguments.out));
+  }
+}
+
+int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Session& session) {
+  if (session.dump_config) {
+    fmt::print("{}", EffectiveStudyText(arguments.file, session.set));
+    return kAccepted;
+  }
+  const StudyPart part = StudyPartOf(arguments.part).value_or(StudyPart{});
+  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
+  const StudyStart start = StartIn(arguments);
+  const ThreadLimit limit(session.Threads());
+  const PreparedStudy study = Naming(
+      arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
+  StudyRows rows(arguments.out, IdentityOf(kind, study, part), start);
+  if (rows.kept() > 0) {
+    session.Say(fmt::format("sarblock: {} of {} tasks of the study are there already",
+                            rows.kept(),
+                            study.plan.tasks.size()));
+  }
+  const StudyTable table = Naming(
+      arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get(), part); });
+  if (part.IsWhole()) {
+    Conclude(kind, study, table, arguments, rows.kept(), session);
+  } else {
+    ShowPart(kind, part, table, arguments, rows.kept(), session);
+  }
+  return kAccepted;
+}
+
+/// The kind of study of which a folder holds a part, and the study as it ran there.
+std::pair<const StudyKind*, std::string> StudyIn(const std::filesystem::path& folder) {
+  for (const StudyKind& kind : kKinds) {
+    const std::filesystem::path file = folder / fmt::format("{}.study.toml", kind.name);
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored)) return {&kind, file.string()};
+  }
+  throw InputError(FilePlace{folder.string(), 0, ""}, "holds no part of a study");
+}
+
+int RunJoin(const StudyArguments& arguments, const Session& session) {
+  for (const std::string& folder : arguments.parts) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(folder, arguments.out, ignored)) {
+      throw InputError(FilePlace{arguments.out, 0, ""},
+                       "is one of the parts to join; another folder is needed");
+    }
+  }
+  const auto [kind, file] = StudyIn(arguments.parts.front());
+  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
+  const StudyStart start = StartIn(arguments);
+  const ThreadLimit limit(session.Threads());
+  const PreparedStudy study = kind->prepare(file, {}, session.Threads());
+  const StudyIdentity identity = IdentityOf(*kind, study);
+  const std::vector<std::vector<StudyRow>> joined =
+      JoinStudyParts({arguments.parts.begin(), arguments.parts.end()}, identity);
+  StudyRows rows(arguments.out, identity, start);
+  std::vector<StudyRow> all;
+  for (std::size_t task = 0; task < joined.size(); ++task) {
+    if (rows.Find(task) == nullptr) rows.Keep(task, joined[task]);
+    all.insert(all.end(), joined[task].begin(), joined[task].end());
+  }
+  Conclude(*kind, study, {study.plan.columns, std::move(all)}, arguments, rows.kept(), session);
   return kAccepted;
 }
 
@@ -118,6 +206,19 @@ void AddStudy(CLI::App* app, Session* session) {
     CLI::App* command = study->add_subcommand(kind.name, kind.help);
     command->add_option("study", arguments->file, "Study file (TOML, docs/studies.md)")->required();
     command->add_option("-o,--output", arguments->out, "Folder to write to")->required();
+    if (kind.divisible) {
+      command
+          ->add_option("--part",
+                       arguments->part,
+                       "Only the tasks I modulo N, for `study join`; I from 0 or from 1")
+          ->check(CLI::Validator(
+              [](const std::string& text) {
+                return StudyPartOf(text) ? std::string()
+                                         : "I/N with 0 <= I <= N and N up to 1000000 is allowed";
+              },
+              ""))
+          ->type_name("I/N");
+    }
     command->add_flag(
         "--restart", arguments->restart, "Compute all rows anew, whatever the folder holds");
     AddForce(command, &arguments->foreign);
@@ -125,6 +226,13 @@ void AddStudy(CLI::App* app, Session* session) {
       session->run = [=, &kind] { return RunOneStudy(kind, *arguments, *session); };
     });
   }
+  auto arguments = std::make_shared<StudyArguments>();
+  CLI::App* join = study->add_subcommand("join", "One study of the parts that --part computed");
+  join->add_option("parts", arguments->parts, "Folders of all its parts")->required();
+  join->add_option("-o,--output", arguments->out, "Folder to write to")->required();
+  join->add_flag("--restart", arguments->restart, "Replace the study that the folder holds");
+  AddForce(join, &arguments->foreign);
+  join->callback([=] { session->run = [=] { return RunJoin(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

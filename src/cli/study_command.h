@@ -43,6 +43,7 @@ struct StudyKind {
                            int threads);
   /// Dotted keys of the study file that `--set` may name.
   std::vector<std::string> (*keys)();
+  bool divisible;  ///< whether parts of it may be computed apart
 };
 
 /// Keys of the kind of study that this command runs, "study densification".

@@ -53,9 +53,10 @@ void RequireFit(const StudyRow& row, const std::vector<StudyColumn>& columns) {
 /// Tasks begun in their order, kept one at a time.
 class Runner {
  public:
-  Runner(const StudyPlan& plan, StudyStore* store, ProgressSink* progress)
+  Runner(const StudyPlan& plan, StudyStore* store, ProgressSink* progress, StudyPart part)
       : plan_(plan), store_(store), progress_(progress), rows_(plan.tasks.size()) {
-    for (std::size_t i = 0; i < plan.tasks.size(); ++i) {
+    for (std::size_t i = part.index; i < plan.tasks.size(); i += part.count) {
+      ++tasks_;
       const std::vector<StudyRow>* kept = store == nullptr ? nullptr : store->Find(i);
       if (kept == nullptr) {
         missing_.push_back(i);
@@ -85,11 +86,7 @@ class Runner {
 
  private:
   void Show(const std::string& detail) {
-    sarblock::Step(progress_,
-                   "study",
-                   plan_.tasks.size() - missing_.size() + done_,
-                   plan_.tasks.size(),
-                   detail);
+    sarblock::Step(progress_, "study", tasks_ - missing_.size() + done_, tasks_, detail);
   }
 
   void RunNext() {
@@ -113,7 +110,7 @@ class Runner {
   std::vector<std::size_t> missing_;
   std::atomic<std::size_t> next_{0};
   std::mutex mutex_;
-  std::size_t done_ = 0;
+  std::size_t tasks_ = 0, done_ = 0;
 };
 
 }  // namespace
@@ -144,8 +141,17 @@ std::string StudyTable::Text(std::size_t row, std::string_view column) const {
   return std::get<std::string>(cell);
 }
 
-StudyTable RunStudy(const StudyPlan& plan, StudyStore* store, ProgressSink* progress) {
-  return Runner(plan, store, progress).Run();
+std::string NameOf(const StudyPart& part) {
+  if (part.IsWhole()) return "a whole study";
+  const std::size_t number = part.index == 0 ? part.count : part.index;
+  return "part " + std::to_string(number) + "/" + std::to_string(part.count);
+}
+
+StudyTable RunStudy(const StudyPlan& plan,
+                    StudyStore* store,
+                    ProgressSink* progress,
+                    StudyPart part) {
+  return Runner(plan, store, progress, part).Run();
 }
 
 }  // namespace sarblock

@@ -375,14 +375,14 @@ DensificationFile ParseDensification(
     }
   }
   out.identity = TextOf(root);
-  for (const auto& [name, scene] : maker.texts()) out.identity += AsTomlComment(name + "\n" + scene);
+  for (const auto& [name, scene] : maker.texts()) out.identity += SceneAsComment(name, scene);
   return out;
 }
 
 DensificationFile ReadDensification(const std::filesystem::path& path,
                                     const std::vector<std::string>& overrides) {
-  return ParseDensification(
-      ReadTomlText(path, "a study"), path.string(), overrides, SceneTextsBeside(path));
+  const std::string text = ReadTomlText(path, "a study");
+  return ParseDensification(text, path.string(), overrides, ScenesOf(path, text));
 }
 
 std::vector<std::string> DensificationKeys() {

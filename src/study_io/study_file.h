@@ -4,6 +4,7 @@
 #include "sarblock/study/study_table.h"
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,16 @@ namespace sarblock {
 [[nodiscard]] std::string EffectiveStudyText(const std::filesystem::path& path,
                                              const std::vector<std::string>& overrides = {});
 
-/// A text as comment lines of TOML: a study's identity names its scenes so, and can be read as the
-/// study that it is.
-[[nodiscard]] std::string AsTomlComment(const std::string& text);
+/// The text of NAME.study.toml: the study whose rows stand in `table`, "NAME.csv".
+[[nodiscard]] std::string StudyAsItRan(const std::string& table, const std::string& identity);
+
+/// A scene as comment lines of TOML, its name before its text: a study as it ran, NAME.study.toml,
+/// carries its scenes so and can be read as the study that it is.
+[[nodiscard]] std::string SceneAsComment(const std::string& name, const std::string& text);
+
+/// Texts of scenes by the names that a study gives them: those that the study's own text carries,
+/// the others of files beside it.
+[[nodiscard]] std::function<std::string(const std::string& name)> ScenesOf(
+    const std::filesystem::path& study_file, const std::string& study_text);
 
 }  // namespace sarblock

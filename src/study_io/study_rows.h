@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "study_journal.h"
+
 namespace sarblock {
 
 enum class StudyStart {
@@ -16,25 +18,19 @@ enum class StudyStart {
   kRestart,  ///< remove it
 };
 
-/// What tells one study from another.
-struct StudyIdentity {
-  std::string name;  ///< of the table: NAME.csv
-  std::vector<StudyColumn> columns;
-  std::size_t tasks = 0;
-  std::string text;  ///< everything the rows are a function of: the effective study file, scenes
-};
-
 /// The rows of a study in a folder.
 ///
 /// `NAME.csv` is the table. It grows as tasks finish, in the study's order: at every moment it
 /// holds whole rows, from the first on. `NAME.progress` beside it holds every finished task in the
-/// order they finished, after a line with a hash of the study (FNV-1a, 64 bits, of its text,
-/// columns and the program's version); it is what a later run resumes from. A record that a killed
-/// run left half written there is dropped. `NAME.study.toml` is the identity's text: the study
-/// as it ran, for reports.
+/// order they finished (study_journal.h); it is what a later run resumes from. A record that a
+/// killed run left half written there is dropped. `NAME.study.toml` is the identity's text: the
+/// study as it ran, for reports.
 ///
-/// kResume throws InputError where the folder holds rows of another study, and where NAME.csv
-/// stands there without NAME.progress; both modes where another process has the study open.
+/// Of a part both hold the tasks of that part alone, in their order.
+///
+/// kResume throws InputError where the folder holds rows of another study or of another part, and
+/// where NAME.csv stands there without NAME.progress; both modes where another process has the
+/// study open.
 class StudyRows final : public StudyStore {
  public:
   StudyRows(const std::filesystem::path& folder, StudyIdentity identity, StudyStart start);

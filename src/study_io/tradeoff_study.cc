@@ -255,14 +255,14 @@ TradeoffStudy ParseTradeoffStudy(
   RequireReferences(study, file);
   RequireKnown(study, table);
   RequireSkips(study, table);
-  study.identity = TextOf(root) + AsTomlComment(scene + "\n" + scene_toml);
+  study.identity = TextOf(root) + SceneAsComment(scene, scene_toml);
   return study;
 }
 
 TradeoffStudy ReadTradeoffStudy(const std::filesystem::path& file,
                                 const std::vector<std::string>& overrides) {
-  return ParseTradeoffStudy(
-      ReadTomlText(file, "a study"), file.string(), overrides, SceneTextsBeside(file));
+  const std::string text = ReadTomlText(file, "a study");
+  return ParseTradeoffStudy(text, file.string(), overrides, ScenesOf(file, text));
 }
 
 std::vector<std::string> TradeoffKeys() {

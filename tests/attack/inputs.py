@@ -286,6 +286,15 @@ class Maker:
                      [row for row in rows if (folder / row).exists()])
             self.add("report", ["report", "{in}/rows", "-o", "{out}"], folder, rows[:1], writes="file")
 
+        parts = self.folder / "study-parts"
+        parts.mkdir()
+        for part in (1, 2):
+            self.run("study", "densification", self.folder / "study-densification/study.toml", "--part", f"{part}/2",
+                     "-o", parts / f"part{part}")
+        self.add("study", ["study", "join", "{in}/part1", "{in}/part2", "-o", "{out}"], parts,
+                 [f"part{part}/densification.{file}" for part in (1, 2) for file in ("progress", "study.toml")],
+                 writes="study")
+
     def of_products(self):
         """Annotations and an orbit file that the fuzz targets were grown from."""
         products = self.folder / "products"

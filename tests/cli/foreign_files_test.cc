@@ -93,11 +93,13 @@ class ForeignFilesTest : public test::CliTest {
         {"study densification", {"study", "densification", densification}, ""},
         {"study tradeoff", {"study", "tradeoff", tradeoff}, ""},
         {"study stability", {"study", "stability", stability}, ""},
+        {"study join", {"study", "join", folder_ / "part1", folder_ / "part2"}, ""},
         {"leberl validity", {"leberl", "validity"}, ""},
     };
   }
 
-  /// What the rows above read: a result in a local frame and one of an import, with epochs.
+  /// What the rows above read: a result in a local frame and one of an import, with epochs, and
+  /// the parts of a study.
   void MakeInputs() const {
     const Path block = Simulated("leberl-aircraft", "block");
     ASSERT_EQ(Run("adjust", block, "result").exit_code, 0);
@@ -117,6 +119,20 @@ class ForeignFilesTest : public test::CliTest {
                                           folder_ / "imported"});
     ASSERT_EQ(import.exit_code, 0) << import.err;
     ASSERT_EQ(Run("adjust", folder_ / "imported", "imported_result").exit_code, 0);
+    const std::string study =
+        Put("parts.toml",
+            "format = \"sarblock-study 1\"\nstudy = \"stability\"\n[[family]]\n"
+            "name = \"degree\"\nvalues = [1, 2]\n");
+    for (const char* part : {"1", "2"}) {
+      const ProgramRun run = RunProgram({"study",
+                                         "stability",
+                                         study,
+                                         "--part",
+                                         std::string(part) + "/2",
+                                         "-o",
+                                         folder_ / (std::string("part") + part)});
+      ASSERT_EQ(run.exit_code, 0) << run.err;
+    }
   }
 
   [[nodiscard]] ProgramRun Write(const Writer& writer,

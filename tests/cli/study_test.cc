@@ -46,7 +46,7 @@ TEST_F(StudyCommandTest, WritesTableWordsAndPlotsAndResumesThem) {
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const nlohmann::json summary = nlohmann::json::parse(first.out);
   EXPECT_EQ(summary["rows"], 3);
-  EXPECT_EQ(summary["parts_kept"], 0);
+  EXPECT_EQ(summary["tasks_kept"], 0);
   EXPECT_THAT(std::string(summary["words"][0]),
               HasSubstr("3 control points (perimeter) reach sigma_u 100 m everywhere"));
   for (const std::string name : summary["files"]) {
@@ -60,7 +60,7 @@ TEST_F(StudyCommandTest, WritesTableWordsAndPlotsAndResumesThem) {
 
   const ProgramRun again = Run(study, "a");
   EXPECT_EQ(again.exit_code, 0);
-  EXPECT_THAT(again.err, HasSubstr("3 of 3 parts of the study are there already"));
+  EXPECT_THAT(again.err, HasSubstr("3 of 3 tasks of the study are there already"));
   EXPECT_EQ(Run(study, "b", {"--threads", "1"}).exit_code, 0);
   EXPECT_EQ(Table("a"), Table("b"));
 
@@ -93,7 +93,7 @@ TEST_F(StudyCommandTest, AnInterruptedStudyHoldsWholeRowsAndGoesOnToTheSameBytes
   EXPECT_LT(cut.size(), Table("whole").size());
   const ProgramRun resumed = Run(study, "cut");
   EXPECT_EQ(resumed.exit_code, 0);
-  EXPECT_THAT(resumed.err, HasSubstr("of 10 parts of the study are there already"));
+  EXPECT_THAT(resumed.err, HasSubstr("of 10 tasks of the study are there already"));
   EXPECT_EQ(Table("cut"), Table("whole"));
 }
 
@@ -123,7 +123,7 @@ TEST_F(StudyCommandTest, PushesBlocksToTheExtremesAndResumesThem) {
   EXPECT_THAT(table, HasSubstr("\",4,,,,,\n"));  // the exit code behind the message, no digits
   EXPECT_THAT(Content(folder_ / "a" / "stability_methods.svg"), HasSubstr("16 - 2 log k"));
 
-  EXPECT_THAT(run("a", {}).err, HasSubstr("3 of 3 parts of the study are there already"));
+  EXPECT_THAT(run("a", {}).err, HasSubstr("3 of 3 tasks of the study are there already"));
   EXPECT_EQ(Content(folder_ / "a" / "stability.csv"), table);
   EXPECT_EQ(run("b", {"--threads", "1"}).exit_code, 0);
   EXPECT_EQ(Content(folder_ / "b" / "stability.csv"), table);

@@ -135,7 +135,7 @@ TEST_F(StudyTradeoffTest, GoesOnAfterAnInterruptionWithTheRowsItHas) {
   Put("out/tradeoff.progress", record.substr(0, record.rfind("end ")));
   const test::ProgramRun run = Study();
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("11 of 12 parts of the study are there already"));
+  EXPECT_THAT(run.err, HasSubstr("11 of 12 tasks of the study are there already"));
   EXPECT_EQ(Cell("given", "wall_s"), wall);
   EXPECT_NE(Cell("single", "wall_s"), "");
   ASSERT_EQ(Study().exit_code, 0);

@@ -82,6 +82,19 @@ enum class TaskOrder {
   kOneByOne,    ///< for what is timed, or uses all threads itself
 };
 
+/// One of `count` parts of a study: the tasks, counted from 0, whose number modulo `count` is
+/// `index`.
+struct StudyPart {
+  std::size_t index = 0, count = 1;
+
+  [[nodiscard]] bool IsWhole() const { return count == 1; }
+  [[nodiscard]] bool Holds(std::size_t task) const { return task % count == index; }
+  bool operator==(const StudyPart&) const = default;
+};
+
+/// "part 3/8" as --part takes it, 8/8 that of index 0; "a whole study".
+[[nodiscard]] std::string NameOf(const StudyPart& part);
+
 /// A study ready to run.
 struct StudyPlan {
   std::vector<StudyColumn> columns;
@@ -89,12 +102,14 @@ struct StudyPlan {
   TaskOrder order = TaskOrder::kSideBySide;
 };
 
-/// Computes what `store` does not have yet, keeps each task as it finishes, and returns all rows in
-/// the order of the tasks. Throws Interrupted once `progress` is cancelled: what was finished is
-/// kept. Any other exception of a task ends the study the same way; what a study wants to tell of a
-/// row that failed it catches itself. std::logic_error for a row that does not fit the columns.
+/// Computes what of a part `store` does not have yet, keeps each task as it finishes, and returns
+/// all rows in the order of the tasks. Throws Interrupted once `progress` is cancelled: what was
+/// finished is kept. Any other exception of a task ends the study the same way; what a study wants
+/// to tell of a row that failed it catches itself. std::logic_error for a row that does not fit the
+/// columns.
 [[nodiscard]] StudyTable RunStudy(const StudyPlan& plan,
                                   StudyStore* store = nullptr,
-                                  ProgressSink* progress = nullptr);
+                                  ProgressSink* progress = nullptr,
+                                  StudyPart part = {});
 
 }  // namespace sarblock
