@@ -84,11 +84,13 @@ void FindPoints(const Block& block, Copies* copies) {
   std::erase_if(order, [&](std::size_t i) {
     return looks.rejected(i) || std::isnan(looks.time_s[i]) || std::isnan(looks.range_m[i]);
   });
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    // Exact times may be one time: the ranges then bring copies together.
-    return std::tuple(looks.pass[a], looks.time_s[a], looks.range_m[a], a) <
-           std::tuple(looks.pass[b], looks.time_s[b], looks.range_m[b], b);
-  });
+  // Exact times may be one time: ranges and Dopplers then bring copies together.
+  const auto key = [&](std::size_t i) {
+    const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
+    return std::tuple(looks.pass[i], looks.time_s[i], looks.range_m[i], cone, i);
+  };
+  std::sort(
+      order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> equal;
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::size_t i = order[k - 1], j = order[k];

@@ -170,7 +170,7 @@ TEST(MonteCarloTest, ExactReadingsAreThoseOfTheSolution) {
   }
   const ExactReadings exact = ReadExactly(problem, state);
   Block block = known.block;
-  block.looks.time_s = exact.time_s;
+  block.looks.time_s = exact.azimuth;
   block.looks.range_m = exact.range_m;
   AdjustmentProblem again(block, options.groups);
   UpdateWeights(state, &again);
