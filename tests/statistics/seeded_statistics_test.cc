@@ -200,8 +200,8 @@ std::vector<Variant> SquintVariants() {
   return variants;
 }
 
-/// The same flights, the Dopplers measured at exact times to 3 m at the target: a hertz, lambda
-/// R/(2 v), is some 1.6 m for the aircraft and 1.4 m from orbit.
+/// The same flights, the Dopplers measured at exact times to 8 m and, from orbit, 3 m at the
+/// target: a hertz, lambda R/(2 v), is some 1.6 m for the aircraft and 1.4 m from orbit.
 std::vector<Variant> MeasuredDopplerVariants() {
   std::vector<Variant> variants;
   for (const bool orbit : {false, true}) {
@@ -209,7 +209,7 @@ std::vector<Variant> MeasuredDopplerVariants() {
                             : AircraftVariant(20, Azimuth::kDopplerAndSeconds);
     variant.name = variant.scene + ", squint 20 deg, measured Dopplers";
     variant.azimuth_in_seconds = false;
-    variant.measured_doppler_hz = orbit ? 2.1 : 1.9;
+    variant.measured_doppler_hz = orbit ? 2.1 : 5.3;
     variants.push_back(variant);
   }
   return variants;
@@ -290,9 +290,11 @@ TEST(MeasuredDopplerStatisticsTest, ErrorsOfDopplersToldAsErrorsOfTimesMislead) 
     const test::SceneStatistics sums =
         test::RunDraws(scene, test::DrawsAsked(), FirstSeedOf(variant.name), told_as_times);
     PrintRow(variant.name + ", told as errors of times", sums);
-    EXPECT_FALSE(Follows(sums.residuals, kLevel));
-    // One point a draw: it needs draws to show.
-    if (test::DrawsAsked() >= 200) {
+    // A factor of 0.9 in s0^2 shows in many draws only.
+    if (test::DrawsAsked() >= 100) {
+      EXPECT_FALSE(Follows(sums.residuals, kLevel));
+    }
+    if (test::DrawsAsked() >= 40) {
       EXPECT_FALSE(Follows(sums.point, kLevel));
     }
   }
