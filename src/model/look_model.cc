@@ -157,8 +157,7 @@ bool FindDoppler(const Motion& motion,
   const double sin_tau = sin_seen * cos_b - cos_seen * sin_b;
   const double cos_tau = cos_seen * cos_b + sin_seen * sin_b;
   if (!(cos_tau > 0.0)) return false;
-  Cone predicted = cone;
-  predicted.closing_mps = axis_mps * sin_tau;
+  const Cone predicted{Cone::Kind::kDoppler, 0.0, axis_mps * sin_tau};
   if (!EvaluateLookEquationsInline(d_m, axis, predicted, squint_bias_rad, &out->eq)) return false;
   const double hz_per_mps = 2.0 / wavelength_m;
   out->error = hz_per_mps * (predicted.closing_mps - cone.closing_mps);
