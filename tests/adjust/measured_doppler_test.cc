@@ -239,6 +239,42 @@ TEST(MixedLooksTest, ASquintBiasTurnsTheConeOfMeasuredDopplers) {
   EXPECT_NEAR(adjusted.parameters[0].value, 2.3e-4, 1e-9);
 }
 
+// Exchanged points in passes of one time, on paths that are off by hundreds of metres: what their
+// looks agree on is found by ranges and Dopplers, which tell the points of a pass apart.
+TEST(MixedLooksTest, PassesOfOneTimeAgreeDespiteExchangedPoints) {
+  test::BlockPlan plan = test::AircraftPlan(20.0, true);
+  plan.sigma = {0.7, 1.9, AzimuthUnit::kHertz};
+  plan.points = 90;
+  test::KnownBlock known = test::MakeBlock(plan);
+  GiveOneTime(&known);
+  for (const std::size_t j : {0U, 30U, 60U, 88U}) test::Hold(j, {0.3, 0.3, 0.3}, &known);
+  test::AddNoise(12, 1.0, &known);
+  test::ShiftPath(1, {310.0, -270.0, 190.0}, &known.block);
+  test::ShiftPath(2, {-230.0, 340.0, -160.0}, &known.block);
+  Looks& looks = known.block.looks;
+  for (std::size_t j = 3; j < 85; j += 4) {  // in the first pass, each with its neighbour
+    const std::size_t a = looks.offsets[j], b = looks.offsets[j + 1];
+    std::swap(looks.range_m[a], looks.range_m[b]);
+    std::swap(looks.cone[a], looks.cone[b]);
+  }
+  PositionCorrection position;
+  position.degree = 0;
+  position.prior_sigma_m.fill({400.0});
+  AdjustOptions options;
+  options.corrections = CorrectionChoice::kGiven;
+  options.groups = {{"position", position, {}, false}};
+  const AdjustResult adjusted = Adjust(known.block, options);
+  EXPECT_TRUE(adjusted.accepted());
+  std::size_t near = 0;
+  for (std::size_t j = 0; j < known.truth_m.size(); ++j) {
+    if (!IsSolved(adjusted.points.status[j])) continue;
+    const Eigen::Vector3d e_m = adjusted.points.position_m[j] - known.truth_m[j];
+    const Eigen::Matrix3d q_m2 = MatrixOf(adjusted.points.covariance_m2[j]);
+    if (e_m.dot(q_m2.ldlt().solve(e_m)) < 25.0) ++near;
+  }
+  EXPECT_GE(near, 85U);
+}
+
 // The search for blunders names a Doppler, whose minimal detectable blunder is in metres too.
 TEST(MixedLooksTest, ABlunderInADopplerIsFound) {
   MixedBlock mixed;
