@@ -155,11 +155,11 @@ void FillResiduals(const AdjustmentProblem& problem,
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
         if (!EvaluateLook(problem.model, state, point, i, {}, &columns, &at)) continue;
         out.range_residual_m[i] = at.error_1[0];
-        out.azimuth_residual_m[i] = at.error_1[1] * at.azimuth_mps;
+        out.azimuth_residual_m[i] = at.error_1[1] * at.azimuth_unit_m;
         if (!out.weight.empty() && problem.look_used[i] != 0) {
           const LookWeights& w = problem.weights[i];
           const double square =
-              Eigen::Vector2d(w.range_per_m * at.error_1[0], w.time_per_s * at.error_1[1])
+              Eigen::Vector2d(w.range_per_m * at.error_1[0], w.azimuth_per_unit * at.error_1[1])
                   .squaredNorm();
           out.weight[i] =
               static_cast<float>(EvaluateLoss(weighting.loss, weighting.scale, square).weight_1);

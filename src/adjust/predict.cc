@@ -73,7 +73,10 @@ Looks VisibleLooks(const Block& block, const std::vector<Eigen::Vector3d>& posit
                                        (positions_m[point] - motion.position_m);
       if (in_track[1] * static_cast<double>(p.side) <= 0.0 || in_track[2] >= 0.0) continue;
       looks.pass.push_back(static_cast<std::uint32_t>(pass));
-      looks.flags.push_back(0);
+      // Measured Dopplers are taken as those of looks straight to the side.
+      const bool doppler = p.sigma.azimuth_unit == AzimuthUnit::kHertz;
+      looks.flags.push_back(doppler ? std::uint8_t{Looks::kDoppler} : std::uint8_t{0});
+      looks.cone.push_back(0.0);
       looks.time_s.push_back(*time_s);
       looks.range_m.push_back(in_track.norm());
     }

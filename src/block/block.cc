@@ -36,11 +36,25 @@ LookSigma Block::SigmaOf(std::size_t look) const {
   LookSigma sigma = passes[looks.pass[look]].sigma;
   sigma.range_m = ValueOr(looks.range_sigma_m, look, sigma.range_m);
   if (const double own = ValueOr(looks.azimuth_sigma, look, kNotGiven); !std::isnan(own)) {
-    const bool seconds = (looks.flags[look] & Looks::kAzimuthSeconds) != 0;
+    const std::uint8_t flags = looks.flags[look];
     sigma.azimuth = own;
-    sigma.azimuth_unit = seconds ? AzimuthUnit::kSeconds : AzimuthUnit::kMetres;
+    sigma.azimuth_unit = (flags & Looks::kAzimuthHertz) != 0     ? AzimuthUnit::kHertz
+                         : (flags & Looks::kAzimuthSeconds) != 0 ? AzimuthUnit::kSeconds
+                                                                 : AzimuthUnit::kMetres;
   }
   return sigma;
+}
+
+double Block::RoughAzimuthUnit_m(std::size_t look, double speed_mps) const {
+  if (!MeasuresDoppler(look)) return speed_mps;
+  return 0.5 * passes[looks.pass[look]].wavelength_m * looks.range_m[look] / speed_mps;
+}
+
+double Block::RoughAzimuthSigma_m(std::size_t look, double speed_mps) const {
+  const LookSigma sigma = SigmaOf(look);
+  return sigma.azimuth_unit == AzimuthUnit::kMetres
+             ? sigma.azimuth
+             : sigma.azimuth * RoughAzimuthUnit_m(look, speed_mps);
 }
 
 std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,

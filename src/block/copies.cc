@@ -19,9 +19,13 @@ using PassPair = std::pair<std::uint32_t, std::uint32_t>;
 bool AreEqual(const Block& block, std::size_t i, std::size_t j) {
   const Looks& looks = block.looks;
   const LookSigma sigma = block.SigmaOf(i);
-  double sigma_s = sigma.azimuth;
-  if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
-    sigma_s /= block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
+  const double speed_mps = block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
+  const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
+                             ? sigma.azimuth
+                             : block.RoughAzimuthSigma_m(i, speed_mps) / speed_mps;
+  if (block.MeasuresDoppler(i) &&
+      !(std::abs(looks.cone[i] - looks.cone[j]) <= kEqual_1 * sigma.azimuth)) {
+    return false;
   }
   return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m &&
          std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual_1 * sigma_s;
@@ -83,10 +87,13 @@ void FindPoints(const Block& block, Copies* copies) {
   std::erase_if(order, [&](std::size_t i) {
     return looks.rejected(i) || std::isnan(looks.time_s[i]) || std::isnan(looks.range_m[i]);
   });
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::tuple(looks.pass[a], looks.time_s[a], a) <
-           std::tuple(looks.pass[b], looks.time_s[b], b);
-  });
+  // Exact times may be one time: ranges and Dopplers then bring copies together.
+  const auto key = [&](std::size_t i) {
+    const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
+    return std::tuple(looks.pass[i], looks.time_s[i], looks.range_m[i], cone, i);
+  };
+  std::sort(
+      order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> equal;
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::size_t i = order[k - 1], j = order[k];

@@ -30,12 +30,11 @@ std::vector<TargetOfPass> TargetsOf(const Block& block) {
   std::vector<double> sum(out.size(), 0.0), count(out.size(), 0.0);
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     const std::uint32_t pass = block.looks.pass[i];
-    const LookSigma sigma = block.SigmaOf(i);
     if (block.looks.rejected(i) || std::isnan(block.looks.range_m[i])) continue;
-    if (!(sigma.azimuth > 0.0)) continue;
+    if (!(block.SigmaOf(i).azimuth > 0.0)) continue;
     const double speed_mps = block.passes[pass].path.states().front().velocity_mps.norm();
     out[pass].range_m = std::max(out[pass].range_m, block.looks.range_m[i]);
-    sum[pass] += sigma.azimuth * (sigma.azimuth_unit == AzimuthUnit::kSeconds ? speed_mps : 1.0);
+    sum[pass] += block.RoughAzimuthSigma_m(i, speed_mps);
     count[pass] += 1.0;
   }
   for (std::size_t pass = 0; pass < out.size(); ++pass) {

@@ -12,7 +12,14 @@
 namespace sarblock {
 namespace {
 
-enum class Part { kTime, kRange, kBoth };
+enum class Part { kTime, kDoppler, kRange, kBoth };
+
+const char* UnitOf(Part part) {
+  return part == Part::kTime      ? "s"
+         : part == Part::kDoppler ? "Hz"
+         : part == Part::kRange   ? "m"
+                                  : "";
+}
 
 /// One look: of a point in a pass.
 struct LookName {
@@ -31,15 +38,20 @@ struct LookName {
 
 Hypothesis OneLook(const LookName& look, Part part, double value, double step) {
   Hypothesis out;
-  out.kind = part == Part::kTime    ? MistakeKind::kTime
-             : part == Part::kRange ? MistakeKind::kRange
-                                    : MistakeKind::kIds;
-  out.cause = part == Part::kTime ? "time.one" : part == Part::kRange ? "range.one" : "ids.look";
+  out.kind = part == Part::kTime      ? MistakeKind::kTime
+             : part == Part::kDoppler ? MistakeKind::kCone
+             : part == Part::kRange   ? MistakeKind::kRange
+                                      : MistakeKind::kIds;
+  out.cause = part == Part::kTime      ? "time.one"
+              : part == Part::kDoppler ? "cone.one"
+              : part == Part::kRange   ? "range.one"
+                                       : "ids.look";
   out.passes = {look.pass};
   out.points = {look.point};
   out.undo = [look, part](Block* block, double size) {
     look.Apply(block, [&](std::size_t i) {
       if (part == Part::kTime) block->looks.time_s[i] -= size;
+      if (part == Part::kDoppler) block->looks.cone[i] -= size;
       if (part == Part::kRange) block->looks.range_m[i] -= size;
       if (part == Part::kBoth) block->looks.flags[i] |= Looks::kRejected;
     });
@@ -48,14 +60,15 @@ Hypothesis OneLook(const LookName& look, Part part, double value, double step) {
   out.free = part != Part::kBoth;
   out.value = value;
   out.step = step;
-  out.unit = part == Part::kTime ? "s" : part == Part::kRange ? "m" : "";
+  out.unit = UnitOf(part);
   out.says = [look, part](const Size& size) {
     if (part == Part::kBoth) return "the look of " + look.Words() + " is of something else";
     const bool more = size.value > 0.0;
-    return std::string(part == Part::kTime ? "the time of " : "the range of ") + look.Words() +
-           " is " + SizeOf(std::abs(size.value), size.sigma, part == Part::kTime ? "s" : "m").text +
-           (part == Part::kTime ? (more ? " late" : " early")
-                                : (more ? " too long" : " too short"));
+    const std::string text =
+        look.Words() + " is " + SizeOf(std::abs(size.value), size.sigma, UnitOf(part)).text;
+    if (part == Part::kTime) return "the time of " + text + (more ? " late" : " early");
+    if (part == Part::kDoppler) return "the Doppler of " + text + (more ? " too high" : " too low");
+    return "the range of " + text + (more ? " too long" : " too short");
   };
   out.change = [look](const Size&) {
     return "observations.csv: the row of " + look.Words() + ", or rejected = 1 there";
@@ -90,10 +103,10 @@ Hypothesis OnePoint(const std::string& point, int looks) {
   return out;
 }
 
-/// How late and how much too long a look is against the position of the point: the known one, or
-/// where its other looks meet on the given paths.
+/// How late or too high its Doppler and how much too long a look is against the position of the
+/// point: the known one, or where its other looks meet on the given paths.
 struct LookErrors {
-  double late_s = 0.0, longer_m = 0.0;
+  double late_s = 0.0, higher_hz = 0.0, longer_m = 0.0;
 };
 
 LookErrors ErrorsOf(const Block& block, std::uint32_t point, std::size_t look) {
@@ -109,6 +122,17 @@ LookErrors ErrorsOf(const Block& block, std::uint32_t point, std::size_t look) {
     p_m = fit.state.Position(0);
   }
   const Sighting sighting = SightingAt(block, look, p_m);
+  if (block.MeasuresDoppler(look)) {
+    const Pass& pass = block.passes[block.looks.pass[look]];
+    const auto motion = pass.path.At(sighting.time_s);
+    if (!motion) return out;
+    const Eigen::Vector3d sight_m = p_m - motion->position_m;
+    const double distance_m = sight_m.norm();
+    out.higher_hz = block.looks.cone[look] -
+                    2.0 * motion->velocity_mps.dot(sight_m) / (pass.wavelength_m * distance_m);
+    out.longer_m = sighting.range_m - distance_m;
+    return out;
+  }
   if (std::isnan(sighting.true_time_s)) return out;
   out.late_s = sighting.time_s - sighting.true_time_s;
   out.longer_m = sighting.range_m - sighting.true_range_m;
@@ -162,10 +186,13 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out) {
       const LookName name{block.passes[p].id, point};
       const LookErrors errors = ErrorsOf(block, j, i);
       const LookSigma sigma = block.SigmaOf(i);
-      const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
-                                 ? sigma.azimuth
-                                 : sigma.azimuth / facts.passes[p].speed_mps;
-      out->push_back(OneLook(name, Part::kTime, errors.late_s, sigma_s));
+      if (block.MeasuresDoppler(i)) {
+        out->push_back(OneLook(name, Part::kDoppler, errors.higher_hz, sigma.azimuth));
+      } else {
+        const double speed_mps = facts.passes[p].speed_mps;
+        const double sigma_s = block.RoughAzimuthSigma_m(i, speed_mps) / speed_mps;
+        out->push_back(OneLook(name, Part::kTime, errors.late_s, sigma_s));
+      }
       out->push_back(OneLook(name, Part::kRange, errors.longer_m, sigma.range_m));
       out->push_back(OneLook(name, Part::kBoth, 0.0, 0.0));
     }

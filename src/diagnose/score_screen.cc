@@ -45,9 +45,7 @@ Hypothesis HypothesisOf(const Parameter& parameter, const Names& passes, const F
   const Pass& pass = block.passes[0];
   const double speed_mps = facts.passes[0].speed_mps;
   const double range_m = block.looks.size() > 0 ? block.looks.range_m[0] : 1.0;
-  const double azimuth_m = pass.sigma.azimuth_unit == AzimuthUnit::kSeconds
-                               ? pass.sigma.azimuth * speed_mps
-                               : pass.sigma.azimuth;
+  const double azimuth_m = block.looks.size() > 0 ? block.RoughAzimuthSigma_m(0, speed_mps) : 1.0;
   switch (parameter.kind) {
     case ParameterKind::kRangeBias:
       return RangeBias(passes, 0.0, pass.sigma.range_m);

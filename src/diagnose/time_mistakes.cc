@@ -49,6 +49,9 @@ Times TimesOf(const PassSightings& pass) {
 double SigmaOfTime(const PassSightings& pass, const Facts& facts) {
   const LookSigma& sigma = facts.sample.block.passes[pass.pass].sigma;
   const double azimuth = sigma.azimuth > 0.0 ? sigma.azimuth : 1.0;
+  if (sigma.azimuth_unit == AzimuthUnit::kHertz && pass.part.looks.size() > 0) {
+    return azimuth * pass.part.RoughAzimuthUnit_m(0, pass.speed_mps) / pass.speed_mps;
+  }
   return sigma.azimuth_unit == AzimuthUnit::kSeconds ? azimuth : azimuth / pass.speed_mps;
 }
 

@@ -19,8 +19,10 @@ constexpr double kConcentricPart = 1e-12;
 constexpr std::size_t kMostCirclesPaired = 8;
 
 // Standard deviation of a circle's place along its axis by the azimuth error. An error in metres at
-// the target is one of e_d, which moves by cos^2(tau) with the antenna.
+// the target is one of e_d, which moves by cos^2(tau) with the antenna and as much as the circle
+// with the Doppler.
 double AzimuthSigma_m(const Sight& sight, const Circle& circle) {
+  if (sight.exact_time) return sight.azimuth_sigma;
   if (sight.azimuth_in_seconds) {
     return sight.azimuth_sigma * sight.velocity_mps.norm();
   }

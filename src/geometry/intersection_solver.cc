@@ -108,8 +108,9 @@ bool Solver::Weigh(const Eigen::Vector3d& point_m) {
                                           sight.acceleration_mps2,
                                           sight.cone);
     Whitening& w = weights_[k];
-    w = sight.azimuth_in_seconds ? WhitenTime(sight.range_sigma_m, sight.azimuth_sigma, rates)
-                                 : WhitenAzimuth(sight.range_sigma_m, sight.azimuth_sigma, rates);
+    w = sight.exact_time           ? WhitenDoppler(sight.range_sigma_m, sight.azimuth_sigma)
+        : sight.azimuth_in_seconds ? WhitenTime(sight.range_sigma_m, sight.azimuth_sigma, rates)
+                                   : WhitenAzimuth(sight.range_sigma_m, sight.azimuth_sigma, rates);
     const double largest = std::max(std::abs(w.w00), std::abs(w.w11));
     if (!std::isfinite(largest) || !std::isfinite(w.w10)) {
       return false;

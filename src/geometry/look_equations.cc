@@ -51,4 +51,8 @@ Whitening WhitenAzimuth(double range_sigma_m, double azimuth_sigma_m, const Time
   return WhitenTime(range_sigma_m, azimuth_sigma_m / std::abs(rates.doppler_mps), rates);
 }
 
+Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m) {
+  return {1.0 / range_sigma_m, 0.0, 1.0 / azimuth_sigma_m};
+}
+
 }  // namespace sarblock

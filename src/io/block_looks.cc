@@ -20,6 +20,7 @@ enum {
   kObservedRangeSigma,
   kObservedAzimuthSigma,
   kObservedTimeSigma,
+  kObservedDopplerSigma,
   kObservedRejected,
   kObservedLine,
   kObservedPixel,
@@ -166,8 +167,10 @@ const ImageGrid& RequireImage(const TableReader& reader, const Pass& pass, std::
 
 double ReadAzimuthSigma(const TableReader& reader, const Pass& pass, std::uint8_t* flags) {
   double sigma = kNotGiven;
-  const auto column =
-      OneOfColumns(reader, {kObservedAzimuthSigma, kObservedTimeSigma, kObservedLineSigma}, &sigma);
+  const auto column = OneOfColumns(
+      reader,
+      {kObservedAzimuthSigma, kObservedTimeSigma, kObservedDopplerSigma, kObservedLineSigma},
+      &sigma);
   if (!column && std::isnan(pass.sigma.azimuth)) {
     reader.Fail(kObservedAzimuthSigma,
                 "no standard deviation of azimuth: neither this row, pass " + Quoted(pass.id) +
@@ -177,6 +180,18 @@ double ReadAzimuthSigma(const TableReader& reader, const Pass& pass, std::uint8_
     sigma *= RequireImage(reader, pass, kObservedLineSigma).line_interval_s;
   if (column == kObservedTimeSigma || column == kObservedLineSigma)
     *flags |= Looks::kAzimuthSeconds;
+  if (column == kObservedDopplerSigma) *flags |= Looks::kAzimuthHertz;
+  const bool measured =
+      column ? column == kObservedDopplerSigma : pass.sigma.azimuth_unit == AzimuthUnit::kHertz;
+  if (measured && (*flags & Looks::kDoppler) == 0) {
+    reader.Fail(kObservedDoppler,
+                "is empty, but " +
+                    (column ? "doppler_sigma_hz stands in this row"
+                            : "the standard deviation of azimuth of pass " + Quoted(pass.id) +
+                                  " is one of Doppler") +
+                    ": give the measured Doppler, or the standard deviation as azimuth_sigma_m or "
+                    "time_sigma_s");
+  }
   return sigma;
 }
 

@@ -32,18 +32,18 @@ Frame ReadFrame(const TomlTable& file) {
 // Overrides the parts of `sigma` that the table gives. `suffix` is "" or "_sigma".
 void ReadLookSigma(const TomlTable& table, const std::string& infix, LookSigma* sigma) {
   if (const auto range_m = table.FindPositive("range" + infix + "_m")) sigma->range_m = *range_m;
-  const auto azimuth_m = table.FindPositive("azimuth" + infix + "_m");
-  const auto azimuth_s = table.FindPositive("azimuth" + infix + "_s");
-  if (azimuth_m && azimuth_s) {
-    table.Find("azimuth" + infix + "_s")
-        ->Fail("stands beside azimuth" + infix + "_m, one of both is allowed");
-  }
-  if (azimuth_m) {
-    sigma->azimuth = *azimuth_m;
-    sigma->azimuth_unit = AzimuthUnit::kMetres;
-  } else if (azimuth_s) {
-    sigma->azimuth = *azimuth_s;
-    sigma->azimuth_unit = AzimuthUnit::kSeconds;
+  std::string given;
+  for (const auto& [key, unit] : {std::pair{"azimuth" + infix + "_m", AzimuthUnit::kMetres},
+                                  std::pair{"azimuth" + infix + "_s", AzimuthUnit::kSeconds},
+                                  std::pair{"doppler" + infix + "_hz", AzimuthUnit::kHertz}}) {
+    const auto value = table.FindPositive(key);
+    if (!value) continue;
+    if (!given.empty()) {
+      table.Find(key)->Fail("stands beside " + given + ", one of both is allowed");
+    }
+    given = key;
+    sigma->azimuth = *value;
+    sigma->azimuth_unit = unit;
   }
 }
 
@@ -73,6 +73,7 @@ void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
     };
     refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_m", "line_sigma_px");
     refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_s", "line_sigma_px");
+    refuse_both(!std::isnan(sigma.line_px), "doppler_sigma_hz", "line_sigma_px");
     refuse_both(!std::isnan(sigma.pixel_px), "range_sigma_m", "pixel_sigma_px");
     if (!std::isnan(sigma.line_px)) {
       pass->sigma.azimuth = sigma.line_px * pass->image->line_interval_s;
@@ -96,6 +97,7 @@ void ReadPass(const TomlTable& table,
                       "range_sigma_m",
                       "azimuth_sigma_m",
                       "azimuth_sigma_s",
+                      "doppler_sigma_hz",
                       "start_s",
                       "end_s",
                       "epoch_utc",
@@ -160,7 +162,7 @@ void ReadBlockToml(BlockReading* reading) {
   LookSigma standard;
   if (const auto sigma = file.Find("sigma")) {
     const TomlTable table(*sigma);
-    table.RefuseOthers({"range_m", "azimuth_m", "azimuth_s"});
+    table.RefuseOthers({"range_m", "azimuth_m", "azimuth_s", "doppler_hz"});
     ReadLookSigma(table, "", &standard);
   }
   TrajectoryOptions trajectory;

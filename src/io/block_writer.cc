@@ -23,8 +23,11 @@ void AppendSigma(const LookSigma& sigma, const std::string& infix, std::string* 
     *text += "range" + infix + "_m = " + NumberText(sigma.range_m) + "\n";
   }
   if (!std::isnan(sigma.azimuth)) {
-    const bool seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
-    *text += "azimuth" + infix + (seconds ? "_s = " : "_m = ") + NumberText(sigma.azimuth) + "\n";
+    const AzimuthUnit unit = sigma.azimuth_unit;
+    const std::string key = unit == AzimuthUnit::kHertz     ? "doppler" + infix + "_hz"
+                            : unit == AzimuthUnit::kSeconds ? "azimuth" + infix + "_s"
+                                                            : "azimuth" + infix + "_m";
+    *text += key + " = " + NumberText(sigma.azimuth) + "\n";
   }
 }
 
@@ -133,10 +136,11 @@ void WritePoints(TableSink* sink, const Block& block) {
 // Which optional columns the looks of a block need.
 struct LookColumns {
   bool squint = false, doppler = false, range_sigma = false, azimuth_m = false, azimuth_s = false,
-       rejected = false;
+       doppler_sigma = false, rejected = false;
 };
 
-LookColumns ColumnsOf(const Looks& looks) {
+LookColumns ColumnsOf(const Block& block) {
+  const Looks& looks = block.looks;
   LookColumns columns;
   for (std::size_t i = 0; i < looks.size(); ++i) {
     const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
@@ -145,9 +149,10 @@ LookColumns ColumnsOf(const Looks& looks) {
     columns.rejected |= looks.rejected(i);
     columns.range_sigma |= !looks.range_sigma_m.empty() && !std::isnan(looks.range_sigma_m[i]);
     if (!looks.azimuth_sigma.empty() && !std::isnan(looks.azimuth_sigma[i])) {
-      const bool seconds = (looks.flags[i] & Looks::kAzimuthSeconds) != 0;
-      columns.azimuth_s |= seconds;
-      columns.azimuth_m |= !seconds;
+      const AzimuthUnit unit = block.SigmaOf(i).azimuth_unit;
+      columns.azimuth_m |= unit == AzimuthUnit::kMetres;
+      columns.azimuth_s |= unit == AzimuthUnit::kSeconds;
+      columns.doppler_sigma |= unit == AzimuthUnit::kHertz;
     }
   }
   return columns;
@@ -155,7 +160,7 @@ LookColumns ColumnsOf(const Looks& looks) {
 
 void WriteLooks(TableSink* sink, const Block& block) {
   const Looks& looks = block.looks;
-  const LookColumns columns = ColumnsOf(looks);
+  const LookColumns columns = ColumnsOf(block);
   const std::array<bool, kObservationColumns.size()> written{true,
                                                              true,
                                                              true,
@@ -165,6 +170,7 @@ void WriteLooks(TableSink* sink, const Block& block) {
                                                              columns.range_sigma,
                                                              columns.azimuth_m,
                                                              columns.azimuth_s,
+                                                             columns.doppler_sigma,
                                                              columns.rejected};
   std::vector<TableColumn> chosen;
   for (std::size_t i = 0; i < written.size(); ++i) {
@@ -175,7 +181,7 @@ void WriteLooks(TableSink* sink, const Block& block) {
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
-      const bool seconds = (looks.flags[i] & Looks::kAzimuthSeconds) != 0;
+      const AzimuthUnit unit = block.SigmaOf(i).azimuth_unit;
       const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
       const double range_sigma_m = looks.range_sigma_m.empty() ? kNotGiven : looks.range_sigma_m[i];
       const double azimuth = looks.azimuth_sigma.empty() ? kNotGiven : looks.azimuth_sigma[i];
@@ -187,8 +193,10 @@ void WriteLooks(TableSink* sink, const Block& block) {
       }
       if (columns.doppler) out.Number(doppler ? cone : kNotGiven);
       if (columns.range_sigma) out.Number(range_sigma_m);
-      if (columns.azimuth_m) out.Number(seconds ? kNotGiven : azimuth);
-      if (columns.azimuth_s) out.Number(seconds ? azimuth : kNotGiven);
+      const auto own_sigma = [&](AzimuthUnit of) { out.Number(unit == of ? azimuth : kNotGiven); };
+      if (columns.azimuth_m) own_sigma(AzimuthUnit::kMetres);
+      if (columns.azimuth_s) own_sigma(AzimuthUnit::kSeconds);
+      if (columns.doppler_sigma) own_sigma(AzimuthUnit::kHertz);
       if (columns.rejected) out.Integer(looks.rejected(i) ? 1 : 0);
       out.EndRow();
     }

@@ -147,6 +147,13 @@ SceneLooks ReadLooks(SceneTable& table) {
     looks.azimuth.azimuth = seconds->Number();
     looks.azimuth.azimuth_unit = AzimuthUnit::kSeconds;
   }
+  if (const auto hertz = table.Take("doppler_sigma_hz")) {
+    for (const char* other : {"azimuth_sigma_m", "azimuth_sigma_s"}) {
+      if (table.Has(other)) hertz->Fail(std::string("cannot stand beside ") + other);
+    }
+    looks.azimuth.azimuth = hertz->Number();
+    looks.azimuth.azimuth_unit = AzimuthUnit::kHertz;
+  }
   table.Number("noise_scale", &looks.noise_scale_1);
   table.Number("blunder_fraction", &looks.blunder_fraction_1);
   table.Number("blunder_size", &looks.blunder_size_1);

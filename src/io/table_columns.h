@@ -59,7 +59,7 @@ inline constexpr std::array<TableColumn, 8> kPathColumns{{
     {"vz_mps", column::kRequired},
 }};
 /// Needed of the looks are time and range, or line and pixel.
-inline constexpr std::array<TableColumn, 14> kObservationColumns{{
+inline constexpr std::array<TableColumn, 15> kObservationColumns{{
     {"pass", column::kRequired, CellKind::kPass},
     {"point", column::kRequired, CellKind::kPoint},
     {"time_s"},
@@ -69,6 +69,7 @@ inline constexpr std::array<TableColumn, 14> kObservationColumns{{
     {"range_sigma_m"},
     {"azimuth_sigma_m"},
     {"time_sigma_s"},
+    {"doppler_sigma_hz"},
     {"rejected", column::kOptional, CellKind::kFlag},
     {"line"},
     {"pixel"},

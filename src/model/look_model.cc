@@ -60,18 +60,22 @@ struct AxisTurn {
   Eigen::Vector3d value_1 = Eigen::Vector3d::Zero(), rate = Eigen::Vector3d::Zero();
 };
 
-/// Where the cone of a look, moved on from its measured time, holds the point.
+/// Where the cone of a look, moved on from its measured time or opened to another Doppler, holds
+/// the point.
 struct Crossing {
   LookEquations eq;        ///< there, e_d but for rounding 0
-  double dt_s = 0.0;       ///< after the measured time
+  double dt_s = 0.0;       ///< after the measured time; 0 where that is exact
+  double error = 0.0;      ///< of the azimuth measurement, predicted less measured [s] or [Hz]
   Eigen::Vector3d d_m;     ///< from the antenna to the point
   Eigen::Vector3d v_mps;   ///< of the antenna
   Eigen::Vector3d turn_1;  ///< where the cone axis has direction errors; with |v|
   double speed_mps = 0.0;
-  double rate_mps = 0.0;  ///< q = de_d/dt
+  double rate_m = 0.0;         ///< de_d by a unit of that measurement: q = de_d/dt, or de_d/df
+  double path_rate_mps = 0.0;  ///< de_d by the time that is exact
 };
 
-/// Newton's method on the cone. `d_before_m`: from the antenna at the measured time to the point.
+/// The time of the crossing, by Newton's method on the cone. `d_before_m`: from the antenna at the
+/// measured time to the point.
 bool FindCrossing(const Motion& motion,
                   const Eigen::Vector3d& d_before_m,
                   const AxisTurn& turn,
@@ -101,10 +105,10 @@ bool FindCrossing(const Motion& motion,
       const Eigen::Vector3d axis_rate =
           a + (v.dot(a) / out->speed_mps) * out->turn_1 + out->speed_mps * turn.rate;
       if (!EvaluateLookEquationsInline(out->d_m, axis, cone, squint_bias_rad, &eq)) return false;
-      out->rate_mps = eq.ded_dv.dot(axis_rate) - eq.ded_dp.dot(v);
+      out->rate_m = eq.ded_dv.dot(axis_rate) - eq.ded_dp.dot(v);
     } else {
       if (!EvaluateLookEquationsInline(out->d_m, v, cone, squint_bias_rad, &eq)) return false;
-      out->rate_mps = eq.ded_dv.dot(a) - eq.ded_dp.dot(v);
+      out->rate_m = eq.ded_dv.dot(a) - eq.ded_dp.dot(v);
     }
     const double off_m = eq.doppler_error_m, size_m = std::abs(off_m);
     if (size_m <= kOnCone_1 * eq.rho_m ||
@@ -115,17 +119,54 @@ bool FindCrossing(const Motion& motion,
     last_off_m = size_m;
     // The point is ahead of the cone while e_d > 0.
     (off_m > 0.0 ? first_s : last_s) = dt_s;
-    double next_s = dt_s + off_m / std::max(-out->rate_mps, kLeastConeRate_1 * v.norm());
+    double next_s = dt_s + off_m / std::max(-out->rate_m, kLeastConeRate_1 * v.norm());
     if (!(next_s > first_s && next_s < last_s)) next_s = 0.5 * (first_s + last_s);
     if (!std::isfinite(next_s)) return false;
     dt_s = next_s;
   }
-  out->dt_s = dt_s;
+  out->dt_s = out->error = dt_s;
   const double least_square = kLeastConeRate_1 * kLeastConeRate_1 * out->v_mps.squaredNorm();
-  return out->rate_mps < 0.0 && out->rate_mps * out->rate_mps > least_square;
+  return out->rate_m < 0.0 && out->rate_m * out->rate_m > least_square;
 }
 
-/// Partials of range (row 0) and azimuth time (row 1), weighted.
+/// The Doppler whose cone holds the point at the measured time, which is exact. `cone` is the
+/// measured one.
+bool FindDoppler(const Motion& motion,
+                 const Eigen::Vector3d& d_m,
+                 const AxisTurn& turn,
+                 const Cone& cone,
+                 double wavelength_m,
+                 double squint_bias_rad,
+                 Crossing* out) {
+  out->d_m = d_m;
+  out->v_mps = motion.velocity_mps;
+  const Eigen::Vector3d &v = motion.velocity_mps, &a = motion.acceleration_mps2;
+  Eigen::Vector3d axis = v, axis_rate = a;
+  if (turn.used) {
+    out->speed_mps = v.norm();
+    out->turn_1 = turn.value_1;
+    axis += out->speed_mps * turn.value_1;
+    axis_rate += (v.dot(a) / out->speed_mps) * turn.value_1 + out->speed_mps * turn.rate;
+  }
+  const double axis_mps = axis.norm(), rho_m = d_m.norm();
+  // The point is seen at the angle tau + b_tau, its Doppler is that of tau.
+  const double sin_seen = axis.dot(d_m) / (axis_mps * rho_m);
+  if (!(std::abs(sin_seen) < 1.0)) return false;
+  const double cos_seen = std::sqrt((1.0 - sin_seen) * (1.0 + sin_seen));
+  const double sin_b = std::sin(squint_bias_rad), cos_b = std::cos(squint_bias_rad);
+  const double sin_tau = sin_seen * cos_b - cos_seen * sin_b;
+  const double cos_tau = cos_seen * cos_b + sin_seen * sin_b;
+  if (!(cos_tau > 0.0)) return false;
+  const Cone predicted{Cone::Kind::kDoppler, 0.0, axis_mps * sin_tau};
+  if (!EvaluateLookEquationsInline(d_m, axis, predicted, squint_bias_rad, &out->eq)) return false;
+  const double hz_per_mps = 2.0 / wavelength_m;
+  out->error = hz_per_mps * (predicted.closing_mps - cone.closing_mps);
+  out->rate_m = -rho_m * (cos_seen / cos_tau) / (axis_mps * hz_per_mps);
+  out->path_rate_mps = out->eq.ded_dv.dot(axis_rate) - out->eq.ded_dp.dot(v);
+  return out->rate_m < 0.0;
+}
+
+/// Partials of range (row 0) and of the azimuth measurement (row 1), weighted.
 using TwoRows = Eigen::Matrix<double, 2, 3>;
 
 /// Partials by position and velocity of the antenna, turned to axes A: by a parameter that moves
@@ -264,13 +305,22 @@ bool LookModel::Evaluate(const LookState& at,
   // d = (start - s) + displacement keeps the digits of a small displacement.
   const Eigen::Vector3d d_before = (at.start_m - path.motion.position_m) + at.displacement_m;
   Crossing crossing;
-  if (!FindCrossing(
-          path.motion, d_before, turn, ConeOf(at.look), SumOf(c.squint_bias, x), &crossing)) {
-    return false;
-  }
+  const bool exact_time = block_.MeasuresDoppler(at.look);
+  const Cone cone = ConeOf(at.look);
+  const double squint_bias_rad = SumOf(c.squint_bias, x);
+  const bool found =
+      exact_time ? FindDoppler(path.motion,
+                               d_before,
+                               turn,
+                               cone,
+                               block_.passes[pass].wavelength_m,
+                               squint_bias_rad,
+                               &crossing)
+                 : FindCrossing(path.motion, d_before, turn, cone, squint_bias_rad, &crossing);
+  if (!found) return false;
   const LookEquations& eq = crossing.eq;
   const double dt_s = crossing.dt_s;
-  const double slowness = -1.0 / crossing.rate_mps;  // dt_p = slowness de_d
+  const double slowness = -1.0 / crossing.rate_m;  // dt_p or df_p = slowness de_d
 
   const double kappa = SumOf(c.range_scale, x);
   Eigen::RowVector3d range_by_p = (1.0 + kappa) * eq.drho_dp;
@@ -292,17 +342,18 @@ bool LookModel::Evaluate(const LookState& at,
       range_by_s += zenith_m * mapping.by_s;
     }
   }
-  // What is left of e_d moves the time, and the time the range.
-  const double range_rate_mps = range_by_s.dot(crossing.v_mps);
-  const double last_step_s = slowness * eq.doppler_error_m;
-  const double wr = weights.range_per_m, wt = weights.time_per_s;
-  out->error_1 = {wr * (range_error_m + range_rate_mps * last_step_s), wt * (dt_s + last_step_s)};
-  out->azimuth_mps = -crossing.rate_mps;
+  // What is left of e_d moves the time, and the time the range; or the Doppler, which moves
+  // nothing.
+  const double range_rate = exact_time ? 0.0 : range_by_s.dot(crossing.v_mps);
+  const double last_step = slowness * eq.doppler_error_m;
+  const double wr = weights.range_per_m, wt = weights.azimuth_per_unit;
+  out->error_1 = {wr * (range_error_m + range_rate * last_step), wt * (crossing.error + last_step)};
+  out->azimuth_unit_m = -crossing.rate_m;
   out->beyond_path = path.beyond_path;
-  // Of a partial of e_r and one of e_d: those of range and time.
-  const double of_time = wt * slowness, of_range = wr * range_rate_mps * slowness;
+  // Of a partial of e_r and one of e_d: those of range and of time or Doppler.
+  const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;
   out->by_point.row(0) = wr * range_by_p + of_range * eq.ded_dp;
-  out->by_point.row(1) = of_time * eq.ded_dp;
+  out->by_point.row(1) = of_azimuth * eq.ded_dp;
   if (at.columns.column_count == 0) return out->error_1.allFinite();
 
   if (path.term_count > 0) {
@@ -312,8 +363,8 @@ bool LookModel::Evaluate(const LookState& at,
       cone_by_v += eq.ded_dv.dot(crossing.turn_1) / crossing.speed_mps * crossing.v_mps.transpose();
     }
     TwoRows by_s, by_v;
-    by_s << wr * range_by_s - of_range * eq.ded_dp, -of_time * eq.ded_dp;
-    by_v << of_range * cone_by_v, of_time * cone_by_v;
+    by_s << wr * range_by_s - of_range * eq.ded_dp, -of_azimuth * eq.ded_dp;
+    by_v << of_range * cone_by_v, of_azimuth * cone_by_v;
     AxisPartials track, frame;  // three numbers an axis serve all basis functions
     for (std::size_t q = 0; q < path.term_count; ++q) {
       const bool in_track = path.terms[q].axes == PositionCorrection::Axes::kTrack;
@@ -329,7 +380,7 @@ bool LookModel::Evaluate(const LookState& at,
   const auto set = [&](int column, double range, double doppler) {
     const auto i = static_cast<std::size_t>(column);
     out->row[0][i] = wr * range + of_range * doppler;
-    out->row[1][i] = of_time * doppler;
+    out->row[1][i] = of_azimuth * doppler;
   };
   if (turn.used) {
     const auto set_turn = [&](const std::vector<int>& columns, Eigen::Index axis) {
@@ -344,8 +395,12 @@ bool LookModel::Evaluate(const LookState& at,
   }
   for (const int column : c.range_bias) set(column, 1.0, 0.0);
   for (const int column : c.range_scale) set(column, eq.rho_m, 0.0);
-  for (const int column : c.time_bias) {  // a path read later is met earlier
-    out->row[0][static_cast<std::size_t>(column)] = 0.0;
+  for (const int column : c.time_bias) {
+    if (exact_time) {
+      set(column, range_by_s.dot(crossing.v_mps), crossing.path_rate_mps);
+      continue;
+    }
+    out->row[0][static_cast<std::size_t>(column)] = 0.0;  // a path read later is met earlier
     out->row[1][static_cast<std::size_t>(column)] = -wt;
   }
   for (const int column : c.squint_bias) set(column, 0.0, eq.ded_dtau_m);
@@ -399,6 +454,10 @@ std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd&
   sight.range_sigma_m = sigma.range_m;
   sight.azimuth_sigma = sigma.azimuth;
   sight.azimuth_in_seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
+  sight.exact_time = block_.MeasuresDoppler(look);
+  if (sight.exact_time) {
+    sight.azimuth_sigma *= block_.RoughAzimuthUnit_m(look, sight.velocity_mps.norm());
+  }
   return sight;
 }
 

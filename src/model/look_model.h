@@ -26,10 +26,11 @@ struct LookColumns {
   int column_count = 0;
 };
 
-/// Weights of the two measurements of a look: one over their standard deviations.
+/// Weights of the two measurements of a look: one over their standard deviations. The unit of the
+/// azimuth measurement is the second of a time, the hertz of a measured Doppler.
 struct LookWeights {
   double range_per_m = 1.0;
-  double time_per_s = 1.0;
+  double azimuth_per_unit = 1.0;
 };
 
 /// Where a look is evaluated: its point at start_m + displacement_m, and its local corrections.
@@ -42,18 +43,19 @@ struct LookState {
 };
 
 /// The errors of the two measurements of a look, predicted less measured, and their partials, each
-/// times its weight. Row 0 is the range, row 1 the azimuth time.
+/// times its weight. Row 0 is the range, row 1 the azimuth time or the measured Doppler.
 struct LookEvaluation {
-  Eigen::Vector2d error_1;               ///< R_p - R [m] and t_p - t [s], times the weights
-  Eigen::Matrix<double, 2, 3> by_point;  ///< [1] and [s/m], times the weights
+  Eigen::Vector2d error_1;  ///< R_p - R [m] and t_p - t [s] or f_p - f [Hz], times the weights
+  Eigen::Matrix<double, 2, 3> by_point;  ///< [1] and [s/m] or [Hz/m], times the weights
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
-  double azimuth_mps = 0.0;  ///< metres at the target that a second of azimuth time is, |q|
+  /// Metres at the target that a unit of the azimuth measurement is: |de_d/dt| or |de_d/df|.
+  double azimuth_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
 
   /// Multiplies both rows by weights; `columns` local ones are set.
   void Scale(const LookWeights& weights, int columns) {
-    const Eigen::Vector2d factor(weights.range_per_m, weights.time_per_s);
+    const Eigen::Vector2d factor(weights.range_per_m, weights.azimuth_per_unit);
     error_1.array() *= factor.array();
     by_point.array().colwise() *= factor.array();
     for (std::size_t c = 0; c < static_cast<std::size_t>(columns); ++c) {
@@ -80,6 +82,9 @@ struct CorrectedMotion {
 /// The two measurements are independent: t_p - t over sigma_t and R_p - R over sigma_R. Their
 /// partials follow from those of e_r and e_d by the implicit function, dt_p = -(de_d)/q with
 /// q = de_d/dt.
+///
+/// A look whose Doppler is the measurement (Block::MeasuresDoppler) has an exact time: R_p is e_r
+/// at t, f_p the Doppler whose cone holds the point then, e_d(p, t, f_p) = 0; f_p - f over sigma_f.
 ///
 /// s and v are position and velocity of the corrected path, the turning of the track axes included,
 /// read at the measured time t + b_t. From there the antenna moves on for the time error t_p - t

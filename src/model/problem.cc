@@ -136,9 +136,9 @@ bool EvaluateLook(const LookModel& model,
       {look, *columns, state.start_m[point], state.displacement_m[point], x}, weights, out);
 }
 
-LookWeights WeightsAt(const LookSigma& sigma, double azimuth_mps) {
+LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m) {
   const bool metres = sigma.azimuth_unit == AzimuthUnit::kMetres;
-  return {1.0 / sigma.range_m, (metres ? azimuth_mps : 1.0) / sigma.azimuth};
+  return {1.0 / sigma.range_m, (metres ? azimuth_unit_m : 1.0) / sigma.azimuth};
 }
 
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
@@ -160,9 +160,9 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
             LookWeights now = WeightsAt(sigma, 1.0);
             if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
               if (EvaluateLook(model, state, point, i, {}, &columns, &at)) {
-                now = WeightsAt(sigma, at.azimuth_mps);
-              } else if (old.time_per_s > 0.0) {
-                now.time_per_s = old.time_per_s;
+                now = WeightsAt(sigma, at.azimuth_unit_m);
+              } else if (old.azimuth_per_unit > 0.0) {
+                now.azimuth_per_unit = old.azimuth_per_unit;
               } else {
                 Motion motion;
                 if (!block.passes[block.looks.pass[i]].path.Evaluate(block.looks.time_s[i],
@@ -174,7 +174,7 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
             }
             largest[chunk] = std::max({largest[chunk],
                                        RelativeChange(now.range_per_m, old.range_per_m),
-                                       RelativeChange(now.time_per_s, old.time_per_s)});
+                                       RelativeChange(now.azimuth_per_unit, old.azimuth_per_unit)});
             problem->weights[i] = now;
           }
         }

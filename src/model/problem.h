@@ -100,9 +100,9 @@ struct AdjustmentProblem {
                                 LookColumns* columns,
                                 LookEvaluation* out);
 
-/// Weights of a look with these standard deviations where a second of azimuth time is so many
-/// metres at its target (LookEvaluation::azimuth_mps).
-[[nodiscard]] LookWeights WeightsAt(const LookSigma& sigma, double azimuth_mps);
+/// Weights of a look with these standard deviations where a unit of its azimuth measurement is so
+/// many metres at its target (LookEvaluation::azimuth_unit_m).
+[[nodiscard]] LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m);
 
 /// Forms the weights of every look in use at a state: an azimuth given in metres at the target
 /// becomes seconds there, sigma_t = sigma_a / |q|. A look without a value keeps its former weights,

@@ -217,7 +217,7 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
   const LookWeights weights = renew ? LookWeights{} : problem.weights[look];
   if (!EvaluateLook(problem.model, state, point, look, weights, &out->columns, out)) return false;
   if (renew) {
-    const LookWeights now = WeightsAt(problem.model.SigmaOf(look), out->azimuth_mps);
+    const LookWeights now = WeightsAt(problem.model.SigmaOf(look), out->azimuth_unit_m);
     (*weighting.renewed)[look] = now;
     out->Scale(now, out->columns.column_count);
   }

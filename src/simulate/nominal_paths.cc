@@ -200,8 +200,10 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
   }
   const double angle_rad = navigation.squint_bias_sigma_rad + turn_mps / speed_mps;
   const double measured = scene.looks.blunder_fraction_1 > 0.0 ? scene.looks.blunder_size_1 : 1.0;
-  const bool seconds = scene.looks.azimuth.azimuth_unit == AzimuthUnit::kSeconds;
-  const double azimuth_s = scene.looks.azimuth.azimuth / (seconds ? 1.0 : speed_mps);
+  const LookSigma& sigma = scene.looks.azimuth;
+  const double azimuth_s = sigma.azimuth_unit == AzimuthUnit::kSeconds  ? sigma.azimuth
+                           : sigma.azimuth_unit == AzimuthUnit::kMetres ? sigma.azimuth / speed_mps
+                                                                        : 0.0;
   return 6.0 * ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
                 azimuth_s * scene.looks.noise_scale_1 * std::max(1.0, measured)) +
          WanderMargin(scene.wander, speed_mps, range_m);

@@ -90,7 +90,7 @@ void SolveLook(const Scene& scene,
   cone.squint_rad = true_squint_rad;
   if (scene.looks.doppler) {
     const double closing_mps = motion->velocity_mps.norm() * std::sin(simulated->squint_rad[pass]);
-    block.looks.cone[look] = 2.0 * closing_mps / block.passes[pass].wavelength_m;
+    exact.doppler_hz[look] = 2.0 * closing_mps / block.passes[pass].wavelength_m;
     cone.kind = Cone::Kind::kDoppler;
     cone.closing_mps = closing_mps;
   } else if (!block.looks.cone.empty()) {
@@ -131,8 +131,6 @@ void Measure(const SceneLooks& scene,
       const std::uint32_t pass = block.looks.pass[look];
       const PassError& error = simulated->errors[pass];
       const LookSigma sigma = block.SigmaOf(look);
-      const bool seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
-      const double sigma_s = seconds ? sigma.azimuth : sigma.azimuth / exact.azimuth_rate_mps[look];
       // Every look takes the same five numbers from its stream, whatever the scene asks for.
       RandomStream random(simulated->measurement_seed, MixStream(point_stream, pass));
       double azimuth = scene.noise_scale_1 * random.Normal();  // in sigmas, as is `range`
@@ -145,7 +143,15 @@ void Measure(const SceneLooks& scene,
           scene.blunder_kind == Kind::kAzimuth || (scene.blunder_kind == Kind::kBoth && coin);
       if (blunder) (in_azimuth ? azimuth : range) += size;
       simulated->blunder[look] = blunder ? 1 : 0;
+      const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds ? sigma.azimuth
+                             : sigma.azimuth_unit == AzimuthUnit::kMetres
+                                 ? sigma.azimuth / exact.azimuth_rate_mps[look]
+                                 : 0.0;
+      const double sigma_hz = sigma.azimuth_unit == AzimuthUnit::kHertz ? sigma.azimuth : 0.0;
       block.looks.time_s[look] = exact.time_s[look] - error.time_bias_s + sigma_s * azimuth;
+      if (!exact.doppler_hz.empty()) {
+        block.looks.cone[look] = exact.doppler_hz[look] + sigma_hz * azimuth;
+      }
       block.looks.range_m[look] = (1.0 + error.range_scale_1) * exact.range_m[look] +
                                   error.range_bias_m + sigma.range_m * range;
     }

@@ -200,7 +200,11 @@ Problem FindLooksProblem(const SceneLooks& looks) {
     return {{"looks.range_sigma_m", "must be given and positive"}};
   }
   if (!Positive(looks.azimuth.azimuth)) {
-    return {{"looks.azimuth_sigma_m", "must be given and positive (or azimuth_sigma_s)"}};
+    return {{"looks.azimuth_sigma_m",
+             "must be given and positive (or azimuth_sigma_s, or doppler_sigma_hz)"}};
+  }
+  if (looks.azimuth.azimuth_unit == AzimuthUnit::kHertz && !looks.doppler) {
+    return {{"looks.doppler_sigma_hz", "needs cone = \"doppler\": squints are not measured"}};
   }
   if (!NotNegative(looks.noise_scale_1)) return {{"looks.noise_scale", "must be zero or positive"}};
   if (!(looks.blunder_fraction_1 >= 0.0 && looks.blunder_fraction_1 < 1.0)) {

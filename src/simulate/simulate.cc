@@ -129,6 +129,7 @@ SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
   looks.time_s.resize(count);
   looks.range_m.resize(count);
   if (squinted) looks.cone.resize(count);
+  if (scene.looks.doppler) out.exact.doppler_hz.resize(count);
   out.exact.time_s.resize(count);
   out.exact.range_m.resize(count);
   out.exact.azimuth_rate_mps.resize(count);

@@ -50,19 +50,24 @@ using Fit = Eigen::Matrix<double, 6, 2>;
 class PairFit {
  public:
   PairFit(const Looks& looks, Common* begin, Common* end) : begin_(begin), end_(end) {
-    double time[2] = {HUGE_VAL, -HUGE_VAL}, range[2] = {HUGE_VAL, -HUGE_VAL};
-    for (const Common* c = begin; c != end; ++c) {
-      time[0] = std::min(time[0], looks.time_s[c->look_a]);
-      time[1] = std::max(time[1], looks.time_s[c->look_a]);
-      range[0] = std::min(range[0], looks.range_m[c->look_a]);
-      range[1] = std::max(range[1], looks.range_m[c->look_a]);
-    }
-    const auto scaled = [](double value, const double* limits) {
-      const double half = 0.5 * (limits[1] - limits[0]);
-      return half > 0.0 ? (value - 0.5 * (limits[0] + limits[1])) / half : 0.0;
+    const auto limits = [&](const std::vector<double>& column) {
+      std::array<double, 2> out = {HUGE_VAL, -HUGE_VAL};
+      for (const Common* c = begin; c != end; ++c) {
+        out = {std::min(out[0], column[c->look_a]), std::max(out[1], column[c->look_a])};
+      }
+      return out;
+    };
+    const std::array<double, 2> time = limits(looks.time_s), range = limits(looks.range_m);
+    // Looks of one time differ along track in their Dopplers.
+    const bool by_doppler = time[0] == time[1] && !looks.cone.empty();
+    const std::vector<double>& along = by_doppler ? looks.cone : looks.time_s;
+    const std::array<double, 2> from_to = by_doppler ? limits(looks.cone) : time;
+    const auto scaled = [](double value, const std::array<double, 2>& span) {
+      const double half = 0.5 * (span[1] - span[0]);
+      return half > 0.0 ? (value - 0.5 * (span[0] + span[1])) / half : 0.0;
     };
     for (const Common* c = begin; c != end; ++c) {
-      const double t = scaled(looks.time_s[c->look_a], time);
+      const double t = scaled(along[c->look_a], from_to);
       const double r = scaled(looks.range_m[c->look_a], range);
       Terms& terms = terms_.emplace_back();
       terms << 1.0, t, r, t * t, t * r, r * r;

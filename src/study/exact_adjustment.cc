@@ -19,7 +19,7 @@ using exact::operator*;
 constexpr int kMostExactIterations = 80;
 const char* const kSettled = "1e-14";
 constexpr int kMostConeSteps = 12;
-const char* const kOnCone_s = "1e-28";
+const char* const kOnCone = "1e-28";
 
 /// Lower triangle of a square matrix, row by row.
 class Triangle {
@@ -123,7 +123,7 @@ class ExactAdjustment {
       position_[point] = exact::Cast<Digits>(result.points.position_m[point]);
     }
     for (const ParameterResult& parameter : result.parameters) x_.emplace_back(parameter.value);
-    shift_s_.assign(problem.block.looks.size(), Digits(0));
+    shift_.assign(problem.block.looks.size(), Digits(0));
   }
 
   /// Gauss-Newton until nothing moves; empty, or why it failed.
@@ -190,20 +190,22 @@ class ExactAdjustment {
   }
 
   void AddLook(std::size_t point, std::size_t look, LookColumns* columns) {
-    // The time at which the cone holds the point, by Newton's method from the last one found.
-    Digits& shift_s = shift_s_[look];
-    exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_, shift_s);
+    // The time or Doppler at which the cone holds the point, by Newton's method from the last
+    // found.
+    Digits& shift = shift_[look];
+    exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_, shift);
     for (int step = 0; step < kMostConeSteps; ++step) {
-      const Digits off_s = at.error[1] / at.doppler_rate;
-      if (abs(off_s) < Digits(kOnCone_s)) break;
-      shift_s -= off_s;
-      at = model_.Evaluate(look, position_[point], x_, shift_s);
+      const Digits off = at.error[1] / at.cone_rate;
+      if (abs(off) < Digits(kOnCone)) break;
+      shift -= off;
+      at = model_.Evaluate(look, position_[point], x_, shift);
     }
-    // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt.
+    // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt; a
+    // measured Doppler likewise, with r = 0.
     const std::array<Digits, 2> sigma = model_.SigmasOf(look, at);
     Row range_row, time_row;
     const auto add = [&](std::size_t column, const Digits& range, const Digits& cone) {
-      const Digits time = -cone / at.doppler_rate;
+      const Digits time = -cone / at.cone_rate;
       range_row.emplace_back(column, (range + at.range_rate * time) / sigma[0]);
       time_row.emplace_back(column, time / sigma[1]);
     };
@@ -223,7 +225,7 @@ class ExactAdjustment {
       }
     }
     Add(range_row, at.error[0] / sigma[0]);
-    Add(time_row, shift_s / sigma[1]);
+    Add(time_row, shift / sigma[1]);
   }
 
   /// L^-1 (E (p - p_c)) with L the factor of the covariance of the components held.
@@ -393,8 +395,8 @@ class ExactAdjustment {
   std::size_t corrections_ = 0;  // first unknown of the corrections
   std::vector<Vec<Digits>> position_;
   std::vector<Digits> x_;
-  std::vector<Digits> shift_s_;  // of the times, by look
-  Triangle matrix_{0};           // after Factorise() its factor
+  std::vector<Digits> shift_;  // of the times or measured Dopplers, by look
+  Triangle matrix_{0};         // after Factorise() its factor
   std::vector<Digits> gradient_, scale_;
   std::array<Vec<Digits>, 3> control_rows_;
   std::array<Digits, 3> control_errors_;

@@ -92,7 +92,7 @@ struct LookAt {
   std::array<T, 2> error;
   std::array<Vec<T>, 2> by_point;
   std::array<std::vector<T>, 2> by_column;  ///< the look's local columns (look_model.h)
-  T range_rate, doppler_rate;               ///< by azimuth time at a fixed point
+  T range_rate, cone_rate;  ///< by the azimuth measurement, time or Doppler, at a fixed point
 };
 
 template <typename T>
@@ -101,20 +101,20 @@ class LookModelOf {
   explicit LookModelOf(const AdjustmentProblem& problem) : problem_(problem) {}
 
   /// `x` are all corrections of the block. The path is read at the measured time and continued by
-  /// its derivatives for `shift_s`.
+  /// its derivatives for `shift`, seconds; of a look whose Doppler is measured the time is exact
+  /// and `shift`, hertz, is added to the Doppler.
   LookAt<T> Evaluate(std::size_t look,
                      const Vec<T>& p,
                      const std::vector<T>& x,
-                     const T& shift_s) const;
+                     const T& shift) const;
 
-  /// Standard deviations of range [m] and azimuth time [s].
+  /// Standard deviations of range [m] and of azimuth time [s] or Doppler [Hz].
   std::array<T, 2> SigmasOf(std::size_t look, const LookAt<T>& at) const {
     using std::abs;
     const LookSigma sigma = problem_.model.SigmaOf(look);
     const T azimuth = sigma.azimuth;
-    return {
-        T(sigma.range_m),
-        sigma.azimuth_unit == AzimuthUnit::kMetres ? T(azimuth / abs(at.doppler_rate)) : azimuth};
+    return {T(sigma.range_m),
+            sigma.azimuth_unit == AzimuthUnit::kMetres ? T(azimuth / abs(at.cone_rate)) : azimuth};
   }
 
  private:
@@ -225,7 +225,7 @@ template <typename T>
 LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
                                    const Vec<T>& p,
                                    const std::vector<T>& x,
-                                   const T& shift_s) const {
+                                   const T& shift) const {
   using std::exp;
   using std::sin;
   using std::sqrt;
@@ -234,6 +234,8 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   const std::size_t pass = looks.pass[look];
   const PassCorrections& c = problem_.layout.passes[pass];
   const double measured_s = looks.time_s[look];
+  const bool exact_time = block.MeasuresDoppler(look);
+  const T shift_s = exact_time ? T(0) : shift;
   LookColumns columns;
   problem_.model.ColumnsOf(look, &columns);
   std::vector<T> local;
@@ -334,8 +336,10 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
 
   // sin(tau + b_tau) and its derivatives.
   const bool doppler = (looks.flags[look] & Looks::kDoppler) != 0;
-  const T given = looks.cone.empty() ? T(0) : T(looks.cone[look]);
-  const T closing = doppler ? T(block.passes[pass].wavelength_m) * given / T(2) : T(0);
+  const T measured = looks.cone.empty() ? T(0) : T(looks.cone[look]);
+  const T given = exact_time ? T(measured + shift) : measured;
+  const T half_wavelength = doppler ? T(block.passes[pass].wavelength_m) / T(2) : T(0);
+  const T closing = half_wavelength * given;
   const T sin_given = doppler ? closing / speed : T(sin(given));
   const T cos_given = sqrt((T(1) - sin_given) * (T(1) + sin_given));
   const T bias = sum(c.squint_bias);
@@ -417,7 +421,11 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   }
 
   out.range_rate = Dot(range_by_s, velocity);
-  out.doppler_rate = Dot(cone_by_axis, axis_rate) - Dot(cone_by_p, velocity);
+  out.cone_rate = Dot(cone_by_axis, axis_rate) - Dot(cone_by_p, velocity);
+  if (exact_time) {
+    out.range_rate = T(0);
+    out.cone_rate = T(-1) * rho * half_wavelength / speed * cos_tau / cos_given;
+  }
   return out;
 }
 

@@ -119,6 +119,17 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
          for (PlannedPass& pass : plan.passes) pass.squint_rad = v * kRadPerDeg;
          return plan;
        }},
+      {"measured-doppler",
+       "squint_deg",
+       "the same, the Doppler centroids measured at exact times",
+       {0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9},
+       [](double v) {
+         StabilityPlan plan = AircraftPlan();
+         plan.doppler_wavelength_m = 0.031;
+         plan.sigma = {0.83, 1.3, AzimuthUnit::kHertz};
+         for (PlannedPass& pass : plan.passes) pass.squint_rad = v * kRadPerDeg;
+         return plan;
+       }},
       {"near-nadir",
        "incidence_deg",
        "passes over the points, looking down",

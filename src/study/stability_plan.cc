@@ -242,12 +242,13 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
       }
       auto [time_s, range_m] = Measure(pass, p_m, cone);
       RandomStream noise(plan.seed + 1, MixStream(j, i));
-      double time_sigma_s = plan.sigma.azimuth;
+      double azimuth_sigma = plan.sigma.azimuth;
       if (plan.sigma.azimuth_unit == AzimuthUnit::kMetres) {
-        time_sigma_s /= std::abs(EvaluateCone(*pass.path.At(time_s), p_m, cone).rate_mps);
+        azimuth_sigma /= std::abs(EvaluateCone(*pass.path.At(time_s), p_m, cone).rate_mps);
       }
       range_m += plan.noise_1 * pass.sigma.range_m * noise.Normal();
-      time_s += plan.noise_1 * time_sigma_s * noise.Normal();
+      const bool exact_time = plan.sigma.azimuth_unit == AzimuthUnit::kHertz;
+      (exact_time ? given : time_s) += plan.noise_1 * azimuth_sigma * noise.Normal();
       if (i == 0 && j == 1) range_m += plan.blunder_1 * pass.sigma.range_m;
       looks.pass.push_back(static_cast<std::uint32_t>(i));
       looks.flags.push_back(plan.doppler_wavelength_m > 0.0 ? std::uint8_t{Looks::kDoppler}

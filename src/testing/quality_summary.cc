@@ -62,6 +62,11 @@ double AzimuthSigma_m(const Block& block, std::uint64_t look, const Eigen::Vecto
   const Pass& pass = block.passes[block.looks.pass[look]];
   const auto motion = pass.path.At(block.looks.time_s[look]);
   if (!motion) return kNotGiven;
+  if (block.MeasuresDoppler(look)) {
+    const double unit_m =
+        0.5 * pass.wavelength_m * (p_m - motion->position_m).norm() / motion->velocity_mps.norm();
+    return sigma.azimuth * unit_m;
+  }
   Cone cone;
   if (!block.looks.cone.empty()) {
     const double given = block.looks.cone[look];

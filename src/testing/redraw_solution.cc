@@ -24,9 +24,9 @@ std::uint64_t StreamOf(std::uint64_t run, std::uint64_t kind, std::uint64_t inde
   return MixStream(MixStream(run, kind), index);
 }
 
-/// Time and range at which a look has no error at the solution. The model predicts them from where
-/// it reads the path, which is nearer at every step; it reads the time from `block`, which it was
-/// made of.
+/// Time or Doppler and range at which a look has no error at the solution. The model predicts them
+/// from where it reads the path, which is nearer at every step; it reads what was measured from
+/// `block`, which it was made of.
 void SolveLook(const AdjustmentProblem& problem,
                const BlockState& state,
                std::size_t point,
@@ -35,21 +35,22 @@ void SolveLook(const AdjustmentProblem& problem,
                ExactReadings* out) {
   LookColumns columns;
   LookEvaluation at;
-  double& time_s = block->looks.time_s[look];
+  double& azimuth =
+      block->MeasuresDoppler(look) ? block->looks.cone[look] : block->looks.time_s[look];
   for (int step = 0; step < kMostSteps; ++step) {
     if (!EvaluateLook(problem.model, state, point, look, {}, &columns, &at) || at.beyond_path) {
       break;
     }
-    if (std::abs(at.error_1[1]) * at.azimuth_mps < kCloseEnough_m) {
+    if (std::abs(at.error_1[1]) * at.azimuth_unit_m < kCloseEnough_m) {
       const LookSigma sigma = problem.model.SigmaOf(look);
-      out->time_s[look] = time_s;
+      out->azimuth[look] = azimuth;
       out->range_m[look] = block->looks.range_m[look] + at.error_1[0];
-      out->time_sigma_s[look] = sigma.azimuth_unit == AzimuthUnit::kSeconds
-                                    ? sigma.azimuth
-                                    : sigma.azimuth / at.azimuth_mps;
+      out->azimuth_sigma[look] = sigma.azimuth_unit == AzimuthUnit::kMetres
+                                     ? sigma.azimuth / at.azimuth_unit_m
+                                     : sigma.azimuth;
       return;
     }
-    time_s += at.error_1[1];
+    azimuth += at.error_1[1];
   }
   throw InputError("adjust.covariance",
                    "'montecarlo' cannot repeat the look of " +
@@ -79,7 +80,7 @@ ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& st
   AdjustmentProblem exact(block, problem.groups, problem.model.simplified());
   exact.model.ScaleSigmas(problem.model.sigma_factors());
   ExactReadings out;
-  for (std::vector<double>* column : {&out.time_s, &out.range_m, &out.time_sigma_s}) {
+  for (std::vector<double>* column : {&out.range_m, &out.azimuth, &out.azimuth_sigma}) {
     column->assign(block.looks.size(), kNotGiven);
   }
   const std::vector<std::uint64_t>& offsets = block.looks.offsets;
@@ -105,7 +106,8 @@ void RedrawSolution(const AdjustmentProblem& problem,
   for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
     if (problem.look_used[i] == 0) continue;
     RandomStream random(seed, StreamOf(run, kLookKind, i));
-    block->looks.time_s[i] = exact.time_s[i] + exact.time_sigma_s[i] * random.Normal();
+    const double azimuth = exact.azimuth[i] + exact.azimuth_sigma[i] * random.Normal();
+    (block->MeasuresDoppler(i) ? block->looks.cone : block->looks.time_s)[i] = azimuth;
     block->looks.range_m[i] = exact.range_m[i] + problem.model.SigmaOf(i).range_m * random.Normal();
   }
   for (const ControlEquations& control : problem.control) {

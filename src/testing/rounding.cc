@@ -54,7 +54,8 @@ Worst OfPoint(const AdjustmentProblem& problem, const BlockState& state, std::si
     // A time is no finer in its file than it is here.
     rounding_m += kRounding_1 * std::abs(looks.time_s[i]) * motion.velocity_mps.norm();
     const LookWeights& w = problem.weights[i];
-    meet(rounding_m, std::max(w.range_per_m, w.time_per_s / motion.velocity_mps.norm()));
+    const double unit_m = problem.block.RoughAzimuthUnit_m(i, motion.velocity_mps.norm());
+    meet(rounding_m, std::max(w.range_per_m, w.azimuth_per_unit / unit_m));
   }
   worst.points = worst.part_1 > kTold_1 ? 1 : 0;
   return worst;

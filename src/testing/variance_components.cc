@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/nan.h"
@@ -79,12 +80,17 @@ std::vector<std::vector<std::size_t>> GroupsOf(const AdjustOptions& options, con
   return groups;
 }
 
+const char* UnitText(AzimuthUnit unit) {
+  return unit == AzimuthUnit::kSeconds ? "s" : unit == AzimuthUnit::kHertz ? "Hz" : "m";
+}
+
 /// Root mean square of what the used looks of a component had, and its unit.
 void FillSigmaBefore(const AdjustmentProblem& problem,
                      const std::vector<std::array<int, 2>>& component_of,
                      std::vector<VarianceComponent>* components) {
   std::vector<double> square(components->size(), 0.0);
-  std::vector<std::size_t> count(components->size(), 0), seconds(components->size(), 0);
+  std::vector<std::size_t> count(components->size(), 0);
+  std::vector<std::set<AzimuthUnit>> units(components->size());
   for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
     if (problem.look_used[i] == 0) continue;
     const LookSigma sigma = problem.block.SigmaOf(i);
@@ -93,13 +99,13 @@ void FillSigmaBefore(const AdjustmentProblem& problem,
       const double value = c == 0 ? sigma.range_m : sigma.azimuth;
       square[k] += value * value;
       ++count[k];
-      if (c == 1 && sigma.azimuth_unit == AzimuthUnit::kSeconds) ++seconds[k];
+      units[k].insert(c == 0 ? AzimuthUnit::kMetres : sigma.azimuth_unit);
     }
   }
   for (std::size_t k = 0; k < components->size(); ++k) {
     VarianceComponent& component = (*components)[k];
-    const bool mixed = seconds[k] != 0 && seconds[k] != count[k];
-    component.unit = mixed ? "" : seconds[k] != 0 ? "s" : "m";
+    const bool mixed = units[k].size() > 1;
+    component.unit = mixed ? "" : units[k].empty() ? "m" : UnitText(*units[k].begin());
     component.sigma_before =
         mixed || count[k] == 0 ? kNaN : std::sqrt(square[k] / static_cast<double>(count[k]));
   }

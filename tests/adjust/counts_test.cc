@@ -169,7 +169,7 @@ TEST(WeightsTest, TurnMetresOfAzimuthIntoSecondsAtTheTarget) {
                                         motion.velocity_mps,
                                         motion.acceleration_mps2,
                                         problem.model.ConeOf(5));
-  EXPECT_NEAR(problem.weights[5].time_per_s, -rates.doppler_mps / 1.7, 1e-9);
+  EXPECT_NEAR(problem.weights[5].azimuth_per_unit, -rates.doppler_mps / 1.7, 1e-9);
   EXPECT_DOUBLE_EQ(problem.weights[5].range_per_m, 1.0 / 0.83);
   EXPECT_LT(UpdateWeights(state, &problem), 1e-15) << "nothing moved";
 }
@@ -183,7 +183,7 @@ TEST(WeightsTest, LeaveSecondsAsTheyAre) {
   state.start_m = known.truth_m;
   state.displacement_m.assign(12, Eigen::Vector3d(400.0, -300.0, 200.0));
   UpdateWeights(state, &problem);
-  EXPECT_DOUBLE_EQ(problem.weights[5].time_per_s, 1.0 / 7.3e-3);
+  EXPECT_DOUBLE_EQ(problem.weights[5].azimuth_per_unit, 1.0 / 7.3e-3);
 }
 
 TEST(WeightsTest, TheSolutionFromFarHasTheWeightsOfTheSolution) {

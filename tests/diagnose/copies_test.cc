@@ -61,6 +61,30 @@ TEST(FindCopiesTest, FindsLooksThatAreEqualButForRounding) {
   EXPECT_FALSE(FindCopies(block).any());
 }
 
+TEST(FindCopiesTest, TellsMeasuredDopplersOfOneTimeApart) {
+  Block block = SceneBlock();
+  for (Pass& pass : block.passes) {
+    pass.wavelength_m = 0.24;
+    pass.sigma = {pass.sigma.range_m, 1.7, AzimuthUnit::kHertz};
+  }
+  Looks& looks = block.looks;
+  looks.cone.resize(looks.size());
+  looks.azimuth_sigma.clear();
+  for (std::size_t j = 0; j < block.points.size(); ++j) {
+    for (std::size_t i = looks.offsets[j]; i < looks.offsets[j + 1]; ++i) {
+      looks.flags[i] |= Looks::kDoppler;
+      looks.time_s[i] = 31.7;
+      looks.range_m[i] = 147000.0 + static_cast<double>(j % 3);
+      looks.cone[i] = 10.0 * static_cast<double>(j) + 3.0 * looks.pass[i];
+    }
+  }
+  EXPECT_FALSE(FindCopies(block).any());
+  test::AppendPointCopy(block.points.ids.Find("T17"), &block);
+  const Copies copies = FindCopies(block);
+  ASSERT_EQ(copies.remarks.size(), 1U);
+  EXPECT_THAT(copies.remarks[0], HasSubstr("T17 and copy"));
+}
+
 TEST(FindCopiesTest, NamesAPointUnderTwoIds) {
   Block block = SceneBlock();
   const std::uint32_t point = block.points.ids.Find("T17");

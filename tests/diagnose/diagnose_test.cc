@@ -114,6 +114,45 @@ TEST(DiagnoseTest, NamesTheDifferenceOfGpsAndUtc) {
   EXPECT_THAT(told.change, HasSubstr("time_s of DSC minus 18, or correction.time of DSC"));
 }
 
+/// Squinted looks with their squints as measured Dopplers, of the standard deviation that the
+/// azimuth had; the noise of the times stays in the block as one of the Dopplers.
+test::TrialBlock DopplerTrial(std::uint64_t seed) {
+  test::TrialBlock made = test::MakeTrialBlock("convergent-squint", seed);
+  Block& block = made.block;
+  Looks& looks = block.looks;
+  std::vector<double> sigma_hz(looks.size());
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    Pass& pass = block.passes[looks.pass[i]];
+    pass.wavelength_m = 0.031;
+    const double speed_mps = pass.path.At(looks.time_s[i])->velocity_mps.norm();
+    const double sigma_m = block.RoughAzimuthSigma_m(i, speed_mps);
+    looks.cone[i] = 2.0 * speed_mps * std::sin(looks.cone[i]) / pass.wavelength_m;
+    sigma_hz[i] = sigma_m * 2.0 * speed_mps / (pass.wavelength_m * looks.range_m[i]);
+  }
+  for (std::uint8_t& flags : looks.flags) flags |= Looks::kDoppler | Looks::kAzimuthHertz;
+  looks.azimuth_sigma = sigma_hz;
+  return made;
+}
+
+TEST(DiagnoseTest, NamesOneMeasuredDoppler) {
+  test::TrialBlock made = DopplerTrial(3);
+  EXPECT_TRUE(Diagnose(made.block, made.options).explanations.empty());
+  Block& block = made.block;
+  const std::uint32_t point = 11;
+  const std::size_t look = block.looks.offsets[point];
+  block.looks.cone[look] += 731.0;
+  const Diagnosis diagnosis = Diagnose(block, made.options);
+  ASSERT_FALSE(diagnosis.explanations.empty());
+  const Explanation& told = diagnosis.explanations.front();
+  EXPECT_EQ(told.points, std::vector<std::string>{std::string(block.points.ids[point])});
+  bool named = false;
+  for (const std::string& sentence : diagnosis.Sentences()) {
+    named = named || sentence.find("the Doppler of point ") != std::string::npos;
+    EXPECT_EQ(sentence.find("the time of point "), std::string::npos) << sentence;
+  }
+  EXPECT_TRUE(named) << diagnosis.Sentences().front();
+}
+
 TEST(DiagnoseTest, CountsTheSolutionsAndStaysWithinABound) {
   for (const Plant& plant : test::UnlistedErrors()) {
     const test::TrialResult result = test::RunTrial("earth-asc-desc", plant, 5);

@@ -128,16 +128,20 @@ Block RichBlock() {
     for (std::uint32_t i = 0; i < 3; ++i) {
       if ((i + j) % 4 == 3) continue;
       const bool doppler = i == 1 && j % 3 == 0, seconds = i == 2 && j % 5 == 0;
+      const bool hertz = doppler && j % 2 == 0;  // the Doppler is measured
       block.looks.pass.push_back(i);
       block.looks.flags.push_back(static_cast<std::uint8_t>(
           (j % 13 == 0 ? Looks::kRejected : 0) | (doppler ? Looks::kDoppler : 0) |
-          (seconds ? Looks::kAzimuthSeconds : 0)));
+          (seconds ? Looks::kAzimuthSeconds : 0) | (hertz ? Looks::kAzimuthHertz : 0)));
       block.looks.time_s.push_back(1.0 + 39.0 * random.Uniform());
       block.looks.range_m.push_back(12000.0 + 100.0 * random.Normal());
       block.looks.cone.push_back(doppler ? 300.0 * random.Normal()
                                          : -1.25 * static_cast<double>(j % 4) * kRadPerDeg);
       block.looks.range_sigma_m.push_back(j % 2 == 0 ? kNotGiven : 0.5 + random.Uniform());
-      block.looks.azimuth_sigma.push_back(seconds ? 1e-3 / 3.0 : i == 0 ? 0.7 : kNotGiven);
+      block.looks.azimuth_sigma.push_back(seconds  ? 1e-3 / 3.0
+                                          : hertz  ? 7.0 / 3.0
+                                          : i == 0 ? 0.7
+                                                   : kNotGiven);
       point_of_look.push_back(j);
     }
   }
@@ -179,6 +183,24 @@ TEST_F(BlockFilesTest, TheSameBlockGivesTheSameBytes) {
        {"block.toml", "points.csv.gz", "observations.csv.gz", "trajectories.csv.gz"}) {
     EXPECT_EQ(Content(folder_ / "a" / name), Content(folder_ / "b" / name)) << name;
     EXPECT_FALSE(Content(folder_ / "a" / name).empty());
+  }
+}
+
+TEST_F(BlockFilesTest, ADopplerMeasuredByEveryLookOfAPassComesBack) {  // round trip
+  Block block = RichBlock();
+  block.passes[1].sigma = {0.25, 11.0 / 3.0, AzimuthUnit::kHertz};
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (block.looks.pass[i] != 1) continue;
+    if ((block.looks.flags[i] & Looks::kDoppler) == 0) block.looks.cone[i] = 17.0 / 3.0;
+    block.looks.flags[i] |= Looks::kDoppler;
+  }
+  WriteBlock(folder_, block, {}, nullptr);
+  EXPECT_THAT(Content(folder_ / "block.toml"),
+              testing::HasSubstr("\ndoppler_sigma_hz = 3.6666666666666665\n"));
+  const Block read = ReadBlock(folder_).block;
+  ExpectSame(read, block);
+  for (std::size_t i = 0; i < read.looks.size(); ++i) {
+    EXPECT_EQ(read.MeasuresDoppler(i), read.looks.pass[i] == 1);
   }
 }
 

@@ -44,8 +44,8 @@ TEST_P(PredictedLookTest, IsTheTimeAndTheRangeOfThePath) {
       LookEvaluation at;
       ASSERT_TRUE(EvaluateLook(problem.model, state, point, i, {}, &columns, &at));
       // Coordinates are rounded to 1e-9 m. The path is a cubic, and continued as one.
-      EXPECT_NEAR(at.error_1[1] * at.azimuth_mps,
-                  (*predicted_s - block.looks.time_s[i]) * at.azimuth_mps,
+      EXPECT_NEAR(at.error_1[1] * at.azimuth_unit_m,
+                  (*predicted_s - block.looks.time_s[i]) * at.azimuth_unit_m,
                   3e-7);
       EXPECT_NEAR(at.error_1[0], range_m - block.looks.range_m[i], 3e-7);
       EXPECT_GT(std::abs(at.error_1[1]), 1e-9);

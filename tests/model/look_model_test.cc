@@ -124,6 +124,7 @@ struct Case {
   double squint_deg;
   bool doppler;
   Groups groups;
+  bool measured = false;  ///< the Dopplers are, at exact times
 };
 std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
 
@@ -136,6 +137,7 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
   test::BlockPlan plan = c.orbit ? test::OrbitPlan(c.squint_deg, c.doppler)
                                  : test::AircraftPlan(c.squint_deg, c.doppler);
   plan.points = 2;
+  if (c.measured) plan.sigma = {0.7, 3.1, AzimuthUnit::kHertz};
   const test::KnownBlock known = test::MakeBlock(plan);
   const Block& block = known.block;
   const double length_s = block.passes[0].end_s - block.passes[0].start_s;
@@ -176,31 +178,32 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
       auto p = test::Cast<Digits50>(start_m) + test::Cast<Digits50>(displacement_m);
       const auto errors = twin.Errors(i, p, value);
       EXPECT_NEAR(at.error_1[0], static_cast<double>(errors.range), error_bound_m);
-      EXPECT_NEAR(at.error_1[1] * at.azimuth_mps,
-                  static_cast<double>(errors.time) * at.azimuth_mps,
+      EXPECT_NEAR(at.error_1[1] * at.azimuth_unit_m,
+                  static_cast<double>(errors.azimuth) * at.azimuth_unit_m,
                   error_bound_m);
 
       // Norm of the columns of one unit: what 1e-12 is relative to. (Not row by row: at zero
       // Doppler the range partial by time is what is left of 7 km/s.)
       std::map<std::string, double> square;
       std::vector<std::pair<std::string, Eigen::Vector2d>> differences;
-      const auto compare =
-          [&](const std::string& unit, const Eigen::Vector2d& computed, Digits50* variable) {
-            const Digits50 middle = *variable;
-            *variable = middle + step;
-            const auto above = twin.Errors(i, p, value);
-            *variable = middle - step;
-            const auto below = twin.Errors(i, p, value);
-            *variable = middle;
-            const Eigen::Vector2d expected(
-                static_cast<double>((above.range - below.range) / (2 * step)),
-                at.azimuth_mps * static_cast<double>((above.time - below.time) / (2 * step)));
-            square[unit] += expected.squaredNorm();
-            differences.emplace_back(unit, computed - expected);
-          };
+      const auto compare = [&](const std::string& unit,
+                               const Eigen::Vector2d& computed,
+                               Digits50* variable) {
+        const Digits50 middle = *variable;
+        *variable = middle + step;
+        const auto above = twin.Errors(i, p, value);
+        *variable = middle - step;
+        const auto below = twin.Errors(i, p, value);
+        *variable = middle;
+        const Eigen::Vector2d expected(
+            static_cast<double>((above.range - below.range) / (2 * step)),
+            at.azimuth_unit_m * static_cast<double>((above.azimuth - below.azimuth) / (2 * step)));
+        square[unit] += expected.squaredNorm();
+        differences.emplace_back(unit, computed - expected);
+      };
       for (Eigen::Index k = 0; k < 3; ++k) {
         compare("point",
-                {at.by_point(0, k), at.azimuth_mps * at.by_point(1, k)},
+                {at.by_point(0, k), at.azimuth_unit_m * at.by_point(1, k)},
                 &p[static_cast<std::size_t>(k)]);
       }
       int column = 0;
@@ -212,7 +215,7 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
               layout.parameters[static_cast<std::size_t>(parameters.offset + k)];
           compare(parameter.unit,
                   {at.row[0][static_cast<std::size_t>(column)],
-                   at.azimuth_mps * at.row[1][static_cast<std::size_t>(column)]},
+                   at.azimuth_unit_m * at.row[1][static_cast<std::size_t>(column)]},
                   &values[{parameter.owner, parameter.name}]);
         }
       }
@@ -243,7 +246,13 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"orbit_times", true, 21.7, false, Groups::kTimes},
                     Case{"orbit_zero_doppler", true, 0.0, false, Groups::kSplines},
                     Case{"orbit_squint", true, 21.7, false, Groups::kPolynomials},
-                    Case{"orbit_doppler", true, -3.3, true, Groups::kSplines}),
+                    Case{"orbit_doppler", true, -3.3, true, Groups::kSplines},
+                    Case{"aircraft_measured", false, 6.1, true, Groups::kPolynomials, true},
+                    Case{"aircraft_measured_times", false, 20.0, true, Groups::kTimes, true},
+                    Case{"straight_measured", false, -17.3, true, Groups::kStraight, true},
+                    Case{"orbit_measured", true, 21.7, true, Groups::kPolynomials, true},
+                    Case{"orbit_measured_times", true, -3.3, true, Groups::kTimes, true},
+                    Case{"orbit_measured_splines", true, 0.0, true, Groups::kSplines, true}),
     [](const testing::TestParamInfo<Case>& tested) { return std::string(tested.param.name); });
 
 /// One look of an aircraft block with time bias and troposphere.

@@ -90,7 +90,7 @@ TwinVertical<T> VerticalOf(const Frame& frame, const Vec<T>& p) {
 template <typename T>
 struct TwinErrors {
   T range;
-  T time;
+  T azimuth;  ///< of the time, or of a measured Doppler
 };
 
 /// The model of one look. `Value(owner, name)` gives a parameter's value.
@@ -143,7 +143,9 @@ class LookModelTwin {
       return axes[axis] + (dt / (T(2) * step)) * (axes_later[axis] - axes_earlier[axis]);
     };
     Vec<T> d;
-    const auto off_cone = [&](const T& dt) {
+    const bool measures_doppler = block_.MeasuresDoppler(look);
+    // e_d a time dt later, with df added to a Doppler.
+    const auto off_cone_at = [&](const T& dt, const T& df) {
       const Vec<T> v = s1 + dt * s2 + (dt * dt / T(2)) * at.jerk;
       d = p - (s0 + dt * (s1 + (dt / T(2)) * (s2 + (dt / T(3)) * at.jerk)));
       const Vec<T> cone_axis = v + Norm(v) * (across * turned(1, dt) + up * turned(2, dt));
@@ -151,9 +153,13 @@ class LookModelTwin {
       if ((block_.looks.flags[look] & Looks::kDoppler) != 0) {
         using std::asin;
         // f_D = 2 v.d / (lambda rho), d along the cone
-        tau = asin(T(pass.wavelength_m) * cone / (T(2) * Norm(cone_axis)));
+        tau = asin(T(pass.wavelength_m) * (cone + df) / (T(2) * Norm(cone_axis)));
       }
       return Dot(Unit(cone_axis), d) - Norm(d) * sin(tau + squint_bias);
+    };
+    // The time at which the cone holds the point, or the Doppler whose cone does at an exact time.
+    const auto off_cone = [&](const T& error) {
+      return measures_doppler ? off_cone_at(T(0), error) : off_cone_at(error, T(0));
     };
     using std::abs;
     T dt0 = 0, off0 = off_cone(dt0), dt = off0 / Norm(s1);

@@ -79,6 +79,31 @@ TEST(SimulateTest, WritesDopplerCentroids) {  // f = 2 v sin(tau)/lambda, closed
   EXPECT_EQ(simulated.block.looks.flags[3], Looks::kDoppler);
 }
 
+TEST(SimulateTest, AddsNoiseToMeasuredDopplersAndLeavesTheirTimes) {
+  Scene scene = test::SmallScene();
+  scene.flights[0].squint_rad = 0.03;
+  scene.flights[0].wavelength_m = 0.0566;
+  scene.looks.doppler = true;
+  scene.looks.azimuth = {kNotGiven, 2.3, AzimuthUnit::kHertz};
+  SimulatedBlock simulated = Simulate(scene);
+  const double exact_hz = 2.0 * 173.0 * std::sin(0.03) / 0.0566;  // closed form
+  for (const std::uint64_t seed : {scene.seed, scene.seed + 1}) {
+    Redraw(scene, seed, {.measurements = true, .navigation = false, .control = false}, &simulated);
+    const Looks& looks = simulated.block.looks;
+    double square = 0.0, count = 0.0;
+    for (std::size_t i = 0; i < looks.size(); ++i) {
+      EXPECT_TRUE(simulated.block.MeasuresDoppler(i));
+      EXPECT_EQ(looks.time_s[i],
+                simulated.exact.time_s[i] - simulated.errors[looks.pass[i]].time_bias_s);
+      if (looks.pass[i] != 0) continue;
+      const double off_1 = (looks.cone[i] - exact_hz) / 2.3;
+      square += off_1 * off_1;
+      count += 1.0;
+    }
+    EXPECT_TRUE(ChiSquareInterval(0.9999, count).Contains(square)) << square << " of " << count;
+  }
+}
+
 TEST(SimulateTest, BoundsTheSwathByLookAngleAndSlantRangeToo) {
   // Over flat ground the three kinds describe the same strip: two routes.
   Scene scene = test::SmallScene();

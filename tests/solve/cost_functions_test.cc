@@ -57,7 +57,7 @@ struct SphereAndCone {
       dt += e_d / motion.velocity_mps.norm();  // the rate but for some tenths
     }
     residuals[0] = w.range_per_m * (rho - range_m + range[0] + range[1] * rho);
-    residuals[1] = w.time_per_s * dt;
+    residuals[1] = w.azimuth_per_unit * dt;
     return true;
   }
 };

@@ -122,7 +122,10 @@ AdjustOptions OptionsOf(const Scene& scene, const Block& block) {
   return options;
 }
 
-SceneStatistics RunDraws(const Scene& scene, std::size_t draws, std::uint64_t first_seed) {
+SceneStatistics RunDraws(const Scene& scene,
+                         std::size_t draws,
+                         std::uint64_t first_seed,
+                         const std::function<void(Block*)>& edit) {
   SimulatedBlock simulated = Simulate(scene);
   const Block& block = simulated.block;
   AdjustOptions options = OptionsOf(scene, block);
@@ -139,7 +142,9 @@ SceneStatistics RunDraws(const Scene& scene, std::size_t draws, std::uint64_t fi
     RandomStream random(seed, kChoiceStream);
     const std::size_t a = ChooseOf(ties.size(), &random);
     const std::size_t b = (a + 1 + ChooseOf(ties.size() - 1, &random)) % ties.size();
-    const AdjustResult result = Adjust(block, options, {{ties[a], ties[b]}});
+    Block told = block;
+    if (edit) edit(&told);
+    const AdjustResult result = Adjust(told, options, {{ties[a], ties[b]}});
 
     sums.accepted += result.accepted() ? 1u : 0u;
     const std::vector<std::string>& reasons = result.assessment.reasons;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -52,10 +53,12 @@ struct SceneStatistics {
 };
 
 /// Redraws everything random of a scene `draws` times (seeds first_seed, first_seed + 1, ...) and
-/// adjusts each draw with the scene's own [adjust].
+/// adjusts each draw with the scene's own [adjust]; `edit`, if given, changes the block that is
+/// adjusted, not what is drawn.
 [[nodiscard]] SceneStatistics RunDraws(const Scene& scene,
                                        std::size_t draws,
-                                       std::uint64_t first_seed);
+                                       std::uint64_t first_seed,
+                                       const std::function<void(Block*)>& edit = {});
 
 /// SARBLOCK_DRAWS, 200 without it; throws InputError where it is no whole number above 0.
 [[nodiscard]] std::size_t DrawsAsked();

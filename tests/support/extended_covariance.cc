@@ -122,9 +122,9 @@ class Normals {
     const auto add =
         [&](std::size_t column, const TwinErrors<Digits>& after, const TwinErrors<Digits>& before) {
           const Digits r = (after.range - before.range) / (2 * step);
-          const Digits t = (after.time - before.time) / (2 * step);
+          const Digits t = (after.azimuth - before.azimuth) / (2 * step);
           range.emplace_back(column, Digits(w.range_per_m) * r);
-          time.emplace_back(column, Digits(w.time_per_s) * t);
+          time.emplace_back(column, Digits(w.azimuth_per_unit) * t);
         };
     std::pair<std::string, std::string> moved;
     Digits by = 0;

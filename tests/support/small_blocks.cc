@@ -198,6 +198,11 @@ void AddNoise(std::uint64_t seed, double factor_1, KnownBlock* known) {
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
       RandomStream random(seed, i);
       const LookSigma sigma = block.SigmaOf(i);
+      if (block.MeasuresDoppler(i)) {
+        block.looks.range_m[i] += factor_1 * sigma.range_m * random.Normal();
+        block.looks.cone[i] += factor_1 * sigma.azimuth * random.Normal();
+        continue;
+      }
       double sigma_s = sigma.azimuth;
       if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
         const Pass& pass = block.passes[block.looks.pass[i]];

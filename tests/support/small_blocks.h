@@ -56,8 +56,8 @@ void Hold(std::size_t point,
           PointRole role = PointRole::kControl,
           double correlation_en_1 = 0.0);
 
-/// Adds `factor_1` times normal noise of the looks' own standard deviations to times and ranges,
-/// the same draw for the same seed.
+/// Adds `factor_1` times normal noise of the looks' own standard deviations to ranges and times or
+/// measured Dopplers, the same draw for the same seed.
 void AddNoise(std::uint64_t seed, double factor_1, KnownBlock* known);
 
 /// Moves the path of a pass by a constant, frame axes.

@@ -74,6 +74,26 @@ TEST(MonteCarloTest, CoversWhatTheRigorousCovarianceSays) {
   EXPECT_THAT(report.sentence, testing::StartsWith("the stated covariance is realistic"));
 }
 
+// The same where the Dopplers of all passes but one are the measurements.
+TEST(MonteCarloTest, DrawsMeasuredDopplers) {
+  constexpr int kRuns = 300;
+  test::BlockPlan plan = test::AircraftPlan(15.0, true);
+  plan.sigma = {0.7, 2.1, AzimuthUnit::kHertz};
+  test::KnownBlock known = test::MakeBlock(plan);
+  known.block.passes[2].sigma = {0.7, 1.3, AzimuthUnit::kMetres};
+  test::Hold(0, {0.5, 0.8, 0.6}, &known);
+  test::Hold(7, {0.6, 0.6, 0.9}, &known);
+  test::AddNoise(8, 1.0, &known);
+  const AdjustResult result = Adjust(known.block, MonteCarloOptions(kRuns));
+  ASSERT_TRUE(result.accepted() && result.montecarlo);
+  EXPECT_EQ(result.montecarlo->runs, kRuns);
+  const Interval region = ChiSquareInterval(1.0 - 0.001 / 12.0, 3.0 * kRuns);
+  for (std::size_t j = 0; j < 12; ++j) {
+    EXPECT_TRUE(region.Contains(3.0 * kRuns * result.montecarlo->square_1[j])) << j;
+  }
+  EXPECT_TRUE(result.montecarlo->square_ratio.Agrees());
+}
+
 // A mutation kept as a test: a covariance without the corrections' part is found out.
 TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
   test::KnownBlock known = NoisyBlock();
@@ -150,7 +170,7 @@ TEST(MonteCarloTest, ExactReadingsAreThoseOfTheSolution) {
   }
   const ExactReadings exact = ReadExactly(problem, state);
   Block block = known.block;
-  block.looks.time_s = exact.time_s;
+  block.looks.time_s = exact.azimuth;
   block.looks.range_m = exact.range_m;
   AdjustmentProblem again(block, options.groups);
   UpdateWeights(state, &again);

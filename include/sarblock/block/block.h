@@ -8,6 +8,7 @@
 #include "sarblock/geodesy/frame.h"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -26,11 +27,12 @@ inline constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
 /// Side of the flight direction the antenna looks to; left is +across.
 enum class LookSide : std::int8_t { kLeft = +1, kRight = -1 };
 
-/// Standard deviation of the azimuth measurement: metres at the target or seconds.
-enum class AzimuthUnit : std::uint8_t { kMetres, kSeconds };
+/// Unit of the standard deviation of the azimuth measurement: metres at the target or seconds of a
+/// measured time, or hertz of a measured Doppler, whose time then is exact.
+enum class AzimuthUnit : std::uint8_t { kMetres, kSeconds, kHertz };
 struct LookSigma {
   double range_m = kNotGiven;
-  double azimuth = kNotGiven;  ///< [m] or [s], see azimuth_unit
+  double azimuth = kNotGiven;  ///< [m], [s] or [Hz], see azimuth_unit
   AzimuthUnit azimuth_unit = AzimuthUnit::kMetres;
 };
 
@@ -61,6 +63,7 @@ struct Looks {
     kRejected = 1,        ///< kept in the file, left out of the adjustment
     kDoppler = 2,         ///< `cone` is a Doppler centroid [Hz], else a squint angle [rad]
     kAzimuthSeconds = 4,  ///< `azimuth_sigma` is in seconds, else in metres at the target
+    kAzimuthHertz = 8,    ///< `azimuth_sigma` is in hertz: the Doppler is measured, the time exact
   };
   std::vector<std::uint64_t> offsets{0};  ///< points + 1
   std::vector<std::uint32_t> pass;        ///< index into Block::passes
@@ -112,6 +115,22 @@ struct Block {
 
   /// Standard deviations of a look: its own where given, else its pass's.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
+
+  /// Whether the azimuth measurement of a look is its Doppler, at an exact time: its standard
+  /// deviation is in hertz. Else it is the time.
+  [[nodiscard]] bool MeasuresDoppler(std::size_t look) const {
+    if ((looks.flags[look] & Looks::kDoppler) == 0) return false;
+    return looks.azimuth_sigma.empty() || std::isnan(looks.azimuth_sigma[look])
+               ? passes[looks.pass[look]].sigma.azimuth_unit == AzimuthUnit::kHertz
+               : (looks.flags[look] & Looks::kAzimuthHertz) != 0;
+  }
+
+  /// Metres at the target that a unit of what a look measures in azimuth is for an antenna of this
+  /// speed: a second is |v|, a hertz lambda R/(2 |v|). Of a time it leaves out what the flight
+  /// turns and the squint: a tenth from an orbit.
+  [[nodiscard]] double RoughAzimuthUnit_m(std::size_t look, double speed_mps) const;
+  /// Standard deviation of azimuth in metres at the target, as roughly.
+  [[nodiscard]] double RoughAzimuthSigma_m(std::size_t look, double speed_mps) const;
 };
 
 /// Sorts looks that stand in any order by point (and pass) into `Looks` order.

@@ -72,5 +72,8 @@ struct Whitening {
 [[nodiscard]] Whitening WhitenAzimuth(double range_sigma_m,
                                       double azimuth_sigma_m,
                                       const TimeRates& rates);
+/// Whitening where the time is exact and the Doppler is measured: the errors are independent,
+/// azimuth_sigma_m is that of e_d.
+[[nodiscard]] Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m);
 
 }  // namespace sarblock

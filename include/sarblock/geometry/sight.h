@@ -18,6 +18,8 @@ struct Sight {
   double range_sigma_m = 1.0;
   double azimuth_sigma = 1.0;  ///< [m] at the target or [s]
   bool azimuth_in_seconds = false;
+  /// The azimuth error is one of the Doppler at an exact time, in [m]: it moves no range.
+  bool exact_time = false;
 };
 
 enum class IntersectionOutcome {

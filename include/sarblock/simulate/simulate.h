@@ -31,6 +31,7 @@ struct ExactLooks {
   std::vector<double> time_s;   ///< cone time on the true path (model time, bias not removed)
   std::vector<double> range_m;  ///< |p - s| there
   std::vector<double> azimuth_rate_mps;  ///< |de_d/dt| there: metres at the target a second
+  std::vector<double> doppler_hz;  ///< Doppler written for it; empty where squints are written
 };
 
 /// A block whose truth is known, as reading its files gives it: recorded flights are read in the
@@ -64,6 +65,8 @@ struct SimulatedBlock {
 ///
 ///     e_d(t) = 0 with squint tau + b_tau  ->  t;      t_measured = t - b_t + sigma_t n_1
 ///     R_measured = (1 + kappa) |p - s(t)| + b_r + sigma_R n_2
+///
+/// A look whose Doppler is measured has the time t - b_t exactly and sigma_f n_1 on its Doppler.
 ///
 /// Order of points: control (C...), check (K...), tie (T...). Throws InputError (Validate) and
 /// Interrupted.
