@@ -20,7 +20,7 @@
 namespace sarblock::cli {
 namespace {
 
-enum class ImportKind { kSentinel1, kNisar, kImages };
+enum class ImportKind { kSentinel1, kNisar, kSicd, kImages };
 
 /// What grid points become; held against the orbit they are in any case.
 enum class GridUse { kNone, kCheck, kControl, kTie };
@@ -152,6 +152,8 @@ SensorImage ReadImageFile(const ImportArguments& arguments, const std::string& f
       return ReadSentinel1(file);
     case ImportKind::kNisar:
       return ReadNisar(file, arguments.frequency);
+    case ImportKind::kSicd:
+      return ReadSicd(file);
     case ImportKind::kImages:
       break;
   }
@@ -195,7 +197,9 @@ void AddGridOptions(CLI::App* command, ImportArguments* arguments) {
                                             {"tie", GridUse::kTie}};
   command
       ->add_option(
-          "--grid", arguments->grid, "What grid points become: none, check, control or tie")
+          "--grid",
+          arguments->grid,
+          "What grid points (of SICD: the scene centre) become: none, check, control or tie")
       ->transform(ChoiceOf(uses))
       ->default_str(arguments->kind == ImportKind::kSentinel1 ? "check" : "none");
   AddNumber(command,
@@ -257,17 +261,25 @@ void AddReflectorOptions(CLI::App* command, ImportArguments* arguments) {
             "Standard deviation of their positions, each axis; check without it: exactly known");
 }
 
+const char* HelpOfFiles(ImportKind kind) {
+  switch (kind) {
+    case ImportKind::kSentinel1:
+      return "Annotation files (XML), SLC or GRD";
+    case ImportKind::kNisar:
+      return "RSLC products (HDF5)";
+    case ImportKind::kSicd:
+      return "SICD images (NITF) or their metadata (XML)";
+    case ImportKind::kImages:
+      break;
+  }
+  return "Images of any kinds: Sentinel-1 annotations, RSLC of NISAR, SICD, cubes of ISIS, ISDs";
+}
+
 void AddOptions(CLI::App* command, ImportArguments* arguments) {
   ImportOptions& options = arguments->options;
-  const bool sentinel1 = arguments->kind == ImportKind::kSentinel1;
-  const bool nisar = arguments->kind == ImportKind::kNisar;
-  command
-      ->add_option(sentinel1 ? "annotations" : "images",
-                   arguments->images,
-                   sentinel1 ? "Annotation files (XML), SLC or GRD"
-                   : nisar   ? "RSLC products (HDF5)"
-                             : "Images of any kinds: Sentinel-1 annotations, RSLC of NISAR, cubes "
-                               "of ISIS, ISDs")
+  const ImportKind kind = arguments->kind;
+  const bool sentinel1 = kind == ImportKind::kSentinel1;
+  command->add_option(sentinel1 ? "annotations" : "images", arguments->images, HelpOfFiles(kind))
       ->required();
   AddMatchOptions(command, &arguments->matches);
   AddReflectorOptions(command, arguments);
@@ -279,7 +291,7 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
             sentinel1 ? "--azimuth-sigma-m,--sigma-azimuth-m" : "--azimuth-sigma-m",
             &options.azimuth_sigma_m,
             "Of the looks' azimuth (left out: a line, evenly spread)");
-  if (!sentinel1) {
+  if (kind == ImportKind::kNisar || kind == ImportKind::kImages) {
     const std::map<std::string, NisarFrequency> frequencies{{"A", NisarFrequency::kA},
                                                             {"B", NisarFrequency::kB}};
     command->add_option("--frequency", arguments->frequency, "Which image of an RSLC: A or B")
@@ -287,7 +299,7 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
         ->default_str("A");
   }
   AddGridOptions(command, arguments);
-  AddOrbitOptions(command, arguments);
+  if (kind != ImportKind::kSicd) AddOrbitOptions(command, arguments);
   command->add_option("--id", options.pass_ids, "Ids of the passes, one an image");
   AddImportOutput(command, &arguments->output);
 }
@@ -317,6 +329,11 @@ void AddImport(CLI::App* app, Session* session) {
               ImportKind::kNisar,
               "nisar",
               "Of RSLC products of NISAR: orbits, image rasters, reflectors");
+  AddImportOf(group,
+              session,
+              ImportKind::kSicd,
+              "sicd",
+              "Of SICD images in range and zero-Doppler time: paths and image rasters");
   AddImportOf(group,
               session,
               ImportKind::kImages,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <unordered_set>
+#include <utility>
 
 #include "io/number.h"
 #include <fmt/core.h>
@@ -21,6 +22,18 @@ Ellipsoid NamedLike(const Ellipsoid& ellipsoid) {
     if (known.a_m == ellipsoid.a_m && known.flattening == ellipsoid.flattening) return known;
   }
   return ellipsoid;
+}
+
+// Places of an image file in the raster of its pass, and back.
+ImageCoordinates RasterFromFile(const ImagePass& image, const ImageCoordinates& file) {
+  if (image.axes == RasterAxes::kAzimuthDown) return file;
+  if (image.axes == RasterAxes::kRangeDown) return {file.pixel_px, file.line_px};
+  return {static_cast<double>(image.lines) - 1.0 - file.pixel_px, file.line_px};
+}
+ImageCoordinates FileFromRaster(const ImagePass& image, const ImageCoordinates& raster) {
+  if (image.axes == RasterAxes::kAzimuthDown) return raster;
+  if (image.axes == RasterAxes::kRangeDown) return {raster.pixel_px, raster.line_px};
+  return {raster.pixel_px, static_cast<double>(image.lines) - 1.0 - raster.line_px};
 }
 
 // A column of looks begins to exist with its first value.
@@ -113,7 +126,8 @@ bool BlockBuilder::Contains(const ImagePass& image, const ImageCoordinates& plac
 std::optional<ImageCoordinates> BlockBuilder::Locate(std::size_t pass,
                                                      const Eigen::Vector3d& p_m) const {
   const auto place = PlaceInImage(block_.passes[pass], p_m);
-  return place && Contains(images_[pass], *place) ? place : std::nullopt;
+  if (!place || !Contains(images_[pass], *place)) return std::nullopt;
+  return FileFromRaster(images_[pass], *place);
 }
 
 // By id, else by file: as given, by its name, or by its name without ending.
@@ -174,10 +188,12 @@ void BlockBuilder::SetMatch(const MatchedPoints& matches,
                             const MatchedPoint& row,
                             NewLook* look) const {
   const Pass& pass = block_.passes[look->pass];
-  const ImageCoordinates place{row.line_px - matches.origin_px[0],
-                               row.sample_px - matches.origin_px[1]};
+  const ImagePass& image = images_[look->pass];
+  const ImageCoordinates place = RasterFromFile(
+      image, {row.line_px - matches.origin_px[0], row.sample_px - matches.origin_px[1]});
   const auto radar = RadarFromImage(*pass.image, place);
-  const bool inside = Contains(images_[look->pass], place);
+  const bool inside = Contains(image, place);
+  const bool range_down = image.axes != RasterAxes::kAzimuthDown;
   if (!inside || !radar || !pass.path.At(radar->time_s)) {
     throw InputError(FilePlace{matches.file, row.file_line, "line"},
                      fmt::format("line {} and sample {} are outside image {}: {}",
@@ -185,21 +201,34 @@ void BlockBuilder::SetMatch(const MatchedPoints& matches,
                                  NumberText(row.sample_px),
                                  Quoted(row.image),
                                  !inside ? fmt::format("it has {} lines and {} samples",
-                                                       images_[look->pass].lines,
-                                                       images_[look->pass].samples)
+                                                       range_down ? image.samples : image.lines,
+                                                       range_down ? image.lines : image.samples)
                                  : radar ? "its path does not cover the time"
                                          : "they have no slant range"));
   }
   look->time_s = radar->time_s;
   look->range_m = radar->range_m;
-  if (!std::isnan(row.line_sigma_px)) {
-    look->azimuth_sigma = row.line_sigma_px * pass.image->line_interval_s;
+  const double azimuth_px = range_down ? row.sample_sigma_px : row.line_sigma_px;
+  const double range_px = range_down ? row.line_sigma_px : row.sample_sigma_px;
+  if (!std::isnan(azimuth_px)) {
+    look->azimuth_sigma = azimuth_px * pass.image->line_interval_s;
     look->flags |= Looks::kAzimuthSeconds;
   }
-  if (!std::isnan(row.sample_sigma_px)) {
+  if (!std::isnan(range_px)) {
     const auto pixel_m = SlantRangePerPixel_m(*pass.image, *radar);
-    if (pixel_m) look->range_sigma_m = row.sample_sigma_px * *pixel_m;
+    if (pixel_m) look->range_sigma_m = range_px * *pixel_m;
   }
+}
+
+std::vector<PixelOffset> BlockBuilder::MatchOffsets() const {
+  std::vector<PixelOffset> offsets = offsets_.Offsets(images_.size());
+  for (std::size_t i = 0; i < images_.size(); ++i) {
+    if (images_[i].axes == RasterAxes::kAzimuthDown) continue;
+    if (images_[i].axes == RasterAxes::kRangeDownMirrored) offsets[i].line_px *= -1.0;
+    std::swap(offsets[i].line_px, offsets[i].sample_px);
+    std::swap(offsets[i].line_sigma_px, offsets[i].sample_sigma_px);
+  }
+  return offsets;
 }
 
 Block BlockBuilder::Finish() {

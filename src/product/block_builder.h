@@ -17,14 +17,24 @@
 
 namespace sarblock {
 
+/// How the lines and samples of an image file lie in the raster of its pass (ImageGrid), whose
+/// lines are azimuth and whose pixels are range.
+enum class RasterAxes : std::uint8_t {
+  kAzimuthDown,        ///< as in the raster
+  kRangeDown,          ///< lines are range, samples azimuth
+  kRangeDownMirrored,  ///< likewise, samples counted against time
+};
+
 /// One image as a pass without looks. Its times count from the epoch that SetEpoch() gave it.
 struct ImagePass {
   std::string file;  ///< for messages, and a name of the image
   Ellipsoid ellipsoid;
+  UtcTime first_line{};
   Pass pass{};
   std::optional<std::array<double, 2>> span_s{};  ///< of the strip; nothing: that of its looks
   std::size_t lines = 0, samples = 0;             ///< of the raster; 0: not known
-  std::optional<RadarCoordinates> middle{};       ///< a place about the middle of the image
+  RasterAxes axes = RasterAxes::kAzimuthDown;
+  std::optional<RadarCoordinates> middle{};  ///< a place about the middle of the image
 };
 
 /// Relative; ellipsoids of one body differ by less.
@@ -66,15 +76,13 @@ class BlockBuilder {
   void AddLook(const NewLook& look);
   /// Adds the looks of matched points, which are new tie points where no point has their name.
   void AddMatches(const MatchedPoints& matches);
-  /// Where a place is seen in an image; nothing outside of it.
+  /// Line and sample of the image file where a place is seen; nothing outside of it.
   [[nodiscard]] std::optional<ImageCoordinates> Locate(std::size_t pass,
                                                        const Eigen::Vector3d& p_m) const;
 
   /// Looks of matched points by pass, and offsets of those whose point has a position.
   [[nodiscard]] const std::vector<std::size_t>& MatchCounts() const { return match_counts_; }
-  [[nodiscard]] std::vector<PixelOffset> MatchOffsets() const {
-    return offsets_.Offsets(images_.size());
-  }
+  [[nodiscard]] std::vector<PixelOffset> MatchOffsets() const;
   [[nodiscard]] Block Finish();
 
  private:

@@ -4,6 +4,7 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -124,7 +125,95 @@ ImageGrid ImageOf(const RadarImage& image, RangePolynomialTimes reading, double 
   return grid;
 }
 
+/// Times of closest approach of the first and the last column; those between are evenly spaced.
+struct ColumnTimes {
+  double first_s = 0.0, last_s = 0.0;
+};
+ColumnTimes EvenTimes(const SicdImage& image) {
+  const auto time_s = [&image](double column) {
+    return ValueOf(image.closest_time_s, image.Azimuth_m(column));
+  };
+  const double last = static_cast<double>(image.columns - 1);
+  const ColumnTimes times{time_s(0.0), time_s(last)};
+  const FilePlace place{image.file, 0, "SICD.RMA.INCA.TimeCAPoly"};
+  constexpr int kParts = 64;
+  constexpr double kEven_s = 1e-9;  // 7.5 um of flight
+  for (int k = 0; k <= kParts; ++k) {
+    const double part = static_cast<double>(k) / kParts;
+    const double even_s = times.first_s + part * (times.last_s - times.first_s);
+    if (!(std::abs(time_s(part * last) - even_s) <= kEven_s)) {
+      throw InputError(place, "is not linear over the columns of the image, which is needed");
+    }
+  }
+  if (!(std::abs(times.last_s - times.first_s) > kEven_s)) {
+    throw InputError(place, "gives the same time to all columns");
+  }
+  return times;
+}
+
+// States of the polynomial over the collection and all columns, a second beyond both ends: the
+// cubic between them is within 0.1 um of the motion of a satellite.
+FlightPath PathOfPolynomial(const SicdImage& image, const ColumnTimes& columns, double shift_s) {
+  constexpr double kMargin_s = 1.0, kStep_s = 1.0, kLongest_s = 86400.0;
+  const auto [least_s, most_s] = std::minmax(
+      {0.0, image.duration_s, columns.first_s, columns.last_s, ValueOf(image.closest_time_s, 0.0)});
+  if (!(most_s - least_s <= kLongest_s)) {
+    throw InputError(FilePlace{image.file, 0, "SICD.Timeline.CollectDuration"},
+                     "with the times of the columns spans more than a day");
+  }
+  const double start_s = least_s - kMargin_s;
+  const auto steps = static_cast<std::size_t>(std::ceil((most_s + kMargin_s - start_s) / kStep_s));
+  std::vector<StateVector> states;
+  for (std::size_t k = 0; k <= steps; ++k) {
+    StateVector state;
+    const double time_s = start_s + static_cast<double>(k) * kStep_s;
+    state.time_s = time_s + shift_s;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const SicdPolynomial& path_m = image.path_m[axis];
+      const auto i = static_cast<Eigen::Index>(axis);
+      state.position_m[i] = ValueOf(path_m, time_s);
+      state.velocity_mps[i] = ValueOf(DerivativeOf(path_m), time_s);
+    }
+    states.push_back(state);
+  }
+  try {
+    return FlightPath(std::move(states));
+  } catch (const InputError& error) {
+    throw InputError(FilePlace{image.file, 0, "SICD.Position.ARPPoly"}, error.what());
+  }
+}
+
 }  // namespace
+
+ImagePass PassOfSicd(const SicdImage& given) {
+  ImagePass image{.file = given.file, .ellipsoid = NamedEllipsoid("WGS84")};
+  const ColumnTimes times = EvenTimes(given);
+  const double least_s = std::min(times.first_s, times.last_s);
+  const double most_s = std::max(times.first_s, times.last_s);
+  image.axes =
+      times.last_s > times.first_s ? RasterAxes::kRangeDown : RasterAxes::kRangeDownMirrored;
+  image.lines = given.columns;
+  image.samples = given.rows;
+  image.first_line = AddSeconds(given.start, least_s);
+  Pass& pass = image.pass;
+  pass.id = std::filesystem::path(given.file).stem().string();
+  const UtcTime epoch = SetEpoch(image.first_line, &pass);
+  const double shift_s = SecondsBetween(epoch, given.start);
+  pass.side = given.side;
+  pass.wavelength_m = given.wavelength_m;
+  pass.path = PathOfPolynomial(given, times, shift_s);
+  ImageGrid grid;
+  grid.first_line_s = least_s + shift_s;
+  grid.line_interval_s = (most_s - least_s) / static_cast<double>(given.columns - 1);
+  grid.near_range_m = given.ClosestRange_m(0.0);
+  grid.range_spacing_m = given.row_spacing_m;
+  CheckImageGrid(grid);
+  pass.image = grid;
+  image.span_s = {least_s + shift_s, most_s + shift_s};
+  image.middle = {0.5 * (least_s + most_s) + shift_s,
+                  given.ClosestRange_m(0.5 * static_cast<double>(given.rows - 1))};
+  return image;
+}
 
 ImagePass PassOfSentinel1(const Sentinel1Product& product,
                           const std::vector<OrbitFile>& orbits,
@@ -134,6 +223,7 @@ ImagePass PassOfSentinel1(const Sentinel1Product& product,
   Pass& pass = image.pass;
   pass.id = product.mission + "_" + product.swath + "_" + product.polarisation + "_" +
             CompactTime(product.first_line);
+  image.first_line = product.first_line;
   const UtcTime epoch = SetEpoch(product.first_line, &pass);
   pass.wavelength_m = product.wavelength_m;
   pass.path = PathThroughOrbit(product.file,
@@ -161,6 +251,7 @@ ImagePass PassOfNisar(const NisarProduct& product,
   Pass& pass = image.pass;
   pass.id = "NISAR_" + product.band + "_" + product.frequency.back() + "_" +
             CompactTime(product.first_line);
+  image.first_line = product.first_line;
   const UtcTime epoch = SetEpoch(product.first_line, &pass);
   pass.side = product.side;
   pass.wavelength_m = product.wavelength_m;
@@ -194,7 +285,8 @@ ImagePass PassOfRadarImage(const RadarImage& given, RangePolynomialTimes range_p
   ImagePass image{.file = given.file, .ellipsoid = given.ellipsoid};
   Pass& pass = image.pass;
   pass.id = std::filesystem::path(given.file).stem().string();
-  const UtcTime epoch = SetEpoch(UtcOfEphemerisTime(given.first_line_s), &pass);
+  image.first_line = UtcOfEphemerisTime(given.first_line_s);
+  const UtcTime epoch = SetEpoch(image.first_line, &pass);
   const double epoch_s = EphemerisTime_s(epoch);
   pass.side = given.side;
   pass.wavelength_m = given.wavelength_m;

@@ -11,7 +11,6 @@
 
 #include "block_builder.h"
 #include "core/units.h"
-#include "ephemeris_time.h"
 #include "grid_fit.h"
 #include "image_passes.h"
 #include "reflector_points.h"
@@ -129,6 +128,17 @@ void ForGrid(const NisarProduct& product,
   }
 }
 
+// The scene centre point, which the metadata place in the image and on the ground.
+template <typename Row, typename Point>
+void ForGrid(const SicdImage& image, const UtcTime& epoch, const Row& row, const Point& point) {
+  row(static_cast<int>(image.centre_column_px - image.first_column_px), false);
+  point(GridPlace{"SCP",
+                  {SecondsBetween(epoch, image.start) + ValueOf(image.closest_time_s, 0.0),
+                   image.closest_range_m,
+                   Frame::Geocentric(NamedEllipsoid("WGS84")).GeodeticFromFrame(image.centre_m)},
+                  0});
+}
+
 template <typename Row, typename Point>
 void ForGrid(const RadarImage& /*image*/,
              const UtcTime& /*epoch*/,
@@ -144,23 +154,17 @@ class Importer {
   void Add(const Sentinel1Product& product, const std::string& id) {
     Add(product,
         PassOfSentinel1(product, orbits_, options_, &result_.warnings),
-        product.first_line,
         product.orbit_source,
         id);
   }
   void Add(const NisarProduct& product, const std::string& id) {
-    Add(product,
-        PassOfNisar(product, options_, &result_.warnings),
-        product.first_line,
-        product.orbit_type,
-        id);
+    Add(product, PassOfNisar(product, options_, &result_.warnings), product.orbit_type, id);
+  }
+  void Add(const SicdImage& image, const std::string& id) {
+    Add(image, PassOfSicd(image), "ARPPoly", id);
   }
   void Add(const RadarImage& image, const std::string& id) {
-    Add(image,
-        PassOfRadarImage(image, RangePolynomialTimes::kGiven),
-        UtcOfEphemerisTime(image.first_line_s),
-        "",
-        id);
+    Add(image, PassOfRadarImage(image, RangePolynomialTimes::kGiven), "", id);
   }
 
   ImportedBlock Finish() {
@@ -177,10 +181,10 @@ class Importer {
   template <typename Product>
   void Add(const Product& product,
            ImagePass image,
-           const UtcTime& first_line,
            const std::string& orbit_source,
            const std::string& id) {
     if (!id.empty()) image.pass.id = id;
+    const UtcTime first_line = image.first_line;
     image.pass.sigma = SigmaOf(image, options_);
     ImportedProduct summary{
         .file = image.file, .pass = image.pass.id, .orbit_source = orbit_source};
@@ -258,6 +262,7 @@ class Importer {
         left ? "right" : "left",
         left ? "left" : "right"));
   }
+  void SetSide(const SicdImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
   void SetSide(const RadarImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
 
   template <typename Product>

@@ -44,12 +44,16 @@ OrbitFile ReadOrbitFile(const std::string& file) { return ParseOrbitFile(ReadXml
 SensorImage ReadSensorImage(const std::string& file, NisarFrequency frequency) {
   const std::string front = FrontOf(file);
   if (front.starts_with("\x89HDF")) return ReadNisar(file, frequency);
-  if (front.starts_with("<")) return ReadSentinel1(file);
+  if (front.starts_with("NITF") || front.starts_with("NSIF")) return ReadSicd(file);
+  if (front.starts_with("<")) {
+    if (front.find("<SICD") != std::string::npos) return ReadSicd(file);
+    return ReadSentinel1(file);
+  }
   if (front.starts_with("{")) return ReadCsmIsd(file);
   if (front.starts_with("Object")) return ReadIsisCube(file);
   throw InputError(FilePlace{file, 0, ""},
                    "is no image that is read: a Sentinel-1 annotation (XML), an RSLC of NISAR "
-                   "(HDF5), a cube of ISIS or an ISD (JSON) is needed");
+                   "(HDF5), a SICD image (NITF, XML), a cube of ISIS or an ISD (JSON) is needed");
 }
 
 }  // namespace sarblock

@@ -78,6 +78,7 @@ class ForeignFilesTest : public test::CliTest {
           "6"},
          ""},
         {"import nisar", {"import", "nisar", folder_ / "rslc.h5", "--grid", "check"}, ""},
+        {"import sicd", {"import", "sicd", corpus / "sicd/plain.xml"}, ""},
         {"import images", {"import", "images", annotation, folder_ / "rslc.h5"}, ""},
         {"intersect", {"intersect", block, "--report"}, ""},
         {"predict", {"predict", block, "--gzip"}, ""},
