@@ -63,6 +63,8 @@ XmlElement Inca(const XmlElement& root) {
 SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   const XmlFile xml(text, file, "SICD");
   const XmlElement root = xml.Root();
+  const XmlElement type = root.Child("CollectionInfo").Child("CollectType");
+  if (type.Text() != "MONOSTATIC") type.Fail("'" + type.Text() + "' is not read, MONOSTATIC is");
   const XmlElement inca = Inca(root);
   const XmlElement data = root.Child("ImageData"), grid = root.Child("Grid");
   const XmlElement timeline = root.Child("Timeline");

@@ -108,6 +108,7 @@ TEST_F(SicdTest, OtherKindsOfImagesAndNonsenseAreRefusedWithLineAndElement) {
     EXPECT_THAT(Refusal(Replaced(Text(), from, to)), HasSubstr(message)) << from;
   };
   expect("RGZERO", "RGAZIM", "SICD.Grid.Type: 'RGAZIM' is not read: RGZERO of an RMA/INCA");
+  expect("MONOSTATIC", "BISTATIC", "CollectType: 'BISTATIC' is not read, MONOSTATIC is");
   expect("<INCA>", "<RMAT>", "is not valid XML");
   expect("<SideOfTrack>R", "<SideOfTrack>S", "'S' is not allowed, L or R is");
   expect("<NumRows>400", "<NumRows>1", "NumRows: is below 2");

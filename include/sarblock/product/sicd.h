@@ -49,9 +49,9 @@ struct SicdImage {
 
 /// Reads the metadata of a SICD image: a NITF file (2.1, or NSIF 1.0) with the XML in a data
 /// extension segment, or the XML alone; pixels are never read. Throws InputError with file, line
-/// and element for what is missing or makes no sense, for sizes that the file does not hold and for
-/// images that are not RMA/INCA of grid type RGZERO: of others the Doppler, not the time, is what
-/// the image measures. docs/import_sicd.md.
+/// and element for what is missing or makes no sense, for sizes that the file does not hold, for
+/// bistatic images and for images that are not RMA/INCA of grid type RGZERO: of others the Doppler,
+/// not the time, is what the image measures. docs/import_sicd.md.
 [[nodiscard]] SicdImage ReadSicd(const std::string& file);
 /// The same of bytes in memory; `file` is for messages.
 [[nodiscard]] SicdImage ParseSicd(std::string_view bytes, const std::string& file);
