@@ -41,29 +41,32 @@ std::string NamesOfPairs(const Block& block,
 void FindPasses(const Block& block, Copies* copies) {
   const Looks& looks = block.looks;
   std::vector<std::size_t> of_pass(block.passes.size(), 0);
-  std::map<PassPair, std::size_t> equal;
+  std::map<PassPair, std::vector<std::size_t>> equal;  // looks of the later pass
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       ++of_pass[looks.pass[i]];
       for (std::size_t j = i + 1; j < looks.offsets[point + 1]; ++j) {
         if (looks.pass[i] != looks.pass[j] && AreEqual(block, i, j)) {
-          ++equal[std::minmax(looks.pass[i], looks.pass[j])];
+          equal[std::minmax(looks.pass[i], looks.pass[j])].push_back(
+              looks.pass[i] < looks.pass[j] ? j : i);
         }
       }
     }
   }
-  for (const auto& [pair, count] : equal) {
+  for (const auto& [pair, copied] : equal) {
     const auto& [a, b] = pair;
-    if (count < kLeastEqual || 2 * count < std::min(of_pass[a], of_pass[b])) continue;
+    if (copied.size() < kLeastEqual || 2 * copied.size() < std::min(of_pass[a], of_pass[b])) {
+      continue;
+    }
     if (std::find(copies->passes.begin(), copies->passes.end(), b) != copies->passes.end()) {
       continue;  // of three copies the second and the third are named
     }
     copies->passes.push_back(b);
-    copies->remarks.push_back("pass " + block.passes[b].id + ": " + std::to_string(count) +
+    copies->looks.insert(copies->looks.end(), copied.begin(), copied.end());
+    copies->remarks.push_back("pass " + block.passes[b].id + ": " + std::to_string(copied.size()) +
                               " of its " + std::to_string(of_pass[b]) +
                               " looks equal those of pass " + block.passes[a].id +
-                              ": one is a copy, its measurements count twice and standard "
-                              "deviations come out too small");
+                              ": one is a copy; these looks count once, remove one of the passes");
   }
 }
 
@@ -118,12 +121,8 @@ Copies FindCopies(const Block& block) {
 }
 
 void CountOnce(const Copies& copies, Block* block) {
-  std::vector<std::uint8_t> pass(block->passes.size(), 0);
-  for (const std::uint32_t p : copies.passes) pass[p] = 1;
   Looks& looks = block->looks;
-  for (std::size_t i = 0; i < looks.size(); ++i) {
-    if (pass[looks.pass[i]] != 0) looks.flags[i] |= Looks::kRejected;
-  }
+  for (const std::size_t look : copies.looks) looks.flags[look] |= Looks::kRejected;
   for (const std::uint32_t point : copies.points) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       looks.flags[i] |= Looks::kRejected;

@@ -15,6 +15,7 @@ inline constexpr double kEqual_1 = 1e-3;
 struct Copies {
   std::vector<std::string> remarks;   ///< a sentence a copied pass, and one of points
   std::vector<std::uint32_t> passes;  ///< copies of an earlier pass
+  std::vector<std::size_t> looks;     ///< of these passes, equal to those of the earlier ones
   std::vector<std::uint32_t> points;  ///< copies of an earlier point
   [[nodiscard]] bool any() const { return !remarks.empty(); }
 };
@@ -24,7 +25,7 @@ struct Copies {
 /// The same, and points all whose looks are those of another one: n log n in the looks.
 [[nodiscard]] Copies FindCopies(const Block& block);
 
-/// Rejects the looks of passes and points that are copies, so that they count once.
+/// Rejects the looks that are copies, so that they count once.
 void CountOnce(const Copies& copies, Block* block);
 
 }  // namespace sarblock

@@ -8,7 +8,6 @@
 #include <map>
 #include <utility>
 
-#include "copies.h"
 #include "core/median.h"
 #include "core/number_text.h"
 #include <Eigen/Geometry>
@@ -245,7 +244,6 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
     add(std::move(remark));
   }
   add(PointsRemark(block, looks, medians));
-  for (std::string& remark : FindCopiedPasses(block).remarks) add(std::move(remark));
   return remarks;
 }
 

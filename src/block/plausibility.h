@@ -15,11 +15,9 @@ namespace sarblock {
 ///     the ellipsoid, or in a local frame the known points);
 ///   - the known points (control and check) of a pass and its looks: side, range, place along the
 ///     flight;
-///   - a known point alone and the others of its passes;
-///   - the looks of two passes, which are never equal unless one is a copy (copies.h).
+///   - a known point alone and the others of its passes.
 /// Errors of paths that navigation may have, up to some per cent of the range, draw no remark:
-/// mistakes of units, frames, sides, files and names do. Linear in the looks but for a sort of
-/// those of each point.
+/// mistakes of units, frames, sides, files and names do. Linear in the looks.
 [[nodiscard]] std::vector<std::string> ExaminePlausibility(const Block& block);
 
 /// Throws InputError naming a pass of a geocentric frame whose path runs nearer to the centre than

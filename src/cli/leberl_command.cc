@@ -5,10 +5,14 @@
 #include "sarblock/paper/paper_table.h"
 #include "sarblock/paper/single_flight.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
+#include <tuple>
 #include <vector>
 
+#include "columns.h"
 #include "core/nan.h"
 #include "core/units.h"
 #include "environment.h"
@@ -26,8 +30,19 @@ std::string CellText(const std::optional<double>& value) {
 
 Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
+/// A note below its row, one statement a line.
+std::string LinesOf(std::string_view note) {
+  std::string out;
+  while (!note.empty()) {
+    const std::size_t end = std::min(note.find("; "), note.size());
+    out.append("    ").append(note.substr(0, end)).append("\n");
+    note.remove_prefix(std::min(end + 2, note.size()));
+  }
+  return FitColumns(out);
+}
+
 int PrintTable1(bool csv, const Session& session) {
-  const std::vector<Table1Cell> cells = PaperTable1();
+  std::vector<Table1Cell> cells = PaperTable1();
   if (session.json) {
     Json list = Json::array();
     for (const Table1Cell& c : cells) {
@@ -67,25 +82,30 @@ int PrintTable1(bool csv, const Session& session) {
                  CsvText(c.note));
     }
   } else {
-    fmt::print("Leberl (1979), Table 1: errors in metres\n\n");
-    fmt::print("{:<9}{:<5}{:<9}{:<7}{:>6}{:>9}{:>12}{:>12}{:>12}  {}\n",
-               "",
-               "",
-               "of",
-               "by",
-               "m",
-               "printed",
-               "formula",
-               "derivative",
-               "exact",
-               "verdict");
+    // One heading a column of the paper's table: aircraft before VOIR, near before far.
+    std::stable_sort(cells.begin(), cells.end(), [](const Table1Cell& a, const Table1Cell& b) {
+      return std::tie(a.configuration, b.position) < std::tie(b.configuration, a.position);
+    });
+    fmt::print("Leberl (1979), Table 1: errors in metres\n");
     std::array<int, 4> count{};
+    std::string heading;
     for (const Table1Cell& c : cells) {
+      const std::string of = c.configuration + ", " + c.position + " range";
+      if (of != heading) {
+        heading = of;
+        fmt::print("\n{}\n{:<9}{:<7}{:>6}{:>9}{:>11}{:>12}{:>11}  verdict\n",
+                   of,
+                   "of",
+                   "by",
+                   "m",
+                   "printed",
+                   "formula",
+                   "derivative",
+                   "exact");
+      }
       const std::string quantity =
           c.dy_km ? fmt::format("{} {:.0f},{:.0f}", c.quantity, *c.dy_km, *c.dz_km) : c.quantity;
-      fmt::print("{:<9}{:<5}{:<9}{:<7}{:>6.0f}{:>9}{:>12.4f}{:>12.4f}{:>12.4f}  {}: {}\n",
-                 c.configuration,
-                 c.position,
+      fmt::print("{:<9}{:<7}{:>6.0f}{:>9}{:>11.3f}{:>12.3f}{:>11.3f}  {}\n{}",
                  quantity,
                  c.source,
                  c.size_m,
@@ -94,7 +114,7 @@ int PrintTable1(bool csv, const Session& session) {
                  c.derivative_m,
                  c.exact_m,
                  NameOf(c.verdict),
-                 c.note);
+                 LinesOf(c.note));
       ++count[static_cast<std::size_t>(c.verdict)];
     }
     fmt::print("\n{} agree, {} truncation, {} slips, {} illegible\n",
@@ -136,13 +156,13 @@ int PrintExamples(bool csv, const Session& session) {
                  NameOf(e.verdict),
                  CsvText(e.note));
     } else {
-      fmt::print("{:<48}{:>9} {:<4}{:>10.4g}  {}: {}\n",
+      fmt::print("{:<48}{:>8} {:<3}{:>9.4g} {}\n{}",
                  e.name,
                  e.printed_text,
                  e.unit,
                  e.formula,
                  NameOf(e.verdict),
-                 e.note);
+                 LinesOf(e.note));
     }
   }
   return kAccepted;

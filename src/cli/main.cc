@@ -2,6 +2,8 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/version.h"
 
+#include <unistd.h>
+
 #include <exception>
 #include <functional>
 #include <map>
@@ -108,7 +110,8 @@ int Main(int argc, char** argv) {
   MakeProgress(&session);
   const auto fail = [&session](const char* what, int code) {
     session.progress.reset();  // clears the bar's line
-    Tell(std::string("sarblock: ") + what);
+    const std::string text = std::string("sarblock: ") + what;
+    Tell(isatty(STDERR_FILENO) == 1 ? FitColumns(text) : text);  // one line for other programs
     return code;
   };
   try {

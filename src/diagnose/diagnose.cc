@@ -119,6 +119,28 @@ void SortByCost(std::vector<Candidate>* candidates) {
   });
 }
 
+/// The groups without passes of which no look takes part: nothing tells of their corrections.
+std::vector<CorrectionGroup> OfPassesWithLooks(const Block& block,
+                                               std::vector<CorrectionGroup> groups) {
+  std::vector<std::uint8_t> has_looks(block.passes.size(), 0);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (!block.looks.rejected(i)) has_looks[block.looks.pass[i]] = 1;
+  }
+  for (CorrectionGroup& group : groups) {
+    std::vector<std::string> passes;
+    for (std::size_t k = 0; k < block.passes.size(); ++k) {
+      const std::string& id = block.passes[k].id;
+      const bool asked =
+          group.passes.empty() ||
+          std::find(group.passes.begin(), group.passes.end(), id) != group.passes.end();
+      if (asked && has_looks[k] != 0) passes.push_back(id);
+    }
+    group.passes = std::move(passes);
+  }
+  std::erase_if(groups, [](const CorrectionGroup& group) { return group.passes.empty(); });
+  return groups;
+}
+
 class Diagnosing {
  public:
   Diagnosing(const Block& block, const AdjustOptions& options, ProgressSink* progress)
@@ -137,6 +159,7 @@ class Diagnosing {
     } else {
       sample = TakeSample(block_, progress_);
     }
+    groups_ = OfPassesWithLooks(sample.block, std::move(groups_));
     Trials trials(sample.block, groups_, progress_);
     const Fit before = trials.AsItIs();
     out_.contradicts = Contradicts(before);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "block/copies.h"
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
 #include "number.h"
@@ -27,6 +28,9 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   for (std::string& remark : ExaminePlausibility(reading.result.block)) {
     reading.result.warnings.push_back(std::move(remark));
   }
+  const Copies copies = FindCopiedPasses(reading.result.block);
+  CountOnce(copies, &reading.result.block);
+  for (const std::string& remark : copies.remarks) reading.result.warnings.push_back(remark);
   reading.result.block.points.ids.DropIndex();
   return std::move(reading.result);
 }

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <system_error>
 
+#include "json_reader.h"
 #include "open_tables.h"
+#include "toml_reader.h"
 #include "write_tables.h"
 
 namespace sarblock {
@@ -82,6 +84,15 @@ void CopyTable(const TableSource& source,
   ++report->tables;
 }
 
+/// Refuses a block.toml that is no TOML, a summary.json that is no JSON.
+void RequireReadable(FolderContent content, const std::string& text, const std::string& name) {
+  if (content == FolderContent::kBlock) {
+    static_cast<void>(ParseToml(text, name));
+  } else {
+    static_cast<void>(ParseJson(text, name));
+  }
+}
+
 /// Visible files of a folder that are no table of its kind.
 std::vector<std::string> LeftOut(const fs::path& folder, FolderContent content) {
   std::vector<std::string> names;
@@ -116,7 +127,8 @@ ConversionReport Convert(const fs::path& from,
     throw InputError(FilePlace{to.string(), 0, ""}, "is what is converted; another name is needed");
   }
   const char* const file = content == FolderContent::kBlock ? "block.toml" : "summary.json";
-  const std::string text = source->Read(file).second;
+  const auto [name, text] = source->Read(file);
+  RequireReadable(content, text, name);
   ConversionReport report{NameOf(content)};
   WriteTables(content, to, compression, {}, [&](TableSink* sink) {
     for (const TableDescription& table : TablesOf(content)) {

@@ -152,7 +152,8 @@ void RequireContainerFor(FolderContent content,
                          const fs::path& file,
                          const fs::file_status& status,
                          ForeignFiles foreign) {
-  if (!fs::is_regular_file(status)) Fail(file, "is no file, which a name with .h5 is to be");
+  if (fs::is_directory(status)) Fail(file, "is a folder, the name of a file is needed");
+  if (!fs::is_regular_file(status)) Fail(file, "is neither a folder nor a file");
   if (foreign == ForeignFiles::kReplace || ContentOf(file) == content) return;
   Fail(file,
        std::string("is no ") + NameOf(content) +

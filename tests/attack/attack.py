@@ -22,7 +22,7 @@
 
 Trial N depends on the seed and N alone; --only N repeats it. What fails is printed and kept in
 SCRATCH/failed. Prints a table; exit status 1 if anything failed. Runs one process at a time, with one
-thread. Records: docs/validation.md. Python 3.9, standard library only.
+thread. Records: docs/validation.md. Python 3.9 and h5py.
 """
 import argparse
 import pathlib

@@ -214,6 +214,11 @@ class Maker:
                      targets, older, "result")
         self.add("adjust", ["adjust", "{in}", "-o", "{out}", "--report", "--set", "covariance=montecarlo",
                             "--set", "montecarlo_runs=30"], block, targets, older, "result")
+        self.add("diagnose", ["diagnose", "{in}", "--json"], block, targets)
+        self.add("convert", ["convert", "{in}", "{out}", "--gzip"], block, targets, block, "block")
+        result = [file.name for file in sorted(older.iterdir())]
+        self.add("convert", ["convert", "{in}", "{out}"], older, result, older, "result")
+        self.of_containers(block, older)
         if block.name == "local":
             tables = self.folder / "tables"
             shutil.copytree(block, tables)
@@ -224,6 +229,19 @@ class Maker:
                 self.add("adjust", ["adjust", "{in}", "-o", "{out}", *options], tables, [target], older,
                          "result")
                 self.add("check", ["check", "{in}", *options], tables, [target])
+
+    def of_containers(self, block, result):
+        """The same block and its result as one file each."""
+        files = self.folder / f"{block.name}-files"
+        files.mkdir()
+        for folder, name in ((block, "block.h5"), (result, "result.h5")):
+            self.run("convert", folder, files / name)
+        self.add("check", ["check", "{in}/block.h5", "--json"], files, ["block.h5"])
+        self.add("adjust", ["adjust", "{in}/block.h5", "-o", "{out}", "--json"], files, ["block.h5"], result,
+                 "result")
+        self.add("convert", ["convert", "{in}/block.h5", "{out}"], files, ["block.h5"], block, "block")
+        self.add("convert", ["convert", "{in}/result.h5", "{out}"], files, ["result.h5"], result, "result")
+        self.add("report", ["report", "{in}/result.h5", "-o", "{out}"], files, ["result.h5"], writes="file")
 
     def of_result(self):
         pair = self.folder / "results"

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mistakes that are made in a file, from a flipped byte to a folder of the file's name."""
 import functools
+import io
 import re
 import shutil
+
+import h5py
 
 NUMBERS = ("0", "-0", "nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "-1", "", "1e12", "1e999",
            "9223372036854775808", "0x10", "1,5", "1e5", "3", "text", "\u00e9", "\u0661")
@@ -192,6 +195,75 @@ OF_ENDING = {
 }
 
 
+# Of an HDF5 file: what it holds. Its bytes are cut, not flipped: libhdf5 itself does not bear that.
+
+def within_container(change):
+    """A mutation of the bytes that changes one dataset of the file in place."""
+    @functools.wraps(change)
+    def mutate(data, rng):
+        image = io.BytesIO(data)
+        with h5py.File(image, "r+") as file:
+            names = []
+            file.visititems(lambda name, node: names.append(name) if isinstance(node, h5py.Dataset) else None)
+            if names:
+                change(file, rng.choice(sorted(names)), rng)
+        return image.getvalue()
+    return mutate
+
+
+def replace_values(file, name, rng):
+    """One value, or all of a column, by one that its type can hold."""
+    dataset = file[name]
+    if not dataset.size:
+        return
+    text = h5py.check_string_dtype(dataset.dtype)
+    if text or dataset.dtype.kind == "S":
+        value = rng.choice(NUMBERS)
+    elif dataset.dtype.kind == "f":
+        value = rng.choice((0.0, -1.0, float("nan"), float("inf"), 1e308, 1e12, -1e-308))
+    else:
+        value = rng.choice((0, 1, 2, 255, 2**31 - 1, 2**32 - 1)) & (256**dataset.dtype.itemsize // 2 - 1)
+    where = ... if rng.random() < 0.2 else tuple(rng.randrange(n) for n in dataset.shape)
+    dataset[where] = value
+
+
+def drop_dataset(file, name, _rng):
+    del file[name]
+
+
+def rename_dataset(file, name, rng):
+    file.move(name, name + rng.choice(("s", "_m", "2")))
+
+
+def cut_dataset(file, name, rng):
+    """Another number of rows."""
+    values = file[name][...]
+    del file[name]
+    file[name] = values[:rng.randrange(len(values))] if values.ndim and len(values) else [1.5]
+
+
+def other_type(file, name, rng):
+    shape = file[name].shape
+    del file[name]
+    file.create_dataset(name, shape, dtype=rng.choice(("f4", "i8", "u1", "f8", "S3")))
+
+
+def change_attribute(file, name, rng):
+    """An attribute of a dataset or of the file: dropped, a word or a number."""
+    node = rng.choice((file, file[name]))
+    if not node.attrs:
+        return
+    key = rng.choice(sorted(key for key in node.attrs))
+    if rng.random() < 0.3:
+        del node.attrs[key]
+    else:
+        node.attrs[key] = rng.choice(("", "text", "m", 1.5, -1, "[adjust]\nrobust = 3\n"))
+
+
+OF_CONTAINERS = tuple(within_container(change) for change in (
+    replace_values, replace_values, drop_dataset, rename_dataset, cut_dataset, other_type, change_attribute))
+
+
 # Of the file as a whole.
 
 def as_folder(path, _other, _rng):
@@ -237,10 +309,13 @@ def mutate(path, rng):
         change = rng.choice(OF_FILES)
         change(path, other, rng) if other != path or change is not as_other else missing(path, other, rng)
         return change.__name__
-    special = OF_ENDING.get(path.suffix, OF_BYTES)
-    change = rng.choice(rng.choice((OF_BYTES, OF_LINES, special, special, special)))
+    if path.suffix == ".h5":
+        change = rng.choice(rng.choice(((truncate, empty), OF_CONTAINERS, OF_CONTAINERS, OF_CONTAINERS)))
+    else:
+        special = OF_ENDING.get(path.suffix, OF_BYTES)
+        change = rng.choice(rng.choice((OF_BYTES, OF_LINES, special, special, special)))
     data = path.read_bytes()
-    for _ in range(rng.choice((1, 1, 1, 2, 4))):
+    for _ in range(rng.choice((1, 1, 1, 2, 4)) if change not in (truncate, empty) else 1):
         data = change(data, rng)
     path.write_bytes(data)
     return change.__name__

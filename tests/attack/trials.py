@@ -51,7 +51,7 @@ def flaws_of_tables(folder):
         rows = list(csv.reader(text.splitlines()))
         if not text.endswith("\n") or any(len(row) != len(rows[0]) for row in rows):
             yield f"{name} is not whole"
-        names = {i for i, column in enumerate(rows[0]) if re.match(r"(point|pass)(_[ab])?$", column)}
+        names = {i for i, column in enumerate(rows[0]) if re.match(r"(point|pass|parameter)(_[ab])?$", column)}
         for row in rows[1:]:  # a name may be any word
             numbers = [cell for i, cell in enumerate(row) if i not in names]
             if any(re.fullmatch(r"[-+]?(nan|inf|infinity)", cell, re.IGNORECASE) for cell in numbers):

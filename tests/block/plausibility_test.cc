@@ -107,18 +107,6 @@ TEST(PlausibilityTest, AKnownPointThatLiesElsewhereIsNamed) {
           HasSubstr("known points that do not lie where"), HasSubstr("P4 ("), HasSubstr("P8 ("))));
 }
 
-TEST(PlausibilityTest, ACopiedPassIsNamed) {
-  Block block = RightBlock(test::AircraftPlan());
-  Looks& looks = block.looks;
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    const std::size_t first = looks.offsets[point];
-    looks.time_s[first + 2] = looks.time_s[first];
-    looks.range_m[first + 2] = looks.range_m[first];
-  }
-  EXPECT_THAT(ExaminePlausibility(block),
-              Contains(HasSubstr("pass A3: 12 of its 12 looks equal those of pass A1")));
-}
-
 TEST(PlausibilityTest, LocalCoordinatesInAGeocentricFrameAreRefused) {
   Block block = RightBlock(test::AircraftPlan());
   block.frame = Frame::Geocentric(NamedEllipsoid("WGS84"));

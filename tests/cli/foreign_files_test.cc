@@ -23,7 +23,8 @@ using testing::HasSubstr;
 struct Writer {
   std::string command;  ///< as the manual calls it
   std::vector<std::string> arguments;
-  std::string file;  ///< -o names this file; empty: a folder
+  std::string file;           ///< -o names this file; empty: a folder
+  std::string option = "-o";  ///< empty: the output is the last word
 };
 
 class ForeignFilesTest : public test::CliTest {
@@ -80,6 +81,8 @@ class ForeignFilesTest : public test::CliTest {
         {"import nisar", {"import", "nisar", folder_ / "rslc.h5", "--grid", "check"}, ""},
         {"import sicd", {"import", "sicd", corpus / "sicd/plain.xml"}, ""},
         {"import images", {"import", "images", annotation, folder_ / "rslc.h5"}, ""},
+        {"convert", {"convert", block}, "", ""},
+        {"convert", {"convert", result}, "one.h5", ""},
         {"intersect", {"intersect", block, "--report"}, ""},
         {"predict", {"predict", block, "--gzip"}, ""},
         {"adjust", {"adjust", block, "--report", "--set", "pairs=neighbours"}, ""},
@@ -126,7 +129,8 @@ class ForeignFilesTest : public test::CliTest {
                                  const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments = writer.arguments;
     const Path out = folder_ / folder;
-    arguments.insert(arguments.end(), {"-o", writer.file.empty() ? out : out / writer.file});
+    if (!writer.option.empty()) arguments.push_back(writer.option);
+    arguments.push_back(writer.file.empty() ? out : out / writer.file);
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunProgram(arguments);
   }
@@ -162,7 +166,8 @@ TEST_F(ForeignFilesTest, EveryCommandWithAnOutputHasARow) {
   const std::string head = "## sarblock ";
   for (std::string line; std::getline(manual, line);) {
     if (line.starts_with(head)) command = line.substr(head.size());
-    if (line.starts_with("| `-o, --output ")) writing.insert(command);
+    const bool writes = line.starts_with("| `-o, --output ") || line.starts_with("| `TO` ");
+    if (writes) writing.insert(command);
   }
   for (const Writer& writer : Writers()) rows.insert(writer.command);
   EXPECT_EQ(writing, rows);

@@ -61,6 +61,19 @@ class ImportTest : public test::CliTest {
   }
 };
 
+TEST_F(ImportTest, ABlockIsNamedAsItsFolderOrItsFileUnlessItHasAName) {
+  for (const auto& [output, name] : std::map<std::string, std::string>{
+           {"north", "north"}, {"south/", "south"}, {"both.h5", "both"}}) {
+    ASSERT_EQ(Import({Own("slant")}, output).exit_code, 0);
+    const ProgramRun run = RunProgram({"check", folder_ / output, "--json"});
+    EXPECT_EQ(nlohmann::json::parse(run.out)["block"], name) << run.err;
+  }
+  ASSERT_EQ(Import({Own("slant")}, "west.h5", {"--name", "coast"}).exit_code, 0);
+  EXPECT_EQ(
+      nlohmann::json::parse(RunProgram({"check", folder_ / "west.h5", "--json"}).out)["block"],
+      "coast");
+}
+
 TEST_F(ImportTest, AnOwnAnnotationBecomesABlockThatAdjusts) {
   const ProgramRun run =
       Import({Own("slant"), Own("ground")},

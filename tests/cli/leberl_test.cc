@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -54,16 +55,16 @@ TEST_F(LeberlCommandTest, Table1HasTheColumnsOfTheContractAndAVerdictInEveryRow)
                          "formula_m,derivative_m,exact_m,verdict,note\n"));
   CsvReader reader(Table(run.out),
                    std::vector<TableColumn>{{"configuration"},
-                                          {"position"},
-                                          {"quantity"},
-                                          {"dy_km"},
-                                          {"source"},
-                                          {"printed_m"},
-                                          {"formula_m"},
-                                          {"derivative_m"},
-                                          {"exact_m"},
-                                          {"verdict"},
-                                          {"note"}});
+                                            {"position"},
+                                            {"quantity"},
+                                            {"dy_km"},
+                                            {"source"},
+                                            {"printed_m"},
+                                            {"formula_m"},
+                                            {"derivative_m"},
+                                            {"exact_m"},
+                                            {"verdict"},
+                                            {"note"}});
   std::map<std::string, int> verdicts;
   std::set<std::string> cells;
   while (reader.Next()) {
@@ -91,6 +92,27 @@ TEST_F(LeberlCommandTest, Table1HasTheColumnsOfTheContractAndAVerdictInEveryRow)
   EXPECT_EQ(verdicts.size(), 4u);
   EXPECT_EQ(verdicts["illegible"], 3);  // the cells with a question mark
   EXPECT_EQ(cells.size(), 24u);
+}
+
+TEST_F(LeberlCommandTest, TextFitsATerminalAndTellsEveryCellOnce) {
+  for (const char* table : {"table1", "examples"}) {
+    std::istringstream lines(Leberl(table, {}).out);
+    int cells = 0;
+    std::set<std::string> headings;
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_LE(line.size(), 80u) << line;
+      if (line.ends_with(" range")) {
+        EXPECT_TRUE(headings.insert(line).second) << line;
+      }
+      for (const char* verdict : {" agrees", " truncation", " slip", " illegible"}) {
+        cells += line.ends_with(verdict) && !line.starts_with(" ") ? 1 : 0;
+      }
+    }
+    const bool whole = table == std::string("table1");
+    EXPECT_EQ(headings.size(), whole ? 4u : 0u);
+    // The line of the sums ends with "illegible" too.
+    EXPECT_EQ(cells, whole ? 73 : 17) << table;
+  }
 }
 
 TEST_F(LeberlCommandTest, ErrorsAreThreeTriplesInAnObject) {  // Eq. 16 and 17 by hand

@@ -58,6 +58,41 @@ TEST_F(QualityCommandTest, ARunStartsFromTheRejectionsOfAnother) {
   EXPECT_EQ(plain["accepted"], false);
 }
 
+// The same image twice under two names tells nothing new.
+TEST_F(QualityCommandTest, TheLooksOfACopiedPassCountOnce) {
+  const Path block = Simulated("leberl-aircraft", "block", {"--set", "points.count=60"});
+  ASSERT_EQ(Run("adjust", block, "once").exit_code, 0);
+  const std::string text = Content(block / "block.toml");
+  std::string pass = text.substr(text.find("[[pass]]"));
+  pass = pass.substr(0, pass.find("[[pass]]", 1));
+  pass.replace(pass.find("\"A1\""), 4, "\"COPY\"");
+  Put("block/block.toml", text + "\n" + pass);
+  for (const char* table : {"block/trajectories.csv", "block/observations.csv"}) {
+    std::istringstream lines(Content(folder_ / table));
+    std::string copied = lines.str();
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("A1,")) copied += "COPY" + line.substr(2) + "\n";
+    }
+    Put(table, copied);
+  }
+  const test::ProgramRun run = Run("adjust", block, "twice");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("pass COPY: 104 of its 104 looks equal those of pass A1"));
+  const json once = json::parse(Content(folder_ / "once/summary.json"));
+  const json twice = json::parse(Content(folder_ / "twice/summary.json"));
+  EXPECT_EQ(once["counts"]["redundancy"], twice["counts"]["redundancy"]);
+  EXPECT_EQ(once["counts"]["looks_used"], twice["counts"]["looks_used"]);
+  const auto a = test::RowsOf(Content(folder_ / "once/points.csv"));
+  const auto b = test::RowsOf(Content(folder_ / "twice/points.csv"));
+  ASSERT_EQ(a.size(), b.size());
+  for (const char* name : {"x_m", "y_m", "z_m", "sigma_e_m", "sigma_n_m", "sigma_u_m"}) {
+    const std::size_t column = test::ColumnOf(a, name);
+    for (std::size_t row = 1; row < a.size(); ++row) {
+      EXPECT_NEAR(std::stod(a[row][column]), std::stod(b[row][column]), 1e-6) << name;
+    }
+  }
+}
+
 // The trajectories of two passes exchanged: the looks follow, the priors do not.
 TEST_F(QualityCommandTest, ExchangedTrajectoriesAreSaidOfThePriors) {
   const Path block = Simulated("leberl-aircraft", "block");

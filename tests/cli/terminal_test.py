@@ -119,6 +119,22 @@ class TerminalTest(unittest.TestCase):
         for line in screen(terminal.text):
             self.assertLessEqual(len(line), COLUMNS, line)
 
+    def test_a_refusal_fits_the_terminal_and_is_one_line_elsewhere(self):
+        table = self.block / "points.csv"
+        text = table.read_text(encoding="utf-8").replace(",tie,", ",tie and control at once,", 1)
+        table.write_text(text, encoding="utf-8")
+        piped = subprocess.run([PROGRAM, "check", self.block], capture_output=True, text=True, check=False)
+        self.assertEqual(piped.returncode, 3)
+        self.assertEqual(piped.stderr.count("\n"), 1)
+        self.assertGreater(len(piped.stderr), COLUMNS)
+        terminal = Terminal("check", self.block)
+        self.assertEqual(terminal.end(), 3)
+        lines = [line for line in screen(terminal.text) if line]
+        self.assertGreater(len(lines), 1)
+        for line in lines:
+            self.assertTrue(len(line) <= COLUMNS or " " not in line.strip(), line)
+        self.assertEqual(" ".join(line.strip() for line in lines), piped.stderr.strip())
+
 
 if __name__ == "__main__":
     unittest.main()

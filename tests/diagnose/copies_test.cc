@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block/copies.h"
 
+#include "sarblock/diagnose/diagnose.h"
+
 #include "diagnose/plants_edit.h"
 #include "diagnose/trial_blocks.h"
 #include <gmock/gmock.h>
@@ -27,6 +29,18 @@ TEST(FindCopiesTest, NamesAPassThatIsACopyAndCountsItOnce) {
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     EXPECT_EQ(block.looks.rejected(i), block.looks.pass[i] == copy);
   }
+}
+
+// The copy has no look of its own then, and nothing holds its corrections.
+TEST(FindCopiesTest, DiagnosisSaysNothingElseOfAGoodBlockWithACopy) {
+  Block block = test::MakeTrialBlock("leberl-aircraft", 1).block;
+  test::AppendPassCopy(1, &block);
+  AdjustOptions options;
+  options.corrections = CorrectionChoice::kGiven;
+  options.groups = {{"position", PositionCorrection{}, {}, false}};
+  const Diagnosis diagnosis = Diagnose(block, options);
+  EXPECT_FALSE(diagnosis.contradicts);
+  EXPECT_THAT(diagnosis.remarks, testing::ElementsAre(HasSubstr("pass COPY: ")));
 }
 
 TEST(FindCopiesTest, FindsLooksThatAreEqualButForRounding) {

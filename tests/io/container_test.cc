@@ -221,6 +221,19 @@ TEST_F(ContainerTest, TellsABlockFromAResult) {
               HasSubstr("b.h5: is what is converted"));
 }
 
+TEST_F(ContainerTest, RefusesToConvertASummaryThatIsNoJsonAndABlockThatIsNoToml) {
+  WriteResult(folder_ / "r", block_, options_, result_, context_);
+  Put("r/summary.json", "{\n\"format\": 1,\n}");
+  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "r", folder_ / "r.h5"); }),
+              HasSubstr("r/summary.json:3: "));
+  WriteBlock(folder_ / "b", block_, options_);
+  Put("b/block.toml", "name = \"one\"\n[frame");
+  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "b", folder_ / "b.h5"); }),
+              HasSubstr("b/block.toml:2: "));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "r.h5"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "b.h5"));
+}
+
 TEST_F(ContainerTest, RefusesToReplaceAFileOfOthers) {
   const auto require = [&](FolderContent content) {
     return MessageOf<InputError>([&] {

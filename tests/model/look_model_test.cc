@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/look_model.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 
 #include <map>
@@ -287,6 +288,30 @@ TEST_F(LookModelDomainTest, TellsWhereThePathIsContinuedBeyondItsEnds) {
   EXPECT_TRUE(BeyondPath(path.start_s() - time_s - 1e-6));
   EXPECT_FALSE(Evaluates(known_.truth_m[0], 3.0 * (path.end_s() - path.start_s())));
   EXPECT_FALSE(Evaluates(known_.truth_m[0], kNotGiven));
+}
+
+// A last state 30 million years late: the cubic between the states turns round the Earth at the
+// rate of the orbit all that time.
+TEST(LookModelTest, NamesThePassWhosePathTurnsTooFastToBeTabulated) {
+  Block block = test::MakeBlock(test::OrbitPlan()).block;
+  const FlightPath& path = block.passes[1].path;
+  std::vector<StateVector> states;
+  for (const double time_s : {path.start_s(), path.end_s()}) {
+    const Motion motion = *path.At(time_s);
+    states.push_back({time_s, motion.position_m, motion.velocity_mps});
+  }
+  states.back().time_s += 1e15;
+  block.passes[1].path = FlightPath(states);
+  const ParameterLayout layout =
+      MakeParameterLayout(block, {Own("position", PositionCorrection{})});
+  try {
+    const LookModel model(block, layout);
+    FAIL() << "tabulated";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "pass " + block.passes[1].id +
+                  ": states: the flight path turns around its body too fast to be tabulated");
+  }
 }
 
 TEST_F(LookModelDomainTest, HasNoValueAtTheAntennaOrForALevelSight) {

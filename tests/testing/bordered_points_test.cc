@@ -23,20 +23,25 @@ namespace {
 
 constexpr std::size_t kPasses = 540, kPoints = 24, kSeenByAll = 2;
 
+enum class Flights { kAircraft, kOrbits };
+
 /// Points 0 and 1 seen by all passes; the others, where they see three each, hold them together.
-test::KnownBlock ManyPasses() {
+test::KnownBlock ManyPasses(Flights flights) {
+  const bool orbit = flights == Flights::kOrbits;
   test::BlockPlan plan;
+  plan.orbit = orbit;
   plan.points = kPoints;
-  plan.extent_m = 900.0;
-  plan.relief_m = 140.0;
+  plan.extent_m = orbit ? 9000.0 : 900.0;
+  plan.relief_m = orbit ? 1400.0 : 140.0;
   plan.sigma.range_m = 0.7;
   plan.sigma.azimuth = 0.9;
   for (std::size_t i = 0; i < kPasses; ++i) {
     const auto at = static_cast<double>(i);
+    const double range_m = std::fmod(613.0 * at, 5000.0), height_m = std::fmod(197.0 * at, 2900.0);
     plan.passes.push_back({i % 2 == 0 ? LookSide::kLeft : LookSide::kRight,
                            std::fmod(47.3 * at, 360.0),
-                           7000.0 + std::fmod(613.0 * at, 5000.0),
-                           6100.0 + std::fmod(197.0 * at, 2900.0)});
+                           orbit ? 250e3 + 70.0 * range_m : 7000.0 + range_m,
+                           orbit ? 600e3 + 60.0 * height_m : 6100.0 + height_m});
   }
   test::KnownBlock known = test::MakeBlock(plan);
   test::Hold(3, {0.31, 0.47, 0.59}, &known);
@@ -51,9 +56,9 @@ std::vector<CorrectionGroup> Positions() {
   return {{"position", position, {}, false}};
 }
 
-class BorderedPointsTest : public testing::Test {
+class BorderedPointsTest : public testing::TestWithParam<Flights> {
  protected:
-  BorderedPointsTest() : known_(ManyPasses()), problem_(known_.block, Positions()) {
+  BorderedPointsTest() : known_(ManyPasses(GetParam())), problem_(known_.block, Positions()) {
     const Looks& looks = problem_.block.looks;
     for (std::size_t point = kSeenByAll; point < kPoints; ++point) {
       for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
@@ -78,7 +83,7 @@ class BorderedPointsTest : public testing::Test {
   std::optional<ReducedSystem> border_, eliminated_;
 };
 
-TEST_F(BorderedPointsTest, OnlyPointsOfHundredsOfPassesAreBordered) {
+TEST_P(BorderedPointsTest, OnlyPointsOfHundredsOfPassesAreBordered) {
   EXPECT_THAT(border_->bordered().points, testing::ElementsAre(0U, 1U));
   EXPECT_TRUE(eliminated_->bordered().points.empty());
   EXPECT_LT(border_->matrix().sparse.values().size(),
@@ -86,7 +91,7 @@ TEST_F(BorderedPointsTest, OnlyPointsOfHundredsOfPassesAreBordered) {
 }
 
 // Second route: the same points eliminated.
-TEST_F(BorderedPointsTest, TakeTheSameStep) {
+TEST_P(BorderedPointsTest, TakeTheSameStep) {
   const Eigen::VectorXd step = eliminated_->Step();
   EXPECT_GT(step.norm(), 0.1);
   EXPECT_LT((border_->Step() - step).norm(), 1e-11 * step.norm());
@@ -101,7 +106,7 @@ TEST_F(BorderedPointsTest, TakeTheSameStep) {
   EXPECT_LT((border_->Step() - eliminated_->Step()).norm(), 1e-11 * step.norm());
 }
 
-TEST_F(BorderedPointsTest, HaveTheSameCovariancesAndQualityFigures) {
+TEST_P(BorderedPointsTest, HaveTheSameCovariancesAndQualityFigures) {
   const CorrectionCovariance bordered = border_->SelectedInverse();
   const CorrectionCovariance full = eliminated_->SelectedInverse();
   const PointSweep a = SweepPoints(problem_, state_, &bordered, true, nullptr, border_->kept());
@@ -129,7 +134,10 @@ TEST_F(BorderedPointsTest, HaveTheSameCovariancesAndQualityFigures) {
   }
 }
 
-TEST_F(BorderedPointsTest, HaveTheSameVarianceComponents) {
+// Of aircraft alone: eliminated they take some twenty seconds.
+class BorderedVariancesTest : public BorderedPointsTest {};
+
+TEST_P(BorderedVariancesTest, AreThoseOfThePointsEliminated) {
   std::vector<std::array<int, 2>> component_of(kPasses, {0, 1});
   for (std::size_t pass = 0; pass < 100; ++pass) component_of[pass] = {2, 1};
   const VarianceSums a = SumVariances(problem_, state_, *border_, component_of, 3);
@@ -139,7 +147,7 @@ TEST_F(BorderedPointsTest, HaveTheSameVarianceComponents) {
 }
 
 // Second route: the residuals of the whole point.
-TEST_F(BorderedPointsTest, GiveOneLookTheResidualsOfTheWholePoint) {
+TEST_P(BorderedPointsTest, GiveOneLookTheResidualsOfTheWholePoint) {
   const CorrectionCovariance bordered = border_->SelectedInverse();
   const CorrectionCovariance full = eliminated_->SelectedInverse();
   const PointResiduals all = ResidualsOfPoint(problem_, state_, &full, 1);
@@ -160,9 +168,21 @@ TEST_F(BorderedPointsTest, GiveOneLookTheResidualsOfTheWholePoint) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(AircraftAndOrbits,
+                         BorderedPointsTest,
+                         testing::Values(Flights::kAircraft, Flights::kOrbits),
+                         [](const testing::TestParamInfo<Flights>& flights) {
+                           return flights.param == Flights::kOrbits ? "Orbits" : "Aircraft";
+                         });
+
+INSTANTIATE_TEST_SUITE_P(Aircraft,
+                         BorderedVariancesTest,
+                         testing::Values(Flights::kAircraft),
+                         [](const auto&) { return "Aircraft"; });
+
 // Known error: one look of five hundred is 40 sigmas wrong.
 TEST(BorderedPointSearchTest, FindsTheWrongLookOfAPointThatHundredsOfPassesSee) {
-  test::KnownBlock known = ManyPasses();
+  test::KnownBlock known = ManyPasses(Flights::kAircraft);
   Looks& looks = known.block.looks;
   const std::size_t wrong = looks.offsets[0] + 331;
   looks.range_m[wrong] += 28.0;
