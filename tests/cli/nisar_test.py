@@ -26,6 +26,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "truth"))
 try:
     import nisar_peaks
+    import numpy as np
 except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
@@ -74,6 +75,19 @@ class Reflectors(unittest.TestCase):
         return [(self.sample_m * (r["sample"] - r["predicted_sample"]), self.sample_m * r["sample_sigma_px"],
                  self.line_m * (r["line"] - r["predicted_line"]), self.line_m * r["line_sigma_px"])
                 for r in self.found]
+
+    def test_the_script_finds_the_peak_of_a_known_signal(self):
+        # Flat spectra as wide as those of the image, shifted to the peak, on a carrier in both directions.
+        n, row, column = 2 * nisar_peaks.HALF, 30.3712, 33.8427
+        k = np.fft.fftfreq(n)
+        rows = np.where(abs(k) < 0.5 * self.product.band_az, np.exp(-2j * np.pi * k * row), 0.0)
+        columns = np.where(abs(k) < 0.5 * self.product.band_rg, np.exp(-2j * np.pi * k * column), 0.0)
+        i = np.arange(n)
+        chip = (np.outer(np.fft.ifft(rows), np.fft.ifft(columns))
+                * np.exp(2j * np.pi * (0.13 * i[:, None] - 0.21 * i[None, :])))
+        y, x, _ = nisar_peaks.peak(chip)
+        self.assertAlmostEqual(y, row, delta=2e-4)  # 0.7 mm
+        self.assertAlmostEqual(x, column, delta=2e-4)  # 1.2 mm
 
     def test_the_program_predicts_the_reflectors_where_the_script_does(self):
         said = json.loads(self.import_image().stdout)
