@@ -8,7 +8,6 @@
 #include "sarblock/product/isis_cube.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +16,7 @@
 #include <memory>
 
 #include "command_line.h"
+#include "import_matches.h"
 #include "import_output.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -31,6 +31,7 @@ struct NetworkArguments {
   std::string network;
   std::vector<std::string> images, serials, serial_lists;
   std::string pixel_origin;
+  MatchArguments matches;
   NetworkImportOptions options;
   ImportOutput output;
 };
@@ -75,28 +76,6 @@ std::size_t ImageOfFile(const std::string& file, std::vector<std::string>* image
   return images->size() - 1;
 }
 
-// One number for line and sample, or LINE,SAMPLE.
-std::array<double, 2> PixelOrigin(const std::string& text) {
-  std::array<double, 2> origin_px{};
-  const char* at = text.data();
-  const char* const end = text.data() + text.size();
-  std::size_t count = 0;
-  while (count < origin_px.size()) {
-    const auto [stop, error] = std::from_chars(at, end, origin_px[count]);
-    if (error != std::errc() || !(std::abs(origin_px[count]) <= 10.0)) break;
-    ++count;
-    at = stop;
-    if (at == end || *at != ',') break;
-    ++at;
-  }
-  if (count == 0 || at != end) {
-    throw InputError("pixel-origin",
-                     "'" + text + "' is not allowed, a number or LINE,SAMPLE of -10 to 10 is");
-  }
-  if (count == 1) origin_px[1] = origin_px[0];
-  return origin_px;
-}
-
 std::string SigmaOfPass(const Pass& pass, bool jigsaw) {
   if (jigsaw)
     return fmt::format("{:.5g} m in range, by Doppler shift along track", pass.sigma.range_m);
@@ -124,13 +103,13 @@ std::string DescribeNetwork(const NetworkArguments& arguments,
     fmt::format_to(out,
                    "  standard deviations of its looks: {}\n",
                    SigmaOfPass(block.passes[i], arguments.options.jigsaw_sigma));
-    if (image.offset_looks == 0) continue;
+    if (image.offset.looks == 0) continue;
     fmt::format_to(out,
                    "  {} measures lie {:.2f} lines and {:.2f} samples (median) from their points' "
                    "given positions\n",
-                   image.offset_looks,
-                   image.line_offset_px,
-                   image.sample_offset_px);
+                   image.offset.looks,
+                   image.offset.line_px,
+                   image.offset.sample_px);
   }
   const auto control =
       std::count(block.points.role.begin(), block.points.role.end(), PointRole::kControl);
@@ -144,6 +123,10 @@ std::string DescribeNetwork(const NetworkArguments& arguments,
                  control,
                  block.looks.size(),
                  arguments.output.folder);
+  if (imported.matches > 0) {
+    fmt::format_to(
+        out, "  {} of the looks are of {}\n", imported.matches, arguments.matches.points);
+  }
   if (imported.fixed_points > 0) {
     fmt::format_to(out,
                    "  {} fixed points are held to {} m (--fixed-sigma-m)\n",
@@ -166,15 +149,16 @@ std::string NetworkJson(const NetworkArguments& arguments,
                       {"serial", image.serial},
                       {"looks", image.looks},
                       {"rejected", image.rejected},
-                      {"offset_looks", image.offset_looks},
-                      {"line_offset_px", number(image.line_offset_px)},
-                      {"sample_offset_px", number(image.sample_offset_px)}});
+                      {"offset_looks", image.offset.looks},
+                      {"line_offset_px", number(image.offset.line_px)},
+                      {"sample_offset_px", number(image.offset.sample_px)}});
   }
   const nlohmann::json summary = {{"format", "sarblock-import 1"},
                                   {"block", arguments.output.folder},
                                   {"network", network.file},
                                   {"network_version", network.version},
                                   {"images", images},
+                                  {"matches", imported.matches},
                                   {"passes", imported.block.passes.size()},
                                   {"points", imported.block.points.size()},
                                   {"looks", imported.block.looks.size()},
@@ -187,8 +171,9 @@ int RunNetworkImport(const NetworkArguments& arguments, const Session& session) 
   NetworkImportOptions options = arguments.options;
   options.name = arguments.output.BlockName();
   if (!arguments.pixel_origin.empty()) {
-    options.pixel_origin_px = PixelOrigin(arguments.pixel_origin);
+    options.pixel_origin_px = PixelOrigin("pixel-origin", arguments.pixel_origin);
   }
+  options.points = ReadMatches(arguments.matches);
   std::vector<std::string> files = arguments.images;
   for (const auto& [serial, file] : GivenSerials(arguments)) {
     options.serials.push_back({serial, ImageOfFile(file, &files)});
@@ -219,6 +204,7 @@ void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
                       arguments->images,
                       isis ? "Cubes of ISIS (.cub) after spiceinit" : "ISDs (JSON) of USGSCSM");
   AddImportOutput(command, &arguments->output);
+  AddMatchOptions(command, &arguments->matches);
   // One value each time: what follows may be an image.
   command
       ->add_option("--serial",

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "folder_content.h"
-#include "hdf5_file.h"
+#include "hdf5_input.h"
 #include "number.h"
 
 namespace sarblock {
@@ -20,49 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMostChunkBytes = std::size_t{1} << 26;
-constexpr std::uint64_t kMostInflation = 1032;  // of deflate, bytes out of one byte
-
-/// An open file, and what every dataset of it is held to.
-struct OpenedContainer {
-  std::string path;
-  std::uint64_t bytes = 0;
-  Hdf5Id file;
-
-  [[noreturn]] void Fail(const std::string& object, const std::string& problem) const {
-    throw InputError(FilePlace{path, 0, object}, problem);
-  }
-};
-
-OpenedContainer OpenContainer(const fs::path& path) {
-  SilenceHdf5();
-  OpenedContainer opened{path.string(), fs::file_size(path), {}};
-  opened.file = Hdf5Id(H5Fopen(opened.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (!opened.file.valid()) {
-    opened.Fail("", "cannot be opened as an HDF5 file: damaged, cut off, or being written");
-  }
-  return opened;
-}
-
-/// A member of a group that stands in this file itself; links to other files are refused.
-bool HasMember(const OpenedContainer& opened, hid_t group, const std::string& name) {
-  if (H5Lexists(group, name.c_str(), H5P_DEFAULT) <= 0) return false;
-  H5L_info_t info;
-  if (H5Lget_info(group, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type != H5L_TYPE_HARD) {
-    opened.Fail(name, "is a link, the data themselves are needed");
-  }
-  return true;
-}
-
-/// A dataset whose values all stand in the file, or are said not to be given where they do not.
-struct StoredColumn {
-  Hdf5Id dataset;
-  H5T_class_t type = H5T_NO_CLASS;
-  std::size_t value_bytes = 0;
-  bool variable_text = false;
-  std::uint64_t rows = 0;
-  bool whole = true;
-};
 
 /// Whether chunks that are not stored read as numbers that are not given: NaN, or -1 of integers.
 bool FillsWithNothing(hid_t creation, H5T_class_t type) {
@@ -76,71 +33,31 @@ bool FillsWithNothing(hid_t creation, H5T_class_t type) {
   return type == H5T_FLOAT ? std::isnan(fill) : fill == -1.0;
 }
 
-void RequireStored(const OpenedContainer& opened, const std::string& path, StoredColumn* stored) {
-  StoredColumn& column = *stored;
-  if (column.rows == 0) return;
-  const Hdf5Id made(H5Dget_create_plist(column.dataset.get()), H5Pclose);
-  const H5D_layout_t layout = H5Pget_layout(made.get());
-  if (layout == H5D_VIRTUAL || H5Pget_external_count(made.get()) > 0) {
-    opened.Fail(path, "has its values in another file, they are needed in this one");
-  }
-  const bool filtered = H5Pget_nfilters(made.get()) > 0;
-  bool& whole = column.whole;
-  if (layout == H5D_CHUNKED) {
-    hsize_t chunk_rows = 0, chunks = 0;
-    if (H5Pget_chunk(made.get(), 1, &chunk_rows) != 1 || chunk_rows == 0 ||
-        chunk_rows > kMostChunkBytes / column.value_bytes) {
-      opened.Fail(path,
-                  "has chunks of " + std::to_string(chunk_rows) + " rows, at most " +
-                      std::to_string(kMostChunkBytes) + " bytes are allowed");
+/// A column of a table: all of its values stand in the file, or are said not to be given where they
+/// do not.
+StoredDataset OpenColumn(const OpenedHdf5& opened,
+                         hid_t group,
+                         const std::string& name,
+                         const std::string& path) {
+  StoredDataset column = OpenStored(opened, group, name, path, 1);
+  if (!column.whole) {
+    const Hdf5Id made(H5Dget_create_plist(column.dataset.get()), H5Pclose);
+    if (!FillsWithNothing(made.get(), column.type)) {
+      opened.Fail(
+          path, "has " + std::to_string(column.count) + " rows, not all of which are in the file");
     }
-    const Hdf5Id all(H5Dget_space(column.dataset.get()), H5Sclose);  // H5S_ALL is refused
-    whole = H5Dget_num_chunks(column.dataset.get(), all.get(), &chunks) >= 0 &&
-            chunks >= (column.rows - 1) / chunk_rows + 1;
-  } else if (layout == H5D_CONTIGUOUS) {
-    whole = H5Dget_storage_size(column.dataset.get()) / column.value_bytes >= column.rows;
   }
-  const std::uint64_t most = opened.bytes * (filtered ? kMostInflation : 1) / column.value_bytes;
-  whole = whole && column.rows <= most;
-  if (!whole && !FillsWithNothing(made.get(), column.type)) {
-    opened.Fail(path,
-                "has " + std::to_string(column.rows) + " rows, not all of which are in the file");
-  }
-}
-
-StoredColumn OpenColumn(const OpenedContainer& opened,
-                        hid_t group,
-                        const std::string& name,
-                        const std::string& path) {
-  StoredColumn column;
-  const Hdf5Id access = ColumnAccess();
-  column.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
-  if (!column.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
-  const Hdf5Id type(H5Dget_type(column.dataset.get()), H5Tclose);
-  const Hdf5Id space(H5Dget_space(column.dataset.get()), H5Sclose);
-  if (!type.valid() || !space.valid()) opened.Fail(path, "is no dataset that can be read");
-  column.type = H5Tget_class(type.get());
-  column.value_bytes = H5Tget_size(type.get());
-  column.variable_text = H5Tis_variable_str(type.get()) > 0;
-  const int rank = H5Sget_simple_extent_ndims(space.get());
-  if (rank != 1) {
-    opened.Fail(path, "has " + std::to_string(std::max(0, rank)) + " dimensions, one is needed");
-  }
-  hsize_t rows = 0;
-  H5Sget_simple_extent_dims(space.get(), &rows, nullptr);
-  column.rows = rows;
-  if (column.value_bytes == 0) opened.Fail(path, "has values without a size");
-  RequireStored(opened, path, &column);
   return column;
 }
 
 /// Texts of equal length, padded with zeros or blanks.
-IdTable ReadTexts(const OpenedContainer& opened,
+IdTable ReadTexts(const OpenedHdf5& opened,
                   hid_t group,
                   const std::string& name,
                   const std::string& path) {
-  if (!HasMember(opened, group, name)) opened.Fail(path, "the dataset is missing, it holds texts");
-  const StoredColumn column = OpenColumn(opened, group, name, path);
+  if (!HasMember(opened, group, name, path))
+    opened.Fail(path, "the dataset is missing, it holds texts");
+  const StoredDataset column = OpenColumn(opened, group, name, path);
   if (column.type != H5T_STRING || column.variable_text) {
     opened.Fail(path, "is no dataset of strings of a fixed length, which is needed");
   }
@@ -150,8 +67,8 @@ IdTable ReadTexts(const OpenedContainer& opened,
       std::max<std::uint64_t>(1, (std::uint64_t{1} << 20) / column.value_bytes);
   std::vector<char> buffer;
   IdTable texts;
-  for (std::uint64_t first = 0; first < column.rows; first += at_once) {
-    const hsize_t count = std::min(at_once, column.rows - first);
+  for (std::uint64_t first = 0; first < column.count; first += at_once) {
+    const hsize_t count = std::min(at_once, column.count - first);
     buffer.resize(count * column.value_bytes);
     const Hdf5Id from = SelectRows(column.dataset.get(), first, count);
     const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
@@ -181,7 +98,7 @@ struct StoredTexts {
 /// longer.
 class StoredIds {
  public:
-  explicit StoredIds(const OpenedContainer& opened) : opened_(opened) {}
+  explicit StoredIds(const OpenedHdf5& opened) : opened_(opened) {}
   StoredTexts Of(CellKind kind) {
     const std::size_t which = kind == CellKind::kPass ? 0 : 1;
     const char* const name = which == 0 ? kPassIds : kPointIds;
@@ -196,14 +113,14 @@ class StoredIds {
   }
 
  private:
-  const OpenedContainer& opened_;
+  const OpenedHdf5& opened_;
   std::array<std::weak_ptr<const IdTable>, 2> texts_;
   std::array<std::vector<std::uint32_t>, 2> memo_;
 };
 
 class ContainerTable final : public TableReader {
  public:
-  ContainerTable(const OpenedContainer& opened,
+  ContainerTable(const OpenedHdf5& opened,
                  StoredIds* ids,
                  std::string_view table,
                  std::span<const TableColumn> columns)
@@ -215,7 +132,8 @@ class ContainerTable final : public TableReader {
     if (!group_.valid()) opened.Fail("/" + std::string(table), "is no group of datasets");
     ListMembers();
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (HasMember(opened, group_.get(), names_[i])) OpenCells(i, columns[i].kind, ids);
+      if (HasMember(opened, group_.get(), names_[i], path_ + names_[i]))
+        OpenCells(i, columns[i].kind, ids);
     }
     RequireColumns(columns);
     // Columns without values take no room in the file: another one has to vouch for the rows.
@@ -253,7 +171,7 @@ class ContainerTable final : public TableReader {
 
  private:
   struct Cells {
-    StoredColumn stored;
+    StoredDataset stored;
     CellKind kind = CellKind::kNumber;
     StoredTexts stored_texts;
     const IdTable* texts = nullptr;  // null: a column of numbers
@@ -332,13 +250,13 @@ class ContainerTable final : public TableReader {
     } else if (!integers && cells.stored.type != H5T_FLOAT) {
       opened_.Fail(path, "holds no numbers, which are needed");
     }
-    if (first_ != kAbsent && cells.stored.rows != rows_) {
+    if (first_ != kAbsent && cells.stored.count != rows_) {
       opened_.Fail(path,
-                   "has " + std::to_string(cells.stored.rows) + " rows where " + path_ +
+                   "has " + std::to_string(cells.stored.count) + " rows where " + path_ +
                        names_[first_] + " has " + std::to_string(rows_) + ", as many are needed");
     }
     if (first_ == kAbsent) first_ = column;
-    rows_ = cells.stored.rows;
+    rows_ = cells.stored.count;
     place_[column] = column;
   }
 
@@ -395,7 +313,7 @@ class ContainerTable final : public TableReader {
     }
   }
 
-  const OpenedContainer& opened_;
+  const OpenedHdf5& opened_;
   std::string path_;  // of the group, with a slash at its end
   Hdf5Id group_;
   std::string members_;
@@ -405,46 +323,20 @@ class ContainerTable final : public TableReader {
   std::size_t slab_begin_ = 0, slab_end_ = 0;
 };
 
-/// A text attribute of the root; nothing where it does not stand.
-std::optional<std::string> ReadTextAttribute(const OpenedContainer& opened,
-                                             const std::string& name) {
-  if (H5Aexists(opened.file.get(), name.c_str()) <= 0) return std::nullopt;
-  const Hdf5Id attribute(H5Aopen(opened.file.get(), name.c_str(), H5P_DEFAULT), H5Aclose);
-  const Hdf5Id type(H5Aget_type(attribute.get()), H5Tclose);
-  const Hdf5Id space(H5Aget_space(attribute.get()), H5Sclose);
-  if (!type.valid() || !space.valid() || H5Tget_class(type.get()) != H5T_STRING ||
-      H5Sget_simple_extent_npoints(space.get()) != 1) {
-    opened.Fail(name, "is no text, an attribute with one string is needed");
-  }
-  bool read = false;
-  std::string text;
-  if (H5Tis_variable_str(type.get()) > 0) {
-    char* value = nullptr;
-    read = H5Aread(attribute.get(), type.get(), &value) >= 0 && value != nullptr;
-    if (read) text = value;
-    H5free_memory(value);
-  } else if (H5Tget_size(type.get()) <= opened.bytes) {
-    text.resize(H5Tget_size(type.get()));
-    read = H5Aread(attribute.get(), type.get(), text.data()) >= 0;
-    text.resize(std::min(text.size(), text.find('\0')));
-  }
-  if (!read) opened.Fail(name, "cannot be read, the file is damaged");
-  return text;
-}
-
 class ContainerSource final : public TableSource {
  public:
   ContainerSource(const fs::path& file, FolderContent content)
-      : TableSource(content), opened_(OpenContainer(file)), ids_(opened_) {}
+      : TableSource(content), opened_(OpenHdf5(file)), ids_(opened_) {}
   std::pair<std::string, std::string> Read(std::string_view name) const override {
     const std::string attribute = AttributeOf(name);
-    auto text = ReadTextAttribute(opened_, attribute);
+    auto text = ReadTextAttribute(opened_, opened_.file.get(), attribute, attribute);
     if (!text) FailMissing(opened_.path + ": " + attribute, "attribute");
     return {opened_.path + ": " + attribute, std::move(*text)};
   }
   std::unique_ptr<TableReader> Open(std::string_view table,
                                     std::span<const TableColumn> columns) const override {
-    if (!HasMember(opened_, opened_.file.get(), std::string(table))) return nullptr;
+    if (!HasMember(opened_, opened_.file.get(), std::string(table), "/" + std::string(table)))
+      return nullptr;
     return std::make_unique<ContainerTable>(opened_, &ids_, table, columns);
   }
   std::string NameOf(std::string_view table) const override {
@@ -453,7 +345,7 @@ class ContainerSource final : public TableSource {
   std::string DefaultName() const override { return NameAt(opened_.path); }
 
  private:
-  OpenedContainer opened_;
+  OpenedHdf5 opened_;
   mutable StoredIds ids_;
 };
 

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grid_fit.h"
 
-#include "sarblock/core/error.h"
 #include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <Eigen/Geometry>
-#include <fmt/core.h>
 
 namespace sarblock {
 namespace {
@@ -63,66 +61,62 @@ void Widen(double value, bool first, double (&bounds)[2]) {
 
 }  // namespace
 
-std::vector<GridFit> FitGrid(const Sentinel1Product& product,
-                             const Frame& frame,
-                             const FlightPath& path,
-                             const UtcTime& epoch,
-                             double max_misfit_m) {
-  std::vector<GridFit> fits;
-  for (const GeolocationGridPoint& point : product.grid) {
-    GridFit fit;
-    fit.time_s = SecondsBetween(epoch, point.time);
-    const auto motion = path.At(fit.time_s);
-    if (!motion) {
-      throw InputError(
-          FilePlace{product.file, point.file_line, "geolocationGridPoint.azimuthTime"},
-          fmt::format("{:.6f} s after {} is outside the orbit, which goes from {:.6f} to {:.6f} s",
-                      fit.time_s,
-                      UtcText(epoch),
-                      path.start_s(),
-                      path.end_s()));
-    }
-    fit.position_m = frame.FrameFromGeodetic(point.place);
-    fit.side = SideOf(*motion, frame, fit.position_m);
-    const Eigen::Vector3d up = frame.VerticalAt(fit.position_m).up_1;
-    const Misfit misfit = MisfitAt(*motion, fit.position_m, up, point.slant_range_m);
-    fit.range_error_m = misfit.range_m;
-    fit.along_error_m = misfit.along_m;
-    const bool range_fits = std::abs(misfit.range_m) <= max_misfit_m;
-    const bool along_fits = std::abs(misfit.along_m) <= max_misfit_m;
-    if (!range_fits || !along_fits) {
-      const auto change_m = HeightChange(*motion, fit, up, point.slant_range_m, max_misfit_m);
-      fit.fault = change_m ? GridFault::kHeight : GridFault::kPosition;
-      fit.height_change_m = change_m.value_or(0.0);
-    }
-    fits.push_back(fit);
+std::optional<GridFit> FitGridPoint(const GridPoint& point,
+                                    const Frame& frame,
+                                    const FlightPath& path,
+                                    double max_misfit_m) {
+  const auto motion = path.At(point.time_s);
+  if (!motion) return std::nullopt;
+  GridFit fit;
+  fit.position_m = frame.FrameFromGeodetic(point.place);
+  fit.side = SideOf(*motion, frame, fit.position_m);
+  const Eigen::Vector3d up = frame.VerticalAt(fit.position_m).up_1;
+  const Misfit misfit = MisfitAt(*motion, fit.position_m, up, point.range_m);
+  fit.range_error_m = misfit.range_m;
+  fit.along_error_m = misfit.along_m;
+  const bool range_fits = std::abs(misfit.range_m) <= max_misfit_m;
+  const bool along_fits = std::abs(misfit.along_m) <= max_misfit_m;
+  if (!range_fits || !along_fits) {
+    const auto change_m = HeightChange(*motion, fit, up, point.range_m, max_misfit_m);
+    fit.fault = change_m ? GridFault::kHeight : GridFault::kPosition;
+    fit.height_change_m = change_m.value_or(0.0);
   }
-  return fits;
+  return fit;
 }
 
-std::vector<FaultyRow> FaultyRowsOf(const Sentinel1Product& product,
-                                    const std::vector<GridFit>& fits) {
-  std::vector<FaultyRow> rows;
-  std::size_t row = 0;
-  for (std::size_t begin = 0, end = 0; begin < fits.size(); begin = end) {
-    const int line = product.grid[begin].line;
-    while (end < fits.size() && product.grid[end].line == line) ++end;
-    ++row;
-    for (const GridFault fault : {GridFault::kPosition, GridFault::kHeight}) {
-      FaultyRow faulty{.file = product.file, .fault = fault, .line = line, .row = row};
-      faulty.of = end - begin;
-      for (std::size_t i = begin; i < end; ++i) {
-        if (fits[i].fault != fault) continue;
-        const bool first = faulty.points++ == 0;
-        if (first) faulty.file_line = product.grid[i].file_line;
-        Widen(fits[i].along_error_m, first, faulty.along_m);
-        Widen(fits[i].range_error_m, first, faulty.range_m);
-        Widen(fits[i].height_change_m, first, faulty.height_m);
-      }
-      if (faulty.points > 0) rows.push_back(std::move(faulty));
-    }
+void FaultyRows::Begin(int line, bool same_time) {
+  End();
+  ++count_;
+  for (const GridFault fault : {GridFault::kPosition, GridFault::kHeight}) {
+    current_.push_back({.file = file_, .fault = fault, .line = line, .row = count_});
+    current_.back().same_time = same_time;
   }
-  return rows;
+}
+
+void FaultyRows::Add(const GridFit& fit, std::size_t file_line) {
+  ++points_;
+  for (FaultyRow& row : current_) {
+    if (fit.fault != row.fault) continue;
+    const bool first = row.points++ == 0;
+    if (first) row.file_line = file_line;
+    Widen(fit.along_error_m, first, row.along_m);
+    Widen(fit.range_error_m, first, row.range_m);
+    Widen(fit.height_change_m, first, row.height_m);
+  }
+}
+
+void FaultyRows::End() {
+  for (FaultyRow& row : current_) {
+    row.of = points_;
+    if (row.points > 0) rows_.push_back(std::move(row));
+  }
+  current_.clear();
+  points_ = 0;
+}
+
+std::vector<FaultyRow> FaultyRows::Take() {
+  End();
+  return std::move(rows_);
 }
 
 }  // namespace sarblock

@@ -1,22 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/imported_network.h"
+#include "sarblock/product/pixel_offset.h"
 
 #include <array>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace sarblock {
 
-/// Fills the offsets of the images of an imported block: measured lines and samples minus those
-/// where the given positions of the points lie in the image, by its path as given.
-void MeasureOffsets(ImportedNetwork* imported);
+/// Where a place lies in the image of a pass, by its path as given; nothing where its path does
+/// not see it at zero Doppler.
+[[nodiscard]] std::optional<ImageCoordinates> PlaceInImage(const Pass& pass,
+                                                           const Eigen::Vector3d& p_m);
+
+/// Collects offsets by pass.
+class OffsetCollector {
+ public:
+  /// A look of a point whose given position is `p_m`; left out where one of both is outside.
+  void Add(std::size_t index,
+           const Pass& pass,
+           const RadarCoordinates& measured,
+           const Eigen::Vector3d& p_m);
+  /// One a pass.
+  [[nodiscard]] std::vector<PixelOffset> Offsets(std::size_t passes) const;
+
+ private:
+  std::vector<std::vector<double>> lines_px_, samples_px_;
+};
 
 /// Names offsets that are half a pixel or one line, within 0.15 pixels and three standard
 /// deviations of the median: mistakes of the origin of pixels or of start times. One sentence for
-/// all images with the same one.
-[[nodiscard]] std::vector<std::string> NameOffsets(const ImportedNetwork& imported,
-                                                   const std::array<double, 2>& pixel_origin_px);
+/// all passes with the same one; `measured_by` is what the lines and samples stand in and `option`
+/// what sets their origin.
+[[nodiscard]] std::vector<std::string> NameOffsets(const Block& block,
+                                                   const std::vector<PixelOffset>& offsets,
+                                                   const std::array<double, 2>& pixel_origin_px,
+                                                   const std::string& measured_by,
+                                                   const std::string& option);
 
 }  // namespace sarblock

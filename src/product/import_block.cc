@@ -6,31 +6,31 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
-#include "flight/resample.h"
-#include "flight/state_noise.h"
+#include "block_builder.h"
+#include "core/units.h"
 #include "grid_fit.h"
+#include "image_passes.h"
+#include "reflector_points.h"
 #include <fmt/core.h>
 
 namespace sarblock {
 namespace {
 
-/// Above it positions and velocities tell two stories: 1 mm/s of 7500 m/s turns the Doppler plane
-/// by 0.1 m at 900 km.
-constexpr double kContradiction_mps = 1e-3;
-
 const double kEvenly = 1.0 / std::sqrt(12.0);  // standard deviation of one step, evenly spread
 
-void CheckOptions(const ImportOptions& options, std::size_t products) {
+void CheckOptions(const ImportOptions& options, std::size_t images) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
     if (value && !(*value > 0.0 && std::isfinite(*value))) {
       throw InputError(name, fmt::format("{} is not allowed, a number above 0 is", *value));
     }
   };
   positive(options.grid_sigma_m, "grid-sigma-m");
-  positive(options.range_sigma_m, "sigma-range-m");
-  positive(options.azimuth_sigma_m, "sigma-azimuth-m");
+  positive(options.reflector_sigma_m, "reflector-sigma-m");
+  positive(options.range_sigma_m, "range-sigma-m");
+  positive(options.azimuth_sigma_m, "azimuth-sigma-m");
   positive(options.max_misfit_m, "max-misfit-m");
   positive(options.orbit_margin_s, "orbit-margin-s");
   constexpr double kShortestStep_s = 0.01;
@@ -40,279 +40,329 @@ void CheckOptions(const ImportOptions& options, std::size_t products) {
         fmt::format(
             "{} is not allowed, 0 or {} and more is", options.orbit_step_s, kShortestStep_s));
   }
-  if (products == 0) throw InputError("products", "none given, one or more are needed");
-  if (!options.pass_ids.empty() && options.pass_ids.size() != products) {
+  if (images == 0) throw InputError("images", "none given, one or more are needed");
+  if (!options.pass_ids.empty() && options.pass_ids.size() != images) {
     throw InputError(
         "id",
-        fmt::format(
-            "{} ids for {} products, one each is needed", options.pass_ids.size(), products));
+        fmt::format("{} ids for {} images, one each is needed", options.pass_ids.size(), images));
   }
   if (options.grid == PointRole::kControl && !options.grid_sigma_m) {
     throw InputError("grid-sigma-m",
                      "is missing, control points need the standard deviation of their position");
   }
-}
-
-std::string PassId(const Sentinel1Product& product) {
-  std::string time = UtcText(product.first_line);
-  std::erase_if(time, [](char c) { return c == '-' || c == ':' || c == 'Z'; });
-  return product.mission + "_" + product.swath + "_" + product.polarisation + "_" + time;
-}
-
-// S1A of an annotation and Sentinel-1A of an orbit file name the same satellite.
-bool SameMission(const std::string& product, const std::string& orbit) {
-  return !product.empty() && !orbit.empty() &&
-         (product == orbit || (orbit.starts_with("Sentinel-") && product == "S" + orbit.substr(9)));
-}
-
-/// Times of the product's image and grid, from its epoch.
-struct Span {
-  double start_s = 0.0, end_s = 0.0;
-};
-Span SpanOf(const Sentinel1Product& product, const UtcTime& epoch) {
-  Span span{SecondsBetween(epoch, product.first_line), SecondsBetween(epoch, product.last_line)};
-  for (const GeolocationGridPoint& point : product.grid) {
-    span.start_s = std::min(span.start_s, SecondsBetween(epoch, point.time));
-    span.end_s = std::max(span.end_s, SecondsBetween(epoch, point.time));
+  if (options.reflectors && options.reflector_role == PointRole::kControl &&
+      !options.reflector_sigma_m) {
+    throw InputError("reflector-sigma-m",
+                     "is missing, control points need the standard deviation of their position");
   }
-  return span;
-}
-
-std::vector<StateVector> StatesFrom(const std::vector<OrbitState>& states, const UtcTime& epoch) {
-  std::vector<StateVector> result;
-  for (const OrbitState& state : states) {
-    result.push_back({SecondsBetween(epoch, state.time), state.position_m, state.velocity_mps});
-  }
-  return result;
-}
-
-// States of the first orbit file of the mission that covers the product, with margin as far as it
-// goes.
-std::vector<StateVector> StatesOfFiles(const std::vector<OrbitFile>& orbits,
-                                       const Sentinel1Product& product,
-                                       const UtcTime& epoch,
-                                       double margin_s) {
-  const Span span = SpanOf(product, epoch);
-  for (const OrbitFile& orbit : orbits) {
-    if (!SameMission(product.mission, orbit.mission)) continue;
-    std::vector<StateVector> states = StatesFrom(orbit.states, epoch);
-    if (states.front().time_s > span.start_s || states.back().time_s < span.end_s) continue;
-    const auto from = std::find_if(states.begin(), states.end(), [&](const StateVector& state) {
-      return state.time_s >= span.start_s - margin_s;
-    });
-    const auto to = std::find_if(states.begin(), states.end(), [&](const StateVector& state) {
-      return state.time_s > span.end_s + margin_s;
-    });
-    // One state more on both sides: the span with its margin then lies inside the path.
-    return {from == states.begin() ? from : from - 1, to == states.end() ? to : to + 1};
-  }
-  std::string files;
-  for (const OrbitFile& orbit : orbits) {
-    files += fmt::format("{}{} ({}, {} to {})",
-                         files.empty() ? "" : "; ",
-                         orbit.file,
-                         orbit.mission,
-                         UtcText(orbit.states.front().time),
-                         UtcText(orbit.states.back().time));
-  }
-  throw InputError(FilePlace{product.file, 0, "orbit"},
-                   fmt::format("no orbit file covers this product ({}, {} to {}); given: {}",
-                               product.mission,
-                               UtcText(product.first_line),
-                               UtcText(product.last_line),
-                               files));
-}
-
-// States 5 minutes apart leave the polynomial of degree 7 some 6 mm from a low orbit; farther ones
-// no longer tell where the satellite was.
-void RefuseGaps(const std::string& file, const std::vector<StateVector>& states) {
-  constexpr double kLongest_s = 300.0;
-  for (std::size_t k = 1; k < states.size(); ++k) {
-    const double gap_s = states[k].time_s - states[k - 1].time_s;
-    if (gap_s <= kLongest_s) continue;
-    throw InputError(FilePlace{file, 0, "orbit"},
-                     fmt::format("states {} and {} are {} s apart, {} s at most is allowed",
-                                 k,
-                                 k + 1,
-                                 gap_s,
-                                 kLongest_s));
-  }
-}
-
-ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
-  ImageGrid image;
-  image.presentation = product.presentation;
-  image.first_line_s = SecondsBetween(epoch, product.first_line);
-  image.line_interval_s = product.line_interval_s;
-  image.near_range_m = product.near_range_m;
-  image.range_spacing_m = product.range_spacing_m;
-  for (const ProductGroundRange& polynomial : product.ground_range) {
-    image.ground_range.push_back(
-        {SecondsBetween(epoch, polynomial.time), polynomial.origin_m, polynomial.coefficients});
-  }
-  for (const UtcTime& burst : product.bursts) {
-    image.burst_start_s.push_back(SecondsBetween(epoch, burst));
-  }
-  image.lines_per_burst = static_cast<std::size_t>(product.lines_per_burst);
-  return image;
 }
 
 // The given standard deviations, or those of a line and a pixel.
-LookSigma SigmaOf(const Sentinel1Product& product,
-                  const ImageGrid& image,
-                  double mid_time_s,
-                  const ImportOptions& options) {
+LookSigma SigmaOf(const ImagePass& image, const ImportOptions& options) {
+  const ImageGrid& grid = *image.pass.image;
   LookSigma sigma;
-  const double mid_range_m = product.grid[product.grid.size() / 2].slant_range_m;
-  const auto pixel_m = SlantRangePerPixel_m(image, {mid_time_s, mid_range_m});
+  const auto pixel_m =
+      image.middle ? SlantRangePerPixel_m(grid, *image.middle) : std::optional<double>();
   if (!options.range_sigma_m && !pixel_m) {
-    throw InputError(FilePlace{product.file, 0, "grsrCoefficients"},
-                     "give no ground range to the grid's slant ranges");
+    throw InputError(FilePlace{image.file, 0, "range polynomials"},
+                     "give no slant range in the middle of the image");
   }
   sigma.range_m = options.range_sigma_m ? *options.range_sigma_m : kEvenly * *pixel_m;
   if (options.azimuth_sigma_m) {
     sigma.azimuth = *options.azimuth_sigma_m;
   } else {
-    sigma.azimuth = kEvenly * image.line_interval_s;
+    sigma.azimuth = kEvenly * grid.line_interval_s;
     sigma.azimuth_unit = AzimuthUnit::kSeconds;
   }
   return sigma;
 }
 
-LookSide SideOfMost(const std::vector<GridFit>& fits) {
-  const auto left = std::count_if(
-      fits.begin(), fits.end(), [](const GridFit& fit) { return fit.side == LookSide::kLeft; });
-  return 2 * left > static_cast<std::ptrdiff_t>(fits.size()) ? LookSide::kLeft : LookSide::kRight;
+/// A point of a geolocation grid beside its fit.
+struct GridPlace {
+  std::string name;  ///< of the point, behind the id of its pass
+  GridPoint point;
+  std::size_t file_line = 0;
+};
+
+/// Calls `row(line, same_time)` and `point(place)` for a product's grid, row by row.
+template <typename Row, typename Point>
+void ForGrid(const Sentinel1Product& product,
+             const UtcTime& epoch,
+             const Row& row,
+             const Point& point) {
+  const GeolocationGridPoint* before = nullptr;
+  for (const GeolocationGridPoint& given : product.grid) {
+    if (before == nullptr || before->line != given.line) {
+      row(given.line, before != nullptr && SecondsBetween(before->time, given.time) == 0.0);
+    }
+    before = &given;
+    point(GridPlace{fmt::format("{}:{}", given.line, given.pixel),
+                    {SecondsBetween(epoch, given.time), given.slant_range_m, given.place},
+                    given.file_line});
+  }
 }
 
-/// Collects what all products add to the block.
+template <typename Row, typename Point>
+void ForGrid(const NisarProduct& product,
+             const UtcTime& epoch,
+             const Row& row,
+             const Point& point) {
+  const NisarGrid& grid = product.grid;
+  for (std::size_t i = 0; i < grid.time.size(); ++i) {
+    const double line = SecondsBetween(product.first_line, grid.time[i]) / product.line_interval_s;
+    constexpr double kFarthest = 1e9;
+    row(static_cast<int>(std::lround(std::clamp(line, -kFarthest, kFarthest))),
+        i > 0 && SecondsBetween(grid.time[i - 1], grid.time[i]) == 0.0);
+    for (std::size_t h = 0; h < grid.height_m.size(); ++h) {
+      for (std::size_t j = 0; j < grid.slant_range_m.size(); ++j) {
+        const std::size_t k = grid.Index(h, i, j);
+        point(GridPlace{fmt::format("{}:{}:{}", i + 1, j + 1, grid.height_m[h]),
+                        {SecondsBetween(epoch, grid.time[i]),
+                         grid.slant_range_m[j],
+                         {grid.latitude_deg[k] * kRadPerDeg,
+                          grid.longitude_deg[k] * kRadPerDeg,
+                          grid.height_m[h]}},
+                        0});
+      }
+    }
+  }
+}
+
+// The scene centre point, which the metadata place in the image and on the ground.
+template <typename Row, typename Point>
+void ForGrid(const SicdImage& image, const UtcTime& epoch, const Row& row, const Point& point) {
+  row(static_cast<int>(image.centre_column_px - image.first_column_px), false);
+  point(GridPlace{"SCP",
+                  {SecondsBetween(epoch, image.start) + ValueOf(image.closest_time_s, 0.0),
+                   image.closest_range_m,
+                   Frame::Geocentric(NamedEllipsoid("WGS84")).GeodeticFromFrame(image.centre_m)},
+                  0});
+}
+
+template <typename Row, typename Point>
+void ForGrid(const RadarImage& /*image*/,
+             const UtcTime& /*epoch*/,
+             const Row& /*row*/,
+             const Point& /*point*/) {}
+
+/// Collects what all images add to the block.
 class Importer {
  public:
   Importer(const std::vector<OrbitFile>& orbits, const ImportOptions& options)
-      : orbits_(orbits), options_(options) {
-    result_.block.name = options.name;
-    result_.block.frame = Frame::Geocentric(NamedEllipsoid("WGS84"));
-  }
+      : orbits_(orbits), options_(options), builder_(options.name) {}
 
   void Add(const Sentinel1Product& product, const std::string& id) {
-    const UtcTime epoch = WholeSecond(product.first_line);
-    Pass pass;
-    pass.id = id;
-    for (const Pass& other : result_.block.passes) {
-      if (other.id != id) continue;
-      throw InputError(FilePlace{product.file, 0, "id"},
-                       "'" + id + "' is the id of another product too, give ids of your own");
-    }
-    pass.epoch_utc = UtcText(epoch);
-    pass.wavelength_m = product.wavelength_m;
-    pass.path = PathOf(product, epoch);
-    pass.image = ImageOf(product, epoch);
-    CheckImageGrid(*pass.image);
-    const std::vector<GridFit> fits =
-        FitGrid(product, result_.block.frame, pass.path, epoch, options_.max_misfit_m);
-    pass.side = SideOfMost(fits);
-    pass.sigma = SigmaOf(product, *pass.image, fits[fits.size() / 2].time_s, options_);
-    const Span span = SpanOf(product, epoch);
-    spans_s_.push_back(std::array{span.start_s, span.end_s});
-    const auto index = static_cast<std::uint32_t>(result_.block.passes.size());
-    for (std::size_t i = 0; i < fits.size(); ++i) {
-      AddGridPoint(index, id, product.grid[i], fits[i]);
-    }
-    Summarise(product, id, fits);
-    result_.block.passes.push_back(std::move(pass));
+    Add(product,
+        PassOfSentinel1(product, orbits_, options_, &result_.warnings),
+        product.orbit_source,
+        id);
+  }
+  void Add(const NisarProduct& product, const std::string& id) {
+    Add(product, PassOfNisar(product, options_, &result_.warnings), product.orbit_type, id);
+  }
+  void Add(const SicdImage& image, const std::string& id) {
+    Add(image, PassOfSicd(image), "ARPPoly", id);
+  }
+  void Add(const RadarImage& image, const std::string& id) {
+    Add(image, PassOfRadarImage(image, RangePolynomialTimes::kGiven), "", id);
   }
 
   ImportedBlock Finish() {
-    Block& block = result_.block;
-    SortLooksByPoint(point_of_look_, block.points.size(), &block.looks);
-    SetStripSpans(spans_s_, &block);
+    if (options_.reflectors) AddReflectors();
+    if (options_.points) {
+      builder_.AddMatches(*options_.points);
+      CountMatches();
+    }
+    result_.block = builder_.Finish();
     return std::move(result_);
   }
 
  private:
-  FlightPath PathOf(const Sentinel1Product& product, const UtcTime& epoch) {
-    const std::vector<StateVector> states =
-        orbits_.empty() ? StatesFrom(product.orbit, epoch)
-                        : StatesOfFiles(orbits_, product, epoch, options_.orbit_margin_s);
-    RefuseGaps(product.file, states);
-    const double contradiction_mps = LargestContradiction_mps(states);
-    const bool through_states = options_.through == OrbitThrough::kStates;
-    if (through_states && contradiction_mps > kContradiction_mps) {
-      result_.warnings.push_back(
-          fmt::format("{}: velocities of the orbit differ from the motion of its positions by up "
-                      "to {:.4f} m/s; "
-                      "the path swings between the states, --orbit-through positions avoids it",
-                      product.file,
-                      contradiction_mps));
-    }
-    if (options_.orbit_step_s == 0.0) return FlightPath(states);
-    return FlightPath(ResampleOrbit(states, options_.orbit_step_s, options_.through));
-  }
-
-  void AddGridPoint(std::uint32_t pass,
-                    const std::string& pass_id,
-                    const GeolocationGridPoint& grid_point,
-                    const GridFit& fit) {
-    Points& points = result_.block.points;
-    Looks& looks = result_.block.looks;
-    const auto point = static_cast<std::uint32_t>(points.size());
-    points.ids.Append(fmt::format("{}:{}:{}", pass_id, grid_point.line, grid_point.pixel));
-    const bool wrong_height = fit.fault == GridFault::kHeight;
-    const bool known = options_.grid != PointRole::kTie && (!wrong_height || options_.grid_sigma_m);
-    points.role.push_back(known ? options_.grid : PointRole::kTie);
-    const bool usable = known || (!fit.fault && options_.grid == PointRole::kTie);
-    points.given_m.push_back(usable ? fit.position_m
-                                    : Eigen::Vector3d(Eigen::Vector3d::Constant(kNotGiven)));
-    if (known) {
-      KnownPosition position{point, {true, true, !wrong_height}, Eigen::Matrix3d::Zero()};
-      const double sigma_m = options_.grid_sigma_m.value_or(0.0);
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        if (position.held[static_cast<std::size_t>(k)]) {
-          position.covariance_enu_m2(k, k) = sigma_m * sigma_m;
-        }
-      }
-      points.known.push_back(position);
-    }
-    looks.pass.push_back(pass);
-    looks.flags.push_back(fit.fault == GridFault::kPosition ? Looks::kRejected : 0);
-    looks.time_s.push_back(fit.time_s);
-    looks.range_m.push_back(grid_point.slant_range_m);
-    point_of_look_.push_back(point);
-  }
-
-  void Summarise(const Sentinel1Product& product,
-                 const std::string& id,
-                 const std::vector<GridFit>& fits) {
-    ImportedProduct summary{.file = product.file, .pass = id, .orbit_source = product.orbit_source};
-    summary.grid_points = fits.size();
-    for (const GridFit& fit : fits) {
-      if (fit.fault) continue;
-      ++summary.good;
-      summary.largest_range_m = std::max(summary.largest_range_m, std::abs(fit.range_error_m));
-      summary.largest_along_m = std::max(summary.largest_along_m, std::abs(fit.along_error_m));
-      summary.mean_along_m += fit.along_error_m;
-    }
-    if (summary.good > 0) summary.mean_along_m /= static_cast<double>(summary.good);
+  template <typename Product>
+  void Add(const Product& product,
+           ImagePass image,
+           const std::string& orbit_source,
+           const std::string& id) {
+    if (!id.empty()) image.pass.id = id;
+    const UtcTime first_line = image.first_line;
+    image.pass.sigma = SigmaOf(image, options_);
+    ImportedProduct summary{
+        .file = image.file, .pass = image.pass.id, .orbit_source = orbit_source};
+    const std::vector<GridFit> fits = FitGrid(product, &image.pass, first_line, &summary);
+    const std::uint32_t pass = builder_.AddImage(std::move(image));
+    first_lines_.push_back(first_line);
     result_.products.push_back(std::move(summary));
-    for (FaultyRow& row : FaultyRowsOf(product, fits)) result_.faults.push_back(std::move(row));
+    if (options_.grid) AddGrid(product, pass, first_line, fits);
+  }
+
+  // Holds the grid against the path. The fits are kept where they become looks.
+  template <typename Product>
+  std::vector<GridFit> FitGrid(const Product& product,
+                               Pass* pass,
+                               const UtcTime& first_line,
+                               ImportedProduct* summary) {
+    // A grid is that of the Earth's ellipsoid.
+    const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
+    FaultyRows rows(summary->file);
+    std::vector<GridFit> fits;
+    std::size_t left = 0;
+    ForGrid(
+        product,
+        WholeSecond(first_line),
+        [&](int line, bool same_time) { rows.Begin(line, same_time); },
+        [&](const GridPlace& place) {
+          const auto fit = FitGridPoint(place.point, earth, pass->path, options_.max_misfit_m);
+          if (!fit) FailOutside(*summary, *pass, place);
+          rows.Add(*fit, place.file_line);
+          Count(*fit, summary);
+          left += fit->side == LookSide::kLeft ? 1U : 0U;
+          if (options_.grid) fits.push_back(*fit);
+        });
+    if (summary->good > 0) summary->mean_along_m /= static_cast<double>(summary->good);
+    for (FaultyRow& row : rows.Take()) {
+      row.used = options_.grid.has_value();
+      result_.faults.push_back(std::move(row));
+    }
+    if (summary->grid_points > 0) SetSide(product, 2 * left > summary->grid_points, pass);
+    return fits;
+  }
+
+  [[noreturn]] static void FailOutside(const ImportedProduct& summary,
+                                       const Pass& pass,
+                                       const GridPlace& place) {
+    throw InputError(
+        FilePlace{summary.file,
+                  place.file_line,
+                  place.file_line > 0 ? "geolocationGridPoint.azimuthTime"
+                                      : "geolocationGrid/zeroDopplerTime"},
+        fmt::format("{:.6f} s after {} is outside the orbit, which goes from {:.6f} to {:.6f} s",
+                    place.point.time_s,
+                    pass.epoch_utc,
+                    pass.path.start_s(),
+                    pass.path.end_s()));
+  }
+
+  static void Count(const GridFit& fit, ImportedProduct* summary) {
+    ++summary->grid_points;
+    if (fit.fault) return;
+    ++summary->good;
+    summary->largest_range_m = std::max(summary->largest_range_m, std::abs(fit.range_error_m));
+    summary->largest_along_m = std::max(summary->largest_along_m, std::abs(fit.along_error_m));
+    summary->mean_along_m += fit.along_error_m;
+  }
+
+  void SetSide(const Sentinel1Product& /*product*/, bool left, Pass* pass) {
+    pass->side = left ? LookSide::kLeft : LookSide::kRight;
+  }
+  void SetSide(const NisarProduct& product, bool left, Pass* pass) {
+    if (left == (pass->side == LookSide::kLeft)) return;
+    result_.warnings.push_back(fmt::format(
+        "{}: lookDirection is {}, but the geolocation grid lies to the {} of the flight",
+        product.file,
+        left ? "right" : "left",
+        left ? "left" : "right"));
+  }
+  void SetSide(const SicdImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
+  void SetSide(const RadarImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
+
+  template <typename Product>
+  void AddGrid(const Product& product,
+               std::uint32_t pass,
+               const UtcTime& first_line,
+               const std::vector<GridFit>& fits) {
+    std::size_t i = 0;
+    ForGrid(
+        product,
+        WholeSecond(first_line),
+        [](int, bool) {},
+        [&](const GridPlace& place) { AddGridPoint(pass, place, fits[i++]); });
+  }
+
+  void AddGridPoint(std::uint32_t pass, const GridPlace& place, const GridFit& fit) {
+    const std::string id = builder_.block().passes[pass].id + ":" + place.name;
+    const auto point = builder_.AddPoint(id);
+    if (!point) throw InputError("id", "'" + id + "' would be the name of two grid points");
+    const bool wrong_height = fit.fault == GridFault::kHeight;
+    const bool known =
+        *options_.grid != PointRole::kTie && (!wrong_height || options_.grid_sigma_m);
+    const bool usable = known || (!fit.fault && *options_.grid == PointRole::kTie);
+    if (usable) builder_.SetPosition(*point, fit.position_m);
+    if (known) {
+      builder_.SetKnown(
+          *options_.grid,
+          EquallyKnown(*point, {true, true, !wrong_height}, options_.grid_sigma_m.value_or(0.0)));
+    }
+    NewLook look{.point = *point, .pass = pass};
+    look.flags = fit.fault == GridFault::kPosition ? Looks::kRejected : 0;
+    look.time_s = place.point.time_s;
+    look.range_m = place.point.range_m;
+    builder_.AddLook(look);
+  }
+
+  // Only those that are measured, where it is known which are.
+  void AddReflectors() {
+    std::set<std::string> measured;
+    if (options_.points) {
+      for (const MatchedPoint& row : options_.points->rows) measured.insert(row.point);
+    }
+    const SeenReflectors seen =
+        ReflectorsInImages(*options_.reflectors, first_lines_, builder_, &result_.warnings);
+    for (const SeenReflector& reflector : seen.reflectors) {
+      if (options_.points && !measured.contains(reflector.id)) continue;
+      const auto point = builder_.AddPoint(reflector.id);
+      if (!point)
+        throw InputError("reflectors", "'" + reflector.id + "' is the name of a grid point");
+      builder_.SetPosition(*point, reflector.position_m);
+      builder_.SetKnown(
+          options_.reflector_role,
+          EquallyKnown(*point, {true, true, true}, options_.reflector_sigma_m.value_or(0.0)));
+      for (const auto& [pass, place] : reflector.places) {
+        const std::array<double, 2> origin_px =
+            options_.points ? options_.points->origin_px : std::array<double, 2>{};
+        result_.reflectors.push_back(
+            {reflector.id, pass, place.line_px + origin_px[0], place.pixel_px + origin_px[1]});
+      }
+    }
+    for (const auto& [id, why] : seen.left_out) {
+      if (measured.contains(id)) {
+        result_.warnings.push_back(options_.reflectors->file + ": " + id +
+                                   " is measured but left as a tie point: " + why);
+      }
+    }
+  }
+
+  void CountMatches() {
+    const MatchedPoints& points = *options_.points;
+    const std::vector<std::size_t> matches = builder_.MatchCounts();
+    const std::vector<PixelOffset> offsets = builder_.MatchOffsets();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      result_.products[i].matches = matches[i];
+      result_.products[i].offset = offsets[i];
+    }
+    for (const std::string& warning : points.warnings) result_.warnings.push_back(warning);
+    for (std::string& remark :
+         NameOffsets(builder_.block(), offsets, points.origin_px, points.file, "--points-origin")) {
+      result_.warnings.push_back(std::move(remark));
+    }
   }
 
   const std::vector<OrbitFile>& orbits_;
   const ImportOptions& options_;
+  BlockBuilder builder_;
   ImportedBlock result_;
-  std::vector<std::uint32_t> point_of_look_;
-  std::vector<std::optional<std::array<double, 2>>> spans_s_;
+  std::vector<UtcTime> first_lines_;
 };
 
 }  // namespace
 
-ImportedBlock ImportProducts(const std::vector<Sentinel1Product>& products,
+ImportedBlock ImportProducts(const std::vector<SensorImage>& images,
                              const std::vector<OrbitFile>& orbits,
                              const ImportOptions& options) {
-  CheckOptions(options, products.size());
+  CheckOptions(options, images.size());
   Importer importer(orbits, options);
-  for (std::size_t i = 0; i < products.size(); ++i) {
-    importer.Add(products[i], options.pass_ids.empty() ? PassId(products[i]) : options.pass_ids[i]);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::string id = options.pass_ids.empty() ? "" : options.pass_ids[i];
+    std::visit([&](const auto& image) { importer.Add(image, id); }, images[i]);
   }
   return importer.Finish();
 }

@@ -6,15 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
-#include "ephemeris_time.h"
+#include "block_builder.h"
 #include "image_offsets.h"
+#include "image_passes.h"
 #include "image_serials.h"
 #include "io/number.h"
 #include "pvl_reader.h"
-#include "range_polynomial.h"
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
@@ -22,7 +21,6 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kNoMatch = SerialMatches::kNone;
-constexpr double kSameRadius = 1e-3;  // relative; ellipsoids of one body differ by less
 
 void CheckNetworkOptions(const NetworkImportOptions& options, std::size_t images) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
@@ -48,15 +46,6 @@ Ellipsoid KnownEllipsoid(const std::string& body) {
     if (SameName(name, body)) return NamedEllipsoid(name);
   }
   return {};
-}
-
-// By its name where one is known by these numbers.
-Ellipsoid NamedLike(const Ellipsoid& ellipsoid) {
-  for (const std::string& name : EllipsoidNames()) {
-    const Ellipsoid known = NamedEllipsoid(name);
-    if (known.a_m == ellipsoid.a_m && known.flattening == ellipsoid.flattening) return known;
-  }
-  return ellipsoid;
 }
 
 void RefuseOtherBodies(const ControlNetwork& network, const std::vector<RadarImage>& images) {
@@ -101,10 +90,7 @@ class NetworkImporter {
   NetworkImporter(const ControlNetwork& network,
                   const std::vector<RadarImage>& images,
                   const NetworkImportOptions& options)
-      : network_(network), images_(images), options_(options) {
-    result_.block.name = options.name;
-    result_.block.frame = Frame::Geocentric(NamedLike(images.front().ellipsoid));
-  }
+      : network_(network), images_(images), options_(options), builder_(options.name) {}
 
   ImportedNetwork Import() {
     SerialMatches matches = MatchSerials(network_, images_, options_);
@@ -112,13 +98,12 @@ class NetworkImporter {
     AddPasses(matches);
     for (const NetworkPoint& point : network_.points) AddPoint(point);
     WarnOfLeftOut();
-    Block& block = result_.block;
-    SortLooksByPoint(point_of_look_, block.points.size(), &block.looks);
-    SetStripSpans(std::vector<std::optional<std::array<double, 2>>>(block.passes.size()), &block);
-    MeasureOffsets(&result_);
-    for (std::string& remark : NameOffsets(result_, options_.pixel_origin_px)) {
-      result_.warnings.push_back(std::move(remark));
-    }
+    const std::vector<PixelOffset> offsets = offsets_.Offsets(result_.images.size());
+    for (std::size_t i = 0; i < offsets.size(); ++i) result_.images[i].offset = offsets[i];
+    AddRemarks(NameOffsets(
+        builder_.block(), offsets, options_.pixel_origin_px, "the network", "--pixel-origin"));
+    if (options_.points) AddMatches(*options_.points);
+    result_.block = builder_.Finish();
     return std::move(result_);
   }
 
@@ -128,11 +113,11 @@ class NetworkImporter {
     for (std::size_t i = 0; i < images_.size(); ++i) {
       if (matches.serial_of_image[i] == kNoMatch) continue;
       const std::string& serial = network_.serials[matches.serial_of_image[i]];
-      pass_of_serial_[matches.serial_of_image[i]] = result_.block.passes.size();
+      pass_of_serial_[matches.serial_of_image[i]] = result_.images.size();
       image_of_pass_.push_back(&images_[i]);
       AddPass(images_[i], options_.pass_ids.empty() ? "" : options_.pass_ids[i], serial);
     }
-    if (result_.block.passes.empty()) {
+    if (result_.images.empty()) {
       throw InputError(FilePlace{network_.file, 0, "serial number"},
                        "no image is one that the network was measured in; --serial SERIAL=FILE "
                        "says which file a serial number means");
@@ -140,27 +125,11 @@ class NetworkImporter {
   }
 
   void AddPass(const RadarImage& image, const std::string& given_id, const std::string& serial) {
-    Pass pass;
-    pass.id = given_id.empty() ? std::filesystem::path(image.file).stem().string() : given_id;
-    for (const Pass& other : result_.block.passes) {
-      if (other.id != pass.id) continue;
-      throw InputError(FilePlace{image.file, 0, "id"},
-                       Quoted(pass.id) + " is the id of another image too, give ids with --id");
-    }
-    const UtcTime epoch = WholeSecond(UtcOfEphemerisTime(image.first_line_s));
-    const double epoch_s = EphemerisTime_s(epoch);
-    pass.epoch_utc = UtcText(epoch);
-    pass.side = image.side;
-    pass.wavelength_m = image.wavelength_m;
-    std::vector<StateVector> states = image.states;
-    for (StateVector& state : states) state.time_s -= epoch_s;
-    try {
-      pass.image = ImageOf(image, epoch_s);
-      pass.path = FlightPath(std::move(states));
-      CheckImageGrid(*pass.image);
-    } catch (const InputError& error) {
-      throw InputError(FilePlace{image.file, 0, ""}, error.what());
-    }
+    ImagePass made = PassOfRadarImage(image, options_.range_polynomial);
+    // A crop that ends where no measure is told of says nothing of the lines that there are.
+    made.lines = made.samples = 0;
+    Pass& pass = made.pass;
+    if (!given_id.empty()) pass.id = given_id;
     if (options_.range_sigma_m) pass.sigma.range_m = *options_.range_sigma_m;
     if (options_.azimuth_sigma_m) pass.sigma.azimuth = *options_.azimuth_sigma_m;
     if (options_.jigsaw_sigma) {
@@ -173,23 +142,22 @@ class NetworkImporter {
       pass.sigma.azimuth = kNotGiven;
     }
     result_.images.push_back({.file = image.file, .pass = pass.id, .serial = serial});
-    result_.block.passes.push_back(std::move(pass));
+    builder_.AddImage(std::move(made));
   }
 
-  [[nodiscard]] ImageGrid ImageOf(const RadarImage& image, double epoch_s) const {
-    ImageGrid grid;
-    grid.presentation = Presentation::kGround;
-    grid.first_line_s = image.first_line_s - epoch_s;
-    grid.line_interval_s = image.line_interval_s;
-    grid.near_range_m = image.first_sample_m;
-    grid.range_spacing_m = image.sample_spacing_m;
-    grid.ground_range = image.ground_range;
-    if (options_.range_polynomial == RangePolynomialTimes::kUsgscsm) {
-      grid.ground_range = AsUsgscsmReads(
-          image.ground_range, image.states.front().time_s, image.states.back().time_s);
-    }
-    for (GroundRangePolynomial& polynomial : grid.ground_range) polynomial.time_s -= epoch_s;
-    return grid;
+  void AddRemarks(std::vector<std::string> remarks) {
+    for (std::string& remark : remarks) result_.warnings.push_back(std::move(remark));
+  }
+
+  void AddMatches(const MatchedPoints& points) {
+    AddRemarks(points.warnings);
+    builder_.AddMatches(points);
+    result_.matches = points.rows.size();
+    AddRemarks(NameOffsets(builder_.block(),
+                           builder_.MatchOffsets(),
+                           points.origin_px,
+                           points.file,
+                           "--points-origin"));
   }
 
   void AddPoint(const NetworkPoint& given) {
@@ -200,16 +168,14 @@ class NetworkImporter {
       ++points_left_out_;
       return;
     }
-    Points& points = result_.block.points;
-    const std::uint32_t point = points.ids.FindOrAppend(given.id);
-    if (point != points.size()) {
+    const auto point = builder_.AddPoint(given.id);
+    if (!point)
       throw InputError(FilePlace{network_.file, 0, given.id}, "stands twice in the network");
-    }
-    points.role.push_back(PointRole::kTie);
-    points.given_m.push_back(given.position_m.value_or(Eigen::Vector3d::Constant(kNotGiven)));
+    if (given.position_m) builder_.SetPosition(*point, *given.position_m);
     // A point that takes no part holds nothing.
-    if (!given.unused) AddKnownPosition(given, point);
-    for (const NetworkMeasure& measure : given.measures) AddLook(given, measure, point);
+    if (!given.unused) AddKnownPosition(given, *point);
+    passes_of_point_.clear();
+    for (const NetworkMeasure& measure : given.measures) AddLook(given, measure, *point);
   }
 
   void AddKnownPosition(const NetworkPoint& given, std::uint32_t point) {
@@ -229,8 +195,7 @@ class NetworkImporter {
       known.held = given.constrained.value_or(known.held);
       covariance_m2 = ConstrainedCovariance_m2(given, &known.held);
     }
-    result_.block.points.role[point] = PointRole::kControl;
-    result_.block.points.known.push_back(known);
+    builder_.SetKnown(PointRole::kControl, known);
   }
 
   // In east, north and up of the place, of the components that are held.
@@ -238,7 +203,7 @@ class NetworkImporter {
                                                          std::array<bool, 3>* held) const {
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
     if (given.covariance_m2) {
-      const Eigen::Matrix3d enu = result_.block.frame.EnuFromFrame(*given.position_m);
+      const Eigen::Matrix3d enu = builder_.frame().EnuFromFrame(*given.position_m);
       covariance_m2 = enu * *given.covariance_m2 * enu.transpose();
     }
     if (!(covariance_m2.diagonal().maxCoeff() > 0.0)) {
@@ -286,7 +251,7 @@ class NetworkImporter {
       ++measures_left_out_;
       return;
     }
-    const Pass& pass = result_.block.passes[pass_index];
+    const Pass& pass = builder_.block().passes[pass_index];
     const bool rejected = measure.unused || point.unused;
     const ImageCoordinates image{measure.line_px - options_.pixel_origin_px[0],
                                  measure.sample_px - options_.pixel_origin_px[1]};
@@ -295,8 +260,8 @@ class NetworkImporter {
           FilePlace{network_.file, 0, point.id + " in " + network_.serials[measure.serial]},
           problem);
     };
-    for (auto i = point_of_look_.size(); i > 0 && point_of_look_[i - 1] == index; --i) {
-      if (result_.block.looks.pass[i - 1] == pass_index) fail("is measured twice in this image");
+    if (std::count(passes_of_point_.begin(), passes_of_point_.end(), pass_index) > 0) {
+      fail("is measured twice in this image");
     }
     const auto radar = RadarFromImage(*pass.image, image);
     if (!radar || !pass.path.At(radar->time_s)) {
@@ -312,15 +277,17 @@ class NetworkImporter {
                       radar ? "its path does not cover the time" : "they have no slant range"));
     }
     const auto [range_sigma_m, azimuth] = SigmaOf(measure, pass_index, *radar, fail);
-    Looks& looks = result_.block.looks;
-    looks.pass.push_back(static_cast<std::uint32_t>(pass_index));
-    looks.flags.push_back(static_cast<std::uint8_t>(
-        (rejected ? Looks::kRejected : 0) | (azimuth.in_seconds ? Looks::kAzimuthSeconds : 0)));
-    looks.time_s.push_back(radar->time_s);
-    looks.range_m.push_back(radar->range_m);
-    looks.range_sigma_m.push_back(range_sigma_m);
-    looks.azimuth_sigma.push_back(azimuth.sigma);
-    point_of_look_.push_back(index);
+    passes_of_point_.push_back(pass_index);
+    builder_.AddLook(
+        {.point = index,
+         .pass = static_cast<std::uint32_t>(pass_index),
+         .flags = static_cast<std::uint8_t>((rejected ? Looks::kRejected : 0) |
+                                            (azimuth.in_seconds ? Looks::kAzimuthSeconds : 0)),
+         .time_s = radar->time_s,
+         .range_m = radar->range_m,
+         .range_sigma_m = range_sigma_m,
+         .azimuth_sigma = azimuth.sigma});
+    if (!rejected && point.position_m) offsets_.Add(pass_index, pass, *radar, *point.position_m);
     ++result_.images[pass_index].looks;
     if (rejected) ++result_.images[pass_index].rejected;
   }
@@ -335,7 +302,7 @@ class NetworkImporter {
                                                         std::size_t pass_index,
                                                         const RadarCoordinates& radar,
                                                         const Fail& fail) const {
-    const Pass& pass = result_.block.passes[pass_index];
+    const Pass& pass = builder_.block().passes[pass_index];
     if (options_.jigsaw_sigma) {
       // A shift along track by v changes the Doppler shift by 2 v / (wavelength R).
       const double speed_mps = pass.path.At(radar.time_s)->velocity_mps.norm();
@@ -374,7 +341,7 @@ class NetworkImporter {
     warn(points_left_out_, "points are left out, no image given shows them");
     warn(measures_left_out_, "measures are left out, their images are not given");
     warn(rejected_left_out_, "ignored measures are left out, they lie outside their images");
-    if (result_.block.looks.size() == 0) {
+    if (builder_.block().looks.size() == 0) {
       throw InputError(FilePlace{network_.file, 0, "measures"}, "no measure is in an image given");
     }
   }
@@ -385,7 +352,9 @@ class NetworkImporter {
   ImportedNetwork result_;
   std::vector<std::size_t> pass_of_serial_;
   std::vector<const RadarImage*> image_of_pass_;
-  std::vector<std::uint32_t> point_of_look_;
+  BlockBuilder builder_;
+  OffsetCollector offsets_;
+  std::vector<std::size_t> passes_of_point_;  // that have a look of the current point
   std::size_t points_left_out_ = 0, measures_left_out_ = 0, rejected_left_out_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/units.h"
+#include "orbit_path.h"
 #include "xml_reader.h"
 
 namespace sarblock {
@@ -17,18 +18,9 @@ Eigen::Vector3d ReadVector(const XmlElement& element, const char* x, const char*
   return {element.Child(x).Number(), element.Child(y).Number(), element.Child(z).Number()};
 }
 
-// Appends a state, refusing times that do not increase and states no satellite has.
 void AppendState(const XmlElement& element, const OrbitState& state, std::vector<OrbitState>* all) {
-  if (!all->empty() && !(SecondsBetween(all->back().time, state.time) > 0.0)) {
-    element.Fail("its time " + UtcText(state.time) + " is not after that of the state before, " +
-                 UtcText(all->back().time));
-  }
-  // The Earth's polar radius is 6357 km; states in kilometres or in wrong columns show here.
-  constexpr double kLowest_m = 6.36e6;
-  if (!(state.position_m.norm() > kLowest_m)) {
-    element.Fail("the position lies inside the Earth, metres in earth-fixed axes are needed");
-  }
-  if (!(state.velocity_mps.norm() > 0.0)) element.Fail("the velocity is zero");
+  const auto problem = ProblemOfState(all->empty() ? nullptr : &all->back(), state);
+  if (problem) element.Fail(*problem);
   all->push_back(state);
 }
 

@@ -111,6 +111,18 @@ int XmlElement::Count() const {
   return value;
 }
 
+int XmlElement::Attribute(const char* name, int most) const {
+  const pugi::xml_attribute attribute = node_.attribute(name);
+  const std::string_view text = attribute.value();
+  int value = -1;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size() || value < 0 || value > most) {
+    Fail(std::string("its attribute ") + name + ", " + Quoted(text) +
+         ", is not allowed, an integer of 0 to " + std::to_string(most) + " is");
+  }
+  return value;
+}
+
 std::vector<double> XmlElement::Numbers() const {
   const std::string whole = Text();
   std::string_view text = whole;

@@ -49,7 +49,9 @@ class XmlElement {
   [[nodiscard]] std::string Text() const;  ///< refused if empty
   [[nodiscard]] double Number() const;     ///< all of the text, finite
   [[nodiscard]] double Positive() const;
-  [[nodiscard]] int Count() const;                    ///< an integer of 0 or more
+  [[nodiscard]] int Count() const;  ///< an integer of 0 or more
+  /// An attribute, an integer of 0 to `most`.
+  [[nodiscard]] int Attribute(const char* name, int most) const;
   [[nodiscard]] std::vector<double> Numbers() const;  ///< separated by blanks
   [[nodiscard]] UtcTime Time() const;
 

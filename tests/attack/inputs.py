@@ -317,6 +317,11 @@ class Maker:
             self.add("import", ["import", kind, "{in}/network_moon.net", *(f"{{in}}/{name}" for name in images),
                                 "-o", "{out}", *sigmas], networks, ["network_moon.net", *images],
                      self.folder / "local", "block")
+        (networks / "points.csv").write_text("point,image,line,sample,line_sigma_px,sample_sigma_px\n"
+                                             "T1,isd_one,10,20,0.2,0.3\nT1,isd_two,11,21,,\nT2,isd_one.json,30,5,,\n")
+        self.add("import", ["import", "images", "{in}/isd_one.json", "{in}/isd_two.json", "--points",
+                            "{in}/points.csv", "-o", "{out}"], networks, ["points.csv", "points.csv", "isd_one.json"],
+                 self.folder / "local", "block")
 
 
 def in_lines_and_pixels(row):

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/cli_fixture.h"
+#include "fuzz/nisar_file.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {
@@ -77,6 +78,9 @@ class ForeignFilesTest : public test::CliTest {
           "--azimuth-sigma-m",
           "6"},
          ""},
+        {"import nisar", {"import", "nisar", folder_ / "rslc.h5", "--grid", "check"}, ""},
+        {"import sicd", {"import", "sicd", corpus / "sicd/plain.xml"}, ""},
+        {"import images", {"import", "images", annotation, folder_ / "rslc.h5"}, ""},
         {"convert", {"convert", block}, "", ""},
         {"convert", {"convert", result}, "one.h5", ""},
         {"intersect", {"intersect", block, "--report"}, ""},
@@ -103,6 +107,7 @@ class ForeignFilesTest : public test::CliTest {
   void MakeInputs() const {
     const Path block = Simulated("leberl-aircraft", "block");
     ASSERT_EQ(Run("adjust", block, "result").exit_code, 0);
+    test::NisarFile{}.Write(folder_ / "rslc.h5");
     const Path corpus = Path(SARBLOCK_FUZZ_CORPUS) / "product";
     const ProgramRun import = RunProgram({"import",
                                           "sentinel1",

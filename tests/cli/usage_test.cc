@@ -104,7 +104,7 @@ TEST(UsageTest, HelpOfACommandNamesWhatAllHaveAndChoicesAsWords) {
     }
   }
   EXPECT_THAT(RunProgram({"report", "--help"}).out, Not(HasSubstr("--set")));
-  EXPECT_THAT(RunProgram({"import", "sentinel1", "--help"}).out, HasSubstr("{check,control,tie}"));
+  EXPECT_THAT(RunProgram({"import", "sentinel1", "--help"}).out, HasSubstr("{check,control,none,tie}"));
 }
 
 TEST(UsageTest, WrongUsageExitsWithTwoAndAMessage) {

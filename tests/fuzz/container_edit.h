@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -12,13 +13,18 @@
 // Damage to an HDF5 file of a block or a result as people, programs and disks do it, as lines of
 // text:
 //
-//   set PATH ROW NUMBER      one value of a dataset of numbers or indices
+//   set PATH ROW NUMBER      one value of a dataset of numbers or indices, counted over all
+//                            dimensions
 //   extend PATH ROWS         claims more rows than are stored, or fewer
 //   delete PATH              takes a dataset, a group or (PATH without a slash) an attribute away
 //   floats PATH ROWS         a dataset of zeros in its place; likewise
 //   integers PATH ROWS
 //   words PATH ROWS          strings of variable length
 //   matrix PATH ROWS         ROWS x 2 numbers
+//   cube PATH ROWS           ROWS x 2 x 2 numbers
+//   scalar PATH              one number
+//   word PATH TEXT...        one string in its place
+//   units PATH TEXT...       the attribute "units" of a dataset
 //   external PATH ROWS       numbers in another file
 //   link PATH TARGET         a soft link
 //   text NAME TEXT...        an attribute
@@ -65,10 +71,20 @@ class ContainerEdit {
       in >> target;
       H5Ldelete(file_, path.c_str(), H5P_DEFAULT);
       H5Lcreate_soft(target.c_str(), file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT);
-    } else if (what == "text") {
+    } else if (what == "text" || what == "units" || what == "word") {
       std::string text;
       std::getline(in, text);
-      SetText(path, text);
+      if (what == "text") {
+        SetText(file_, path, text);
+      } else if (what == "word") {
+        SetWord(path, text.substr(std::min<std::size_t>(1, text.size())));
+      } else {
+        const hid_t dataset = H5Oopen(file_, path.c_str(), H5P_DEFAULT);
+        SetText(dataset, "units", text.substr(std::min<std::size_t>(1, text.size())));
+        if (dataset >= 0) H5Oclose(dataset);
+      }
+    } else if (what == "scalar") {
+      Make(path, H5T_NATIVE_DOUBLE, {}, {}, false);
     } else {
       hsize_t rows = 0;
       if (in >> rows) Resize(what, path, rows);
@@ -79,9 +95,16 @@ class ContainerEdit {
     const hid_t dataset = H5Dopen2(file_, path.c_str(), H5P_DEFAULT);
     const hid_t space = H5Dget_space(dataset);
     const hsize_t one = 1;
-    H5Sselect_hyperslab(space, H5S_SELECT_SET, &row, nullptr, &one, nullptr);
+    const int rank = H5Sget_simple_extent_ndims(space);
+    std::vector<hsize_t> size(rank > 0 ? static_cast<std::size_t>(rank) : 0), at(size.size());
+    if (rank > 0) H5Sget_simple_extent_dims(space, size.data(), nullptr);
+    for (std::size_t i = size.size(); i > 0 && size[i - 1] > 0; --i) {
+      at[i - 1] = i > 1 ? row % size[i - 1] : row;
+      row /= size[i - 1];
+    }
+    if (rank > 0) H5Sselect_elements(space, H5S_SELECT_SET, 1, at.data());
     const hid_t memory = H5Screate_simple(1, &one, nullptr);
-    if (H5Sselect_valid(space) > 0) {
+    if (H5Sselect_valid(space) > 0 && H5Sget_select_npoints(space) == 1) {
       H5Dwrite(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, &value);
     }
     H5Sclose(memory);
@@ -98,6 +121,7 @@ class ContainerEdit {
     if (rows > 1000) return;
     if (what == "floats") Make(path, H5T_NATIVE_DOUBLE, {rows}, {rows}, false);
     if (what == "integers") Make(path, H5T_NATIVE_INT, {rows}, {rows}, false);
+    if (what == "cube") Make(path, H5T_NATIVE_DOUBLE, {rows, 2, 2}, {rows, 2, 2}, false);
     if (what == "matrix") Make(path, H5T_NATIVE_DOUBLE, {rows, 2}, {rows, 2}, false);
     if (what == "external") Make(path, H5T_NATIVE_DOUBLE, {rows}, {rows}, true);
     if (what == "words") {
@@ -114,10 +138,12 @@ class ContainerEdit {
             const std::vector<hsize_t>& most,
             bool external) {
     H5Ldelete(file_, path.c_str(), H5P_DEFAULT);
-    const hid_t space = H5Screate_simple(static_cast<int>(size.size()), size.data(), most.data());
+    const hid_t space =
+        size.empty() ? H5Screate(H5S_SCALAR)
+                     : H5Screate_simple(static_cast<int>(size.size()), size.data(), most.data());
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
     const hsize_t chunk = 1000;
-    if (most[0] == H5S_UNLIMITED) {
+    if (!most.empty() && most[0] == H5S_UNLIMITED) {
       H5Pset_chunk(creation, 1, &chunk);
     } else if (external) {
       H5Pset_external(creation, "other.bin", 0, 8 * size[0]);
@@ -131,12 +157,27 @@ class ContainerEdit {
     H5Sclose(space);
   }
 
-  void SetText(const std::string& name, const std::string& text) {
-    H5Adelete(file_, name.c_str());
+  void SetWord(const std::string& path, const std::string& text) {
+    H5Ldelete(file_, path.c_str(), H5P_DEFAULT);
     const hid_t type = H5Tcopy(H5T_C_S1);
     H5Tset_size(type, text.size() + 1);
     const hid_t space = H5Screate(H5S_SCALAR);
-    const hid_t attribute = H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t dataset =
+        H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    if (dataset >= 0) {
+      H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str());
+      H5Dclose(dataset);
+    }
+    H5Sclose(space);
+    H5Tclose(type);
+  }
+
+  static void SetText(hid_t object, const std::string& name, const std::string& text) {
+    H5Adelete(object, name.c_str());
+    const hid_t type = H5Tcopy(H5T_C_S1);
+    H5Tset_size(type, text.size() + 1);
+    const hid_t space = H5Screate(H5S_SCALAR);
+    const hid_t attribute = H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT);
     if (attribute >= 0) {
       H5Awrite(attribute, type, text.c_str());
       H5Aclose(attribute);

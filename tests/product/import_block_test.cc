@@ -189,7 +189,7 @@ TEST(ImportProductsTest, SeveralProductsMakeOneBlock) {
   EXPECT_THAT(test::MessageOf<InputError>([&] {
                 return ImportProducts({Product(first), Product(first, "b.xml")}, {}, {});
               }),
-              HasSubstr("b.xml: id: 'S1A_IW2_VV_20221016T235950' is the id of another product"));
+              HasSubstr("b.xml: id: 'S1A_IW2_VV_20221016T235950' is the id of another image"));
   ImportOptions named;
   named.pass_ids = {"one", "two"};
   EXPECT_EQ(ImportProducts({Product(first), Product(first)}, {}, named).block.passes[1].id, "two");

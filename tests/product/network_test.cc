@@ -97,11 +97,11 @@ TEST_F(NetworkTest, PointsLieWhereTheyWereMeasuredInCubesAndIsds) {
     }());
     ASSERT_EQ(imported.images.size(), 2U);
     for (const ImportedImage& image : imported.images) {
-      EXPECT_GE(image.offset_looks, 9U);
+      EXPECT_GE(image.offset.looks, 9U);
       // Ephemeris times step by 0.06 us, 6e-6 of a line. The ISD counts ground range from the edge
       // of the first pixel in lines alone.
-      EXPECT_NEAR(image.line_offset_px, 0.0, 2e-5) << image.pass;
-      EXPECT_NEAR(image.sample_offset_px, 0.0, 1e-5) << image.pass;
+      EXPECT_NEAR(image.offset.line_px, 0.0, 2e-5) << image.pass;
+      EXPECT_NEAR(image.offset.sample_px, 0.0, 1e-5) << image.pass;
     }
     EXPECT_TRUE(imported.warnings.empty()) << imported.warnings.front();
   }

@@ -15,10 +15,12 @@ enum class GridFault {
 /// The faulty points of one kind in one row of a geolocation grid.
 struct FaultyRow {
   std::string file;
-  std::size_t file_line = 0;  ///< of the first faulty point's element
+  std::size_t file_line = 0;  ///< of the first faulty point's element; 0: the file has no lines
   GridFault fault = GridFault::kPosition;
   int line = 0;             ///< image line of the row
   std::size_t row = 0;      ///< from 1
+  bool same_time = false;   ///< the row's time is that of the row before
+  bool used = true;         ///< the grid's points become points of the block
   std::size_t points = 0;   ///< faulty ones
   std::size_t of = 0;       ///< all in the row
   double along_m[2] = {};   ///< smallest and largest e_d

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/product/matched_points.h"
+#include "sarblock/product/pixel_offset.h"
 
 #include <array>
 #include <cstddef>
@@ -42,24 +44,21 @@ struct NetworkImportOptions {
   double fixed_sigma_m = 1e-3;            ///< each axis, of fixed points: as good as held
   std::optional<double> height_sigma_m;   ///< free points with a position are held in height
   MissingImages missing = MissingImages::kRefuse;
+  std::optional<MatchedPoints> points;  ///< more looks, beside those of the network
 };
 
-/// What became of one image. Offsets: measured minus where the given positions of the points lie in
-/// the image, median over the looks that take part; NaN where there are none.
+/// What became of one image.
 struct ImportedImage {
   std::string file, pass, serial;
   std::size_t looks = 0, rejected = 0;
-  std::size_t offset_looks = 0;
-  double line_offset_px = kNotGiven;
-  double sample_offset_px = kNotGiven;
-  double line_offset_sigma_px = kNotGiven;  ///< standard deviation of the median
-  double sample_offset_sigma_px = kNotGiven;
+  PixelOffset offset{};  ///< of the network's measures
 };
 
 struct ImportedNetwork {
   Block block;
   std::vector<ImportedImage> images;  ///< one a pass
   std::size_t fixed_points = 0;
+  std::size_t matches = 0;  ///< looks of NetworkImportOptions::points
   std::vector<std::string> warnings;
 };
 

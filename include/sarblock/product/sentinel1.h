@@ -3,6 +3,7 @@
 
 #include "sarblock/block/image_grid.h"
 #include "sarblock/geodesy/frame.h"
+#include "sarblock/product/orbit_state.h"
 #include "sarblock/product/utc_time.h"
 
 #include <cstddef>
@@ -13,14 +14,6 @@
 #include <Eigen/Core>
 
 namespace sarblock {
-
-/// One state vector as a product or an orbit file gives it: earth-fixed axes, velocities relative
-/// to the turning Earth.
-struct OrbitState {
-  UtcTime time;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-};
 
 /// One point of a geolocation grid: what the processor says of one pixel.
 struct GeolocationGridPoint {

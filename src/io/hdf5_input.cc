@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hdf5_input.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kMostChunkBytes = std::size_t{1} << 26;
+constexpr std::uint64_t kMostInflation = 1032;  // of deflate, bytes out of one byte
+constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+
+std::uint64_t BoundedProduct(std::uint64_t a, std::uint64_t b) {
+  return b != 0 && a > kMost / b ? kMost : a * b;
+}
+
+/// Values of a chunk, and the chunks that all values fill.
+struct Chunks {
+  std::uint64_t values = 1, needed = 1;
+};
+Chunks ChunksOf(const OpenedHdf5& opened,
+                const std::string& path,
+                hid_t made,
+                const StoredDataset& stored) {
+  std::vector<hsize_t> chunk(stored.size.size());
+  const int rank = static_cast<int>(chunk.size());
+  const bool known = H5Pget_chunk(made, rank, chunk.data()) == rank;
+  Chunks chunks;
+  for (std::size_t i = 0; known && i < chunk.size(); ++i) {
+    chunks.values = BoundedProduct(chunks.values, chunk[i]);
+    if (chunk[i] > 0) {
+      chunks.needed = BoundedProduct(chunks.needed, (stored.size[i] - 1) / chunk[i] + 1);
+    }
+  }
+  if (!known || chunks.values == 0 || chunks.values > kMostChunkBytes / stored.value_bytes) {
+    opened.Fail(path,
+                "has chunks of " + std::to_string(chunks.values) + " values, at most " +
+                    std::to_string(kMostChunkBytes) + " bytes are allowed");
+  }
+  return chunks;
+}
+
+bool IsWhole(const OpenedHdf5& opened, const std::string& path, const StoredDataset& stored) {
+  if (stored.count == 0) return true;
+  const Hdf5Id made(H5Dget_create_plist(stored.dataset.get()), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(made.get());
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(made.get()) > 0) {
+    opened.Fail(path, "has its values in another file, they are needed in this one");
+  }
+  const bool filtered = H5Pget_nfilters(made.get()) > 0;
+  bool whole = true;
+  if (layout == H5D_CHUNKED) {
+    const Chunks chunks = ChunksOf(opened, path, made.get(), stored);
+    hsize_t there = 0;
+    const Hdf5Id all(H5Dget_space(stored.dataset.get()), H5Sclose);  // H5S_ALL is refused
+    whole =
+        H5Dget_num_chunks(stored.dataset.get(), all.get(), &there) >= 0 && there >= chunks.needed;
+  } else if (layout == H5D_CONTIGUOUS) {
+    whole = H5Dget_storage_size(stored.dataset.get()) / stored.value_bytes >= stored.count;
+  }
+  const std::uint64_t most =
+      BoundedProduct(opened.bytes, filtered ? kMostInflation : 1) / stored.value_bytes;
+  return whole && stored.count <= most;
+}
+
+}  // namespace
+
+void OpenedHdf5::Fail(const std::string& object, const std::string& problem) const {
+  throw InputError(FilePlace{path, 0, object}, problem);
+}
+
+OpenedHdf5 OpenHdf5(const std::filesystem::path& path) {
+  SilenceHdf5();
+  OpenedHdf5 opened{path.string(), std::filesystem::file_size(path), {}};
+  opened.file = Hdf5Id(H5Fopen(opened.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (!opened.file.valid()) {
+    opened.Fail("", "cannot be opened as an HDF5 file: damaged, cut off, or being written");
+  }
+  return opened;
+}
+
+bool HasMember(const OpenedHdf5& opened,
+               hid_t group,
+               const std::string& name,
+               const std::string& path) {
+  if (H5Lexists(group, name.c_str(), H5P_DEFAULT) <= 0) return false;
+  H5L_info_t info;
+  if (H5Lget_info(group, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type != H5L_TYPE_HARD) {
+    opened.Fail(path, "is a link, the data themselves are needed");
+  }
+  return true;
+}
+
+StoredDataset OpenStored(const OpenedHdf5& opened,
+                         hid_t group,
+                         const std::string& name,
+                         const std::string& path,
+                         int rank) {
+  StoredDataset stored;
+  const Hdf5Id access = ColumnAccess();
+  stored.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
+  if (!stored.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
+  const Hdf5Id type(H5Dget_type(stored.dataset.get()), H5Tclose);
+  const Hdf5Id space(H5Dget_space(stored.dataset.get()), H5Sclose);
+  if (!type.valid() || !space.valid()) opened.Fail(path, "is no dataset that can be read");
+  stored.type = H5Tget_class(type.get());
+  stored.value_bytes = H5Tget_size(type.get());
+  stored.variable_text = H5Tis_variable_str(type.get()) > 0;
+  const int dimensions = std::max(0, H5Sget_simple_extent_ndims(space.get()));
+  if (dimensions != rank) {
+    opened.Fail(path,
+                "has " + std::to_string(dimensions) + " dimensions, " +
+                    (rank == 1 ? "one" : std::to_string(rank)) + " is needed");
+  }
+  std::vector<hsize_t> size(static_cast<std::size_t>(rank));
+  if (H5Sget_simple_extent_type(space.get()) != H5S_NULL) {
+    if (rank > 0) H5Sget_simple_extent_dims(space.get(), size.data(), nullptr);
+    stored.count = 1;
+  }
+  for (const hsize_t length : size) {
+    stored.size.push_back(length);
+    stored.count = BoundedProduct(stored.count, length);
+  }
+  if (stored.value_bytes == 0) opened.Fail(path, "has values without a size");
+  stored.whole = IsWhole(opened, path, stored);
+  return stored;
+}
+
+std::optional<std::string> ReadTextAttribute(const OpenedHdf5& opened,
+                                             hid_t object,
+                                             const std::string& name,
+                                             const std::string& place) {
+  if (H5Aexists(object, name.c_str()) <= 0) return std::nullopt;
+  const Hdf5Id attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
+  const Hdf5Id type(H5Aget_type(attribute.get()), H5Tclose);
+  const Hdf5Id space(H5Aget_space(attribute.get()), H5Sclose);
+  if (!type.valid() || !space.valid() || H5Tget_class(type.get()) != H5T_STRING ||
+      H5Sget_simple_extent_npoints(space.get()) != 1) {
+    opened.Fail(place, "is no text, an attribute with one string is needed");
+  }
+  bool read = false;
+  std::string text;
+  if (H5Tis_variable_str(type.get()) > 0) {
+    char* value = nullptr;
+    read = H5Aread(attribute.get(), type.get(), &value) >= 0 && value != nullptr;
+    if (read) text = value;
+    H5free_memory(value);
+  } else if (H5Tget_size(type.get()) <= opened.bytes) {
+    text.resize(H5Tget_size(type.get()));
+    read = H5Aread(attribute.get(), type.get(), text.data()) >= 0;
+    text.resize(std::min(text.size(), text.find('\0')));
+  }
+  if (!read) opened.Fail(place, "cannot be read, the file is damaged");
+  return text;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/product/import_options.h"
+#include "sarblock/product/imported_network.h"
+#include "sarblock/product/nisar.h"
+#include "sarblock/product/radar_image.h"
+#include "sarblock/product/sentinel1.h"
+#include "sarblock/product/sicd.h"
+
+#include <string>
+#include <vector>
+
+#include "block_builder.h"
+
+namespace sarblock {
+
+/// The image of a product as a pass, its id made of the product's own names. An annotation of
+/// Sentinel-1 does not tell the look side: its grid does.
+[[nodiscard]] ImagePass PassOfSentinel1(const Sentinel1Product& product,
+                                        const std::vector<OrbitFile>& orbits,
+                                        const ImportOptions& options,
+                                        std::vector<std::string>* warnings);
+[[nodiscard]] ImagePass PassOfNisar(const NisarProduct& product,
+                                    const ImportOptions& options,
+                                    std::vector<std::string>* warnings);
+/// Refuses zero-Doppler times that are not even from column to column, to 1e-9 s. Its id is the
+/// file's name without ending.
+[[nodiscard]] ImagePass PassOfSicd(const SicdImage& image);
+/// Of a cube or an ISD; its id is the file's name without ending.
+[[nodiscard]] ImagePass PassOfRadarImage(const RadarImage& image,
+                                         RangePolynomialTimes range_polynomial);
+
+}  // namespace sarblock
