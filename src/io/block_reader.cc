@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "array_source.h"
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
 #include "number.h"
@@ -44,6 +45,10 @@ BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
                                        {"points.csv", texts.points_csv}},
                                       FolderContent::kBlock),
                        options);
+}
+
+BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options) {
+  return ReadBlockFrom(*TablesOfArrays(arrays), options);
 }
 
 void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings) {
