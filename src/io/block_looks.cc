@@ -142,6 +142,7 @@ std::optional<std::size_t> OneOfColumns(const TableReader& reader,
                                         double* value) {
   std::optional<std::size_t> found;
   for (const std::size_t column : columns) {
+    if (!reader.Has(column)) continue;
     const double number = PositiveNumber(reader, column);
     if (std::isnan(number)) continue;
     if (found) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "array_source.h"
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
 #include "number.h"
@@ -12,7 +11,6 @@
 #include "toml_reader.h"
 
 namespace sarblock {
-namespace {
 
 BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   BlockReading reading{source, options, {}, {}, {}, {}, {}};
@@ -32,8 +30,6 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   return std::move(reading.result);
 }
 
-}  // namespace
-
 BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
   return ReadBlockFrom(*TablesAt(folder, FolderContent::kBlock), options);
 }
@@ -45,10 +41,6 @@ BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
                                        {"points.csv", texts.points_csv}},
                                       FolderContent::kBlock),
                        options);
-}
-
-BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options) {
-  return ReadBlockFrom(*TablesOfArrays(arrays), options);
 }
 
 void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "block_binding.h"
+
 #include "sarblock/adjust/check_block.h"
 #include "sarblock/io/adjust_table.h"
 
@@ -10,7 +12,6 @@
 #include <vector>
 
 #include "arrays.h"
-#include "bindings.h"
 #include "block_data.h"
 #include "io/naming.h"
 #include "io/output_folder.h"

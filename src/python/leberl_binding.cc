@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "leberl_binding.h"
+
 #include "sarblock/core/error.h"
 #include "sarblock/leberl/configuration.h"
 #include "sarblock/leberl/parallax.h"
@@ -9,7 +11,6 @@
 #include <map>
 #include <string>
 
-#include "bindings.h"
 #include <pybind11/numpy.h>
 
 namespace sarblock::python {

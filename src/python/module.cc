@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <string>
 
-#include "bindings.h"
+#include "block_binding.h"
+#include "leberl_binding.h"
+#include "result_binding.h"
 #include <glog/logging.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>

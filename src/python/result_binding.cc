@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "result_binding.h"
+
 #include "sarblock/core/error.h"
 
 #include <cmath>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "arrays.h"
-#include "bindings.h"
 #include "io/output_folder.h"
 #include "result_data.h"
 #include "run_work.h"

@@ -23,7 +23,7 @@ def refusal(**changes):
         ({"max_iterations": 2.5}, ["max_iterations=2.5"]),
         ({"scale_by_posterior": "yes"}, ["scale_by_posterior=yes"]),
         ({"quality.alfa": 0.1}, ["quality.alfa=0.1"]),
-        ({"datum_points": ["T1", "T0"], "datum": "inner"}, ["datum_points=['T1','T0']", "datum=inner"]),
+        ({"pairs": "missing.csv"}, ["pairs=missing.csv"]),
         ({"robust": {"scale": 2}}, ["robust.scale=2"]),
     ],
 )

@@ -13,11 +13,8 @@ if TYPE_CHECKING:
 _MARKS = {"tie": ("o", "0.6", 6.0), "control": ("^", "tab:red", 42.0), "check": ("s", "tab:blue", 22.0)}
 
 
-def _axes(ax: Any, rows: int = 1, height: float = 5.5) -> Any:
-    if ax is not None:
-        return ax
-    pyplot = importlib.import_module("matplotlib.pyplot")
-    return pyplot.subplots(rows, 1, figsize=(8.0, height), sharex=True, layout="constrained")[1]
+def _pyplot() -> Any:
+    return importlib.import_module("matplotlib.pyplot")
 
 
 def draw_map(result: Result, ax: Any, magnify: Optional[float]) -> Any:
@@ -35,7 +32,8 @@ def draw_map(result: Result, ax: Any, magnify: Optional[float]) -> Any:
         turned = np.angle(np.exp(1j * (longitude - np.median(longitude))))
         place = np.column_stack([radius * np.cos(middle) * turned, radius * (latitude - middle)])
         names = ("east of the middle [km]", "north of the middle [km]")
-    ax = _axes(ax)
+    if ax is None:
+        ax = _pyplot().subplots(figsize=(8.0, 5.5), layout="constrained")[1]
     large, small, azimuth = (values[solved] for values in points.ellipses())
     roles = points.role[solved]
     drawn = np.isfinite(large)
@@ -78,7 +76,10 @@ def _round(value: float) -> float:
 def draw_strips(result: Result, ax: Any) -> Any:
     """Corrections along, across and up against strip time, one line a pass."""
     strips = result.strips
-    axes = np.atleast_1d(_axes(ax, 3, 7.0))
+    room = {"left": 0.1, "right": 0.86, "bottom": 0.08, "top": 0.94, "hspace": 0.1}
+    if ax is None:
+        ax = _pyplot().subplots(3, 1, figsize=(8.0, 7.0), sharex=True, gridspec_kw=room)[1]
+    axes = np.atleast_1d(ax)
     if len(axes) != 3:
         raise ValueError("ax: three axes are needed, for along, across and up")
     for component, (name, one) in enumerate(zip(("along", "across", "up"), axes)):

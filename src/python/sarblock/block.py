@@ -319,6 +319,16 @@ class Block:
             values = np.sqrt(values) if row == column else values
             columns[name] = np.full(len(points), np.nan)
             columns[name][points.known_index] = np.where(values != 0.0, values, np.nan)
+        optional = {
+            "squint_deg": np.where(looks.squint_rad == 0.0, np.nan, np.degrees(looks.squint_rad)),
+            "doppler_hz": looks.doppler_hz,
+            "range_sigma_m": looks.range_sigma_m,
+            "azimuth_sigma_m": looks.azimuth_sigma_m,
+            "time_sigma_s": looks.time_sigma_s,
+        }
+        optional = {name: values for name, values in optional.items() if not np.isnan(values).all()}
+        if looks.rejected.any():
+            optional["rejected"] = looks.rejected.astype(np.float64)
         return {
             "name": self.name,
             "frame": self.frame,
@@ -334,12 +344,7 @@ class Block:
                 "point_index": looks.point_index,
                 "time_s": looks.time_s,
                 "range_m": looks.range_m,
-                "squint_deg": np.where(looks.squint_rad == 0.0, np.nan, np.degrees(looks.squint_rad)),
-                "doppler_hz": looks.doppler_hz,
-                "range_sigma_m": looks.range_sigma_m,
-                "azimuth_sigma_m": looks.azimuth_sigma_m,
-                "time_sigma_s": looks.time_sigma_s,
-                "rejected": looks.rejected,
+                **optional,
             },
             "points": {
                 "point": points.ids,

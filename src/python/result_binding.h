@@ -5,8 +5,6 @@
 
 namespace sarblock::python {
 
-void BindBlock(pybind11::module_* module);
 void BindResult(pybind11::module_* module);
-void BindLeberl(pybind11::module_* module);
 
 }  // namespace sarblock::python

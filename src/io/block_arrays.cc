@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "array_source.h"
+#include "sarblock/io/block_arrays.h"
 
 #include "sarblock/core/error.h"
 
@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "block_reader.h"
 #include "number.h"
 
 namespace sarblock {
@@ -136,8 +137,8 @@ class ArraySource final : public TableSource {
 
 }  // namespace
 
-std::unique_ptr<TableSource> TablesOfArrays(const BlockArrays& arrays) {
-  return std::make_unique<ArraySource>(arrays);
+BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options) {
+  return ReadBlockFrom(ArraySource(arrays), options);
 }
 
 }  // namespace sarblock
