@@ -58,6 +58,8 @@ void AppendCharacter(char32_t character, std::string* text) {
 }
 
 std::size_t CountCharacters(std::string_view text) {
+  const auto plain = [](char c) { return static_cast<unsigned char>(c) < 0x80; };
+  if (std::all_of(text.begin(), text.end(), plain)) return text.size();
   std::size_t count = 0;
   while (!text.empty()) {
     static_cast<void>(NextCharacter(&text));
@@ -122,7 +124,11 @@ HeldColumn FixedTexts(const std::string& name, const py::array& array, bool byte
         char32_t character = 0;
         std::memcpy(&character, cell + at, sizeof character);
         if (character == 0) break;
-        AppendCharacter(character, &text);
+        if (character < 0x80) {
+          text += static_cast<char>(character);
+        } else {
+          AppendCharacter(character, &text);
+        }
       }
     }
     collector.Set(row, text);
@@ -172,12 +178,15 @@ py::array StatesView(const py::handle& owner, const std::vector<StateVector>& st
 
 py::array Covariances(std::size_t rows,
                       double factor,
-                      const std::function<const SymmetricEnu&(std::size_t)>& of) {
+                      const SymmetricEnu* first,
+                      std::size_t stride) {
   py::array_t<double> out({static_cast<py::ssize_t>(rows), py::ssize_t{3}, py::ssize_t{3}});
   double* to = out.mutable_data();
   constexpr std::array<std::size_t, 9> kElement{0, 3, 4, 3, 1, 5, 4, 5, 2};
-  for (std::size_t row = 0; row < rows; ++row) {
-    const SymmetricEnu& from = of(row);
+  const char* at = reinterpret_cast<const char*>(first);
+  for (std::size_t row = 0; row < rows; ++row, at += stride) {
+    SymmetricEnu from;
+    std::memcpy(&from, at, sizeof from);
     for (const std::size_t element : kElement) *to++ = factor * from[element];
   }
   return out;

@@ -79,9 +79,12 @@ template <typename Row>
 [[nodiscard]] pybind11::array StatesView(const pybind11::handle& owner,
                                          const std::vector<StateVector>& states);
 
-/// Matrices (n, 3, 3) of the six numbers that `of` gives for a row, times `factor`: a copy.
-[[nodiscard]] pybind11::array Covariances(
-    std::size_t rows, double factor, const std::function<const SymmetricEnu&(std::size_t)>& of);
+/// Matrices (rows, 3, 3) of six numbers each, times `factor`: a copy. `first` is where the first
+/// row has its numbers, the others follow `stride` bytes apart.
+[[nodiscard]] pybind11::array Covariances(std::size_t rows,
+                                          double factor,
+                                          const SymmetricEnu* first,
+                                          std::size_t stride);
 
 /// An array of strings; of objects where a text has more than 64 characters. Bytes that are no
 /// UTF-8 come as Python's `surrogateescape` has them.

@@ -30,8 +30,7 @@ py::object Scaled(const ResultData& data, const py::object& sigmas) {
 
 py::object OptionalCovariances(const ResultData& data, const std::vector<SymmetricEnu>& of) {
   if (of.empty()) return py::none();
-  return Covariances(
-      of.size(), data.factor(), [&of](std::size_t i) -> const SymmetricEnu& { return of[i]; });
+  return Covariances(of.size(), data.factor(), of.data(), sizeof(SymmetricEnu));
 }
 
 template <typename Enum>
@@ -283,9 +282,9 @@ ArrayTable OtherArrays() {
       {"pairs.covariance_enu_m2",
        [](const py::handle&, const ResultData& data) {
          const std::vector<PairResult>& pairs = data.pairs();
-         return Covariances(pairs.size(), data.factor(), [&](std::size_t i) -> const SymmetricEnu& {
-           return pairs[i].covariance_m2;
-         });
+         static const PairResult kNothing{};
+         const PairResult& first = pairs.empty() ? kNothing : pairs.front();
+         return Covariances(pairs.size(), data.factor(), &first.covariance_m2, sizeof(PairResult));
        }},
   };
 }
