@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "block_reader.h"
 #include "core/units.h"
@@ -138,8 +137,9 @@ double ReadCone(const TableReader& reader, const Pass& pass, double time_s, std:
 }
 
 // The one number above 0 that the row gives among `columns`; its column, or nothing.
+template <std::size_t kCount>
 std::optional<std::size_t> OneOfColumns(const TableReader& reader,
-                                        std::span<const std::size_t> columns,
+                                        const std::array<std::size_t, kCount>& columns,
                                         double* value) {
   std::optional<std::size_t> found;
   for (const std::size_t column : columns) {

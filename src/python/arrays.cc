@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -77,6 +78,16 @@ py::object TextObject(std::string_view text) {
                          const std::string& name,
                          const std::string& problem) {
   throw InputError(table + "." + name, problem);
+}
+
+[[noreturn]] void RefuseIndex(const std::string& table,
+                              const std::string& name,
+                              py::ssize_t row,
+                              const std::string& index,
+                              std::size_t count) {
+  Refuse(table,
+         name + "[" + std::to_string(row) + "]",
+         index + " is not allowed, an index from 0 to below " + std::to_string(count) + " is");
 }
 
 void RequireOneDimension(const std::string& table,
@@ -253,29 +264,29 @@ HeldColumn IndexColumnOf(const std::string& table,
            name,
            "is an array of " + std::string(py::str(array.dtype())) + ", integers are needed");
   }
-  const auto given = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>(array);
-  auto indices = std::make_shared<std::vector<std::uint32_t>>();
-  indices->reserve(static_cast<std::size_t>(given.size()));
-  const std::int64_t* const from = given.data();
-  for (py::ssize_t i = 0; i < given.size(); ++i) {
-    if (from[i] < 0 || from[i] >= static_cast<std::int64_t>(texts->size())) {
-      Refuse(table,
-             name + "[" + std::to_string(i) + "]",
-             std::to_string(from[i]) + " is not allowed, an index from 0 to below " +
-                 std::to_string(texts->size()) + " is");
+  // Those of a block are of this type and fixed: they are read where they stand.
+  using Indices = py::array_t<std::uint32_t, py::array::c_style>;
+  if (!py::isinstance<Indices>(array)) {
+    const auto given = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>(array);
+    for (py::ssize_t i = 0; i < given.size(); ++i) {
+      if (given.data()[i] < 0 || given.data()[i] > std::numeric_limits<std::uint32_t>::max()) {
+        RefuseIndex(table, name, i, std::to_string(given.data()[i]), texts->size());
+      }
     }
-    indices->push_back(static_cast<std::uint32_t>(from[i]));
   }
-  struct Kept {
-    std::shared_ptr<const IdTable> texts;
-    std::shared_ptr<std::vector<std::uint32_t>> indices;
-  };
+  auto indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>(array);
+  // Nothing may change them once they are checked.
+  if (indices.writeable()) indices = indices.attr("copy")();
+  for (py::ssize_t i = 0; i < indices.size(); ++i) {
+    if (indices.data()[i] >= texts->size()) {
+      RefuseIndex(table, name, i, std::to_string(indices.data()[i]), texts->size());
+    }
+  }
   HeldColumn out;
   out.column.name = name.substr(0, name.size() - std::string_view("_index").size());
-  out.column.indices = *indices;
-  const IdTable* const table_of_texts = texts.get();
-  const auto kept = std::make_shared<Kept>(Kept{std::move(texts), std::move(indices)});
-  out.column.texts = std::shared_ptr<const IdTable>(kept, table_of_texts);
+  out.column.indices = {indices.data(), static_cast<std::size_t>(indices.size())};
+  out.column.texts = std::move(texts);
+  out.holder = indices;
   return out;
 }
 

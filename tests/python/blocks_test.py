@@ -161,6 +161,31 @@ def test_bytes_of_an_id_that_are_no_utf8_come_back(tmp_path):
     assert b",T\xff1," in (tmp_path / "block" / "observations.csv").read_bytes()
 
 
+def test_arrays_of_the_other_byte_order_are_read():
+    given = hand_block()
+    given["observations"] = {
+        "pass": np.array(["A", "B"]).astype(">U1"),
+        "point": np.array(["T1", "T1"]).astype(">U2"),
+        "time_s": np.array(given["observations"]["time_s"], dtype=">f8"),
+        "range_m": np.array(given["observations"]["range_m"], dtype=">f8"),
+    }
+    result = sarblock.intersect(sarblock.Block.from_arrays(**given))
+    assert list(result.points.ids) == ["T1"]
+    np.testing.assert_allclose(result.points.position_m[0], [1000.0, 10000.0, 50.0], atol=1e-6)
+
+
+def test_every_second_row_of_an_array_is_read():
+    both = np.array([hand_block()["observations"]["range_m"], [1.0, 2.0]]).T.ravel()
+    block = sarblock.Block.from_arrays(**hand_block(observations__range_m=both[::2]))
+    np.testing.assert_array_equal(block.looks.range_m, hand_block()["observations"]["range_m"])
+
+
+def test_what_is_masked_is_not_given():
+    masked = np.ma.array([0.3, 0.4], mask=[False, True])
+    block = sarblock.Block.from_arrays(**hand_block(observations__range_sigma_m=masked))
+    np.testing.assert_array_equal(block.looks.range_sigma_m, [0.3, np.nan])
+
+
 def test_a_table_of_pandas_is_taken():
     import pandas
 

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from . import _core
 from ._options import block_toml, overrides, toml_value
@@ -437,7 +437,7 @@ def _table(name: str, table: Table) -> dict[str, NDArray[Any]]:
     """The columns of a table as arrays, vectors taken apart."""
     columns: dict[str, NDArray[Any]] = {}
     for key in table.keys():
-        array = np.asarray(_array_of(table[key]))
+        array = _array_of(table[key])
         if key not in _VECTORS:
             columns[str(key)] = array
             continue
@@ -447,12 +447,17 @@ def _table(name: str, table: Table) -> dict[str, NDArray[Any]]:
     return columns
 
 
-def _array_of(column: Any) -> ArrayLike:
-    """A column whose rows have different lengths becomes an array of objects, which is refused."""
+def _array_of(column: Any) -> NDArray[Any]:
+    """The column as an array of the machine's own byte order; what is masked is not given. Rows of
+    different lengths make an array of objects, which is refused."""
+    if isinstance(column, np.ma.MaskedArray):
+        masked = np.ma.getmaskarray(column)  # type: ignore[no-untyped-call]
+        cells = np.asarray(column)
+        return np.where(masked, "" if cells.dtype.kind in "US" else np.nan, cells)
     if isinstance(column, (list, tuple)) and len({np.ndim(cell) for cell in column}) > 1:
         return np.array(column, dtype=object)
-    array: ArrayLike = column
-    return array
+    array = np.asarray(column)
+    return array.astype(array.dtype.newbyteorder("="), copy=False)
 
 
 def read_block(
