@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "core/cancellation.h"
 #include "sparse/dense_kernels.h"
 
 namespace sarblock::python {
@@ -57,6 +58,11 @@ class Relay final : public ProgressSink {
     if (!std::exchange(fresh_, false)) return std::nullopt;
     return report_;
   }
+  /// The last that was told of.
+  [[nodiscard]] std::string Stage() {
+    const std::lock_guard lock(mutex_);
+    return report_.stage;
+  }
 
  private:
   std::mutex mutex_;
@@ -95,6 +101,7 @@ void RunUnlocked(const py::object& progress, const std::function<void(ProgressSi
     {
       const dense::BlasThreadsKept kept;
       try {
+        const CancellationScope scope(relay);
         work(&relay);
       } catch (...) {
         failure = std::current_exception();
@@ -113,10 +120,7 @@ void RunUnlocked(const py::object& progress, const std::function<void(ProgressSi
   if (!raised && failure) std::rethrow_exception(failure);
   Listen(progress, &relay, &raised);  // the last report
   if (!raised) return;
-  if (raised->matches(PyExc_KeyboardInterrupt)) {
-    const auto last = relay.News();
-    throw Interrupted(last ? last->stage : "work");
-  }
+  if (raised->matches(PyExc_KeyboardInterrupt)) throw Interrupted(relay.Stage());
   throw *raised;
 }
 
