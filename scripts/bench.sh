@@ -371,7 +371,7 @@ def seconds(work, most=3):
 
 def out_of(result):
     points, looks = result.points, result.looks
-    return (points.ids, points.position_m, points.covariance_enu_m2, points.status, points.sigma_enu_m,
+    return (points.ids, points.position_m, points.covariance_enu_m2, points.solved, points.sigma_enu_m,
             looks.range_residual_m, looks.azimuth_residual_m, looks.point_index, looks.pass_index,
             result.corrections.value, result.corrections.sigma)
 

@@ -19,12 +19,12 @@ using PassPair = std::pair<std::uint32_t, std::uint32_t>;
 bool AreEqual(const Block& block, std::size_t i, std::size_t j) {
   const Looks& looks = block.looks;
   const LookSigma sigma = block.SigmaOf(i);
+  if (!(std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m)) return false;
   double sigma_s = sigma.azimuth;
   if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
     sigma_s /= block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
   }
-  return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m &&
-         std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual_1 * sigma_s;
+  return std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual_1 * sigma_s;
 }
 
 std::string NamesOfPairs(const Block& block,

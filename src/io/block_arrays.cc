@@ -59,6 +59,7 @@ class ArrayReader final : public TableReader {
                   std::span<const TableColumn> columns,
                   TextMemos* memos) {
     const FilePlace place = PlaceAt(0, index);
+    if (Has(index)) throw InputError(place, "stands twice, one column is allowed");
     if (column.rows() != RowCount()) {
       throw InputError(place,
                        "has " + std::to_string(column.rows()) + " rows where " + file_ + "." +

@@ -69,11 +69,6 @@ std::size_t CountCharacters(std::string_view text) {
   return count;
 }
 
-py::object TextObject(std::string_view text) {
-  return py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
-}
-
 [[noreturn]] void Refuse(const std::string& table,
                          const std::string& name,
                          const std::string& problem) {
@@ -168,6 +163,17 @@ HeldColumn ObjectTexts(const std::string& table, const std::string& name, const 
 }
 
 }  // namespace
+
+py::object TextObject(std::string_view text) {
+  return py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
+}
+
+py::list TextList(const std::vector<std::string>& texts) {
+  py::list out;
+  for (const std::string& text : texts) out.append(TextObject(text));
+  return out;
+}
 
 py::array VectorView(const py::handle& owner, const std::vector<Eigen::Vector3d>& rows) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));

@@ -86,8 +86,10 @@ template <typename Row>
                                           const SymmetricEnu* first,
                                           std::size_t stride);
 
-/// An array of strings; of objects where a text has more than 64 characters. Bytes that are no
-/// UTF-8 come as Python's `surrogateescape` has them.
+/// A string of Python; bytes that are no UTF-8 come as `surrogateescape` has them.
+[[nodiscard]] pybind11::object TextObject(std::string_view text);
+[[nodiscard]] pybind11::list TextList(const std::vector<std::string>& texts);
+/// An array of such strings; of objects where a text has more than 64 characters.
 [[nodiscard]] pybind11::array Texts(std::size_t count,
                                     const std::function<std::string_view(std::size_t)>& of);
 

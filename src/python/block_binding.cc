@@ -202,7 +202,7 @@ py::dict Check(const std::shared_ptr<BlockData>& data,
   warnings.insert(warnings.end(), check.findings.begin(), check.findings.end());
   py::dict out;
   out["corrections"] = check.corrections;
-  out["warnings"] = warnings;
+  out["warnings"] = TextList(warnings);
   return out;
 }
 
@@ -248,7 +248,8 @@ void BindBlock(py::module_* module) {
       .def_property_readonly("name", [](const BlockData& data) { return data.file.block.name; })
       .def_property_readonly(
           "frame", [](const BlockData& data) { return DescribeFrame(data.file.block.frame); })
-      .def_property_readonly("warnings", [](const BlockData& data) { return data.file.warnings; })
+      .def_property_readonly("warnings",
+                             [](const BlockData& data) { return TextList(data.file.warnings); })
       .def_property_readonly("path", [](const BlockData& data) { return data.path.string(); })
       .def_property_readonly("pass_count",
                              [](const BlockData& data) { return data.file.block.passes.size(); })

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string>
 
+#include "arrays.h"
 #include "block_binding.h"
 #include "leberl_binding.h"
 #include "result_binding.h"
@@ -54,18 +55,20 @@ void AddExceptions(py::module_* module) {
                                           "Ctrl-C ended a call; nothing is left half written.");
 }
 
+void Raise(PyObject* type, const char* text) { PyErr_SetObject(type, TextObject(text).ptr()); }
+
 void Translate(std::exception_ptr pointer) {
   try {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const InputError& error) {
-    PyErr_SetString(g_exceptions.input, error.what());
+    Raise(g_exceptions.input, error.what());
   } catch (const UndeterminedError& error) {
     const auto type = py::reinterpret_borrow<py::object>(g_exceptions.undetermined);
-    const py::object raised = type(error.what());
-    raised.attr("names") = error.names();
+    const py::object raised = type(TextObject(error.what()));
+    raised.attr("names") = TextList(error.names());
     PyErr_SetObject(g_exceptions.undetermined, raised.ptr());
   } catch (const Interrupted& error) {
-    PyErr_SetString(g_exceptions.interrupted, error.what());
+    Raise(g_exceptions.interrupted, error.what());
   } catch (const std::filesystem::filesystem_error& error) {
     PyErr_SetString(
         PyExc_OSError,

@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "arrays.h"
 #include "core/cancellation.h"
 #include "sparse/dense_kernels.h"
 
@@ -82,7 +83,7 @@ void Listen(const py::object& progress, Relay* relay, Raised* raised) {
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (progress.is_none()) return;
     if (const auto news = relay->News()) {
-      progress(news->stage, news->done, news->total, news->detail);
+      progress(news->stage, news->done, news->total, TextObject(news->detail));
     }
   } catch (const py::error_already_set& error) {
     raised->emplace(error);

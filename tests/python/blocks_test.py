@@ -186,6 +186,12 @@ def test_what_is_masked_is_not_given():
     np.testing.assert_array_equal(block.looks.range_sigma_m, [0.3, np.nan])
 
 
+def test_a_message_may_hold_bytes_that_are_no_utf8():
+    given = hand_block(observations__point=np.array([b"T\xff1", b"T\xff1"]), observations__pass=["A", "A"])
+    with pytest.raises(sarblock.InputError, match="sees point .*T\udcff1.* twice"):
+        sarblock.Block.from_arrays(**given)
+
+
 def test_a_table_of_pandas_is_taken():
     import pandas
 

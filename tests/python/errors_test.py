@@ -126,6 +126,10 @@ def test_an_index_without_a_pass_is_refused(index, words):
     assert str(raised.value) == words
 
 
+def test_a_pass_is_not_both_named_and_counted():
+    assert refusal(observations__pass_index=[0, 1]) == "observations.pass: stands twice, one column is allowed"
+
+
 def test_a_pass_that_is_not_known_gets_the_nearest():
     assert "did you mean A?" in refusal(observations__pass=["a", "B"])
 
