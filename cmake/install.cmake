@@ -1,6 +1,7 @@
 # Installation: every module library with its headers, the program with its manual, completions,
 # documents and scenes, and the package files that make find_package(sarblock) work (tests/package is
-# a consumer that proves it). Components: sarblock (the program) and dev (the library).
+# a consumer that proves it). Components: sarblock (the program), dev (the library)
+# and python (the Python package).
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -17,6 +18,14 @@ if(TARGET sarblock)
     COMPONENT sarblock FILES_MATCHING PATTERN "*.toml")
   install(DIRECTORY datasets/real DESTINATION ${CMAKE_INSTALL_DATADIR}/sarblock COMPONENT sarblock)
 endif()
+if(TARGET sarblock_python)
+  # Below the prefix, where the distribution's Python looks for what is installed there.
+  set(SARBLOCK_PYTHON_DIR lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/dist-packages CACHE STRING
+    "Folder of the Python package below the prefix")
+  install(TARGETS sarblock_python LIBRARY DESTINATION ${SARBLOCK_PYTHON_DIR}/sarblock COMPONENT python)
+  install(DIRECTORY src/python/sarblock DESTINATION ${SARBLOCK_PYTHON_DIR} COMPONENT python
+    FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed")
+endif()
 if(TARGET sarblock_manual)
   set(manual ${PROJECT_BINARY_DIR}/manual)
   install(FILES ${manual}/sarblock.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT sarblock)
@@ -31,7 +40,7 @@ endif()
 install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT project)
 install(FILES README.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock
-  FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.cc")
+  FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.cc" PATTERN "*.ipynb")
 
 configure_package_config_file(cmake/sarblock-config.cmake.in sarblock-config.cmake
   INSTALL_DESTINATION ${sarblock_package_dir})

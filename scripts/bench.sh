@@ -6,6 +6,8 @@
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
 #   container  the HDF5 file against the folder, 1e6 points: stages read and write of one adjust, check and
 #              convert from and to each, the least of three, interleaved; peak memory
+#   python     a million points from numpy into the library and out of it, CPU time beside that of the adjustment
+#              with one thread; SARBLOCK_POINTS, SARBLOCK_PYTHON (the folder of another build's package)
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
 #   solve      stage solve with one thread, 100,000 points: straight strips, with 0.1 mm of noise in the
 #              states, and an orbit; both engines, and those of SARBLOCK_OTHER (another program) beside
@@ -352,6 +354,39 @@ elif name == "container":
         if kind == "folder":
             a, b = least[what, "folder"], least[what, "file"]
             print(f"{what},{a:.2f},{b:.2f},{a / b:.1f},{peak[what, 'folder']:.0f},{peak[what, 'file']:.0f}")
+elif name == "python":
+    folder, _ = block(int(os.environ.get("SARBLOCK_POINTS", "1000000")))
+    run("convert", folder, f"{folder}.h5")
+    code = """
+import sys, time
+import sarblock
+
+def seconds(work, most=3):
+    least = float("inf")
+    for _ in range(most):
+        begin = time.process_time()
+        out = work()
+        least = min(least, time.process_time() - begin)
+    return least, out
+
+def out_of(result):
+    points, looks = result.points, result.looks
+    return (points.ids, points.position_m, points.covariance_enu_m2, points.solved, points.sigma_enu_m,
+            looks.range_residual_m, looks.azimuth_residual_m, looks.point_index, looks.pass_index,
+            result.corrections.value, result.corrections.sigma)
+
+block = sarblock.read_block(sys.argv[1])
+arrays = block.to_arrays()
+into_s, _ = seconds(lambda: sarblock.Block.from_arrays(**arrays))
+adjust_s, result = seconds(lambda: sarblock.adjust(block, threads=1), 1)
+out_s, _ = seconds(lambda: out_of(sarblock.Result(result._core)))
+print("what,cpu_s,percent_of_adjust")
+print(f"adjust,{adjust_s:.2f},100")
+for what, s in (("into the library", into_s), ("out of the library", out_s), ("both", into_s + out_s)):
+    print(f"{what},{s:.3f},{100 * s / adjust_s:.2f}")
+"""
+    env = {**os.environ, "PYTHONPATH": os.environ.get("SARBLOCK_PYTHON", "build/release/python")}
+    subprocess.run(["/usr/bin/python3", "-c", code, f"{folder}.h5"], check=True, env=env)
 elif name == "selection":
     folder = f"{work}/block"
     run("simulate", "datasets/scenes/block-12-strips.toml", "-o", folder)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Makes the Debian packages and proves them on a clean system: lintian, then a fresh Debian 12 made
 # by debootstrap, in which apt installs sarblock with what it depends on and a block is simulated and
-# adjusted. Needs root and a network; by hand, not in CI.
+# adjusted, by the program and, where the build has it, by the Python package. Needs root and a network; by hand, not in CI.
 #
 # Usage: scripts/deb_test.sh [BUILD [ROOT]]    a complete build (build/release) and the folder of the
 #                                              clean system (build/debian-root, made if it is missing)
@@ -22,7 +22,9 @@ debs=$build/deb
 rm -rf -- "$debs"
 (cd -- "$build" && cpack -G DEB -B "$debs" > "$build/cpack.log") || fail "see $build/cpack.log"
 ls -l -- "$debs"/*.deb
-python3 "$root/tests/package/check_deb.py" "$debs"
+python=()
+[[ ! -e $build/python/sarblock ]] || python=(--python)
+python3 "$root/tests/package/check_deb.py" "$debs" "${python[@]}"
 
 if command -v lintian > /dev/null; then
   step "lintian"
@@ -49,6 +51,22 @@ in_clean sh -c 'rm -rf /tmp/block /tmp/result
   sarblock adjust /tmp/block -o /tmp/result --strict
   test -s /tmp/result/summary.json
   ! ldd /usr/bin/sarblock | grep "not found"'
+
+if [[ ${#python[@]} -gt 0 ]]; then
+  step "Install and use python3-sarblock there"
+  cp -- "$debs"/python3-sarblock_*.deb "$clean/tmp/"
+  in_clean sh -c 'apt-get install -q -y --no-install-recommends /tmp/python3-sarblock_*.deb'
+  in_clean python3 -c '
+import sarblock
+block = sarblock.read_block("/tmp/block")
+result = sarblock.adjust(block)
+result.write("/tmp/result_python")
+print(block, result, sep="\n")'
+  in_clean sh -c 'for table in points passes residuals; do
+    cmp /tmp/result/$table.csv /tmp/result_python/$table.csv
+  done'
+  in_clean apt-get purge -q -y python3-sarblock
+fi
 
 step "Remove it"
 in_clean apt-get purge -q -y sarblock

@@ -13,7 +13,8 @@ scene=${1:-block-12-strips}
 [[ -f $root/datasets/scenes/$scene.toml ]] || fail "no scene '$scene'; there are:" \
   "$(cd -- "$root/datasets/scenes" && printf '%s ' *.toml)"
 
-install_packages tools libraries "building the tests"  # the preset configures those too
+# The preset configures the last two as well.
+install_packages tools libraries "building the Python module" "building the tests"
 build release --target sarblock
 
 sarblock=$root/build/release/src/cli/sarblock

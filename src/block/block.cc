@@ -82,6 +82,8 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
     const auto last = old_of_new.begin() + static_cast<std::ptrdiff_t>(offsets[j + 1]);
     std::sort(first, last, by_pass);
   }
+  // A permutation in order moves nothing: the looks stood sorted already.
+  if (std::is_sorted(old_of_new.begin(), old_of_new.end())) return old_of_new;
   Permute(old_of_new, &looks->pass);
   Permute(old_of_new, &looks->flags);
   Permute(old_of_new, &looks->time_s);

@@ -19,6 +19,7 @@ using PassPair = std::pair<std::uint32_t, std::uint32_t>;
 bool AreEqual(const Block& block, std::size_t i, std::size_t j) {
   const Looks& looks = block.looks;
   const LookSigma sigma = block.SigmaOf(i);
+  if (!(std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m)) return false;
   const double speed_mps = block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
   const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
                              ? sigma.azimuth
@@ -27,8 +28,7 @@ bool AreEqual(const Block& block, std::size_t i, std::size_t j) {
       !(std::abs(looks.cone[i] - looks.cone[j]) <= kEqual_1 * sigma.azimuth)) {
     return false;
   }
-  return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m &&
-         std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual_1 * sigma_s;
+  return std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual_1 * sigma_s;
 }
 
 std::string NamesOfPairs(const Block& block,

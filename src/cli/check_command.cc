@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/check_block.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 
@@ -7,26 +8,12 @@
 #include <memory>
 
 #include "commands.h"
-#include "core/parallel.h"
-#include "determinacy/block_structure.h"
-#include "determinacy/point_defects.h"
 #include "print_summary.h"
-#include "solve/start_values.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
 namespace {
-
-/// What the adjustment would say of the block before it forms an equation.
-std::vector<Finding> Examine(AdjustmentProblem* problem, const Session& session) {
-  const StartReport start = ComputeStartValues(problem, session.progress.get());
-  const PointDefects defects = FindPointDefects(*problem, start.state);
-  LeaveOutOpenPoints(defects, problem);
-  std::vector<Finding> findings = ExamineStructure(*problem, start.state);
-  for (Finding& finding : DescribePoints(*problem, defects)) findings.push_back(std::move(finding));
-  return findings;
-}
 
 struct CheckArguments {
   std::string block;
@@ -56,17 +43,11 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
     fmt::print("{}", DumpAdjustTable(file.adjust));
     return kAccepted;
   }
-  const ThreadLimit limit(session.Threads());
-  AdjustmentProblem problem = Naming(arguments.block, [&] {
-    const bool given = file.adjust.corrections == CorrectionChoice::kGiven;
-    return AdjustmentProblem(file.block,
-                             given ? file.adjust.groups : std::vector<CorrectionGroup>{});
-  });
-  const int corrections = problem.layout.size();
+  file.adjust.threads = session.Threads();
+  const BlockCheck check = Naming(
+      arguments.block, [&] { return CheckBlock(file.block, file.adjust, session.progress.get()); });
   std::vector<std::string> warnings = file.warnings;
-  const std::vector<Finding> findings =
-      Naming(arguments.block, [&] { return Examine(&problem, session); });
-  for (const Finding& finding : findings) warnings.push_back(finding.text);
+  warnings.insert(warnings.end(), check.findings.begin(), check.findings.end());
   if (session.json) {
     std::array<std::size_t, 3> roles{};
     for (const PointRole role : file.block.points.role) ++roles[static_cast<std::size_t>(role)];
@@ -79,12 +60,13 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
                                     {"check", roles[2]},
                                     {"looks", file.block.looks.size()},
                                     {"left_out_by_rejections", left_out},
-                                    {"corrections", corrections},
+                                    {"corrections", check.corrections},
                                     {"warnings", warnings}};
     fmt::print("{}\n", summary.dump(2));
     return kAccepted;
   }
-  std::string text = fmt::format("{}  corrections {}\n", DescribeBlock(file.block), corrections);
+  std::string text =
+      fmt::format("{}  corrections {}\n", DescribeBlock(file.block), check.corrections);
   if (left_out > 0) {
     text += fmt::format("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
   }

@@ -3,7 +3,6 @@
 
 #include "sarblock/io/adjust_table.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -69,14 +68,6 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
 
 }  // namespace
 
-std::optional<Diagnosis> DiagnoseFailure(const BlockFile& file,
-                                         const AdjustResult& result,
-                                         const Session& session) {
-  const bool fails = result.assessment.verdict != Verdict::kAccepted;
-  if (!file.adjust.diagnose || !fails) return std::nullopt;
-  return Diagnose(file.block, file.adjust, session.progress.get());
-}
-
 void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session) {
   read.contradictions = Contradictions::kKeep;
   try {
@@ -90,17 +81,6 @@ void ExplainRefusal(const BlockFile& file, const Session& session) {
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
   for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
   for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
-}
-
-std::vector<std::string> RemarksBeside(const std::vector<std::string>& warnings,
-                                       const Diagnosis& diagnosis) {
-  std::vector<std::string> out;
-  for (const std::string& remark : diagnosis.remarks) {
-    if (std::find(warnings.begin(), warnings.end(), remark) == warnings.end()) {
-      out.push_back(remark);
-    }
-  }
-  return out;
 }
 
 std::string DescribeDiagnosis(const Diagnosis& diagnosis) {

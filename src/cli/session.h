@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/core/error.h"
 #include "sarblock/core/progress.h"
 
 #include <functional>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "exit_code.h"
+#include "io/naming.h"
 #include "io/output_folder.h"
 #include <CLI/CLI.hpp>
 
@@ -33,18 +32,6 @@ struct Session {
   /// Lines for people on standard output, fitted to a terminal, unless quiet.
   void Show(const std::string& text) const;
 };
-
-/// What `work` returns; an InputError of it that does not begin with the file or folder `input`,
-/// because what throws knows no files, names it.
-template <typename Work>
-auto Naming(const std::string& input, const Work& work) {
-  try {
-    return work();
-  } catch (const InputError& error) {
-    if (std::string_view(error.what()).starts_with(input)) throw;
-    throw InputError(FilePlace{input, 0, ""}, error.what());
-  }
-}
 
 /// Adds the global options; the bar is made by MakeProgress once they are parsed.
 void AddGlobalOptions(CLI::App* app, Session* session);

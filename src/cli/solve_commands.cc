@@ -100,14 +100,9 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   context.command = solver.name;
   context.warnings = file.warnings;
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
-  if (solver.diagnoses) context.diagnosis = DiagnoseFailure(file, result, session);
-  if (context.diagnosis) {
-    for (const std::string& remark : RemarksBeside(file.warnings, *context.diagnosis)) {
-      Warn(&result, remark);
-    }
-    const std::vector<std::string> causes = context.diagnosis->Sentences();
-    std::vector<std::string>& reasons = result.assessment.reasons;
-    reasons.insert(reasons.begin(), causes.begin(), causes.end());
+  if (solver.diagnoses) {
+    context.diagnosis =
+        ExplainFailure(file.block, file.adjust, file.warnings, &result, session.progress.get());
   }
   const std::string summary = WriteResult(arguments.out, file.block, file.adjust, result, context);
   if (session.json) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "parallel.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 
+#include "cancellation.h"
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -14,7 +17,9 @@ void ParallelForChunks(std::size_t count,
                        const std::function<void(std::size_t, std::size_t, std::size_t)>& work) {
   if (count == 0) return;
   const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
+  const ProgressSink* const sink = CancellationScope::Current();
   const auto run = [&](std::size_t chunk) {
+    if (sink != nullptr && sink->Cancelled()) throw Interrupted("a loop over points");
     const std::size_t begin = chunk * chunk_size;
     work(chunk, begin, std::min(count, begin + chunk_size));
   };

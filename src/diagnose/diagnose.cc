@@ -316,4 +316,29 @@ Diagnosis Diagnose(const Block& block, const AdjustOptions& options, ProgressSin
   return Diagnosing(block, options, progress).Run();
 }
 
+std::optional<Diagnosis> ExplainFailure(const Block& block,
+                                        const AdjustOptions& options,
+                                        const std::vector<std::string>& warnings,
+                                        AdjustResult* result,
+                                        ProgressSink* progress) {
+  if (!options.diagnose || result->assessment.verdict == Verdict::kAccepted) return std::nullopt;
+  Diagnosis diagnosis = Diagnose(block, options, progress);
+  for (const std::string& remark : RemarksBeside(warnings, diagnosis)) Warn(result, remark);
+  const std::vector<std::string> causes = diagnosis.Sentences();
+  std::vector<std::string>& reasons = result->assessment.reasons;
+  reasons.insert(reasons.begin(), causes.begin(), causes.end());
+  return diagnosis;
+}
+
+std::vector<std::string> RemarksBeside(const std::vector<std::string>& warnings,
+                                       const Diagnosis& diagnosis) {
+  std::vector<std::string> out;
+  for (const std::string& remark : diagnosis.remarks) {
+    if (std::find(warnings.begin(), warnings.end(), remark) == warnings.end()) {
+      out.push_back(remark);
+    }
+  }
+  return out;
+}
+
 }  // namespace sarblock

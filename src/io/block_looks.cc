@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 
 #include "block_reader.h"
@@ -138,11 +138,13 @@ double ReadCone(const TableReader& reader, const Pass& pass, double time_s, std:
 }
 
 // The one number above 0 that the row gives among `columns`; its column, or nothing.
+template <std::size_t kCount>
 std::optional<std::size_t> OneOfColumns(const TableReader& reader,
-                                        std::initializer_list<std::size_t> columns,
+                                        const std::array<std::size_t, kCount>& columns,
                                         double* value) {
   std::optional<std::size_t> found;
   for (const std::size_t column : columns) {
+    if (!reader.Has(column)) continue;
     const double number = PositiveNumber(reader, column);
     if (std::isnan(number)) continue;
     if (found) {
@@ -167,10 +169,9 @@ const ImageGrid& RequireImage(const TableReader& reader, const Pass& pass, std::
 
 double ReadAzimuthSigma(const TableReader& reader, const Pass& pass, std::uint8_t* flags) {
   double sigma = kNotGiven;
-  const auto column = OneOfColumns(
-      reader,
-      {kObservedAzimuthSigma, kObservedTimeSigma, kObservedDopplerSigma, kObservedLineSigma},
-      &sigma);
+  static constexpr std::array<std::size_t, 4> kColumns{
+      kObservedAzimuthSigma, kObservedTimeSigma, kObservedDopplerSigma, kObservedLineSigma};
+  const auto column = OneOfColumns(reader, kColumns, &sigma);
   if (!column && std::isnan(pass.sigma.azimuth)) {
     reader.Fail(kObservedAzimuthSigma,
                 "no standard deviation of azimuth: neither this row, pass " + Quoted(pass.id) +
@@ -200,7 +201,8 @@ double ReadRangeSigma(const TableReader& reader,
                       double pass_pixel_sigma_px,
                       const RadarCoordinates& radar) {
   double sigma = kNotGiven;
-  auto column = OneOfColumns(reader, {kObservedRangeSigma, kObservedPixelSigma}, &sigma);
+  static constexpr std::array<std::size_t, 2> kColumns{kObservedRangeSigma, kObservedPixelSigma};
+  auto column = OneOfColumns(reader, kColumns, &sigma);
   if (!column && !std::isnan(pass_pixel_sigma_px)) {
     column = kObservedPixelSigma;
     sigma = pass_pixel_sigma_px;

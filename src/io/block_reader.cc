@@ -12,7 +12,6 @@
 #include "toml_reader.h"
 
 namespace sarblock {
-namespace {
 
 BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   BlockReading reading{source, options, {}, {}, {}, {}, {}};
@@ -34,8 +33,6 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   reading.result.block.points.ids.DropIndex();
   return std::move(reading.result);
 }
-
-}  // namespace
 
 BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
   return ReadBlockFrom(*TablesAt(folder, FolderContent::kBlock), options);

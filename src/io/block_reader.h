@@ -26,6 +26,9 @@ struct BlockReading {
   std::vector<double> pixel_sigma_px;
 };
 
+/// Reads a block wherever its tables stand.
+[[nodiscard]] BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options);
+
 void ReadBlockToml(BlockReading* reading);
 void ReadTrajectories(BlockReading* reading);
 void ReadPoints(BlockReading* reading);

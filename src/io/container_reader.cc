@@ -184,12 +184,7 @@ class ContainerTable final : public TableReader {
   std::string_view TextOf(std::size_t column) const override {
     const Cells& cells = columns_[column];
     if (cells.texts != nullptr) return (*cells.texts)[cells.indices[at_]];
-    const double value = cells.numbers[at_];
-    if (std::isnan(value)) return {};
-    if (value == 0.0 && !std::signbit(value)) return "0";
-    if (value == 1.0) return "1";
-    cells.text = NumberText(value);
-    return cells.text;
+    return TextOfNumber(cells.numbers[at_], &cells.text);
   }
   std::uint32_t* Memo(std::size_t column) const override {
     const Cells& cells = columns_[column];

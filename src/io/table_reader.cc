@@ -36,6 +36,14 @@ std::string_view TableReader::Id(std::size_t column) const {
   return id;
 }
 
+std::string_view TableReader::TextOfNumber(double value, std::string* text) {
+  if (std::isnan(value)) return {};
+  if (value == 0.0 && !std::signbit(value)) return "0";
+  if (value == 1.0) return "1";
+  *text = NumberText(value);
+  return *text;
+}
+
 double TableReader::ParsedNumber(std::size_t column) const {
   const std::string_view text = TextOf(column);
   if (text.empty()) return std::numeric_limits<double>::quiet_NaN();

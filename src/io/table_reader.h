@@ -89,6 +89,8 @@ class TableReader {
   TableReader& operator=(TableReader&&) noexcept = default;
   /// Of a column that is there.
   [[nodiscard]] virtual std::string_view TextOf(std::size_t column) const = 0;
+  /// A stored number as a text, empty for NaN; `text` is where it stands if need be.
+  [[nodiscard]] static std::string_view TextOfNumber(double value, std::string* text);
   /// The cell's text as a number, NaN if it is empty.
   [[nodiscard]] double ParsedNumber(std::size_t column) const;
   /// Throws where a required column has no place.

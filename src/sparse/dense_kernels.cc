@@ -120,18 +120,54 @@ void LeftSolve(
   }
 }
 
+/// Looked up at run time: which BLAS stands behind libblas.so.3 is the installation's choice.
+struct BlasThreads {
+  int (*get)() = nullptr;
+  void (*set)(int) = nullptr;  ///< null: a BLAS whose threads cannot be set
+};
+
+const BlasThreads& BlasThreadsOfProcess() {
+  static const BlasThreads blas = [] {
+    void* const get = dlsym(RTLD_DEFAULT, "openblas_get_num_threads");
+    void* const set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
+    if (get == nullptr || set == nullptr) {
+      return BlasThreads{};
+    }
+    return BlasThreads{reinterpret_cast<int (*)()>(get), reinterpret_cast<void (*)(int)>(set)};
+  }();
+  return blas;
+}
+
+struct KeptBlasThreads {
+  std::mutex mutex;
+  int holders = 0;
+  int threads = 0;
+};
+KeptBlasThreads g_kept;
+
 }  // namespace
 
 void UseOneBlasThread() {
-  // Looked up at run time: which BLAS stands behind libblas.so.3 is the installation's choice.
-  static std::once_flag once;
-  std::call_once(once, [] {
-    using SetThreads = void (*)(int);
-    void* symbol = dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
-    if (symbol != nullptr) {
-      reinterpret_cast<SetThreads>(symbol)(1);
-    }
-  });
+  const BlasThreads& blas = BlasThreadsOfProcess();
+  if (blas.set != nullptr && blas.get() != 1) {
+    blas.set(1);
+  }
+}
+
+BlasThreadsKept::BlasThreadsKept() {
+  const BlasThreads& blas = BlasThreadsOfProcess();
+  const std::lock_guard lock(g_kept.mutex);
+  if (g_kept.holders++ == 0 && blas.set != nullptr) {
+    g_kept.threads = blas.get();
+  }
+}
+
+BlasThreadsKept::~BlasThreadsKept() {
+  const BlasThreads& blas = BlasThreadsOfProcess();
+  const std::lock_guard lock(g_kept.mutex);
+  if (--g_kept.holders == 0 && blas.set != nullptr && blas.get() != g_kept.threads) {
+    blas.set(g_kept.threads);
+  }
 }
 
 int Factor(int n, double* a, int lda) {

@@ -10,6 +10,16 @@ namespace sarblock::dense {
 /// Its threads make small fronts slower and let the summation order depend on their number.
 void UseOneBlasThread();
 
+/// For a process that uses BLAS for other work as well: while one of these lives BLAS may be
+/// restricted, and when the last of them ends it has as many threads as when the first began.
+class BlasThreadsKept {
+ public:
+  BlasThreadsKept();
+  ~BlasThreadsKept();
+  BlasThreadsKept(const BlasThreadsKept&) = delete;
+  BlasThreadsKept& operator=(const BlasThreadsKept&) = delete;
+};
+
 /// a = L L', n x n. Returns the number of the first pivot that is not positive, from 1; 0 if none.
 [[nodiscard]] int Factor(int n, double* a, int lda);
 /// a = (L L')^-1 from L in the lower triangle of a.

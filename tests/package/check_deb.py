@@ -4,7 +4,8 @@
 scripts/deb_test.sh.
 
 Usage: check_deb.py FOLDER                     the packages of a folder
-       check_deb.py FOLDER --cpack BUILD       makes them there first, from a complete build"""
+       check_deb.py FOLDER --cpack BUILD       makes them there first, from a complete build
+With --python at the end python3-sarblock is among them."""
 import gzip
 import pathlib
 import re
@@ -24,6 +25,20 @@ LIBRARY_FILES = [
     "usr/include/sarblock/adjust/adjust.h", "usr/lib/libsarblock_adjust.a",
     "usr/lib/cmake/sarblock/sarblock-config.cmake", "usr/share/doc/libsarblock-dev/copyright",
     "usr/share/doc/libsarblock-dev/changelog.Debian.gz"]
+PYTHON = "usr/lib/python3/dist-packages/sarblock"
+PYTHON_FILES = [
+    f"{PYTHON}/__init__.py", f"{PYTHON}/_core.pyi", f"{PYTHON}/py.typed",
+    "usr/share/doc/python3-sarblock/copyright", "usr/share/doc/python3-sarblock/changelog.Debian.gz"]
+ADJUST = """
+import sarblock
+block = sarblock.simulate({"format": "sarblock-scene 1", "name": "two-flights", "frame": {"kind": "local"},
+    "flight": [{"id": i, "look": "left", "heading_deg": 90, "start_m": [0, y], "height_m": 8000, "length_m": 20000,
+                "speed_mps": 150, "swath_ground_m": [g, g + 9000]} for i, y, g in (("A", 0, 9000), ("B", -6000, 15000))],
+    "looks": {"range_sigma_m": 0.7, "azimuth_sigma_m": 0.9},
+    "points": {"count": 30, "east_m": [2000, 18000], "north_m": [10000, 17000]}})
+result = sarblock.adjust(block)
+assert result.points.solved.all(), result
+"""
 
 
 def run(*command):
@@ -78,6 +93,19 @@ def check_library(deb):
         "Depends": r"libceres-dev.*libeigen3-dev"}, [r"usr/bin/.*", r"usr/share/man/.*"])
 
 
+def check_python(deb):
+    yield from check(deb, PYTHON_FILES, {
+        "Package": "^python3-sarblock$", "Section": "^python$",
+        "Depends": r"(?=.*python3 \(<< 3\.\d+\))(?=.*python3-numpy)(?=.*libhdf5)(?=.*libc6)",
+        "Suggests": "python3-matplotlib"}, [r"usr/bin/.*", r"usr/include/.*", r".*\.a", r".*/__pycache__/.*"])
+    with tempfile.TemporaryDirectory() as folder:
+        run("dpkg-deb", "-x", str(deb), folder)
+        used = subprocess.run(["/usr/bin/python3", "-B", "-c", ADJUST], capture_output=True, text=True, check=False,
+                              env={"PYTHONPATH": f"{folder}/usr/lib/python3/dist-packages"})
+        if used.returncode != 0:
+            yield f"the package does not adjust a block: {used.stderr}"
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     if "--cpack" in sys.argv:
@@ -88,10 +116,13 @@ def main():
             print(done.stdout + done.stderr)
             return 1
     debs = {control(deb)["Package"]: deb for deb in folder.glob("*.deb")}
-    if sorted(debs) != ["libsarblock-dev", "sarblock"]:
-        print(f"{folder}: packages {sorted(debs)}, not libsarblock-dev and sarblock")
+    checks = {"sarblock": check_program, "libsarblock-dev": check_library}
+    if "--python" in sys.argv:
+        checks["python3-sarblock"] = check_python
+    if sorted(debs) != sorted(checks):
+        print(f"{folder}: packages {sorted(debs)}, not {sorted(checks)}")
         return 1
-    findings = [*check_program(debs["sarblock"]), *check_library(debs["libsarblock-dev"])]
+    findings = [finding for name, check_one in checks.items() for finding in check_one(debs[name])]
     for finding in findings:
         print(finding)
     return 1 if findings else 0

@@ -5,6 +5,11 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/diagnose/diagnosis.h"
 #include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace sarblock {
 
@@ -27,5 +32,18 @@ namespace sarblock {
 [[nodiscard]] Diagnosis Diagnose(const Block& block,
                                  const AdjustOptions& options,
                                  ProgressSink* progress = nullptr);
+
+/// The diagnosis of a block whose result is not accepted or fails a test; nothing where all is well
+/// or `options.diagnose` is off. Its sentences become the first reasons of the verdict, its remarks
+/// warnings of the result unless `warnings`, those of reading the block, have them already.
+std::optional<Diagnosis> ExplainFailure(const Block& block,
+                                        const AdjustOptions& options,
+                                        const std::vector<std::string>& warnings,
+                                        AdjustResult* result,
+                                        ProgressSink* progress = nullptr);
+
+/// Remarks of a diagnosis that are not among `warnings`.
+[[nodiscard]] std::vector<std::string> RemarksBeside(const std::vector<std::string>& warnings,
+                                                     const Diagnosis& diagnosis);
 
 }  // namespace sarblock

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/check_block.h"
+
+#include "core/parallel.h"
+#include "determinacy/block_structure.h"
+#include "determinacy/point_defects.h"
+#include "solve/start_values.h"
+
+namespace sarblock {
+
+BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
+  const ThreadLimit limit(options.threads);
+  const bool given = options.corrections == CorrectionChoice::kGiven;
+  AdjustmentProblem problem(block, given ? options.groups : std::vector<CorrectionGroup>{});
+  BlockCheck check;
+  check.corrections = problem.layout.size();
+  const StartReport start = ComputeStartValues(&problem, progress);
+  const PointDefects defects = FindPointDefects(problem, start.state);
+  LeaveOutOpenPoints(defects, &problem);
+  for (const Finding& finding : ExamineStructure(problem, start.state)) {
+    check.findings.push_back(finding.text);
+  }
+  for (const Finding& finding : DescribePoints(problem, defects)) {
+    check.findings.push_back(finding.text);
+  }
+  return check;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "block_binding.h"
+
+#include "sarblock/adjust/check_block.h"
+#include "sarblock/io/adjust_table.h"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays.h"
+#include "block_data.h"
+#include "io/naming.h"
+#include "io/output_folder.h"
+#include "run_work.h"
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+namespace sarblock::python {
+namespace {
+
+namespace py = pybind11;
+using BlockClass = py::class_<BlockData, std::shared_ptr<BlockData>>;
+
+/// Python never changes a block, so that the library's `const` needs no class of its own there.
+std::shared_ptr<BlockData> Shown(const BlockPointer& block) {
+  return std::const_pointer_cast<BlockData>(block);
+}
+
+py::array HeldComponents(const std::vector<KnownPosition>& known) {
+  py::array_t<bool> out({static_cast<py::ssize_t>(known.size()), py::ssize_t{3}});
+  bool* to = out.mutable_data();
+  for (const KnownPosition& position : known) {
+    to = std::copy(position.held.begin(), position.held.end(), to);
+  }
+  return out;
+}
+
+py::array KnownCovariances(const py::handle& owner, const std::vector<KnownPosition>& known) {
+  static const KnownPosition kNothing{};
+  const KnownPosition& first = known.empty() ? kNothing : known.front();
+  constexpr auto kDouble = static_cast<py::ssize_t>(sizeof(double));
+  return View(owner,
+              first.covariance_enu_m2.data(),
+              {static_cast<py::ssize_t>(known.size()), 3, 3},
+              {static_cast<py::ssize_t>(sizeof(KnownPosition)), kDouble, 3 * kDouble});
+}
+
+using ArrayGetter = std::function<py::object(const py::handle&, const BlockData&)>;
+
+const std::map<std::string, ArrayGetter>& BlockArrayTable() {
+  static const std::map<std::string, ArrayGetter> table{
+      {"points.ids",
+       [](const py::handle&, const BlockData& data) {
+         const IdTable& ids = data.file.block.points.ids;
+         return Texts(ids.size(), [&ids](std::size_t i) { return ids[i]; });
+       }},
+      {"points.role",
+       [](const py::handle& self, const BlockData& data) {
+         const std::vector<PointRole>& roles = data.file.block.points.role;
+         return View(self,
+                     reinterpret_cast<const std::uint8_t*>(roles.data()),
+                     {static_cast<py::ssize_t>(roles.size())},
+                     {1});
+       }},
+      {"points.given_m",
+       [](const py::handle& self, const BlockData& data) {
+         return VectorView(self, data.file.block.points.given_m);
+       }},
+      {"points.known_index",
+       [](const py::handle& self, const BlockData& data) {
+         return ColumnView(self, data.file.block.points.known, &KnownPosition::point);
+       }},
+      {"points.known_held",
+       [](const py::handle&, const BlockData& data) {
+         return HeldComponents(data.file.block.points.known);
+       }},
+      {"points.known_covariance_enu_m2",
+       [](const py::handle& self, const BlockData& data) {
+         return KnownCovariances(self, data.file.block.points.known);
+       }},
+      {"looks.offsets",
+       [](const py::handle& self, const BlockData& data) {
+         return View(self, data.file.block.looks.offsets);
+       }},
+      {"looks.pass_index",
+       [](const py::handle& self, const BlockData& data) {
+         return View(self, data.file.block.looks.pass);
+       }},
+      {"looks.flags",
+       [](const py::handle& self, const BlockData& data) {
+         return View(self, data.file.block.looks.flags);
+       }},
+      {"looks.time_s",
+       [](const py::handle& self, const BlockData& data) {
+         return View(self, data.file.block.looks.time_s);
+       }},
+      {"looks.range_m",
+       [](const py::handle& self, const BlockData& data) {
+         return View(self, data.file.block.looks.range_m);
+       }},
+      {"looks.cone",
+       [](const py::handle& self, const BlockData& data) {
+         return OptionalView(self, data.file.block.looks.cone);
+       }},
+      {"looks.range_sigma_m",
+       [](const py::handle& self, const BlockData& data) {
+         return OptionalView(self, data.file.block.looks.range_sigma_m);
+       }},
+      {"looks.azimuth_sigma",
+       [](const py::handle& self, const BlockData& data) {
+         return OptionalView(self, data.file.block.looks.azimuth_sigma);
+       }},
+  };
+  return table;
+}
+
+const Pass& PassAt(const BlockData& data, std::size_t index) {
+  if (index >= data.file.block.passes.size()) throw py::index_error("no such pass");
+  return data.file.block.passes[index];
+}
+
+py::dict DescribePass(const BlockData& data, std::size_t index) {
+  const Pass& pass = PassAt(data, index);
+  py::dict out;
+  out["id"] = pass.id;
+  out["look"] = pass.side == LookSide::kLeft ? "left" : "right";
+  out["wavelength_m"] = pass.wavelength_m;
+  out["range_sigma_m"] = pass.sigma.range_m;
+  out["azimuth_sigma"] = pass.sigma.azimuth;
+  out["azimuth_unit"] = pass.sigma.azimuth_unit == AzimuthUnit::kMetres ? "m" : "s";
+  out["start_s"] = pass.start_s;
+  out["end_s"] = pass.end_s;
+  out["epoch_utc"] = pass.epoch_utc;
+  out["through"] = NameOf(pass.recorded.asked.through);
+  out["state_sigma_m"] = pass.recorded.asked.sigma.position_m;
+  out["state_sigma_mps"] = pass.recorded.asked.sigma.velocity_mps;
+  return out;
+}
+
+Measurements MeasurementsOf(bool plan) {
+  return plan ? Measurements::kOptional : Measurements::kRequired;
+}
+
+/// By name of the table the arrays by name of the column.
+using ArrayTables = std::map<std::string, std::map<std::string, py::array>>;
+
+std::shared_ptr<BlockData> FromArrays(const std::string& toml,
+                                      const std::vector<std::string>& pass_ids,
+                                      const ArrayTables& tables,
+                                      bool plan,
+                                      const py::object& progress) {
+  auto passes = std::make_shared<IdTable>();
+  for (const std::string& id : pass_ids) passes->Append(id);
+  std::shared_ptr<const IdTable> points = std::make_shared<IdTable>();
+  std::vector<HeldColumn> held;
+  BlockArrays arrays{toml, {}};
+  // Those of the points first: indices of other tables count in them.
+  for (const char* name : {"points", "trajectories", "observations"}) {
+    const auto given = tables.find(name);
+    if (given == tables.end()) continue;
+    ArrayTable table{name, {}};
+    for (const auto& [column, array] : given->second) {
+      if (column == "pass_index") {
+        held.push_back(IndexColumnOf(name, column, array, passes));
+      } else if (column == "point_index") {
+        held.push_back(IndexColumnOf(name, column, array, points));
+      } else {
+        held.push_back(ColumnOf(name, column, array));
+      }
+      table.columns.push_back(held.back().column);
+      if (table.name == "points" && column == "point" && held.back().column.texts) {
+        points = held.back().column.texts;
+      }
+    }
+    arrays.tables.push_back(std::move(table));
+  }
+  return Shown(RunWork(progress, [&](ProgressSink* sink) {
+    return BlockOfArrays(arrays, MeasurementsOf(plan), sink);
+  }));
+}
+
+py::object TruePositions(const BlockData& data) {
+  const Truth truth = TruthOf(data);
+  if (truth.points_m.empty()) return py::none();
+  const py::array view = VectorView(py::none(), truth.points_m);
+  return view.attr("copy")();
+}
+
+py::dict Check(const std::shared_ptr<BlockData>& data,
+               const std::vector<std::string>& overrides,
+               int threads,
+               const py::object& progress) {
+  const BlockCheck check = RunWork(progress, [&](ProgressSink* sink) {
+    const AdjustOptions options = OptionsOf(*data, overrides, threads);
+    return Naming(data->path.string(), [&] { return CheckBlock(data->file.block, options, sink); });
+  });
+  std::vector<std::string> warnings = data->file.warnings;
+  warnings.insert(warnings.end(), check.findings.begin(), check.findings.end());
+  py::dict out;
+  out["corrections"] = check.corrections;
+  out["warnings"] = TextList(warnings);
+  return out;
+}
+
+void Write(const BlockData& data,
+           const std::filesystem::path& path,
+           bool gzip,
+           bool force,
+           const py::object& progress) {
+  RunUnlocked(progress, [&](ProgressSink*) {
+    RequireFolderFor(
+        FolderContent::kBlock, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+    const Truth truth = TruthOf(data);
+    WriteBlock(path,
+               data.file.block,
+               data.file.adjust,
+               truth.points_m.empty() ? nullptr : &truth,
+               gzip ? Compression::kGzip : Compression::kNone);
+  });
+}
+
+py::dict DescribeFrame(const Frame& frame) {
+  py::dict out;
+  const bool local = frame.kind() == FrameKind::kLocal;
+  out["kind"] = local ? "local" : "geocentric";
+  if (local) return out;
+  const Ellipsoid& ellipsoid = frame.ellipsoid();
+  const std::vector<std::string>& names = EllipsoidNames();
+  if (std::find(names.begin(), names.end(), ellipsoid.name) != names.end()) {
+    out["ellipsoid"] = ellipsoid.name;
+  } else {
+    py::dict axes;
+    axes["a_m"] = ellipsoid.a_m;
+    axes["f"] = ellipsoid.flattening;
+    out["ellipsoid"] = axes;
+  }
+  return out;
+}
+
+}  // namespace
+
+void BindBlock(py::module_* module) {
+  BlockClass(*module, "Block", "A block in memory; sarblock.Block is what people use.")
+      .def_property_readonly("name", [](const BlockData& data) { return data.file.block.name; })
+      .def_property_readonly(
+          "frame", [](const BlockData& data) { return DescribeFrame(data.file.block.frame); })
+      .def_property_readonly("warnings",
+                             [](const BlockData& data) { return TextList(data.file.warnings); })
+      .def_property_readonly("path", [](const BlockData& data) { return data.path.string(); })
+      .def_property_readonly("pass_count",
+                             [](const BlockData& data) { return data.file.block.passes.size(); })
+      .def(
+          "options",
+          [](const BlockData& data, const std::vector<std::string>& set) {
+            return DumpAdjustTable(OptionsOf(data, set, 1));
+          },
+          py::arg("set"),
+          "The [adjust] table as TOML, with KEY=VALUE texts over it.")
+      .def("describe_pass", &DescribePass, py::arg("index"), "What block.toml says of a pass.")
+      .def(
+          "states",
+          [](const py::object& self, std::size_t index) {
+            const Pass& pass = PassAt(self.cast<const BlockData&>(), index);
+            return StatesView(self, pass.RecordedStates());
+          },
+          py::arg("index"),
+          "State vectors of a pass, (states, 7): time [s], position [m], velocity [m/s].")
+      .def(
+          "array",
+          [](const py::object& self, const std::string& name) {
+            return BlockArrayTable().at(name)(self, self.cast<const BlockData&>());
+          },
+          py::arg("name"),
+          "One of the block's arrays by the name of the property that shows it.")
+      .def("truth_m", &TruePositions, "True positions, (points, 3) [m], or None.")
+      .def("check",
+           &Check,
+           py::arg("set"),
+           py::arg("threads"),
+           py::arg("progress"),
+           "What an adjustment would say of the block.")
+      .def("write",
+           &Write,
+           py::arg("path"),
+           py::arg("gzip"),
+           py::arg("force"),
+           py::arg("progress"),
+           "Writes a block folder or an HDF5 file.");
+  module->def(
+      "read_block",
+      [](const std::filesystem::path& path,
+         const std::vector<std::string>& set,
+         bool plan,
+         const py::object& progress) {
+        return Shown(RunWork(progress, [&](ProgressSink* sink) {
+          return ReadBlockAt(path, set, MeasurementsOf(plan), sink);
+        }));
+      },
+      py::arg("path"),
+      py::arg("set"),
+      py::arg("plan"),
+      py::arg("progress"),
+      "Reads a block folder or an HDF5 file.");
+  module->def("from_arrays",
+              &FromArrays,
+              py::arg("toml"),
+              py::arg("pass_ids"),
+              py::arg("tables"),
+              py::arg("plan"),
+              py::arg("progress"),
+              "A block of the content of block.toml and tables of arrays.");
+  module->def(
+      "simulate",
+      [](const std::string& name,
+         const std::optional<std::string>& text,
+         const std::vector<std::string>& set,
+         int threads,
+         const py::object& progress) {
+        return Shown(RunWork(progress, [&](ProgressSink* sink) {
+          return SimulateScene(name, text ? &*text : nullptr, set, threads, sink);
+        }));
+      },
+      py::arg("name"),
+      py::arg("text"),
+      py::arg("set"),
+      py::arg("threads"),
+      py::arg("progress"),
+      "Simulates the scene of a file or of a text.");
+}
+
+}  // namespace sarblock::python

@@ -1,0 +1,443 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "result_binding.h"
+
+#include "sarblock/core/error.h"
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays.h"
+#include "io/output_folder.h"
+#include "result_data.h"
+#include "run_work.h"
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+namespace sarblock::python {
+namespace {
+
+namespace py = pybind11;
+
+/// Numbers that are standard deviations before CovarianceFactor(): a view, or scaled.
+py::object Scaled(const ResultData& data, const py::object& sigmas) {
+  if (sigmas.is_none() || data.factor() == 1.0) return sigmas;
+  return sigmas.attr("__mul__")(std::sqrt(data.factor()));
+}
+
+py::object OptionalCovariances(const ResultData& data, const std::vector<SymmetricEnu>& of) {
+  if (of.empty()) return py::none();
+  return Covariances(of.size(), data.factor(), of.data(), sizeof(SymmetricEnu));
+}
+
+template <typename Enum>
+py::array Codes(const py::handle& owner, const std::vector<Enum>& values) {
+  static_assert(sizeof(Enum) == 1);
+  return View(owner,
+              reinterpret_cast<const std::uint8_t*>(values.data()),
+              {static_cast<py::ssize_t>(values.size())},
+              {1});
+}
+
+py::array ParameterTexts(const ResultData& data, std::string ParameterResult::*member) {
+  const std::vector<ParameterResult>& parameters = data.parameters();
+  return Texts(parameters.size(),
+               [&](std::size_t i) -> std::string_view { return parameters[i].*member; });
+}
+
+py::object Reasons(const ResultData& data) {
+  const std::vector<std::string>& reasons = data.points().reason;
+  return Texts(data.points().status.size(), [&](std::size_t i) -> std::string_view {
+    return reasons.empty() ? std::string_view() : std::string_view(reasons[i]);
+  });
+}
+
+/// A column of the looks: where a result was read, it stands in another structure.
+template <typename Number>
+py::object LookColumn(const py::handle& self,
+                      const ResultData& data,
+                      std::vector<Number> ResultLooks::*read,
+                      std::vector<Number> LookResults::*solved) {
+  if (data.file) return OptionalView(self, data.file->looks.*read);
+  return OptionalView(self, data.solved->result.looks.*solved);
+}
+
+py::object QualityColumn(const py::handle& self,
+                         const ResultData& data,
+                         std::array<std::vector<float>, 2> ResultLooks::*read,
+                         std::array<std::vector<float>, 2> LookQuality::*solved,
+                         std::size_t component) {
+  if (data.file) return OptionalView(self, (data.file->looks.*read)[component]);
+  return OptionalView(self, (data.solved->result.quality.*solved)[component]);
+}
+
+using ArrayGetter = std::function<py::object(const py::handle&, const ResultData&)>;
+using ArrayTable = std::map<std::string, ArrayGetter>;
+
+ArrayTable PointArrays() {
+  const auto column = [](std::vector<double> PointResults::*member) {
+    return [member](const py::handle& self, const ResultData& data) {
+      return OptionalView(self, data.points().*member);
+    };
+  };
+  return {
+      {"points.ids",
+       [](const py::handle&, const ResultData& data) {
+         const IdTable& ids = data.point_ids();
+         return Texts(ids.size(), [&ids](std::size_t i) { return ids[i]; });
+       }},
+      {"points.role",
+       [](const py::handle& self, const ResultData& data) { return Codes(self, data.roles()); }},
+      {"points.status",
+       [](const py::handle& self, const ResultData& data) {
+         return Codes(self, data.points().status);
+       }},
+      {"points.reason", [](const py::handle&, const ResultData& data) { return Reasons(data); }},
+      {"points.looks",
+       [](const py::handle& self, const ResultData& data) {
+         return View(self, data.points().looks);
+       }},
+      {"points.position_m",
+       [](const py::handle& self, const ResultData& data) {
+         return VectorView(self, data.points().position_m);
+       }},
+      {"points.covariance_enu_m2",
+       [](const py::handle&, const ResultData& data) {
+         return OptionalCovariances(data, data.points().covariance_m2);
+       }},
+      {"points.fixed_path_covariance_enu_m2",
+       [](const py::handle&, const ResultData& data) {
+         return OptionalCovariances(data, data.points().fixed_path_covariance_m2);
+       }},
+      {"points.intersection_rad", column(&PointResults::intersection_rad)},
+      {"points.redundancy_1", column(&PointResults::redundancy)},
+      {"points.sigma_leberl_across_m", column(&PointResults::sigma_leberl_across_m)},
+      {"points.sigma_leberl_up_m", column(&PointResults::sigma_leberl_up_m)},
+      {"points.sigma_leberl_path_across_m", column(&PointResults::sigma_leberl_path_across_m)},
+      {"points.sigma_leberl_path_up_m", column(&PointResults::sigma_leberl_path_up_m)},
+      {"points.leberl_across_azimuth_rad", column(&PointResults::leberl_across_azimuth_rad)},
+  };
+}
+
+ArrayTable CorrectionArrays() {
+  const auto texts = [](std::string ParameterResult::*member) {
+    return [member](const py::handle&, const ResultData& data) {
+      return ParameterTexts(data, member);
+    };
+  };
+  const auto numbers = [](double ParameterResult::*member) {
+    return [member](const py::handle& self, const ResultData& data) {
+      return ColumnView(self, data.parameters(), member);
+    };
+  };
+  const auto indices = [](std::uint32_t ParameterCovariance::*member) {
+    return [member](const py::handle& self, const ResultData& data) {
+      return ColumnView(self, data.parameter_covariance(), member);
+    };
+  };
+  return {
+      {"corrections.owner", texts(&ParameterResult::owner)},
+      {"corrections.name", texts(&ParameterResult::name)},
+      {"corrections.unit", texts(&ParameterResult::unit)},
+      {"corrections.value", numbers(&ParameterResult::value)},
+      {"corrections.sigma",
+       [](const py::handle& self, const ResultData& data) {
+         return Scaled(data, ColumnView(self, data.parameters(), &ParameterResult::sigma));
+       }},
+      {"corrections.prior_sigma", numbers(&ParameterResult::prior_sigma)},
+      {"corrections.covariance_row", indices(&ParameterCovariance::a)},
+      {"corrections.covariance_column", indices(&ParameterCovariance::b)},
+      {"corrections.covariance_value",
+       [](const py::handle& self, const ResultData& data) -> py::object {
+         const py::object values =
+             ColumnView(self, data.parameter_covariance(), &ParameterCovariance::covariance);
+         return data.factor() == 1.0 ? values : values.attr("__mul__")(data.factor());
+       }},
+  };
+}
+
+ArrayTable LookArrays() {
+  return {
+      {"looks.offsets",  // by point, where the looks are those of a block
+       [](const py::handle& self, const ResultData& data) -> py::object {
+         if (data.file) return py::none();
+         return View(self, data.solved->block().looks.offsets);
+       }},
+      {"looks.point_index",
+       [](const py::handle& self, const ResultData& data) -> py::object {
+         if (data.file) return View(self, data.file->looks.point);
+         return py::none();
+       }},
+      {"looks.pass_index",
+       [](const py::handle& self, const ResultData& data) {
+         return View(self, data.file ? data.file->looks.pass : data.solved->block().looks.pass);
+       }},
+      {"looks.range_residual_m",
+       [](const py::handle& self, const ResultData& data) {
+         return LookColumn(
+             self, data, &ResultLooks::range_residual_m, &LookResults::range_residual_m);
+       }},
+      {"looks.azimuth_residual_m",
+       [](const py::handle& self, const ResultData& data) {
+         return LookColumn(
+             self, data, &ResultLooks::azimuth_residual_m, &LookResults::azimuth_residual_m);
+       }},
+      {"looks.weight",
+       [](const py::handle& self, const ResultData& data) {
+         return LookColumn(self, data, &ResultLooks::weight, &LookResults::weight);
+       }},
+      {"looks.rejected",
+       [](const py::handle& self, const ResultData& data) {
+         return LookColumn(self, data, &ResultLooks::rejected, &LookResults::rejected);
+       }},
+      {"looks.flags",
+       [](const py::handle& self, const ResultData& data) -> py::object {
+         if (data.file) return py::none();
+         return View(self, data.solved->block().looks.flags);
+       }},
+      {"looks.reason",
+       [](const py::handle& self, const ResultData& data) -> py::object {
+         const std::vector<RejectReason>& reasons =
+             data.file ? data.file->looks.reason : data.solved->result.looks.reason;
+         if (reasons.empty()) return py::none();
+         return Codes(self, reasons);
+       }},
+      {"looks.range_redundancy_1",
+       [](const py::handle& self, const ResultData& data) {
+         return QualityColumn(
+             self, data, &ResultLooks::redundancy_1, &LookQuality::redundancy_1, 0);
+       }},
+      {"looks.azimuth_redundancy_1",
+       [](const py::handle& self, const ResultData& data) {
+         return QualityColumn(
+             self, data, &ResultLooks::redundancy_1, &LookQuality::redundancy_1, 1);
+       }},
+      {"looks.range_w_1",
+       [](const py::handle& self, const ResultData& data) {
+         return QualityColumn(self, data, &ResultLooks::w_1, &LookQuality::w_1, 0);
+       }},
+      {"looks.azimuth_w_1",
+       [](const py::handle& self, const ResultData& data) {
+         return QualityColumn(self, data, &ResultLooks::w_1, &LookQuality::w_1, 1);
+       }},
+  };
+}
+
+ArrayTable OtherArrays() {
+  const auto station = [](Eigen::Vector3d StripStation::*member) {
+    return [member](const py::handle& self, const ResultData& data) {
+      return VectorView(self, data.strips(), member);
+    };
+  };
+  return {
+      {"checks.point_index",
+       [](const py::handle& self, const ResultData& data) {
+         return ColumnView(self, data.checks(), &CheckResult::point);
+       }},
+      {"checks.error_enu_m",
+       [](const py::handle& self, const ResultData& data) {
+         return VectorView(self, data.checks(), &CheckResult::error_enu_m);
+       }},
+      {"checks.sigma_enu_m",
+       [](const py::handle& self, const ResultData& data) {
+         return VectorView(self, data.checks(), &CheckResult::sigma_enu_m);
+       }},
+      {"checks.chi_square_1",
+       [](const py::handle& self, const ResultData& data) {
+         return ColumnView(self, data.checks(), &CheckResult::chi_square);
+       }},
+      {"strips.pass_index",
+       [](const py::handle& self, const ResultData& data) {
+         return ColumnView(self, data.strips(), &StripStation::pass);
+       }},
+      {"strips.time_s",
+       [](const py::handle& self, const ResultData& data) {
+         return ColumnView(self, data.strips(), &StripStation::time_s);
+       }},
+      {"strips.strip_time_1",
+       [](const py::handle& self, const ResultData& data) {
+         return ColumnView(self, data.strips(), &StripStation::strip_time_1);
+       }},
+      {"strips.antenna_m", station(&StripStation::antenna_m)},
+      {"strips.correction_m", station(&StripStation::correction_m)},
+      {"strips.correction_sigma_m",
+       [](const py::handle& self, const ResultData& data) {
+         return Scaled(data, VectorView(self, data.strips(), &StripStation::correction_sigma_m));
+       }},
+      {"pairs.first_index",
+       [](const py::handle& self, const ResultData& data) {
+         return ColumnView(self, data.pairs(), &PairResult::a);
+       }},
+      {"pairs.second_index",
+       [](const py::handle& self, const ResultData& data) {
+         return ColumnView(self, data.pairs(), &PairResult::b);
+       }},
+      {"pairs.difference_enu_m",
+       [](const py::handle& self, const ResultData& data) {
+         return VectorView(self, data.pairs(), &PairResult::difference_enu_m);
+       }},
+      {"pairs.covariance_enu_m2",
+       [](const py::handle&, const ResultData& data) {
+         const std::vector<PairResult>& pairs = data.pairs();
+         static const PairResult kNothing{};
+         const PairResult& first = pairs.empty() ? kNothing : pairs.front();
+         return Covariances(pairs.size(), data.factor(), &first.covariance_m2, sizeof(PairResult));
+       }},
+  };
+}
+
+const ArrayTable& ResultArrayTable() {
+  static const ArrayTable table = [] {
+    ArrayTable all = PointArrays();
+    for (ArrayTable part : {CorrectionArrays(), LookArrays(), OtherArrays()}) all.merge(part);
+    return all;
+  }();
+  return table;
+}
+
+py::array States(const py::object& self, std::size_t pass) {
+  const auto& data = self.cast<const ResultData&>();
+  const std::size_t passes =
+      data.file ? data.file->passes.size() : data.solved->result.corrected_paths.size();
+  if (pass >= passes) throw py::index_error("no such pass");
+  const FlightPath& path =
+      data.file ? data.file->passes[pass].path : data.solved->result.corrected_paths[pass];
+  return StatesView(self, path.states());
+}
+
+void Write(const ResultData& data,
+           const std::filesystem::path& path,
+           bool gzip,
+           bool force,
+           const py::object& progress) {
+  if (!data.solved) {
+    throw InputError(path.string(),
+                     "a result that was read is not written again; sarblock convert copies one");
+  }
+  RunUnlocked(progress, [&](ProgressSink*) {
+    const SolvedBlock& solved = *data.solved;
+    std::error_code ignored;
+    if (std::filesystem::equivalent(solved.source->path, path, ignored)) {
+      throw InputError(path.string(),
+                       "is the block, whose tables the result would overwrite; any other name is "
+                       "allowed");
+    }
+    RequireFolderFor(
+        FolderContent::kResult, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+    ResultContext context = solved.context;
+    context.compression = gzip ? Compression::kGzip : Compression::kNone;
+    static_cast<void>(WriteResult(path, solved.block(), solved.options, solved.result, context));
+  });
+}
+
+std::optional<std::vector<Eigen::Vector3d>> PositionsOf(const BlockData& block,
+                                                        const py::object& positions_m) {
+  if (positions_m.is_none()) return std::nullopt;
+  const auto array =
+      py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(positions_m);
+  if (!array) throw py::error_already_set();
+  const auto points = static_cast<py::ssize_t>(block.file.block.points.size());
+  if (array.ndim() != 2 || array.shape(0) != points || array.shape(1) != 3) {
+    throw InputError("positions_m",
+                     "has the shape " + std::string(py::str(array.attr("shape"))) + ", (" +
+                         std::to_string(points) + ", 3) is needed");
+  }
+  std::vector<Eigen::Vector3d> out;
+  out.reserve(static_cast<std::size_t>(points));
+  for (py::ssize_t i = 0; i < points; ++i) {
+    out.emplace_back(array.at(i, 0), array.at(i, 1), array.at(i, 2));
+    if (out.back().array().isInf().any()) {
+      throw InputError("positions_m[" + std::to_string(i) + "]",
+                       "is not finite; finite numbers are allowed, nan where a position is not "
+                       "known");
+    }
+  }
+  return out;
+}
+
+Task TaskOf(const std::string& name) {
+  return name == "adjust" ? Task::kAdjust : name == "intersect" ? Task::kIntersect : Task::kPredict;
+}
+
+std::shared_ptr<ResultData> Shown(const std::shared_ptr<const ResultData>& data) {
+  return std::const_pointer_cast<ResultData>(data);
+}
+
+}  // namespace
+
+void BindResult(py::module_* module) {
+  py::class_<ResultData, std::shared_ptr<ResultData>>(
+      *module, "Result", "A result in memory; sarblock.Result is what people use.")
+      .def_property_readonly("pass_ids", &ResultData::PassIds)
+      .def_property_readonly(
+          "local_frame",
+          [](const ResultData& data) { return data.frame().kind() == FrameKind::kLocal; })
+      .def("summary", &ResultData::Summary, "The content of summary.json.")
+      .def(
+          "array",
+          [](const py::object& self, const std::string& name) {
+            return ResultArrayTable().at(name)(self, self.cast<const ResultData&>());
+          },
+          py::arg("name"),
+          "One of the result's arrays by the name of the property that shows it.")
+      .def("states",
+           &States,
+           py::arg("index"),
+           "Corrected state vectors of a pass, (states, 7): time [s], position [m], velocity "
+           "[m/s].")
+      .def(
+          "geodetic",
+          [](const ResultData& data) {
+            const std::vector<Eigen::Vector3d>& positions_m = data.points().position_m;
+            py::array_t<double> out({static_cast<py::ssize_t>(positions_m.size()), py::ssize_t{3}});
+            double* to = out.mutable_data();
+            for (const Eigen::Vector3d& position_m : positions_m) {
+              Geodetic place{kNotGiven, kNotGiven, kNotGiven};
+              if (position_m.allFinite()) place = data.frame().GeodeticFromFrame(position_m);
+              for (const double value : {place.lat_rad, place.lon_rad, place.h_m}) *to++ = value;
+            }
+            return out;
+          },
+          "Latitude [rad], longitude [rad] and height [m] of the points, (points, 3).")
+      .def("write",
+           &Write,
+           py::arg("path"),
+           py::arg("gzip"),
+           py::arg("force"),
+           py::arg("progress"),
+           "Writes a result folder or an HDF5 file.");
+  module->def(
+      "solve",
+      [](const std::string& task,
+         const std::shared_ptr<BlockData>& block,
+         const std::vector<std::string>& set,
+         int threads,
+         const py::object& positions_m,
+         const py::object& progress) {
+        const auto positions = PositionsOf(*block, positions_m);
+        return Shown(RunWork(progress, [&](ProgressSink* sink) {
+          return Solve(TaskOf(task), block, set, threads, positions, sink);
+        }));
+      },
+      py::arg("task"),
+      py::arg("block"),
+      py::arg("set"),
+      py::arg("threads"),
+      py::arg("positions_m"),
+      py::arg("progress"),
+      "Adjusts, intersects or predicts a block.");
+  module->def(
+      "read_result",
+      [](const std::filesystem::path& path, const py::object& progress) {
+        return Shown(
+            RunWork(progress, [&](ProgressSink* sink) { return ReadResultAt(path, sink); }));
+      },
+      py::arg("path"),
+      py::arg("progress"),
+      "Reads a result folder or an HDF5 file.");
+}
+
+}  // namespace sarblock::python

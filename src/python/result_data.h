@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/io/result_file.h"
+#include "sarblock/io/result_files.h"
+#include "sarblock/model/result.h"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "block_data.h"
+#include <Eigen/Core>
+
+namespace sarblock::python {
+
+enum class Task { kAdjust, kIntersect, kPredict };
+
+/// A result with the block that it is of.
+struct SolvedBlock {
+  BlockPointer source;
+  std::optional<Block> changed;  ///< where a list of rejections left looks out
+  AdjustOptions options;
+  AdjustResult result;
+  ResultContext context;
+  [[nodiscard]] const Block& block() const { return changed ? *changed : source->file.block; }
+};
+
+/// A result in memory, never changed once it is made: solved here, or read from files.
+struct ResultData {
+  std::optional<SolvedBlock> solved;
+  std::optional<ResultFile> file;  ///< where it is not solved
+
+  [[nodiscard]] const PointResults& points() const {
+    return file ? file->points.results : solved->result.points;
+  }
+  [[nodiscard]] const IdTable& point_ids() const {
+    return file ? file->points.ids : solved->block().points.ids;
+  }
+  [[nodiscard]] const std::vector<PointRole>& roles() const {
+    return file ? file->points.role : solved->block().points.role;
+  }
+  [[nodiscard]] const std::vector<ParameterResult>& parameters() const {
+    return file ? file->parameters : solved->result.parameters;
+  }
+  [[nodiscard]] const std::vector<ParameterCovariance>& parameter_covariance() const {
+    return file ? file->parameter_covariance : solved->result.parameter_covariance;
+  }
+  [[nodiscard]] const std::vector<CheckResult>& checks() const {
+    return file ? file->points.checks : solved->result.checks;
+  }
+  [[nodiscard]] const std::vector<StripStation>& strips() const {
+    return file ? file->strips : solved->result.strips;
+  }
+  [[nodiscard]] const std::vector<PairResult>& pairs() const {
+    return file ? file->pairs : solved->result.pairs;
+  }
+  /// Factor that covariances of the arrays still need.
+  [[nodiscard]] double factor() const {
+    return file ? 1.0 : CovarianceFactor(solved->options, solved->result);
+  }
+  [[nodiscard]] std::vector<std::string> PassIds() const;
+  [[nodiscard]] const Frame& frame() const { return file ? file->frame : solved->block().frame; }
+  /// Content of summary.json.
+  [[nodiscard]] std::string Summary() const;
+};
+
+/// What the command of the same name does between reading and writing. `positions_m` are those of
+/// Task::kPredict; without them the truth is taken where it is known.
+[[nodiscard]] std::shared_ptr<const ResultData> Solve(
+    Task task,
+    const BlockPointer& block,
+    const std::vector<std::string>& overrides,
+    int threads,
+    const std::optional<std::vector<Eigen::Vector3d>>& positions_m,
+    ProgressSink* progress);
+
+[[nodiscard]] std::shared_ptr<const ResultData> ReadResultAt(const std::filesystem::path& path,
+                                                             ProgressSink* progress);
+
+}  // namespace sarblock::python

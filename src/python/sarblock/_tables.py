@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arrays as tables of pandas and data sets of xarray, where these packages are installed."""
+from __future__ import annotations
+
+import importlib
+from typing import Any, Mapping, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.uint32]
+FlagArray = NDArray[np.bool_]
+TextArray = NDArray[np.str_]
+
+#: Ends of names and their units.
+UNITS = {"m": "m", "s": "s", "m2": "m2", "mps": "m s-1", "rad": "rad", "hz": "Hz", "1": "1"}
+_PARTS = {"enu": ("e", "n", "u"), "correction": ("along", "across", "up"), "": ("x", "y", "z")}
+
+
+def unit_of(name: str) -> Optional[str]:
+    """The unit that the end of a name says, or None."""
+    return UNITS.get(name.rsplit("_", 1)[-1]) if "_" in name else None
+
+
+def _columns(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
+    """A column, or those of a vector (x_m, y_m, z_m) or matrix (cov_ee_m2, ...) of every row."""
+    if array.ndim == 1:
+        return {name: array}
+    stem, unit = name.rsplit("_", 1)
+    kind = "enu" if "_enu" in stem else "correction" if stem.startswith("correction") else ""
+    parts = _PARTS[kind]
+    stem = stem.replace("_enu", "").replace("covariance", "cov")
+    prefix = "" if stem == "position" else stem + "_"
+    if array.ndim == 2:
+        return {f"{prefix}{part}_{unit}": array[:, i] for i, part in enumerate(parts)}
+    return {
+        f"{prefix}{parts[i]}{parts[j]}_{unit}": array[:, i, j] for i in range(3) for j in range(i, 3)
+    }
+
+
+def choose(
+    tables: Mapping[str, dict[str, Optional[NDArray[Any]]]], name: str
+) -> dict[str, Optional[NDArray[Any]]]:
+    """The table of this name."""
+    if name not in tables:
+        raise _core.InputError(f"table: '{name}' is not known, {', '.join(tables)} are allowed")
+    return tables[name]
+
+
+def data_frame(columns: Mapping[str, Optional[NDArray[Any]]]) -> Any:
+    """A pandas.DataFrame of the columns that are there."""
+    pandas = importlib.import_module("pandas")
+    flat: dict[str, NDArray[Any]] = {}
+    for name, array in columns.items():
+        if array is not None:
+            flat.update(_columns(name, array))
+    return pandas.DataFrame(flat)
+
+
+def data_set(groups: Mapping[str, Mapping[str, Optional[NDArray[Any]]]], title: str) -> Any:
+    """An xarray.Dataset: one dimension a group, `axis` and `other_axis` for vectors and matrices;
+    the variables are named GROUP_COLUMN and have the attribute `units`."""
+    xarray = importlib.import_module("xarray")
+    variables = {}
+    for group, columns in groups.items():
+        for name, array in columns.items():
+            if array is None:
+                continue
+            dimensions = (group, "axis", "other_axis")[: array.ndim]
+            unit = unit_of(name)
+            variables[f"{group}_{name}"] = (dimensions, array, {} if unit is None else {"units": unit})
+    return xarray.Dataset(variables, attrs={"title": title})

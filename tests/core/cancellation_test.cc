@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/cancellation.h"
+
+#include "sarblock/core/error.h"
+
+#include <atomic>
+#include <string_view>
+
+#include "core/parallel.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+/// Asks to stop once it was asked `most` times.
+class StopsAfter final : public ProgressSink {
+ public:
+  explicit StopsAfter(int most) : most_(most) {}
+  void Update(std::string_view, std::size_t, std::size_t, std::string_view) override {}
+  [[nodiscard]] bool Cancelled() const override { return ++asked_ > most_; }
+
+ private:
+  int most_;
+  mutable std::atomic<int> asked_{0};
+};
+
+/// Chunks that a loop over 17,000 rows did, 10 at a time.
+int ChunksDone() {
+  std::atomic<int> done{0};
+  ParallelForChunks(17000, 10, [&](std::size_t, std::size_t, std::size_t) { ++done; });
+  return done;
+}
+
+TEST(CancellationTest, ALoopEndsInItsMiddle) {
+  const StopsAfter sink(30);
+  std::atomic<int> done{0};
+  const CancellationScope scope(sink);
+  EXPECT_THROW(ParallelForChunks(17000, 10, [&](std::size_t, std::size_t, std::size_t) { ++done; }),
+               Interrupted);
+  EXPECT_GT(done, 0);
+  EXPECT_LE(done, 30);
+}
+
+TEST(CancellationTest, NothingIsAskedWithoutAScope) {
+  const StopsAfter sink(0);
+  EXPECT_EQ(ChunksDone(), 1700);
+  {
+    const CancellationScope scope(sink);
+    EXPECT_EQ(CancellationScope::Current(), &sink);
+    EXPECT_THROW(ChunksDone(), Interrupted);
+  }
+  EXPECT_EQ(CancellationScope::Current(), nullptr);
+  EXPECT_EQ(ChunksDone(), 1700);
+}
+
+TEST(CancellationTest, TheInnermostScopeIsAsked) {
+  const StopsAfter outer(0), inner(1000000);
+  const CancellationScope one(outer);
+  {
+    const CancellationScope two(inner);
+    EXPECT_EQ(ChunksDone(), 1700);
+  }
+  EXPECT_THROW(ChunksDone(), Interrupted);
+}
+
+}  // namespace
+}  // namespace sarblock
