@@ -123,6 +123,19 @@ const Pass& PassAt(const BlockData& data, std::size_t index) {
   return data.file.block.passes[index];
 }
 
+/// As the names of columns end.
+const char* UnitOf(AzimuthUnit unit) {
+  switch (unit) {
+    case AzimuthUnit::kMetres:
+      return "m";
+    case AzimuthUnit::kSeconds:
+      return "s";
+    case AzimuthUnit::kHertz:
+      break;
+  }
+  return "hz";
+}
+
 py::dict DescribePass(const BlockData& data, std::size_t index) {
   const Pass& pass = PassAt(data, index);
   py::dict out;
@@ -131,7 +144,7 @@ py::dict DescribePass(const BlockData& data, std::size_t index) {
   out["wavelength_m"] = pass.wavelength_m;
   out["range_sigma_m"] = pass.sigma.range_m;
   out["azimuth_sigma"] = pass.sigma.azimuth;
-  out["azimuth_unit"] = pass.sigma.azimuth_unit == AzimuthUnit::kMetres ? "m" : "s";
+  out["azimuth_unit"] = UnitOf(pass.sigma.azimuth_unit);
   out["start_s"] = pass.start_s;
   out["end_s"] = pass.end_s;
   out["epoch_utc"] = pass.epoch_utc;

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Blocks from arrays: what was taken apart and put together again is the same block, and small
 blocks whose numbers are known by hand."""
+import re
+
 import numpy as np
 import pytest
 import sarblock
@@ -100,6 +102,26 @@ def test_a_recorded_flight_comes_back_from_its_arrays(tmp_path):
     sarblock.Block.from_arrays(**block.to_arrays()).write(tmp_path / "two")
     one, two = tables(tmp_path / "one"), tables(tmp_path / "two")
     assert {name for name in two if one[name] != two[name]} == set()
+
+
+def test_measured_dopplers_come_back_from_their_arrays(tmp_path):
+    text = (SCENES / "block-12-strips.toml").read_text(encoding="utf-8")
+    text, count = re.subn(r"(?m)^azimuth_sigma_m = .*$", 'doppler_sigma_hz = 0.25\ncone = "doppler"', text)
+    assert count == 1
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    block = sarblock.simulate(tmp_path / "scene.toml", points={"count": 40})
+    assert {one.azimuth_unit for one in block.passes} == {"hz"}
+    again = sarblock.Block.from_arrays(**block.to_arrays())
+    block.write(tmp_path / "one")
+    again.write(tmp_path / "two")
+    one, two = tables(tmp_path / "one"), tables(tmp_path / "two")
+    assert {name for name in two if one[name] != two[name]} == set()
+    rows = block.to_arrays()["observations"]
+    rows["doppler_sigma_hz"] = np.full(len(rows["time_s"]), 0.5)
+    given = block.to_arrays() | {"observations": rows}
+    looks = sarblock.Block.from_arrays(**given).looks
+    assert (looks.doppler_sigma_hz == 0.5).all()
+    assert np.isnan(looks.time_sigma_s).all() and np.isnan(looks.azimuth_sigma_m).all()
 
 
 def hand_block(**changes):

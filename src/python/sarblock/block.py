@@ -24,7 +24,9 @@ _VECTORS = {
     "velocity_mps": ("vx_mps", "vy_mps", "vz_mps"),
     "sigma_enu_m": ("sigma_e_m", "sigma_n_m", "sigma_u_m"),
 }
-_REJECTED, _DOPPLER, _SECONDS = 1, 2, 4
+_REJECTED, _DOPPLER, _SECONDS, _HERTZ = 1, 2, 4, 8
+# Key of a pass in block.toml by the unit of its azimuth.
+_AZIMUTH_KEYS = {"m": "azimuth_sigma_m", "s": "azimuth_sigma_s", "hz": "doppler_sigma_hz"}
 
 
 class Pass:
@@ -61,7 +63,7 @@ class Pass:
 
     @property
     def azimuth_unit(self) -> str:
-        """"m" along track at the target, or "s" of azimuth time."""
+        """"m" along track at the target, "s" of azimuth time, or "hz" of a Doppler at an exact time."""
         return str(self._said["azimuth_unit"])
 
     @property
@@ -97,7 +99,7 @@ class Pass:
             "look": self.look,
             "wavelength_m": _given_number(self.wavelength_m),
             "range_sigma_m": _given_number(self.range_sigma_m),
-            f"azimuth_sigma_{self.azimuth_unit}": _given_number(self.azimuth_sigma),
+            _AZIMUTH_KEYS[self.azimuth_unit]: _given_number(self.azimuth_sigma),
             "start_s": self.start_s,
             "end_s": self.end_s,
             "epoch_utc": self.epoch_utc or None,
@@ -222,15 +224,22 @@ class BlockLooks:
 
     @cached_property
     def azimuth_sigma_m(self) -> FloatArray:
-        """Standard deviation of azimuth along track [m], (looks,); nan: in seconds, or the pass's."""
+        """Standard deviation of azimuth along track [m], (looks,); nan: in another unit, or the pass's."""
         given = self._or_filled("looks.azimuth_sigma", np.nan)
-        return np.where(self._flagged(_SECONDS), np.nan, given)
+        return np.where(self._flagged(_SECONDS | _HERTZ), np.nan, given)
 
     @cached_property
     def time_sigma_s(self) -> FloatArray:
-        """Standard deviation of azimuth time [s], (looks,); nan: in metres, or the pass's."""
+        """Standard deviation of azimuth time [s], (looks,); nan: in another unit, or the pass's."""
         given = self._or_filled("looks.azimuth_sigma", np.nan)
         return np.where(self._flagged(_SECONDS), given, np.nan)
+
+    @cached_property
+    def doppler_sigma_hz(self) -> FloatArray:
+        """Standard deviation of a measured Doppler [Hz], whose time is exact, (looks,); nan: the time
+        is measured, or the pass's."""
+        given = self._or_filled("looks.azimuth_sigma", np.nan)
+        return np.where(self._flagged(_HERTZ), given, np.nan)
 
     @cached_property
     def rejected(self) -> FlagArray:
@@ -325,6 +334,7 @@ class Block:
             "range_sigma_m": looks.range_sigma_m,
             "azimuth_sigma_m": looks.azimuth_sigma_m,
             "time_sigma_s": looks.time_sigma_s,
+            "doppler_sigma_hz": looks.doppler_sigma_hz,
         }
         optional = {name: values for name, values in optional.items() if not np.isnan(values).all()}
         if looks.rejected.any():
@@ -369,6 +379,7 @@ class Block:
                 "range_sigma_m": looks.range_sigma_m,
                 "azimuth_sigma_m": looks.azimuth_sigma_m,
                 "time_sigma_s": looks.time_sigma_s,
+                "doppler_sigma_hz": looks.doppler_sigma_hz,
                 "rejected": looks.rejected,
             },
         }
