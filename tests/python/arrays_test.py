@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Views: no copies, not to be written to, alive as long as they are needed."""
 import gc
+import re
 
 import numpy as np
 import pytest
@@ -91,8 +92,6 @@ def test_shapes_are_those_that_the_docstrings_say(local_block, local_result):
         "known": len(local_block.points.known_index),
         "states": len(local_block.passes[0].states),
     }
-    import re
-
     tested = 0
     groups = [local_block.points, local_block.looks, local_block.passes[0], local_result.points,
               local_result.corrections, local_result.looks, local_result.checks, local_result.strips,

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results against the command line, whose files another route writes, and against hand values."""
 import json
+import subprocess
 
 import numpy as np
 import pytest
 import sarblock
-from conftest import SCENES, run, summary, tables
+from conftest import PROGRAM, SCENES, run, summary, tables
 
 
 @pytest.mark.parametrize(
@@ -122,10 +123,6 @@ def test_predict_takes_positions_from_an_array(local_block):
 def test_check_counts_what_the_command_counts(tmp_path, local_block):
     local_block.write(tmp_path / "block")
     said = sarblock.check(local_block)
-    import subprocess
-
-    from conftest import PROGRAM
-
     printed = subprocess.run(
         [PROGRAM, "check", str(tmp_path / "block"), "--json"], capture_output=True, text=True, check=True
     )
