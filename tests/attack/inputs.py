@@ -3,10 +3,13 @@
 enough that each takes some hundredths of a second."""
 import csv
 import dataclasses
+import math
 import pathlib
 import re
 import shutil
 import subprocess
+
+import h5py
 
 SMALL = ("points.count=14", "control.count=4", "check.count=3")
 
@@ -322,6 +325,29 @@ class Maker:
         self.add("import", ["import", "images", "{in}/isd_one.json", "{in}/isd_two.json", "--points",
                             "{in}/points.csv", "-o", "{out}"], networks, ["points.csv", "points.csv", "isd_one.json"],
                  self.folder / "local", "block")
+        write_nisar(networks / "rslc.h5")
+        self.add("import", ["import", "nisar", "{in}/rslc.h5", "-o", "{out}"], networks, ["rslc.h5"],
+                 self.folder / "local", "block")
+
+
+def write_nisar(path):
+    """An RSLC without pixels and grid: a circle about the Earth, seconds from 2022-10-16T23:59:00."""
+    def times(file, name, values):
+        file[name] = values
+        file[name].attrs["units"] = "seconds since 2022-10-16T23:59:00"
+    radius_m, rate, root = 7121234.5, 1.0508e-3, "/science/LSAR/RSLC"
+    with h5py.File(path, "w") as file:
+        file["/science/LSAR/identification/lookDirection"] = "Left"
+        times(file, f"{root}/swaths/zeroDopplerTime", [50.25 + 0.01 * i for i in range(150)])
+        file[f"{root}/swaths/frequencyA/slantRange"] = [850123.5 + 5.25 * i for i in range(200)]
+        file[f"{root}/swaths/frequencyA/processedCenterFrequency"] = 1.2575e9
+        orbit = [10.0 * i for i in range(13)]
+        angles = [0.5 + rate * s for s in orbit]
+        times(file, f"{root}/metadata/orbit/time", orbit)
+        file[f"{root}/metadata/orbit/position"] = [
+            [radius_m * math.cos(a), 0.04 * radius_m, radius_m * math.sin(a)] for a in angles]
+        file[f"{root}/metadata/orbit/velocity"] = [
+            [-radius_m * rate * math.sin(a), 0.0, radius_m * rate * math.cos(a)] for a in angles]
 
 
 def in_lines_and_pixels(row):
