@@ -24,8 +24,10 @@ namespace sarblock {
 [[nodiscard]] ImagePass PassOfNisar(const NisarProduct& product,
                                     const ImportOptions& options,
                                     std::vector<std::string>* warnings);
-/// Refuses zero-Doppler times that are not even from column to column, to 1e-9 s. Its id is the
-/// file's name without ending.
+/// Whether the columns are evenly spaced zero-Doppler times.
+[[nodiscard]] bool HasRaster(const SicdImage& image);
+/// With a raster where columns are evenly spaced zero-Doppler times, to 1e-9 s; with ImagePass's
+/// `aperture` for all other images. Its id is the file's name without ending.
 [[nodiscard]] ImagePass PassOfSicd(const SicdImage& image);
 /// Of a cube or an ISD; its id is the file's name without ending.
 [[nodiscard]] ImagePass PassOfRadarImage(const RadarImage& image,
