@@ -6,7 +6,6 @@
 #include "sarblock/product/nisar.h"
 #include "sarblock/product/radar_image.h"
 #include "sarblock/product/sentinel1.h"
-#include "sarblock/product/sicd.h"
 
 #include <string>
 #include <vector>
@@ -24,11 +23,6 @@ namespace sarblock {
 [[nodiscard]] ImagePass PassOfNisar(const NisarProduct& product,
                                     const ImportOptions& options,
                                     std::vector<std::string>* warnings);
-/// Whether the columns are evenly spaced zero-Doppler times.
-[[nodiscard]] bool HasRaster(const SicdImage& image);
-/// With a raster where columns are evenly spaced zero-Doppler times, to 1e-9 s; with ImagePass's
-/// `aperture` for all other images. Its id is the file's name without ending.
-[[nodiscard]] ImagePass PassOfSicd(const SicdImage& image);
 /// Of a cube or an ISD; its id is the file's name without ending.
 [[nodiscard]] ImagePass PassOfRadarImage(const RadarImage& image,
                                          RangePolynomialTimes range_polynomial);

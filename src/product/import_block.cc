@@ -15,6 +15,7 @@
 #include "grid_fit.h"
 #include "image_passes.h"
 #include "reflector_points.h"
+#include "sicd_pass.h"
 #include <fmt/core.h>
 
 namespace sarblock {

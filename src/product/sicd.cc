@@ -120,7 +120,7 @@ void ReadKind(const XmlElement& root, SicdImage* image) {
     image->polar_angle_rad = ReadPolynomial(pfa.Child("PolarAngPoly"));
     image->frequency_scale_1 = ReadPolynomial(pfa.Child("SpatialFreqSFPoly"));
   } else if (image->kind == SicdKind::kAzimuthCompression) {
-    image->azimuth_scale_1pm = Bounded(root.Child("RgAzComp").Child("AzSF"), 1.0);
+    image->cone_cosine_per_m = Bounded(root.Child("RgAzComp").Child("AzSF"), 1.0);
   } else {
     image->axes_1 = {ReadUnitVector(grid.Child("Row").Child("UVectECF")),
                      ReadUnitVector(grid.Child("Col").Child("UVectECF"))};
@@ -182,10 +182,10 @@ double ValueOf(const SicdPolynomial& polynomial, double x) {
   return value;
 }
 
-double ValueOf(const SicdPolynomial2& polynomial, double x, double y) {
+double ValueOf(const SicdPolynomial2& polynomial, double x_m, double y_m) {
   double value = 0.0;
   for (auto c = polynomial.rbegin(); c != polynomial.rend(); ++c) {
-    value = value * x + ValueOf(*c, y);
+    value = value * x_m + ValueOf(*c, y_m);
   }
   return value;
 }

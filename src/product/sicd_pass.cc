@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sicd_pass.h"
+
 #include "sarblock/core/error.h"
 #include "sarblock/product/sicd_projection.h"
 
@@ -7,8 +9,6 @@
 #include <cmath>
 #include <filesystem>
 #include <utility>
-
-#include "image_passes.h"
 
 namespace sarblock {
 namespace {

@@ -43,7 +43,7 @@ RangeAndRate OfPolarFormat(const SicdImage& image, double x_m, double y_m, doubl
 RangeAndRate OfAzimuthCompression(const SicdImage& image, double x_m, double y_m, double time_s) {
   const SicdMotion antenna = MotionOf(image, time_s);
   return Seen(antenna, image.centre_m) +
-         RangeAndRate(x_m, -antenna.velocity_mps.norm() * image.azimuth_scale_1pm * y_m);
+         RangeAndRate(x_m, -antenna.velocity_mps.norm() * image.cone_cosine_per_m * y_m);
 }
 
 RangeAndRate OfPlane(const SicdImage& image, double x_m, double y_m, double time_s) {

@@ -22,7 +22,7 @@ using SicdPolynomial = std::vector<double>;
 
 /// Sum of c_jk x^j y^k: [j] is the polynomial of y that x^j has.
 using SicdPolynomial2 = std::vector<SicdPolynomial>;
-[[nodiscard]] double ValueOf(const SicdPolynomial2& polynomial, double x, double y);
+[[nodiscard]] double ValueOf(const SicdPolynomial2& polynomial, double x_m, double y_m);
 
 /// What gives range and range rate of a place in an image.
 enum class SicdKind : std::uint8_t {
@@ -58,7 +58,7 @@ struct SicdImage {
 
   SicdPolynomial polar_angle_rad;           ///< kPolarFormat: PolarAngPoly, of time
   SicdPolynomial frequency_scale_1;         ///< kPolarFormat: SpatialFreqSFPoly, of the polar angle
-  double azimuth_scale_1pm = 0.0;           ///< kAzimuthCompression: AzSF
+  double cone_cosine_per_m = 0.0;           ///< kAzimuthCompression: AzSF
   std::array<Eigen::Vector3d, 2> axes_1{};  ///< kPlane: UVectECF of rows and of columns
 
   /// x of a row.
