@@ -400,8 +400,8 @@ TEST_F(RealApertureTest, ImageToGroundToImageComesBack) {
 }
 
 // The file's own corners, which its writer found by its own projection, in a plane where the test
-// takes the ellipsoid. 5 degrees of squint; a sign or a factor that is wrong in either polynomial
-// moves them by tens of metres.
+// takes the ellipsoid. 5 degrees of squint; polar angles of 0.03 rad at its ends, whose wrong sign
+// would move them by tens of metres.
 TEST_F(RealApertureTest, CornersOfTheSquintedExampleAreWhereItSays) {
   const SicdImage image = ReadSicd(kFolder / "example-sicd-1.3.0.xml");
   const double last_row = static_cast<double>(image.rows - 1);
