@@ -50,9 +50,10 @@ struct ImportArguments {
 };
 
 std::string SigmaText(const LookSigma& sigma) {
-  const bool seconds = sigma.azimuth_unit == AzimuthUnit::kSeconds;
-  return fmt::format(
-      "{:.3g} m in range, {:.3g} {} in azimuth", sigma.range_m, sigma.azimuth, seconds ? "s" : "m");
+  const char* const unit = sigma.azimuth_unit == AzimuthUnit::kSeconds ? "s"
+                           : sigma.azimuth_unit == AzimuthUnit::kHertz ? "Hz"
+                                                                       : "m";
+  return fmt::format("{:.3g} m in range, {:.3g} {} in azimuth", sigma.range_m, sigma.azimuth, unit);
 }
 
 std::string DescribeGrid(const ImportedProduct& product, const char* orbit) {
@@ -333,7 +334,7 @@ void AddImport(CLI::App* app, Session* session) {
               session,
               ImportKind::kSicd,
               "sicd",
-              "Of SICD images in range and zero-Doppler time: paths and image rasters");
+              "Of SICD images: paths, image rasters, times and Dopplers of matched points");
   AddImportOf(group,
               session,
               ImportKind::kImages,

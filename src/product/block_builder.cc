@@ -2,6 +2,7 @@
 #include "block_builder.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/product/sicd_projection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,11 @@ Ellipsoid NamedLike(const Ellipsoid& ellipsoid) {
   return ellipsoid;
 }
 
+// Line and sample counted from the middle of the first pixel.
+ImageCoordinates PlaceOf(const MatchedPoints& matches, const MatchedPoint& row) {
+  return {row.line_px - matches.origin_px[0], row.sample_px - matches.origin_px[1]};
+}
+
 // Places of an image file in the raster of its pass, and back.
 ImageCoordinates RasterFromFile(const ImagePass& image, const ImageCoordinates& file) {
   if (image.axes == RasterAxes::kAzimuthDown) return file;
@@ -36,11 +42,11 @@ ImageCoordinates FileFromRaster(const ImagePass& image, const ImageCoordinates& 
   return {raster.pixel_px, static_cast<double>(image.lines) - 1.0 - raster.line_px};
 }
 
-// A column of looks begins to exist with its first value.
-void AppendSigma(double sigma, std::size_t looks, std::vector<double>* column) {
-  if (column->empty() && std::isnan(sigma)) return;
-  column->resize(looks, kNotGiven);
-  column->push_back(sigma);
+// A column of looks begins to exist with its first value that is not the one of empty columns.
+void AppendValue(double value, double otherwise, std::size_t looks, std::vector<double>* column) {
+  if (column->empty() && (std::isnan(value) || value == otherwise)) return;
+  column->resize(looks, otherwise);
+  column->push_back(value);
 }
 
 }  // namespace
@@ -107,10 +113,12 @@ void BlockBuilder::SetKnown(PointRole role, const KnownPosition& known) {
 
 void BlockBuilder::AddLook(const NewLook& look) {
   Looks& looks = block_.looks;
-  AppendSigma(look.range_sigma_m, looks.size(), &looks.range_sigma_m);
-  AppendSigma(look.azimuth_sigma, looks.size(), &looks.azimuth_sigma);
+  const bool measured = !std::isnan(look.doppler_hz);
+  AppendValue(look.range_sigma_m, kNotGiven, looks.size(), &looks.range_sigma_m);
+  AppendValue(look.azimuth_sigma, kNotGiven, looks.size(), &looks.azimuth_sigma);
+  AppendValue(measured ? look.doppler_hz : 0.0, 0.0, looks.size(), &looks.cone);
   looks.pass.push_back(look.pass);
-  looks.flags.push_back(look.flags);
+  looks.flags.push_back(measured ? look.flags | Looks::kDoppler : look.flags);
   looks.time_s.push_back(look.time_s);
   looks.range_m.push_back(look.range_m);
   point_of_look_.push_back(look.point);
@@ -125,7 +133,9 @@ bool BlockBuilder::Contains(const ImagePass& image, const ImageCoordinates& plac
 
 std::optional<ImageCoordinates> BlockBuilder::Locate(std::size_t pass,
                                                      const Eigen::Vector3d& p_m) const {
-  const auto place = PlaceInImage(block_.passes[pass], p_m);
+  const ImagePass& image = images_[pass];
+  const auto place = image.aperture ? PlaceInSicd(image.aperture->sicd, p_m)
+                                    : PlaceInImage(block_.passes[pass], p_m);
   if (!place || !Contains(images_[pass], *place)) return std::nullopt;
   return FileFromRaster(images_[pass], *place);
 }
@@ -175,12 +185,72 @@ void BlockBuilder::AddMatches(const MatchedPoints& matches) {
                        Quoted(row.point) + " is measured twice in image " + Quoted(row.image));
     }
     SetMatch(matches, row, &look);
-    const Eigen::Vector3d& p_m = block_.points.given_m[look.point];
-    if (p_m.allFinite()) {
-      offsets_.Add(look.pass, block_.passes[look.pass], {look.time_s, look.range_m}, p_m);
-    }
+    CompareWithGiven(matches, row, look);
     AddLook(look);
     ++match_counts_[look.pass];
+  }
+}
+
+// Where the point has a position that is given.
+void BlockBuilder::CompareWithGiven(const MatchedPoints& matches,
+                                    const MatchedPoint& row,
+                                    const NewLook& look) {
+  const Eigen::Vector3d& p_m = block_.points.given_m[look.point];
+  if (!p_m.allFinite()) return;
+  const auto& aperture = images_[look.pass].aperture;
+  if (!aperture) {
+    offsets_.Add(look.pass, block_.passes[look.pass], {look.time_s, look.range_m}, p_m);
+  } else if (const auto given_px = PlaceInSicd(aperture->sicd, p_m)) {
+    offsets_.Add(look.pass, PlaceOf(matches, row), *given_px);
+  }
+}
+
+void BlockBuilder::FailOutside(const MatchedPoints& matches,
+                               const MatchedPoint& row,
+                               const ImagePass& image,
+                               const char* problem) const {
+  const bool range_down = image.axes != RasterAxes::kAzimuthDown;
+  throw InputError(
+      FilePlace{matches.file, row.file_line, "line"},
+      fmt::format("line {} and sample {} are outside image {}: {}",
+                  NumberText(row.line_px),
+                  NumberText(row.sample_px),
+                  Quoted(row.image),
+                  problem != nullptr ? problem
+                                     : fmt::format("it has {} lines and {} samples",
+                                                   range_down ? image.samples : image.lines,
+                                                   range_down ? image.lines : image.samples)));
+}
+
+void BlockBuilder::SetApertureMatch(const MatchedPoints& matches,
+                                    const MatchedPoint& row,
+                                    const ImageCoordinates& place,
+                                    NewLook* look) const {
+  const ImagePass& image = images_[look->pass];
+  const Pass& pass = block_.passes[look->pass];
+  const SicdImage& sicd = image.aperture->sicd;
+  const auto measured = LookOfPlace(sicd, place.line_px, place.pixel_px);
+  if (!measured) FailOutside(matches, row, image, "they have no range and range rate");
+  look->time_s = measured->time_s + image.aperture->start_s;
+  if (!pass.path.At(look->time_s)) {
+    FailOutside(matches, row, image, "its path does not cover the time");
+  }
+  look->range_m = measured->range_m;
+  const double hertz_per_mps = 2.0 / pass.wavelength_m;
+  look->doppler_hz = -measured->range_rate_mps * hertz_per_mps;
+  if (std::isnan(row.line_sigma_px) && std::isnan(row.sample_sigma_px)) return;
+  // Range and Doppler may depend on both: that which is not given is a pixel, evenly spread.
+  const auto or_pixel = [](double sigma_px) { return std::isnan(sigma_px) ? kEvenly : sigma_px; };
+  const auto sigma = SigmaOfPlace(sicd,
+                                  place.line_px,
+                                  place.pixel_px,
+                                  or_pixel(row.line_sigma_px),
+                                  or_pixel(row.sample_sigma_px));
+  if (!sigma) FailOutside(matches, row, image, "range and range rate do not change there");
+  if (!std::isnan(row.line_sigma_px)) look->range_sigma_m = sigma->range_m;
+  if (!std::isnan(row.sample_sigma_px)) {
+    look->azimuth_sigma = sigma->range_rate_mps * hertz_per_mps;
+    look->flags |= Looks::kAzimuthHertz;
   }
 }
 
@@ -189,23 +259,15 @@ void BlockBuilder::SetMatch(const MatchedPoints& matches,
                             NewLook* look) const {
   const Pass& pass = block_.passes[look->pass];
   const ImagePass& image = images_[look->pass];
-  const ImageCoordinates place = RasterFromFile(
-      image, {row.line_px - matches.origin_px[0], row.sample_px - matches.origin_px[1]});
+  const ImageCoordinates place = RasterFromFile(image, PlaceOf(matches, row));
+  if (!Contains(image, place)) FailOutside(matches, row, image, nullptr);
+  if (image.aperture) return SetApertureMatch(matches, row, place, look);
   const auto radar = RadarFromImage(*pass.image, place);
-  const bool inside = Contains(image, place);
-  const bool range_down = image.axes != RasterAxes::kAzimuthDown;
-  if (!inside || !radar || !pass.path.At(radar->time_s)) {
-    throw InputError(FilePlace{matches.file, row.file_line, "line"},
-                     fmt::format("line {} and sample {} are outside image {}: {}",
-                                 NumberText(row.line_px),
-                                 NumberText(row.sample_px),
-                                 Quoted(row.image),
-                                 !inside ? fmt::format("it has {} lines and {} samples",
-                                                       range_down ? image.samples : image.lines,
-                                                       range_down ? image.lines : image.samples)
-                                 : radar ? "its path does not cover the time"
-                                         : "they have no slant range"));
+  if (!radar) FailOutside(matches, row, image, "they have no slant range");
+  if (!pass.path.At(radar->time_s)) {
+    FailOutside(matches, row, image, "its path does not cover the time");
   }
+  const bool range_down = image.axes != RasterAxes::kAzimuthDown;
   look->time_s = radar->time_s;
   look->range_m = radar->range_m;
   const double azimuth_px = range_down ? row.sample_sigma_px : row.line_sigma_px;

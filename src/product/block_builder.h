@@ -3,6 +3,7 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/product/matched_points.h"
+#include "sarblock/product/sicd.h"
 #include "sarblock/product/utc_time.h"
 
 #include <array>
@@ -25,6 +26,13 @@ enum class RasterAxes : std::uint8_t {
   kRangeDownMirrored,  ///< likewise, samples counted against time
 };
 
+/// A SICD image whose looks are ranges and measured Dopplers at exact times, with the time of its
+/// start from the pass's epoch.
+struct ApertureImage {
+  SicdImage sicd;
+  double start_s = 0.0;
+};
+
 /// One image as a pass without looks. Its times count from the epoch that SetEpoch() gave it.
 struct ImagePass {
   std::string file;  ///< for messages, and a name of the image
@@ -35,7 +43,12 @@ struct ImagePass {
   std::size_t lines = 0, samples = 0;             ///< of the raster; 0: not known
   RasterAxes axes = RasterAxes::kAzimuthDown;
   std::optional<RadarCoordinates> middle{};  ///< a place about the middle of the image
+  /// In place of pass.image; lines are rows, samples are columns.
+  std::optional<ApertureImage> aperture{};
 };
+
+/// Standard deviation of a step, evenly spread: 1/sqrt(12).
+inline constexpr double kEvenly = 0.28867513459481288;
 
 /// Relative; ellipsoids of one body differ by less.
 inline constexpr double kSameRadius = 1e-3;
@@ -53,6 +66,7 @@ struct NewLook {
   std::uint32_t point = 0, pass = 0;
   std::uint8_t flags = 0;
   double time_s = 0.0, range_m = 0.0;
+  double doppler_hz = kNotGiven;                                ///< measured; NaN: zero Doppler
   double range_sigma_m = kNotGiven, azimuth_sigma = kNotGiven;  ///< NaN: those of the pass
 };
 
@@ -88,6 +102,15 @@ class BlockBuilder {
  private:
   void AppendTiePoint();
   void SetMatch(const MatchedPoints& matches, const MatchedPoint& row, NewLook* look) const;
+  void SetApertureMatch(const MatchedPoints& matches,
+                        const MatchedPoint& row,
+                        const ImageCoordinates& place,
+                        NewLook* look) const;
+  [[noreturn]] void FailOutside(const MatchedPoints& matches,
+                                const MatchedPoint& row,
+                                const ImagePass& image,
+                                const char* problem) const;
+  void CompareWithGiven(const MatchedPoints& matches, const MatchedPoint& row, const NewLook& look);
   [[nodiscard]] std::uint32_t ImageOf(const MatchedPoints& matches, const MatchedPoint& row) const;
   [[nodiscard]] bool Contains(const ImagePass& image, const ImageCoordinates& place) const;
 

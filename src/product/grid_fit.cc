@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grid_fit.h"
 
-#include "sarblock/geometry/look_equations.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -20,13 +18,13 @@ struct Misfit {
 Misfit MisfitAt(const Motion& motion,
                 const Eigen::Vector3d& p_m,
                 const Eigen::Vector3d& up,
-                double range_m) {
+                const GridPoint& given) {
   LookEquations equations;
   if (!EvaluateLookEquations(
-          p_m, motion.position_m, motion.velocity_mps, Cone{}, 0.0, &equations)) {
+          p_m, motion.position_m, motion.velocity_mps, given.cone, 0.0, &equations)) {
     return {kNotGiven, kNotGiven, kNotGiven};
   }
-  return {equations.rho_m - range_m, equations.doppler_error_m, equations.drho_dp.dot(up)};
+  return {equations.rho_m - given.range_m, equations.doppler_error_m, equations.drho_dp.dot(up)};
 }
 
 // The change of height that makes the range fit, if the point then fits altogether: Newton's method
@@ -34,17 +32,17 @@ Misfit MisfitAt(const Motion& motion,
 std::optional<double> HeightChange(const Motion& motion,
                                    const GridFit& fit,
                                    const Eigen::Vector3d& up,
-                                   double range_m,
+                                   const GridPoint& given,
                                    double max_misfit_m) {
   constexpr double kMost_m = 9000.0;  // more than the relief of the Earth's land is no height error
   double change_m = 0.0;
   for (int step = 0; step < 10; ++step) {
-    const Misfit at = MisfitAt(motion, fit.position_m + change_m * up, up, range_m);
+    const Misfit at = MisfitAt(motion, fit.position_m + change_m * up, up, given);
     if (!(std::abs(at.range_per_height_1) > 0.05)) return std::nullopt;  // grazing: no say
     change_m -= at.range_m / at.range_per_height_1;
     if (!(std::abs(change_m) < kMost_m)) return std::nullopt;
   }
-  const Misfit end = MisfitAt(motion, fit.position_m + change_m * up, up, range_m);
+  const Misfit end = MisfitAt(motion, fit.position_m + change_m * up, up, given);
   const bool fits = std::abs(end.range_m) < max_misfit_m && std::abs(end.along_m) < max_misfit_m;
   return fits ? std::optional<double>(change_m) : std::nullopt;
 }
@@ -71,13 +69,13 @@ std::optional<GridFit> FitGridPoint(const GridPoint& point,
   fit.position_m = frame.FrameFromGeodetic(point.place);
   fit.side = SideOf(*motion, frame, fit.position_m);
   const Eigen::Vector3d up = frame.VerticalAt(fit.position_m).up_1;
-  const Misfit misfit = MisfitAt(*motion, fit.position_m, up, point.range_m);
+  const Misfit misfit = MisfitAt(*motion, fit.position_m, up, point);
   fit.range_error_m = misfit.range_m;
   fit.along_error_m = misfit.along_m;
   const bool range_fits = std::abs(misfit.range_m) <= max_misfit_m;
   const bool along_fits = std::abs(misfit.along_m) <= max_misfit_m;
   if (!range_fits || !along_fits) {
-    const auto change_m = HeightChange(*motion, fit, up, point.range_m, max_misfit_m);
+    const auto change_m = HeightChange(*motion, fit, up, point, max_misfit_m);
     fit.fault = change_m ? GridFault::kHeight : GridFault::kPosition;
     fit.height_change_m = change_m.value_or(0.0);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/geometry/look_equations.h"
 #include "sarblock/product/faulty_row.h"
 
 #include <cstddef>
@@ -16,6 +17,7 @@ struct GridPoint {
   double time_s = 0.0;
   double range_m = 0.0;
   Geodetic place;
+  Cone cone{};  ///< zero Doppler, or the Doppler measured at the time
 };
 
 /// How one grid point fits the orbit.

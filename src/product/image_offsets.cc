@@ -48,13 +48,18 @@ void OffsetCollector::Add(std::size_t index,
                           const Eigen::Vector3d& p_m) {
   const auto given_px = PlaceInImage(pass, p_m);
   const auto measured_px = ImageFromRadar(*pass.image, measured);
-  if (!given_px || !measured_px) return;
+  if (given_px && measured_px) Add(index, *measured_px, *given_px);
+}
+
+void OffsetCollector::Add(std::size_t index,
+                          const ImageCoordinates& measured_px,
+                          const ImageCoordinates& given_px) {
   if (index >= lines_px_.size()) {
     lines_px_.resize(index + 1);
     samples_px_.resize(index + 1);
   }
-  lines_px_[index].push_back(measured_px->line_px - given_px->line_px);
-  samples_px_[index].push_back(measured_px->pixel_px - given_px->pixel_px);
+  lines_px_[index].push_back(measured_px.line_px - given_px.line_px);
+  samples_px_[index].push_back(measured_px.pixel_px - given_px.pixel_px);
 }
 
 std::vector<PixelOffset> OffsetCollector::Offsets(std::size_t passes) const {

@@ -26,6 +26,10 @@ class OffsetCollector {
            const Pass& pass,
            const RadarCoordinates& measured,
            const Eigen::Vector3d& p_m);
+  /// The same of lines and samples.
+  void Add(std::size_t index,
+           const ImageCoordinates& measured_px,
+           const ImageCoordinates& given_px);
   /// One a pass.
   [[nodiscard]] std::vector<PixelOffset> Offsets(std::size_t passes) const;
 

@@ -6,7 +6,6 @@
 #include "sarblock/product/nisar.h"
 #include "sarblock/product/radar_image.h"
 #include "sarblock/product/sentinel1.h"
-#include "sarblock/product/sicd.h"
 
 #include <string>
 #include <vector>
@@ -24,9 +23,6 @@ namespace sarblock {
 [[nodiscard]] ImagePass PassOfNisar(const NisarProduct& product,
                                     const ImportOptions& options,
                                     std::vector<std::string>* warnings);
-/// Refuses zero-Doppler times that are not even from column to column, to 1e-9 s. Its id is the
-/// file's name without ending.
-[[nodiscard]] ImagePass PassOfSicd(const SicdImage& image);
 /// Of a cube or an ISD; its id is the file's name without ending.
 [[nodiscard]] ImagePass PassOfRadarImage(const RadarImage& image,
                                          RangePolynomialTimes range_polynomial);

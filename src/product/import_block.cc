@@ -2,6 +2,7 @@
 #include "sarblock/product/import_block.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/product/sicd_projection.h"
 
 #include <algorithm>
 #include <array>
@@ -14,12 +15,11 @@
 #include "grid_fit.h"
 #include "image_passes.h"
 #include "reflector_points.h"
+#include "sicd_pass.h"
 #include <fmt/core.h>
 
 namespace sarblock {
 namespace {
-
-const double kEvenly = 1.0 / std::sqrt(12.0);  // standard deviation of one step, evenly spread
 
 void CheckOptions(const ImportOptions& options, std::size_t images) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
@@ -57,8 +57,35 @@ void CheckOptions(const ImportOptions& options, std::size_t images) {
   }
 }
 
+// The given standard deviations, or those of a row and a column, of range and Doppler in the middle
+// of the image. A hertz is lambda R/(2 |v|) at the target.
+LookSigma SigmaOfAperture(const ImagePass& image, const ImportOptions& options) {
+  const SicdImage& sicd = image.aperture->sicd;
+  const double hertz_per_mps = 2.0 / image.pass.wavelength_m;
+  const auto pixel = SigmaOfPlace(sicd,
+                                  0.5 * static_cast<double>(image.lines - 1),
+                                  0.5 * static_cast<double>(image.samples - 1),
+                                  kEvenly,
+                                  kEvenly);
+  const auto motion = image.pass.path.At(image.middle->time_s);
+  if (!pixel || !motion) {
+    throw InputError(FilePlace{image.file, 0, "SICD.Grid"},
+                     "range and range rate do not change in the middle of the image");
+  }
+  LookSigma sigma;
+  sigma.range_m = options.range_sigma_m.value_or(pixel->range_m);
+  const double rate_mps =
+      options.azimuth_sigma_m
+          ? *options.azimuth_sigma_m * motion->velocity_mps.norm() / image.middle->range_m
+          : pixel->range_rate_mps;
+  sigma.azimuth = rate_mps * hertz_per_mps;
+  sigma.azimuth_unit = AzimuthUnit::kHertz;
+  return sigma;
+}
+
 // The given standard deviations, or those of a line and a pixel.
 LookSigma SigmaOf(const ImagePass& image, const ImportOptions& options) {
+  if (image.aperture) return SigmaOfAperture(image, options);
   const ImageGrid& grid = *image.pass.image;
   LookSigma sigma;
   const auto pixel_m =
@@ -132,11 +159,25 @@ void ForGrid(const NisarProduct& product,
 template <typename Row, typename Point>
 void ForGrid(const SicdImage& image, const UtcTime& epoch, const Row& row, const Point& point) {
   row(static_cast<int>(image.centre_column_px - image.first_column_px), false);
-  point(GridPlace{"SCP",
-                  {SecondsBetween(epoch, image.start) + ValueOf(image.closest_time_s, 0.0),
-                   image.closest_range_m,
-                   Frame::Geocentric(NamedEllipsoid("WGS84")).GeodeticFromFrame(image.centre_m)},
-                  0});
+  GridPlace centre{"SCP", {}, 0};
+  centre.point.place = Frame::Geocentric(NamedEllipsoid("WGS84")).GeodeticFromFrame(image.centre_m);
+  const double start_s = SecondsBetween(epoch, image.start);
+  if (HasRaster(image)) {
+    centre.point.time_s = start_s + ValueOf(image.closest_time_s, 0.0);
+    centre.point.range_m = image.closest_range_m;
+  } else {
+    const auto look = LookOfPlace(image,
+                                  image.centre_row_px - image.first_row_px,
+                                  image.centre_column_px - image.first_column_px);
+    if (!look) {
+      throw InputError(FilePlace{image.file, 0, "SICD.Grid"},
+                       "gives the scene centre no range above 0 with a rate below the speed");
+    }
+    centre.point.time_s = start_s + look->time_s;
+    centre.point.range_m = look->range_m;
+    centre.point.cone = {Cone::Kind::kDoppler, 0.0, -look->range_rate_mps};
+  }
+  point(centre);
 }
 
 template <typename Row, typename Point>
@@ -296,6 +337,10 @@ class Importer {
     look.flags = fit.fault == GridFault::kPosition ? Looks::kRejected : 0;
     look.time_s = place.point.time_s;
     look.range_m = place.point.range_m;
+    if (place.point.cone.kind == Cone::Kind::kDoppler) {
+      look.doppler_hz =
+          2.0 * place.point.cone.closing_mps / builder_.block().passes[pass].wavelength_m;
+    }
     builder_.AddLook(look);
   }
 

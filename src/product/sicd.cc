@@ -22,14 +22,32 @@ double Bounded(const XmlElement& element, double most) {
 }
 
 // Coefficients of x^exponent1, in any order; those that are left out are 0.
+constexpr int kHighestDegree = 64;
+constexpr double kLargestCoefficient = 1e30;
+
 SicdPolynomial ReadPolynomial(const XmlElement& element) {
-  constexpr int kHighestDegree = 64;
   SicdPolynomial polynomial;
   for (const XmlElement& coefficient : element.Children("Coef")) {
     const int exponent = coefficient.Attribute("exponent1", kHighestDegree);
     const auto k = static_cast<std::size_t>(exponent);
     if (polynomial.size() <= k) polynomial.resize(k + 1, 0.0);
-    polynomial[k] = Bounded(coefficient, 1e30);
+    polynomial[k] = Bounded(coefficient, kLargestCoefficient);
+  }
+  if (polynomial.empty()) element.Fail("has no coefficient");
+  return polynomial;
+}
+
+// Version 0.4 writes some of x alone, without exponent2.
+SicdPolynomial2 ReadPolynomial2(const XmlElement& element) {
+  SicdPolynomial2 polynomial;
+  for (const XmlElement& coefficient : element.Children("Coef")) {
+    const auto j = static_cast<std::size_t>(coefficient.Attribute("exponent1", kHighestDegree));
+    const bool of_y = coefficient.Has("exponent2");
+    const auto k =
+        static_cast<std::size_t>(of_y ? coefficient.Attribute("exponent2", kHighestDegree) : 0);
+    if (polynomial.size() <= j) polynomial.resize(j + 1);
+    if (polynomial[j].size() <= k) polynomial[j].resize(k + 1, 0.0);
+    polynomial[j][k] = Bounded(coefficient, kLargestCoefficient);
   }
   if (polynomial.empty()) element.Fail("has no coefficient");
   return polynomial;
@@ -47,17 +65,66 @@ std::size_t AtLeastTwo(const XmlElement& element) {
   return static_cast<std::size_t>(count);
 }
 
-XmlElement Inca(const XmlElement& root) {
+Eigen::Vector3d ReadUnitVector(const XmlElement& element) {
+  constexpr double kRounding = 1e-6;
+  const Eigen::Vector3d vector = ReadVector(element);
+  if (!(std::abs(vector.norm() - 1.0) <= kRounding)) element.Fail("is no vector of length 1");
+  return vector;
+}
+
+SicdKind KindOf(const XmlElement& root) {
   const XmlElement type = root.Child("Grid").Child("Type");
-  const auto rma = root.Find("RMA");
-  const auto inca = rma ? rma->Find("INCA") : std::nullopt;
-  if (!inca || type.Text() != "RGZERO") {
-    type.Fail(
-        "'" + type.Text() +
-        "' is not read: RGZERO of an RMA/INCA image is, in which a row is a range and a column a "
-        "zero-Doppler time");
+  const std::string name = type.Text();
+  if (name == "PLANE" || name == "XRGYCR" || name == "XCTYAT") return SicdKind::kPlane;
+  if (name == "RGAZIM") {
+    const XmlElement algorithm = root.Child("ImageFormation").Child("ImageFormAlgo");
+    if (algorithm.Text() == "PFA") return SicdKind::kPolarFormat;
+    if (algorithm.Text() == "RGAZCOMP") return SicdKind::kAzimuthCompression;
+    algorithm.Fail("'" + algorithm.Text() +
+                   "' is not read with the grid type RGAZIM, PFA and RGAZCOMP are");
   }
-  return *inca;
+  const auto rma = root.Find("RMA");
+  if (name != "RGZERO" || !rma || !rma->Find("INCA")) {
+    type.Fail("'" + name +
+              "' is not read: RGZERO of an RMA/INCA image is, RGAZIM of PFA and RGAZCOMP, PLANE, "
+              "XRGYCR and XCTYAT");
+  }
+  return SicdKind::kInca;
+}
+
+// Only the ratio of Doppler and frequency counts: the middle of the band is as good as any.
+double Wavelength_m(const XmlElement& root) {
+  const XmlElement band = root.Child("ImageFormation").Child("TxFrequencyProc");
+  return 2.0 * kSpeedOfLight_mps /
+         (band.Child("MinProc").Positive() + band.Child("MaxProc").Positive());
+}
+
+// What tells the kinds apart.
+void ReadKind(const XmlElement& root, SicdImage* image) {
+  image->kind = KindOf(root);
+  const XmlElement grid = root.Child("Grid");
+  if (image->kind == SicdKind::kInca) {
+    const XmlElement inca = root.Child("RMA").Child("INCA");
+    image->wavelength_m = kSpeedOfLight_mps / inca.Child("FreqZero").Positive();
+    image->closest_time_s = ReadPolynomial(inca.Child("TimeCAPoly"));
+    image->closest_range_m = inca.Child("R_CA_SCP").Positive();
+    const auto time = grid.Find("TimeCOAPoly"), scale = inca.Find("DRateSFPoly");
+    if (time) image->aperture_time_s = ReadPolynomial2(*time);
+    if (scale) image->rate_scale_1 = ReadPolynomial2(*scale);
+    return;
+  }
+  image->wavelength_m = Wavelength_m(root);
+  image->aperture_time_s = ReadPolynomial2(grid.Child("TimeCOAPoly"));
+  if (image->kind == SicdKind::kPolarFormat) {
+    const XmlElement pfa = root.Child("PFA");
+    image->polar_angle_rad = ReadPolynomial(pfa.Child("PolarAngPoly"));
+    image->frequency_scale_1 = ReadPolynomial(pfa.Child("SpatialFreqSFPoly"));
+  } else if (image->kind == SicdKind::kAzimuthCompression) {
+    image->cone_cosine_per_m = Bounded(root.Child("RgAzComp").Child("AzSF"), 1.0);
+  } else {
+    image->axes_1 = {ReadUnitVector(grid.Child("Row").Child("UVectECF")),
+                     ReadUnitVector(grid.Child("Col").Child("UVectECF"))};
+  }
 }
 
 SicdImage ReadSicdText(std::string_view text, const std::string& file) {
@@ -65,11 +132,11 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   const XmlElement root = xml.Root();
   const XmlElement type = root.Child("CollectionInfo").Child("CollectType");
   if (type.Text() != "MONOSTATIC") type.Fail("'" + type.Text() + "' is not read, MONOSTATIC is");
-  const XmlElement inca = Inca(root);
   const XmlElement data = root.Child("ImageData"), grid = root.Child("Grid");
   const XmlElement timeline = root.Child("Timeline");
   SicdImage image;
   image.file = file;
+  ReadKind(root, &image);
   image.core_name = root.Child("CollectionInfo").Child("CoreName").Text();
   image.rows = AtLeastTwo(data.Child("NumRows"));
   image.columns = AtLeastTwo(data.Child("NumCols"));
@@ -91,9 +158,6 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   const std::string letter = side.Text();
   if (letter != "L" && letter != "R") side.Fail("'" + letter + "' is not allowed, L or R is");
   image.side = letter == "L" ? LookSide::kLeft : LookSide::kRight;
-  image.wavelength_m = kSpeedOfLight_mps / inca.Child("FreqZero").Positive();
-  image.closest_time_s = ReadPolynomial(inca.Child("TimeCAPoly"));
-  image.closest_range_m = inca.Child("R_CA_SCP").Positive();
   return image;
 }
 
@@ -115,6 +179,14 @@ SicdImage ReadSource(ByteSource source) {
 double ValueOf(const SicdPolynomial& polynomial, double x) {
   double value = 0.0;
   for (auto c = polynomial.rbegin(); c != polynomial.rend(); ++c) value = value * x + *c;
+  return value;
+}
+
+double ValueOf(const SicdPolynomial2& polynomial, double x_m, double y_m) {
+  double value = 0.0;
+  for (auto c = polynomial.rbegin(); c != polynomial.rend(); ++c) {
+    value = value * x_m + ValueOf(*c, y_m);
+  }
   return value;
 }
 

@@ -111,6 +111,8 @@ int XmlElement::Count() const {
   return value;
 }
 
+bool XmlElement::Has(const char* attribute) const { return !node_.attribute(attribute).empty(); }
+
 int XmlElement::Attribute(const char* name, int most) const {
   const pugi::xml_attribute attribute = node_.attribute(name);
   const std::string_view text = attribute.value();

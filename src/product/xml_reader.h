@@ -50,6 +50,7 @@ class XmlElement {
   [[nodiscard]] double Number() const;     ///< all of the text, finite
   [[nodiscard]] double Positive() const;
   [[nodiscard]] int Count() const;  ///< an integer of 0 or more
+  [[nodiscard]] bool Has(const char* attribute) const;
   /// An attribute, an integer of 0 to `most`.
   [[nodiscard]] int Attribute(const char* name, int most) const;
   [[nodiscard]] std::vector<double> Numbers() const;  ///< separated by blanks

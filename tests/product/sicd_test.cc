@@ -107,7 +107,8 @@ TEST_F(SicdTest, OtherKindsOfImagesAndNonsenseAreRefusedWithLineAndElement) {
   const auto expect = [](const std::string& from, const std::string& to, const char* message) {
     EXPECT_THAT(Refusal(Replaced(Text(), from, to)), HasSubstr(message)) << from;
   };
-  expect("RGZERO", "RGAZIM", "SICD.Grid.Type: 'RGAZIM' is not read: RGZERO of an RMA/INCA");
+  expect("RGZERO", "RGAZIMUTH", "Grid.Type: 'RGAZIMUTH' is not read: RGZERO of an RMA/INCA");
+  expect("RGZERO", "RGAZIM", "ImageFormation");
   expect("MONOSTATIC", "BISTATIC", "CollectType: 'BISTATIC' is not read, MONOSTATIC is");
   expect("<INCA>", "<RMAT>", "is not valid XML");
   expect("<SideOfTrack>R", "<SideOfTrack>S", "'S' is not allowed, L or R is");
@@ -184,9 +185,8 @@ TEST(RealSicdTest, TheSceneCentreOfTerraSarXIsWhereItsPathSeesIt) {
                     image.closest_time_s[1] * (100.0 - 4299.0) * image.column_spacing_m,
                 1e-12);
   }
-  // Of PFA the Doppler is the measurement.
-  EXPECT_THAT(MessageOf<InputError>([&] { return ReadSicd(folder / "example-sicd-1.3.0.xml"); }),
-              HasSubstr("'RGAZIM' is not read"));
+  EXPECT_THAT(MessageOf<InputError>([&] { return ReadSicd(folder / "example-sicd-1.4.0.xml"); }),
+              HasSubstr("'BISTATIC' is not read"));
 }
 
 }  // namespace

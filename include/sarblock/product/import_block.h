@@ -42,7 +42,8 @@ struct ImportedBlock {
 
 /// Makes one block of several images of any kinds, one pass each: geocentric frame of their body,
 /// times counted from the whole UTC second before an image's first line, leap seconds included;
-/// squint 0 (zero-Doppler images). The paths of Sentinel-1 products are their own states or, where
+/// squint 0 (zero-Doppler images), or the Doppler measured at an exact time (SICD images of other
+/// kinds). The paths of Sentinel-1 products are their own states or, where
 /// `orbits` are given, those of the file that covers the product with margin.
 ///
 /// A grid point is held against the orbit: e_r = |p - s(t)| - R, e_d = v.(p - s)/|v|. Beyond

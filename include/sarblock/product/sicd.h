@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,13 +20,27 @@ using SicdPolynomial = std::vector<double>;
 [[nodiscard]] double ValueOf(const SicdPolynomial& polynomial, double x);
 [[nodiscard]] SicdPolynomial DerivativeOf(const SicdPolynomial& polynomial);
 
-/// What the metadata of a SICD image say of one in range and zero-Doppler time (RMA, INCA). Names
-/// and meanings: NGA.STND.0024-1, SICD volume 1. Rows run along range, columns along azimuth.
+/// Sum of c_jk x^j y^k: [j] is the polynomial of y that x^j has.
+using SicdPolynomial2 = std::vector<SicdPolynomial>;
+[[nodiscard]] double ValueOf(const SicdPolynomial2& polynomial, double x_m, double y_m);
+
+/// What gives range and range rate of a place in an image.
+enum class SicdKind : std::uint8_t {
+  kInca,                ///< grid RGZERO of RMA/INCA: closest approach
+  kPolarFormat,         ///< grid RGAZIM of PFA
+  kAzimuthCompression,  ///< grid RGAZIM of RGAZCOMP
+  kPlane,               ///< grids PLANE, XRGYCR and XCTYAT: the place in the image plane itself
+};
+
+/// What the metadata of a SICD image say of its geometry. Names and meanings: NGA.STND.0024-1, SICD
+/// volume 1. x counts metres of rows, y metres of columns from the scene centre point. What another
+/// kind of image needs is empty.
 struct SicdImage {
   std::string file;
+  SicdKind kind = SicdKind::kInca;
   std::string core_name;
   LookSide side = LookSide::kRight;
-  double wavelength_m = 0.0;          ///< c / FreqZero
+  double wavelength_m = 0.0;          ///< c / FreqZero, or of the middle of TxFrequencyProc
   std::size_t rows = 0, columns = 0;  ///< of this file, which may be a part of the image
   double first_row_px = 0.0, first_column_px = 0.0;
   double centre_row_px = 0.0, centre_column_px = 0.0;  ///< SCPPixel, of the whole image
@@ -34,24 +49,36 @@ struct SicdImage {
   UtcTime start;                                       ///< CollectStart
   double duration_s = 0.0;                             ///< CollectDuration
   std::array<SicdPolynomial, 3> path_m;                ///< ARPPoly, earth-fixed
-  SicdPolynomial closest_time_s;  ///< TimeCAPoly, of metres in azimuth from the centre
-  double closest_range_m = 0.0;   ///< R_CA_SCP
+  /// TimeCOAPoly, of x and y; kInca: empty where the file has none.
+  SicdPolynomial2 aperture_time_s;
 
-  /// Metres in azimuth of a column from the centre.
+  SicdPolynomial closest_time_s;  ///< kInca: TimeCAPoly, of y
+  double closest_range_m = 0.0;   ///< kInca: R_CA_SCP
+  SicdPolynomial2 rate_scale_1;   ///< kInca: DRateSFPoly, of x and y; empty where there is none
+
+  SicdPolynomial polar_angle_rad;           ///< kPolarFormat: PolarAngPoly, of time
+  SicdPolynomial frequency_scale_1;         ///< kPolarFormat: SpatialFreqSFPoly, of the polar angle
+  double cone_cosine_per_m = 0.0;           ///< kAzimuthCompression: AzSF
+  std::array<Eigen::Vector3d, 2> axes_1{};  ///< kPlane: UVectECF of rows and of columns
+
+  /// x of a row.
+  [[nodiscard]] double Row_m(double row_px) const {
+    return (row_px + first_row_px - centre_row_px) * row_spacing_m;
+  }
+  /// y of a column.
   [[nodiscard]] double Azimuth_m(double column_px) const {
     return (column_px + first_column_px - centre_column_px) * column_spacing_m;
   }
   /// Slant range of closest approach of a row.
   [[nodiscard]] double ClosestRange_m(double row_px) const {
-    return closest_range_m + (row_px + first_row_px - centre_row_px) * row_spacing_m;
+    return closest_range_m + Row_m(row_px);
   }
 };
 
 /// Reads the metadata of a SICD image: a NITF file (2.1, or NSIF 1.0) with the XML in a data
 /// extension segment, or the XML alone; pixels are never read. Throws InputError with file, line
 /// and element for what is missing or makes no sense, for sizes that the file does not hold, for
-/// bistatic images and for images that are not RMA/INCA of grid type RGZERO: of others the Doppler,
-/// not the time, is what the image measures. docs/import_sicd.md.
+/// bistatic images and for kinds that SicdKind does not have. docs/import_sicd.md.
 [[nodiscard]] SicdImage ReadSicd(const std::string& file);
 /// The same of bytes in memory; `file` is for messages.
 [[nodiscard]] SicdImage ParseSicd(std::string_view bytes, const std::string& file);
