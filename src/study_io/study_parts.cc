@@ -7,6 +7,8 @@
 #include <charconv>
 #include <fstream>
 #include <iterator>
+#include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -21,10 +23,12 @@ namespace fs = std::filesystem;
 
 std::string JournalIn(const fs::path& folder, const StudyIdentity& identity) {
   const fs::path file = folder / (identity.name + ".progress");
+  std::error_code ignored;
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
+  if (!stream || !fs::is_regular_file(file, ignored)) {
     Fail(folder,
-         "holds no part of a study " + identity.name + ": there is no " + file.filename().string());
+         "holds no part of a study " + identity.name + ": there is no file " +
+             file.filename().string());
   }
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }

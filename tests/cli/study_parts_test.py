@@ -99,6 +99,7 @@ class StudyPartsTest(unittest.TestCase):
         self.study(*run, "other", "--part", "3/3", "--set", "seed=2")
         self.study("stability", "stability.toml", "--part", "1/2", "-o", "stability")
         (self.folder / "empty").mkdir()
+        (self.folder / "odd" / "densification.progress").mkdir(parents=True)
         for folders, words in ((["part1", "part2"], "part1: is one of several parts; missing to join: part 3/3"),
                                (["part1", "part2", "part1"], "part1: holds part 1/3, as does part1"),
                                (["part1", "of4"], "of4: holds part 1/4, but part1 one of 3 parts"),
@@ -106,6 +107,7 @@ class StudyPartsTest(unittest.TestCase):
                                (["part1", "other"], "other: belongs to another study than part1"),
                                (["part1", "stability"], "stability: holds no part of a study densification"),
                                (["part1", "nosuch"], "nosuch: holds no part of a study densification"),
+                               (["part1", "odd"], "odd: holds no part of a study densification"),
                                (["empty"], "empty: holds no part of a study")):
             self.assertIn(words, self.study("join", *folders, "-o", "out", code=3).stderr)
             self.assertFalse((self.folder / "out").exists())
