@@ -53,7 +53,7 @@ class BashTest(unittest.TestCase):
 
     def test_completes_commands(self):
         self.assertEqual(self.complete("sarblock sim"), ["simulate"])
-        self.assertEqual(self.complete("sarblock import "), ["sentinel1", "isis", "csm"])
+        self.assertEqual(self.complete("sarblock import "), ["sentinel1", "nisar", "sicd", "images", "isis", "csm"])
         self.assertIn("adjust", self.complete("sarblock "))
         self.assertIn("table1", self.complete("sarblock leberl t"))
 
@@ -65,7 +65,7 @@ class BashTest(unittest.TestCase):
 
     def test_completes_the_values_of_an_enumeration(self):
         self.assertEqual(sorted(self.complete("sarblock import sentinel1 a.xml --grid ")),
-                         ["check", "control", "tie"])
+                         ["check", "control", "none", "tie"])
         self.assertEqual(self.complete("sarblock --completion z"), ["zsh"])
 
     def test_completes_keys_of_set_and_their_values(self):

@@ -174,7 +174,7 @@ class Runner:
                 self.command(page, span.line, span.text, kinds)
         elif re.match(r"--\w", span.text):
             words = span.text.split()
-            name = words[0].partition("=")[0].removesuffix("...")
+            name = words[0].partition("=")[0].removesuffix("...").removesuffix(",")  # "--a, --b X"
             if name not in self.definitions.every_option and name not in OTHERS_OPTIONS:
                 self.find(page, span.line, f"'{name}' is an option of no command")
             if name == "--set" and len(words) > 1 and not words[1].startswith("KEY"):
