@@ -325,6 +325,12 @@ class Maker:
         self.add("import", ["import", "images", "{in}/isd_one.json", "{in}/isd_two.json", "--points",
                             "{in}/points.csv", "-o", "{out}"], networks, ["points.csv", "points.csv", "isd_one.json"],
                  self.folder / "local", "block")
+        sicd = [f"sicd_{name}.xml" for name in ("plain", "pfa", "azimuth_compression", "plane")]
+        for name in sicd:
+            shutil.copy(self.root / "tests/fuzz/corpus" / name.replace("_", "/", 1), networks / name)
+        for name in sicd:
+            self.add("import", ["import", "sicd", f"{{in}}/{name}", "-o", "{out}", "--grid", "check"], networks, [name],
+                     self.folder / "local", "block")
         write_nisar(networks / "rslc.h5")
         self.add("import", ["import", "nisar", "{in}/rslc.h5", "-o", "{out}"], networks, ["rslc.h5"],
                  self.folder / "local", "block")
