@@ -2,8 +2,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/version.h"
 
-#include <unistd.h>
-
 #include <exception>
 #include <functional>
 #include <map>
@@ -23,6 +21,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <glog/logging.h>
+#include <unistd.h>
 
 namespace sarblock::cli {
 namespace {
