@@ -103,7 +103,7 @@ Block FillMeasurements(const Block& block, const std::vector<Eigen::Vector3d>& p
       if (!std::isfinite(time_s) && positions_m[point].allFinite()) {
         time_s =
             FindConeTime(
-                path, positions_m[point], problem.model.ConeOf(i), path.start_s(), path.end_s())
+                path, positions_m[point], problem.block.ConeOf(i), path.start_s(), path.end_s())
                 .value_or(kNotGiven);
       }
       if (std::isfinite(time_s)) {
