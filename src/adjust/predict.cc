@@ -182,7 +182,7 @@ AdjustResult Predict(const Block& block,
   result.condition = rank.condition_1;
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
-  FinishResult(problem, state, options, kNotGiven, defects, &result);
+  FinishResult(problem, state, options, {}, defects, &result);
   Assess(filled, options, &result);
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};
