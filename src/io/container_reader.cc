@@ -194,22 +194,7 @@ class ContainerTable final : public TableReader {
   std::string ColumnsThere() const override { return "the group has " + members_; }
 
   void ListMembers() {
-    H5G_info_t info;
-    if (H5Gget_info(group_.get(), &info) < 0) opened_.Fail(path_, "cannot be read");
-    std::vector<std::string> all;
-    for (hsize_t i = 0; i < info.nlinks; ++i) {
-      std::array<char, 256> name{};
-      if (H5Lget_name_by_idx(group_.get(),
-                             ".",
-                             H5_INDEX_NAME,
-                             H5_ITER_INC,
-                             i,
-                             name.data(),
-                             name.size(),
-                             H5P_DEFAULT) >= 0) {
-        all.emplace_back(name.data());
-      }
-    }
+    const std::vector<std::string> all = MembersOf(group_.get());
     for (const std::string& name : all) {
       if (name == kRowDimension || IsTexts(name, all)) continue;
       members_ += (members_.empty() ? "" : ",") + name;

@@ -2,6 +2,7 @@
 #include "hdf5_file.h"
 
 #include <algorithm>
+#include <array>
 
 namespace sarblock {
 
@@ -26,6 +27,21 @@ Hdf5Id ColumnAccess() {
 }
 
 void SilenceHdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+std::vector<std::string> MembersOf(hid_t group) {
+  std::vector<std::string> names;
+  H5G_info_t info;
+  if (H5Gget_info(group, &info) < 0) return names;
+  for (hsize_t i = 0; i < info.nlinks; ++i) {
+    std::array<char, 256> name{};
+    if (H5Lget_name_by_idx(
+            group, ".", H5_INDEX_NAME, H5_ITER_INC, i, name.data(), name.size(), H5P_DEFAULT) >=
+        0) {
+      names.emplace_back(name.data());
+    }
+  }
+  return names;
+}
 
 Hdf5Id SelectRows(hid_t dataset, std::uint64_t first, std::uint64_t count) {
   Hdf5Id space(H5Dget_space(dataset), H5Sclose);

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <hdf5.h>
 
@@ -58,6 +59,9 @@ inline constexpr const char* kRowDimension = "row";
 [[nodiscard]] Hdf5Id ColumnAccess();
 /// Keeps libhdf5 from printing its errors; ours say what they mean.
 void SilenceHdf5();
+/// Names of the members of a group in their order, up to 255 characters of each; none where the
+/// group cannot be read.
+[[nodiscard]] std::vector<std::string> MembersOf(hid_t group);
 /// Rows [first, first + count) of a column as a selection in its file.
 [[nodiscard]] Hdf5Id SelectRows(hid_t dataset, std::uint64_t first, std::uint64_t count);
 

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hdf5_trial.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstddef>
+#include <cstdio>
+#include <set>
+#include <vector>
+
+#include "hdf5_file.h"
+#include <fcntl.h>
+#include <malloc.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace sarblock {
+namespace {
+
+/// Datasets up to this size are read whole.
+constexpr std::uint64_t kWholeBytes = std::uint64_t{1} << 20;
+/// A walk of a file of ours takes milliseconds; one of 10 GB that stores chunks of 64 KiB a second.
+constexpr rlim_t kLeastSeconds = 10;
+constexpr std::uint64_t kBytesPerSecond = std::uint64_t{100} << 20;
+constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{2} << 30;
+
+/// All that can be opened in a file. Nothing is reported: what counts is that it comes to its end.
+class Walk {
+ public:
+  void Through(const std::string& path) {
+    SilenceHdf5();
+    const Hdf5Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file.valid()) Open(file.get(), "/", 0);
+  }
+
+ private:
+  static constexpr int kMostDepth = 64;
+
+  void Open(hid_t parent, const std::string& name, int depth) {
+    const Hdf5Id object(H5Oopen(parent, name.c_str(), H5P_DEFAULT), H5Oclose);
+    H5O_info_t info;
+    if (!object.valid() || H5Oget_info(object.get(), &info) < 0) return;
+    if (depth > kMostDepth || !seen_.insert(info.addr).second) return;
+    ReadAttributes(object.get());
+    if (info.type == H5O_TYPE_DATASET) ReadValues(object.get());
+    if (info.type != H5O_TYPE_GROUP) return;
+    // Both ways to the members, for one may fail where the other does not.
+    std::vector<std::string> names = MembersOf(object.get());
+    H5Literate(object.get(), H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, &Collect, &names);
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    for (const std::string& member : names) {
+      H5L_info_t link;
+      if (H5Lget_info(object.get(), member.c_str(), &link, H5P_DEFAULT) < 0) continue;
+      if (link.type == H5L_TYPE_HARD) Open(object.get(), member, depth + 1);
+    }
+  }
+  static herr_t Collect(hid_t, const char* name, const H5L_info_t*, void* names) {
+    static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+    return 0;
+  }
+
+  void ReadAttributes(hid_t object) {
+    const int count = H5Aget_num_attrs(object);
+    for (int i = 0; i < count; ++i) {
+      const Hdf5Id attribute(H5Aopen_by_idx(object,
+                                            ".",
+                                            H5_INDEX_NAME,
+                                            H5_ITER_NATIVE,
+                                            static_cast<hsize_t>(i),
+                                            H5P_DEFAULT,
+                                            H5P_DEFAULT),
+                             H5Aclose);
+      if (!attribute.valid()) continue;
+      const Hdf5Id type(H5Aget_type(attribute.get()), H5Tclose);
+      const Hdf5Id space(H5Aget_space(attribute.get()), H5Sclose);
+      if (!type.valid() || !space.valid()) continue;
+      Into(type.get(), space.get(), [&](void* values) {
+        return H5Aread(attribute.get(), type.get(), values);
+      });
+    }
+  }
+
+  void ReadValues(hid_t dataset) {
+    const Hdf5Id type(H5Dget_type(dataset), H5Tclose);
+    const Hdf5Id space(H5Dget_space(dataset), H5Sclose);
+    const Hdf5Id made(H5Dget_create_plist(dataset), H5Pclose);
+    if (!type.valid() || !space.valid() || !made.valid()) return;
+    hsize_t chunks = 0;
+    if (H5Pget_layout(made.get()) == H5D_CHUNKED) {
+      H5Dget_num_chunks(dataset, space.get(), &chunks);
+    }
+    static_cast<void>(H5Dget_storage_size(dataset));
+    const auto read = [&](hid_t memory, hid_t from) {
+      return [&, memory, from](void* values) {
+        return H5Dread(dataset, type.get(), memory, from, H5P_DEFAULT, values);
+      };
+    };
+    if (Into(type.get(), space.get(), read(H5S_ALL, H5S_ALL))) return;
+    // The first and the last row of values, 1024 of them at most.
+    std::array<hsize_t, H5S_MAX_RANK> size{}, start{}, count{};
+    const int rank = H5Sget_simple_extent_ndims(space.get());
+    if (rank < 1 || H5Sget_simple_extent_dims(space.get(), size.data(), nullptr) < 0) return;
+    count.fill(1);
+    count[static_cast<std::size_t>(rank - 1)] =
+        std::min<hsize_t>(1024, size[static_cast<std::size_t>(rank - 1)]);
+    const Hdf5Id memory(H5Screate_simple(rank, count.data(), nullptr), H5Sclose);
+    for (const bool last : {false, true}) {
+      for (std::size_t i = 0; last && i < static_cast<std::size_t>(rank); ++i) {
+        start[i] = size[i] - count[i];
+      }
+      if (H5Sselect_hyperslab(
+              space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0) {
+        Into(type.get(), memory.get(), read(memory.get(), space.get()));
+      }
+    }
+  }
+
+  /// Reads as many values as a space has; false where they are too many for that.
+  template <typename Read>
+  bool Into(hid_t type, hid_t space, const Read& read) {
+    const hssize_t count = H5Sget_simple_extent_npoints(space);
+    const std::size_t each = H5Tget_size(type);
+    if (count <= 0 || each == 0) return true;
+    if (static_cast<std::uint64_t>(count) > kWholeBytes / each) return false;
+    buffer_.assign(static_cast<std::size_t>(count) * each, std::byte{0});
+    const bool there = read(static_cast<void*>(buffer_.data())) >= 0;
+    const bool variable = H5Tis_variable_str(type) > 0 || H5Tdetect_class(type, H5T_VLEN) > 0;
+    if (there && variable) H5Dvlen_reclaim(type, space, H5P_DEFAULT, buffer_.data());
+    return true;
+  }
+
+  std::set<haddr_t> seen_;
+  std::vector<std::byte> buffer_;
+};
+
+void Limit(int resource, rlim_t value) {
+  const rlimit limit{value, value};
+  setrlimit(static_cast<__rlimit_resource_t>(resource), &limit);
+}
+
+/// Memory that this process has asked for, with its code.
+std::uint64_t AddressBytes() {
+  unsigned long pages = 0;
+  if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+[[noreturn]] void WalkAndExit(const std::string& path, std::uint64_t bytes) {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGXCPU}) {
+    std::signal(signal, SIG_DFL);
+  }
+  std::signal(SIGINT, SIG_IGN);  // the process that waits answers it
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+  // Memory that libhdf5 reads without having written it is zero in one process and a pointer in
+  // another; here it is never what would do no harm.
+  mallopt(M_PERTURB, 0x5a);
+  Limit(RLIMIT_CORE, 0);
+  Limit(RLIMIT_CPU, kLeastSeconds + static_cast<rlim_t>(bytes / kBytesPerSecond));
+#ifndef __SANITIZE_ADDRESS__  // which asks for terabytes
+  Limit(RLIMIT_AS, AddressBytes() + kLeastMemoryBytes + 4 * bytes);
+#endif
+  Walk().Through(path);
+  _exit(0);
+}
+
+}  // namespace
+
+void TryHdf5(const std::string& path, std::uint64_t bytes) {
+  const pid_t process = fork();
+  if (process < 0) return;  // no process to spare: the file is read untried
+  if (process == 0) WalkAndExit(path, bytes);
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0) {
+    if (errno != EINTR) return;
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+  const bool endless = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
+  throw InputError(FilePlace{path, 0, ""},
+                   std::string("is damaged: libhdf5 ") +
+                       (endless ? "does not come to an end" : "fails") + " as it walks through it");
+}
+
+}  // namespace sarblock

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace sarblock {
+
+/// Walks through an HDF5 file in a process of its own: every group, attribute and dataset, of large
+/// datasets the first and the last values. libhdf5 does not bear bytes that a disk or a line has
+/// changed everywhere: it reads beyond its memory, frees what it has not, or never ends. What it
+/// bears there, it bears here. Throws InputError where the process does not come to its end. What
+/// the walk cannot open is no error: it is named when it is needed. `bytes` is the file's length,
+/// which bounds the time and the memory of the walk.
+void TryHdf5(const std::string& path, std::uint64_t bytes);
+
+}  // namespace sarblock
