@@ -6,6 +6,7 @@
 
 #include "stability_corrections.h"
 #include "stability_geometry.h"
+#include "stability_recordings.h"
 #include "stability_weights.h"
 
 namespace sarblock {
@@ -13,7 +14,7 @@ namespace sarblock {
 std::vector<const PlannedFamily*> PlannedFamilies() {
   std::vector<const PlannedFamily*> out;
   for (const std::vector<PlannedFamily>* part :
-       {&GeometryFamilies(), &WeightFamilies(), &CorrectionFamilies()}) {
+       {&GeometryFamilies(), &WeightFamilies(), &CorrectionFamilies(), &RecordingFamilies()}) {
     for (const PlannedFamily& family : *part) out.push_back(&family);
   }
   return out;

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
+#include "sarblock/simulate/wander.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,9 @@
 #include <string>
 #include <utility>
 
+#include "block/read_recorded.h"
 #include "geometry/cone_time.h"
+#include "simulate/recording.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -89,7 +92,8 @@ FlightPath MakePath(const StabilityPlan& plan, const PlannedPass& pass, const Gr
   const double middle_s = -distance_m * tangent / plan.speed_mps;
   const double half_s =
       (reach_m * (1.0 + std::abs(tangent)) + 1.3 * plan.relief_m * std::abs(tangent)) /
-      plan.speed_mps;
+          plan.speed_mps +
+      plan.time_margin_s;
   std::vector<StateVector> states;
   const auto pieces = static_cast<double>(plan.states - 1);
   for (std::size_t k = 0; k < plan.states; ++k) {
@@ -98,6 +102,33 @@ FlightPath MakePath(const StabilityPlan& plan, const PlannedPass& pass, const Gr
                                 : StraightState(plan, pass, ground, t_s, half_s));
   }
   return FlightPath(std::move(states));
+}
+
+/// The flight with its wander, as states so close that cubics follow it to nanometres.
+FlightPath FlownPath(const Frame& frame, const FlightPath& planned, const Wander& wander) {
+  constexpr double kSpacing_s = 0.01;
+  const auto pieces =
+      static_cast<std::size_t>(std::ceil((planned.end_s() - planned.start_s()) / kSpacing_s));
+  std::vector<StateVector> states;
+  for (std::size_t k = 0; k <= pieces; ++k) {
+    const double part = static_cast<double>(k) / static_cast<double>(pieces);
+    const double time_s = std::lerp(planned.start_s(), planned.end_s(), part);
+    const Motion motion = *FlownMotion(frame, planned, &wander, time_s);
+    states.push_back({time_s, motion.position_m, motion.velocity_mps});
+  }
+  return FlightPath(std::move(states));
+}
+
+/// Puts what the recorder wrote in place of the flight, and reads it as the plan asks for.
+void Record(const StabilityPlan& plan, Block* block) {
+  for (std::size_t i = 0; i < block->passes.size(); ++i) {
+    Pass& pass = block->passes[i];
+    const SceneRecorder& recorder = plan.recording->recorder;
+    pass.path =
+        RecordFlight(block->frame, recorder, 1.0 / recorder.rate_hz, pass, nullptr, i, plan.seed);
+    pass.recorded.asked = recorder.reading;
+  }
+  static_cast<void>(ReadRecordedFlights(block));
 }
 
 /// Time and range at which a pass sees a point, to the rounding of the coordinates: Newton within
@@ -203,6 +234,12 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
     pass.side = plan.passes[i].side;
     if (plan.doppler_wavelength_m > 0.0) pass.wavelength_m = plan.doppler_wavelength_m;
     pass.path = MakePath(plan, plan.passes[i], ground);
+    if (plan.recording && plan.recording->wander.Given()) {
+      pass.start_s = pass.path.start_s();
+      pass.end_s = pass.path.end_s();
+      pass.path =
+          FlownPath(block.frame, pass.path, Wander(plan.recording->wander, pass, i, plan.seed));
+    }
     pass.sigma = plan.sigma;
     pass.sigma.range_m *= plan.passes[i].range_sigma_factor_1;
     block.passes.push_back(std::move(pass));
@@ -270,6 +307,7 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
       pass.end_s = middle_s + half_s;
     }
   }
+  if (plan.recording) Record(plan, &block);
   if (plan.path_error_m != 0.0) ShiftFirstPath(plan.path_error_m, &block);
   return block;
 }

@@ -3,10 +3,12 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/model/options.h"
+#include "sarblock/simulate/scene.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,6 +31,12 @@ struct PlannedControl {
   double correlation_en_1 = 0.0;
 };
 
+/// A flight that wanders and is recorded with errors; the looks are those of the flight as it was.
+struct PlannedRecording {
+  SceneWander wander;
+  SceneRecorder recorder;  ///< its rate is needed
+};
+
 /// A small block by its geometry and weights, with noise of its own standard deviations.
 struct StabilityPlan {
   bool orbit =
@@ -47,7 +55,10 @@ struct StabilityPlan {
   double control_spread_1 = 1.0;  ///< < 1: control points drawn together about the middle
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< added to all coordinates (not orbit)
   double time_origin_s = 391.7;
-  std::size_t states = 41;      ///< of a path
+  std::size_t states =
+      41;  ///< of a path that is not recorded, and of what is flown but for the wander
+  double time_margin_s = 0.0;  ///< by which paths are longer at either end
+  std::optional<PlannedRecording> recording;
   double strip_factor_1 = 0.0;  ///< > 0: strip spans given, this many times the looks' own
   double start_error_m = 0.0;   ///< > 0: points get start coordinates this far off
   double blunder_1 = 0.0;       ///< added to the first range, in standard deviations

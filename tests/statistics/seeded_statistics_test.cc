@@ -306,6 +306,18 @@ TEST(RecordedStatisticsTest, SparseOrbitsMisleadThroughTheirStates) {
   EXPECT_FALSE(Follows(sums.corrections, kLevel));
 }
 
+TEST(RecordedStatisticsTest, StatesAMinuteApartNeedNoStandardDeviations) {
+  const Variant variant = RecordedVariant("sparse-orbit");
+  Scene scene = test::ShippedScene(variant.scene, variant.overrides);
+  scene.recorder->reading.sigma = StateNoise{};  // `auto` estimates them from the states
+  const test::SceneStatistics sums =
+      test::RunDraws(scene, test::DrawsAsked(), FirstSeedOf(variant.name));
+  PrintRow("sparse-orbit, no sigmas of states", sums);
+  EXPECT_TRUE(Follows(sums.point, kLevel));
+  EXPECT_TRUE(Follows(sums.corrections, kLevel));
+  EXPECT_TRUE(Follows(sums.residuals, kLevel));
+}
+
 TEST(RecordedStatisticsTest, ContradictingVelocitiesMisleadThroughTheStates) {
   const auto sums = Drawn(RecordedVariant("downlink-orbit", {"recorder.through=states"}));
   EXPECT_FALSE(Follows(sums.residuals, kLevel));
