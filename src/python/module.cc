@@ -6,11 +6,13 @@
 #include <exception>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "arrays.h"
 #include "block_binding.h"
 #include "leberl_binding.h"
 #include "result_binding.h"
+#include "result_data.h"
 #include <glog/logging.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -48,7 +50,9 @@ void AddExceptions(py::module_* module) {
       "UndeterminedError",
       PyExc_RuntimeError,
       "A block that its observations do not determine. `names` is the list of the parameters and "
-      "points that cannot be known.");
+      "points that cannot be known, `diagnosis` the sentences on what the cause may be, the most "
+      "likely "
+      "first (empty where none was found or `diagnose` is off).");
   g_exceptions.interrupted = AddException(module,
                                           "Interrupted",
                                           PyExc_KeyboardInterrupt,
@@ -57,16 +61,26 @@ void AddExceptions(py::module_* module) {
 
 void Raise(PyObject* type, const char* text) { PyErr_SetObject(type, TextObject(text).ptr()); }
 
+void RaiseUndetermined(const UndeterminedError& error, const std::vector<std::string>& sentences) {
+  const auto type = py::reinterpret_borrow<py::object>(g_exceptions.undetermined);
+  const py::object raised = type(TextObject(error.what()));
+  raised.attr("names") = TextList(error.names());
+  raised.attr("diagnosis") = TextList(sentences);
+  if (py::hasattr(raised, "add_note")) {  // from Python 3.11 on a traceback shows them
+    for (const std::string& sentence : sentences) raised.attr("add_note")(TextObject(sentence));
+  }
+  PyErr_SetObject(g_exceptions.undetermined, raised.ptr());
+}
+
 void Translate(std::exception_ptr pointer) {
   try {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const InputError& error) {
     Raise(g_exceptions.input, error.what());
+  } catch (const ExplainedRefusal& error) {
+    RaiseUndetermined(error, error.sentences());
   } catch (const UndeterminedError& error) {
-    const auto type = py::reinterpret_borrow<py::object>(g_exceptions.undetermined);
-    const py::object raised = type(TextObject(error.what()));
-    raised.attr("names") = TextList(error.names());
-    PyErr_SetObject(g_exceptions.undetermined, raised.ptr());
+    RaiseUndetermined(error, {});
   } catch (const Interrupted& error) {
     Raise(g_exceptions.interrupted, error.what());
   } catch (const std::filesystem::filesystem_error& error) {

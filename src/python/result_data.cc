@@ -56,7 +56,14 @@ AdjustResult Run(Task task,
   if (options.pairs == PairChoice::kList) {
     pairs = ReadPairs(HomeOf(*solved.source), options.pairs_file, block);
   }
-  if (task == Task::kAdjust) return Adjust(block, options, pairs, progress);
+  if (task == Task::kAdjust) {
+    try {
+      return Adjust(block, options, pairs, progress);
+    } catch (const UndeterminedError& refusal) {
+      if (!options.diagnose) throw;
+      throw ExplainedRefusal(refusal, Diagnose(block, options, progress).Sentences());
+    }
+  }
   return Predict(block,
                  options,
                  positions_m ? *positions_m : TruthOf(*solved.source).points_m,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/error.h"
 #include "sarblock/io/result_file.h"
 #include "sarblock/io/result_files.h"
 #include "sarblock/model/result.h"
@@ -9,12 +10,24 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "block_data.h"
 #include <Eigen/Core>
 
 namespace sarblock::python {
+
+/// A block that is not determined, with what the diagnosis says of it, the most likely first.
+class ExplainedRefusal : public UndeterminedError {
+ public:
+  ExplainedRefusal(const UndeterminedError& refusal, std::vector<std::string> sentences)
+      : UndeterminedError(refusal), sentences_(std::move(sentences)) {}
+  [[nodiscard]] const std::vector<std::string>& sentences() const { return sentences_; }
+
+ private:
+  std::vector<std::string> sentences_;
+};
 
 enum class Task { kAdjust, kIntersect, kPredict };
 
@@ -67,7 +80,8 @@ struct ResultData {
   [[nodiscard]] std::string Summary() const;
 };
 
-/// What the command of the same name does between reading and writing. `positions_m` are those of
+/// What the command of the same name does between reading and writing. A refused adjustment throws
+/// ExplainedRefusal, unless the options say not to look for the cause. `positions_m` are those of
 /// Task::kPredict; without them the truth is taken where it is known.
 [[nodiscard]] std::shared_ptr<const ResultData> Solve(
     Task task,

@@ -173,6 +173,22 @@ def test_what_is_not_determined_is_named_in_a_list(tmp_path):
     assert all(isinstance(name, str) for name in raised.value.names)
 
 
+def test_a_refusal_says_its_likely_cause(tmp_path):
+    """The sentences of the command line, on the exception and in its notes."""
+    run("simulate", SCENES / "opposite-side.toml", "-o", tmp_path / "block", "--quiet")
+    toml = tmp_path / "block" / "block.toml"
+    text = toml.read_text(encoding="utf-8")
+    assert 'look = "left"' in text
+    toml.write_text(text.replace('look = "left"', 'look = "RIGHT"').replace('look = "right"', 'look = "left"')
+                    .replace("RIGHT", "right"), encoding="utf-8")
+    theirs = run("adjust", tmp_path / "block", "-o", tmp_path / "result", "--quiet", code=4)
+    with pytest.raises(sarblock.UndeterminedError) as raised:
+        sarblock.adjust(sarblock.read_block(tmp_path / "block"))
+    assert raised.value.diagnosis and raised.value.diagnosis == raised.value.__notes__
+    for sentence in raised.value.diagnosis:
+        assert f"sarblock: {sentence}" in theirs
+
+
 def test_files_of_others_are_not_written_over(tmp_path, local_block):
     (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
     with pytest.raises(sarblock.InputError):

@@ -13,6 +13,7 @@ class InputError(ValueError): ...
 
 class UndeterminedError(RuntimeError):
     names: list[str]
+    diagnosis: list[str]
 
 class Interrupted(KeyboardInterrupt): ...
 
