@@ -22,6 +22,7 @@
 #include "sigma_mistakes.h"
 #include "size_search.h"
 #include "time_mistakes.h"
+#include "wander_mistakes.h"
 #include "words.h"
 
 namespace sarblock {
@@ -174,9 +175,10 @@ class Diagnosing {
  private:
   void Explain(const Sample& sample, const Fit& before, Trials* trials) {
     const std::vector<PassSightings> passes = SightingsOf(sample.block);
-    const Eigen::MatrixX2d residuals =
-        WhitenedResiduals(trials->BlockWith(nullptr, 0.0), groups_, before);
-    const Facts facts{sample, passes, groups_, before, residuals};
+    const Block as_it_is = trials->BlockWith(nullptr, 0.0);
+    const Eigen::MatrixX2d residuals = WhitenedResiduals(as_it_is, groups_, before);
+    const Eigen::MatrixX2d redundancies = PointRedundancies(as_it_is, groups_, before);
+    const Facts facts{sample, passes, groups_, before, residuals, redundancies};
     Hypotheses all;
     for (const auto add : {AddTimeMistakes,
                            AddRangeMistakes,
@@ -185,6 +187,7 @@ class Diagnosing {
                            AddControlMistakes,
                            AddIdMistakes,
                            AddLookMistakes,
+                           AddWanderMistakes,
                            AddSigmaMistakes}) {
       add(facts, &all);
     }

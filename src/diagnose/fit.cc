@@ -133,4 +133,26 @@ Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
   return out;
 }
 
+Eigen::MatrixX2d PointRedundancies(const Block& sample,
+                                   const std::vector<CorrectionGroup>& groups,
+                                   const Fit& fit) {
+  Eigen::MatrixX2d out =
+      Eigen::MatrixX2d::Constant(static_cast<Eigen::Index>(sample.looks.size()), 2, kNotGiven);
+  if (!fit.solved) return out;
+  AdjustmentProblem problem(sample, groups);
+  UpdateWeights(fit.state, &problem);
+  PointFactor factor;
+  for (std::size_t point = 0; point < sample.points.size(); ++point) {
+    if (!problem.Solves(point) || !fit.state.Position(point).allFinite()) continue;
+    FactorPoint(problem, fit.state, {}, 0.0, point, &factor);
+    const auto rows = static_cast<std::size_t>(factor.row_count);
+    for (std::size_t k = 0; k < 2 * static_cast<std::size_t>(factor.look_count); ++k) {
+      const double q0 = factor.q[k], q1 = factor.q[rows + k], q2 = factor.q[2 * rows + k];
+      out(static_cast<Eigen::Index>(factor.looks[k / 2].look), static_cast<Eigen::Index>(k % 2)) =
+          1.0 - q0 * q0 - q1 * q1 - q2 * q2;
+    }
+  }
+  return out;
+}
+
 }  // namespace sarblock

@@ -54,4 +54,10 @@ enum class Effort { kQuick, kFull };
                                                  const std::vector<CorrectionGroup>& groups,
                                                  const Fit& fit);
 
+/// Part of an error of each measurement that its own residual shows while corrections stay, 1 less
+/// what its point follows: as WhitenedResiduals(), NaN where a look has none.
+[[nodiscard]] Eigen::MatrixX2d PointRedundancies(const Block& sample,
+                                                 const std::vector<CorrectionGroup>& groups,
+                                                 const Fit& fit);
+
 }  // namespace sarblock

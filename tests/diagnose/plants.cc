@@ -2,7 +2,9 @@
 #include "plants.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -232,6 +234,57 @@ Planted Variance(Block* block, RandomStream*) {
   return {true, {"sigma.all", "sigma.range", "sigma.azimuth"}, {}, {}, ""};
 }
 
+// ---- errors correlated in time
+
+/// A smooth error along the strip of a pass, of about the root mean square 1.
+class Wander {
+ public:
+  Wander(const Pass& pass, RandomStream* random) : pass_(pass) {
+    for (Wave& wave : waves_) {
+      wave = {DrawSize(1.2, 4.0, random), 2.0 * std::numbers::pi * random->Uniform()};
+    }
+  }
+  [[nodiscard]] double At(double time_s) const {
+    const double part_1 = (time_s - pass_.start_s) / (pass_.end_s - pass_.start_s);
+    double sum = 0.0;
+    for (const Wave& wave : waves_) {
+      sum += std::sin(2.0 * std::numbers::pi * wave.periods * part_1 + wave.phase_rad);
+    }
+    return sum * std::sqrt(2.0 / static_cast<double>(waves_.size()));
+  }
+
+ private:
+  struct Wave {
+    double periods = 0.0, phase_rad = 0.0;
+  };
+  const Pass& pass_;
+  std::array<Wave, 3> waves_;
+};
+
+Planted WanderingRanges(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double size_1 = DrawSize(8.0, 40.0, random);
+  const Wander wander(block->passes[pass], random);
+  EditLooks(block, pass, [&](std::size_t i) {
+    block->looks.range_m[i] +=
+        size_1 * block->SigmaOf(i).range_m * wander.At(block->looks.time_s[i]);
+  });
+  return Of(*block, pass, "range.wander");
+}
+
+Planted WanderingTimes(Block* block, RandomStream* random) {
+  const std::uint32_t index = DrawPass(*block, random);
+  const Pass& pass = block->passes[index];
+  const double size_1 = DrawSize(8.0, 40.0, random);
+  const Wander wander(pass, random);
+  const double speed_mps = pass.path.At(pass.start_s)->velocity_mps.norm();
+  EditLooks(block, index, [&](std::size_t i) {
+    const double sigma_s = block->RoughAzimuthSigma_m(i, speed_mps) / speed_mps;
+    block->looks.time_s[i] += size_1 * sigma_s * wander.At(block->looks.time_s[i]);
+  });
+  return Of(*block, index, "time.wander");
+}
+
 // ---- errors without a name
 
 Planted DriftingClock(Block* block, RandomStream* random) {
@@ -239,17 +292,6 @@ Planted DriftingClock(Block* block, RandomStream* random) {
   const double rate = DrawSign(random) * DrawSize(1e-3, 1e-2, random);
   EditLooks(block, pass, [&](std::size_t i) {
     block->looks.time_s[i] += rate * (block->looks.time_s[i] - block->passes[pass].start_s);
-  });
-  return {true, {}, {}, {}, ""};
-}
-
-Planted WavyRanges(Block* block, RandomStream* random) {
-  const std::uint32_t pass = DrawPass(*block, random);
-  const double size_m = DrawSize(0.001, 0.01, random) * MeanRange(*block);
-  const Pass& of = block->passes[pass];
-  EditLooks(block, pass, [&](std::size_t i) {
-    const double phase = 9.0 * (block->looks.time_s[i] - of.start_s) / (of.end_s - of.start_s);
-    block->looks.range_m[i] += size_m * std::sin(phase);
   });
   return {true, {}, {}, {}, ""};
 }
@@ -297,7 +339,10 @@ const std::vector<Plant>& Plants() {
                                     {"sigmas 100 times too large", SigmasTooLarge},
                                     {"azimuth sigma 1000 times off", AzimuthThousand},
                                     {"variances for sigmas", Variance}};
-    for (const std::vector<Plant>& some : {PathPlants(), ControlPlants(), IdPlants(), sigmas}) {
+    const std::vector<Plant> wanders{{"ranges of a pass wander", WanderingRanges},
+                                     {"times of a pass wander", WanderingTimes}};
+    for (const std::vector<Plant>& some :
+         {PathPlants(), ControlPlants(), IdPlants(), sigmas, wanders}) {
       all.insert(all.end(), some.begin(), some.end());
     }
     return all;
@@ -307,7 +352,6 @@ const std::vector<Plant>& Plants() {
 
 const std::vector<Plant>& UnlistedErrors() {
   static const std::vector<Plant> plants{{"a clock that drifts", DriftingClock},
-                                         {"ranges with a wave", WavyRanges},
                                          {"ids of a pass at random", RandomIds},
                                          {"control mirrored", MirroredEast}};
   return plants;
