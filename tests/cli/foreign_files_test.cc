@@ -94,6 +94,16 @@ class ForeignFilesTest : public test::CliTest {
         {"export", {"export", imported, "--format", "sinex"}, "out.snx"},
         {"export", {"export", imported, "--format", "isis"}, ""},
         {"export", {"export", imported, "--format", "eof", "--mission", "Sentinel-1A"}, ""},
+        {"export",
+         {"export",
+          folder_ / "moon_result",
+          "--format",
+          "csm",
+          "--image",
+          "one=" + (corpus / "isd/one.json").string(),
+          "--image",
+          "two=" + (corpus / "isd/two.json").string()},
+         ""},
         {"study densification", {"study", "densification", densification}, ""},
         {"study tradeoff", {"study", "tradeoff", tradeoff}, ""},
         {"study stability", {"study", "stability", stability}, ""},
@@ -124,6 +134,20 @@ class ForeignFilesTest : public test::CliTest {
                                           folder_ / "imported"});
     ASSERT_EQ(import.exit_code, 0) << import.err;
     ASSERT_EQ(Run("adjust", folder_ / "imported", "imported_result").exit_code, 0);
+    const Path root = SARBLOCK_FUZZ_CORPUS;
+    const ProgramRun moon = RunProgram({"import",
+                                        "csm",
+                                        root / "network/moon.net",
+                                        root / "isd/one.json",
+                                        root / "isd/two.json",
+                                        "--range-sigma-m",
+                                        "4",
+                                        "--azimuth-sigma-m",
+                                        "6",
+                                        "-o",
+                                        folder_ / "moon"});
+    ASSERT_EQ(moon.exit_code, 0) << moon.err;
+    ASSERT_EQ(Run("adjust", folder_ / "moon", "moon_result").exit_code, 0);
     const std::string study =
         Put("parts.toml",
             "format = \"sarblock-study 1\"\nstudy = \"stability\"\n[[family]]\n"
