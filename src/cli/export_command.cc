@@ -62,12 +62,11 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   const ExportFormat format = arguments.format;
   const bool map = format == ExportFormat::kGeoJson || format == ExportFormat::kKml ||
                    format == ExportFormat::kGeoPackage;
-  const ResultFile result = ReadResult(
-      arguments.result,
-      {.looks = format == ExportFormat::kIsis,
-       .pairs = format == ExportFormat::kSinex,
-       .paths = map || format == ExportFormat::kOrbitFiles || format == ExportFormat::kCsmStates,
-       .progress = session.progress.get()});
+  const ResultFile result = ReadResult(arguments.result,
+                                       {.looks = format == ExportFormat::kIsis,
+                                        .pairs = format == ExportFormat::kSinex,
+                                        .paths = map || format >= ExportFormat::kOrbitFiles,
+                                        .progress = session.progress.get()});
   ExportOptions options = arguments.options;
   if (arguments.confidence_percent > 0.0) {
     options.confidence_1 = 0.01 * arguments.confidence_percent;
@@ -121,8 +120,8 @@ void AddExport(CLI::App* app, Session* session) {
       ->transform(ChoiceOf(formats));
   command->add_option("-o,--output",
                       arguments->out,
-                      "File to write, a folder for isis, eof and csm (default: in the result's "
-                      "folder, beside its file)");
+                      "File to write, a folder for isis, eof, csm and sicd (default: in the "
+                      "result's folder, beside its file)");
   command
       ->add_option("--confidence",
                    arguments->confidence_percent,
@@ -138,7 +137,8 @@ void AddExport(CLI::App* app, Session* session) {
   command
       ->add_option("--image",
                    arguments->images,
-                   "csm: PASS=FILE, the ISD or model state of a pass; may be repeated")
+                   "csm, sicd: PASS=FILE, the ISD, model state or SICD image of a pass; may be "
+                   "repeated")
       ->allow_extra_args(false);
   AddRangePolynomial(command,
                      "csm: how the block was imported, the ISD's polynomials at their times or as "

@@ -77,7 +77,7 @@ class StateMaker {
     TellUncarried();
     return CsmStateText(model_, adjusted);
   }
-  [[nodiscard]] const std::vector<std::string>& not_carried() const { return not_carried_; }
+  [[nodiscard]] const ImageNotes& notes() const { return notes_; }
 
  private:
   [[nodiscard]] double PathTime_s(double ephemeris_s) const { return ephemeris_s - epoch_s_; }
@@ -123,7 +123,7 @@ class StateMaker {
   Eigen::Matrix<double, 6, 6> Covariance() {
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Identity();
     if (!antenna_.HasCovariance()) {
-      not_carried_.emplace_back(
+      notes_.not_carried.emplace_back(
           "m_covariance is the unit matrix that USGSCSM begins with: the result has no covariance");
       return covariance;
     }
@@ -136,9 +136,9 @@ class StateMaker {
                                             AdjustedAntenna::Direction::kOfCone)});
     }
     const Eigen::MatrixXd fit = FitParameters(times);
-    const double rest_m = UnfittedSigma_m(times, fit, antenna_.covariance());
+    const double rest_m = UnfittedSigma_m(times, 3, fit, antenna_.covariance());
     if (rest_m > kTold_m) {
-      not_carried_.push_back(fmt::format(
+      notes_.not_carried.push_back(fmt::format(
           "m_covariance holds what is common to all positions; that they err by up to {:.3g} m (1 "
           "sigma) about it",
           rest_m));
@@ -190,7 +190,7 @@ class StateMaker {
       largest_m = std::max(largest_m, (Eigen::Vector3d(read.data()) - true_m).norm());
     }
     if (largest_m > kTold_m) {
-      not_carried_.push_back(
+      notes_.not_carried.push_back(
           fmt::format("between its states, {:.3g} s apart, the path is up to {:.3g} m from that of "
                       "the result",
                       model_.times.step_s,
@@ -221,7 +221,7 @@ class StateMaker {
       largest_m = std::max(largest_m, std::abs(read_m - Distance_m(given->range_m)));
     }
     if (largest_m > kTold_m) {
-      not_carried_.push_back(fmt::format(
+      notes_.not_carried.push_back(fmt::format(
           "between the range polynomials slant ranges are read up to {:.3g} m apart", largest_m));
     }
   }
@@ -252,17 +252,18 @@ class StateMaker {
       }
     }
     if (model_.sun_position_m.empty()) {
-      not_carried_.emplace_back("the place of the Sun: " + model_.image.file +
-                                " does not give it, so USGSCSM has no illumination");
+      notes_.not_carried.emplace_back("the place of the Sun: " + model_.image.file +
+                                      " does not give it, so USGSCSM has no illumination");
     }
   }
   void Tell(std::size_t k, const std::string& size) {
-    not_carried_.push_back(antenna_.parameter(k).name + ": " + size);
+    notes_.not_carried.push_back(antenna_.parameter(k).name + ": " + size);
   }
   void TellSigma(std::size_t k, double sigma_m) {
-    not_carried_.push_back(fmt::format("the standard deviation of {}, {:.3g} m of slant range",
-                                       antenna_.parameter(k).name,
-                                       sigma_m));
+    notes_.not_carried.push_back(
+        fmt::format("the standard deviation of {}, {:.3g} m of slant range",
+                    antenna_.parameter(k).name,
+                    sigma_m));
   }
   // One over the cosine of the incidence on the sphere of the ground below.
   [[nodiscard]] double DelaysPerZenith(const Sight& sight) const {
@@ -279,7 +280,7 @@ class StateMaker {
   AdjustedAntenna antenna_;
   ImagePass image_pass_;
   RangePolynomialTimes reading_;
-  std::vector<std::string> not_carried_;
+  ImageNotes notes_;
 };
 
 }  // namespace
@@ -287,10 +288,10 @@ class StateMaker {
 void WriteCsmStates(const std::filesystem::path& folder,
                     const ExportView& view,
                     ExportReport* report) {
-  const auto text = [&view](const PassImage& image, std::vector<std::string>* not_carried) {
+  const auto text = [&view](const PassImage& image, ImageNotes* notes) {
     StateMaker maker(view.result, image, view.options.range_polynomial);
     std::string made = maker.Text();
-    *not_carried = maker.not_carried();
+    *notes = maker.notes();
     return made;
   };
   WriteImageFiles(folder, view, ".adjusted_state.json", text, report);

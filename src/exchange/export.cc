@@ -14,6 +14,7 @@
 #include "isis_tables.h"
 #include "kml.h"
 #include "orbit_files.h"
+#include "sicd_offsets.h"
 #include "sinex.h"
 
 namespace sarblock {
@@ -59,7 +60,7 @@ const char* LeftOutOfMaps(const ResultFile& result) {
 
 const std::vector<std::string>& ExportFormatNames() {
   static const std::vector<std::string> names{
-      "geojson", "kml", "gpkg", "isis", "sinex", "eof", "csm"};
+      "geojson", "kml", "gpkg", "isis", "sinex", "eof", "csm", "sicd"};
   return names;
 }
 
@@ -79,6 +80,8 @@ const char* DefaultExportName(ExportFormat format) {
       return "eof";
     case ExportFormat::kCsmStates:
       return "csm";
+    case ExportFormat::kSicd:
+      return "sicd";
   }
   return "";
 }
@@ -129,6 +132,10 @@ ExportReport ExportResult(const ResultFile& result,
     case ExportFormat::kCsmStates:
       report.points = report.points_left_out = 0;
       WriteCsmStates(out, view, &report);
+      break;
+    case ExportFormat::kSicd:
+      report.points = report.points_left_out = 0;
+      WriteSicdOffsets(out, view, &report);
       break;
   }
   return report;

@@ -23,6 +23,7 @@ void RequireTargetFor(ExportFormat format, const std::filesystem::path& out, For
     case ExportFormat::kOrbitFiles:
       return RequireFilesFor(out, {"<Creator>sarblock</Creator>"}, foreign);
     case ExportFormat::kCsmStates:
+    case ExportFormat::kSicd:
       return RequireFilesFor(out, {"written by sarblock"}, foreign);
   }
 }

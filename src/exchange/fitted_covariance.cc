@@ -34,11 +34,12 @@ Eigen::MatrixXd FitParameters(std::span<const FitTime> times) {
 }
 
 double UnfittedSigma_m(std::span<const FitTime> times,
+                       Eigen::Index rows,
                        const Eigen::MatrixXd& fit,
                        const Eigen::MatrixXd& covariance) {
   double largest_m2 = 0.0;
   for (const FitTime& time : times) {
-    const Eigen::MatrixXd rest = time.by_result.topRows(3) - time.by_format.topRows(3) * fit;
+    const Eigen::MatrixXd rest = time.by_result.topRows(rows) - time.by_format.topRows(rows) * fit;
     largest_m2 = std::max(largest_m2, (rest * covariance * rest.transpose()).trace());
   }
   return std::sqrt(largest_m2);

@@ -23,8 +23,9 @@ struct FitTime {
 [[nodiscard]] Eigen::MatrixXd FitParameters(std::span<const FitTime> times);
 
 /// Largest standard deviation, over the times, of what the format does not hold: the root of the
-/// largest trace of (J_k - A_k G) C (J_k - A_k G)' over its first three rows [m].
+/// largest trace of (J_k - A_k G) C (J_k - A_k G)' over its first `rows` rows, which are in metres.
 [[nodiscard]] double UnfittedSigma_m(std::span<const FitTime> times,
+                                     Eigen::Index rows,
                                      const Eigen::MatrixXd& fit,
                                      const Eigen::MatrixXd& covariance);
 

@@ -76,13 +76,16 @@ void WriteImageFiles(const std::filesystem::path& folder,
   std::set<std::string> names;
   for (const PassImage& image : images) {
     const std::string& id = view.result.passes[image.pass].id;
-    std::vector<std::string> not_carried;
-    std::string text = make(image, &not_carried);
+    ImageNotes notes;
+    std::string text = make(image, &notes);
     files.emplace_back(FileNameOf(id) + ending, std::move(text));
     if (!names.insert(files.back().first).second) {
       throw InputError("format", "two passes would have the file " + files.back().first);
     }
-    for (const std::string& what : not_carried) report->not_carried.push_back(id + ": " + what);
+    for (const std::string& what : notes.not_carried) {
+      report->not_carried.push_back(id + ": " + what);
+    }
+    for (const std::string& what : notes.warnings) report->warnings.push_back(id + ": " + what);
   }
   for (std::size_t pass = 0; pass < view.result.passes.size(); ++pass) {
     const auto of_pass = [pass](const PassImage& image) { return image.pass == pass; };

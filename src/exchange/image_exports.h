@@ -27,8 +27,13 @@ struct PassImage {
   std::string file;
 };
 
-/// Makes the text of one image's file; what it does not hold, with its size, goes to the list.
-using ImageText = std::function<std::string(const PassImage&, std::vector<std::string>*)>;
+/// What is said of one image's file.
+struct ImageNotes {
+  std::vector<std::string> not_carried;  ///< with its size where it has one
+  std::vector<std::string> warnings;
+};
+/// Makes the text of one image's file.
+using ImageText = std::function<std::string(const PassImage&, ImageNotes*)>;
 
 /// Writes one file for each image given, its name that of the pass and an ending, after all of them
 /// are made. Passes without an image are told among what is not carried. Throws InputError where no

@@ -104,6 +104,14 @@ class ForeignFilesTest : public test::CliTest {
           "--image",
           "two=" + (corpus / "isd/two.json").string()},
          ""},
+        {"export",
+         {"export",
+          folder_ / "sicd_result",
+          "--format",
+          "sicd",
+          "--image",
+          "one=" + (corpus / "sicd/offsets.xml").string()},
+         ""},
         {"study densification", {"study", "densification", densification}, ""},
         {"study tradeoff", {"study", "tradeoff", tradeoff}, ""},
         {"study stability", {"study", "stability", stability}, ""},
@@ -148,6 +156,21 @@ class ForeignFilesTest : public test::CliTest {
                                         folder_ / "moon"});
     ASSERT_EQ(moon.exit_code, 0) << moon.err;
     ASSERT_EQ(Run("adjust", folder_ / "moon", "moon_result").exit_code, 0);
+    const ProgramRun sicd = RunProgram({"import",
+                                        "sicd",
+                                        root / "sicd/offsets.xml",
+                                        "--id",
+                                        "one",
+                                        "--grid",
+                                        "control",
+                                        "--grid-sigma-m",
+                                        "100",
+                                        "--max-misfit-m",
+                                        "100",
+                                        "-o",
+                                        folder_ / "sicd"});
+    ASSERT_EQ(sicd.exit_code, 0) << sicd.err;
+    ASSERT_EQ(Run("adjust", folder_ / "sicd", "sicd_result").exit_code, 0);
     const std::string study =
         Put("parts.toml",
             "format = \"sarblock-study 1\"\nstudy = \"stability\"\n[[family]]\n"

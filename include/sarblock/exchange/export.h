@@ -20,17 +20,19 @@ enum class ExportFormat {
   kSinex,       ///< SINEX 2.02, estimates and covariance; geocentric frames
   kOrbitFiles,  ///< one Sentinel-1 orbit file a pass; WGS84, passes with an epoch in UTC
   kCsmStates,   ///< a model state of USGSCSM an image given; geocentric, passes with an epoch
+  kSicd,        ///< the XML of a SICD image given, with AdjustableParameterOffsets; likewise
 };
 
 /// Names on the command line, in the order of the enumeration: geojson, kml, gpkg, isis, sinex,
-/// eof, csm.
+/// eof, csm, sicd.
 [[nodiscard]] const std::vector<std::string>& ExportFormatNames();
 
 /// Where a result goes unless told otherwise: `export.geojson`, `export.kml`, `export.gpkg`, folder
-/// `isis`, `export.snx`, folders `eof` and `csm`.
+/// `isis`, `export.snx`, folders `eof`, `csm` and `sicd`.
 [[nodiscard]] const char* DefaultExportName(ExportFormat format);
 
-/// Writes a result in one format: a file, or a folder for kIsis, kOrbitFiles and kCsmStates. Files appear whole
+/// Writes a result in one format: a file, or a folder for kIsis, kOrbitFiles,
+/// kCsmStates and kSicd. Files appear whole
 /// or not at all. Points that are not solved are left out. Covariances are those of the result's
 /// tables. The same result and options give the same bytes.
 ///
