@@ -239,7 +239,20 @@ class ModelStates(unittest.TestCase):
 
     def test_an_independent_reader_sees_the_adjusted_points_where_they_were_measured(self):
         result = self.adjust(self.nominal, "read", *self.FULL)
-        states, _ = self.export(result, "read-states")
+        self.assert_read_as_measured(result, self.export(result, "read-states")[0])
+
+    def test_a_turned_direction_of_flight_is_in_the_velocities_alone(self):
+        result = self.adjust(self.nominal, "turned", *self.FULL, "correction.velocity.sigma=1e-3")
+        states, _ = self.export(result, "turned-states")
+        self.assert_read_as_measured(result, states)
+        values = {(row["pass"], row["parameter"]): float(row["value"]) for row in table(result / "passes.csv")}
+        self.assertGreater(math.hypot(values["one", "velocity.across"], values["one", "velocity.up"]), 1e-5)
+        # The importer's path goes through positions and velocities: it takes no such state.
+        self.assertIn("velocities that turn the Doppler cone", run(
+            "import", "images", *states.values(), "--points", self.folder / "matches.csv", "--id", *FLIGHTS, "-o",
+            self.folder / "turned-again", code=3).stderr)
+
+    def assert_read_as_measured(self, result, states):
         points = self.adjusted(result)
         measured = {(row["point"], row["image"]): (row["line"], row["sample"]) for row in self.matches}
         rows = {(row["point"], row["pass"]): row for row in table(result / "residuals.csv")}
