@@ -3,7 +3,6 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
-#include "sarblock/product/sicd_projection.h"
 
 #include <algorithm>
 #include <array>
@@ -15,6 +14,7 @@
 #include "fitted_covariance.h"
 #include "image_exports.h"
 #include "product/sicd_pass.h"
+#include "product/sicd_projection.h"
 #include "product/sicd_writer.h"
 #include <Eigen/Dense>
 #include <fmt/core.h>

@@ -3,11 +3,11 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/geodesy/frame.h"
-#include "sarblock/product/sicd_projection.h"
 
 #include <array>
 
 #include "sicd_pass.h"
+#include "sicd_projection.h"
 
 namespace sarblock {
 namespace {

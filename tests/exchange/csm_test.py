@@ -5,49 +5,21 @@
 Environment: SARBLOCK_PROGRAM. Two images of a made-up lunar orbiter: ISDs, whose path, clock and range are
 off by known amounts, and points measured in them. Evidence: an independent reader of model states
 (tests/truth/usgscsm_state.py), the round trip through `import`, and the covariance by dense algebra."""
-import csv
 import json
 import math
-import os
 import pathlib
 import random
-import shutil
-import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "truth"))
 import usgscsm_state  # noqa: E402
+from measured_images import MeasuredImages, congruence, run, table, write_table  # noqa: E402
 from usgscsm_points import combine, cross, dot, unit  # noqa: E402
 
-PROGRAM = os.environ["SARBLOCK_PROGRAM"]
 RADIUS, MU, SPIN = 1737400.0, 4.9028e12, 2.6616995e-6
 START, LINE, WIDTH, LINES, SAMPLES = 384109634.25, 0.0101, 15.0, 2400, 1200
 HEIGHT = 51300.0
-
-
-def run(*arguments, code=0):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == code, f"{arguments}: exit {done.returncode}\n{done.stderr}"
-    return done
-
-
-def table(path):
-    with open(path, encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
-
-
-def write_table(path, rows):
-    with open(path, "w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def rms(values):
-    values = list(values)
-    return math.sqrt(sum(x * x for x in values) / len(values))
 
 
 class Flight:
@@ -151,11 +123,13 @@ ERRORS = {"one": {"offset": [43.0, -25.5, 61.0], "drift": [3.1, -4.2, 2.7], "tim
 FLIGHTS = {"one": Flight(83.0, START), "two": Flight(131.0, START + 7200.5)}
 
 
-class ModelStates(unittest.TestCase):
+class ModelStates(MeasuredImages):
+    form, ending = "csm", ".adjusted_state.json"
+    SIGMAS = ("--range-sigma-m", 4, "--azimuth-sigma-m", 5)
+
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="sarblock-csm-"))
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        super().setUpClass()
         draw = random.Random(5)
         cls.points, matches = {}, []
         while len(cls.points) < 60:
@@ -169,59 +143,12 @@ class ModelStates(unittest.TestCase):
             for image, (line, sample) in places.items():
                 matches.append({"point": name, "image": image, "line": line + draw.gauss(0, 0.3),
                                 "sample": sample + draw.gauss(0, 0.3)})
+        cls.isds = {name: cls.folder / f"{name}.json" for name in FLIGHTS}
         for name, flight in FLIGHTS.items():
-            flight.isd(cls.folder / f"{name}.json")
+            flight.isd(cls.isds[name])
         write_table(cls.folder / "matches.csv", matches)
         cls.matches = matches
-        cls.nominal = cls.make_block("nominal", [cls.folder / f"{name}.json" for name in FLIGHTS])
-
-    @classmethod
-    def make_block(cls, name, images, points=None, sigma=0.05, options=()):
-        """Known points: every third, or all those given."""
-        block = cls.folder / name
-        run("import", "images", *images, "--points", cls.folder / "matches.csv", "--id", *FLIGHTS, "-o", block,
-            "--range-sigma-m", 4, "--azimuth-sigma-m", 5, *options)
-        known = points or {name: p for k, (name, p) in enumerate(cls.points.items()) if k % 3 == 0}
-        rows = []
-        for row in table(block / "points.csv"):
-            row = {key: row.get(key, "") for key in ("point", "role", "x_m", "y_m", "z_m")}
-            if row["point"] in known:
-                row.update(zip(("x_m", "y_m", "z_m"), known[row["point"]]), role="control")
-                row.update({f"sigma_{axis}_m": sigma for axis in "enu"})
-            rows.append({**{f"sigma_{axis}_m": "" for axis in "enu"}, **row})
-        write_table(block / "points.csv", rows)
-        return block
-
-    def adjust(self, block, name, *settings):
-        result = self.folder / name
-        run("adjust", block, "-o", result, "--quiet", "--set", "diagnose=false", *sum((["--set", s] for s in settings), []))
-        return result
-
-    def export(self, result, name, *options, code=0, images=None):
-        images = images or {image: self.folder / f"{image}.json" for image in FLIGHTS}
-        given = sum((["--image", f"{image}={file}"] for image, file in images.items()), [])
-        done = run("export", result, "--format", "csm", "-o", self.folder / name, *given, *options, "--json",
-                   code=code)
-        if code:
-            return done.stderr
-        return {image: self.folder / name / f"{image}.adjusted_state.json" for image in images}, json.loads(done.stdout)
-
-    @staticmethod
-    def residuals(result):
-        rows = table(result / "residuals.csv")
-        return [rms(float(row[f"{axis}_residual_m"]) for row in rows) for axis in ("range", "azimuth")]
-
-    @staticmethod
-    def adjusted(result):
-        return {row["point"]: [float(row[f"{axis}_m"]) for axis in "xyz"] for row in table(result / "points.csv")}
-
-    def assert_round_trip(self, result, states, *options):
-        """The states say of the adjusted points what the result says, without any correction."""
-        again = self.make_block(f"{result.name}-again", states.values(), self.adjusted(result), 1e-6, options)
-        held = self.adjust(again, f"{result.name}-held", "corrections=none")
-        for before, after in zip(self.residuals(result), self.residuals(held)):
-            self.assertLess(abs(after - before), 1e-3 * before)
-        self.assertGreater(self.residuals(result)[0], 1.0)
+        cls.nominal = cls.make_block("nominal", cls.isds, *cls.SIGMAS)
 
     FULL = ("correction.position.degree=1", "correction.position.axes=frame",
             "correction.position.sigma_m=[[80,10],[80,10],[80,10]]",
@@ -230,23 +157,23 @@ class ModelStates(unittest.TestCase):
 
     def test_states_measure_the_adjusted_points_as_the_result_does(self):
         result = self.adjust(self.nominal, "full", *self.FULL)
-        states, report = self.export(result, "full-states")
+        states, report = self.export(result, "full-states", self.isds)
         # Without corrections the looks are off by hundreds of metres.
         self.assertLess(max(self.residuals(result)), 10.0)
         uncarried = [text for text in report["not_carried"] if "range.scale" not in text and "range.bias" not in text]
         self.assertEqual([text for text in uncarried if text.startswith(("one: between", "two: between"))], [])
-        self.assert_round_trip(result, states)
+        self.assert_round_trip(result, states, *self.SIGMAS)
 
     def test_an_independent_reader_sees_the_adjusted_points_where_they_were_measured(self):
         result = self.adjust(self.nominal, "read", *self.FULL)
-        self.assert_read_as_measured(result, self.export(result, "read-states")[0])
+        self.assert_read_as_measured(result, self.export(result, "read-states", self.isds)[0])
 
     def test_a_turned_direction_of_flight_is_in_the_velocities_alone(self):
         result = self.adjust(self.nominal, "turned", *self.FULL, "correction.velocity.sigma=1e-3")
-        states, _ = self.export(result, "turned-states")
+        states, _ = self.export(result, "turned-states", self.isds)
         self.assert_read_as_measured(result, states)
-        values = {(row["pass"], row["parameter"]): float(row["value"]) for row in table(result / "passes.csv")}
-        self.assertGreater(math.hypot(values["one", "velocity.across"], values["one", "velocity.up"]), 1e-5)
+        values = self.parameters(result, "one")
+        self.assertGreater(math.hypot(values["velocity.across"], values["velocity.up"]), 1e-5)
         # The importer's path goes through positions and velocities: it takes no such state.
         self.assertIn("velocities that turn the Doppler cone", run(
             "import", "images", *states.values(), "--points", self.folder / "matches.csv", "--id", *FLIGHTS, "-o",
@@ -255,7 +182,7 @@ class ModelStates(unittest.TestCase):
     def assert_read_as_measured(self, result, states):
         points = self.adjusted(result)
         measured = {(row["point"], row["image"]): (row["line"], row["sample"]) for row in self.matches}
-        rows = {(row["point"], row["pass"]): row for row in table(result / "residuals.csv")}
+        rows = self.rows_of(result)
         for image, path in states.items():
             state = usgscsm_state.State(path)
             for name, point in list(points.items())[:25]:
@@ -266,51 +193,40 @@ class ModelStates(unittest.TestCase):
                 self.assertAlmostEqual(sample - 0.5 - measured[name, image][1], float(row["pixel_residual_px"]), 3)
 
     def test_splines_and_the_reading_of_usgscsm_make_the_round_trip(self):
-        block = self.make_block("uneven", [self.folder / f"{name}.json" for name in FLIGHTS])
+        block = self.make_block("uneven", self.isds, *self.SIGMAS)
         result = self.adjust(block, "spline", "correction.position.basis=spline",
                              "correction.position.knot_spacing_s=6", "correction.position.sigma_m=[80,80,80]",
                              "correction.range.bias_sigma_m=20")
-        states, _ = self.export(result, "spline-states", "--range-polynomial", "times")
-        self.assert_round_trip(result, states)
+        states, _ = self.export(result, "spline-states", self.isds, "--range-polynomial", "times")
+        self.assert_round_trip(result, states, *self.SIGMAS)
         # As USGSCSM spaces them polynomials go as they stand, but for the range bias.
-        states, _ = self.export(result, "plain-states", "--range-polynomial", "usgscsm")
+        states, _ = self.export(result, "plain-states", self.isds, "--range-polynomial", "usgscsm")
         state = usgscsm_state.State(states["one"]).state
-        bias = next(float(row["value"]) for row in table(result / "passes.csv")
-                    if (row["pass"], row["parameter"]) == ("one", "range.bias"))
+        bias = self.parameters(result, "one")["range.bias"]
         self.assertEqual(len(state["m_scaleConversionTimes"]), 9)
         for k, time in enumerate(state["m_scaleConversionTimes"]):
             given = FLIGHTS["one"].polynomial(time)
             self.assertAlmostEqual(state["m_scaleConversionCoefficients"][4 * k], given[0] - bias, 8)
             self.assertEqual(state["m_scaleConversionCoefficients"][4 * k + 1], given[1])
 
-    def covariance(self, result, image, names):
-        stored = {}
-        for row in table(result / "passes_covariance.csv"):
-            if row["pass_a"] == row["pass_b"] == image:
-                value = float(row["covariance"])
-                stored[row["parameter_a"], row["parameter_b"]] = stored[row["parameter_b"], row["parameter_a"]] = value
-        return [[stored[a, b] for b in names] for a in names]
-
-    def assert_matrix(self, flat, expected, relative):
-        scale = [math.sqrt(expected[i][i]) for i in range(len(expected))]
-        for i in range(6):
-            for j in range(6):
-                size = scale[i] * scale[j] or 1.0
-                self.assertAlmostEqual(flat[6 * i + j] / size, expected[i][j] / size, delta=relative)
+    @staticmethod
+    def covariance_of(state):
+        flat = usgscsm_state.State(state).state["m_covariance"]
+        return [flat[6 * i:6 * i + 6] for i in range(6)]
 
     def test_an_offset_gives_its_own_covariance_back(self):
         result = self.adjust(self.nominal, "offset", "correction.position.degree=0",
                              "correction.position.axes=frame", "correction.position.sigma_m=[80,80,80]")
-        states, report = self.export(result, "offset-states")
+        states, report = self.export(result, "offset-states", self.isds)
         own = self.covariance(result, "two", [f"position.{axis}.0" for axis in "xyz"])
         expected = [[own[i][j] if max(i, j) < 3 else 0.0 for j in range(6)] for i in range(6)]
-        self.assert_matrix(usgscsm_state.State(states["two"]).state["m_covariance"], expected, 1e-11)
+        self.assert_matrix(self.covariance_of(states["two"]), expected, 1e-11)
         self.assertEqual([text for text in report["not_carried"] if "about it" in text], [])
 
     def test_the_covariance_is_that_of_the_mean_antenna_by_dense_algebra(self):
         names = [f"position.{axis}.{k}" for axis in "xyz" for k in (0, 1)]
         result = self.adjust(self.nominal, "drift", *self.FULL[:3])
-        states, report = self.export(result, "drift-states")
+        states, report = self.export(result, "drift-states", self.isds)
         summary = json.loads((result / "summary.json").read_text(encoding="utf-8"))["passes"][0]
         own = self.covariance(result, "one", names)
         # The strip goes from the first look to the last; the fit over the image.
@@ -321,9 +237,8 @@ class ModelStates(unittest.TestCase):
         gain = [[0.0] * 6 for _ in range(6)]
         for axis in range(3):
             gain[axis][2 * axis], gain[axis][2 * axis + 1], gain[axis + 3][2 * axis + 1] = 1.0, mean, 1 / half
-        half_product = [[sum(gain[i][k] * own[k][j] for k in range(6)) for j in range(6)] for i in range(6)]
-        expected = [[sum(half_product[i][k] * gain[j][k] for k in range(6)) for j in range(6)] for i in range(6)]
-        self.assert_matrix(usgscsm_state.State(states["one"]).state["m_covariance"], expected, 1e-8)
+        expected = congruence(gain, own)
+        self.assert_matrix(self.covariance_of(states["one"]), expected, 1e-8)
         # What is left is the drift about the mean, largest at the ends of the image.
         told = [float(text.split("up to ")[1].split()[0]) for text in report["not_carried"]
                 if text.startswith("one: m_covariance holds")]
@@ -333,36 +248,36 @@ class ModelStates(unittest.TestCase):
     def test_what_a_state_cannot_hold_is_told_with_its_size(self):
         result = self.adjust(self.nominal, "uncarried", *self.FULL[:3], "correction.squint.bias_sigma_deg=0.01",
                              "correction.troposphere.zenith_sigma_m=2", "correction.range.bias_sigma_m=20")
-        states, report = self.export(result, "uncarried-states")
-        values = {(row["pass"], row["parameter"]): float(row["value"]) for row in table(result / "passes.csv")}
+        states, report = self.export(result, "uncarried-states", self.isds)
+        values = self.parameters(result, "one")
         told = {text.split(":")[1].strip(): float(text.split(":")[2].split()[0])
                 for text in report["not_carried"] if text.startswith("one: ") and text.count(":") == 2}
-        self.assertAlmostEqual(told["squint.bias"] / (8e4 * values["one", "squint.bias"]), 1.0, delta=0.06)
+        self.assertAlmostEqual(told["squint.bias"] / (8e4 * values["squint.bias"]), 1.0, delta=0.06)
         # At 45 degrees incidence, or so.
-        self.assertAlmostEqual(told["troposphere.zenith"] / (1.45 * values["one", "troposphere.zenith"]), 1.0, delta=0.1)
+        self.assertAlmostEqual(told["troposphere.zenith"] / (1.45 * values["troposphere.zenith"]), 1.0, delta=0.1)
 
     def test_what_is_no_image_of_the_pass_is_refused(self):
         result = self.adjust(self.nominal, "guard", *self.FULL[:3])
-        files = {name: self.folder / f"{name}.json" for name in FLIGHTS}
+        files = self.isds
         for images, message in (
                 ({"one": files["two"]}, "two.json: is not the image of pass 'one'"),
                 ({"three": files["one"]}, "no pass 'three'"),
                 ({"one": self.folder / "matches.csv"}, "matches.csv:1: is not valid JSON")):
-            self.assertIn(message, self.export(result, "guard-states", code=3, images=images))
+            self.assertIn(message, self.export(result, "guard-states", images, code=3))
         self.assertIn("--image PASS=FILE", run("export", result, "--format", "csm", code=3).stderr)
         self.assertIn("is not PASS=FILE", run("export", result, "--format", "csm", "--image", "one", code=3).stderr)
         self.assertFalse((self.folder / "guard-states").exists())
-        _, report = self.export(result, "one-state", images={"one": files["one"]})
+        _, report = self.export(result, "one-state", {"one": files["one"]})
         self.assertIn("two: no --image was given for it", report["not_carried"])
 
     def test_a_state_can_be_adjusted_again(self):
         """What is left to correct is nothing: the second export is the first, but for its covariance."""
         result = self.adjust(self.nominal, "first", *self.FULL)
-        states, _ = self.export(result, "first-states")
-        again = self.make_block("second-block", states.values(), self.adjusted(result), 1e-6)
+        states, _ = self.export(result, "first-states", self.isds)
+        again = self.make_block("second-block", states, *self.SIGMAS, points=self.adjusted(result), sigma=1e-6)
         held = self.adjust(again, "second", "correction.position.degree=0", "correction.position.axes=frame",
                            "correction.position.sigma_m=[1e-6,1e-6,1e-6]")
-        twice, _ = self.export(held, "second-states", images=states)
+        twice, _ = self.export(held, "second-states", states)
         one, two = (usgscsm_state.State(path["one"]).state for path in (states, twice))
         for key in ("m_t0Ephem", "m_dtEphem", "m_startingEphemerisTime", "m_sunPosition", "m_nLines"):
             self.assertEqual(one[key], two[key], key)
@@ -371,7 +286,7 @@ class ModelStates(unittest.TestCase):
 
     def test_states_of_others_are_read_or_refused_by_key(self):
         result = self.adjust(self.nominal, "others", *self.FULL[:3])
-        states, _ = self.export(result, "others-states")
+        states, _ = self.export(result, "others-states", self.isds)
         name, text = states["one"].read_text(encoding="utf-8").split("\n", 1)
         points = ("--points", self.folder / "matches.csv", "--id", "one", "two")
 

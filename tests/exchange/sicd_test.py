@@ -6,7 +6,6 @@ Environment: SARBLOCK_PROGRAM, SARBLOCK_SHARED_DATA. Two made-up images of range
 paths and ranges are off by known amounts. Evidence: the equations of NGA.STND.0024-3 written out here, the
 round trip through `import`, covariances by dense algebra, and the schema of version 1.4.0 by xmllint with
 real files, where these are beside the project."""
-import csv
 import json
 import math
 import os
@@ -16,42 +15,18 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "truth"))
+from measured_images import MeasuredImages, congruence, table, write_table  # noqa: E402
 from usgscsm_points import combine, dot, unit  # noqa: E402
 
-PROGRAM = os.environ["SARBLOCK_PROGRAM"]
 SICD = pathlib.Path(os.environ["SARBLOCK_SHARED_DATA"]) / "sicd"
 C = 299792458.0
 ROWS, COLUMNS, ROW_M, COLUMN_M, FIRST_ROW, FIRST_COLUMN, SCP_ROW, SCP_COLUMN = 2400, 3000, 2.0, 1.5, 10, 20, 1210, 1520
 CLOSEST = (2.1, 1.4e-4)  # TimeCAPoly
 DURATION = 4.0
-
-
-def run(*arguments, code=0):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == code, f"{arguments}: exit {done.returncode}\n{done.stderr}"
-    return done
-
-
-def table(path):
-    with open(path, encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
-
-
-def write_table(path, rows):
-    with open(path, "w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def rms(values):
-    values = list(values)
-    return math.sqrt(sum(x * x for x in values) / len(values))
 
 
 def evaluate(polynomial, t):
@@ -151,35 +126,10 @@ def offsets_of(path):
     return found
 
 
-def congruence(a, c):
-    half = [[sum(x * y for x, y in zip(row, column)) for column in zip(*c)] for row in a]
-    return [[sum(x * y for x, y in zip(row, other)) for other in a] for row in half]
+class Offsets(MeasuredImages):
+    form, ending = "sicd", ".xml"
+    SIGMAS = ("--range-sigma-m", 0.5, "--azimuth-sigma-m", 0.5)
 
-
-class Base(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="sarblock-sicd-"))
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
-
-    def import_images(self, name, images, *options):
-        run("import", "images", *images.values(), "--id", *images, "-o", self.folder / name, *options)
-        return self.folder / name
-
-    def adjust(self, block, name, *settings, code=0):
-        result = self.folder / name
-        run("adjust", block, "-o", result, "--quiet", "--set", "diagnose=false",
-            *sum((["--set", s] for s in settings), []), code=code)
-        return result
-
-    def export(self, result, name, images, *options, code=0):
-        given = sum((["--image", f"{image}={file}"] for image, file in images.items()), [])
-        done = run("export", result, "--format", "sicd", "-o", self.folder / name, *given, "--json", *options, code=code)
-        return done.stderr if code else ({image: self.folder / name / f"{image}.xml" for image in images},
-                                         json.loads(done.stdout))
-
-
-class Offsets(Base):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -200,32 +150,6 @@ class Offsets(Base):
                              "sample": column + draw.gauss(0, 0.2)} for image, (row, column) in places.items()]
         write_table(cls.folder / "matches.csv", cls.matches)
 
-    def make_block(self, name, images, points=None, sigma=0.05):
-        block = self.import_images(name, images, "--points", self.folder / "matches.csv",
-                                   "--range-sigma-m", 0.5, "--azimuth-sigma-m", 0.5)
-        known = points or {name: p for k, (name, p) in enumerate(self.points.items()) if k % 3 == 0}
-        rows = []
-        for row in table(block / "points.csv"):
-            row = {key: row.get(key, "") for key in ("point", "role", "x_m", "y_m", "z_m")}
-            if row["point"] in known:
-                row.update(zip(("x_m", "y_m", "z_m"), known[row["point"]]), role="control")
-                row.update({f"sigma_{axis}_m": sigma for axis in "enu"})
-            rows.append({**{f"sigma_{axis}_m": "" for axis in "enu"}, **row})
-        write_table(block / "points.csv", rows)
-        return block
-
-    @staticmethod
-    def residuals(result):
-        rows = table(result / "residuals.csv")
-        return [rms(float(row[f"{axis}_residual_m"]) for row in rows) for axis in ("range", "azimuth")]
-
-    @staticmethod
-    def adjusted(result):
-        return {row["point"]: [float(row[f"{axis}_m"]) for axis in "xyz"] for row in table(result / "points.csv")}
-
-    def parameters(self, result, image):
-        return {row["parameter"]: float(row["value"]) for row in table(result / "passes.csv") if row["pass"] == image}
-
     def strip(self, result, image):
         summary = json.loads((result / "summary.json").read_text(encoding="utf-8"))
         entry = next(entry for entry in summary["passes"] if entry["id"] == image)
@@ -235,7 +159,7 @@ class Offsets(Base):
         return entry["start_s"] - shift, entry["end_s"] - shift
 
     def test_offset_and_drift_are_those_of_the_result_and_the_round_trip_holds(self):
-        result = self.adjust(self.make_block("block", self.files), "result", *DRIFT)
+        result = self.adjust(self.make_block("block", self.files, *self.SIGMAS), "result", *DRIFT)
         images, report = self.export(result, "out", self.files)
         self.assertEqual([text for text in report["not_carried"] if text.startswith(("one", "two"))], [])
         self.assertEqual(len(report["warnings"]), 2)
@@ -248,19 +172,15 @@ class Offsets(Base):
                 self.assertAlmostEqual(found["position"][k], c0 + c1 * (CLOSEST[0] - middle) / half, 7)
                 self.assertAlmostEqual(found["velocity"][k], c1 / half, 7)
             self.assertAlmostEqual(found["range"], -values["range.bias"], 10)
-        again = self.make_block("again", images, self.adjusted(result), 1e-6)
-        held = self.adjust(again, "held", "corrections=none")
-        for before, after in zip(self.residuals(result), self.residuals(held)):
-            self.assertGreater(before, 0.1)
-            self.assertLess(abs(after - before), 1e-3 * before)
+        self.assert_round_trip(result, images, *self.SIGMAS)
         # Without the offsets the looks are metres off.
-        plain = self.adjust(self.make_block("plain", self.files, self.adjusted(result), 1e-6), "off", "corrections=none", code=1)
-        self.assertGreater(min(self.residuals(plain)), 2.0)
+        result = self.adjust(self.make_block("plain", self.files, *self.SIGMAS), "plain-result", *DRIFT)
+        self.assertGreater(min(self.residuals(self.hold(result, self.files, *self.SIGMAS, code=1))), 2.0)
 
     def test_the_standards_own_equations_see_the_adjusted_points(self):
-        result = self.adjust(self.make_block("own", self.files), "own-result", *DRIFT)
+        result = self.adjust(self.make_block("own", self.files, *self.SIGMAS), "own-result", *DRIFT)
         images, _ = self.export(result, "own-out", self.files)
-        rows = {(row["point"], row["pass"]): row for row in table(result / "residuals.csv")}
+        rows = self.rows_of(result)
         points = self.adjusted(result)
         for match in self.matches:
             image, offsets = IMAGES[match["image"]], offsets_of(images[match["image"]])
@@ -276,16 +196,8 @@ class Offsets(Base):
             self.assertAlmostEqual(seen, float(row["range_residual_m"]), 5)
             self.assertAlmostEqual(dot(d, v) / math.sqrt(dot(v, v)), float(row["azimuth_residual_m"]), 3)
 
-    def covariance(self, result, image, names):
-        stored = {}
-        for row in table(result / "passes_covariance.csv"):
-            if row["pass_a"] == row["pass_b"] == image:
-                value = float(row["covariance"])
-                stored[row["parameter_a"], row["parameter_b"]] = stored[row["parameter_b"], row["parameter_a"]] = value
-        return [[stored[a, b] for b in names] for a in names]
-
     def test_covariance_and_composite_error_are_those_of_dense_algebra(self):
-        result = self.adjust(self.make_block("cov", self.files), "cov-result", *DRIFT)
+        result = self.adjust(self.make_block("cov", self.files, *self.SIGMAS), "cov-result", *DRIFT)
         images, _ = self.export(result, "cov-out", self.files)
         names = [f"position.{axis}.{k}" for axis in "xyz" for k in (0, 1)] + ["range.bias"]
         for name, image in IMAGES.items():
@@ -298,10 +210,7 @@ class Offsets(Base):
             gain[7][6] = -2.0 / C
             expected = congruence(gain, self.covariance(result, name, names))
             found = offsets_of(images[name])
-            for i in range(8):
-                for j in range(8):
-                    size = math.sqrt(expected[i][i] * expected[j][j]) or 1.0
-                    self.assertAlmostEqual(found["covariance"][i][j] / size, expected[i][j] / size, delta=1e-7)
+            self.assert_matrix(found["covariance"], expected, 1e-7)
             # At the scene centre, which lies at right angles to the right: the slant plane's second axis
             # is against the flight.
             s, v = image.motion(CLOSEST[0], found)
@@ -318,16 +227,15 @@ class Offsets(Base):
             self.assertAlmostEqual(correlation, plane[0][1] / (range_ * azimuth), 6)
 
     def test_time_biases_and_track_axes_go_into_offset_and_drift_and_the_rest_is_told(self):
-        result = self.adjust(self.make_block("track", self.files), "track-result", "correction.position.degree=1",
+        result = self.adjust(self.make_block("track", self.files, *self.SIGMAS), "track-result", "correction.position.degree=1",
                              "correction.position.sigma_m=[[20,0.5],[20,0.5],[20,0.5]]",
                              "correction.time.bias_sigma_s=0.001", "correction.range.bias_sigma_m=10")
         images, report = self.export(result, "track-out", self.files)
-        again = self.make_block("track-again", images, self.adjusted(result), 1e-6)
-        held = self.adjust(again, "track-held", "corrections=none")
+        held = self.hold(result, images, *self.SIGMAS)
         # Axes that turn make of an offset a velocity that is not constant: 80 s of it count along the track.
         told = {text[:3]: float(re.search(r"up to (\S+) m", text).group(1)) for text in report["not_carried"]
                 if "beside an offset and a drift" in text}
-        rows = [{(row["point"], row["pass"]): row for row in table(folder / "residuals.csv")} for folder in (result, held)]
+        rows = [self.rows_of(folder) for folder in (result, held)]
         for name in IMAGES:
             apart = [max(abs(float(rows[0][key][axis]) - float(rows[1][key][axis])) for key in rows[0] if key[1] == name)
                      for axis in ("range_residual_m", "azimuth_residual_m")]
@@ -337,9 +245,9 @@ class Offsets(Base):
             self.assertLess(told[name], 0.05)
 
     def test_offsets_of_the_file_are_replaced_by_their_sum_with_the_result(self):
-        result = self.adjust(self.make_block("first", self.files), "first-result", *DRIFT)
+        result = self.adjust(self.make_block("first", self.files, *self.SIGMAS), "first-result", *DRIFT)
         images, _ = self.export(result, "first-out", self.files)
-        again = self.make_block("second", images)
+        again = self.make_block("second", images, *self.SIGMAS)
         second = self.adjust(again, "second-result", *DRIFT)
         twice, report = self.export(second, "second-out", images)
         self.assertEqual(report["warnings"], [])
@@ -352,7 +260,7 @@ class Offsets(Base):
             self.assertEqual(text.count("written by sarblock"), 1)
 
     def test_all_else_of_the_file_stays_as_it_is(self):
-        result = self.adjust(self.make_block("same", self.files), "same-result", *DRIFT)
+        result = self.adjust(self.make_block("same", self.files, *self.SIGMAS), "same-result", *DRIFT)
         images, _ = self.export(result, "same-out", self.files)
         text = images["one"].read_text(encoding="utf-8")
         plain = re.sub(r"<ErrorStatistics>.*</ErrorStatistics>", "", text)
@@ -371,12 +279,12 @@ class Offsets(Base):
         statistics = "<ErrorStatistics><CompositeSCP><Rg>1</Rg><Az>2</Az><RgAz>0</RgAz></CompositeSCP></ErrorStatistics>"
         file.write_text(IMAGES["one"].xml().replace("  <RMA>", f"  {statistics}\n  <MatchInfo/><RMA>"), encoding="utf-8")
         images = {"one": file, "two": self.files["two"]}
-        result = self.adjust(self.make_block("stats", images), "stats-result", *DRIFT)
+        result = self.adjust(self.make_block("stats", images, *self.SIGMAS), "stats-result", *DRIFT)
         text = self.export(result, "stats-out", images)[0]["one"].read_text(encoding="utf-8")
         self.assertRegex(text, r"<RgAz>0</RgAz></CompositeSCP><AdjustableParameterOffsets>.*</ErrorStatistics>\s*<MatchInfo")
 
     def test_what_offsets_cannot_hold_is_refused_by_name(self):
-        block = self.make_block("refuse", self.files)
+        block = self.make_block("refuse", self.files, *self.SIGMAS)
         for number, (settings, named) in enumerate((
                 (("correction.position.degree=2",), "has position.along.2, position.across.2, position.up.2 besides"),
                 (("correction.position.basis=spline", "correction.position.knot_spacing_s=2"), "has position (spline)"),
@@ -390,7 +298,7 @@ class Offsets(Base):
             self.assertFalse((self.folder / f"refuse-out-{number}").exists())
 
     def test_versions_before_1_0_and_files_of_others_are_refused(self):
-        result = self.adjust(self.make_block("old", self.files), "old-result", *DRIFT)
+        result = self.adjust(self.make_block("old", self.files, *self.SIGMAS), "old-result", *DRIFT)
         old = self.folder / "old.xml"
         old.write_text(IMAGES["one"].xml(version="0.4.0"), encoding="utf-8")
         self.assertIn("old.xml:2: SICD: its namespace xmlns is 'urn:SICD:0.4.0', urn:SICD:1.0.0 or later is needed",
@@ -404,7 +312,7 @@ class Offsets(Base):
             late[name] = self.folder / f"late-{name}.xml"
             text = image.xml().replace('<Coef exponent1="0" exponent2="0">2.1</Coef>', '<Coef exponent1="0" exponent2="0">2.6</Coef>')
             late[name].write_text(text, encoding="utf-8")
-        result = self.adjust(self.make_block("late", late), "late-result", *DRIFT)
+        result = self.adjust(self.make_block("late", late, *self.SIGMAS), "late-result", *DRIFT)
         images, report = self.export(result, "late-out", late)
         told = {name: [float(re.search(pattern, text).group(1)) for text in report["not_carried"]
                        if text.startswith(name) for pattern in (r"up to (\S+) m in range", r"and (\S+) m along")]
@@ -416,8 +324,9 @@ class Offsets(Base):
             self.assertAlmostEqual(told[name][1], abs(2 * 0.5 * dot(drift, unit(v))), delta=0.1 * told[name][1] + 5e-3)
 
 
-class RealFiles(Base):
+class RealFiles(MeasuredImages):
     """Metadata of TerraSAR-X and of an example in polar format, held by their scene centre."""
+    form, ending = "sicd", ".xml"
 
     def setUp(self):
         if not SICD.exists():
