@@ -115,4 +115,14 @@ std::string ExplainUsage(const CLI::App& app, const std::vector<std::string>& ar
   return fmt::format("{} needs a command: {}", command->get_name(), fmt::join(below, ", "));
 }
 
+std::pair<std::string, std::string> SplitPair(const std::string& text,
+                                              const char* form,
+                                              const FilePlace& place) {
+  const std::size_t sign = text.find('=');
+  if (sign == std::string::npos || sign == 0 || sign + 1 == text.size()) {
+    throw InputError(place, "'" + text + "' is not " + form);
+  }
+  return {text.substr(0, sign), text.substr(sign + 1)};
+}
+
 }  // namespace sarblock::cli

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/error.h"
+
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -21,6 +24,11 @@ CLI::Validator ChoiceOf(const std::map<std::string, Value>& values) {
   for (const auto& [name, value] : values) numbers[name] = static_cast<int>(value);
   return ChoiceOf(numbers);
 }
+
+/// The two sides of `LEFT=RIGHT`, neither empty; `form` says so in the InputError at `place`.
+[[nodiscard]] std::pair<std::string, std::string> SplitPair(const std::string& text,
+                                                            const char* form,
+                                                            const FilePlace& place);
 
 /// The arguments of the command line, without the program. `help`, `help COMMAND...` and `version`
 /// become the options of the same meaning.

@@ -11,6 +11,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "exchange/export_target.h"
+#include "import_output.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
@@ -24,6 +25,7 @@ struct ExportArguments {
   double confidence_percent = 0.0;
   bool no_ellipses = false;
   bool no_cross = false;
+  std::vector<std::string> images;
   ForeignFiles foreign = ForeignFiles::kRefuse;
   ExportOptions options;
 };
@@ -50,6 +52,7 @@ std::string ExportJson(const ExportReport& report) {
                                  {"ellipses", report.ellipses},
                                  {"paths", report.paths},
                                  {"files", nlohmann::ordered_json::array()},
+                                 {"not_carried", report.not_carried},
                                  {"warnings", report.warnings}};
   for (const auto& file : report.files) json["files"].push_back(file.string());
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
@@ -62,7 +65,7 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   const ResultFile result = ReadResult(arguments.result,
                                        {.looks = format == ExportFormat::kIsis,
                                         .pairs = format == ExportFormat::kSinex,
-                                        .paths = map || format == ExportFormat::kOrbitFiles,
+                                        .paths = map || format >= ExportFormat::kOrbitFiles,
                                         .progress = session.progress.get()});
   ExportOptions options = arguments.options;
   if (arguments.confidence_percent > 0.0) {
@@ -71,6 +74,10 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   options.ellipses = !arguments.no_ellipses;
   options.cross_covariances = !arguments.no_cross;
   options.created_utc = NowUtc();
+  for (const std::string& text : arguments.images) {
+    auto [pass, file] = SplitPair(text, "PASS=FILE", FilePlace{"--image", 0, ""});
+    options.images.push_back({std::move(pass), std::move(file)});
+  }
   const std::filesystem::path out = arguments.out.empty()
                                         ? FileOf(arguments.result, DefaultExportName(format))
                                         : std::filesystem::path(arguments.out);
@@ -84,12 +91,17 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   }
   std::string text;
   for (const auto& file : report.files) text += file.string() + "\n";
-  session.Show(
-      text + fmt::format("  points {} ({} not solved and left out), ellipses {}, flight paths {}\n",
-                         report.points,
-                         report.points_left_out,
-                         report.ellipses,
-                         report.paths));
+  if (report.points + report.points_left_out > 0) {
+    text += fmt::format("  points {} ({} not solved and left out), ellipses {}, flight paths {}\n",
+                        report.points,
+                        report.points_left_out,
+                        report.ellipses,
+                        report.paths);
+  } else {
+    text += fmt::format("  flight paths {}\n", report.paths);
+  }
+  for (const std::string& what : report.not_carried) text += "  not carried: " + what + "\n";
+  session.Show(text);
   return kAccepted;
 }
 
@@ -108,8 +120,8 @@ void AddExport(CLI::App* app, Session* session) {
       ->transform(ChoiceOf(formats));
   command->add_option("-o,--output",
                       arguments->out,
-                      "File to write, a folder for isis and eof (default: in the result's folder, "
-                      "beside its file)");
+                      "File to write, a folder for isis, eof, csm and sicd (default: in the "
+                      "result's folder, beside its file)");
   command
       ->add_option("--confidence",
                    arguments->confidence_percent,
@@ -122,6 +134,16 @@ void AddExport(CLI::App* app, Session* session) {
       ->capture_default_str();
   command->add_option(
       "--mission", arguments->options.mission, "eof: satellite, such as Sentinel-1A");
+  command
+      ->add_option("--image",
+                   arguments->images,
+                   "csm, sicd: PASS=FILE, the ISD, model state or SICD image of a pass; may be "
+                   "repeated")
+      ->allow_extra_args(false);
+  AddRangePolynomial(command,
+                     "csm: how the block was imported, the ISD's polynomials at their times or as "
+                     "USGSCSM spaces them",
+                     &arguments->options.range_polynomial);
   AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
   command->callback([=] { session->run = [=] { return RunExport(*arguments, *session); }; });
 }

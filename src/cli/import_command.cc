@@ -38,6 +38,9 @@ std::optional<PointRole> RoleOf(GridUse use) {
   return std::nullopt;
 }
 
+/// What the corners of a SICD image become.
+enum class CornerUse { kNone, kCheck };
+
 struct ImportArguments {
   ImportKind kind = ImportKind::kSentinel1;
   GridUse grid = GridUse::kCheck;
@@ -45,6 +48,8 @@ struct ImportArguments {
   MatchArguments matches;
   std::string reflectors;
   NisarFrequency frequency = NisarFrequency::kA;
+  CornerUse corners = CornerUse::kNone;
+  std::optional<double> corner_sigma_m;
   ImportOptions options;
   ImportOutput output;
 };
@@ -79,6 +84,13 @@ std::string DescribeImport(const ImportArguments& arguments, const ImportedBlock
                                     : product.pass + ": " + product.file + "\n";
     fmt::format_to(
         out, "  standard deviations of its looks: {}\n", SigmaText(imported.block.passes[i].sigma));
+    if (product.corners > 0) {
+      fmt::format_to(out,
+                     "  {} corners fit within {:.3g} m in range, {:.3g} m along track\n",
+                     product.corners,
+                     product.corner_range_m,
+                     product.corner_along_m);
+    }
     if (product.matches > 0) {
       text += "  " + DescribeMatches(product.matches, product.offset) + "\n";
     }
@@ -113,6 +125,9 @@ std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& im
                         {"largest_range_misfit_m", product.largest_range_m},
                         {"largest_along_misfit_m", product.largest_along_m},
                         {"mean_along_misfit_m", product.mean_along_m},
+                        {"corners", product.corners},
+                        {"largest_corner_range_misfit_m", product.corner_range_m},
+                        {"largest_corner_along_misfit_m", product.corner_along_m},
                         {"matches", product.matches},
                         {"offset", OffsetJson(product.offset)}});
   }
@@ -173,6 +188,13 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   std::vector<OrbitFile> orbits;
   for (const std::string& file : arguments.orbits) orbits.push_back(ReadOrbitFile(file));
   options.grid = RoleOf(arguments.grid);
+  if (arguments.corners == CornerUse::kCheck) {
+    if (!arguments.corner_sigma_m) {
+      throw InputError("--corners",
+                       "check needs --corner-sigma-m, how well the file places its corners");
+    }
+    options.corner_sigma_m = arguments.corner_sigma_m;
+  }
   options.points = ReadMatches(arguments.matches);
   if (!arguments.reflectors.empty()) options.reflectors = ReadReflectors(arguments.reflectors);
   // Of several the id of the pass says which.
@@ -212,6 +234,21 @@ void AddGridOptions(CLI::App* command, ImportArguments* arguments) {
           "--max-misfit-m", options.max_misfit_m, "Grid points that fit the orbit worse are faulty")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+}
+
+void AddCornerOptions(CLI::App* command, ImportArguments* arguments) {
+  const std::map<std::string, CornerUse> uses{{"none", CornerUse::kNone},
+                                              {"check", CornerUse::kCheck}};
+  command
+      ->add_option("--corners",
+                   arguments->corners,
+                   "What the corners of the image, as the file places them, become")
+      ->transform(ChoiceOf(uses))
+      ->default_str("none");
+  AddNumber(command,
+            "--corner-sigma-m",
+            &arguments->corner_sigma_m,
+            "Standard deviation of their positions, each axis: they are approximate");
 }
 
 void AddOrbitOptions(CLI::App* command, ImportArguments* arguments) {
@@ -300,7 +337,11 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
         ->default_str("A");
   }
   AddGridOptions(command, arguments);
-  if (kind != ImportKind::kSicd) AddOrbitOptions(command, arguments);
+  if (kind == ImportKind::kSicd) {
+    AddCornerOptions(command, arguments);
+  } else {
+    AddOrbitOptions(command, arguments);
+  }
   command->add_option("--id", options.pass_ids, "Ids of the passes, one an image");
   AddImportOutput(command, &arguments->output);
 }

@@ -36,19 +36,13 @@ struct NetworkArguments {
   ImportOutput output;
 };
 
-std::pair<std::string, std::string> SplitSerial(const std::string& text, const FilePlace& place) {
-  const std::size_t sign = text.find('=');
-  if (sign == std::string::npos || sign == 0 || sign + 1 == text.size()) {
-    throw InputError(place, "'" + text + "' is not SERIAL=FILE");
-  }
-  return {text.substr(0, sign), text.substr(sign + 1)};
-}
+constexpr const char* kSerialForm = "SERIAL=FILE";
 
 // Of the options and of the lines of lists; blank lines and those that begin with # are skipped.
 std::vector<std::pair<std::string, std::string>> GivenSerials(const NetworkArguments& arguments) {
   std::vector<std::pair<std::string, std::string>> serials;
   for (const std::string& text : arguments.serials) {
-    serials.push_back(SplitSerial(text, FilePlace{"--serial", 0, ""}));
+    serials.push_back(SplitPair(text, kSerialForm, FilePlace{"--serial", 0, ""}));
   }
   for (const std::string& file : arguments.serial_lists) {
     std::ifstream stream(file);
@@ -59,7 +53,7 @@ std::vector<std::pair<std::string, std::string>> GivenSerials(const NetworkArgum
     for (std::size_t number = 1; std::getline(stream, line); ++number) {
       if (line.ends_with('\r')) line.pop_back();
       if (line.find_first_not_of(" \t") == std::string::npos || line.starts_with('#')) continue;
-      serials.push_back(SplitSerial(line, FilePlace{file, number, ""}));
+      serials.push_back(SplitPair(line, kSerialForm, FilePlace{file, number, ""}));
     }
   }
   return serials;
@@ -200,9 +194,10 @@ void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
   NetworkImportOptions& options = arguments->options;
   command->add_option("network", arguments->network, "Control network (.net) of version 2 or 5")
       ->required();
-  command->add_option("images",
-                      arguments->images,
-                      isis ? "Cubes of ISIS (.cub) after spiceinit" : "ISDs (JSON) of USGSCSM");
+  command->add_option(
+      "images",
+      arguments->images,
+      isis ? "Cubes of ISIS (.cub) after spiceinit" : "ISDs or model states (JSON) of USGSCSM");
   AddImportOutput(command, &arguments->output);
   AddMatchOptions(command, &arguments->matches);
   // One value each time: what follows may be an image.
@@ -218,14 +213,9 @@ void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
                       std::string("Line and sample of the first pixel's centre in the network, one "
                                   "number or LINE,SAMPLE (left out: ") +
                           (isis ? "1, of ISIS)" : "0.5, of CSM)"));
-  const std::map<std::string, RangePolynomialTimes> polynomials{
-      {"times", RangePolynomialTimes::kGiven}, {"usgscsm", RangePolynomialTimes::kUsgscsm}};
-  command
-      ->add_option("--range-polynomial",
-                   options.range_polynomial,
-                   "Ground range polynomials: at their times, or as USGSCSM spaces them")
-      ->transform(ChoiceOf(polynomials))
-      ->default_str("times");
+  AddRangePolynomial(command,
+                     "Ground range polynomials: at their times, or as USGSCSM spaces them",
+                     &options.range_polynomial);
   AddNumber(command,
             "--range-sigma-m",
             &options.range_sigma_m,

@@ -4,8 +4,10 @@
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 
+#include <map>
 #include <vector>
 
+#include "command_line.h"
 #include "io/folder_content.h"
 #include "io/output_folder.h"
 #include <fmt/core.h>
@@ -40,6 +42,14 @@ bool WriteImported(const ImportOutput& output, const Block& block, const Session
   WriteBlock(
       output.folder, block, adjust, nullptr, output.gzip ? Compression::kGzip : Compression::kNone);
   return true;
+}
+
+void AddRangePolynomial(CLI::App* command, const std::string& help, RangePolynomialTimes* value) {
+  const std::map<std::string, RangePolynomialTimes> polynomials{
+      {"times", RangePolynomialTimes::kGiven}, {"usgscsm", RangePolynomialTimes::kUsgscsm}};
+  command->add_option("--range-polynomial", *value, help)
+      ->transform(ChoiceOf(polynomials))
+      ->default_str("times");
 }
 
 void AddNumber(CLI::App* command,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/product/imported_network.h"
 
 #include <optional>
 #include <string>
@@ -32,6 +33,9 @@ void RequireImportFolder(const ImportOutput& output, const Session& session);
 [[nodiscard]] bool WriteImported(const ImportOutput& output,
                                  const Block& block,
                                  const Session& session);
+
+/// Adds --range-polynomial: how the ground range polynomials of an ISD are read.
+void AddRangePolynomial(CLI::App* command, const std::string& help, RangePolynomialTimes* value);
 
 /// An option that is a number above 0; left out, `value` stays empty.
 void AddNumber(CLI::App* command,

@@ -8,11 +8,13 @@
 #include <cmath>
 
 #include "covariance/error_ellipse.h"
+#include "csm_states.h"
 #include "geopackage.h"
 #include "io/geojson.h"
 #include "isis_tables.h"
 #include "kml.h"
 #include "orbit_files.h"
+#include "sicd_offsets.h"
 #include "sinex.h"
 
 namespace sarblock {
@@ -47,10 +49,18 @@ void WriteGeoJsonFile(const std::filesystem::path& file,
   report->files.push_back(file);
 }
 
+// What maps of points, ellipses and paths leave out.
+const char* LeftOutOfMaps(const ResultFile& result) {
+  return result.parameters.empty() ? "residuals, covariances of different points"
+                                   : "residuals, parameters of passes, covariances of different "
+                                     "points";
+}
+
 }  // namespace
 
 const std::vector<std::string>& ExportFormatNames() {
-  static const std::vector<std::string> names{"geojson", "kml", "gpkg", "isis", "sinex", "eof"};
+  static const std::vector<std::string> names{
+      "geojson", "kml", "gpkg", "isis", "sinex", "eof", "csm", "sicd"};
   return names;
 }
 
@@ -68,6 +78,10 @@ const char* DefaultExportName(ExportFormat format) {
       return "export.snx";
     case ExportFormat::kOrbitFiles:
       return "eof";
+    case ExportFormat::kCsmStates:
+      return "csm";
+    case ExportFormat::kSicd:
+      return "sicd";
   }
   return "";
 }
@@ -89,17 +103,23 @@ ExportReport ExportResult(const ResultFile& result,
     case ExportFormat::kGeoJson:
       RequireGeocentric(result, "GeoJSON");
       WriteGeoJsonFile(out, view, &report);
+      report.not_carried.emplace_back(LeftOutOfMaps(result));
       break;
     case ExportFormat::kKml:
       RequireGeocentric(result, "KML");
       WriteKml(out, view, &report);
+      report.not_carried.emplace_back(LeftOutOfMaps(result));
       break;
     case ExportFormat::kGeoPackage:
       WriteGeoPackage(out, view, &report);
+      report.not_carried.emplace_back(LeftOutOfMaps(result));
       break;
     case ExportFormat::kIsis:
       RequireGeocentric(result, "ISIS");
       WriteIsisTables(out, view, &report);
+      report.not_carried.emplace_back(
+          "parameters and flight paths of passes, covariances of different points, quality "
+          "figures");
       break;
     case ExportFormat::kSinex:
       RequireGeocentric(result, "SINEX");
@@ -108,6 +128,14 @@ ExportReport ExportResult(const ResultFile& result,
     case ExportFormat::kOrbitFiles:
       report.points = report.points_left_out = 0;
       WriteOrbitFiles(out, view, &report);
+      break;
+    case ExportFormat::kCsmStates:
+      report.points = report.points_left_out = 0;
+      WriteCsmStates(out, view, &report);
+      break;
+    case ExportFormat::kSicd:
+      report.points = report.points_left_out = 0;
+      WriteSicdOffsets(out, view, &report);
       break;
   }
   return report;

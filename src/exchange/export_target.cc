@@ -22,6 +22,9 @@ void RequireTargetFor(ExportFormat format, const std::filesystem::path& out, For
       return RequireFileFor(SitesOf(out), {"code,point,role\n"}, foreign);
     case ExportFormat::kOrbitFiles:
       return RequireFilesFor(out, {"<Creator>sarblock</Creator>"}, foreign);
+    case ExportFormat::kCsmStates:
+    case ExportFormat::kSicd:
+      return RequireFilesFor(out, {"written by sarblock"}, foreign);
   }
 }
 

@@ -7,9 +7,11 @@
 #include "sarblock/product/sentinel1.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <set>
+
+#include "image_exports.h"
+#include <fmt/core.h>
 
 namespace sarblock {
 namespace {
@@ -28,22 +30,6 @@ void RequireWgs84(const Frame& frame) {
         "an orbit file holds positions on the Earth; the ellipsoid of this result is " +
             given.name + ", WGS84 is allowed");
   }
-}
-
-UtcTime EpochOf(const ResultPass& pass) {
-  if (pass.epoch_utc.empty()) {
-    throw InputError("format",
-                     "an orbit file needs UTC, and pass '" + pass.id +
-                         "' does not tell what its time_s = 0 is: epoch_utc of the pass in "
-                         "block.toml tells it");
-  }
-  const auto epoch = ParseUtc(pass.epoch_utc);
-  if (!epoch) {
-    throw InputError("format",
-                     "an orbit file needs UTC, and epoch_utc of pass '" + pass.id + "', '" +
-                         pass.epoch_utc + "', is no such time; 2022-10-16T01:50:44Z is one");
-  }
-  return *epoch;
 }
 
 // Sentinel-1A of S1A_IW2_VV_...
@@ -93,19 +79,6 @@ std::vector<OrbitState> StatesOf(const ResultPass& pass, const UtcTime& epoch) {
   return states;
 }
 
-// Letters, digits, dots, dashes; anything else of an id becomes an underscore.
-std::string FileName(const std::string& id) {
-  std::string name = id;
-  std::replace_if(
-      name.begin(),
-      name.end(),
-      [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-';
-      },
-      '_');
-  return name;
-}
-
 }  // namespace
 
 void WriteOrbitFiles(const std::filesystem::path& folder,
@@ -115,8 +88,8 @@ void WriteOrbitFiles(const std::filesystem::path& folder,
   std::vector<OrbitFile> orbits;
   std::set<std::string> names;
   for (const ResultPass& pass : view.result.passes) {
-    OrbitFile orbit{FileName(pass.id), MissionOf(pass, view.options), {}};
-    orbit.states = StatesOf(pass, EpochOf(pass));
+    OrbitFile orbit{FileNameOf(pass.id), MissionOf(pass, view.options), {}};
+    orbit.states = StatesOf(pass, EpochOf(pass, "an orbit file"));
     if (!names.insert(orbit.file).second) {
       throw InputError("format", "two passes would have the file " + orbit.file + ".EOF");
     }
@@ -133,6 +106,13 @@ void WriteOrbitFiles(const std::filesystem::path& folder,
     report->files.push_back(file);
   }
   report->paths = orbits.size();
+  report->not_carried.emplace_back("points, residuals, standard deviations of the paths");
+  for (const ParameterResult& parameter : view.result.parameters) {
+    // Positions and times are in the states.
+    if (parameter.name.starts_with("position.") || parameter.name == "time.bias") continue;
+    report->not_carried.push_back(fmt::format(
+        "{}: {} {:.6g} {}", parameter.owner, parameter.name, parameter.value, parameter.unit));
+  }
 }
 
 }  // namespace sarblock

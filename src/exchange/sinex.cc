@@ -306,6 +306,13 @@ void WriteSinex(const std::filesystem::path& file, const ExportView& view, Expor
   WriteSites(sites, view, writer.codes());
   writer.Finish();
   report->files = {file, sites};
+  if (!view.result.parameters.empty()) {
+    report->not_carried.emplace_back("parameters of passes and their covariances with the points");
+  }
+  report->not_carried.emplace_back(
+      covariance.cross.empty() ? "covariances between points"
+                               : "antisymmetric parts of covariances between points, and those of "
+                                 "pairs that pairs.csv does not have");
   if (!writer.has_time()) {
     report->warnings.push_back("not every pass has an epoch in UTC: times are " +
                                std::string(kNoTime) + ", unknown");

@@ -15,6 +15,7 @@
 #include "image_passes.h"
 #include "reflector_points.h"
 #include "sicd_pass.h"
+#include "sicd_points.h"
 #include "sicd_projection.h"
 #include <fmt/core.h>
 
@@ -28,6 +29,7 @@ void CheckOptions(const ImportOptions& options, std::size_t images) {
     }
   };
   positive(options.grid_sigma_m, "grid-sigma-m");
+  positive(options.corner_sigma_m, "corner-sigma-m");
   positive(options.reflector_sigma_m, "reflector-sigma-m");
   positive(options.range_sigma_m, "range-sigma-m");
   positive(options.azimuth_sigma_m, "azimuth-sigma-m");
@@ -69,7 +71,7 @@ LookSigma SigmaOfAperture(const ImagePass& image, const ImportOptions& options) 
                                   kEvenly);
   const auto motion = image.pass.path.At(image.middle->time_s);
   if (!pixel || !motion) {
-    throw InputError(FilePlace{image.file, 0, "SICD.Grid"},
+    throw InputError(sicd.PlaceOf("SICD.Grid"),
                      "range and range rate do not change in the middle of the image");
   }
   LookSigma sigma;
@@ -159,25 +161,8 @@ void ForGrid(const NisarProduct& product,
 template <typename Row, typename Point>
 void ForGrid(const SicdImage& image, const UtcTime& epoch, const Row& row, const Point& point) {
   row(static_cast<int>(image.centre_column_px - image.first_column_px), false);
-  GridPlace centre{"SCP", {}, 0};
-  centre.point.place = Frame::Geocentric(NamedEllipsoid("WGS84")).GeodeticFromFrame(image.centre_m);
-  const double start_s = SecondsBetween(epoch, image.start);
-  if (HasRaster(image)) {
-    centre.point.time_s = start_s + ValueOf(image.closest_time_s, 0.0);
-    centre.point.range_m = image.closest_range_m;
-  } else {
-    const auto look = LookOfPlace(image,
-                                  image.centre_row_px - image.first_row_px,
-                                  image.centre_column_px - image.first_column_px);
-    if (!look) {
-      throw InputError(FilePlace{image.file, 0, "SICD.Grid"},
-                       "gives the scene centre no range above 0 with a rate below the speed");
-    }
-    centre.point.time_s = start_s + look->time_s;
-    centre.point.range_m = look->range_m;
-    centre.point.cone = {Cone::Kind::kDoppler, 0.0, -look->range_rate_mps};
-  }
-  point(centre);
+  const SicdPoint centre = CentreOfSicd(image, SecondsBetween(epoch, image.start));
+  point(GridPlace{centre.name, centre.point, 0});
 }
 
 template <typename Row, typename Point>
@@ -185,6 +170,9 @@ void ForGrid(const RadarImage& /*image*/,
              const UtcTime& /*epoch*/,
              const Row& /*row*/,
              const Point& /*point*/) {}
+
+/// Corners are approximate and never a fault.
+constexpr double kAnyMisfit_m = 1e9;
 
 /// Collects what all images add to the block.
 class Importer {
@@ -202,7 +190,11 @@ class Importer {
     Add(product, PassOfNisar(product, options_, &result_.warnings), product.orbit_type, id);
   }
   void Add(const SicdImage& image, const std::string& id) {
-    Add(image, PassOfSicd(image), "ARPPoly", id);
+    Add(image,
+        PassOfSicd(image),
+        image.offsets ? "ARPPoly with its AdjustableParameterOffsets" : "ARPPoly",
+        id);
+    if (options_.corner_sigma_m) AddCorners(image);
   }
   void Add(const RadarImage& image, const std::string& id) {
     Add(image, PassOfRadarImage(image, RangePolynomialTimes::kGiven), "", id);
@@ -283,6 +275,27 @@ class Importer {
                     pass.path.end_s()));
   }
 
+  // The corners of the image added last, known as well as the option says.
+  void AddCorners(const SicdImage& image) {
+    const auto pass = static_cast<std::uint32_t>(builder_.block().passes.size() - 1);
+    const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
+    ImportedProduct& summary = result_.products.back();
+    const double start_s = SecondsBetween(WholeSecond(first_lines_.back()), image.start);
+    for (const SicdPoint& corner : CornersOfSicd(image, start_s)) {
+      const auto fit =
+          FitGridPoint(corner.point, earth, builder_.block().passes[pass].path, kAnyMisfit_m);
+      if (!fit) {
+        throw InputError(image.PlaceOf("SICD.GeoData.ImageCorners"),
+                         corner.name + " has a time outside the path");
+      }
+      ++summary.corners;
+      summary.corner_range_m = std::max(summary.corner_range_m, std::abs(fit->range_error_m));
+      summary.corner_along_m = std::max(summary.corner_along_m, std::abs(fit->along_error_m));
+      AddPlace(
+          pass, {corner.name, corner.point, 0}, *fit, PointRole::kCheck, options_.corner_sigma_m);
+    }
+  }
+
   static void Count(const GridFit& fit, ImportedProduct* summary) {
     ++summary->grid_points;
     if (fit.fault) return;
@@ -316,22 +329,26 @@ class Importer {
         product,
         WholeSecond(first_line),
         [](int, bool) {},
-        [&](const GridPlace& place) { AddGridPoint(pass, place, fits[i++]); });
+        [&](const GridPlace& place) {
+          AddPlace(pass, place, fits[i++], *options_.grid, options_.grid_sigma_m);
+        });
   }
 
-  void AddGridPoint(std::uint32_t pass, const GridPlace& place, const GridFit& fit) {
+  void AddPlace(std::uint32_t pass,
+                const GridPlace& place,
+                const GridFit& fit,
+                PointRole role,
+                const std::optional<double>& sigma_m) {
     const std::string id = builder_.block().passes[pass].id + ":" + place.name;
     const auto point = builder_.AddPoint(id);
     if (!point) throw InputError("id", "'" + id + "' would be the name of two grid points");
     const bool wrong_height = fit.fault == GridFault::kHeight;
-    const bool known =
-        *options_.grid != PointRole::kTie && (!wrong_height || options_.grid_sigma_m);
-    const bool usable = known || (!fit.fault && *options_.grid == PointRole::kTie);
+    const bool known = role != PointRole::kTie && (!wrong_height || sigma_m);
+    const bool usable = known || (!fit.fault && role == PointRole::kTie);
     if (usable) builder_.SetPosition(*point, fit.position_m);
     if (known) {
-      builder_.SetKnown(
-          *options_.grid,
-          EquallyKnown(*point, {true, true, !wrong_height}, options_.grid_sigma_m.value_or(0.0)));
+      builder_.SetKnown(role,
+                        EquallyKnown(*point, {true, true, !wrong_height}, sigma_m.value_or(0.0)));
     }
     NewLook look{.point = *point, .pass = pass};
     look.flags = fit.fault == GridFault::kPosition ? Looks::kRejected : 0;

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <utility>
@@ -89,6 +90,16 @@ std::string SicdTextOfNitf(ByteSource* source) {
   }
   throw InputError(FilePlace{source->file(), 0, "XML_DATA_CONTENT"},
                    "is in no data extension segment: the NITF file of a SICD image is needed");
+}
+
+std::string SicdText(ByteSource* source) {
+  constexpr std::uint64_t kMagicBytes = 9;
+  const std::string magic = source->Read(0, std::min(kMagicBytes, source->size()), "file header");
+  if (magic == "NITF02.10" || magic == "NSIF01.00") return SicdTextOfNitf(source);
+  if (source->size() > kLargestSicdText) {
+    throw InputError(FilePlace{source->file(), 0, ""}, "is larger than 64 MiB, which no XML is");
+  }
+  return source->Read(0, source->size(), "text");
 }
 
 }  // namespace sarblock

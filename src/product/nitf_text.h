@@ -17,4 +17,7 @@ inline constexpr std::uint64_t kLargestSicdText = 64U << 20U;
 /// such segment.
 [[nodiscard]] std::string SicdTextOfNitf(ByteSource* source);
 
+/// The XML of a SICD image, in a NITF file or alone.
+[[nodiscard]] std::string SicdText(ByteSource* source);
+
 }  // namespace sarblock

@@ -15,4 +15,15 @@ namespace sarblock {
 [[nodiscard]] std::vector<GroundRangePolynomial> AsUsgscsmReads(
     const std::vector<GroundRangePolynomial>& given, double start_s, double end_s);
 
+/// The row at `place`, counted in rows from the first one, as USGSCSM interpolates in a table of
+/// evenly spaced rows: Lagrange's polynomial of up to eight. Two rows or more, equally long.
+[[nodiscard]] std::vector<double> AsUsgscsmInterpolates(
+    const std::vector<std::vector<double>>& rows, double place);
+
+/// The reverse of AsUsgscsmReads(): polynomials that USGSCSM reads, from `start_s` to `end_s`, as
+/// the given ones are at their own times, linear between these; so does who takes them at their
+/// times. They stand close together, four beyond both ends.
+[[nodiscard]] std::vector<GroundRangePolynomial> ForUsgscsm(
+    const std::vector<GroundRangePolynomial>& given, double start_s, double end_s);
+
 }  // namespace sarblock

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "byte_source.h"
+#include "csm_isd_parts.h"
 
 namespace sarblock {
 namespace {
@@ -49,7 +50,7 @@ SensorImage ReadSensorImage(const std::string& file, NisarFrequency frequency) {
     if (front.find("<SICD") != std::string::npos) return ReadSicd(file);
     return ReadSentinel1(file);
   }
-  if (front.starts_with("{")) return ReadCsmIsd(file);
+  if (front.starts_with("{") || front.starts_with(kCsmModelName)) return ReadCsmIsd(file);
   if (front.starts_with("Object")) return ReadIsisCube(file);
   throw InputError(FilePlace{file, 0, ""},
                    "is no image that is read: a Sentinel-1 annotation (XML), an RSLC of NISAR "

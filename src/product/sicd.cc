@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/product/sicd.h"
 
+#include "sarblock/geodesy/frame.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,6 +16,7 @@ namespace sarblock {
 namespace {
 
 constexpr double kLargestLength_m = 1e9;
+constexpr double kLongestTime_s = 1e6;
 
 double Bounded(const XmlElement& element, double most) {
   const double value = element.Number();
@@ -57,6 +60,13 @@ Eigen::Vector3d ReadVector(const XmlElement& element) {
   return {Bounded(element.Child("X"), kLargestLength_m),
           Bounded(element.Child("Y"), kLargestLength_m),
           Bounded(element.Child("Z"), kLargestLength_m)};
+}
+
+using SicdPath = std::array<SicdPolynomial, 3>;
+SicdPath ReadPath(const XmlElement& element) {
+  return {ReadPolynomial(element.Child("X")),
+          ReadPolynomial(element.Child("Y")),
+          ReadPolynomial(element.Child("Z"))};
 }
 
 std::size_t AtLeastTwo(const XmlElement& element) {
@@ -127,6 +137,89 @@ void ReadKind(const XmlElement& root, SicdImage* image) {
   }
 }
 
+// Transmitter and receiver of a monostatic image may stand a little apart on one platform: what
+// counts is that half the way by both is the range of ARPPoly.
+void RequireOneAntenna(const XmlElement& position, const SicdImage& image) {
+  const auto transmitter = position.Find("TxAPCPoly"), receivers = position.Find("RcvAPC");
+  if (!transmitter || !receivers) return;
+  const auto range_m = [&image](const SicdPath& path, double time_s) {
+    Eigen::Vector3d place_m;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      place_m[k] = ValueOf(path[static_cast<std::size_t>(k)], time_s);
+    }
+    return (place_m - image.centre_m).norm();
+  };
+  const SicdPath transmits = ReadPath(*transmitter);
+  for (const XmlElement& receiver : receivers->Children("RcvAPCPoly")) {
+    const SicdPath receives = ReadPath(receiver);
+    double largest_m = 0.0;
+    for (const double part : {0.0, 0.5, 1.0}) {
+      const double time_s = part * image.duration_s;
+      const double both_m = 0.5 * (range_m(transmits, time_s) + range_m(receives, time_s));
+      largest_m = std::max(largest_m, std::abs(both_m - range_m(image.path_m, time_s)));
+    }
+    constexpr double kMost_m = 0.01;
+    if (largest_m <= kMost_m) continue;
+    receiver.Fail(fmt::format(
+        "with TxAPCPoly makes ranges that differ by {:.3g} m from those of ARPPoly: the "
+        "transmitter and the receiver of a bistatic image are not read, one antenna "
+        "for both is",
+        largest_m));
+  }
+}
+
+std::optional<SicdOffsets> ReadOffsets(const XmlElement& root) {
+  const auto statistics = root.Find("ErrorStatistics");
+  const auto given = statistics ? statistics->Find("AdjustableParameterOffsets") : std::nullopt;
+  if (!given) return std::nullopt;
+  constexpr double kLongest_s = 1.0;
+  SicdOffsets offsets;
+  offsets.position_m = ReadVector(given->Child("ARPPosSCPCOA"));
+  offsets.velocity_mps = ReadVector(given->Child("ARPVel"));
+  offsets.range_m = 0.5 * kSpeedOfLight_mps *
+                    (Bounded(given->Child("RcvTimeSCPCOA"), kLongest_s) -
+                     Bounded(given->Child("TxTimeSCPCOA"), kLongest_s));
+  return offsets;
+}
+
+// Corners of the image as the file places them, in the order of their indices.
+std::optional<std::array<Geodetic, 4>> ReadCorners(const XmlElement& geo, double height_m) {
+  const auto given = geo.Find("ImageCorners");
+  if (!given) return std::nullopt;
+  const std::vector<XmlElement> corners = given->Children("ICP");
+  if (corners.size() != 4) return std::nullopt;
+  std::array<Geodetic, 4> places;
+  std::array<bool, 4> found{};
+  for (const XmlElement& corner : corners) {
+    const std::string index = corner.AttributeText("index");
+    const std::array<const char*, 4> names{"1:FRFC", "2:FRLC", "3:LRLC", "4:LRFC"};
+    const auto name = std::find(names.begin(), names.end(), index);
+    if (name == names.end()) return std::nullopt;
+    const auto k = static_cast<std::size_t>(name - names.begin());
+    places[k] = {Bounded(corner.Child("Lat"), 90.0) * kRadPerDeg,
+                 Bounded(corner.Child("Lon"), 360.0) * kRadPerDeg,
+                 height_m};
+    found[k] = true;
+  }
+  if (std::count(found.begin(), found.end(), true) != 4) return std::nullopt;
+  return places;
+}
+
+// What is refused after reading.
+void KeepLines(const XmlElement& root, SicdImage* image) {
+  const auto keep = [image](const std::optional<XmlElement>& element) {
+    if (element) image->element_lines.emplace_back(element->Path(), element->line());
+  };
+  keep(root.Find("Grid"));
+  keep(root.Child("Grid").Find("TimeCOAPoly"));
+  keep(root.Child("Timeline").Find("CollectDuration"));
+  keep(root.Child("Position").Find("ARPPoly"));
+  keep(root.Child("GeoData").Find("ImageCorners"));
+  const auto rma = root.Find("RMA");
+  const auto inca = rma ? rma->Find("INCA") : std::nullopt;
+  if (inca) keep(inca->Find("TimeCAPoly"));
+}
+
 SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   const XmlFile xml(text, file, "SICD");
   const XmlElement root = xml.Root();
@@ -149,11 +242,16 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   image.centre_m = ReadVector(root.Child("GeoData").Child("SCP").Child("ECF"));
   image.start = timeline.Child("CollectStart").Time();
   image.duration_s = timeline.Child("CollectDuration").Positive();
-  const XmlElement path = root.Child("Position").Child("ARPPoly");
-  for (std::size_t k = 0; k < 3; ++k) {
-    const char* const axes[] = {"X", "Y", "Z"};
-    image.path_m[k] = ReadPolynomial(path.Child(axes[k]));
+  image.path_m = ReadPath(root.Child("Position").Child("ARPPoly"));
+  RequireOneAntenna(root.Child("Position"), image);
+  image.offsets = ReadOffsets(root);
+  const XmlElement aperture = root.Child("SCPCOA");
+  if (image.offsets || aperture.Find("SCPTime")) {
+    image.centre_time_s = Bounded(aperture.Child("SCPTime"), kLongestTime_s);
   }
+  const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
+  image.corners = ReadCorners(root.Child("GeoData"), earth.GeodeticFromFrame(image.centre_m).h_m);
+  KeepLines(root, &image);
   const XmlElement side = root.Child("SCPCOA").Child("SideOfTrack");
   const std::string letter = side.Text();
   if (letter != "L" && letter != "R") side.Fail("'" + letter + "' is not allowed, L or R is");
@@ -162,16 +260,8 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
 }
 
 SicdImage ReadSource(ByteSource source) {
-  constexpr std::uint64_t kMagicBytes = 9;
-  const std::string magic = source.Read(0, std::min(kMagicBytes, source.size()), "file header");
-  if (magic == "NITF02.10" || magic == "NSIF01.00") {
-    const std::string text = SicdTextOfNitf(&source);
-    return ReadSicdText(text, source.file());
-  }
-  if (source.size() > kLargestSicdText) {
-    throw InputError(FilePlace{source.file(), 0, ""}, "is larger than 64 MiB, which no XML is");
-  }
-  return ReadSicdText(source.Read(0, source.size(), "text"), source.file());
+  const std::string text = SicdText(&source);
+  return ReadSicdText(text, source.file());
 }
 
 }  // namespace
@@ -196,6 +286,13 @@ SicdPolynomial DerivativeOf(const SicdPolynomial& polynomial) {
     derivative.push_back(static_cast<double>(k) * polynomial[k]);
   }
   return derivative;
+}
+
+FilePlace SicdImage::PlaceOf(const char* element) const {
+  const auto found = std::find_if(element_lines.begin(),
+                                  element_lines.end(),
+                                  [&](const auto& line) { return line.first == element; });
+  return {file, found == element_lines.end() ? 0 : found->second, element};
 }
 
 SicdImage ReadSicd(const std::string& file) { return ReadSource(ByteSource::OfFile(file)); }

@@ -51,7 +51,7 @@ FlightPath PathOfPolynomial(const SicdImage& image, TimeSpan span_s, double shif
   Include(image.duration_s, &span_s);
   const auto [least_s, most_s] = span_s;
   if (!(most_s - least_s <= kLongest_s)) {
-    throw InputError(FilePlace{image.file, 0, "SICD.Timeline.CollectDuration"},
+    throw InputError(image.PlaceOf("SICD.Timeline.CollectDuration"),
                      "with the times of the columns spans more than a day");
   }
   const double start_s = least_s - kMargin_s;
@@ -59,13 +59,13 @@ FlightPath PathOfPolynomial(const SicdImage& image, TimeSpan span_s, double shif
   std::vector<StateVector> states;
   for (std::size_t k = 0; k <= steps; ++k) {
     const double time_s = start_s + static_cast<double>(k) * kStep_s;
-    const SicdMotion motion = MotionOf(image, time_s);
+    const SicdMotion motion = AdjustedMotionOf(image, time_s);
     states.push_back({time_s + shift_s, motion.position_m, motion.velocity_mps});
   }
   try {
     return FlightPath(std::move(states));
   } catch (const InputError& error) {
-    throw InputError(FilePlace{image.file, 0, "SICD.Position.ARPPoly"}, error.what());
+    throw InputError(image.PlaceOf("SICD.Position.ARPPoly"), error.what());
   }
 }
 
@@ -116,7 +116,7 @@ void SetAperture(const SicdImage& given, ImagePass* image) {
     constexpr double kLongest_s = 86400.0;
     const double time_s = ValueOf(given.aperture_time_s, x_m, y_m);
     if (!(std::abs(time_s) <= kLongest_s)) {
-      throw InputError(FilePlace{given.file, 0, "SICD.Grid.TimeCOAPoly"},
+      throw InputError(given.PlaceOf("SICD.Grid.TimeCOAPoly"),
                        "gives times more than a day from the start of the collection");
     }
     Include(time_s, &span_s);
@@ -131,7 +131,7 @@ void SetAperture(const SicdImage& given, ImagePass* image) {
   image->span_s = {shift_s, given.duration_s + shift_s};
   const auto middle = LookOfPlace(given, 0.5 * (rows - 1.0), 0.5 * (columns - 1.0));
   if (!middle) {
-    throw InputError(FilePlace{given.file, 0, "SICD.Grid"},
+    throw InputError(given.PlaceOf("SICD.Grid"),
                      "gives the middle of the image no range above 0 with a rate below the speed");
   }
   image->middle = {middle->time_s + shift_s, middle->range_m};
@@ -146,7 +146,7 @@ bool HasRaster(const SicdImage& image) {
 
 ImagePass PassOfSicd(const SicdImage& given) {
   ImagePass image{.file = given.file, .ellipsoid = NamedEllipsoid("WGS84")};
-  const FilePlace place{given.file, 0, "SICD.RMA.INCA.TimeCAPoly"};
+  const FilePlace place = given.PlaceOf("SICD.RMA.INCA.TimeCAPoly");
   if (HasRaster(given)) {
     const ColumnTimes times = TimesOf(given);
     if (!(std::abs(times.last_s - times.first_s) > kEven_s)) {

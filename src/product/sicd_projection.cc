@@ -87,10 +87,21 @@ SicdMotion MotionOf(const SicdImage& image, double time_s) {
   return motion;
 }
 
+SicdMotion AdjustedMotionOf(const SicdImage& image, double time_s) {
+  SicdMotion motion = MotionOf(image, time_s);
+  if (image.offsets) {
+    const SicdOffsets& offsets = *image.offsets;
+    motion.position_m += offsets.position_m + offsets.velocity_mps * (time_s - image.centre_time_s);
+    motion.velocity_mps += offsets.velocity_mps;
+  }
+  return motion;
+}
+
 std::optional<ApertureLook> LookOfPlace(const SicdImage& image, double row_px, double column_px) {
   const double x_m = image.Row_m(row_px), y_m = image.Azimuth_m(column_px);
   const double time_s = ValueOf(image.aperture_time_s, x_m, y_m);
-  const RangeAndRate measured = Measured(image, x_m, y_m, time_s);
+  const RangeAndRate measured =
+      Measured(image, x_m, y_m, time_s) + RangeAndRate(image.RangeOffset_m(), 0.0);
   const double speed_mps = MotionOf(image, time_s).velocity_mps.norm();
   const bool possible = std::isfinite(time_s) && std::isfinite(measured[0]) && measured[0] > 0.0 &&
                         std::isfinite(speed_mps) && std::abs(measured[1]) < speed_mps;
@@ -122,7 +133,8 @@ std::optional<ImageCoordinates> PlaceInSicd(const SicdImage& image, const Eigen:
   // What the image says of a place less what the antenna sees there at the same time.
   const auto difference = [&](double x_m, double y_m) -> Eigen::Vector2d {
     const double time_s = ValueOf(image.aperture_time_s, x_m, y_m);
-    return Measured(image, x_m, y_m, time_s) - Seen(MotionOf(image, time_s), p_m);
+    return Measured(image, x_m, y_m, time_s) + RangeAndRate(image.RangeOffset_m(), 0.0) -
+           Seen(AdjustedMotionOf(image, time_s), p_m);
   };
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
   for (int step = 0; step < kMostSteps; ++step) {

@@ -42,11 +42,14 @@ struct ApertureSigma {
 [[nodiscard]] std::optional<ImageCoordinates> PlaceInSicd(const SicdImage& image,
                                                           const Eigen::Vector3d& p_m);
 
-/// Position and velocity of the antenna.
+/// Position and velocity of the antenna: MotionOf() as the polynomials give them,
+/// AdjustedMotionOf() with the file's offsets. Projections form ranges and rates of the first and
+/// hold them against the second.
 struct SicdMotion {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
 };
 [[nodiscard]] SicdMotion MotionOf(const SicdImage& image, double time_s);
+[[nodiscard]] SicdMotion AdjustedMotionOf(const SicdImage& image, double time_s);
 
 }  // namespace sarblock

@@ -125,6 +125,10 @@ int XmlElement::Attribute(const char* name, int most) const {
   return value;
 }
 
+std::string XmlElement::AttributeText(const char* name) const {
+  return node_.attribute(name).value();
+}
+
 std::vector<double> XmlElement::Numbers() const {
   const std::string whole = Text();
   std::string_view text = whole;

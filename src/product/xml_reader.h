@@ -56,11 +56,14 @@ class XmlElement {
   [[nodiscard]] std::vector<double> Numbers() const;  ///< separated by blanks
   [[nodiscard]] UtcTime Time() const;
 
+  /// Empty where there is none.
+  [[nodiscard]] std::string AttributeText(const char* name) const;
+
   [[nodiscard]] std::size_t line() const;
+  [[nodiscard]] std::string Path() const;  ///< `SICD.Position.ARPPoly`
   [[noreturn]] void Fail(const std::string& problem) const;
 
  private:
-  [[nodiscard]] std::string Path() const;
   const XmlFile* file_;
   pugi::xml_node node_;
 };

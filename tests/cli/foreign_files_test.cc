@@ -94,6 +94,24 @@ class ForeignFilesTest : public test::CliTest {
         {"export", {"export", imported, "--format", "sinex"}, "out.snx"},
         {"export", {"export", imported, "--format", "isis"}, ""},
         {"export", {"export", imported, "--format", "eof", "--mission", "Sentinel-1A"}, ""},
+        {"export",
+         {"export",
+          folder_ / "moon_result",
+          "--format",
+          "csm",
+          "--image",
+          "one=" + (corpus / "isd/one.json").string(),
+          "--image",
+          "two=" + (corpus / "isd/two.json").string()},
+         ""},
+        {"export",
+         {"export",
+          folder_ / "sicd_result",
+          "--format",
+          "sicd",
+          "--image",
+          "one=" + (corpus / "sicd/offsets.xml").string()},
+         ""},
         {"study densification", {"study", "densification", densification}, ""},
         {"study tradeoff", {"study", "tradeoff", tradeoff}, ""},
         {"study stability", {"study", "stability", stability}, ""},
@@ -124,6 +142,35 @@ class ForeignFilesTest : public test::CliTest {
                                           folder_ / "imported"});
     ASSERT_EQ(import.exit_code, 0) << import.err;
     ASSERT_EQ(Run("adjust", folder_ / "imported", "imported_result").exit_code, 0);
+    const Path root = SARBLOCK_FUZZ_CORPUS;
+    const ProgramRun moon = RunProgram({"import",
+                                        "csm",
+                                        root / "network/moon.net",
+                                        root / "isd/one.json",
+                                        root / "isd/two.json",
+                                        "--range-sigma-m",
+                                        "4",
+                                        "--azimuth-sigma-m",
+                                        "6",
+                                        "-o",
+                                        folder_ / "moon"});
+    ASSERT_EQ(moon.exit_code, 0) << moon.err;
+    ASSERT_EQ(Run("adjust", folder_ / "moon", "moon_result").exit_code, 0);
+    const ProgramRun sicd = RunProgram({"import",
+                                        "sicd",
+                                        root / "sicd/offsets.xml",
+                                        "--id",
+                                        "one",
+                                        "--grid",
+                                        "control",
+                                        "--grid-sigma-m",
+                                        "100",
+                                        "--max-misfit-m",
+                                        "100",
+                                        "-o",
+                                        folder_ / "sicd"});
+    ASSERT_EQ(sicd.exit_code, 0) << sicd.err;
+    ASSERT_EQ(Run("adjust", folder_ / "sicd", "sicd_result").exit_code, 0);
     const std::string study =
         Put("parts.toml",
             "format = \"sarblock-study 1\"\nstudy = \"stability\"\n[[family]]\n"

@@ -115,6 +115,25 @@ class Exports(unittest.TestCase):
         done = run("export", result or self.earth, "--format", form, "-o", out, *options, code=code)
         return done.stderr if code else out
 
+    def test_every_format_tells_what_it_leaves_out(self):
+        told = {}
+        for form in ("geojson", "kml", "gpkg", "isis", "sinex"):
+            done = run("export", self.earth, "--format", form, "-o", self.folder / f"told-{form}", "--json")
+            told[form] = json.loads(done.stdout)["not_carried"]
+            self.assertIn("  not carried: ", run("export", self.earth, "--format", form, "-o",
+                                                 self.folder / f"told-{form}").stdout)
+        for form in ("geojson", "kml", "gpkg"):
+            self.assertEqual(told[form], ["residuals, parameters of passes, covariances of different points"])
+        self.assertIn("flight paths", told["isis"][0])
+        self.assertIn("antisymmetric", told["sinex"][1])
+        # Of paths alone: a range bias with its size.
+        biased = self.folder / "biased"
+        run("adjust", self.folder / "block", "-o", biased, "--set", "correction.range.bias_sigma_m=2")
+        done = run("export", biased, "--format", "eof", "--mission", "Sentinel-1A", "-o", self.folder / "told-eof", "--json")
+        bias = next(row for row in table(biased / "passes.csv") if row["parameter"] == "range.bias")
+        line = next(text for text in json.loads(done.stdout)["not_carried"] if text.startswith(bias["pass"]))
+        self.assertAlmostEqual(float(line.split()[2]), float(bias["value"]), delta=1e-5)
+
     def assert_on_ellipse(self, row, corners, square):
         """Corners as longitude, latitude: d' C^-1 d is the square of the scale, 1e-5 of it."""
         lat = math.radians(number(row["lat_deg"]))

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "fuzz/nisar_fuzz_targets.h"
+#include "product/sicd_writer.h"
 
 // As fuzz_targets.h, for SICD images.
 namespace sarblock::fuzz {
@@ -43,6 +44,9 @@ inline void Sicd(std::string_view bytes) {
     ImportOptions options;
     options.points = ParseMatchedPoints("point,image,line,sample\nP,a,1,1\n", "points.csv");
     CheckImported(ImportProducts({ParseSicd(bytes, "a.nitf")}, {}, options).block);
+    // What is written of it is read again.
+    const AdjustedSicd adjusted = AdjustSicd(bytes, "a.nitf", {});
+    static_cast<void>(ParseSicd(adjusted.text, "b.xml"));
   } catch (const InputError&) {
   }
 }

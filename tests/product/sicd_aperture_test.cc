@@ -9,6 +9,8 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 #include <string>
 
@@ -184,6 +186,37 @@ TEST(SicdApertureTest, SigmasOfAPolarFormatImageAreThoseOfItsRowsAndColumns) {
               0.009 * std::hypot(0.2 * 0.8, 0.1 * 0.002 * 0.5) * hertz_per_mps,
               1e-6);
   EXPECT_EQ(given.SigmaOf(1).azimuth_unit, AzimuthUnit::kHertz);
+}
+
+// Antenna and ground moved alike see the same place; what the ranges are offset by, looks are.
+TEST(SicdApertureTest, OffsetsMoveTheAntennaAndTheRangesOfPolarFormat) {
+  SicdImage image = ParseSicd(PolarFormat::Text({}, kOneTime), "a.xml");
+  image.centre_time_s = 0.0;
+  const Eigen::Vector3d offset_m(12.5, -7.25, 3.75);
+  const Eigen::Vector3d p_m = kCentre_m + Eigen::Vector3d(3.0, 120.0, -250.0);
+  const auto plain = PlaceInSicd(image, p_m);
+  ASSERT_TRUE(plain);
+  const auto look = LookOfPlace(image, plain->line_px, plain->pixel_px);
+  ASSERT_TRUE(look);
+  image.offsets = SicdOffsets{offset_m, Eigen::Vector3d::Zero(), 0.0};
+  const auto moved = PlaceInSicd(image, p_m + offset_m);
+  ASSERT_TRUE(moved);
+  EXPECT_NEAR(moved->line_px, plain->line_px, 1e-6);
+  EXPECT_NEAR(moved->pixel_px, plain->pixel_px, 1e-6);
+  // A drift counts from the time of the scene centre, and turns the range rate.
+  image.offsets->velocity_mps = Eigen::Vector3d(0.25, -0.5, 0.125);
+  const SicdMotion nominal = MotionOf(image, 0.75), adjusted = AdjustedMotionOf(image, 0.75);
+  EXPECT_LT(
+      (adjusted.position_m - nominal.position_m - offset_m - 0.75 * image.offsets->velocity_mps)
+          .norm(),
+      1e-8);
+  EXPECT_LT((adjusted.velocity_mps - nominal.velocity_mps - image.offsets->velocity_mps).norm(),
+            1e-11);
+  image.offsets->range_m = 4.5;
+  const auto ranged = LookOfPlace(image, plain->line_px, plain->pixel_px);
+  ASSERT_TRUE(ranged);
+  EXPECT_NEAR(ranged->range_m - look->range_m, 4.5, 1e-9);
+  EXPECT_EQ(ranged->range_rate_mps, look->range_rate_mps);
 }
 
 TEST(SicdApertureTest, APointOfAnImageOfAzimuthCompressionIsWhereItsScaleSays) {
@@ -433,9 +466,15 @@ TEST_F(RealApertureTest, CornersOfTheSquintedExampleAreWhereItSays) {
 }
 
 TEST_F(RealApertureTest, AFileWithoutMotionIsRefused) {
+  std::ifstream stream(kFolder / "manual-syntax-only-sicd-1.1.0.xml");
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  // Its transmitter and receiver are made up too.
+  const std::string one_antenna = Replaced(text, "<RcvAPC ", "<RcvAPC_ ");
   EXPECT_THAT(MessageOf<InputError>([&] {
                 return ImportProducts(
-                    {ReadSicd(kFolder / "manual-syntax-only-sicd-1.1.0.xml")}, {}, ImportOptions{});
+                    {ParseSicd(Replaced(one_antenna, "</RcvAPC>", "</RcvAPC_>"), "a.xml")},
+                    {},
+                    ImportOptions{});
               }),
               HasSubstr("SICD.Position.ARPPoly: state 2: velocity is zero"));
 }

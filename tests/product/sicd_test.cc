@@ -3,6 +3,7 @@
 #include "sarblock/product/sicd.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/look_equations.h"
 #include "sarblock/product/import_block.h"
 
@@ -122,6 +123,105 @@ TEST_F(SicdTest, OtherKindsOfImagesAndNonsenseAreRefusedWithLineAndElement) {
   expect("1.4e-4</Coef>", "0</Coef>", "gives the same time to all columns");
   expect("<CollectDuration>1", "<CollectDuration>1e6", "spans more than a day");
   EXPECT_THAT(Refusal("<product/>"), HasSubstr("is not the element expected here, <SICD> is"));
+}
+
+// offsets.xml is plain.xml with AdjustableParameterOffsets: (1.5, -2.25, 3.125) m and (0.5, 0.25,
+// -0.125) m/s from SCPTime 0.5 on, clocks 2e-8 s apart.
+TEST_F(SicdTest, OffsetsOfTheFileMoveThePathAndTheRanges) {
+  ImportOptions options;
+  options.grid = std::nullopt;
+  options.points = ParseMatchedPoints("point,image,line,sample\nP,a,30.5,40.25\n", "points.csv");
+  const Block plain = ImportProducts({ParseSicd(Text(), "a.xml")}, {}, options).block;
+  const Block moved = ImportProducts({ParseSicd(Text("offsets.xml"), "a.xml")}, {}, options).block;
+  EXPECT_EQ(plain.looks.time_s[0], moved.looks.time_s[0]);
+  EXPECT_NEAR(moved.looks.range_m[0] - plain.looks.range_m[0], 299792458.0 * 1e-8, 1e-9);
+  for (const double time_s : {0.5, 0.75, 1.5}) {  // the epoch is 0.25 s before the start
+    const Motion a = *plain.passes[0].path.At(time_s), b = *moved.passes[0].path.At(time_s);
+    const Eigen::Vector3d velocity_mps(0.5, 0.25, -0.125);
+    const Eigen::Vector3d offset_m =
+        Eigen::Vector3d(1.5, -2.25, 3.125) + velocity_mps * (time_s - 0.75);
+    EXPECT_LT((b.position_m - a.position_m - offset_m).norm(), 1e-8);
+    EXPECT_LT((b.velocity_mps - a.velocity_mps - velocity_mps).norm(), 1e-8);
+  }
+  EXPECT_THAT(Refusal(Replaced(Text("offsets.xml"), "<SCPTime>0.5</SCPTime>", "")),
+              HasSubstr("a.xml:16: SICD.SCPCOA.SCPTime: the element is missing"));
+}
+
+// A transmitter 1 m north and a receiver 1 m south of ARPPoly make its ranges but for 1e-6 m; 5 km
+// apart they are two antennas.
+TEST_F(SicdTest, ATransmitterApartFromTheReceiverIsABistaticImage) {
+  EXPECT_THAT(
+      Refusal(Text("two_antennas.xml")),
+      HasSubstr("Position.RcvAPC.RcvAPCPoly: with TxAPCPoly makes ranges that differ by 1.21e+03 m "
+                "from those of ARPPoly: the transmitter and the receiver of a bistatic image are "
+                "not read, one antenna for both is"));
+  const auto antenna = [](const char* name, const char* z) {
+    return fmt::format(
+        "<{0}><X><Coef exponent1=\"0\">7e6</Coef></X><Y><Coef exponent1=\"0\">0</Coef></Y><Z>"
+        "<Coef exponent1=\"2\">0.5</Coef><Coef exponent1=\"0\">{1}</Coef>"
+        "<Coef exponent1=\"1\">7000</Coef></Z></{0}>",
+        name,
+        z);
+  };
+  const std::string near = "</ARPPoly>" + antenna("TxAPCPoly", "-3499") + "<RcvAPC>" +
+                           antenna("RcvAPCPoly", "-3501") + "</RcvAPC>";
+  EXPECT_EQ(Refusal(Replaced(Text(), "</ARPPoly>", near)), "");
+}
+
+// plain.xml with corners where a sight to the right at the height of its scene centre, -66 km,
+// ends: the look of row 0 and column 0 to the micrometre, 5 m off for the opposite one.
+TEST_F(SicdTest, CornersBecomeCheckPointsKnownAsWellAsIsSaid) {
+  ImportOptions options;
+  options.grid = std::nullopt;
+  const SicdImage image = ParseSicd(Text(), "a.xml");
+  const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
+  const double height_m = earth.GeodeticFromFrame(image.centre_m).h_m;
+  std::string corners = "<ImageCorners>";
+  const double row_px[] = {0.0, 0.0, 399.0, 399.0}, column_px[] = {0.0, 299.0, 299.0, 0.0};
+  const char* const names[] = {"FRFC", "FRLC", "LRLC", "LRFC"};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double t = 0.5 + 1.4e-4 * (column_px[k] + 20.0 - 220.0) * 1.5;
+    Sight sight;
+    sight.antenna_m = Eigen::Vector3d(7e6, 0.0, 7000.0 * t + 0.5 * t * t - 3500.0);
+    sight.velocity_mps = Eigen::Vector3d(0.0, 0.0, 7000.0 + t);
+    sight.range_m = 800000.25 + (row_px[k] + 10.0 - 110.0) * 2.0 + (k == 2 ? 5.0 : 0.0);
+    sight.side = -1;
+    const Geodetic place =
+        earth.GeodeticFromFrame(IntersectWithHeight(sight, earth, height_m).position_m);
+    constexpr double kDegrees = 57.29577951308232;
+    corners += fmt::format("<ICP index=\"{}:{}\"><Lat>{:.17g}</Lat><Lon>{:.17g}</Lon></ICP>",
+                           k + 1,
+                           names[k],
+                           place.lat_rad * kDegrees,
+                           place.lon_rad * kDegrees);
+  }
+  const std::string text =
+      Replaced(Text(), "</SCP></GeoData>", "</SCP>" + corners + "</ImageCorners></GeoData>");
+  EXPECT_EQ(ImportProducts({ParseSicd(text, "a.xml")}, {}, options).block.points.size(), 0U);
+  options.corner_sigma_m = 2.5;
+  const ImportedBlock imported = ImportProducts({ParseSicd(text, "a.xml")}, {}, options);
+  EXPECT_EQ(imported.products[0].corners, 4U);
+  EXPECT_NEAR(imported.products[0].corner_range_m, 5.0, 1e-5);
+  EXPECT_LT(imported.products[0].corner_along_m, 1e-5);
+  ASSERT_EQ(imported.block.points.size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(imported.block.points.ids[static_cast<std::uint32_t>(k)],
+              std::string("a:") + names[k]);
+    EXPECT_EQ(imported.block.points.role[k], PointRole::kCheck);
+  }
+  EXPECT_NEAR(imported.block.points.known.at(0).covariance_enu_m2(1, 1), 6.25, 1e-12);
+  EXPECT_THAT(MessageOf<InputError>(
+                  [&] { return ImportProducts({ParseSicd(Text(), "a.xml")}, {}, options); }),
+              HasSubstr("SICD.GeoData.ImageCorners: does not place the four corners"));
+}
+
+TEST_F(SicdTest, RefusalsAfterReadingNameTheLine) {
+  const auto expect = [](const std::string& from, const std::string& to, const char* message) {
+    EXPECT_THAT(Refusal(Replaced(Text(), from, to)), HasSubstr(message)) << from;
+  };
+  expect("1.4e-4</Coef>", "0</Coef>", "a.xml:16: SICD.RMA.INCA.TimeCAPoly: gives the same time");
+  expect("<CollectDuration>1", "<CollectDuration>1e6", "a.xml:8: SICD.Timeline.CollectDuration:");
+  expect("7000</Coef>", "0</Coef>", "a.xml:9: SICD.Position.ARPPoly:");
 }
 
 TEST_F(SicdTest, TheXmlInANitfFileIsFoundAndLyingLengthsAreRefused) {

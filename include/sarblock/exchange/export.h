@@ -19,22 +19,25 @@ enum class ExportFormat {
   kIsis,        ///< residuals.csv and bundleout_points.csv of ISIS jigsaw; geocentric frames
   kSinex,       ///< SINEX 2.02, estimates and covariance; geocentric frames
   kOrbitFiles,  ///< one Sentinel-1 orbit file a pass; WGS84, passes with an epoch in UTC
+  kCsmStates,   ///< a model state of USGSCSM an image given; geocentric, passes with an epoch
+  kSicd,        ///< the XML of a SICD image given, with AdjustableParameterOffsets; likewise
 };
 
 /// Names on the command line, in the order of the enumeration: geojson, kml, gpkg, isis, sinex,
-/// eof.
+/// eof, csm, sicd.
 [[nodiscard]] const std::vector<std::string>& ExportFormatNames();
 
 /// Where a result goes unless told otherwise: `export.geojson`, `export.kml`, `export.gpkg`, folder
-/// `isis`, `export.snx`, folder `eof`.
+/// `isis`, `export.snx`, folders `eof`, `csm` and `sicd`.
 [[nodiscard]] const char* DefaultExportName(ExportFormat format);
 
-/// Writes a result in one format: a file, or a folder for kIsis and kOrbitFiles. Files appear whole
+/// Writes a result in one format: a file, or a folder for kIsis, kOrbitFiles,
+/// kCsmStates and kSicd. Files appear whole
 /// or not at all. Points that are not solved are left out. Covariances are those of the result's
 /// tables. The same result and options give the same bytes.
 ///
-/// Throws InputError for what the format cannot hold (a local frame, no epoch in UTC, too many
-/// points) and for options that make no sense, before anything is written.
+/// The report lists what the format leaves out. Throws InputError for what it cannot go without (a
+/// local frame, no epoch in UTC, too many points, no image) and for options that make no sense, before anything is written.
 ExportReport ExportResult(const ResultFile& result,
                           ExportFormat format,
                           const std::filesystem::path& out,

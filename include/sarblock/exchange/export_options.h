@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/product/imported_network.h"
+
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -8,6 +10,11 @@
 #include <vector>
 
 namespace sarblock {
+
+/// The file of the image of a pass.
+struct ExportImage {
+  std::string pass, file;
+};
 
 struct ExportOptions {
   /// Probability of the ellipses (error_ellipse.h); left out: standard ellipses, 39.3 percent.
@@ -17,6 +24,10 @@ struct ExportOptions {
   std::string agency = "SBK";     ///< SINEX: three characters
   std::string mission;            ///< orbit files; empty: from the ids of the passes
   std::string created_utc;        ///< of the file, "2022-10-16T01:50:44Z"; empty: not told
+  /// Model states, SICD: images as they were imported, at most one a pass; others are left out.
+  std::vector<ExportImage> images;
+  /// Model states: how the block was imported, `import csm --range-polynomial`.
+  RangePolynomialTimes range_polynomial = RangePolynomialTimes::kGiven;
 };
 
 /// What was written.
@@ -27,6 +38,8 @@ struct ExportReport {
   std::size_t ellipses = 0;         ///< as polygons
   std::size_t paths = 0;
   std::vector<std::string> warnings;
+  /// What the result holds and the files do not, a phrase each, with its size where it has one.
+  std::vector<std::string> not_carried;
 };
 
 }  // namespace sarblock

@@ -21,8 +21,11 @@ struct ImportedProduct {
   double largest_range_m = 0.0;  ///< |e_r|
   double largest_along_m = 0.0;  ///< |e_d|
   double mean_along_m = 0.0;     ///< e_d
-  std::size_t matches = 0;       ///< looks of ImportOptions::points
-  PixelOffset offset{};          ///< of those whose point has a position
+  std::size_t corners = 0;       ///< of ImportOptions::corner_sigma_m
+  double corner_range_m = 0.0;   ///< their largest misfits
+  double corner_along_m = 0.0;
+  std::size_t matches = 0;  ///< looks of ImportOptions::points
+  PixelOffset offset{};     ///< of those whose point has a position
 };
 
 /// Where a reflector should be seen, by the path as given.

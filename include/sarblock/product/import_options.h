@@ -21,7 +21,10 @@ struct ImportOptions {
   /// What the points of geolocation grids become; nothing: they are held against the orbit alone.
   std::optional<PointRole> grid = PointRole::kCheck;
   std::optional<double> grid_sigma_m;  ///< of their positions, each axis; needed for control
-  double max_misfit_m = 10.0;          ///< a grid point that fits its orbit worse is faulty
+  /// SICD: the corners that the file places become check points known to this in each axis; left
+  /// out: they are not read. Writers place them approximately.
+  std::optional<double> corner_sigma_m;
+  double max_misfit_m = 10.0;  ///< a grid point that fits its orbit worse is faulty
 
   double orbit_step_s = 1.0;  ///< spacing of the path's states; 0: as given
   OrbitThrough through = OrbitThrough::kStates;

@@ -2,13 +2,16 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/core/error.h"
 #include "sarblock/product/utc_time.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -32,6 +35,15 @@ enum class SicdKind : std::uint8_t {
   kPlane,               ///< grids PLANE, XRGYCR and XCTYAT: the place in the image plane itself
 };
 
+/// AdjustableParameterOffsets: what an adjustment found, to be added to path and ranges,
+///
+///     ARP(t) + position + velocity (t - t_SCP),   R + range,   range = c/2 (dt_Rcv - dt_Tx)
+struct SicdOffsets {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();    ///< ARPPosSCPCOA
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< ARPVel
+  double range_m = 0.0;                                    ///< of RcvTimeSCPCOA less TxTimeSCPCOA
+};
+
 /// What the metadata of a SICD image say of its geometry. Names and meanings: NGA.STND.0024-1, SICD
 /// volume 1. x counts metres of rows, y metres of columns from the scene centre point. What another
 /// kind of image needs is empty.
@@ -49,6 +61,11 @@ struct SicdImage {
   UtcTime start;                                       ///< CollectStart
   double duration_s = 0.0;                             ///< CollectDuration
   std::array<SicdPolynomial, 3> path_m;                ///< ARPPoly, earth-fixed
+  double centre_time_s = kNotGiven;                    ///< SCPTime; NaN where the file has none
+  std::optional<SicdOffsets> offsets;                  ///< nothing where the file has none
+  /// ImageCorners, latitude and longitude [rad] at the height of the scene centre: first row and
+  /// first column, first and last, last and last, last and first; nothing where the file has none.
+  std::optional<std::array<Geodetic, 4>> corners;
   /// TimeCOAPoly, of x and y; kInca: empty where the file has none.
   SicdPolynomial2 aperture_time_s;
 
@@ -61,6 +78,11 @@ struct SicdImage {
   double cone_cosine_per_m = 0.0;           ///< kAzimuthCompression: AzSF
   std::array<Eigen::Vector3d, 2> axes_1{};  ///< kPlane: UVectECF of rows and of columns
 
+  /// Lines of elements, for refusals that come after reading.
+  std::vector<std::pair<std::string, std::size_t>> element_lines;
+  /// Where an element stands, as `SICD.Position.ARPPoly`.
+  [[nodiscard]] FilePlace PlaceOf(const char* element) const;
+
   /// x of a row.
   [[nodiscard]] double Row_m(double row_px) const {
     return (row_px + first_row_px - centre_row_px) * row_spacing_m;
@@ -69,16 +91,18 @@ struct SicdImage {
   [[nodiscard]] double Azimuth_m(double column_px) const {
     return (column_px + first_column_px - centre_column_px) * column_spacing_m;
   }
-  /// Slant range of closest approach of a row.
+  /// Slant range of closest approach of a row, the offset of the ranges added.
   [[nodiscard]] double ClosestRange_m(double row_px) const {
-    return closest_range_m + Row_m(row_px);
+    return closest_range_m + Row_m(row_px) + RangeOffset_m();
   }
+  [[nodiscard]] double RangeOffset_m() const { return offsets ? offsets->range_m : 0.0; }
 };
 
 /// Reads the metadata of a SICD image: a NITF file (2.1, or NSIF 1.0) with the XML in a data
 /// extension segment, or the XML alone; pixels are never read. Throws InputError with file, line
 /// and element for what is missing or makes no sense, for sizes that the file does not hold, for
-/// bistatic images and for kinds that SicdKind does not have. docs/import_sicd.md.
+/// bistatic images (by name, or whose transmitter and receiver are apart) and for kinds that
+/// SicdKind does not have. docs/import_sicd.md.
 [[nodiscard]] SicdImage ReadSicd(const std::string& file);
 /// The same of bytes in memory; `file` is for messages.
 [[nodiscard]] SicdImage ParseSicd(std::string_view bytes, const std::string& file);

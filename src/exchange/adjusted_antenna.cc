@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjusted_antenna.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "flight/track_axes.h"
+#include "io/result_corrections.h"
+#include <fmt/core.h>
+#include <glog/logging.h>
+
+namespace sarblock {
+namespace {
+
+// The passes without looks; the one of the image has the image's path.
+Block PassesOf(const ResultFile& result, std::size_t pass, const FlightPath& image_path) {
+  Block block;
+  block.frame = result.frame;
+  for (std::size_t i = 0; i < result.passes.size(); ++i) {
+    const ResultPass& given = result.passes[i];
+    Pass made;
+    made.id = given.id;
+    made.side = given.side;
+    made.wavelength_m = given.wavelength_m;
+    made.start_s = given.start_s;
+    made.end_s = given.end_s;
+    made.path = i == pass ? image_path : given.path;
+    block.passes.push_back(std::move(made));
+  }
+  return block;
+}
+
+// The layout, whose parameters must be those of passes.csv, one by one.
+ParameterLayout LayoutOf(const ResultFile& result, const Block& block) {
+  std::vector<CorrectionGroup> groups;
+  if (!result.parameters.empty()) groups = CorrectionsOf(result);
+  ParameterLayout layout = MakeParameterLayout(block, groups);
+  const auto same = [](const Parameter& a, const ParameterResult& b) {
+    return a.owner == b.owner && a.name == b.name;
+  };
+  if (!std::equal(layout.parameters.begin(),
+                  layout.parameters.end(),
+                  result.parameters.begin(),
+                  result.parameters.end(),
+                  same)) {
+    throw InputError("passes.csv",
+                     "its parameters are not those of the corrections in summary.json: the files "
+                     "are of two results");
+  }
+  return layout;
+}
+
+// Beyond an end with acceleration and jerk of the velocities there.
+Motion ReadContinued(const FlightPath& path, double time_s) {
+  const double inside_s = std::clamp(time_s, path.start_s(), path.end_s());
+  const double beyond_s = time_s - inside_s;
+  Motion motion;
+  CHECK(path.Read(inside_s, Acceleration::kOfVelocities, &motion));
+  if (beyond_s == 0.0) return motion;
+  const Motion end = motion;
+  motion.position_m += beyond_s * (end.velocity_mps + beyond_s * (0.5 * end.acceleration_mps2 +
+                                                                  beyond_s / 6.0 * end.jerk_mps3));
+  motion.velocity_mps += beyond_s * (end.acceleration_mps2 + 0.5 * beyond_s * end.jerk_mps3);
+  motion.acceleration_mps2 += beyond_s * end.jerk_mps3;
+  return motion;
+}
+
+}  // namespace
+
+AdjustedAntenna::AdjustedAntenna(const ResultFile& result,
+                                 std::size_t pass,
+                                 const FlightPath& image_path,
+                                 const std::string& file)
+    : result_(result),
+      pass_(pass),
+      block_(PassesOf(result, pass, image_path)),
+      layout_(LayoutOf(result, block_)),
+      model_(block_, layout_) {
+  CollectParameters();
+  CollectCovariance();
+  RefuseOtherImage(file);
+}
+
+void AdjustedAntenna::CollectParameters() {
+  const PassCorrections& corrections = layout_.passes[pass_];
+  const auto add = [this](const ParameterBlock& block) {
+    for (int i = 0; i < block.size; ++i) {
+      parameters_.push_back(static_cast<std::size_t>(block.offset + i));
+    }
+  };
+  for (const int block : corrections.blocks) add(layout_.blocks[static_cast<std::size_t>(block)]);
+  for (const SplineTerm& term : corrections.splines) {
+    for (std::size_t q = 0; q < term.spline.count(); ++q) {
+      add(layout_.blocks[static_cast<std::size_t>(term.first_block) + q]);
+    }
+  }
+}
+
+void AdjustedAntenna::CollectCovariance() {
+  const auto size = static_cast<Eigen::Index>(parameters_.size());
+  if (size > 0 && result_.parameter_covariance.empty()) return;
+  std::unordered_map<std::size_t, Eigen::Index> place;
+  for (std::size_t k = 0; k < parameters_.size(); ++k) {
+    place[parameters_[k]] = static_cast<Eigen::Index>(k);
+  }
+  covariance_ = Eigen::MatrixXd::Zero(size, size);
+  for (const ParameterCovariance& entry : result_.parameter_covariance) {
+    const auto a = place.find(entry.a), b = place.find(entry.b);
+    if (a == place.end() || b == place.end()) continue;
+    covariance_(a->second, b->second) = covariance_(b->second, a->second) = entry.covariance;
+  }
+}
+
+void AdjustedAntenna::RefuseOtherImage(const std::string& file) const {
+  Eigen::VectorXd x(layout_.size());
+  for (int j = 0; j < layout_.size(); ++j) {
+    x[j] = result_.parameters[static_cast<std::size_t>(j)].value;
+  }
+  const FlightPath& image = block_.passes[pass_].path;
+  const double bias_s = time_bias_s();
+  const double from_s = std::max(image.start_s(), pass().path.start_s() + bias_s);
+  const double to_s = std::min(image.end_s(), pass().path.end_s() + bias_s);
+  double largest_m = from_s < to_s ? 0.0 : kOther_m * 2.0;
+  constexpr int kParts = 32;
+  for (int k = 0; k <= kParts && from_s < to_s; ++k) {
+    const double path_s = from_s + (to_s - from_s) * k / kParts;
+    const auto expected = model_.CorrectedMotionAtPathTime(pass_, path_s - bias_s, path_s, x);
+    if (!expected) continue;
+    const double apart_m = (expected->motion.position_m - MotionAt(path_s).position_m).norm();
+    largest_m = std::max(largest_m, apart_m);
+  }
+  if (largest_m <= kOther_m) return;
+  throw InputError(
+      FilePlace{file, 0, ""},
+      from_s < to_s
+          ? fmt::format("is not the image of pass '{}': its path with the corrections of the "
+                        "result lies up to {:.0f} m from that of the result",
+                        pass().id,
+                        largest_m)
+          : fmt::format("is not the image of pass '{}': their times have nothing in common",
+                        pass().id));
+}
+
+double AdjustedAntenna::ValueOf(ParameterKind kind) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < parameters_.size(); ++k) {
+    if (parameter(k).kind == kind) sum += value(k);
+  }
+  return sum;
+}
+
+Motion AdjustedAntenna::MotionAt(double path_time_s) const {
+  return ReadContinued(pass().path, path_time_s - time_bias_s());
+}
+
+AntennaInfluence AdjustedAntenna::InfluenceAt(double path_time_s, Direction direction) const {
+  const auto count = static_cast<Eigen::Index>(parameters_.size());
+  AntennaInfluence influence = AntennaInfluence::Zero(6, count);
+  const FlightPath& image = block_.passes[pass_].path;
+  const double path_s = std::clamp(path_time_s, image.start_s(), image.end_s());
+  const double measured_s = path_s - time_bias_s();
+  const Motion motion = MotionAt(path_s);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(layout_.size());
+  const auto read = [&] {
+    const auto at = model_.CorrectedMotionAtPathTime(pass_, measured_s, path_s, x);
+    CHECK(at.has_value());
+    Eigen::Matrix<double, 6, 1> state;
+    state << at->motion.position_m, at->motion.velocity_mps;
+    return state;
+  };
+  const Eigen::Matrix<double, 6, 1> nominal = read();
+  const TrackAxes axes = TrackAxesOf(result_.frame, motion);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Parameter& parameter = this->parameter(static_cast<std::size_t>(k));
+    switch (parameter.kind) {
+      case ParameterKind::kPosition: {
+        // Linear in the parameter: a large step costs no digits.
+        constexpr double kStep_m = 1e4;
+        double& entry = x[static_cast<Eigen::Index>(parameters_[static_cast<std::size_t>(k)])];
+        entry = kStep_m;
+        influence.col(k) = (read() - nominal) / kStep_m;
+        entry = 0.0;
+        break;
+      }
+      case ParameterKind::kTimeBias:
+        influence.col(k) << motion.velocity_mps, motion.acceleration_mps2;
+        break;
+      case ParameterKind::kVelocityAcross:
+      case ParameterKind::kVelocityUp: {
+        const Eigen::Index axis = parameter.kind == ParameterKind::kVelocityAcross ? 1 : 2;
+        if (direction == Direction::kOfCone) {
+          influence.col(k).tail<3>() = motion.velocity_mps.norm() * axes.axes_1.col(axis);
+        }
+        break;
+      }
+      default:
+        break;
+    }
+  }
+  return influence;
+}
+
+Eigen::Vector3d ConeVelocity(const AdjustedAntenna& antenna,
+                             const Frame& frame,
+                             const Motion& motion) {
+  const double across = antenna.ValueOf(ParameterKind::kVelocityAcross);
+  const double up = antenna.ValueOf(ParameterKind::kVelocityUp);
+  if (across == 0.0 && up == 0.0) return motion.velocity_mps;
+  const TrackAxes axes = TrackAxesOf(frame, motion);
+  return motion.velocity_mps +
+         motion.velocity_mps.norm() * (across * axes.axes_1.col(1) + up * axes.axes_1.col(2));
+}
+
+}  // namespace sarblock
