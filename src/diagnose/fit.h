@@ -43,7 +43,7 @@ enum class Effort { kQuick, kFull };
 /// which leaves out what has no place there. Never throws but Interrupted: what cannot be solved is
 /// a Fit that is not.
 [[nodiscard]] Fit SolveSample(const Block& sample,
-                              const std::vector<CorrectionGroup>& groups,
+                              const CorrectionModel& corrections,
                               const BlockState* warm,
                               Effort effort,
                               ProgressSink* progress);
@@ -51,7 +51,7 @@ enum class Effort { kQuick, kFull };
 /// Residuals of every look over its standard deviations at a fit, NaN where it has none: columns
 /// range and azimuth.
 [[nodiscard]] Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
-                                                 const std::vector<CorrectionGroup>& groups,
+                                                 const CorrectionModel& corrections,
                                                  const Fit& fit);
 
 }  // namespace sarblock
