@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/model/options.h"
 
 #include <optional>
 #include <string>
@@ -27,11 +28,12 @@ void AddImportOutput(CLI::App* command, ImportOutput* output);
 /// Refuses a folder that the block cannot be written to, before anything is read.
 void RequireImportFolder(const ImportOutput& output, const Session& session);
 
-/// Writes the block with the `[adjust]` table that --set asks for. With --dump-config it prints
-/// that table instead and returns false.
+/// Writes the block with the `[adjust]` table that `own` and --set ask for. With --dump-config it
+/// prints that table instead and returns false.
 [[nodiscard]] bool WriteImported(const ImportOutput& output,
                                  const Block& block,
-                                 const Session& session);
+                                 const Session& session,
+                                 AdjustOptions own = {});
 
 /// An option that is a number above 0; left out, `value` stays empty.
 void AddNumber(CLI::App* command,

@@ -16,6 +16,7 @@
 #include "image_passes.h"
 #include "reflector_points.h"
 #include "sicd_pass.h"
+#include "sicd_priors.h"
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -202,7 +203,17 @@ class Importer {
     Add(product, PassOfNisar(product, options_, &result_.warnings), product.orbit_type, id);
   }
   void Add(const SicdImage& image, const std::string& id) {
-    Add(image, PassOfSicd(image), "ARPPoly", id);
+    ImagePass pass = PassOfSicd(image);
+    if (!id.empty()) pass.pass.id = id;
+    const SicdPriors priors = PriorsOfSicd(image, pass);
+    Add(image, std::move(pass), "ARPPoly", "");
+    result_.products.back().priors = priors.says;
+    const auto append = [](const auto& from, auto* to) {
+      to->insert(to->end(), from.begin(), from.end());
+    };
+    append(priors.corrections, &result_.corrections);
+    append(priors.priors, &result_.priors);
+    append(priors.warnings, &result_.warnings);
   }
   void Add(const RadarImage& image, const std::string& id) {
     Add(image, PassOfRadarImage(image, RangePolynomialTimes::kGiven), "", id);

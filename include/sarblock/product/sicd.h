@@ -2,11 +2,13 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/product/sicd_errors.h"
 #include "sarblock/product/utc_time.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,6 +62,8 @@ struct SicdImage {
   SicdPolynomial frequency_scale_1;         ///< kPolarFormat: SpatialFreqSFPoly, of the polar angle
   double cone_cosine_per_m = 0.0;           ///< kAzimuthCompression: AzSF
   std::array<Eigen::Vector3d, 2> axes_1{};  ///< kPlane: UVectECF of rows and of columns
+
+  std::optional<SicdErrorStatistics> errors;  ///< ErrorStatistics
 
   /// x of a row.
   [[nodiscard]] double Row_m(double row_px) const {
