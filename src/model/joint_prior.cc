@@ -22,6 +22,8 @@ namespace {
 
 constexpr std::array<const char*, 3> kRicAxisNames = {"radial", "in-track", "cross-track"};
 constexpr double kSymmetric_1 = 1e-9;
+/// Of a variance: it and its inverse keep their digits in products with others.
+constexpr double kLeastVariance = 1e-120;
 
 std::string ShortText(double value) {
   std::array<char, 32> text{};
@@ -221,7 +223,10 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
                                  "parameter is needed: " + std::to_string(prior.parameters.size())};
   }
   for (Eigen::Index i = 0; i < prior.sigma.size(); ++i) {
-    if (prior.sigma[i] > 0.0 && std::isfinite(prior.sigma[i])) continue;
+    const double square = prior.sigma[i] * prior.sigma[i];
+    if (prior.sigma[i] > 0.0 && square >= kLeastVariance && square <= 1.0 / kLeastVariance) {
+      continue;
+    }
     return JointPriorProblem{0,
                              "sigma",
                              static_cast<int>(i),
@@ -294,9 +299,10 @@ std::optional<std::string> FindCovarianceProblem(const std::vector<std::string>&
     return "'" + parameters[static_cast<std::size_t>(i)] + "'";
   };
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (!(covariance(i, i) > 0.0) || !std::isfinite(covariance(i, i))) {
+    if (!(covariance(i, i) >= kLeastVariance && covariance(i, i) <= 1.0 / kLeastVariance)) {
       return "the variance of " + name(i) + " is " + ShortText(covariance(i, i)) +
-             ", a number above 0 is needed";
+             ", a number from " + ShortText(kLeastVariance) + " to " +
+             ShortText(1.0 / kLeastVariance) + " is needed";
     }
     if (!covariance.row(i).allFinite()) return "the row of " + name(i) + " is not finite";
   }

@@ -17,6 +17,7 @@
 #include "solve/start_values.h"
 #include "support/dense_normals.h"
 #include "support/joint_priors.h"
+#include "support/share_sums.h"
 #include "support/small_blocks.h"
 #include "testing/prior_quality.h"
 #include "testing/redraw_solution.h"
@@ -159,19 +160,9 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
 // Invariance: redundancy and v'Pv add up over looks, control and priors.
 TEST_P(JointPriorBlockTest, SharesAddToTheWholeBlock) {
   const AdjustResult result = Adjust(known_.block, options_);
-  double redundancy_1 = 0.0, square_sum_1 = 0.0;
-  for (const PassShare& share : SharesOf(known_.block, result)) {
-    redundancy_1 += share.redundancy_1 + share.prior_redundancy_1;
-    square_sum_1 += share.square_sum_1 + share.prior_square_sum_1;
-  }
-  for (const ControlQuality& control : result.control_quality) {
-    redundancy_1 += control.redundancy_1;
-    if (!std::isnan(control.w_1)) {
-      square_sum_1 += control.w_1 * control.w_1 * control.redundancy_1;
-    }
-  }
-  EXPECT_NEAR(redundancy_1, result.redundancy(), 1e-4);
-  EXPECT_NEAR(square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
+  const test::ShareSums sums = test::SumShares(known_.block, result);
+  EXPECT_NEAR(sums.redundancy_1, result.redundancy(), 1e-4);
+  EXPECT_NEAR(sums.square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Blocks, JointPriorBlockTest, testing::Bool(), [](const auto& of) {
