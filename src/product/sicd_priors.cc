@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sicd_priors.h"
 
-#include "sarblock/product/sicd_projection.h"
-
 #include <utility>
 
 #include "geodesy/body.h"
 #include "model/joint_prior.h"
+#include "sicd_projection.h"
 #include <fmt/core.h>
 
 namespace sarblock {
