@@ -337,9 +337,8 @@ AdjustResult AdjustGiven(const Block& block,
                          ProgressSink* progress) {
   const ThreadLimit limit(asked.threads);
   AdjustResult result;
-  const std::vector<CorrectionGroup> none;
-  AdjustmentProblem problem(
-      block, asked.corrections == CorrectionChoice::kGiven ? asked.groups : none, simplified);
+  const CorrectionModel given = GivenCorrections(asked);
+  AdjustmentProblem problem(block, given.groups, simplified, given.priors);
   BlockState state;
   std::vector<std::string> structure;
   PointDefects defects;

@@ -10,8 +10,8 @@ namespace sarblock {
 
 BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
   const ThreadLimit limit(options.threads);
-  const bool given = options.corrections == CorrectionChoice::kGiven;
-  AdjustmentProblem problem(block, given ? options.groups : std::vector<CorrectionGroup>{});
+  const CorrectionModel given = GivenCorrections(options);
+  AdjustmentProblem problem(block, given.groups, {}, given.priors);
   BlockCheck check;
   check.corrections = problem.layout.size();
   const StartReport start = ComputeStartValues(&problem, progress);

@@ -195,6 +195,11 @@ void FillParameters(const AdjustmentProblem& problem,
     out.prior_sigma = parameter.prior_sigma;
     result->parameters.push_back(std::move(out));
   }
+  result->joint_priors.clear();
+  for (const JointPriorTerm& prior : problem.layout.joint_priors) {
+    result->joint_priors.push_back(
+        {prior.name, {prior.parameters.begin(), prior.parameters.end()}, prior.covariance});
+  }
 }
 
 namespace {

@@ -48,7 +48,7 @@ struct BestPair {
 
 /// What an error of one correction, as large as its prior sigma, does to the point.
 struct Effect {
-  int parameter = 0;
+  int parameter = 0;  // of a joint prior the place of the column of its factor
   double across_m = 0.0;
   double up_m = 0.0;
 };
@@ -181,13 +181,35 @@ class Predictor {
           if (std::abs(slope) > kNoEffect_1) out->path_known = false;
           continue;
         }
-        leberl::StereoErrors errors;
-        (errors.*station).dr_m = -slope * p.prior_sigma;
-        out->effects.push_back({block.offset + k,
-                                AcrossError(out->best->configuration, errors),
-                                HeightError(out->best->configuration, errors)});
+        if (p.joint < 0) {
+          AddEffect(block.offset + k, -slope * p.prior_sigma, station, out);
+          continue;
+        }
+        // Of a joint prior what is independent: the columns of its factor.
+        const JointPriorTerm& prior =
+            problem_.layout.joint_priors[static_cast<std::size_t>(p.joint)];
+        const auto at =
+            std::find(prior.parameters.begin(), prior.parameters.end(), block.offset + k);
+        const Eigen::Index row = at - prior.parameters.begin();
+        for (Eigen::Index q = 0; q <= row; ++q) {
+          AddEffect(prior.parameters[static_cast<std::size_t>(q)],
+                    -slope * prior.factor(row, q),
+                    station,
+                    out);
+        }
       }
     }
+  }
+
+  static void AddEffect(int source,
+                        double dr_m,
+                        leberl::StationErrors leberl::StereoErrors::*station,
+                        Prediction* out) {
+    leberl::StereoErrors errors;
+    (errors.*station).dr_m = dr_m;
+    out->effects.push_back({source,
+                            AcrossError(out->best->configuration, errors),
+                            HeightError(out->best->configuration, errors)});
   }
 
   /// One entry a correction: a shared one acts on both looks.

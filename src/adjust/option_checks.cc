@@ -12,6 +12,9 @@ namespace sarblock {
 
 void RequireOffered(const AdjustOptions& options) {
   RequireInnerOffered(options);
+  if (options.corrections == CorrectionChoice::kAuto && !options.priors.empty()) {
+    throw InputError("adjust.prior", kNoAutomaticPriors);
+  }
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",
                      "tests least-squares residuals and stands beside a robust loss; \"robust\" = "

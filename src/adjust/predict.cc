@@ -135,9 +135,8 @@ AdjustResult Predict(const Block& block,
   result.status = AdjustStatus::kPredicted;
   const std::vector<Eigen::Vector3d> known_m = CompletePositions(block, positions_m);
   const Block filled = FillMeasurements(block, known_m);
-  const std::vector<CorrectionGroup> none;
-  AdjustmentProblem problem(
-      filled, options.corrections == CorrectionChoice::kGiven ? options.groups : none);
+  const CorrectionModel given = GivenCorrections(options);
+  AdjustmentProblem problem(filled, given.groups, {}, given.priors);
   BlockState state;
   state.start_m = known_m;
   state.displacement_m.assign(known_m.size(), Eigen::Vector3d::Zero());

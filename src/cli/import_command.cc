@@ -91,6 +91,7 @@ std::string DescribeImport(const ImportArguments& arguments, const ImportedBlock
                      product.corner_range_m,
                      product.corner_along_m);
     }
+    if (!product.priors.empty()) text += "  " + product.priors + "\n";
     if (product.matches > 0) {
       text += "  " + DescribeMatches(product.matches, product.offset) + "\n";
     }
@@ -129,6 +130,7 @@ std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& im
                         {"largest_corner_range_misfit_m", product.corner_range_m},
                         {"largest_corner_along_misfit_m", product.corner_along_m},
                         {"matches", product.matches},
+                        {"priors", product.priors},
                         {"offset", OffsetJson(product.offset)}});
   }
   for (const ReflectorInImage& reflector : imported.reflectors) {
@@ -201,7 +203,10 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   const std::string only = arguments.images.size() == 1 ? arguments.images.front() : "";
   const ImportedBlock imported =
       Naming(only, [&] { return ImportProducts(images, orbits, options); });
-  if (!WriteImported(arguments.output, imported.block, session)) return kAccepted;
+  AdjustOptions own;
+  own.groups = imported.corrections;
+  own.priors = imported.priors;
+  if (!WriteImported(arguments.output, imported.block, session, own)) return kAccepted;
   for (const FaultyRow& row : imported.faults) session.Say("warning: " + Describe(row));
   for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
   if (session.json) {

@@ -29,12 +29,16 @@ void RequireImportFolder(const ImportOutput& output, const Session& session) {
   RequireFolderFor(FolderContent::kBlock, output.folder, output.foreign);
 }
 
-bool WriteImported(const ImportOutput& output, const Block& block, const Session& session) {
+bool WriteImported(const ImportOutput& output,
+                   const Block& block,
+                   const Session& session,
+                   AdjustOptions own) {
   std::vector<std::string> ids;
   for (const Pass& pass : block.passes) ids.push_back(pass.id);
-  // "given" with no table: nothing is corrected until --set, here or later, adds a group.
-  const AdjustOptions adjust =
-      ReadAdjustTable("[adjust]\ncorrections = \"given\"\n", "import", ids, session.set);
+  // "given", also with no table: then nothing is corrected until --set, here or later, adds a
+  // group.
+  own.corrections = CorrectionChoice::kGiven;
+  const AdjustOptions adjust = ReadAdjustTable(DumpAdjustTable(own), "import", ids, session.set);
   if (session.dump_config) {
     fmt::print("{}", DumpAdjustTable(adjust));
     return false;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/model/options.h"
 #include "sarblock/product/imported_network.h"
 
 #include <optional>
@@ -28,11 +29,12 @@ void AddImportOutput(CLI::App* command, ImportOutput* output);
 /// Refuses a folder that the block cannot be written to, before anything is read.
 void RequireImportFolder(const ImportOutput& output, const Session& session);
 
-/// Writes the block with the `[adjust]` table that --set asks for. With --dump-config it prints
-/// that table instead and returns false.
+/// Writes the block with the `[adjust]` table that `own` and --set ask for. With --dump-config it
+/// prints that table instead and returns false.
 [[nodiscard]] bool WriteImported(const ImportOutput& output,
                                  const Block& block,
-                                 const Session& session);
+                                 const Session& session,
+                                 AdjustOptions own = {});
 
 /// Adds --range-polynomial: how the ground range polynomials of an ISD are read.
 void AddRangePolynomial(CLI::App* command, const std::string& help, RangePolynomialTimes* value);

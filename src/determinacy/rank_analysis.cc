@@ -59,11 +59,16 @@ WeakDirection Judge(const Context& context, const VectorXd& v) {
   for (Index i = 0; i < v.size(); ++i) {
     const double moved = v[i] * context.scale[i];
     if (context.At(i).has_prior()) {
+      if (context.At(i).joint >= 0) continue;
       const double part = moved / context.At(i).prior_sigma;
       priors += part * part;
     } else {
       effect_m = std::max(effect_m, std::abs(moved) * context.effects.metres[i]);
     }
+  }
+  for (const JointPriorTerm& prior : context.problem.layout.joint_priors) {
+    const VectorXd moved = v(prior.parameters).cwiseProduct(context.scale(prior.parameters));
+    priors += (prior.whitening * moved).squaredNorm();
   }
   out.undetermined = !(out.eigenvalue_1 > kLeastEigenvalue_1);
   const double length = std::sqrt(out.eigenvalue_1);

@@ -120,33 +120,39 @@ void SortByCost(std::vector<Candidate>* candidates) {
   });
 }
 
-/// The groups without passes of which no look takes part: nothing tells of their corrections.
-std::vector<CorrectionGroup> OfPassesWithLooks(const Block& block,
-                                               std::vector<CorrectionGroup> groups) {
+/// The corrections without passes of which no look takes part: nothing tells of them.
+CorrectionModel OfPassesWithLooks(const Block& block, CorrectionModel corrections) {
   std::vector<std::uint8_t> has_looks(block.passes.size(), 0);
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     if (!block.looks.rejected(i)) has_looks[block.looks.pass[i]] = 1;
   }
-  for (CorrectionGroup& group : groups) {
+  const auto narrow = [&](std::vector<std::string>* of) {
     std::vector<std::string> passes;
     for (std::size_t k = 0; k < block.passes.size(); ++k) {
       const std::string& id = block.passes[k].id;
-      const bool asked =
-          group.passes.empty() ||
-          std::find(group.passes.begin(), group.passes.end(), id) != group.passes.end();
+      const bool asked = of->empty() || std::find(of->begin(), of->end(), id) != of->end();
       if (asked && has_looks[k] != 0) passes.push_back(id);
     }
-    group.passes = std::move(passes);
-  }
-  std::erase_if(groups, [](const CorrectionGroup& group) { return group.passes.empty(); });
-  return groups;
+    *of = std::move(passes);
+  };
+  for (CorrectionGroup& group : corrections.groups) narrow(&group.passes);
+  // A joint prior that names no passes is of those that have its parameters, whichever are left.
+  std::erase_if(corrections.priors, [&](JointPrior& prior) {
+    if (prior.passes.empty()) return false;
+    narrow(&prior.passes);
+    return prior.passes.empty();
+  });
+  std::erase_if(corrections.groups, [](const CorrectionGroup& g) { return g.passes.empty(); });
+  return corrections;
 }
 
 class Diagnosing {
  public:
   Diagnosing(const Block& block, const AdjustOptions& options, ProgressSink* progress)
       : block_(block), progress_(progress) {
-    if (options.corrections != CorrectionChoice::kNone) groups_ = options.groups;
+    if (options.corrections != CorrectionChoice::kNone) {
+      corrections_ = {options.groups, options.priors};
+    }
   }
 
   Diagnosis Run() {
@@ -160,8 +166,8 @@ class Diagnosing {
     } else {
       sample = TakeSample(block_, progress_);
     }
-    groups_ = OfPassesWithLooks(sample.block, std::move(groups_));
-    Trials trials(sample.block, groups_, progress_);
+    corrections_ = OfPassesWithLooks(sample.block, std::move(corrections_));
+    Trials trials(sample.block, corrections_, progress_);
     const Fit before = trials.AsItIs();
     out_.contradicts = Contradicts(before);
     out_.square_sum = before.SquareSum();
@@ -176,9 +182,9 @@ class Diagnosing {
   void Explain(const Sample& sample, const Fit& before, Trials* trials) {
     const std::vector<PassSightings> passes = SightingsOf(sample.block);
     const Block as_it_is = trials->BlockWith(nullptr, 0.0);
-    const Eigen::MatrixX2d residuals = WhitenedResiduals(as_it_is, groups_, before);
-    const Eigen::MatrixX2d redundancies = PointRedundancies(as_it_is, groups_, before);
-    const Facts facts{sample, passes, groups_, before, residuals, redundancies};
+    const Eigen::MatrixX2d residuals = WhitenedResiduals(as_it_is, corrections_, before);
+    const Eigen::MatrixX2d redundancies = PointRedundancies(as_it_is, corrections_, before);
+    const Facts facts{sample, passes, corrections_, before, residuals, redundancies};
     Hypotheses all;
     for (const auto add : {AddTimeMistakes,
                            AddRangeMistakes,
@@ -307,7 +313,7 @@ class Diagnosing {
   }
 
   const Block& block_;
-  std::vector<CorrectionGroup> groups_;
+  CorrectionModel corrections_;
   ProgressSink* progress_;
   Diagnosis out_;
 };

@@ -78,13 +78,13 @@ BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
 double Fit::SquareSum() const { return square_sum_1 + kLost_1 * static_cast<double>(lost); }
 
 Fit SolveSample(const Block& sample,
-                const std::vector<CorrectionGroup>& groups,
+                const CorrectionModel& corrections,
                 const BlockState* warm,
                 Effort effort,
                 ProgressSink* progress) {
   Fit fit;
   try {
-    AdjustmentProblem problem(sample, groups);
+    AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
     const bool fits = warm != nullptr && warm->start_m.size() == sample.points.size();
     fit.state =
         !fits ? std::move(ComputeStartValues(&problem, progress).state) : Continue(*warm, &problem);
@@ -113,12 +113,12 @@ Fit SolveSample(const Block& sample,
 }
 
 Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
-                                   const std::vector<CorrectionGroup>& groups,
+                                   const CorrectionModel& corrections,
                                    const Fit& fit) {
   Eigen::MatrixX2d out =
       Eigen::MatrixX2d::Constant(static_cast<Eigen::Index>(sample.looks.size()), 2, kNotGiven);
   if (!fit.solved) return out;
-  AdjustmentProblem problem(sample, groups);
+  AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
   UpdateWeights(fit.state, &problem);
   WhitenedLook at;
   for (std::size_t point = 0; point < sample.points.size(); ++point) {
@@ -134,12 +134,12 @@ Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
 }
 
 Eigen::MatrixX2d PointRedundancies(const Block& sample,
-                                   const std::vector<CorrectionGroup>& groups,
+                                   const CorrectionModel& corrections,
                                    const Fit& fit) {
   Eigen::MatrixX2d out =
       Eigen::MatrixX2d::Constant(static_cast<Eigen::Index>(sample.looks.size()), 2, kNotGiven);
   if (!fit.solved) return out;
-  AdjustmentProblem problem(sample, groups);
+  AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
   UpdateWeights(fit.state, &problem);
   PointFactor factor;
   for (std::size_t point = 0; point < sample.points.size(); ++point) {

@@ -43,7 +43,7 @@ enum class Effort { kQuick, kFull };
 /// which leaves out what has no place there. Never throws but Interrupted: what cannot be solved is
 /// a Fit that is not.
 [[nodiscard]] Fit SolveSample(const Block& sample,
-                              const std::vector<CorrectionGroup>& groups,
+                              const CorrectionModel& corrections,
                               const BlockState* warm,
                               Effort effort,
                               ProgressSink* progress);
@@ -51,13 +51,13 @@ enum class Effort { kQuick, kFull };
 /// Residuals of every look over its standard deviations at a fit, NaN where it has none: columns
 /// range and azimuth.
 [[nodiscard]] Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
-                                                 const std::vector<CorrectionGroup>& groups,
+                                                 const CorrectionModel& corrections,
                                                  const Fit& fit);
 
 /// Part of an error of each measurement that its own residual shows while corrections stay, 1 less
 /// what its point follows: as WhitenedResiduals(), NaN where a look has none.
 [[nodiscard]] Eigen::MatrixX2d PointRedundancies(const Block& sample,
-                                                 const std::vector<CorrectionGroup>& groups,
+                                                 const CorrectionModel& corrections,
                                                  const Fit& fit);
 
 }  // namespace sarblock

@@ -63,15 +63,16 @@ Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress) {
   const Block& block = facts.sample.block;
   if (!facts.before.solved || block.passes.size() > kMostPasses) return out;
   try {
-    std::vector<CorrectionGroup> groups = facts.groups;
+    std::vector<CorrectionGroup> groups = facts.corrections.groups;
     for (const CorrectionGroup& constant : Constants()) {
       const bool stands = std::any_of(groups.begin(), groups.end(), [&](const CorrectionGroup& g) {
         return !constant.shared && !g.shared && Overlap(g, constant);
       });
       if (!stands) groups.push_back(constant);
     }
-    AdjustmentProblem base(block, facts.groups);
-    AdjustmentProblem extended(block, groups);
+    const std::vector<JointPrior>& priors = facts.corrections.priors;
+    AdjustmentProblem base(block, facts.corrections.groups, {}, priors);
+    AdjustmentProblem extended(block, groups, {}, priors);
     std::map<ParameterKey, double> value_of;
     for (int i = 0; i < base.layout.size(); ++i) {
       value_of[KeyOf(base.layout.parameters[static_cast<std::size_t>(i)])] =

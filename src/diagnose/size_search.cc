@@ -50,7 +50,7 @@ Block Trials::BlockWith(const Hypothesis* hypothesis, double value) const {
 
 Fit Trials::AsItIs() {
   ++solutions_;
-  return SolveSample(BlockWith(nullptr, 0.0), groups_, nullptr, Effort::kFull, progress_);
+  return SolveSample(BlockWith(nullptr, 0.0), corrections_, nullptr, Effort::kFull, progress_);
 }
 
 Fit Trials::With(const Hypothesis& hypothesis,
@@ -59,7 +59,7 @@ Fit Trials::With(const Hypothesis& hypothesis,
                  Effort effort) {
   ++solutions_;
   const Block block = BlockWith(&hypothesis, value);
-  Fit fit = SolveSample(block, groups_, warm, effort, progress_);
+  Fit fit = SolveSample(block, corrections_, warm, effort, progress_);
   if (block.looks.size() == sample_.looks.size() && fit.looks > 0) {
     const double part_1 =
         std::clamp(fit.redundancy_1 / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);

@@ -4,6 +4,7 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/model/corrections.h"
 
+#include <utility>
 #include <vector>
 
 #include "fit.h"
@@ -14,8 +15,8 @@ namespace sarblock {
 /// Solves a sample with mistakes undone, and counts how often.
 class Trials {
  public:
-  Trials(const Block& sample, const std::vector<CorrectionGroup>& groups, ProgressSink* progress)
-      : sample_(sample), groups_(groups), progress_(progress) {}
+  Trials(const Block& sample, CorrectionModel corrections, ProgressSink* progress)
+      : sample_(sample), corrections_(std::move(corrections)), progress_(progress) {}
 
   /// The sample as it is.
   [[nodiscard]] Fit AsItIs();
@@ -29,7 +30,7 @@ class Trials {
 
  private:
   const Block& sample_;
-  const std::vector<CorrectionGroup>& groups_;
+  CorrectionModel corrections_;
   ProgressSink* progress_;
   int solutions_ = 0;
 };

@@ -11,6 +11,7 @@
 
 #include "adjust_corrections.h"
 #include "adjust_overrides.h"
+#include "adjust_priors.h"
 #include "number.h"
 
 namespace sarblock {
@@ -320,6 +321,8 @@ const std::array kOptions = std::to_array<OptionRow>({
    {ReadSelection, nullptr}},
   {{"correction", "table", "position, velocity, range, time, squint, troposphere", "none",
    "Correction groups; each a table, or an array of tables for several of a kind."}, {}},
+  {{"prior", "table", "tables by name", "none",
+   "Joint priors: several corrections of a pass with their full covariance."}, {}},
   {{"quality.alpha", "number", "above 0, below power", "0.001",
    "Level of the test of one observation, or of all together with family_wise."},
    {ReadPositive<&AdjustOptions::quality, &QualityOptions::alpha_1>, DumpNumber<&AdjustOptions::quality, &QualityOptions::alpha_1>}},
@@ -430,6 +433,7 @@ std::span<const AdjustOption> AdjustOptionTable() {
     std::vector<AdjustOption> out;
     for (const OptionRow& row : kOptions) out.push_back(row.option);
     out.insert(out.end(), CorrectionOptions().begin(), CorrectionOptions().end());
+    out.insert(out.end(), PriorOptions().begin(), PriorOptions().end());
     return out;
   }();
   return options;
@@ -452,6 +456,15 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
     if (!reading.options.groups.empty()) reading.options.corrections = CorrectionChoice::kGiven;
   }
   ReadSection(table, "", &reading);
+  if (const auto prior = table.Find("prior")) {
+    const TomlTable tables(*prior);
+    AdjustOptions& options = reading.options;
+    options.priors = ReadPriors(tables);
+    RequireFitting(tables, pass_ids, options.groups, options.priors);
+    if (!options.priors.empty() && options.corrections == CorrectionChoice::kAuto) {
+      prior->Fail(kNoAutomaticPriors);
+    }
+  }
   return reading.options;
 }
 
@@ -470,7 +483,7 @@ std::string DumpAdjustTable(const AdjustOptions& options) {
   if (options.corrections == CorrectionChoice::kAuto) {
     text += "[adjust.selection]\n" + DumpSection("selection.", options);
   }
-  return text + DumpCorrections(options.groups);
+  return text + DumpCorrections(options.groups) + DumpPriors(options.priors);
 }
 
 }  // namespace sarblock

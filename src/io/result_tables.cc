@@ -162,14 +162,15 @@ void WritePointTable(TableSink* sink, const ResultView& view) {
 void WriteParameterTable(TableSink* sink, const ResultView& view) {
   const auto table = sink->Open("passes", kParameterColumns);
   TableWriter& out = *table;
-  for (const ParameterResult& parameter : view.result.parameters) {
+  const std::vector<PriorTest> priors = TestsOfPriors(view.result);
+  for (std::size_t i = 0; i < priors.size(); ++i) {
+    const ParameterResult& parameter = view.result.parameters[i];
     ParameterResult scaled = parameter;
     scaled.sigma *= std::sqrt(view.factor);
     out.Text(parameter.owner).Text(parameter.name).Text(parameter.unit).Number(parameter.value);
     out.Number(scaled.sigma).Number(parameter.prior_sigma).Number(scaled.significance_1());
     out.Text(parameter.kept);
-    const PriorTest prior = TestOfPrior(view.result, parameter);
-    out.Number(prior.redundancy_1).Number(prior.w_1).EndRow();
+    out.Number(priors[i].redundancy_1).Number(priors[i].w_1).EndRow();
   }
   out.Commit();
 }

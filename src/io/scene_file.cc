@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/scene_file.h"
 
+#include "adjust_priors.h"
 #include "core/units.h"
 #include "csv_reader.h"
 #include "ellipsoid_reader.h"
@@ -80,6 +81,7 @@ SceneNavigation ReadNavigation(SceneTable& table) {
   table.Number("time_bias_sigma_s", &navigation.time_bias_sigma_s);
   table.Number("squint_bias_sigma_deg", &navigation.squint_bias_sigma_rad, kRadPerDeg);
   table.Truth("shared_biases", &navigation.shared_biases);
+  if (const auto prior = table.Take("prior")) navigation.joint = ReadPriors(TomlTable(*prior));
   table.Finish();
   return navigation;
 }

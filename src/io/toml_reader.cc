@@ -87,6 +87,15 @@ std::string TomlText(std::string_view text) {
   return quoted + '"';
 }
 
+std::string TomlKey(std::string_view name) {
+  const auto bare = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_';
+  };
+  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), bare);
+  return plain ? std::string(name) : TomlText(name);
+}
+
 toml::table ParseToml(std::string_view text, const std::string& file) {
   RefuseNamelessHeaders(text, file);
   try {

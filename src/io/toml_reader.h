@@ -76,4 +76,7 @@ class TomlTable {
 /// A text as a TOML basic string, quotes included.
 [[nodiscard]] std::string TomlText(std::string_view text);
 
+/// A name as the key of a table: bare where TOML allows it, else quoted.
+[[nodiscard]] std::string TomlKey(std::string_view name);
+
 }  // namespace sarblock

@@ -4,9 +4,8 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
-
-#include "flight/track_axes.h"
 
 namespace sarblock {
 namespace {
@@ -15,7 +14,10 @@ namespace {
 /// shared group) and numbered at the end, so that an owner's parameters stand together.
 class LayoutBuilder {
  public:
-  explicit LayoutBuilder(const Block& block) : block_(block) {
+  LayoutBuilder(const Block& block,
+                const std::vector<CorrectionGroup>& groups,
+                const std::vector<JointPrior>& priors)
+      : block_(block), groups_(groups), priors_(priors) {
     layout_.passes.resize(block.passes.size());
     own_of_.resize(block.passes.size());
     for (std::size_t i = 0; i < block.passes.size(); ++i) {
@@ -49,7 +51,7 @@ class LayoutBuilder {
     }
     if (group.shared) {
       const int first = static_cast<int>(layout_.parameters.size());
-      const std::vector<Parameter> parameters = StaticParameters(group);
+      const std::vector<Parameter> parameters = ParametersOf(group);
       const int block = NewBlock(static_cast<int>(parameters.size()), true);
       Append(group.name, parameters);
       for (const std::size_t pass : members) {
@@ -69,13 +71,14 @@ class LayoutBuilder {
       const int block = NewBlock(0, false);
       corrections.blocks.push_back(block);
       for (const CorrectionGroup* group : groups) {
-        const std::vector<Parameter> parameters = StaticParameters(*group);
+        const std::vector<Parameter> parameters = ParametersOf(*group);
         Bind(*group, corrections.static_columns, &corrections);
         Append(block_.passes[pass].id, parameters);
         corrections.static_columns += static_cast<int>(parameters.size());
         layout_.blocks.back().size += static_cast<int>(parameters.size());
       }
     }
+    BindPriors();
     for (std::size_t i = 0; i < layout_.passes.size(); ++i) {
       const PassCorrections& corrections = layout_.passes[i];
       CheckTerms(i,
@@ -141,83 +144,8 @@ class LayoutBuilder {
     }
   }
 
-  static const std::array<const char*, 3>& AxisNames(const PositionCorrection& position) {
-    return position.axes == PositionCorrection::Axes::kTrack ? kTrackAxisNames : kFrameAxisNames;
-  }
-
-  static double PriorOf(const PositionCorrection& position, std::size_t axis, std::size_t degree) {
-    const std::vector<double>& sigma_m = position.prior_sigma_m[axis];
-    if (sigma_m.empty()) return kNotGiven;
-    return sigma_m.size() == 1 ? sigma_m[0] : sigma_m[degree];
-  }
-
-  static Parameter OfPosition(const PositionCorrection& position,
-                              std::size_t axis,
-                              std::size_t degree,
-                              double prior_sigma) {
-    Parameter out;
-    out.name = std::string("position.") + AxisNames(position)[axis] + "." + std::to_string(degree);
-    out.unit = "m";
-    out.prior_sigma = prior_sigma;
-    out.axes = position.axes;
-    out.axis = static_cast<int>(axis);
-    out.degree = static_cast<int>(degree);
-    out.spline = position.basis == PositionCorrection::Basis::kSpline;
-    return out;
-  }
-
-  static Parameter OfKind(ParameterKind kind,
-                          const char* name,
-                          const char* unit,
-                          double prior_sigma) {
-    Parameter out;
-    out.kind = kind;
-    out.name = name;
-    out.unit = unit;
-    out.prior_sigma = prior_sigma;
-    return out;
-  }
-
-  /// Parameters of a group in the order of its local columns; Bind follows the same order.
-  static std::vector<Parameter> StaticParameters(const CorrectionGroup& group) {
-    std::vector<Parameter> out;
-    const auto add = [&out](ParameterKind kind, const char* name, const char* unit, double sigma) {
-      out.push_back(OfKind(kind, name, unit, sigma));
-    };
-    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (!position->components[axis]) continue;
-        for (std::size_t k = 0; k <= static_cast<std::size_t>(position->degree); ++k) {
-          out.push_back(OfPosition(*position, axis, k, PriorOf(*position, axis, k)));
-        }
-      }
-    } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
-      const auto& sigma = velocity->prior_sigma;
-      if (velocity->components[0]) {
-        add(ParameterKind::kVelocityAcross, "velocity.across", "1", sigma[0]);
-      }
-      if (velocity->components[1]) add(ParameterKind::kVelocityUp, "velocity.up", "1", sigma[1]);
-    } else if (const auto* range = std::get_if<RangeCorrection>(&group.model)) {
-      if (range->bias) {
-        add(ParameterKind::kRangeBias, "range.bias", "m", range->bias_prior_sigma_m);
-      }
-      if (range->scale) {
-        add(ParameterKind::kRangeScale, "range.scale", "1", range->scale_prior_sigma);
-      }
-    } else if (const auto* time = std::get_if<TimeCorrection>(&group.model)) {
-      add(ParameterKind::kTimeBias, "time.bias", "s", time->bias_prior_sigma_s);
-    } else if (const auto* squint = std::get_if<SquintCorrection>(&group.model)) {
-      add(ParameterKind::kSquintBias, "squint.bias", "rad", squint->bias_prior_sigma_rad);
-    } else if (const auto* air = std::get_if<TroposphereCorrection>(&group.model)) {
-      add(ParameterKind::kZenithDelay, "troposphere.zenith", "m", air->zenith_prior_sigma_m);
-    }
-    if (out.empty()) {
-      throw InputError("correction." + group.name, "has no parameter, switch one on");
-    }
-    return out;
-  }
-
-  /// Connects a group's columns, from `column` on, to the effects of a pass.
+  /// Connects a group's columns, from `column` on in the order of ParametersOf, to the effects of a
+  /// pass.
   static void Bind(const CorrectionGroup& group, int column, PassCorrections* pass) {
     if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
       pass->polynomials.push_back({position->axes, position->components, position->degree, column});
@@ -266,11 +194,41 @@ class LayoutBuilder {
         std::vector<Parameter> coefficient;
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (!position.components[axis]) continue;
-          coefficient.push_back(OfPosition(position, axis, q, PriorOf(position, axis, 0)));
+          coefficient.push_back(PositionParameter(position, axis, q));
         }
         Append(owner, coefficient);
       }
       for (const std::size_t pass : set) layout_.passes[pass].splines.push_back(term);
+    }
+  }
+
+  /// A pass's own parameters are one block, its last: so is what a joint prior speaks of.
+  void BindPriors() {
+    if (priors_.empty()) return;
+    std::vector<std::string> ids;
+    for (const Pass& pass : block_.passes) ids.push_back(pass.id);
+    const JointPriorBindings bindings = BindJointPriors(ids, groups_, priors_);
+    if (bindings.problem) {
+      const JointPriorProblem& problem = *bindings.problem;
+      throw InputError(KeyOf(priors_[problem.prior]) + "." + problem.field, problem.problem);
+    }
+    for (const JointPriorBinding& binding : bindings.bound) {
+      const JointPrior& prior = priors_[binding.prior];
+      const Pass& pass = block_.passes[binding.pass];
+      JointPriorTerm term;
+      term.name = prior.name;
+      term.owner = pass.id;
+      term.block = layout_.passes[binding.pass].blocks.back();
+      term.Set(CovarianceOf(prior, block_.frame, pass, binding.axes));
+      const int offset = layout_.blocks[static_cast<std::size_t>(term.block)].offset;
+      for (std::size_t i = 0; i < binding.parameters.size(); ++i) {
+        term.parameters.push_back(offset + binding.parameters[i]);
+        Parameter& parameter = layout_.parameters[static_cast<std::size_t>(term.parameters.back())];
+        const auto row = static_cast<Eigen::Index>(i);
+        parameter.prior_sigma = std::sqrt(term.covariance(row, row));
+        parameter.joint = static_cast<int>(layout_.joint_priors.size());
+      }
+      layout_.joint_priors.push_back(std::move(term));
     }
   }
 
@@ -295,6 +253,8 @@ class LayoutBuilder {
   }
 
   const Block& block_;
+  const std::vector<CorrectionGroup>& groups_;
+  const std::vector<JointPrior>& priors_;
   ParameterLayout layout_;
   std::map<std::string, std::size_t> index_of_pass_;
   std::map<std::size_t, std::vector<const CorrectionGroup*>> own_groups_;
@@ -326,9 +286,39 @@ std::string ParameterLayout::Describe(int parameter) const {
   return p.owner + " " + p.name;
 }
 
+Eigen::VectorXd ParameterLayout::FromPrior(const JointPriorTerm& prior,
+                                           const Eigen::VectorXd& corrections) const {
+  Eigen::VectorXd out = corrections(prior.parameters);
+  for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
+    out[static_cast<Eigen::Index>(i)] -=
+        parameters[static_cast<std::size_t>(prior.parameters[i])].prior_value;
+  }
+  return out;
+}
+
+std::vector<PriorRow> PriorRowsOf(const ParameterLayout& layout, int block) {
+  std::vector<PriorRow> rows;
+  const ParameterBlock& of = layout.blocks[static_cast<std::size_t>(block)];
+  for (int i = of.offset; i < of.offset + of.size; ++i) {
+    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(i)];
+    if (parameter.has_own_prior()) rows.push_back({{{i, 1.0 / parameter.prior_sigma}}});
+  }
+  for (const JointPriorTerm& prior : layout.joint_priors) {
+    if (prior.block != block) continue;
+    for (Eigen::Index r = 0; r < prior.whitening.rows(); ++r) {
+      PriorRow& row = rows.emplace_back();
+      for (Eigen::Index c = 0; c <= r; ++c) {
+        row.terms.push_back({prior.parameters[static_cast<std::size_t>(c)], prior.whitening(r, c)});
+      }
+    }
+  }
+  return rows;
+}
+
 ParameterLayout MakeParameterLayout(const Block& block,
-                                    const std::vector<CorrectionGroup>& groups) {
-  LayoutBuilder builder(block);
+                                    const std::vector<CorrectionGroup>& groups,
+                                    const std::vector<JointPrior>& priors) {
+  LayoutBuilder builder(block, groups, priors);
   for (const CorrectionGroup& group : groups) builder.Add(group);
   return builder.Finish();
 }

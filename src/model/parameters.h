@@ -5,45 +5,15 @@
 #include "sarblock/model/corrections.h"
 
 #include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "flight/basis.h"
+#include "joint_prior.h"
+#include "parameter.h"
+#include <Eigen/Core>
 
 namespace sarblock {
-
-/// What a prior says of a parameter, in the unit of the parameter.
-using PriorValue = double;
-
-/// What a parameter corrects.
-enum class ParameterKind : std::uint8_t {
-  kPosition,  ///< of the antenna, along one axis
-  kVelocityAcross,
-  kVelocityUp,
-  kRangeBias,
-  kRangeScale,
-  kTimeBias,
-  kSquintBias,
-  kZenithDelay,
-};
-
-/// One correction parameter of a block. Its name and unit are for people and files; what it does
-/// is its kind.
-struct Parameter {
-  std::string owner;  ///< pass id, or the group's name where shared
-  std::string name;   ///< "position.along.0", "range.bias", ...
-  std::string unit;   ///< "m", "s", "rad", "1"
-  PriorSigma prior_sigma = kNotGiven;
-  PriorValue prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
-  ParameterKind kind = ParameterKind::kPosition;
-  // Of kPosition:
-  PositionCorrection::Axes axes = PositionCorrection::Axes::kTrack;
-  int axis = 0;         ///< 0 along or x, 1 across or y, 2 up or z
-  int degree = 0;       ///< of the polynomial; of a spline the number of its coefficient
-  bool spline = false;  ///< coefficient of a spline
-  [[nodiscard]] bool has_prior() const { return prior_sigma == prior_sigma; }
-};
 
 /// Parameters that always stand together: one column block of the normal matrix.
 struct ParameterBlock {
@@ -100,6 +70,7 @@ struct ParameterLayout {
   std::vector<Parameter> parameters;
   std::vector<ParameterBlock> blocks;
   std::vector<PassCorrections> passes;  ///< by pass index
+  std::vector<JointPriorTerm> joint_priors;
 
   /// More columns than any look may touch.
   static constexpr int kMaxLocalColumns = 192;
@@ -110,12 +81,29 @@ struct ParameterLayout {
   [[nodiscard]] int size() const { return static_cast<int>(parameters.size()); }
   /// "A1 position.along.0", for messages.
   [[nodiscard]] std::string Describe(int parameter) const;
+  /// How far the parameters of a joint prior are from what it says, c - c0.
+  [[nodiscard]] Eigen::VectorXd FromPrior(const JointPriorTerm& prior,
+                                          const Eigen::VectorXd& corrections) const;
 };
 
+/// One whitened equation of a prior, the sum of weight (c - c0) over its terms.
+struct PriorRow {
+  struct Term {
+    int parameter = 0;
+    double weight = 0.0;
+  };
+  std::vector<Term> terms;
+};
+
+/// The equations of all priors of a parameter block: one a parameter that has a prior of its own,
+/// in their order, then those of its joint priors (docs/theory/adjustment.md, eq. (3a)).
+[[nodiscard]] std::vector<PriorRow> PriorRowsOf(const ParameterLayout& layout, int block);
+
 /// Builds the layout. Throws InputError for an unknown pass, an empty group, priors of the wrong
-/// number, a degree above PositionCorrection::kMaxDegree or two groups for one pass that are both
-/// not shared and Overlap().
+/// number, a degree above PositionCorrection::kMaxDegree, two groups for one pass that are both
+/// not shared and Overlap(), or a joint prior that does not fit (BindJointPriors).
 [[nodiscard]] ParameterLayout MakeParameterLayout(const Block& block,
-                                                  const std::vector<CorrectionGroup>& groups);
+                                                  const std::vector<CorrectionGroup>& groups,
+                                                  const std::vector<JointPrior>& priors = {});
 
 }  // namespace sarblock

@@ -66,10 +66,12 @@ ControlEvaluation EvaluateControl(const Frame& frame,
 
 AdjustmentProblem::AdjustmentProblem(const Block& source,
                                      const std::vector<CorrectionGroup>& asked,
-                                     const Simplified& simplified)
+                                     const Simplified& simplified,
+                                     const std::vector<JointPrior>& joint_priors)
     : block(source),
       groups(asked),
-      layout(MakeParameterLayout(source, groups)),
+      priors(joint_priors),
+      layout(MakeParameterLayout(source, groups, priors)),
       model(source, layout, simplified) {
   const std::size_t points = block.points.size(), looks = block.looks.size();
   look_used.resize(looks);
@@ -85,6 +87,14 @@ AdjustmentProblem::AdjustmentProblem(const Block& source,
     control_of[known.point] = static_cast<std::int32_t>(control.size());
     control.push_back(MakeControl(block, known));
   }
+}
+
+AdjustmentProblem::AdjustmentProblem(const Block& source, const AdjustmentProblem& like)
+    : AdjustmentProblem(source, like.groups, like.model.simplified(), like.priors) {}
+
+CorrectionModel GivenCorrections(const AdjustOptions& options) {
+  if (options.corrections != CorrectionChoice::kGiven) return {};
+  return {options.groups, options.priors};
 }
 
 void AdjustmentProblem::LeaveOut(std::size_t point, PointStatus status, const std::string& reason) {

@@ -6,6 +6,7 @@
 #include "sarblock/model/result.h"
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "look_model.h"
@@ -61,10 +62,14 @@ struct HeldParameter {
 struct AdjustmentProblem {
   AdjustmentProblem(const Block& source,
                     const std::vector<CorrectionGroup>& asked,
-                    const Simplified& simplified = {});
+                    const Simplified& simplified = {},
+                    const std::vector<JointPrior>& joint_priors = {});
+  /// The same corrections and priors for a block with the same passes.
+  AdjustmentProblem(const Block& source, const AdjustmentProblem& like);
 
   const Block& block;
   std::vector<CorrectionGroup> groups;
+  std::vector<JointPrior> priors;
   ParameterLayout layout;
   LookModel model;                        ///< refers to block and layout
   std::vector<std::uint8_t> look_used;    ///< by look: takes part
@@ -89,6 +94,18 @@ struct AdjustmentProblem {
   /// Looks of a point that take part.
   [[nodiscard]] int CountLooks(std::size_t point) const;
 };
+
+/// Corrections of passes and their joint priors.
+struct CorrectionModel {
+  CorrectionModel() = default;
+  CorrectionModel(std::vector<CorrectionGroup> of_passes,  // NOLINT(google-explicit-constructor)
+                  std::vector<JointPrior> of_groups = {})
+      : groups(std::move(of_passes)), priors(std::move(of_groups)) {}
+  std::vector<CorrectionGroup> groups;
+  std::vector<JointPrior> priors;
+};
+/// Those of an adjustment with these options; none unless they are given.
+[[nodiscard]] CorrectionModel GivenCorrections(const AdjustOptions& options);
 
 /// Evaluates a look of a point at a state; finds its columns too. False where the model has no
 /// value.

@@ -364,7 +364,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
     for (int i = 0; i < block.size; ++i) {
       const int row = block.offset + i;
       const Parameter& parameter = layout.parameters[static_cast<std::size_t>(row)];
-      if (!parameter.has_prior()) continue;
+      if (!parameter.has_own_prior()) continue;
       const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
       const double x = state.corrections[row] - parameter.prior_value;
       s_.sparse.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
@@ -373,6 +373,23 @@ void ReducedSystem::AddPriors(const BlockState& state) {
       full_gradient_[row] += weight * x;
       cost_1_ += 0.5 * weight * x * x;
     }
+  }
+  for (const JointPriorTerm& prior : layout.joint_priors) {
+    const Eigen::VectorXd x = layout.FromPrior(prior, state.corrections);
+    const Eigen::VectorXd gradient = prior.information * x;
+    const std::vector<int>& at = prior.parameters;
+    const int offset = layout.blocks[static_cast<std::size_t>(prior.block)].offset;
+    auto block = s_.sparse.Block(prior.block, prior.block);
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const int row = at[static_cast<std::size_t>(i)];
+      for (Eigen::Index j = 0; j < x.size(); ++j) {
+        block(row - offset, at[static_cast<std::size_t>(j)] - offset) += prior.information(i, j);
+      }
+      full_diagonal_[row] += prior.information(i, i);
+    }
+    right_side_(at) += gradient;
+    full_gradient_(at) += gradient;
+    cost_1_ += 0.5 * (prior.whitening * x).squaredNorm();
   }
 }
 

@@ -16,6 +16,7 @@
 #include "reflector_points.h"
 #include "sicd_pass.h"
 #include "sicd_points.h"
+#include "sicd_priors.h"
 #include "sicd_projection.h"
 #include <fmt/core.h>
 
@@ -190,10 +191,20 @@ class Importer {
     Add(product, PassOfNisar(product, options_, &result_.warnings), product.orbit_type, id);
   }
   void Add(const SicdImage& image, const std::string& id) {
+    ImagePass pass = PassOfSicd(image);
+    if (!id.empty()) pass.pass.id = id;
+    const SicdPriors priors = PriorsOfSicd(image, pass);
     Add(image,
-        PassOfSicd(image),
+        std::move(pass),
         image.offsets ? "ARPPoly with its AdjustableParameterOffsets" : "ARPPoly",
-        id);
+        "");
+    result_.products.back().priors = priors.says;
+    const auto append = [](const auto& from, auto* to) {
+      to->insert(to->end(), from.begin(), from.end());
+    };
+    append(priors.corrections, &result_.corrections);
+    append(priors.priors, &result_.priors);
+    append(priors.warnings, &result_.warnings);
     if (options_.corner_sigma_m) AddCorners(image);
   }
   void Add(const RadarImage& image, const std::string& id) {

@@ -9,6 +9,7 @@
 #include "byte_source.h"
 #include "core/units.h"
 #include "nitf_text.h"
+#include "sicd_error_reader.h"
 #include "xml_reader.h"
 #include <fmt/core.h>
 
@@ -256,6 +257,7 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   const std::string letter = side.Text();
   if (letter != "L" && letter != "R") side.Fail("'" + letter + "' is not allowed, L or R is");
   image.side = letter == "L" ? LookSide::kLeft : LookSide::kRight;
+  image.errors = ReadErrorStatistics(root);
   return image;
 }
 

@@ -154,7 +154,7 @@ double ShiftToFullModel(const AdjustmentProblem& problem,
                         const std::vector<SymmetricEnu>& covariance_m2,
                         ProgressSink* progress) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  AdjustmentProblem full(problem.block, problem.groups);
+  AdjustmentProblem full(problem.block, problem.groups, {}, problem.priors);
   AdoptAll(problem, state, &full);
   ReducedSystem system(full), own(problem);
   if (!FormStep(state, progress, &system)) return kNone;

@@ -4,38 +4,19 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <string_view>
 
 #include "core/units.h"
 #include "flight/track_axes.h"
+#include "geodesy/body.h"
 #include "geometry/cone_time.h"
+#include "joint_names.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 namespace sarblock {
 namespace {
-
-/// Gravity parameter [m3/s2] and sidereal rotation [rad/s] (positive: eastwards).
-/// Moon: IAU/GRAIL GM; Venus: IAU 2015 rotation, retrograde; Mars: IAU 2015.
-struct Body {
-  std::string_view name;
-  double gm;
-  double rotation;
-};
-constexpr std::array<Body, 5> kBodies = {{{"WGS84", 3.986004418e14, 7.292115e-5},
-                                          {"GRS80", 3.986005e14, 7.292115e-5},
-                                          {"Moon", 4.9028e12, 2.6616995e-6},
-                                          {"Venus", 3.24858592e14, -2.9924e-7},
-                                          {"Mars", 4.282837e13, 7.088218e-5}}};
-
-const Body* FindBody(const std::string& name) {
-  const auto* found = std::find_if(
-      kBodies.begin(), kBodies.end(), [&](const Body& body) { return body.name == name; });
-  return found == kBodies.end() ? nullptr : found;
-}
 
 /// A planned motion by time from the middle of the strip.
 using Trajectory = std::function<StateVector(double)>;
@@ -198,14 +179,19 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
       turn_mps += navigation.process_sigma_m[axis] / navigation.knot_spacing_s;
     }
   }
-  const double angle_rad = navigation.squint_bias_sigma_rad + turn_mps / speed_mps;
+  const JointSigmas joint = SumJointSigmas(navigation.joint);
+  shift_m += joint.shift_m;
+  turn_mps += joint.end_slope_m * 2.0 / duration_s;
+  const double angle_rad =
+      navigation.squint_bias_sigma_rad + joint.squint_bias_rad + turn_mps / speed_mps;
   const double measured = scene.looks.blunder_fraction_1 > 0.0 ? scene.looks.blunder_size_1 : 1.0;
   const LookSigma& sigma = scene.looks.azimuth;
   const double azimuth_s = sigma.azimuth_unit == AzimuthUnit::kSeconds  ? sigma.azimuth
                            : sigma.azimuth_unit == AzimuthUnit::kMetres ? sigma.azimuth / speed_mps
                                                                         : 0.0;
-  return 6.0 * ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
-                azimuth_s * scene.looks.noise_scale_1 * std::max(1.0, measured)) +
+  return 6.0 *
+             ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
+              joint.time_bias_s + azimuth_s * scene.looks.noise_scale_1 * std::max(1.0, measured)) +
          WanderMargin(scene.wander, speed_mps, range_m);
 }
 

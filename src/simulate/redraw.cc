@@ -40,7 +40,7 @@ void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
   simulated->truth.paths.clear();
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
     const Pass& planned = simulated->Planned(i);
-    simulated->errors.push_back(DrawPassError(scene.navigation, planned, i, seed));
+    simulated->errors.push_back(DrawPassError(scene.navigation, block.frame, planned, i, seed));
     if (scene.wander.Given()) simulated->wander.emplace_back(scene.wander, planned, i, seed);
     if (recorded) {
       const SceneRecorder recorder = scene.recorder.value_or(SceneRecorder{});

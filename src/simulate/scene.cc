@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/units.h"
+#include "joint_names.h"
 
 namespace sarblock {
 namespace {
@@ -282,6 +283,20 @@ Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
 
 }  // namespace
 
+namespace {
+
+std::vector<std::string> PassIds(const Scene& scene) {
+  std::vector<std::string> ids;
+  for (const SceneFlight& flight : scene.flights) {
+    for (std::size_t p = 0; p < flight.count * flight.segments; ++p) {
+      ids.push_back(PassId(flight, p / flight.segments, p % flight.segments));
+    }
+  }
+  return ids;
+}
+
+}  // namespace
+
 std::optional<SceneProblem> FindProblem(const Scene& scene) {
   if (scene.name.empty()) return {{"name", "must not be empty"}};
   if (scene.frame.kind() == FrameKind::kGeocentric &&
@@ -298,6 +313,10 @@ std::optional<SceneProblem> FindProblem(const Scene& scene) {
     if (Problem problem = FindRecorderProblem(*scene.recorder)) return problem;
   }
   if (Problem problem = FindNavigationProblem(scene.navigation)) return problem;
+  if (!scene.navigation.joint.empty()) {
+    const auto problem = FindJointProblem(scene.navigation.joint, PassIds(scene));
+    if (problem) return {{problem->key, problem->problem}};
+  }
   if (Problem problem = FindLooksProblem(scene.looks)) return problem;
   if (Problem problem = FindPointsProblem(scene)) return problem;
   if (Problem problem = FindKnownProblem(scene.control, "control.")) return problem;

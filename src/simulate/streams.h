@@ -18,6 +18,7 @@ enum StreamKind : std::uint64_t {
   kKnownStream = 8,
   kWanderStream = 9,
   kRecorderStream = 10,
+  kJointStream = 11,
 };
 
 }  // namespace sarblock

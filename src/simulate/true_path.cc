@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "flight/track_axes.h"
+#include "joint_errors.h"
 #include "recording.h"
 #include "streams.h"
 
@@ -42,6 +43,7 @@ std::vector<double> DrawProcess(const SceneNavigation& navigation,
 }  // namespace
 
 PassError DrawPassError(const SceneNavigation& navigation,
+                        const Frame& frame,
                         const Pass& pass,
                         std::size_t pass_index,
                         std::uint64_t seed) {
@@ -67,6 +69,7 @@ PassError DrawPassError(const SceneNavigation& navigation,
   error.range_scale_1 = navigation.range_scale_sigma_1 * bias.Normal();
   error.time_bias_s = navigation.time_bias_sigma_s * bias.Normal();
   error.squint_bias_rad = navigation.squint_bias_sigma_rad * bias.Normal();
+  AddJointErrors(navigation.joint, frame, pass, pass_index, seed, &error);
   return error;
 }
 
@@ -80,15 +83,25 @@ TruePath::TruePath(const Frame& frame,
     return c[0] == 0.0 && c[1] == 0.0 && c[2] == 0.0;
   };
   if (!error.spline_m[0].empty()) spline_.emplace(pass.start_s, pass.end_s, knot_spacing_s);
-  nominal_ = zero(error.constant_m) && zero(error.drift_m) && zero(error.curvature_m) && !spline_;
+  turning_ = !zero(error.constant_m) || !zero(error.drift_m) || !zero(error.curvature_m) || spline_;
+  for (const Eigen::Vector3d& coefficient_m : error.frame_m) fixed_ |= !coefficient_m.isZero(0.0);
 }
 
 std::optional<Motion> TruePath::At(double time_s) const {
   std::optional<Motion> motion = FlownMotion(*frame_, pass_->path, wander_, time_s);
-  if (!motion || nominal_) return motion;
+  if (!motion || (!turning_ && !fixed_)) return motion;
   Eigen::Vector3d c, c_rate, c_acceleration = Eigen::Vector3d::Zero();
   const double rate = 2.0 / (pass_->end_s - pass_->start_s);  // of strip-normalised time
   const double x = (time_s - pass_->start_s) * rate - 1.0;
+  const Motion flown = *motion;
+  motion->jerk_mps3.setZero();
+  if (fixed_) {
+    const std::array<Eigen::Vector3d, 3>& f_m = error_->frame_m;
+    motion->position_m += f_m[0] + f_m[1] * x + f_m[2] * (1.5 * x * x - 0.5);
+    motion->velocity_mps += (f_m[1] + f_m[2] * 3.0 * x) * rate;
+    motion->acceleration_mps2 += f_m[2] * 3.0 * rate * rate;
+  }
+  if (!turning_) return motion;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     c[axis] = error_->constant_m[i] + error_->drift_m[i] * x +
@@ -108,12 +121,11 @@ std::optional<Motion> TruePath::At(double time_s) const {
       }
     }
   }
-  const TrackAxes track = TrackAxesOf(*frame_, *motion);
+  const TrackAxes track = TrackAxesOf(*frame_, flown);
   motion->position_m += track.axes_1 * c;
   motion->velocity_mps += track.rate * c + track.axes_1 * c_rate;
   motion->acceleration_mps2 +=
       track.acceleration * c + 2.0 * (track.rate * c_rate) + track.axes_1 * c_acceleration;
-  motion->jerk_mps3.setZero();
   return motion;
 }
 

@@ -16,17 +16,18 @@
 
 namespace sarblock {
 
-/// Draws the errors of pass number `pass_index` from its own stream of `seed`.
+/// Draws the errors of pass number `pass_index` from its own streams of `seed`.
 [[nodiscard]] PassError DrawPassError(const SceneNavigation& navigation,
+                                      const Frame& frame,
                                       const Pass& pass,
                                       std::size_t pass_index,
                                       std::uint64_t seed);
 
-/// True path of a pass: s(t) = f(t) + A(t) c(t), A the track axes of the path f that is flown as
-/// far as the recorder knows: the path of `pass`, or where flights wander FlownPath. Velocity and
-/// acceleration are exact derivatives, the turning of the axes included (but for the third
-/// derivative of the planned path's axes times the wander, in the acceleration alone). Holds
-/// references: frame, pass, error and wander must outlive it.
+/// True path of a pass: s(t) = f(t) + A(t) c(t) + PassError::frame_m, A the track axes of the path
+/// f that is flown as far as the recorder knows: the path of `pass`, or where flights wander
+/// FlownPath. Velocity and acceleration are exact derivatives, the turning of the axes included
+/// (but for the third derivative of the planned path's axes times the wander, in the acceleration
+/// alone). Holds references: frame, pass, error and wander must outlive it.
 class TruePath {
  public:
   TruePath(const Frame& frame,
@@ -45,7 +46,8 @@ class TruePath {
   const PassError* error_;
   const Wander* wander_;
   std::optional<UniformSpline> spline_;
-  bool nominal_ = true;  // no error at all
+  bool turning_ = false;  // errors along the track axes
+  bool fixed_ = false;    // errors along the axes of the frame
 };
 
 /// The true path of a pass. Holds references into `simulated`.

@@ -173,11 +173,12 @@ bool ControlCost::Evaluate(double const* const* blocks,
 
 PriorCost::PriorCost(const ParameterLayout& layout, int block)
     : size_(layout.blocks[static_cast<std::size_t>(block)].size) {
-  const ParameterBlock& b = layout.blocks[static_cast<std::size_t>(block)];
-  for (int i = 0; i < b.size; ++i) {
-    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(b.offset + i)];
-    if (parameter.has_prior()) {
-      rows_.push_back({i, 1.0 / parameter.prior_sigma, parameter.prior_value});
+  const int offset = layout.blocks[static_cast<std::size_t>(block)].offset;
+  for (const PriorRow& row : PriorRowsOf(layout, block)) {
+    std::vector<Term>& terms = rows_.emplace_back();
+    for (const PriorRow::Term& term : row.terms) {
+      const Parameter& parameter = layout.parameters[static_cast<std::size_t>(term.parameter)];
+      terms.push_back({term.parameter - offset, term.weight, parameter.prior_value});
     }
   }
   set_num_residuals(static_cast<int>(rows_.size()));
@@ -189,10 +190,13 @@ bool PriorCost::Evaluate(double const* const* blocks, double* residuals, double*
     std::fill_n(jacobians[0], static_cast<std::size_t>(size_) * rows_.size(), 0.0);
   }
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const auto [index, weight, value] = rows_[r];
-    residuals[r] = weight * (blocks[0][index] - value);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      jacobians[0][r * static_cast<std::size_t>(size_) + static_cast<std::size_t>(index)] = weight;
+    residuals[r] = 0.0;
+    for (const auto [index, weight, value] : rows_[r]) {
+      residuals[r] += weight * (blocks[0][index] - value);
+      if (jacobians != nullptr && jacobians[0] != nullptr) {
+        jacobians[0][r * static_cast<std::size_t>(size_) + static_cast<std::size_t>(index)] =
+            weight;
+      }
     }
   }
   return true;

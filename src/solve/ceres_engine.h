@@ -49,19 +49,20 @@ class ControlCost final : public ceres::CostFunction {
   const ControlEquations& control_;
 };
 
-/// Priors (c - c0) / sigma of the parameters of one block that have one.
+/// Priors (c - c0) / sigma of the parameters of one block that have one of their own, then the rows
+/// L^-1 (c - c0) of its joint priors.
 class PriorCost final : public ceres::CostFunction {
  public:
   PriorCost(const ParameterLayout& layout, int block);
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
 
  private:
-  struct Row {
+  struct Term {
     int index;      // in the block
     double weight;  // 1 / sigma
     double value;   // c0
   };
-  std::vector<Row> rows_;
+  std::vector<std::vector<Term>> rows_;
   int size_;
 };
 

@@ -130,7 +130,10 @@ int SolveAt(double scale_1,
 /// believed of a look is then no more than what is believed of a path.
 class TemperedPriors {
  public:
-  explicit TemperedPriors(AdjustmentProblem* problem) : parameters_(problem->layout.parameters) {
+  explicit TemperedPriors(AdjustmentProblem* problem)
+      : parameters_(problem->layout.parameters),
+        joint_(problem->layout.joint_priors),
+        given_(joint_) {
     for (const Parameter& parameter : parameters_) sigma_.push_back(parameter.prior_sigma);
   }
   ~TemperedPriors() { Divide(1.0); }
@@ -140,10 +143,16 @@ class TemperedPriors {
     for (std::size_t i = 0; i < sigma_.size(); ++i) {
       parameters_[i].prior_sigma = sigma_[i] / factor_1;
     }
+    for (std::size_t i = 0; i < joint_.size(); ++i) {
+      joint_[i] = given_[i];
+      if (factor_1 != 1.0) joint_[i].Set(given_[i].covariance / (factor_1 * factor_1));
+    }
   }
 
  private:
   std::vector<Parameter>& parameters_;
+  std::vector<JointPriorTerm>& joint_;
+  std::vector<JointPriorTerm> given_;
   std::vector<PriorSigma> sigma_;
 };
 

@@ -125,13 +125,24 @@ class Resection {
     for (Eigen::Index i = 0; i < size; ++i) {
       const std::size_t index = parameters_[static_cast<std::size_t>(i)];
       const Parameter& parameter = problem_.layout.parameters[index];
-      if (!parameter.has_prior()) continue;
+      if (!parameter.has_own_prior()) continue;
       // Looks count as less accurate while the scale is large, and so does what contradicts them.
       const double sigma = parameter.prior_sigma * kFinalScale_1 / scale;
       const double weight = 1.0 / (sigma * sigma);
       normal(i, i) += weight;
       gradient[i] +=
           weight * (state->corrections[static_cast<Eigen::Index>(index)] - parameter.prior_value);
+    }
+    for (const JointPriorTerm& prior : problem_.layout.joint_priors) {
+      std::vector<int> at;
+      for (const int parameter : prior.parameters) {
+        at.push_back(local_[static_cast<std::size_t>(parameter)]);
+      }
+      if (at.front() < 0) continue;  // of another pass
+      const double factor = scale / kFinalScale_1;
+      const Eigen::MatrixXd information = factor * factor * prior.information;
+      normal(at, at) += information;
+      gradient(at) += information * problem_.layout.FromPrior(prior, state->corrections);
     }
     LookColumns columns;
     LookEvaluation at;

@@ -368,11 +368,25 @@ class Solver {
     });
     for (std::size_t i = 0; i < n; ++i) {
       const Parameter& parameter = problem_.layout.parameters[i];
-      if (!parameter.has_prior()) continue;
+      if (!parameter.has_own_prior()) continue;
       const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
       const double x = state.corrections[static_cast<Eigen::Index>(i)] - parameter.prior_value;
       s_.Row(i)[i] += static_cast<T>(weight);
       gradient_[i] += static_cast<T>(weight * x);
+    }
+    for (const JointPriorTerm& prior : problem_.layout.joint_priors) {
+      const Eigen::VectorXd x = problem_.layout.FromPrior(prior, state.corrections);
+      const Eigen::VectorXd gradient = prior.information * x;
+      for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
+        const auto row = static_cast<std::size_t>(prior.parameters[i]);
+        for (std::size_t j = 0; j < prior.parameters.size(); ++j) {
+          const auto column = static_cast<std::size_t>(prior.parameters[j]);
+          if (column > row) continue;  // lower triangle
+          s_.Row(row)[column] += static_cast<T>(
+              prior.information(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+        }
+        gradient_[row] += static_cast<T>(gradient[static_cast<Eigen::Index>(i)]);
+      }
     }
   }
 

@@ -35,9 +35,8 @@ BlockCovariance::BlockCovariance(const Block& block,
                                  const std::vector<Eigen::Vector3d>& positions_m,
                                  const std::vector<PointStatus>& status) {
   const Block filled = FillMeasurements(block, positions_m);
-  const std::vector<CorrectionGroup> none;
-  AdjustmentProblem problem(
-      filled, options.corrections == CorrectionChoice::kGiven ? options.groups : none);
+  const CorrectionModel given = GivenCorrections(options);
+  AdjustmentProblem problem(filled, given.groups, {}, given.priors);
   BlockState state;
   state.start_m = positions_m;
   state.displacement_m.assign(positions_m.size(), Eigen::Vector3d::Zero());

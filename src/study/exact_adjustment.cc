@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "exact_adjustment.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -174,9 +176,35 @@ class ExactAdjustment {
     }
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const Parameter& parameter = problem_.layout.parameters[i];
-      if (!parameter.has_prior()) continue;
+      if (!parameter.has_own_prior()) continue;
       const Digits weight = 1 / Digits(parameter.prior_sigma);
       Add({{corrections_ + i, weight}}, weight * (x_[i] - Digits(parameter.prior_value)));
+    }
+    for (const JointPriorTerm& prior : problem_.layout.joint_priors) AddJoint(prior);
+  }
+
+  /// Rows L^-1 (c - c0), L of the covariance in 50 digits.
+  void AddJoint(const JointPriorTerm& prior) {
+    const std::size_t size = prior.parameters.size();
+    Triangle l(size);
+    for (std::size_t i = 0; i < size; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) {
+        l(i, j) =
+            Digits(prior.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+      }
+    }
+    if (!Factor(&l)) throw InputError(prior.name, "is not positive definite in 50 digits");
+    const Triangle whitening = Inverse(l);
+    for (std::size_t r = 0; r < size; ++r) {
+      Row row;
+      Digits error = 0;
+      for (std::size_t c = 0; c <= r; ++c) {
+        const auto i = static_cast<std::size_t>(prior.parameters[c]);
+        const Parameter& parameter = problem_.layout.parameters[i];
+        row.emplace_back(corrections_ + i, whitening(r, c));
+        error += whitening(r, c) * (x_[i] - Digits(parameter.prior_value));
+      }
+      Add(row, error);
     }
   }
 

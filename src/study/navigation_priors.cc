@@ -3,8 +3,13 @@
 #include "sarblock/study/densification.h"
 
 #include <cmath>
+#include <iterator>
+#include <set>
 #include <string>
 #include <variant>
+
+#include "model/joint_prior.h"
+#include "model/parameter.h"
 
 namespace sarblock {
 namespace {
@@ -42,14 +47,42 @@ void Take(const CorrectionGroup& group,
   }
 }
 
+/// Which of the corrections that are not shared have joint priors, in the order of the groups.
+std::set<int> JointParameters(const AdjustOptions& options) {
+  const JointPriorBindings bindings = BindJointPriors({"pass"}, options.groups, options.priors);
+  for (const JointPrior& prior : options.priors) {
+    if (prior.passes.empty()) continue;
+    throw InputError("verify.navigation",
+                     "'priors' cannot draw " + KeyOf(prior) +
+                         " (single passes); 'scene' draws the scene's [navigation]");
+  }
+  if (bindings.problem) throw InputError("adjust.prior", bindings.problem->problem);
+  std::set<int> joint;
+  for (const JointPriorBinding& binding : bindings.bound) {
+    joint.insert(binding.parameters.begin(), binding.parameters.end());
+  }
+  return joint;
+}
+
 }  // namespace
 
 SceneNavigation NavigationFromPriors(const AdjustOptions& options, const SceneNavigation& scene) {
   SceneNavigation drawn;
   drawn.shared_biases = scene.shared_biases;
   if (options.corrections != CorrectionChoice::kGiven) return drawn;
+  drawn.joint = options.priors;
+  const std::set<int> joint = JointParameters(options);
+  int next = 0;  // parameter that is not shared
   for (const CorrectionGroup& group : options.groups) {
     if (!group.passes.empty()) Refuse(group, "single passes");
+    if (!group.shared) {
+      const auto parameters = static_cast<int>(ParametersOf(group).size());
+      const auto of_joint =
+          std::distance(joint.lower_bound(next), joint.lower_bound(next + parameters));
+      next += parameters;
+      if (of_joint > 0 && of_joint == parameters) continue;
+      if (of_joint > 0) Refuse(group, "a joint prior for a part of its parameters");
+    }
     if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
       Take(group, *position, scene, &drawn);
       continue;

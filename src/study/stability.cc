@@ -65,7 +65,7 @@ void FillComparison(const Block& block,
                     const AdjustResult& result,
                     ProgressSink* progress,
                     StabilityRow* row) {
-  AdjustmentProblem problem(block, options.groups);
+  AdjustmentProblem problem(block, options.groups, {}, options.priors);
   BlockState state;
   Restore(result, &problem, &state);
   const ExactComparison exact = CompareWithExact(problem, result);

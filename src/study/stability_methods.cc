@@ -74,9 +74,13 @@ Jacobian JacobianOf(const AdjustmentProblem& problem,
       }
     }
   }
-  for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
-    const Parameter& parameter = problem.layout.parameters[i];
-    if (parameter.has_prior()) j.AddRow()[first + i] = 1.0 / parameter.prior_sigma;
+  for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
+    for (const PriorRow& prior : PriorRowsOf(problem.layout, static_cast<int>(b))) {
+      double* row = j.AddRow();
+      for (const PriorRow::Term& term : prior.terms) {
+        row[first + static_cast<std::size_t>(term.parameter)] = term.weight;
+      }
+    }
   }
   return j;
 }

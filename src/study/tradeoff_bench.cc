@@ -156,7 +156,8 @@ struct TradeoffBench::Impl {
     }
     if (choice.run != TradeoffChoice::Run::kArithmetic || problem != nullptr) return;
     const ThreadLimit limit(options.threads);
-    problem = std::make_unique<AdjustmentProblem>(simulated.block, options.groups);
+    problem = std::make_unique<AdjustmentProblem>(
+        simulated.block, options.groups, Simplified{}, options.priors);
     start = ComputeStartValues(problem.get(), progress).state;
     weights = problem->weights;
     best_arithmetic = RunArithmetic(Arithmetic::kExtended, Elimination::kQr, progress);

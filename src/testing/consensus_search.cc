@@ -145,6 +145,13 @@ bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state
       return true;
     }
   }
+  // Each parameter beside the others of its prior, normal as it is alone.
+  for (const JointPriorTerm& prior : problem.layout.joint_priors) {
+    const Eigen::VectorXd x = problem.layout.FromPrior(prior, state.corrections);
+    const Eigen::VectorXd w =
+        (prior.information * x).cwiseQuotient(prior.information.diagonal().cwiseSqrt());
+    if (w.cwiseAbs().maxCoeff() > kFarFromPrior_1) return true;
+  }
   return false;
 }
 

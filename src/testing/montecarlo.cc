@@ -32,7 +32,7 @@ RunErrors AdjustRun(const AdjustmentProblem& problem,
   Block block = problem.block;
   std::vector<double> prior_values;
   RedrawSolution(problem, state, exact, options.montecarlo_seed, run, &block, &prior_values);
-  AdjustmentProblem again(block, problem.groups, problem.model.simplified());
+  AdjustmentProblem again(block, problem);
   again.model.ScaleSigmas(problem.model.sigma_factors());
   again.look_used = problem.look_used;
   again.point_status = problem.point_status;

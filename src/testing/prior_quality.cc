@@ -6,9 +6,12 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 
+#include "model/joint_prior.h"
 #include "quality_summary.h"
 #include "reliability.h"
+#include <Eigen/Core>
 
 namespace sarblock {
 namespace {
@@ -16,24 +19,91 @@ namespace {
 /// Chance that a block whose priors hold is warned of.
 constexpr double kWarnLevel_1 = 0.001;
 
-}  // namespace
+bool IsMeasured(const AdjustResult& result) { return result.status != AdjustStatus::kPredicted; }
 
+/// Of a prior that is independent of all others.
 PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& parameter) {
   PriorTest out;
   const double ratio_1 = parameter.sigma / parameter.prior_sigma;
   if (std::isnan(ratio_1)) return out;
   out.redundancy_1 = std::max(0.0, 1.0 - ratio_1 * ratio_1);
-  const bool measured = result.status != AdjustStatus::kPredicted;
-  if (!measured || out.redundancy_1 <= kLeastRedundancy_1) return out;
+  if (!IsMeasured(result) || out.redundancy_1 <= kLeastRedundancy_1) return out;
   out.w_1 = parameter.value / (parameter.prior_sigma * std::sqrt(out.redundancy_1));
+  out.square_1 = out.w_1 * out.w_1 * out.redundancy_1;
+  return out;
+}
+
+/// Covariances of the result within each joint prior.
+std::vector<Eigen::MatrixXd> CovariancesOfJointPriors(const AdjustResult& result) {
+  struct Place {
+    std::size_t prior = 0;
+    Eigen::Index row = 0;
+  };
+  std::vector<Eigen::MatrixXd> out;
+  std::vector<std::optional<Place>> places(result.parameters.size());
+  for (std::size_t p = 0; p < result.joint_priors.size(); ++p) {
+    const std::vector<std::uint32_t>& parameters = result.joint_priors[p].parameters;
+    const auto size = static_cast<Eigen::Index>(parameters.size());
+    out.emplace_back(Eigen::MatrixXd::Constant(size, size, kNotGiven));
+    for (Eigen::Index i = 0; i < size; ++i) {
+      places[parameters[static_cast<std::size_t>(i)]] = Place{p, i};
+    }
+  }
+  for (const ParameterCovariance& entry : result.parameter_covariance) {
+    const auto &a = places[entry.a], &b = places[entry.b];
+    if (!a || !b || a->prior != b->prior) continue;
+    out[a->prior](a->row, b->row) = out[a->prior](b->row, a->row) = entry.covariance;
+  }
+  return out;
+}
+
+void TestJointPriors(const AdjustResult& result, std::vector<PriorTest>* tests) {
+  const std::vector<Eigen::MatrixXd> covariances = CovariancesOfJointPriors(result);
+  for (std::size_t p = 0; p < covariances.size(); ++p) {
+    const JointPriorResult& prior = result.joint_priors[p];
+    const Eigen::MatrixXd& c = covariances[p];
+    JointPriorTerm term;
+    term.Set(prior.covariance);
+    const Eigen::Index size = c.rows();
+    Eigen::VectorXd value(size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      value[i] = result.parameters[prior.parameters[static_cast<std::size_t>(i)]].value;
+    }
+    const Eigen::VectorXd weighted = term.information * value;
+    // N by whitened rows: I - W C W' loses no more digits than 1 - sigma^2 / sigma0^2 does.
+    const Eigen::MatrixXd left =
+        Eigen::MatrixXd::Identity(size, size) - term.whitening * c * term.whitening.transpose();
+    const Eigen::VectorXd n = (term.whitening.transpose() * left * term.whitening).diagonal();
+    for (Eigen::Index i = 0; i < size; ++i) {
+      PriorTest& test = (*tests)[prior.parameters[static_cast<std::size_t>(i)]];
+      test = {};
+      if (!c.allFinite()) continue;
+      test.redundancy_1 = (term.factor * left * term.whitening)(i, i);
+      const double least = kLeastRedundancy_1 * term.information(i, i);
+      if (!IsMeasured(result)) continue;
+      test.square_1 = value[i] * weighted[i];
+      if (n[i] > least) test.w_1 = weighted[i] / std::sqrt(n[i]);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<PriorTest> TestsOfPriors(const AdjustResult& result) {
+  std::vector<PriorTest> out;
+  out.reserve(result.parameters.size());
+  for (const ParameterResult& parameter : result.parameters) {
+    out.push_back(TestOfPrior(result, parameter));
+  }
+  if (!result.joint_priors.empty()) TestJointPriors(result, &out);
   return out;
 }
 
 std::string ContradictedPriors(const AdjustResult& result) {
   std::vector<double> w_1;
   std::size_t tested = 0;
-  for (const ParameterResult& p : result.parameters) {
-    w_1.push_back(std::abs(TestOfPrior(result, p).w_1));
+  for (const PriorTest& test : TestsOfPriors(result)) {
+    w_1.push_back(std::abs(test.w_1));
     tested += std::isnan(w_1.back()) ? 0U : 1U;
   }
   QualityOptions all;
@@ -69,9 +139,9 @@ PriorSummary SummarisePriors(const AdjustOptions& options, const AdjustResult& r
   PriorSummary out;
   const ReliabilityFigures figures = ReliabilityOf(options, result);
   const bool tau = options.quality.test == BlunderTest::kTau;
-  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
-    const ParameterResult& p = result.parameters[i];
-    const PriorTest test = TestOfPrior(result, p);
+  const std::vector<PriorTest> tests = TestsOfPriors(result);
+  for (std::size_t i = 0; i < tests.size(); ++i) {
+    const PriorTest& test = tests[i];
     if (std::isnan(test.redundancy_1)) continue;
     out.redundancy_1 = (out.priors++ == 0 ? 0.0 : out.redundancy_1) + test.redundancy_1;
     if (std::isnan(test.w_1)) continue;
@@ -114,12 +184,13 @@ std::vector<PassShare> SharesOf(const Block& block, const AdjustResult& result) 
     }
     share.looks += counts ? 1U : 0U;
   }
-  for (const ParameterResult& p : result.parameters) {
-    const PriorTest test = TestOfPrior(result, p);
+  const std::vector<PriorTest> tests = TestsOfPriors(result);
+  for (std::size_t i = 0; i < tests.size(); ++i) {
+    const PriorTest& test = tests[i];
     if (std::isnan(test.redundancy_1)) continue;
-    PassShare& share = share_of(p.owner);
+    PassShare& share = share_of(result.parameters[i].owner);
     share.prior_redundancy_1 += test.redundancy_1;
-    if (!std::isnan(test.w_1)) share.prior_square_sum_1 += test.w_1 * test.w_1 * test.redundancy_1;
+    if (!std::isnan(test.square_1)) share.prior_square_sum_1 += test.square_1;
   }
   return out;
 }

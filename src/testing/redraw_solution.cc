@@ -77,7 +77,7 @@ Eigen::Vector3d DrawKnown(const KnownPosition& known, RandomStream* random) {
 
 ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& state) {
   Block block = problem.block;
-  AdjustmentProblem exact(block, problem.groups, problem.model.simplified());
+  AdjustmentProblem exact(block, problem);
   exact.model.ScaleSigmas(problem.model.sigma_factors());
   ExactReadings out;
   for (std::vector<double>* column : {&out.range_m, &out.azimuth, &out.azimuth_sigma}) {
@@ -121,10 +121,23 @@ void RedrawSolution(const AdjustmentProblem& problem,
   prior_values->assign(problem.layout.parameters.size(), 0.0);
   for (std::size_t i = 0; i < prior_values->size(); ++i) {
     const Parameter& parameter = problem.layout.parameters[i];
-    if (!parameter.has_prior()) continue;
+    if (!parameter.has_own_prior()) continue;
     RandomStream random(seed, StreamOf(run, kPriorKind, i));
     (*prior_values)[i] =
         state.corrections[static_cast<Eigen::Index>(i)] + parameter.prior_sigma * random.Normal();
+  }
+  for (const JointPriorTerm& prior : problem.layout.joint_priors) {
+    Eigen::VectorXd normal(prior.factor.rows());
+    for (Eigen::Index k = 0; k < normal.size(); ++k) {
+      const int parameter = prior.parameters[static_cast<std::size_t>(k)];
+      const auto stream = static_cast<std::uint64_t>(parameter);
+      normal[k] = RandomStream(seed, StreamOf(run, kPriorKind, stream)).Normal();
+    }
+    const Eigen::VectorXd drawn = state.corrections(prior.parameters) + prior.factor * normal;
+    for (Eigen::Index k = 0; k < drawn.size(); ++k) {
+      const int parameter = prior.parameters[static_cast<std::size_t>(k)];
+      (*prior_values)[static_cast<std::size_t>(parameter)] = drawn[k];
+    }
   }
 }
 

@@ -29,6 +29,7 @@ std::string Heading(std::string_view key) {
   if (key.starts_with("selection.")) return "`selection`";
   const std::size_t begin = std::string_view("correction.").size();
   if (key.starts_with("quality.")) return "`quality`";
+  if (key.starts_with("prior.")) return "`prior.NAME`";
   if (!key.starts_with("correction.")) return "General";
   const std::string_view kind = key.substr(begin, key.find('.', begin) - begin);
   return "`correction." + std::string(kind) + "`";

@@ -297,6 +297,10 @@ struct OptionSample {
 
 std::vector<OptionSample> OptionSamples() {
   const std::string automatic = "corrections=auto", range = "correction.range.bias=true";
+  const std::vector<std::string> joint{range,
+                                       "correction.range.scale=true",
+                                       "prior.NAME.parameters=[\"range.bias\", \"range.scale\"]",
+                                       "prior.NAME.sigma=[1, 2]"};
   const std::string time = "correction.time.bias=true", squint = "correction.squint.bias=true";
   const std::string zenith = "correction.troposphere.zenith=true";
   return {{"corrections", "\"auto\""},
@@ -364,7 +368,13 @@ std::vector<OptionSample> OptionSamples() {
           {"correction.troposphere.zenith_sigma_m", "0.5"},
           {"correction.troposphere.scale_height_m", "6500", {zenith}},
           {"correction.troposphere.passes", "[\"B7\"]", {zenith}},
-          {"correction.troposphere.shared", "true", {zenith}}};
+          {"correction.troposphere.shared", "true", {zenith}},
+          {"prior.NAME.passes", "[\"B7\"]", joint},
+          {"prior.NAME.parameters", "[\"range.scale\", \"range.bias\"]", joint},
+          {"prior.NAME.axes", "\"ric\"", joint},
+          {"prior.NAME.covariance", "[[4, 1], [1, 2]]", {joint[0], joint[1], joint[2]}},
+          {"prior.NAME.sigma", "[4, 0.5]", joint},
+          {"prior.NAME.correlation", "[[1, 0.25], [0.25, 1]]", joint}};
 }
 
 // What is read of every option is what is written of it, in the table that its key names.

@@ -183,14 +183,14 @@ TEST(SimulateTest, ProcessesHaveTheirVariances) {
   constexpr int kDraws = 400;
   double first = 0.0, last = 0.0, product = 0.0, walk_last = 0.0, walk_first = 0.0;
   for (std::uint64_t seed = 0; seed < kDraws; ++seed) {
-    const auto c = DrawPassError(navigation, pass, 0, seed).spline_m[1];
+    const auto c = DrawPassError(navigation, Frame::Local(), pass, 0, seed).spline_m[1];
     ASSERT_EQ(c.size(), spline.count());
     first += c.front() * c.front() / 4.0;
     last += c.back() * c.back() / 4.0;
     product += c[3] * c[4] / 4.0;
     SceneNavigation walk = navigation;
     walk.process = SceneNavigation::Process::kRandomWalk;
-    const auto w = DrawPassError(walk, pass, 0, seed).spline_m[1];
+    const auto w = DrawPassError(walk, Frame::Local(), pass, 0, seed).spline_m[1];
     walk_first += std::abs(w.front());
     walk_last += w.back() * w.back() / 4.0;
   }

@@ -5,6 +5,8 @@
 #include <stdexcept>
 
 #include "model/symmetric_enu.h"
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace sarblock::test {
 
@@ -59,10 +61,26 @@ DenseEquations MakeDenseEquations(const AdjustmentProblem& problem, const BlockS
   }
   for (int i = 0; i < problem.layout.size(); ++i) {
     const Parameter& parameter = problem.layout.parameters[static_cast<std::size_t>(i)];
-    if (!parameter.has_prior()) continue;
+    if (!parameter.has_own_prior()) continue;
     out.jacobian(row, columns + i) = 1.0 / parameter.prior_sigma;
     out.residual[row] = (state.corrections[i] - parameter.prior_value) / parameter.prior_sigma;
     ++row;
+  }
+  // Rows U' (c - c0) of joint priors, U U' = Q^-1 by the inverse of Q: not the program's factor.
+  for (const JointPriorTerm& prior : problem.layout.joint_priors) {
+    const Eigen::MatrixXd inverse = prior.covariance.fullPivLu().inverse();
+    const Eigen::MatrixXd upper = inverse.llt().matrixU();
+    const auto size = static_cast<Eigen::Index>(prior.parameters.size());
+    for (Eigen::Index i = 0; i < size; ++i, ++row) {
+      for (Eigen::Index j = 0; j < size; ++j) {
+        const int parameter = prior.parameters[static_cast<std::size_t>(j)];
+        out.jacobian(row, columns + parameter) = upper(i, j);
+        out.residual[row] +=
+            upper(i, j) *
+            (state.corrections[parameter] -
+             problem.layout.parameters[static_cast<std::size_t>(parameter)].prior_value);
+      }
+    }
   }
   out.jacobian.conservativeResize(row, all);
   out.residual.conservativeResize(row);

@@ -10,6 +10,7 @@
 
 #include "solve/start_values.h"
 #include "support/dense_normals.h"
+#include "support/share_sums.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -65,7 +66,7 @@ TEST(PriorQualityTest, RedundancyAndTestAreThoseOfTheDenseEquations) {
     const Eigen::RowVectorXd a = dense.jacobian.row(row);
     const double r_1 = 1.0 - (a * q * a.transpose())(0);
     const ParameterResult& p = result.parameters[static_cast<std::size_t>(i)];
-    const PriorTest test = TestOfPrior(result, p);
+    const PriorTest test = TestsOfPriors(result)[static_cast<std::size_t>(i)];
     EXPECT_NEAR(test.redundancy_1, r_1, 1e-6) << p.owner << ' ' << p.name;
     EXPECT_NEAR(test.w_1, dense.residual[row] / std::sqrt(r_1), 1e-4) << p.owner << ' ' << p.name;
   }
@@ -79,21 +80,13 @@ TEST(PriorQualityTest, SharesAddToTheWholeBlock) {
   const AdjustResult result = Adjust(known.block, WithPriors());
   const std::vector<PassShare> shares = SharesOf(known.block, result);
   ASSERT_EQ(shares.size(), known.block.passes.size());
-  double redundancy_1 = 0.0, square_sum_1 = 0.0;
   for (const PassShare& share : shares) {
-    redundancy_1 += share.redundancy_1 + share.prior_redundancy_1;
-    square_sum_1 += share.square_sum_1 + share.prior_square_sum_1;
     EXPECT_GT(share.prior_redundancy_1, 0.0);
     EXPECT_GT(share.variance_factor(), 0.0);
   }
-  for (const ControlQuality& control : result.control_quality) {
-    redundancy_1 += control.redundancy_1;
-    if (!std::isnan(control.w_1)) {
-      square_sum_1 += control.w_1 * control.w_1 * control.redundancy_1;
-    }
-  }
-  EXPECT_NEAR(redundancy_1, result.redundancy(), 1e-4);
-  EXPECT_NEAR(square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
+  const test::ShareSums sums = test::SumShares(known.block, result);
+  EXPECT_NEAR(sums.redundancy_1, result.redundancy(), 1e-4);
+  EXPECT_NEAR(sums.square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
 }
 
 // The mistake that no test of looks sees: the path of a pass is not its own.
@@ -116,9 +109,10 @@ TEST(PriorQualityTest, AWrongPathContradictsThePriors) {
 TEST(PriorQualityTest, APredictionHasRedundanciesButNoTests) {
   const test::KnownBlock known = NoisyBlockWithControl();
   const AdjustResult result = Predict(known.block, WithPriors(), known.truth_m);
-  for (const ParameterResult& p : result.parameters) {
-    EXPECT_GT(TestOfPrior(result, p).redundancy_1, 0.0);
-    EXPECT_TRUE(std::isnan(TestOfPrior(result, p).w_1));
+  ASSERT_EQ(TestsOfPriors(result).size(), result.parameters.size());
+  for (const PriorTest& test : TestsOfPriors(result)) {
+    EXPECT_GT(test.redundancy_1, 0.0);
+    EXPECT_TRUE(std::isnan(test.w_1));
   }
 }
 

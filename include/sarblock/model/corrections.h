@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace sarblock {
 
 /// Prior standard deviation of one parameter; NaN (kNotGiven) means no prior.
@@ -70,6 +72,36 @@ struct CorrectionGroup {
       model;
   std::vector<std::string> passes;  ///< empty: all
   bool shared = false;              ///< one set of parameters for all of `passes`
+};
+
+/// One prior of several corrections of a pass, with their full covariance
+/// (docs/theory/adjustment.md, eq. (3a)). Every pass draws its own; the parameters are those of the
+/// pass itself, neither shared by passes nor coefficients of a spline, and have no standard
+/// deviation of their own.
+struct JointPrior {
+  /// Axes in which the position parameters are named and their covariance is given.
+  enum class Axes {
+    kCorrection,   ///< those of the pass's position correction
+    kTrack,        ///< along, across, up
+    kFrame,        ///< x, y, z
+    kRic,          ///< radial, in-track, cross-track, of the velocity in the block's frame
+    kRicInertial,  ///< the same, of the velocity that does not turn with the body
+  };
+  std::string name;
+  std::vector<std::string> passes;  ///< empty: all that have the parameters
+  /// As results name them ("position.along.0", "range.bias"); in axes other than those of the
+  /// correction all three of a degree, which are turned at the middle of the strip.
+  std::vector<std::string> parameters;
+  Axes axes = Axes::kCorrection;
+  /// Symmetric, positive definite, in the order of `parameters`: products of their units (m, s,
+  /// rad, 1). Or empty, with standard deviations and, unless they are independent, correlations in
+  /// its place.
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd sigma;
+  Eigen::MatrixXd correlation;
+
+  /// The covariance, however it was given.
+  [[nodiscard]] Eigen::MatrixXd Covariance() const;
 };
 
 /// True where two groups that are not shared cannot stand for one pass: both of one kind, position

@@ -62,11 +62,17 @@ struct SelectionOptions {
   static constexpr std::size_t kMostSpacings = 3;
 };
 
+/// Why corrections = "auto" refuses joint priors.
+inline constexpr const char* kNoAutomaticPriors =
+    "stands beside corrections = \"auto\", which chooses among corrections with priors that are "
+    "independent; allowed is \"given\", or standard deviations in the correction tables";
+
 /// The `[adjust]` table of a block (interface.md). Defaults as there.
 struct AdjustOptions {
   CorrectionChoice corrections = CorrectionChoice::kNone;
   std::vector<CorrectionGroup> groups;  ///< used when corrections == kGiven;
                                         ///< with kAuto the candidates, if there are some
+  std::vector<JointPrior> priors;       ///< of `groups`; not with kAuto
   SelectionOptions selection;           ///< used when corrections == kAuto
   RobustLoss robust = RobustLoss::kNone;
   double robust_scale = 0.0;  ///< in sigmas; 0: 1.345 Huber, 2.385 Cauchy, 4.685 Tukey (95 percent

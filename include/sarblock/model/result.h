@@ -69,12 +69,20 @@ struct ParameterResult {
   std::string unit;   ///< "m", "s", "rad", "1"
   double value = 0.0;
   double sigma = std::numeric_limits<double>::quiet_NaN();        ///< NaN where not computed
-  double prior_sigma = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no prior
+  double prior_sigma = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no prior; of a joint
+                                                                  ///< prior the diagonal's
   std::string kept{};  ///< why, in model selection; else empty
   /// |value| over sigma; NaN without a sigma above 0.
   [[nodiscard]] double significance_1() const {
     return sigma > 0.0 ? std::abs(value) / sigma : std::numeric_limits<double>::quiet_NaN();
   }
+};
+
+/// A joint prior of one pass as it took part, in the axes of its corrections.
+struct JointPriorResult {
+  std::string name;
+  std::vector<std::uint32_t> parameters;  ///< indices into `parameters`
+  Eigen::MatrixXd covariance;             ///< in their units
 };
 
 /// Covariance of two parameters (indices into `parameters`, a <= b).
@@ -222,6 +230,7 @@ struct AdjustResult {
   [[nodiscard]] bool accepted() const { return assessment.verdict != Verdict::kNotAccepted; }
   PointResults points;
   std::vector<ParameterResult> parameters;
+  std::vector<JointPriorResult> joint_priors;
   std::vector<ParameterCovariance> parameter_covariance;
   std::vector<PairResult> pairs;
   LookResults looks;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/model/corrections.h"
 #include "sarblock/product/faulty_row.h"
 #include "sarblock/product/import_options.h"
 #include "sarblock/product/pixel_offset.h"
@@ -26,6 +27,7 @@ struct ImportedProduct {
   double corner_along_m = 0.0;
   std::size_t matches = 0;  ///< looks of ImportOptions::points
   PixelOffset offset{};     ///< of those whose point has a position
+  std::string priors{};     ///< of SICD: what its own error statistics became, for people
 };
 
 /// Where a reflector should be seen, by the path as given.
@@ -41,6 +43,9 @@ struct ImportedBlock {
   std::vector<ReflectorInImage> reflectors;
   std::vector<FaultyRow> faults;
   std::vector<std::string> warnings;
+  /// Corrections and priors that the products' own error statistics ask for.
+  std::vector<CorrectionGroup> corrections;
+  std::vector<JointPrior> priors;
 };
 
 /// Makes one block of several images of any kinds, one pass each: geocentric frame of their body,

@@ -3,6 +3,7 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/error.h"
+#include "sarblock/product/sicd_errors.h"
 #include "sarblock/product/utc_time.h"
 
 #include <array>
@@ -82,6 +83,7 @@ struct SicdImage {
   std::vector<std::pair<std::string, std::size_t>> element_lines;
   /// Where an element stands, as `SICD.Position.ARPPoly`.
   [[nodiscard]] FilePlace PlaceOf(const char* element) const;
+  std::optional<SicdErrorStatistics> errors;  ///< ErrorStatistics
 
   /// x of a row.
   [[nodiscard]] double Row_m(double row_px) const {

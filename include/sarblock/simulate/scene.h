@@ -4,6 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/flight/path_through.h"
 #include "sarblock/geodesy/frame.h"
+#include "sarblock/model/corrections.h"
 
 #include <array>
 #include <cstddef>
@@ -83,6 +84,10 @@ struct SceneNavigation {
   double time_bias_sigma_s = 0.0;
   double squint_bias_sigma_rad = 0.0;
   bool shared_biases = false;  ///< one draw of the range, time and squint biases for all passes
+  /// Errors with a full covariance, one draw a pass, added to those above. Position parameters of
+  /// degree 0 to 2 in track or frame axes, or, along the axes of the middle of the strip, in ric
+  /// and ric-inertial axes; the four biases. kCorrection means the axes that the names are of.
+  std::vector<JointPrior> joint;
 };
 
 /// How true flights wander about their planned paths: flown = planned + A(t) w(t), A the track axes

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace sarblock {
 
 /// The errors of one pass as drawn, signs as the corrections of model.md, section 3: adding them to
@@ -19,6 +21,9 @@ struct PassError {
   std::array<double, 3> drift_m{};              ///< times strip-normalised time x
   std::array<double, 3> curvature_m{};          ///< times (3 x^2 - 1) / 2
   std::array<std::vector<double>, 3> spline_m;  ///< B-spline coefficients; empty: no process
+  /// Legendre degrees 0 to 2 along the axes of the frame.
+  std::array<Eigen::Vector3d, 3> frame_m{
+      Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   double range_bias_m = 0.0;
   double range_scale_1 = 0.0;
   double time_bias_s = 0.0;

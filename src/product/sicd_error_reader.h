@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/product/sicd_errors.h"
+
+#include <optional>
+
+#include "xml_reader.h"
+
+namespace sarblock {
+
+/// Reads SICD.ErrorStatistics; nothing where it does not stand. Throws InputError with file, line
+/// and element for standard deviations below 0 and correlations beyond 1.
+[[nodiscard]] std::optional<SicdErrorStatistics> ReadErrorStatistics(const XmlElement& root);
+
+}  // namespace sarblock

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/geodesy/frame.h"
+#include "sarblock/model/corrections.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace sarblock {
+
+/// Draws the joint errors of pass number `pass_index` from its own stream of `seed` and adds them.
+void AddJointErrors(const std::vector<JointPrior>& joint,
+                    const Frame& frame,
+                    const Pass& pass,
+                    std::size_t pass_index,
+                    std::uint64_t seed,
+                    PassError* error);
+
+}  // namespace sarblock

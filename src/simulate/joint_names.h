@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/model/corrections.h"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/joint_prior.h"
+
+namespace sarblock {
+
+/// The biases that joint errors may name, in the order of DrawnParameter::bias.
+enum class DrawnBias { kRange, kScale, kTime, kSquint };
+
+/// What a parameter of SceneNavigation::joint is: a coefficient of the position or a bias.
+struct DrawnParameter {
+  std::optional<PositionName> position;
+  JointPrior::Axes axes = JointPrior::Axes::kTrack;  ///< of the position
+  DrawnBias bias = DrawnBias::kRange;
+};
+/// Nothing for a parameter that is not simulated.
+[[nodiscard]] std::optional<DrawnParameter> ParseDrawn(const JointPrior& prior,
+                                                       const std::string& name);
+
+/// What is wrong with joint errors; the key counts from the scene ("navigation.prior.NAME.sigma").
+struct JointErrorProblem {
+  std::string key, problem;
+};
+[[nodiscard]] std::optional<JointErrorProblem> FindJointProblem(
+    const std::vector<JointPrior>& joint, const std::vector<std::string>& passes);
+
+/// Standard deviations of the joint errors, summed over priors and axes.
+struct JointSigmas {
+  double shift_m = 0.0;      ///< of the position
+  double end_slope_m = 0.0;  ///< its slope by strip-normalised time at the ends of the strip
+  double time_bias_s = 0.0;
+  double squint_bias_rad = 0.0;
+};
+[[nodiscard]] JointSigmas SumJointSigmas(const std::vector<JointPrior>& joint);
+
+}  // namespace sarblock

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Joint priors in the studies. Evidence: the same adjustment in 50 digits, whose factor of the
+// prior is its own, and two more routes of the covariance.
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+#include "sarblock/study/densification.h"
+
+#include <optional>
+#include <vector>
+
+#include "model/symmetric_enu.h"
+#include "solve/start_values.h"
+#include "study/arithmetic.h"
+#include "study/exact_adjustment.h"
+#include "study/stability_methods.h"
+#include "support/joint_priors.h"
+#include "support/small_blocks.h"
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+class JointPriorStudyTest : public testing::Test {
+ protected:
+  JointPriorStudyTest()
+      : known_(test::MakeBlock(test::OrbitPlan())),
+        options_(test::WithJointPrior(PositionCorrection::Axes::kFrame, 53)) {
+    test::Hold(0, {0.31, 0.47, 0.83}, &known_);
+    test::AddNoise(71, 1.0, &known_);
+    options_.tolerance_1 = 1e-10;
+    result_ = Adjust(known_.block, options_);
+    problem_.emplace(known_.block, options_.groups, Simplified{}, options_.priors);
+    state_ = ComputeStartValues(&*problem_, nullptr).state;
+    for (std::size_t i = 0; i < state_.start_m.size(); ++i) {
+      state_.displacement_m[i] = result_.points.position_m[i] - state_.start_m[i];
+    }
+    for (std::size_t i = 0; i < result_.parameters.size(); ++i) {
+      state_.corrections[static_cast<Eigen::Index>(i)] = result_.parameters[i].value;
+    }
+    UpdateWeights(state_, &*problem_);
+  }
+  test::KnownBlock known_;
+  AdjustOptions options_;
+  AdjustResult result_;
+  std::optional<AdjustmentProblem> problem_;
+  BlockState state_;
+};
+
+TEST_F(JointPriorStudyTest, AgreesWithFiftyDigits) {
+  ASSERT_EQ(result_.status, AdjustStatus::kConverged);
+  const ExactComparison exact = CompareWithExact(*problem_, result_);
+  ASSERT_EQ(exact.failure, "");
+  EXPECT_LT(exact.error_sigma_1, 1e-6);
+  EXPECT_LT(exact.covariance_error_1, 1e-8);
+  EXPECT_LT(exact.sigma_error_1, 1e-8);
+  const std::vector<SymmetricEnu> normals =
+      CovariancesByNormals(*problem_, state_, Precision::kDouble);
+  EXPECT_LT(CovarianceError(normals, exact.covariance_m2), 1e-6);
+  // A mutation kept as a test: without the correlations the digits are gone.
+  AdjustOptions plain = options_;
+  const Eigen::VectorXd variance = options_.priors[0].covariance.diagonal();
+  plain.priors[0].covariance = variance.asDiagonal();
+  EXPECT_GT(CompareWithExact(*problem_, Adjust(known_.block, plain)).covariance_error_1, 1e-3);
+}
+
+TEST_F(JointPriorStudyTest, OtherArithmeticsHaveTheSameAnswer) {
+  AdjustmentProblem problem(known_.block, *problem_);
+  const BlockState start = ComputeStartValues(&problem, nullptr).state;
+  const ArithmeticSolution solution =
+      SolveInArithmetic(Arithmetic::kExtended, Elimination::kQr, start, &problem, nullptr);
+  ASSERT_TRUE(solution.solved) << solution.problem;
+  EXPECT_LT(CovarianceError(solution.covariance_m2, result_.points.covariance_m2), 1e-7);
+  for (std::size_t i = 0; i < known_.truth_m.size(); ++i) {
+    EXPECT_LT((solution.state.Position(i) - result_.points.position_m[i]).norm(), 1e-5);
+  }
+}
+
+TEST(JointPriorNavigationTest, PriorsOfAStudyAreDrawnFromTheirMatrix) {
+  AdjustOptions options = test::WithJointPrior(PositionCorrection::Axes::kFrame, 59);
+  const SceneNavigation drawn = NavigationFromPriors(options, SceneNavigation{});
+  ASSERT_EQ(drawn.joint.size(), 1U);
+  EXPECT_EQ(drawn.joint[0].covariance, options.priors[0].covariance);
+  EXPECT_EQ(drawn.range_bias_sigma_m, 0.0);
+  AdjustOptions part = options;
+  part.priors[0].parameters.erase(part.priors[0].parameters.begin());
+  part.priors[0].covariance = Eigen::MatrixXd::Identity(6, 6);
+  EXPECT_THROW(static_cast<void>(NavigationFromPriors(part, SceneNavigation{})), InputError);
+  options.priors[0].passes = {"A1"};
+  EXPECT_THROW(static_cast<void>(NavigationFromPriors(options, SceneNavigation{})), InputError);
+}
+
+}  // namespace
+}  // namespace sarblock
