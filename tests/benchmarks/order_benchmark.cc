@@ -28,14 +28,14 @@ void Run(char** argument) {
   const AdjustmentProblem problem(made.block, NetworkCorrections(1));
   const ReducedPattern found = FindPattern(problem, true);
   const double begin_s = CpuOfThread_s();
-  const sparse::Symbolic degree = sparse::Analyse(*found.pattern.pattern(), {}, HUGE_VAL);
+  const sparse::Symbolic degree = sparse::Analyse(*found.pattern, {}, HUGE_VAL);
   const double middle_s = CpuOfThread_s();
-  const sparse::Symbolic better = sparse::Analyse(*found.pattern.pattern(), {}, 0.0);
+  const sparse::Symbolic better = sparse::Analyse(*found.pattern, {}, 0.0);
   const double end_s = CpuOfThread_s();
   std::printf("%zu,%zu,%zu,%.3g,%.3g,%.3f,%d,%.2f,%.2f\n",
               made.block.passes.size(),
               made.block.points.size(),
-              found.pattern.pattern()->slot_count(),
+              found.pattern->slot_count(),
               degree.operations,
               better.operations,
               better.operations / degree.operations,
