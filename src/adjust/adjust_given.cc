@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,15 +30,13 @@
 #include "testing/blunder_report.h"
 #include "testing/blunder_search.h"
 #include "testing/consensus_search.h"
+#include "testing/global_test.h"
 #include "testing/montecarlo.h"
 #include "testing/rounding.h"
 #include "testing/variance_components.h"
 
 namespace sarblock {
 namespace {
-
-/// Looks beyond this whitened square length are dropped after a robust solution.
-constexpr double kKeepProbability_1 = 0.999;
 
 std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks) {
   std::string text;
@@ -69,7 +68,7 @@ void WarnOfSlowSteps(const AdjustmentProblem& problem, double tolerance_1, Adjus
 
 /// Drops the looks that a robust solution found far off; returns which.
 std::vector<std::size_t> DropOutliers(const BlockState& state, AdjustmentProblem* problem) {
-  const double limit = ChiSquareQuantile(kKeepProbability_1, 2.0);
+  const double limit = FarSquare_1();
   const auto& offsets = problem->block.looks.offsets;
   std::vector<std::size_t> dropped;
   WhitenedLook at;
@@ -153,11 +152,10 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
           "the standard deviations)");
 }
 
-std::string WhyNotConverged(const SolveReport& solve,
-                            const ReducedSystem& system,
-                            const AdjustResult& result) {
+/// `left_1`: the step that is left, infinite where looks have no value.
+std::string WhyNotConverged(const SolveReport& solve, double left_1) {
   if (!solve.converged) return solve.message;
-  if (system.looks_not_evaluated() > 0) return "looks have no value in the model at the solution";
+  if (!std::isfinite(left_1)) return "looks have no value in the model at the solution";
   std::array<char, 200> text{};
   std::snprintf(
       text.data(),
@@ -165,7 +163,7 @@ std::string WhyNotConverged(const SolveReport& solve,
       "where the steps ended, a whole Newton step is still %.2g sigmas long: residuals are "
       "too large for the curvature of the equations (gross contradictions, or points that "
       "two looks hardly determine)",
-      result.remaining_step);
+      left_1);
   return text.data();
 }
 
@@ -201,6 +199,44 @@ void DropBeyondPaths(const AdjustOptions& options,
     RequireSolvable(problem);
     SolveOnce(options, &problem, &state, solution.solve, solution.system, progress);
   }
+}
+
+struct RobustOutcome {
+  std::string why_none;              ///< why the robust solution is none; empty: it is one
+  std::vector<std::size_t> dropped;  ///< looks far off in it
+};
+
+/// A loss decides which looks stay. Positions, corrections, residuals, covariance and tests are
+/// then those of least squares with the looks kept: they belong together, which those of an
+/// estimate under the loss would not (docs/theory/adjustment.md, section 7). Afterwards `options`
+/// has no loss.
+RobustOutcome SettleRobust(const Solution& solution,
+                           AdjustOptions* options,
+                           ProgressSink* progress,
+                           AdjustResult* result) {
+  const StageTimer timer("solve", &result->stages);
+  AdjustmentProblem& problem = *solution.problem;
+  BlockState& state = *solution.state;
+  const Weighting weighting{options->robust, RobustScale(*options)};
+  RobustOutcome out;
+  const double left_1 = StepLeftUnderLoss(weighting, problem, state, progress);
+  if (!(left_1 <= kRemainingRobustStepAccepted_1)) {
+    out.why_none = WhyNotConverged(*solution.solve, left_1);
+  }
+  FillLossWeights(problem, state, weighting, result);
+  out.dropped = DropOutliers(state, &problem);
+  LeaveOutStarved(&problem);
+  if (!out.dropped.empty()) {
+    Warn(result,
+         std::to_string(out.dropped.size()) +
+             " looks were dropped as outliers after the robust solution");
+  }
+  RequireSolvable(problem);
+  options->robust = RobustLoss::kNone;
+  SolveOnce(*options, &problem, &state, solution.solve, solution.system, progress);
+  RecoverMisplacedPoints(
+      *options, &problem, &state, solution.solve, solution.system, solution.defects, progress);
+  return out;
 }
 
 /// The search for blunders from a solution.
@@ -351,13 +387,16 @@ AdjustResult AdjustGiven(const Block& block,
   std::optional<ReducedSystem> system;
   const Solution solution{&problem, &state, &solve, &system, &defects};
   bool unsettled = false;
-  const AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);
-  const Weighting weighting{options.robust, RobustScale(options)};
+  AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);
   if (options.variance_components != VarianceComponents::kNone) {
     EstimateComponents(options, &problem, &state, &solve, &result, progress);
     system.emplace(problem, KeptFactors::kMostBytes);  // that before had other weights
     system->Form(state, {}, progress);
     RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
+  }
+  RobustOutcome robust;
+  if (options.robust != RobustLoss::kNone) {
+    robust = SettleRobust(solution, &options, progress, &result);
   }
   std::optional<DatumTransform> datum;
   if (floating) {
@@ -368,20 +407,13 @@ AdjustResult AdjustGiven(const Block& block,
   }
   std::optional<StageTimer> timer;
   timer.emplace("covariance", &result.stages);
-  if (options.robust == RobustLoss::kNone) {
-    if (!system || !system->weak_points().empty()) {
-      FormDetermined(state, weighting, &problem, &system, progress);
-      static_cast<void>(NewtonFinish(options, &problem, &state, &*system, &solve, progress));
-    }
-  } else {
-    // A point that lost the weight of all its looks is named below, with the looks dropped.
-    system.emplace(problem);
-    system->Form(state, weighting, progress);
+  if (!system || !system->weak_points().empty()) {
+    FormDetermined(state, {}, &problem, &system, progress);
+    static_cast<void>(NewtonFinish(options, &problem, &state, &*system, &solve, progress));
   }
-  RankReport rank = FactorAndAnalyse(&*system, &state);
+  const RankReport rank = FactorAndAnalyse(&*system, &state);
   RequireRegular(problem, rank, structure);
-  result.remaining_step = std::max(system->NewtonDecrement(),
-                                   options.robust == RobustLoss::kNone ? solve.decrement_1 : 0.0);
+  result.remaining_step = std::max(system->NewtonDecrement(), solve.decrement_1);
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost_1;
   result.final_cost = system->cost();
@@ -392,34 +424,19 @@ AdjustResult AdjustGiven(const Block& block,
          std::to_string(system->looks_not_evaluated()) +
              " looks have no value in the model at the solution");
   }
-  double square_sum = 2.0 * system->cost();
-  std::vector<std::size_t> dropped;
-  if (options.robust != RobustLoss::kNone) {
-    FillResiduals(problem, state, weighting, &result);
-    dropped = DropOutliers(state, &problem);
-    LeaveOutStarved(&problem);
-    if (!dropped.empty()) {
-      Warn(&result,
-           std::to_string(dropped.size()) +
-               " looks were dropped as outliers after the robust "
-               "solution");
-    }
-    FormDetermined(state, {}, &problem, &system, progress);
-    rank = FactorAndAnalyse(&*system, &state);
-    RequireRegular(problem, rank, structure);
-    square_sum = 2.0 * system->cost();
-    result.condition = rank.condition_1;
-  }
   // What counts is the step that is left at the end, not what the solver says of itself.
-  const bool converged = result.remaining_step <= (options.robust == RobustLoss::kNone
-                                                       ? kRemainingStepAccepted_1
-                                                       : kRemainingRobustStepAccepted_1) &&
-                         system->looks_not_evaluated() == 0;
-  result.status = converged ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
-  if (!converged) {
-    Refuse(&result, "not converged: " + WhyNotConverged(solve, *system, result));
-  } else if (options.robust == RobustLoss::kNone) {
+  const double left_1 = system->looks_not_evaluated() == 0
+                            ? result.remaining_step
+                            : std::numeric_limits<double>::infinity();
+  std::string why_not = robust.why_none;
+  if (why_not.empty() && !(left_1 <= kRemainingStepAccepted_1)) {
+    why_not = WhyNotConverged(solve, left_1);
+  }
+  result.status = why_not.empty() ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
+  if (why_not.empty()) {
     WarnOfSlowSteps(problem, options.tolerance_1, &result);
+  } else {
+    Refuse(&result, "not converged: " + why_not);
   }
 
   RefuseLargeLoss(problem, &result);
@@ -435,11 +452,17 @@ AdjustResult AdjustGiven(const Block& block,
   if (options.covariance == CovarianceLevel::kMonteCarlo) {
     timer.emplace("montecarlo", &result.stages);
     result.montecarlo =
-        RunMonteCarlo(problem, state, weighting, options, result.points.covariance_m2, progress);
+        RunMonteCarlo(problem, state, options, result.points.covariance_m2, progress);
   }
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);
-  FinishResult(problem, state, options, square_sum, defects, &result);
+  FinishResult(
+      problem,
+      state,
+      options,
+      {2.0 * system->cost(), SquareLeftOut(robust.dropped.size(), block.looks.size(), result)},
+      defects,
+      &result);
   WarnOfRounding(problem, state, &result);
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
                               options.covariance == CovarianceLevel::kMonteCarlo;
@@ -453,8 +476,8 @@ AdjustResult AdjustGiven(const Block& block,
   }
   Assess(block, options, &result);
   // Also where the point went with them.
-  for (const std::size_t look : dropped) result.looks.rejected[look] = 1;
-  FillReasons(problem, dropped, &result);
+  for (const std::size_t look : robust.dropped) result.looks.rejected[look] = 1;
+  FillReasons(problem, robust.dropped, &result);
   if (at_solution) {
     timer.emplace("simplifications", &result.stages);
     at_solution(problem, state, &result);

@@ -25,15 +25,16 @@ constexpr std::size_t kPointsPerChunk = 1024;
 
 void CountAndTest(const AdjustmentProblem& problem,
                   const AdjustOptions& options,
-                  double square_sum,
+                  const SquareSum& square_sum,
                   AdjustResult* result) {
   const ProblemCounts counts = CountProblem(problem);
   result->looks_used = counts.looks;
   result->observation_count = counts.observations;
   result->parameter_count = counts.parameters;
   result->datum_defects = counts.defects;
-  if (std::isnan(square_sum)) return;  // a prediction has no residuals to test
-  const GlobalTest test = TestGlobally(problem, options.test_level, square_sum);
+  if (std::isnan(square_sum.kept_1)) return;  // a prediction has no residuals to test
+  const GlobalTest test =
+      TestGlobally(problem, options.test_level, square_sum.kept_1, square_sum.left_out_1);
   if (std::isnan(test.sigma0_squared)) {
     Warn(result, "no redundancy: the variance factor and its test do not exist");
     return;
@@ -90,13 +91,13 @@ void MarkRejected(const AdjustmentProblem& problem, AdjustResult* result) {
 void FinishResult(const AdjustmentProblem& problem,
                   const BlockState& state,
                   const AdjustOptions& options,
-                  double square_sum_1,
+                  const SquareSum& square_sum,
                   const PointDefects& defects,
                   AdjustResult* result) {
-  CountAndTest(problem, options, square_sum_1, result);
+  CountAndTest(problem, options, square_sum, result);
   FillPoints(problem, state, result);
-  const bool measured = !std::isnan(square_sum_1);
-  if (measured && result->looks.range_residual_m.empty()) FillResiduals(problem, state, {}, result);
+  const bool measured = !std::isnan(square_sum.kept_1);
+  if (measured && result->looks.range_residual_m.empty()) FillResiduals(problem, state, result);
   if (measured) FillChecks(problem.block, options, result);
   MarkRejected(problem, result);
   for (const Finding& finding : DescribePoints(problem, defects)) Warn(result, finding.text);
@@ -138,32 +139,43 @@ void FillPoints(const AdjustmentProblem& problem, const BlockState& state, Adjus
 
 void FillResiduals(const AdjustmentProblem& problem,
                    const BlockState& state,
-                   const Weighting& weighting,
                    AdjustResult* result) {
   const Block& block = problem.block;
   LookResults& out = result->looks;
   out.range_residual_m.assign(block.looks.size(), kNaN);
   out.azimuth_residual_m.assign(block.looks.size(), kNaN);
-  if (weighting.loss != RobustLoss::kNone) out.weight.assign(block.looks.size(), 0.0F);
   const std::size_t points = block.points.size();
   ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     LookColumns columns;
     LookEvaluation at;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
-      // Rejected looks get residuals too: they show how far off they are.
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
         if (!EvaluateLook(problem.model, state, point, i, {}, &columns, &at)) continue;
         out.range_residual_m[i] = at.error_1[0];
         out.azimuth_residual_m[i] = at.error_1[1] * at.azimuth_unit_m;
-        if (!out.weight.empty() && problem.look_used[i] != 0) {
-          const LookWeights& w = problem.weights[i];
-          const double square =
-              Eigen::Vector2d(w.range_per_m * at.error_1[0], w.azimuth_per_unit * at.error_1[1])
-                  .squaredNorm();
-          out.weight[i] =
-              static_cast<float>(EvaluateLoss(weighting.loss, weighting.scale, square).weight_1);
-        }
+      }
+    }
+  });
+}
+
+void FillLossWeights(const AdjustmentProblem& problem,
+                     const BlockState& state,
+                     const Weighting& weighting,
+                     AdjustResult* result) {
+  const Block& block = problem.block;
+  std::vector<float>& out = result->looks.weight;
+  out.assign(block.looks.size(), 0.0F);
+  const std::size_t points = block.points.size();
+  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    WhitenedLook at;
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem.Solves(point)) continue;
+      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+        if (problem.look_used[i] == 0) continue;
+        if (!EvaluateWhitened(problem, state, {}, point, i, &at)) continue;
+        out[i] = static_cast<float>(
+            EvaluateLoss(weighting.loss, weighting.scale, at.error_1.squaredNorm()).weight_1);
       }
     }
   });

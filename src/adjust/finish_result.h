@@ -13,22 +13,31 @@ namespace sarblock {
 /// Steps that adjustment, prediction and intersection share: from a problem at its final state to
 /// the result.
 
+/// v'Pv of the looks in use, and what of it good looks that were left out may have taken.
+struct SquareSum {
+  double kept_1 = kNotGiven;
+  double left_out_1 = 0.0;
+};
+
 /// The last step of all three: counts, global test, points, residuals (unless there already), check
-/// points, rejected looks, warnings of points left out. `square_sum_1` is v'Pv,
-/// NaN for a prediction, which has no residuals.
+/// points, rejected looks, warnings of points left out.
+/// `square_sum` is NaN for a prediction, which has no residuals.
 void FinishResult(const AdjustmentProblem& problem,
                   const BlockState& state,
                   const AdjustOptions& options,
-                  double square_sum_1,
+                  const SquareSum& square_sum,
                   const PointDefects& defects,
                   AdjustResult* result);
 /// Positions, status, counts of looks and angles.
 void FillPoints(const AdjustmentProblem& problem, const BlockState& state, AdjustResult* result);
-/// e_r and e_d of every look of a solved point.
-void FillResiduals(const AdjustmentProblem& problem,
-                   const BlockState& state,
-                   const Weighting& weighting,
-                   AdjustResult* result);
+/// e_r and e_d of every look of a solved point; of rejected looks too, which shows how far off they
+/// are.
+void FillResiduals(const AdjustmentProblem& problem, const BlockState& state, AdjustResult* result);
+/// The weight that a loss gives each look in use, 0 where it is not in use.
+void FillLossWeights(const AdjustmentProblem& problem,
+                     const BlockState& state,
+                     const Weighting& weighting,
+                     AdjustResult* result);
 void FillParameters(const AdjustmentProblem& problem,
                     const BlockState& state,
                     AdjustResult* result);

@@ -99,7 +99,7 @@ AdjustResult IntersectBlock(const Block& block,
          "pairs are not formed by intersect: its points are independent, the covariance of a "
          "difference is the sum of theirs");
   }
-  FinishResult(problem, state, options, total, {}, &result);
+  FinishResult(problem, state, options, {total}, {}, &result);
   if (result.looks_used == 0) Refuse(&result, "no point could be intersected");
   Assess(block, options, &result);
   DescribePaths(block, block, options, &result);

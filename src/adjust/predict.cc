@@ -103,7 +103,7 @@ Block FillMeasurements(const Block& block, const std::vector<Eigen::Vector3d>& p
       if (!std::isfinite(time_s) && positions_m[point].allFinite()) {
         time_s =
             FindConeTime(
-                path, positions_m[point], problem.model.ConeOf(i), path.start_s(), path.end_s())
+                path, positions_m[point], problem.block.ConeOf(i), path.start_s(), path.end_s())
                 .value_or(kNotGiven);
       }
       if (std::isfinite(time_s)) {
@@ -182,7 +182,7 @@ AdjustResult Predict(const Block& block,
   result.condition = rank.condition_1;
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
-  FinishResult(problem, state, options, kNotGiven, defects, &result);
+  FinishResult(problem, state, options, {}, defects, &result);
   Assess(filled, options, &result);
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};

@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "core/median.h"
 #include "flight/track_axes.h"
 #include "model/look_model.h"
 
@@ -115,16 +116,12 @@ class Sampler {
             std::abs(block_.looks.time_s[i] - 0.5 * (source.start_s + source.end_s));
         if (!(apart_s >= from_middle_s[pass])) {
           from_middle_s[pass] = apart_s;
-          reach.cone = model_.ConeOf(i);
+          reach.cone = model_.block().ConeOf(i);
         }
       }
     }
     for (std::size_t pass = 0; pass < passes; ++pass) {
-      std::vector<double>& h = heights_m[pass];
-      if (h.empty()) continue;
-      const auto middle = h.begin() + static_cast<std::ptrdiff_t>(h.size() / 2);
-      std::nth_element(h.begin(), middle, h.end());
-      out[pass].height_m = *middle;
+      if (!heights_m[pass].empty()) out[pass].height_m = MedianInPlace(&heights_m[pass]);
     }
     return out;
   }

@@ -68,14 +68,6 @@ struct PassLooks {
   double shortest_range_m = kNotGiven;
 };
 
-double SineOfSquint(const Block& block, std::size_t look, double speed_mps) {
-  if (block.looks.cone.empty() || std::isnan(block.looks.cone[look])) return 0.0;
-  const double given = block.looks.cone[look];
-  if ((block.looks.flags[look] & Looks::kDoppler) == 0) return std::sin(given);
-  const double wavelength_m = block.passes[block.looks.pass[look]].wavelength_m;
-  return 0.5 * wavelength_m * given / speed_mps;
-}
-
 /// Nothing where the look has no measured values or components of the position are not known.
 bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, KnownLook* out) {
   const Looks& looks = block.looks;
@@ -92,7 +84,7 @@ bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, Kn
   out->point = point;
   out->range_m = looks.range_m[look];
   out->range_ratio_1 = looks.range_m[look] / distance_m;
-  out->ahead_m = v.dot(sight_m) / speed_mps - distance_m * SineOfSquint(block, look, speed_mps);
+  out->ahead_m = v.dot(sight_m) / speed_mps - distance_m * block.ConeOf(look).Sine(speed_mps);
   out->on_its_side = up_1.cross(v).dot(sight_m) * side > 0.0 && up_1.dot(sight_m) < 0.0;
   return true;
 }

@@ -67,6 +67,29 @@ StudyStart StartIn(const StudyArguments& arguments) {
   return arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume;
 }
 
+/// What every run of a study says of itself, and what only this kind of run has.
+nlohmann::json Summary(const StudyKind& kind,
+                       const StudyTable& table,
+                       std::size_t kept,
+                       const StudyArguments& arguments,
+                       const nlohmann::json& more) {
+  nlohmann::json summary = {{"format", "sarblock-study-summary 1"},
+                            {"study", kind.name},
+                            {"folder", arguments.out},
+                            {"rows", table.size()},
+                            {"tasks_kept", kept}};
+  summary.update(more);
+  return summary;
+}
+
+void ShowSummary(const nlohmann::json& summary, const std::string& words, const Session& session) {
+  if (session.json) {
+    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    session.Show(words);
+  }
+}
+
 /// Words, plots and the table where it has columns that need all rows.
 void Conclude(const StudyKind& kind,
               const PreparedStudy& study,
@@ -84,46 +107,18 @@ void Conclude(const StudyKind& kind,
     WriteFile(folder / name, text);
     files.push_back(name);
   }
-  if (session.json) {
-    const nlohmann::json summary = {{"format", "sarblock-study-summary 1"},
-                                    {"study", kind.name},
-                                    {"folder", arguments.out},
-                                    {"rows", table.size()},
-                                    {"tasks", study.plan.tasks.size()},
-                                    {"tasks_kept", kept},
-                                    {"words", answer.words},
-                                    {"files", files}};
-    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-  } else {
-    session.Show(fmt::format("{}\n{} rows; {} written to {}\n",
-                             fmt::join(answer.words, "\n"),
-                             table.size(),
-                             fmt::join(files, ", "),
-                             arguments.out));
-  }
-}
-
-void ShowPart(const StudyKind& kind,
-              const StudyPart& part,
-              const StudyTable& table,
-              const StudyArguments& arguments,
-              std::size_t kept,
-              const Session& session) {
-  if (session.json) {
-    const nlohmann::json summary = {{"format", "sarblock-study-summary 1"},
-                                    {"study", kind.name},
-                                    {"folder", arguments.out},
-                                    {"part", arguments.part},
-                                    {"rows", table.size()},
-                                    {"tasks_kept", kept}};
-    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-  } else {
-    session.Show(fmt::format(
-        "{}: {} rows written to {}; \"sarblock study join\" makes the study of all parts\n",
-        NameOf(part),
-        table.size(),
-        arguments.out));
-  }
+  ShowSummary(
+      Summary(kind,
+              table,
+              kept,
+              arguments,
+              {{"tasks", study.plan.tasks.size()}, {"words", answer.words}, {"files", files}}),
+      fmt::format("{}\n{} rows; {} written to {}\n",
+                  fmt::join(answer.words, "\n"),
+                  table.size(),
+                  fmt::join(files, ", "),
+                  arguments.out),
+      session);
 }
 
 int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Session& session) {
@@ -148,7 +143,14 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
   if (part.IsWhole()) {
     Conclude(kind, study, table, arguments, rows.kept(), session);
   } else {
-    ShowPart(kind, part, table, arguments, rows.kept(), session);
+    ShowSummary(
+        Summary(kind, table, rows.kept(), arguments, {{"part", arguments.part}}),
+        fmt::format(
+            "{}: {} rows written to {}; \"sarblock study join\" makes the study of all parts\n",
+            NameOf(part),
+            table.size(),
+            arguments.out),
+        session);
   }
   return kAccepted;
 }

@@ -93,7 +93,7 @@ Squints SquintsOf(const PassSightings& pass) {
   for (const Sighting& sighting : pass.sightings) {
     if (std::isnan(sighting.ahead_sine_1)) continue;
     double given_1 = 0.0;
-    if (!looks.cone.empty() && !std::isnan(looks.cone[sighting.look])) {
+    if (!looks.cone.empty()) {
       const double cone = looks.cone[sighting.look];
       const bool doppler = (looks.flags[sighting.look] & Looks::kDoppler) != 0;
       out.doppler = out.doppler || doppler;
@@ -137,7 +137,7 @@ Hypothesis SquintBias(const std::vector<std::string>& passes, double value_rad, 
     if (looks.cone.empty()) looks.cone.assign(looks.size(), 0.0);
     ForLooks(*block, passes, [&](std::size_t i) {
       if ((looks.flags[i] & Looks::kDoppler) != 0) return;
-      looks.cone[i] = (std::isnan(looks.cone[i]) ? 0.0 : looks.cone[i]) - value;
+      looks.cone[i] -= value;
     });
   };
   out.free = true;

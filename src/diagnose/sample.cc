@@ -106,9 +106,7 @@ double ContradictionOf(const Block& block, const LookModel& model, std::uint32_t
       const double off = std::abs((p_m - sight.antenna_m).norm() - sight.range_m);
       off_m.push_back(off + (LiesWhereItLooks(block.frame, sight, p_m) ? 0.0 : sight.range_m));
       const double ahead_m = sight.velocity_mps.normalized().dot(p_m - sight.antenna_m);
-      const double sine = sight.cone.kind == Cone::Kind::kSquint
-                              ? std::sin(sight.cone.squint_rad)
-                              : sight.cone.closing_mps / sight.velocity_mps.norm();
+      const double sine = sight.cone.Sine(sight.velocity_mps.norm());
       off_m.push_back(std::abs(ahead_m - sight.range_m * sine));
     }
     return *std::max_element(off_m.begin(), off_m.end());

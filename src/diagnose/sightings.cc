@@ -14,31 +14,13 @@ namespace {
 
 constexpr std::size_t kMostKnown = 60;
 
-Cone ConeOf(const Block& block, std::size_t look) {
-  Cone cone;
-  if (block.looks.cone.empty() || std::isnan(block.looks.cone[look])) return cone;
-  const double given = block.looks.cone[look];
-  if ((block.looks.flags[look] & Looks::kDoppler) == 0) {
-    cone.squint_rad = given;
-    return cone;
-  }
-  cone.kind = Cone::Kind::kDoppler;
-  cone.closing_mps = 0.5 * block.passes[block.looks.pass[look]].wavelength_m * given;
-  return cone;
-}
-
-double SineOf(const Cone& cone, double speed_mps) {
-  return cone.kind == Cone::Kind::kSquint ? std::sin(cone.squint_rad)
-                                          : cone.closing_mps / speed_mps;
-}
-
 Sighting See(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
   const Pass& pass = block.passes[block.looks.pass[look]];
   Sighting out;
   out.look = look;
   out.time_s = block.looks.time_s[look];
   out.range_m = block.looks.range_m[look];
-  const Cone cone = ConeOf(block, look);
+  const Cone cone = block.ConeOf(look);
   Motion motion;
   out.off_m = (p_m - pass.path.states().front().position_m).norm();
   if (!pass.path.Read(out.time_s, Acceleration::kOfCubic, &motion)) return out;
@@ -51,7 +33,7 @@ Sighting See(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
   sight.side = pass.side == LookSide::kLeft ? 1 : -1;
   out.on_its_side = LiesWhereItLooks(block.frame, sight, p_m);
   out.ahead_sine_1 = ahead_m / distance_m;
-  out.off_m = std::hypot(distance_m - out.range_m, ahead_m - distance_m * SineOf(cone, speed_mps));
+  out.off_m = std::hypot(distance_m - out.range_m, ahead_m - distance_m * cone.Sine(speed_mps));
   if (!out.on_its_side) out.off_m += distance_m;
   return out;
 }
@@ -59,7 +41,7 @@ Sighting See(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
 void FindAbeam(const Block& block, const Eigen::Vector3d& p_m, Sighting* sighting) {
   const FlightPath& path = block.passes[block.looks.pass[sighting->look]].path;
   const std::optional<double> time_s =
-      FindConeTime(path, p_m, ConeOf(block, sighting->look), path.start_s(), path.end_s());
+      FindConeTime(path, p_m, block.ConeOf(sighting->look), path.start_s(), path.end_s());
   const std::optional<Motion> motion = time_s ? path.At(*time_s) : std::nullopt;
   if (!motion) return;
   sighting->true_time_s = *time_s;

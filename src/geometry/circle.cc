@@ -102,9 +102,7 @@ void Offer(std::span<const Sight> sights,
 
 Circle Circle::Of(const Sight& sight, const Eigen::Vector3d& origin_m) {
   const double speed_mps = sight.velocity_mps.norm();
-  const bool squint = sight.cone.kind == Cone::Kind::kSquint;
-  const double sin_tau =
-      squint ? std::sin(sight.cone.squint_rad) : sight.cone.closing_mps / speed_mps;
+  const double sin_tau = sight.cone.Sine(speed_mps);
   Circle circle;
   circle.antenna_m = sight.antenna_m - origin_m;
   circle.axis_1 = sight.velocity_mps / speed_mps;

@@ -6,8 +6,7 @@ namespace sarblock {
 ConeValue EvaluateCone(const Motion& motion, const Eigen::Vector3d& p_m, const Cone& cone) {
   const Eigen::Vector3d sight_m = p_m - motion.position_m;
   const double speed_mps = motion.velocity_mps.norm();
-  const double sin_tau =
-      cone.kind == Cone::Kind::kSquint ? std::sin(cone.squint_rad) : cone.closing_mps / speed_mps;
+  const double sin_tau = cone.Sine(speed_mps);
   return {motion.velocity_mps.dot(sight_m) / speed_mps - sight_m.norm() * sin_tau,
           LookTimeRates(p_m, motion.position_m, motion.velocity_mps, motion.acceleration_mps2, cone)
               .doppler_mps};

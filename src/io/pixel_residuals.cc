@@ -9,19 +9,6 @@
 namespace sarblock {
 namespace {
 
-Cone ConeOf(const Block& block, std::size_t look) {
-  Cone cone;
-  if (block.looks.cone.empty()) return cone;
-  const double value = block.looks.cone[look];
-  if ((block.looks.flags[look] & Looks::kDoppler) == 0) {
-    cone.squint_rad = value;
-    return cone;
-  }
-  cone.kind = Cone::Kind::kDoppler;
-  cone.closing_mps = 0.5 * block.passes[block.looks.pass[look]].wavelength_m * value;
-  return cone;
-}
-
 // e_d as a time over the line interval. The nominal path serves: a correction of 10 m changes the
 // rate by a hundred-thousandth.
 double LineResidual(const Block& block,
@@ -31,7 +18,7 @@ double LineResidual(const Block& block,
   const Pass& pass = block.passes[block.looks.pass[look]];
   const auto motion = pass.path.At(block.looks.time_s[look]);
   if (!motion) return kNotGiven;
-  const double rate_mps = EvaluateCone(*motion, p_m, ConeOf(block, look)).rate_mps;
+  const double rate_mps = EvaluateCone(*motion, p_m, block.ConeOf(look)).rate_mps;
   return azimuth_residual_m / -rate_mps / pass.image->line_interval_s;
 }
 

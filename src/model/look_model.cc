@@ -235,19 +235,6 @@ LookSigma LookModel::SigmaOf(std::size_t look) const {
   return sigma;
 }
 
-Cone LookModel::ConeOf(std::size_t look) const {
-  Cone cone;
-  const Looks& looks = block_.looks;
-  if (looks.cone.empty()) return cone;
-  if ((looks.flags[look] & Looks::kDoppler) != 0) {
-    cone.kind = Cone::Kind::kDoppler;
-    cone.closing_mps = 0.5 * block_.passes[looks.pass[look]].wavelength_m * looks.cone[look];
-  } else {
-    cone.squint_rad = looks.cone[look];
-  }
-  return cone;
-}
-
 void LookModel::ColumnsOf(std::size_t look, LookColumns* columns) const {
   ColumnsAt(block_.looks.pass[look], block_.looks.time_s[look], columns);
 }
@@ -306,7 +293,7 @@ bool LookModel::Evaluate(const LookState& at,
   const Eigen::Vector3d d_before = (at.start_m - path.motion.position_m) + at.displacement_m;
   Crossing crossing;
   const bool exact_time = block_.MeasuresDoppler(at.look);
-  const Cone cone = ConeOf(at.look);
+  const Cone cone = block_.ConeOf(at.look);
   const double squint_bias_rad = SumOf(c.squint_bias, x);
   const bool found =
       exact_time ? FindDoppler(path.motion,
@@ -449,7 +436,7 @@ std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd&
   sight.velocity_mps = corrected->motion.velocity_mps;
   sight.acceleration_mps2 = corrected->motion.acceleration_mps2;
   sight.range_m = looks.range_m[look];
-  sight.cone = ConeOf(look);
+  sight.cone = block_.ConeOf(look);
   sight.side = static_cast<int>(block_.passes[pass].side);
   sight.range_sigma_m = sigma.range_m;
   sight.azimuth_sigma = sigma.azimuth;

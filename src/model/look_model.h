@@ -146,8 +146,6 @@ class LookModel {
   /// nothing outside the path.
   [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;
 
-  [[nodiscard]] Cone ConeOf(std::size_t look) const;
-
   /// Asks the memory for what a look will read of its path.
   void Prefetch(std::size_t look) const {
     paths_.PathOf(block_.looks.pass[look]).Prefetch(block_.looks.time_s[look]);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robust.h"
 
+#include "sarblock/core/quantile.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,6 +12,8 @@ namespace {
 double Floor(double radial) { return std::max(radial, kLeastRadialCurvature_1); }
 
 }  // namespace
+
+double FarSquare_1() { return ChiSquareQuantile(0.999, 2.0); }
 
 double RobustScale(const AdjustOptions& options) {
   if (options.robust_scale > 0.0) return options.robust_scale;

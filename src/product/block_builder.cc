@@ -2,7 +2,6 @@
 #include "block_builder.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/sicd_projection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "io/number.h"
+#include "sicd_projection.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -2,7 +2,6 @@
 #include "sarblock/product/import_block.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/sicd_projection.h"
 
 #include <algorithm>
 #include <array>
@@ -16,6 +15,7 @@
 #include "image_passes.h"
 #include "reflector_points.h"
 #include "sicd_pass.h"
+#include "sicd_projection.h"
 #include <fmt/core.h>
 
 namespace sarblock {

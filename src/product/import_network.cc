@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "block_builder.h"
+#include "core/median.h"
 #include "image_offsets.h"
 #include "image_passes.h"
 #include "image_serials.h"
@@ -71,17 +72,16 @@ void RefuseOtherBodies(const ControlNetwork& network, const std::vector<RadarIma
     if (point.position_m) radii_m.push_back(point.position_m->norm());
   }
   if (radii_m.empty()) return;
-  const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
-  std::nth_element(radii_m.begin(), middle, radii_m.end());
+  const double middle_m = MedianInPlace(&radii_m);
   const double body_m = images.front().ellipsoid.a_m;
   constexpr double kReliefAndFlattening = 0.1;
-  if (std::abs(*middle - body_m) <= kReliefAndFlattening * body_m) return;
+  if (std::abs(middle_m - body_m) <= kReliefAndFlattening * body_m) return;
   throw InputError(FilePlace{images.front().file, 0, "radii"},
                    fmt::format("is an image of another body: its radius is {} km, but the points "
                                "of {} are {:.1f} km from the centre",
                                NumberText(1e-3 * body_m),
                                network.file,
-                               1e-3 * *middle));
+                               1e-3 * middle_m));
 }
 
 /// Collects passes and points.

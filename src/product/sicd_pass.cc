@@ -2,13 +2,14 @@
 #include "sicd_pass.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/sicd_projection.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <utility>
+
+#include "sicd_projection.h"
 
 namespace sarblock {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/sicd_projection.h"
+#include "sicd_projection.h"
 
 #include <cmath>
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/median.h"
 #include "core/parallel.h"
 #include "determinacy/connectivity.h"
 #include "ground_consensus.h"
@@ -47,13 +48,6 @@ void TakeAll(AdjustmentProblem* problem) {
   }
 }
 
-double Median(std::vector<double>* values) {
-  if (values->empty()) return kNotGiven;
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 /// The median height of the control, else of the start positions, else of the ellipsoid.
 double ReferenceHeight_m(const AdjustmentProblem& problem, const BlockState& state) {
   std::vector<double> heights_m;
@@ -67,7 +61,7 @@ double ReferenceHeight_m(const AdjustmentProblem& problem, const BlockState& sta
       }
     }
   }
-  const double median_m = Median(&heights_m);
+  const double median_m = MedianInPlace(&heights_m);
   return std::isfinite(median_m) ? median_m : 0.0;
 }
 
@@ -159,7 +153,7 @@ int SolveGraduated(const AdjustOptions& options,
                    BlockState* state,
                    ProgressSink* progress) {
   std::vector<double> lengths = LengthsOf(*problem, *state);
-  double scale_1 = std::max(kLastScale_1, 2.0 * Median(&lengths));
+  double scale_1 = std::max(kLastScale_1, 2.0 * MedianInPlace(&lengths));
   int iterations = 0;
   TemperedPriors priors(problem);
   for (; scale_1 > kLastScale_1; scale_1 /= kScaleStep_1) {

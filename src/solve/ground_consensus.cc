@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/median.h"
 #include "core/parallel.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -115,9 +116,7 @@ class PairFit {
   [[nodiscard]] double MedianSquare(std::vector<double>* squares) const {
     squares->clear();
     for (std::size_t i = 0; i < terms_.size(); ++i) squares->push_back(Rest(i).squaredNorm());
-    const auto middle = squares->begin() + static_cast<std::ptrdiff_t>(squares->size() / 2);
-    std::nth_element(squares->begin(), middle, squares->end());
-    return *middle;
+    return MedianInPlace(squares);
   }
 
   /// The median of each component.
@@ -126,9 +125,7 @@ class PairFit {
     for (int axis = 0; axis < 2; ++axis) {
       values.clear();
       for (const Common* c = begin_; c != end_; ++c) values.push_back(c->difference_m[axis]);
-      const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-      std::nth_element(values.begin(), middle, values.end());
-      fit_(0, axis) = *middle;
+      fit_(0, axis) = MedianInPlace(&values);
     }
   }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/median.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {
@@ -92,9 +93,7 @@ class Resection {
   [[nodiscard]] double Misfit(const BlockState& state) const {
     std::vector<double> lengths = LengthsOf(state);
     if (lengths.empty()) return std::numeric_limits<double>::infinity();
-    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-    std::nth_element(lengths.begin(), middle, lengths.end());
-    return *middle;
+    return MedianInPlace(&lengths);
   }
 
  private:

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "core/parallel.h"
@@ -144,6 +145,17 @@ SolveReport SolveRounds(const Weighting& weighting,
   }
   if (!least_squares && solved != nullptr) system->Form(*state, {}, progress);
   return total;
+}
+
+double StepLeftUnderLoss(const Weighting& weighting,
+                         const AdjustmentProblem& problem,
+                         const BlockState& state,
+                         ProgressSink* progress) {
+  ReducedSystem system(problem);
+  system.Form(state, weighting, progress);
+  return system.looks_not_evaluated() == 0 && system.FactorDamped()
+             ? system.NewtonDecrement()
+             : std::numeric_limits<double>::infinity();
 }
 
 std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,

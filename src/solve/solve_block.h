@@ -37,6 +37,13 @@ namespace sarblock {
                                       ProgressSink* progress,
                                       std::optional<ReducedSystem>* solved = nullptr);
 
+/// Newton step that a robust solution still has to go, in sigmas over all unknowns together;
+/// infinite where a look has no value or the equations under the loss cannot be solved.
+[[nodiscard]] double StepLeftUnderLoss(const Weighting& weighting,
+                                       const AdjustmentProblem& problem,
+                                       const BlockState& state,
+                                       ProgressSink* progress);
+
 /// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
 /// solution, above the antennas or on the side they do not look to. Control points are fixed.
 /// `system` is the reduced one, without a loss, at the state.

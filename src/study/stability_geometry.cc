@@ -24,6 +24,26 @@ void FitArea(double height_m, StabilityPlan* plan) {
   plan->swing_m = std::min(5.3, 1e-3 * height_m);
 }
 
+/// Squints in degrees up to a sight line along the flight.
+const std::vector<double>& Squints() {
+  static const std::vector<double> kSquints_deg = {
+      0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9};
+  return kSquints_deg;
+}
+
+StabilityPlan Squinted(double squint_deg) {
+  StabilityPlan plan = AircraftPlan();
+  for (PlannedPass& pass : plan.passes) pass.squint_rad = squint_deg * kRadPerDeg;
+  return plan;
+}
+
+/// Their Doppler centroids are given in place of angles.
+StabilityPlan SquintedByDoppler(double squint_deg) {
+  StabilityPlan plan = Squinted(squint_deg);
+  plan.doppler_wavelength_m = 0.031;
+  return plan;
+}
+
 }  // namespace
 
 const std::vector<PlannedFamily>& GeometryFamilies() {
@@ -100,34 +120,19 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
          FitArea(v, &plan);
          return plan;
        }},
-      {"squint",
-       "squint_deg",
-       "all passes squinted",
-       {0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9},
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         for (PlannedPass& pass : plan.passes) pass.squint_rad = v * kRadPerDeg;
-         return plan;
-       }},
+      {"squint", "squint_deg", "all passes squinted", Squints(), Squinted},
       {"doppler",
        "squint_deg",
        "the same, given as Doppler centroids",
-       {0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9},
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.doppler_wavelength_m = 0.031;
-         for (PlannedPass& pass : plan.passes) pass.squint_rad = v * kRadPerDeg;
-         return plan;
-       }},
+       Squints(),
+       SquintedByDoppler},
       {"measured-doppler",
        "squint_deg",
        "the same, the Doppler centroids measured at exact times",
-       {0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9},
+       Squints(),
        [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.doppler_wavelength_m = 0.031;
+         StabilityPlan plan = SquintedByDoppler(v);
          plan.sigma = {0.83, 1.3, AzimuthUnit::kHertz};
-         for (PlannedPass& pass : plan.passes) pass.squint_rad = v * kRadPerDeg;
          return plan;
        }},
       {"near-nadir",

@@ -8,12 +8,6 @@
 namespace sarblock {
 namespace {
 
-bool LeavesOut(const BlunderFinding& finding) {
-  return finding.action == BlunderFinding::Action::kRejected ||
-         finding.action == BlunderFinding::Action::kPointLeftOut ||
-         finding.action == BlunderFinding::Action::kControlReleased;
-}
-
 void WarnOfFindings(AdjustResult* result) {
   std::size_t kept = 0;
   for (const BlunderFinding& finding : result->snooping->findings) {
@@ -32,6 +26,12 @@ void WarnOfFindings(AdjustResult* result) {
 }
 
 }  // namespace
+
+bool LeavesOut(const BlunderFinding& finding) {
+  return finding.action == BlunderFinding::Action::kRejected ||
+         finding.action == BlunderFinding::Action::kPointLeftOut ||
+         finding.action == BlunderFinding::Action::kControlReleased;
+}
 
 void FillReasons(const AdjustmentProblem& problem,
                  const std::vector<std::size_t>& dropped,

@@ -313,7 +313,7 @@ void Search::DropOfRobust(std::uint32_t point, double limit) {
 /// A redescending loss finds a start that many blunders at once cannot mask.
 void Search::StartRobust() {
   solve_(RobustLoss::kTukey);
-  const double limit = ChiSquareQuantile(0.999, 2.0);
+  const double limit = FarSquare_1();
   const PassConnection before = ConnectPasses(problem_);
   for (std::uint32_t point = 0; point < problem_.block.points.size(); ++point) {
     if (problem_.Solves(point)) DropOfRobust(point, limit);

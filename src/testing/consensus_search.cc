@@ -21,8 +21,6 @@ namespace {
 constexpr double kGross_1 = 10.0;
 /// Level of the global test where what is wrong was to be left out.
 constexpr double kTest_1 = 0.999;
-/// Looks beyond this are left out under a loss.
-constexpr double kKeep_1 = 0.999;
 /// More looks than this part are not wrong one by one.
 constexpr double kMostLeftOut_1 = 0.25;
 /// Looks that a consensus leaves out by chance, and what each takes off v'Pv.
@@ -100,7 +98,7 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
   const ProblemCounts counts = CountProblem(problem);
   Remainder rest{counts.redundancy(), 2.0 * (*solution.system)->cost(), counts.looks, 0};
   if (options.robust == RobustLoss::kNone) return rest;
-  const double limit = ChiSquareQuantile(kKeep_1, 2.0);
+  const double limit = FarSquare_1();
   const auto& offsets = problem.block.looks.offsets;
   WhitenedLook at;
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
@@ -130,9 +128,10 @@ bool FailsTest(const Remainder& rest, double most_1) {
 bool Converged(const AdjustOptions& options, const Solution& solution, ProgressSink* progress) {
   if (solution.solve->converged) return true;
   if (options.robust == RobustLoss::kNone) return false;
-  ReducedSystem system(*solution.problem);
-  system.Form(*solution.state, {options.robust, RobustScale(options)}, progress);
-  return system.FactorDamped() && system.NewtonDecrement() <= kRemainingRobustStepAccepted_1;
+  return StepLeftUnderLoss({options.robust, RobustScale(options)},
+                           *solution.problem,
+                           *solution.state,
+                           progress) <= kRemainingRobustStepAccepted_1;
 }
 
 }  // namespace

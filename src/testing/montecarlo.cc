@@ -26,7 +26,6 @@ using RunErrors = std::vector<Eigen::Vector3d>;
 
 RunErrors AdjustRun(const AdjustmentProblem& problem,
                     const BlockState& state,
-                    const Weighting& weighting,
                     const AdjustOptions& options,
                     const ExactReadings& exact,
                     std::uint64_t run) {
@@ -45,7 +44,7 @@ RunErrors AdjustRun(const AdjustmentProblem& problem,
   }
   BlockState at = state;
   UpdateWeights(at, &again);
-  if (!SolveRounds(weighting, options, &again, &at, nullptr).converged) return {};
+  if (!SolveRounds({}, options, &again, &at, nullptr).converged) return {};
   RunErrors errors(at.displacement_m.size());
   for (std::size_t i = 0; i < errors.size(); ++i) {
     errors[i] = at.displacement_m[i] - state.displacement_m[i];
@@ -213,7 +212,6 @@ std::string SentenceOf(const MonteCarloReport& report) {
 
 MonteCarloReport RunMonteCarlo(const AdjustmentProblem& problem,
                                const BlockState& state,
-                               const Weighting& weighting,
                                const AdjustOptions& options,
                                const std::vector<SymmetricEnu>& covariance_m2,
                                ProgressSink* progress) {
@@ -231,7 +229,7 @@ MonteCarloReport RunMonteCarlo(const AdjustmentProblem& problem,
     const std::size_t count = std::min(kRunsPerBatch, runs - first);
     ParallelForChunks(count, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        errors[i] = AdjustRun(problem, state, weighting, alone, exact, first + i);
+        errors[i] = AdjustRun(problem, state, alone, exact, first + i);
       }
     });
     for (std::size_t i = 0; i < count; ++i) collector.Add(errors[i]);

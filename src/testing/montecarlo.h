@@ -10,18 +10,16 @@
 #include <vector>
 
 #include "model/problem.h"
-#include "normals/elimination.h"
 
 namespace sarblock {
 
 /// Repeats the adjustment of a solved block options.montecarlo_runs times, each with noise drawn
 /// anew about the solution (RedrawSolution) and started from it, and compares the errors with the
-/// rigorous covariance `covariance_m2`, by point in east, north, up. Same weights, looks, groups
-/// and loss as the solution's; blunders are not simulated. Runs are parallel; the result does not
-/// depend on the number of threads. docs/theory/montecarlo.md.
+/// rigorous covariance `covariance_m2`, by point in east, north, up. Same weights, looks and groups
+/// as the solution's, by least squares; blunders are not simulated. Runs are parallel; the result
+/// does not depend on the number of threads. docs/theory/montecarlo.md.
 [[nodiscard]] MonteCarloReport RunMonteCarlo(const AdjustmentProblem& problem,
                                              const BlockState& state,
-                                             const Weighting& weighting,
                                              const AdjustOptions& options,
                                              const std::vector<SymmetricEnu>& covariance_m2,
                                              ProgressSink* progress);

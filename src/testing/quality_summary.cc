@@ -62,22 +62,10 @@ double AzimuthSigma_m(const Block& block, std::uint64_t look, const Eigen::Vecto
   const Pass& pass = block.passes[block.looks.pass[look]];
   const auto motion = pass.path.At(block.looks.time_s[look]);
   if (!motion) return kNotGiven;
-  if (block.MeasuresDoppler(look)) {
-    const double unit_m =
-        0.5 * pass.wavelength_m * (p_m - motion->position_m).norm() / motion->velocity_mps.norm();
-    return sigma.azimuth * unit_m;
-  }
-  Cone cone;
-  if (!block.looks.cone.empty()) {
-    const double given = block.looks.cone[look];
-    if ((block.looks.flags[look] & Looks::kDoppler) != 0) {
-      cone = {Cone::Kind::kDoppler, 0.0, 0.5 * pass.wavelength_m * given};
-    } else {
-      cone.squint_rad = given;
-    }
-  }
-  const TimeRates rates =
-      LookTimeRates(p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, cone);
+  const double speed_mps = motion->velocity_mps.norm();
+  if (block.MeasuresDoppler(look)) return block.RoughAzimuthSigma_m(look, speed_mps);
+  const TimeRates rates = LookTimeRates(
+      p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
   return sigma.azimuth * std::abs(rates.doppler_mps);
 }
 

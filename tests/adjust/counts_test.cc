@@ -168,7 +168,7 @@ TEST(WeightsTest, TurnMetresOfAzimuthIntoSecondsAtTheTarget) {
                                         motion.position_m,
                                         motion.velocity_mps,
                                         motion.acceleration_mps2,
-                                        problem.model.ConeOf(5));
+                                        known.block.ConeOf(5));
   EXPECT_NEAR(problem.weights[5].azimuth_per_unit, -rates.doppler_mps / 1.7, 1e-9);
   EXPECT_DOUBLE_EQ(problem.weights[5].range_per_m, 1.0 / 0.83);
   EXPECT_LT(UpdateWeights(state, &problem), 1e-15) << "nothing moved";

@@ -12,7 +12,6 @@ import math
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -20,8 +19,8 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "truth"))
 import control_network  # noqa: E402
 import usgscsm_points  # noqa: E402
+from program import run, table  # noqa: E402
 
-PROGRAM = os.environ["SARBLOCK_PROGRAM"]
 SHARED = pathlib.Path(os.environ["SARBLOCK_SHARED_DATA"])
 DATASETS = pathlib.Path(os.environ["SARBLOCK_DATASETS"])
 NETWORK = SHARED / "isis-minirf" / "Cabeus_Orbit400_withSS_AprioriPts.net"
@@ -30,17 +29,6 @@ CUBES = [next(iter(sorted((SHARED / "isis-minirf").glob(f"LSZ_{orbit}_*.cub"))),
 IDS = ("--id", "LSZ_00455", "LSZ_00457", "LSZ_00459")
 SHIFTS = ("--set", "correction.position.degree=0", "--set", "correction.position.axes=frame")
 XYZ = ("x_m", "y_m", "z_m")
-
-
-def run(*arguments, code=0):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == code, f"{arguments}: exit {done.returncode}\n{done.stderr}"
-    return done
-
-
-def table(path):
-    with open(path, encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
 def numbers(row, names):

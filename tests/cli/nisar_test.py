@@ -11,19 +11,19 @@ What the reflectors say of the image calib_slc_pass1_20mhz.h5, simulated by othe
   their peaks. That is the noise of the peaks: chi-square 2.4 of three, and the range bias is 0.5 +- 4.6 mm, none;
 - azimuth: 5, 4 and 21 mm late, with 8, 5 and 6 mm. Their noise does not explain it (chi-square 12.6 of three,
   exceeded in 6 of 1000 images without a bias); a time bias of 1.4 +- 0.5 us, 1 cm on the ground, does, to chi-square 5 of two."""
-import csv
 import json
 import math
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "truth"))
+from program import run, table  # noqa: E402
+
 try:
     import nisar_peaks
     import numpy as np
@@ -31,7 +31,6 @@ except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
 
-PROGRAM = os.environ["SARBLOCK_PROGRAM"]
 DATA = pathlib.Path(os.environ["SARBLOCK_SHARED_DATA"]) / "nisar"
 IMAGE = DATA / "calib_slc_pass1_20mhz.h5"
 REFLECTORS = DATA / "REE_CORNER_REFLECTORS_INFO.csv"
@@ -39,17 +38,6 @@ if not IMAGE.is_file():
     print(f"skipped: no {IMAGE}")
     sys.exit(77)
 GROUND_MPS = 6753.9  # metadata/geolocationGrid/groundTrackVelocity
-
-
-def run(*arguments, code=0):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == code, f"{arguments}: exit {done.returncode}\n{done.stderr}"
-    return done
-
-
-def table(path):
-    with open(path, encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
 class Reflectors(unittest.TestCase):

@@ -5,32 +5,19 @@
 Environment: SARBLOCK_PROGRAM, SARBLOCK_SHARED_DATA. Truth is tests/truth/sentinel1_doppler.py, which
 shares no code with the program. Skipped where the products are not beside the project.
 """
-import csv
 import json
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "truth"))
 import sentinel1_doppler  # noqa: E402
+from program import run, table  # noqa: E402
 
-PROGRAM = os.environ["SARBLOCK_PROGRAM"]
 PRODUCTS = pathlib.Path(os.environ["SARBLOCK_SHARED_DATA"]) / "sentinel1"
-
-
-def run(*arguments):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, f"{arguments}: exit {done.returncode}\n{done.stderr}"
-    return done.stdout
-
-
-def table(path):
-    with open(path, encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 @unittest.skipUnless(PRODUCTS.is_dir(), f"no {PRODUCTS}")
@@ -47,7 +34,7 @@ class RealProducts(unittest.TestCase):
 
     def test_every_grid_point_of_los_angeles_is_a_check_point_that_fits_the_orbits(self):
         files = sorted(PRODUCTS.glob("s1a-iw2-slc-vv-*.xml"))
-        said = json.loads(run("import", "sentinel1", *files, "-o", self.folder / "la", "--json"))
+        said = json.loads(run("import", "sentinel1", *files, "-o", self.folder / "la", "--json").stdout)
         self.assertEqual((said["passes"], said["points"], said["looks"]), (2, 420, 420))
         self.assertEqual((said["faulty_rows"], said["warnings"]), ([], []))
         self.assertEqual({row["role"] for row in table(self.folder / "la" / "points.csv")}, {"check"})

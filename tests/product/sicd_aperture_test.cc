@@ -5,7 +5,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
 #include "sarblock/product/import_block.h"
-#include "sarblock/product/sicd_projection.h"
 
 #include <array>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include <string>
 
 #include "io/io_fixture.h"
+#include "product/sicd_projection.h"
 #include "product/synthetic_annotation.h"
 #include <Eigen/Geometry>
 #include <fmt/core.h>

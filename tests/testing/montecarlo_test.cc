@@ -110,13 +110,13 @@ TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
   }
   UpdateWeights(state, &problem);
   const MonteCarloReport small =
-      RunMonteCarlo(problem, state, {}, options, held.points.covariance_m2, nullptr);
+      RunMonteCarlo(problem, state, options, held.points.covariance_m2, nullptr);
   EXPECT_THAT(small.sentence, testing::StartsWith("the stated covariance is too small"));
   std::vector<SymmetricEnu> wide = held.points.covariance_m2;
   for (SymmetricEnu& q : wide) {
     for (double& element : q) element *= 400.0;
   }
-  const MonteCarloReport large = RunMonteCarlo(problem, state, {}, options, wide, nullptr);
+  const MonteCarloReport large = RunMonteCarlo(problem, state, options, wide, nullptr);
   EXPECT_THAT(large.sentence, testing::StartsWith("the stated covariance is too large"));
 }
 

@@ -14,11 +14,11 @@ namespace sarblock {
 /// Weights depend (weakly) on the unknowns where azimuth is given in metres: they are formed at the
 /// start, where the solution has come near, and with every finishing Newton step.
 /// Under a robust loss the looks whose whitened length exceeds the 99.9 percent point of chi-square
-/// with 2 degrees of freedom are dropped after the solution; v'Pv, redundancy and covariance are
-/// those of the looks kept, without the loss.
+/// with 2 degrees of freedom are dropped after the robust solution; the result is that of least
+/// squares with the looks kept.
 /// Accepted means: every look has a value at the solution, the reduced matrix is regular, and the
-/// Newton step that is left is below kRemainingStepAccepted_1 (kRemainingRobustStepAccepted_1 under
-/// a loss).
+/// Newton step that is left is below kRemainingStepAccepted_1 (under a loss also that of the robust
+/// solution below kRemainingRobustStepAccepted_1).
 ///
 /// `pairs` is used with options.pairs == kList. Throws UndeterminedError where the block as a whole
 /// or its corrections are not determined, InputError for options that do not fit the block,

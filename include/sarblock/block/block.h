@@ -6,6 +6,7 @@
 #include "sarblock/core/id_table.h"
 #include "sarblock/flight/path.h"
 #include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <array>
 #include <cmath>
@@ -115,6 +116,19 @@ struct Block {
 
   /// Standard deviations of a look: its own where given, else its pass's.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
+
+  /// The cone of a look: its squint, or its Doppler with the wavelength of its pass.
+  [[nodiscard]] Cone ConeOf(std::size_t look) const {
+    Cone cone;
+    if (looks.cone.empty()) return cone;
+    if ((looks.flags[look] & Looks::kDoppler) != 0) {
+      cone.kind = Cone::Kind::kDoppler;
+      cone.closing_mps = 0.5 * passes[looks.pass[look]].wavelength_m * looks.cone[look];
+    } else {
+      cone.squint_rad = looks.cone[look];
+    }
+    return cone;
+  }
 
   /// Whether the azimuth measurement of a look is its Doppler, at an exact time: its standard
   /// deviation is in hertz. Else it is the time.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -13,6 +15,10 @@ struct Cone {
   Kind kind = Kind::kSquint;
   double squint_rad = 0.0;   ///< kSquint; |squint| < pi/2
   double closing_mps = 0.0;  ///< kDoppler: lambda f_D / 2 = v.d / rho
+  /// sin(tau) for an antenna of this speed |v|.
+  [[nodiscard]] double Sine(double speed_mps) const {
+    return kind == Kind::kSquint ? std::sin(squint_rad) : closing_mps / speed_mps;
+  }
 };
 
 /// Errors of the range sphere and the Doppler cone and their partials (model.md, section 4).

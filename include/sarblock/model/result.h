@@ -112,7 +112,7 @@ enum class RejectReason : std::uint8_t {
 struct LookResults {
   std::vector<double> range_residual_m;    ///< e_r at the solution (model.md, section 4)
   std::vector<double> azimuth_residual_m;  ///< e_d at the solution
-  std::vector<float> weight;               ///< robust weight, 1 without a loss; empty: all 1
+  std::vector<float> weight;               ///< in the robust solution; empty: no loss, all 1
   std::vector<std::uint8_t> rejected;      ///< by the file or by the robust loss; empty: the file's
   std::vector<RejectReason> reason;        ///< empty: not known
 };
@@ -248,7 +248,7 @@ struct AdjustResult {
            static_cast<double>(datum_defects);
   }
   int iterations = 0;
-  double initial_cost = 0.0;  ///< half the weighted square sum, robust loss applied
+  double initial_cost = 0.0;  ///< half the weighted square sum at the start, robust loss applied
   double final_cost = 0.0;
   double gradient = 0.0;        ///< largest |g_i| / sqrt(H_ii), dimensionless
   double remaining_step = 0.0;  ///< length of the Newton step left, in sigmas
