@@ -17,10 +17,13 @@
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
 #   covariance all blocks of points and passes against ceres::Covariance
 #   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
+#   assembly   the sum of S over the points of nets of passes with one thread and with two: 4,000 passes
+#              of 24 parameters, 20,000 of 6; SARBLOCK_ROUNDS times each (5)
+#   orders     operations of the factor by minimum degree and by the better of it and METIS
 #   machine    rates of memory and of the dense kernels on this machine
 #   build      the program built in a fresh folder without a compiler cache: CPU and wall time,
 #              compilations and the ten slowest; SARBLOCK_JOBS at a time (2)
-# Needs a Release build (scripts/demo.sh makes one); covariance, engines and machine the preset bench
+# Needs a Release build (scripts/demo.sh makes one); assembly, covariance, engines, machine and orders the preset bench
 # (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
 # Machines are noisy: compare rows of one run.
 set -euo pipefail
@@ -29,6 +32,18 @@ program=${SARBLOCK_PROGRAM:-build/release/src/cli/sarblock}
 bench=${SARBLOCK_BENCH:-build/bench/tests/benchmarks}
 case "${1:-}" in
   machine) exec "$bench/machine_benchmark" ;;
+  assembly)
+    scene=datasets/benchmarks/network.toml
+    "$bench/assembly_benchmark" $scene 100 20 400000 7 "${SARBLOCK_ROUNDS:-5}"
+    "$bench/assembly_benchmark" $scene 125 80 2000000 1 "${SARBLOCK_ROUNDS:-5}"
+    exit 0 ;;
+  orders)
+    "$bench/order_benchmark"
+    for size in "50 20 40000" "125 80 200000"; do
+      # shellcheck disable=SC2086  # lines, segments and points are three arguments
+      "$bench/order_benchmark" datasets/benchmarks/network.toml $size
+    done
+    exit 0 ;;
   build)
     folder=$(mktemp -d -p "${SARBLOCK_WORK:-${TMPDIR:-/tmp}}")
     trap 'rm -rf "$folder"' EXIT
@@ -409,5 +424,5 @@ elif name == "selection":
     print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
     sys.exit("bench.sh: NAME is commands, stages, reading, container, engines, solve, growth, network, largest, "
-             "covariance, selection, machine or build")
+             "covariance, selection, assembly, orders, machine or build")
 PY

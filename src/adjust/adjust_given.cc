@@ -23,6 +23,7 @@
 #include "determinacy/rank_analysis.h"
 #include "finish_result.h"
 #include "normals/elimination.h"
+#include "resource_needs.h"
 #include "solve/solve_block.h"
 #include "solve/start_values.h"
 #include "testing/assess.h"
@@ -362,6 +363,10 @@ AdjustResult AdjustGiven(const Block& block,
     RequireCovarianceMethod(problem, asked);
     std::optional<ReducedSystem> system;
     system.emplace(problem);
+    const ResourceNeeds needs = PredictNeeds(problem, asked, &*system);
+    if (const std::string text = ProblemOfMemory(needs, asked); !text.empty()) {
+      throw InputError(FilePlace{}, text);
+    }
     system->Form(state, {}, progress);
     if (asked.datum == Datum::kInner) {
       floating = HoldIfFloating(state, &problem);

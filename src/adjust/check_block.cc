@@ -4,6 +4,7 @@
 #include "core/parallel.h"
 #include "determinacy/block_structure.h"
 #include "determinacy/point_defects.h"
+#include "resource_needs.h"
 #include "solve/start_values.h"
 
 namespace sarblock {
@@ -22,6 +23,11 @@ BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, Progress
   }
   for (const Finding& finding : DescribePoints(problem, defects)) {
     check.findings.push_back(finding.text);
+  }
+  ReducedSystem system(problem);
+  check.needs = PredictNeeds(problem, options, &system);
+  if (const std::string text = ProblemOfMemory(check.needs, options); !text.empty()) {
+    check.findings.push_back(text);
   }
   return check;
 }

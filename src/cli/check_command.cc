@@ -18,6 +18,7 @@ namespace {
 struct CheckArguments {
   std::string block;
   std::string rejections;
+  double memory_mib = 0.0;
 };
 
 /// Reads the other files that an adjustment of the block would read; returns looks left out.
@@ -33,6 +34,19 @@ std::size_t ReadNamedFiles(const CheckArguments& arguments, BlockFile* file) {
   return ApplyRejections(arguments.block, adjust.rejections_file, &file->block);
 }
 
+nlohmann::json NeedsJson(const ResourceNeeds& needs) {
+  return {{"memory_bytes", needs.peak_bytes},
+          {"looks_bytes", needs.looks_bytes},
+          {"points_bytes", needs.points_bytes},
+          {"matrix_bytes", needs.matrix_bytes},
+          {"partial_sums_bytes", needs.partial_sums_bytes},
+          {"factor_bytes", needs.factor_bytes},
+          {"fronts_bytes", needs.fronts_bytes},
+          {"inverse_bytes", needs.inverse_bytes},
+          {"sum_operations", needs.sum_operations_1},
+          {"factor_operations", needs.factor_operations_1}};
+}
+
 int RunCheck(const CheckArguments& arguments, const Session& session) {
   ReadOptions read;
   read.set_overrides = session.set;
@@ -44,6 +58,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
     return kAccepted;
   }
   file.adjust.threads = session.Threads();
+  file.adjust.memory_mib = arguments.memory_mib;
   const BlockCheck check = Naming(
       arguments.block, [&] { return CheckBlock(file.block, file.adjust, session.progress.get()); });
   std::vector<std::string> warnings = file.warnings;
@@ -61,6 +76,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
                                     {"looks", file.block.looks.size()},
                                     {"left_out_by_rejections", left_out},
                                     {"corrections", check.corrections},
+                                    {"needs", NeedsJson(check.needs)},
                                     {"warnings", warnings}};
     fmt::print("{}\n", summary.dump(2));
     return kAccepted;
@@ -70,6 +86,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
   if (left_out > 0) {
     text += fmt::format("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
   }
+  text += fmt::format("  {}\n", DescribeNeeds(check.needs));
   for (const std::string& warning : warnings) text += fmt::format("  warning: {}\n", warning);
   session.Show(text);
   return kAccepted;
@@ -84,6 +101,7 @@ void AddCheck(CLI::App* app, Session* session) {
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, as adjust would");
+  AddMemory(command, &arguments->memory_mib);
   command->callback([=] { session->run = [=] { return RunCheck(*arguments, *session); }; });
 }
 

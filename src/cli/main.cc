@@ -11,6 +11,7 @@
 #include "columns.h"
 #include "command_line.h"
 #include "commands.h"
+#include "core/parallel.h"
 #include "definitions.h"
 #include "diagnose_command.h"
 #include "environment.h"
@@ -114,6 +115,7 @@ int Main(int argc, char** argv) {
     return code;
   };
   try {
+    const ThreadLimit limit(session.Threads());
     return session.run();
   } catch (const InputError& error) {
     return fail(error.what(), kBadInput);

@@ -111,6 +111,16 @@ void AddForce(CLI::App* command, ForeignFiles* foreign, const std::string& help)
       "--force", [foreign] { *foreign = ForeignFiles::kReplace; }, help);
 }
 
+void AddMemory(CLI::App* command, double* memory_mib) {
+  command
+      ->add_option("--memory",
+                   *memory_mib,
+                   "Memory that may be needed [MiB]; what is predicted to need more is refused "
+                   "(left out: what this computer has free)")
+      ->type_name("MIB")
+      ->check(CLI::PositiveNumber);
+}
+
 void MakeProgress(Session* session) {
   auto bar = std::make_unique<TerminalProgress>(!session->quiet && isatty(STDERR_FILENO) == 1);
   session->clear_bar = [bar = bar.get()] { bar->Clear(); };

@@ -42,6 +42,9 @@ void AddForce(CLI::App* command,
               ForeignFiles* foreign,
               const std::string& help = "Write into a folder that holds other files");
 
+/// Adds --memory, AdjustOptions::memory_mib.
+void AddMemory(CLI::App* command, double* memory_mib);
+
 /// Ctrl-C asks the running work to end between steps; a second one ends at once. Temporary files
 /// are removed both ways; a folder that was being written is cleared by the next run into it.
 void InstallInterruptHandler();

@@ -30,6 +30,7 @@ struct SolveArguments {
   bool report = false;
   ForeignFiles foreign = ForeignFiles::kRefuse;
   std::string rejections;
+  double memory_mib = 0.0;
 };
 
 /// What differs between the three commands.
@@ -66,6 +67,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     file.adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
   }
   file.adjust.threads = session.Threads();
+  file.adjust.memory_mib = arguments.memory_mib;
   if (session.dump_config) {
     fmt::print("{}", DumpAdjustTable(file.adjust));
     return kAccepted;
@@ -134,6 +136,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, such as residuals.csv "
                       "of a result");
+  if (solver.diagnoses) AddMemory(command, &arguments->memory_mib);
   command->callback([=] { session->run = [=] { return RunSolve(solver, *arguments, *session); }; });
 }
 

@@ -43,4 +43,10 @@ ThreadLimit::~ThreadLimit() = default;
 
 int AvailableCores() { return std::max(1, tbb::info::default_concurrency()); }
 
+int ThreadsAllowed() {
+  const std::size_t most =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return std::max(1, static_cast<int>(std::min(most, static_cast<std::size_t>(AvailableCores()))));
+}
+
 }  // namespace sarblock

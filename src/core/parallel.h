@@ -30,4 +30,8 @@ class ThreadLimit {
 /// Cores this process may use, at least 1.
 [[nodiscard]] int AvailableCores();
 
+/// Threads that ParallelForChunks may take now, at least 1. For the size of buffers, never for what
+/// is computed.
+[[nodiscard]] int ThreadsAllowed();
+
 }  // namespace sarblock

@@ -25,8 +25,4 @@ struct ExportView {
   }
 };
 
-/// Error of a check point, or null; `checks` are sorted by point.
-[[nodiscard]] const CheckResult* FindCheck(const std::vector<CheckResult>& checks,
-                                           std::uint32_t point);
-
 }  // namespace sarblock

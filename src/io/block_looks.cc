@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "block_reader.h"
+#include "core/parallel.h"
 #include "core/units.h"
 #include "number.h"
 
@@ -247,34 +252,31 @@ void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32
                    reader->NameOfLine(first_line) + "; one look per pass and point is allowed");
 }
 
-}  // namespace
+/// Rows of the table: looks without their offsets and the point of each.
+struct LookRows {
+  Looks looks;
+  std::vector<std::uint32_t> point;
+  IdTable new_points;  // that the block did not have when the rows were read
+};
 
-void ReadLooks(BlockReading* reading) {
-  auto opened = OpenLooks(*reading);
+/// Reads rows to the end of a reader; `find_point` tells the index of a point. `progress`: null in
+/// a part.
+template <typename FindPoint>
+void ReadRows(const BlockReading& reading,
+              TableReader* opened,
+              const FindPoint& find_point,
+              ProgressSink* progress,
+              LookRows* rows) {
   TableReader& reader = *opened;
-  WarnOfUnknownColumns(reader, &reading->result.warnings);
-  Block& block = reading->result.block;
-  Points& points = block.points;
-  Looks& looks = block.looks;
-  std::vector<std::uint32_t> point_of_look;
-  looks.time_s.reserve(reader.RowCount());
-  looks.range_m.reserve(reader.RowCount());
-  looks.pass.reserve(reader.RowCount());
-  looks.flags.reserve(reader.RowCount());
-  point_of_look.reserve(reader.RowCount());
+  Looks& looks = rows->looks;
   while (reader.Next()) {
     const std::size_t row = looks.size();
-    const std::uint32_t pass_index = FindPass(reader, kObservedPass, reading->pass_ids);
-    const Pass& pass = block.passes[pass_index];
-    const std::uint32_t point = reader.Lookup(
-        kObservedPoint, [&] { return points.ids.FindOrAppend(reader.Id(kObservedPoint)); });
-    if (point == points.size()) {  // a tie point that points.csv does not name
-      points.role.push_back(PointRole::kTie);
-      points.given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
-    }
+    const std::uint32_t pass_index = FindPass(reader, kObservedPass, reading.pass_ids);
+    const Pass& pass = reading.result.block.passes[pass_index];
+    const std::uint32_t point = find_point(reader);
     std::uint8_t flags = reader.Flag(kObservedRejected) ? Looks::kRejected : 0;
-    const RadarCoordinates radar = ReadMeasured(reader, pass, reading->options);
-    const double pixel_sigma_px = reading->pixel_sigma_px[pass_index];
+    const RadarCoordinates radar = ReadMeasured(reader, pass, reading.options);
+    const double pixel_sigma_px = reading.pixel_sigma_px[pass_index];
     Append(ReadCone(reader, pass, radar.time_s, &flags), 0.0, row, &looks.cone);
     Append(
         ReadRangeSigma(reader, pass, pixel_sigma_px, radar), kNotGiven, row, &looks.range_sigma_m);
@@ -283,11 +285,131 @@ void ReadLooks(BlockReading* reading) {
     looks.range_m.push_back(radar.range_m);
     looks.pass.push_back(pass_index);
     looks.flags.push_back(flags);
-    point_of_look.push_back(point);
-    if (row % 65536 == 65535) Step(reading->options.progress, "read", row, 0, "looks");
+    rows->point.push_back(point);
+    if (row % 65536 == 65535) Step(progress, "read", row, 0, "looks");
+  }
+}
+
+/// A tie point that points.csv does not name, if it is new.
+std::uint32_t FindOrAddPoint(std::string_view id, Points* points) {
+  const std::uint32_t point = points->ids.FindOrAppend(id);
+  if (point == points->size()) {
+    points->role.push_back(PointRole::kTie);
+    points->given_m.push_back(Eigen::Vector3d::Constant(kNotGiven));
+  }
+  return point;
+}
+
+template <typename Value>
+void Concatenate(const std::vector<Value>& part, std::vector<Value>* all) {
+  all->insert(all->end(), part.begin(), part.end());
+}
+
+/// The same of a column that begins to exist with its first value other than `standard`.
+void Concatenate(const std::vector<double>& part,
+                 double standard,
+                 std::size_t rows_before,
+                 std::vector<double>* all) {
+  if (part.empty() && all->empty()) return;
+  all->resize(rows_before, standard);
+  Concatenate(part, all);
+}
+
+/// Rows behind those of `all`. Points from `known` on are the part's new ones.
+void AppendRows(const LookRows& part, std::uint32_t known, Points* points, LookRows* all) {
+  std::vector<std::uint32_t> point_of_new;
+  for (std::size_t i = 0; i < part.new_points.size(); ++i) {
+    point_of_new.push_back(FindOrAddPoint(part.new_points[i], points));
+  }
+  const Looks& looks = part.looks;
+  const std::size_t before = all->looks.size();
+  Concatenate(looks.cone, 0.0, before, &all->looks.cone);
+  Concatenate(looks.range_sigma_m, kNotGiven, before, &all->looks.range_sigma_m);
+  Concatenate(looks.azimuth_sigma, kNotGiven, before, &all->looks.azimuth_sigma);
+  Concatenate(looks.time_s, &all->looks.time_s);
+  Concatenate(looks.range_m, &all->looks.range_m);
+  Concatenate(looks.pass, &all->looks.pass);
+  Concatenate(looks.flags, &all->looks.flags);
+  for (const std::uint32_t point : part.point) {
+    all->point.push_back(point < known ? point : point_of_new[point - known]);
+  }
+}
+
+/// Rows of a table that has parts, by all threads; in their order, as if one had read them. An
+/// error is that of the first row with one.
+void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
+  Points& points = reading->result.block.points;
+  struct Part {
+    std::unique_ptr<TableReader> reader;
+    LookRows rows;
+    std::exception_ptr error;
+  };
+  bool ended = false;
+  while (!ended) {
+    std::vector<Part> parts;
+    std::exception_ptr error;  // of the file, behind the parts
+    try {
+      while (parts.size() < 2 * static_cast<std::size_t>(ThreadsAllowed())) {
+        Part part;
+        part.reader = reader->Part();
+        ended = part.reader == nullptr;
+        if (ended) break;
+        parts.push_back(std::move(part));
+      }
+    } catch (const InputError&) {
+      error = std::current_exception();
+    }
+    const auto known = static_cast<std::uint32_t>(points.size());
+    static_cast<void>(points.ids.Find({}));         // builds the indices, which
+    static_cast<void>(reading->pass_ids.Find({}));  // threads only read from then on
+    ParallelForChunks(parts.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+      LookRows& part = parts[k].rows;
+      const auto find_point = [&](const TableReader& row) {
+        const std::string_view id = row.Id(kObservedPoint);
+        const std::uint32_t point = points.ids.Find(id);
+        return point != IdTable::kNone ? point : known + part.new_points.FindOrAppend(id);
+      };
+      try {
+        ReadRows(*reading, parts[k].reader.get(), find_point, nullptr, &part);
+      } catch (const InputError&) {
+        parts[k].error = std::current_exception();
+      }
+    });
+    for (const Part& part : parts) {
+      if (part.error) std::rethrow_exception(part.error);
+      AppendRows(part.rows, known, &points, rows);
+    }
+    if (error) std::rethrow_exception(error);
+    Step(reading->options.progress, "read", rows->looks.size(), 0, "looks");
+  }
+}
+
+}  // namespace
+
+void ReadLooks(BlockReading* reading) {
+  auto opened = OpenLooks(*reading);
+  TableReader& reader = *opened;
+  WarnOfUnknownColumns(reader, &reading->result.warnings);
+  Points& points = reading->result.block.points;
+  LookRows rows;
+  rows.looks.time_s.reserve(reader.RowCount());
+  rows.looks.range_m.reserve(reader.RowCount());
+  rows.looks.pass.reserve(reader.RowCount());
+  rows.looks.flags.reserve(reader.RowCount());
+  rows.point.reserve(reader.RowCount());
+  if (reader.HasParts()) {
+    ReadParts(&reader, reading, &rows);
+  } else {
+    const auto find_point = [&](const TableReader& row) {
+      return row.Lookup(kObservedPoint,
+                        [&] { return FindOrAddPoint(row.Id(kObservedPoint), &points); });
+    };
+    ReadRows(*reading, &reader, find_point, reading->options.progress, &rows);
   }
   opened.reset();  // sorting takes the most memory
-  RefuseDuplicates(*reading, SortLooksByPoint(point_of_look, points.size(), &looks));
+  Looks& looks = reading->result.block.looks;
+  looks = std::move(rows.looks);
+  RefuseDuplicates(*reading, SortLooksByPoint(rows.point, points.size(), &looks));
 }
 
 }  // namespace sarblock

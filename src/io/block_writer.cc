@@ -9,6 +9,7 @@
 #include "block_image.h"
 #include "core/units.h"
 #include "number.h"
+#include "ordered_pieces.h"
 #include "output_folder.h"
 #include "path_writer.h"
 #include "write_tables.h"
@@ -177,31 +178,36 @@ void WriteLooks(TableSink* sink, const Block& block) {
     if (written[i]) chosen.push_back(kObservationColumns[i]);
   }
   const auto table = sink->Open("observations", chosen);
-  TableWriter& out = *table;
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-      const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
-      const AzimuthUnit unit = block.SigmaOf(i).azimuth_unit;
-      const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
-      const double range_sigma_m = looks.range_sigma_m.empty() ? kNotGiven : looks.range_sigma_m[i];
-      const double azimuth = looks.azimuth_sigma.empty() ? kNotGiven : looks.azimuth_sigma[i];
-      out.Id(block.passes[looks.pass[i]].id, looks.pass[i]);
-      out.Id(block.points.ids[point], static_cast<std::uint32_t>(point));
-      out.Number(looks.time_s[i]).Number(looks.range_m[i]);
-      if (columns.squint) {
-        out.Number(doppler || cone == 0.0 ? kNotGiven : InUnit(cone, kRadPerDeg));
-      }
-      if (columns.doppler) out.Number(doppler ? cone : kNotGiven);
-      if (columns.range_sigma) out.Number(range_sigma_m);
-      const auto own_sigma = [&](AzimuthUnit of) { out.Number(unit == of ? azimuth : kNotGiven); };
-      if (columns.azimuth_m) own_sigma(AzimuthUnit::kMetres);
-      if (columns.azimuth_s) own_sigma(AzimuthUnit::kSeconds);
-      if (columns.doppler_sigma) own_sigma(AzimuthUnit::kHertz);
-      if (columns.rejected) out.Integer(looks.rejected(i) ? 1 : 0);
-      out.EndRow();
+  const auto write_look = [&](std::size_t i, std::size_t point, TableWriter* out) {
+    const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
+    const AzimuthUnit unit = block.SigmaOf(i).azimuth_unit;
+    const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
+    const double range_sigma_m = looks.range_sigma_m.empty() ? kNotGiven : looks.range_sigma_m[i];
+    const double azimuth = looks.azimuth_sigma.empty() ? kNotGiven : looks.azimuth_sigma[i];
+    out->Id(block.passes[looks.pass[i]].id, looks.pass[i]);
+    out->Id(block.points.ids[point], static_cast<std::uint32_t>(point));
+    out->Number(looks.time_s[i]).Number(looks.range_m[i]);
+    if (columns.squint) {
+      out->Number(doppler || cone == 0.0 ? kNotGiven : InUnit(cone, kRadPerDeg));
     }
-  }
-  out.Commit();
+    if (columns.doppler) out->Number(doppler ? cone : kNotGiven);
+    if (columns.range_sigma) out->Number(range_sigma_m);
+    const auto own_sigma = [&](AzimuthUnit of) { out->Number(unit == of ? azimuth : kNotGiven); };
+    if (columns.azimuth_m) own_sigma(AzimuthUnit::kMetres);
+    if (columns.azimuth_s) own_sigma(AzimuthUnit::kSeconds);
+    if (columns.doppler_sigma) own_sigma(AzimuthUnit::kHertz);
+    if (columns.rejected) out->Integer(looks.rejected(i) ? 1 : 0);
+    out->EndRow();
+  };
+  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t point = begin; point < end; ++point) {
+      for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+        write_look(i, point, out);
+      }
+    }
+  };
+  WriteRows(block.points.size(), kRowsPerPiece / 4, table.get(), write);
+  table->Commit();
 }
 
 void WriteTruePoints(TableSink* sink, const Block& block, const Truth& truth) {
@@ -223,16 +229,18 @@ void WritePaths(TableSink* sink,
                 const Block& block,
                 const std::vector<FlightPath>& paths) {
   const auto table = sink->Open(name, kPathColumns);
-  TableWriter& out = *table;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    for (const StateVector& state : paths[i].states()) {
-      out.Id(block.passes[i].id, static_cast<std::uint32_t>(i)).Number(state.time_s);
-      for (Eigen::Index k = 0; k < 3; ++k) out.Number(state.position_m[k]);
-      for (Eigen::Index k = 0; k < 3; ++k) out.Number(state.velocity_mps[k]);
-      out.EndRow();
+  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const StateVector& state : paths[i].states()) {
+        out->Id(block.passes[i].id, static_cast<std::uint32_t>(i)).Number(state.time_s);
+        for (Eigen::Index k = 0; k < 3; ++k) out->Number(state.position_m[k]);
+        for (Eigen::Index k = 0; k < 3; ++k) out->Number(state.velocity_mps[k]);
+        out->EndRow();
+      }
     }
-  }
-  out.Commit();
+  };
+  WriteRows(paths.size(), 1, table.get(), write);
+  table->Commit();
 }
 
 std::vector<FlightPath> NominalPaths(const Block& block) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -52,6 +53,43 @@ CsvReader::CsvReader(std::string name,
                      std::span<const TableColumn> columns)
     : TableReader(std::move(name), columns), source_(std::move(source)), buffer_(buffer_bytes) {
   ReadHeader(columns);
+}
+
+CsvReader::CsvReader(const CsvReader& whole, std::vector<char> lines, std::size_t line)
+    : TableReader(whole),
+      header_(whole.header_),
+      header_line_(whole.header_line_),
+      buffer_(std::move(lines)),
+      end_(buffer_.size()),
+      source_ended_(true),
+      cells_(whole.cells_.size()) {
+  line_ = line;
+}
+
+std::unique_ptr<TableReader> CsvReader::Part() {
+  const auto last_line_end = [this] {
+    const auto begin = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_);
+    const auto end = buffer_.begin() + static_cast<std::ptrdiff_t>(end_);
+    const auto stop =
+        std::find(std::make_reverse_iterator(end), std::make_reverse_iterator(begin), '\n');
+    return static_cast<std::size_t>(stop.base() - buffer_.begin());
+  };
+  std::size_t stop = last_line_end();
+  while (stop == begin_) {  // no whole line: errors come where Next() meets them
+    if (!Refill()) {
+      stop = end_;
+      break;
+    }
+    stop = last_line_end();
+  }
+  if (stop == begin_) return nullptr;
+  std::vector<char> lines(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
+                          buffer_.begin() + static_cast<std::ptrdiff_t>(stop));
+  const std::size_t line = line_;
+  line_ += static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
+  if (lines.back() != '\n') ++line_;
+  begin_ = stop;
+  return std::unique_ptr<TableReader>(new CsvReader(*this, std::move(lines), line));
 }
 
 CsvReader::~CsvReader() = default;

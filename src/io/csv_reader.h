@@ -36,6 +36,8 @@ class CsvReader final : public TableReader {
   CsvReader& operator=(CsvReader&&) noexcept;
 
   [[nodiscard]] bool Next() override;
+  [[nodiscard]] std::unique_ptr<TableReader> Part() override;
+  [[nodiscard]] bool HasParts() const override { return true; }
   [[nodiscard]] FilePlace PlaceAt(std::size_t line, std::size_t column) const override;
   [[nodiscard]] std::string NameOfLine(std::size_t line) const override;
 
@@ -44,6 +46,8 @@ class CsvReader final : public TableReader {
             std::unique_ptr<CsvSource> source,
             std::size_t buffer_bytes,
             std::span<const TableColumn> columns);
+  /// Of whole lines behind line `line`, with the columns of `whole`.
+  CsvReader(const CsvReader& whole, std::vector<char> lines, std::size_t line);
   void ReadHeader(std::span<const TableColumn> columns);
   [[nodiscard]] bool NextLine(std::string_view* line);
   [[nodiscard]] bool Refill();

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "number.h"
 
@@ -28,10 +29,13 @@ void AppendCsvText(std::string_view text, std::string* row) {
 CsvWriter::CsvWriter(const std::filesystem::path& file,
                      const std::vector<std::string_view>& columns,
                      Compression compression)
-    : file_(file, compression), name_(file.string()), columns_(columns.size()) {
+    : file_(std::in_place, file, compression), name_(file.string()), columns_(columns.size()) {
   for (const std::string_view column : columns) Text(column);
   EndRow();
 }
+
+CsvWriter::CsvWriter(std::string name, std::size_t columns)
+    : name_(std::move(name)), columns_(columns) {}
 
 void CsvWriter::Separate() {
   if (cells_++ > 0) row_ += ',';
@@ -65,11 +69,20 @@ void CsvWriter::EndRow() {
   if (cells_ != columns_)
     throw std::logic_error("a row was about to be written with cells missing");
   row_ += '\n';
-  file_.Write(row_);
-  row_.clear();
   cells_ = 0;
+  if (!file_) return;
+  file_->Write(row_);
+  row_.clear();
 }
 
-void CsvWriter::Commit() { file_.Commit(); }
+void CsvWriter::Commit() { file_.value().Commit(); }
+
+std::unique_ptr<TableWriter> CsvWriter::Part() {
+  return std::unique_ptr<TableWriter>(new CsvWriter(name_, columns_));
+}
+
+void CsvWriter::Append(const TableWriter& part) {
+  file_.value().Write(dynamic_cast<const CsvWriter&>(part).row_);
+}
 
 }  // namespace sarblock

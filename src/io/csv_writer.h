@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,13 +31,17 @@ class CsvWriter final : public TableWriter {
   CsvWriter& Empty(std::size_t cells) override;
   void EndRow() override;
   void Commit() override;
+  [[nodiscard]] std::unique_ptr<TableWriter> Part() override;
+  void Append(const TableWriter& part) override;
 
  private:
+  /// A part of a table, without a file.
+  CsvWriter(std::string name, std::size_t columns);
   CsvWriter& Signed(std::int64_t value) override;
   void Separate();
-  AtomicFile file_;
+  std::optional<AtomicFile> file_;
   std::string name_;
-  std::string row_;
+  std::string row_;  // of a part: all its rows
   std::size_t columns_ = 0;
   std::size_t cells_ = 0;
 };

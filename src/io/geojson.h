@@ -14,6 +14,10 @@ namespace sarblock {
 /// Name of a role in tables: "tie", "control", "check".
 [[nodiscard]] const char* NameOf(PointRole role);
 
+/// The errors of a check point, of results sorted by point; null where it is none.
+[[nodiscard]] const CheckResult* FindCheck(const std::vector<CheckResult>& checks,
+                                           std::uint32_t point);
+
 /// What a GeoJSON file of points is made of; views that must outlive the call.
 struct GeoJsonContent {
   const Frame& frame;

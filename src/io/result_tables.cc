@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/units.h"
+#include "ordered_pieces.h"
 #include "pixel_residuals.h"
 #include "testing/blunder_sizes.h"
 #include "testing/prior_quality.h"
@@ -17,18 +18,16 @@ void WriteCovariance(const SymmetricEnu& covariance_m2, double factor, TableWrit
   for (const double element_m2 : covariance_m2) out->Number(factor * element_m2);
 }
 
-// Check points' errors by point; `next` walks result.checks, which is sorted by point.
-void WriteCheck(const ResultView& view, std::uint32_t point, std::size_t* next, TableWriter* out) {
-  const std::vector<CheckResult>& checks = view.result.checks;
-  while (*next < checks.size() && checks[*next].point < point) ++*next;
-  if (*next == checks.size() || checks[*next].point != point) {
+// Errors of a check point.
+void WriteCheck(const ResultView& view, std::uint32_t point, TableWriter* out) {
+  const CheckResult* check = FindCheck(view.result.checks, point);
+  if (check == nullptr) {
     out->Empty(7);
     return;
   }
-  const CheckResult& check = checks[*next];
-  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check.error_enu_m[k]);
-  out->Number(check.chi_square);
-  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check.sigma_enu_m[k]);
+  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check->error_enu_m[k]);
+  out->Number(check->chi_square);
+  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check->sigma_enu_m[k]);
 }
 
 void WriteWithFixedPaths(const PointResults& points,
@@ -92,6 +91,41 @@ void WriteVector(const Eigen::Vector3d& v, double factor, TableWriter* out) {
   for (Eigen::Index k = 0; k < 3; ++k) out->Number(factor * v[k]);
 }
 
+void WritePointRow(const ResultView& view, std::uint32_t i, TableWriter* out) {
+  const PointResults& points = view.result.points;
+  const bool geocentric = view.block.frame.kind() == FrameKind::kGeocentric;
+  out->Id(view.block.points.ids[i], i).Text(NameOf(view.block.points.role[i]));
+  out->Text(NameOf(points.status[i])).Integer(points.looks[i]);
+  const Eigen::Vector3d& p = points.position_m[i];
+  const bool known = p.allFinite();
+  if (known) {
+    out->Number(p.x()).Number(p.y()).Number(p.z());
+  } else {
+    out->Empty(3);
+  }
+  if (known && geocentric) {
+    const Geodetic place = view.block.frame.GeodeticFromFrame(p);
+    out->Number(place.lat_rad * kDegPerRad).Number(place.lon_rad * kDegPerRad).Number(place.h_m);
+  } else {
+    out->Empty(3);
+  }
+  if (points.covariance_m2.empty()) {
+    out->Empty(6);
+  } else {
+    const SymmetricEnu& c = points.covariance_m2[i];
+    for (std::size_t k = 0; k < 3; ++k) out->Number(std::sqrt(view.factor * c[k]));
+    for (std::size_t k = 3; k < 6; ++k) out->Number(view.factor * c[k]);
+  }
+  out->Number(points.intersection_rad.empty() ? kNotGiven
+                                              : points.intersection_rad[i] * kDegPerRad);
+  WriteLeberl(points, i, out);
+  out->Number(points.redundancy.empty() ? kNotGiven : points.redundancy[i]);
+  WriteCheck(view, i, out);
+  WriteWithFixedPaths(points, view.factor, i, out);
+  out->Text(points.reason.empty() ? std::string_view() : points.reason[i]);
+  out->EndRow();
+}
+
 }  // namespace
 
 const char* NameOf(PointRole role) {
@@ -120,43 +154,13 @@ const char* NameOf(SelectionTest test) {
 
 void WritePointTable(TableSink* sink, const ResultView& view) {
   const auto table = sink->Open("points", kResultPointColumns);
-  TableWriter& out = *table;
-  const PointResults& points = view.result.points;
-  const bool geocentric = view.block.frame.kind() == FrameKind::kGeocentric;
-  std::size_t next_check = 0;
-  for (std::uint32_t i = 0; i < points.status.size(); ++i) {
-    out.Id(view.block.points.ids[i], i).Text(NameOf(view.block.points.role[i]));
-    out.Text(NameOf(points.status[i])).Integer(points.looks[i]);
-    const Eigen::Vector3d& p = points.position_m[i];
-    const bool known = p.allFinite();
-    if (known) {
-      out.Number(p.x()).Number(p.y()).Number(p.z());
-    } else {
-      out.Empty(3);
+  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t i = begin; i < end; ++i) {
+      WritePointRow(view, static_cast<std::uint32_t>(i), out);
     }
-    if (known && geocentric) {
-      const Geodetic place = view.block.frame.GeodeticFromFrame(p);
-      out.Number(place.lat_rad * kDegPerRad).Number(place.lon_rad * kDegPerRad).Number(place.h_m);
-    } else {
-      out.Empty(3);
-    }
-    if (points.covariance_m2.empty()) {
-      out.Empty(6);
-    } else {
-      const SymmetricEnu& c = points.covariance_m2[i];
-      for (std::size_t k = 0; k < 3; ++k) out.Number(std::sqrt(view.factor * c[k]));
-      for (std::size_t k = 3; k < 6; ++k) out.Number(view.factor * c[k]);
-    }
-    out.Number(points.intersection_rad.empty() ? kNotGiven
-                                               : points.intersection_rad[i] * kDegPerRad);
-    WriteLeberl(points, i, &out);
-    out.Number(points.redundancy.empty() ? kNotGiven : points.redundancy[i]);
-    WriteCheck(view, i, &next_check, &out);
-    WriteWithFixedPaths(points, view.factor, i, &out);
-    out.Text(points.reason.empty() ? std::string_view() : points.reason[i]);
-    out.EndRow();
-  }
-  out.Commit();
+  };
+  WriteRows(view.result.points.status.size(), kRowsPerPiece, table.get(), write);
+  table->Commit();
 }
 
 void WriteParameterTable(TableSink* sink, const ResultView& view) {
@@ -210,27 +214,34 @@ void WriteSimplificationTable(TableSink* sink, const ResultView& view) {
 
 void WriteParameterCovariance(TableSink* sink, const ResultView& view) {
   const auto table = sink->Open("passes_covariance", kParameterCovarianceColumns);
-  TableWriter& out = *table;
-  for (const ParameterCovariance& entry : view.result.parameter_covariance) {
-    const ParameterResult& a = view.result.parameters[entry.a];
-    const ParameterResult& b = view.result.parameters[entry.b];
-    out.Text(a.owner).Text(a.name).Text(b.owner).Text(b.name);
-    out.Number(view.factor * entry.covariance).EndRow();
-  }
-  out.Commit();
+  const std::vector<ParameterCovariance>& entries = view.result.parameter_covariance;
+  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const ParameterResult& a = view.result.parameters[entries[i].a];
+      const ParameterResult& b = view.result.parameters[entries[i].b];
+      out->Text(a.owner).Text(a.name).Text(b.owner).Text(b.name);
+      out->Number(view.factor * entries[i].covariance).EndRow();
+    }
+  };
+  WriteRows(entries.size(), kRowsPerPiece, table.get(), write);
+  table->Commit();
 }
 
 void WritePairTable(TableSink* sink, const ResultView& view) {
   const auto table = sink->Open("pairs", kPairColumns);
-  TableWriter& out = *table;
-  for (const PairResult& pair : view.result.pairs) {
-    out.Id(view.block.points.ids[pair.a], pair.a).Id(view.block.points.ids[pair.b], pair.b);
-    for (Eigen::Index k = 0; k < 3; ++k) out.Number(pair.difference_enu_m[k]);
-    WriteCovariance(pair.covariance_m2, view.factor, &out);
-    out.Number(pair.sigma_leberl_across_m).Number(pair.sigma_leberl_up_m);
-    out.Number(pair.sigma_leberl_path_across_m).Number(pair.sigma_leberl_path_up_m).EndRow();
-  }
-  out.Commit();
+  const std::vector<PairResult>& pairs = view.result.pairs;
+  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const PairResult& pair = pairs[i];
+      out->Id(view.block.points.ids[pair.a], pair.a).Id(view.block.points.ids[pair.b], pair.b);
+      for (Eigen::Index k = 0; k < 3; ++k) out->Number(pair.difference_enu_m[k]);
+      WriteCovariance(pair.covariance_m2, view.factor, out);
+      out->Number(pair.sigma_leberl_across_m).Number(pair.sigma_leberl_up_m);
+      out->Number(pair.sigma_leberl_path_across_m).Number(pair.sigma_leberl_path_up_m).EndRow();
+    }
+  };
+  WriteRows(pairs.size(), kRowsPerPiece, table.get(), write);
+  table->Commit();
 }
 
 void WriteResidualTable(TableSink* sink, const ResultView& view) {
@@ -239,33 +250,37 @@ void WriteResidualTable(TableSink* sink, const ResultView& view) {
       "residuals",
       std::span(kResidualColumns)
           .first(kResidualColumns.size() - (pixels.present() ? 0 : kImageResidualColumns)));
-  TableWriter& out = *table;
   const Block& block = view.block;
   const LookResults& looks = view.result.looks;
   const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
   const std::vector<std::uint32_t> finding = FindingOfLook(view);
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-      out.Id(block.passes[block.looks.pass[i]].id, block.looks.pass[i]);
-      out.Id(block.points.ids[point], static_cast<std::uint32_t>(point));
-      out.Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
-      out.Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
-      WriteQuality(view, sizes, i, point, &out);
-      const bool rejected =
-          looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
-      out.Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
-      out.Integer(rejected ? 1 : 0);
-      out.Text(looks.reason.empty() ? "" : sarblock::NameOf(looks.reason[i]));
-      if (finding[i] > 0) {
-        out.Integer(finding[i]);
-      } else {
-        out.Empty();
-      }
-      pixels.Write(i, point, &out);
-      out.EndRow();
+  const auto write_look = [&](std::size_t i, std::size_t point, TableWriter* out) {
+    out->Id(block.passes[block.looks.pass[i]].id, block.looks.pass[i]);
+    out->Id(block.points.ids[point], static_cast<std::uint32_t>(point));
+    out->Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
+    out->Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
+    WriteQuality(view, sizes, i, point, out);
+    const bool rejected = looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
+    out->Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
+    out->Integer(rejected ? 1 : 0);
+    out->Text(looks.reason.empty() ? "" : sarblock::NameOf(looks.reason[i]));
+    if (finding[i] > 0) {
+      out->Integer(finding[i]);
+    } else {
+      out->Empty();
     }
-  }
-  out.Commit();
+    pixels.Write(i, point, out);
+    out->EndRow();
+  };
+  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t point = begin; point < end; ++point) {
+      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+        write_look(i, point, out);
+      }
+    }
+  };
+  WriteRows(block.points.size(), kRowsPerPiece / 4, table.get(), write);
+  table->Commit();
 }
 
 void WriteControlTable(TableSink* sink, const ResultView& view) {

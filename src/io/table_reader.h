@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +26,11 @@ class TableReader {
 
   /// Goes to the next row; false at the end of the table.
   [[nodiscard]] virtual bool Next() = 0;
+  /// A reader of the next rows, some at a time, that another thread may use beside this one, which
+  /// goes on behind them. Null at the end, and where rows can be read one after the other only.
+  [[nodiscard]] virtual std::unique_ptr<TableReader> Part() { return nullptr; }
+  /// Whether rows can be read by Part().
+  [[nodiscard]] virtual bool HasParts() const { return false; }
   /// Number of rows where it is known before the end; else 0.
   [[nodiscard]] virtual std::size_t RowCount() const { return 0; }
   /// Line (row) of the current row, from 1.
@@ -85,6 +91,7 @@ class TableReader {
   static constexpr std::uint32_t kUnknown = 0xffffffffu;
 
   TableReader(std::string file, std::span<const TableColumn> columns);
+  TableReader(const TableReader&) = default;  // of the same columns, for a part
   TableReader(TableReader&&) noexcept = default;
   TableReader& operator=(TableReader&&) noexcept = default;
   /// Of a column that is there.

@@ -4,6 +4,8 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string_view>
 
 namespace sarblock {
@@ -28,12 +30,25 @@ class TableWriter {
   virtual void EndRow() = 0;
   virtual void Commit() = 0;
 
+  /// A writer of rows of this table that another thread may use beside this one: it keeps them
+  /// until Append() writes them. Null where rows can be written one after the other only.
+  [[nodiscard]] virtual std::unique_ptr<TableWriter> Part() { return nullptr; }
+  /// Writes the rows of a Part() of this table behind those written before.
+  virtual void Append(const TableWriter& part);
+
  protected:
   TableWriter() = default;
   TableWriter(TableWriter&&) = default;
   TableWriter& operator=(TableWriter&&) = default;
   virtual TableWriter& Signed(std::int64_t value) = 0;
 };
+
+/// Has `write(begin, end, out)` write the rows of [0, count): pieces of `per_piece` on all threads
+/// where the table takes parts, else all at once. The rows stand in their order.
+void WriteRows(std::size_t count,
+               std::size_t per_piece,
+               TableWriter* out,
+               const std::function<void(std::size_t, std::size_t, TableWriter*)>& write);
 
 /// Throws InputError naming the file for a number that no table holds.
 void RefuseInfinity(double value, std::string_view file);

@@ -94,20 +94,28 @@ void AddTurnedColumns(const ParameterLayout& layout,
   }
 }
 
-PointBlocks FindBlocks(const ParameterLayout& layout,
-                       const BlockPattern& pattern,
-                       PointTerms* terms) {
+PointBlocks FindSlots(const ParameterLayout& layout,
+                      const BlockPattern& pattern,
+                      PointTerms* terms) {
   const std::vector<int>& blocks = terms->columns.blocks;
   terms->size.resize(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     terms->size[i] = layout.blocks[static_cast<std::size_t>(blocks[i])].size;
   }
   terms->value.resize(blocks.size() * (blocks.size() + 1) / 2);
-  pattern.ValuesOfPairs(blocks, terms->value.data());
+  pattern.SlotsOfPairs(blocks, terms->value.data());
   return {static_cast<int>(blocks.size()),
           terms->columns.begin.data(),
           terms->size.data(),
           terms->value.data()};
+}
+
+PointBlocks FindBlocks(const ParameterLayout& layout,
+                       const BlockPattern& pattern,
+                       PointTerms* terms) {
+  const PointBlocks blocks = FindSlots(layout, pattern, terms);
+  for (std::size_t& at : terms->value) at = pattern.ValueBegin(at);
+  return blocks;
 }
 
 void TurnToRest(const ParameterLayout& layout, const PointFactor& factor, PointTerms* terms) {

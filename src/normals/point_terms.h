@@ -61,6 +61,11 @@ void PlaceColumns(const ParameterLayout& layout, PointColumns* columns);
                                      const BlockPattern& pattern,
                                      PointTerms* terms);
 
+/// The same with the slots of the pattern in place of first values.
+[[nodiscard]] PointBlocks FindSlots(const ParameterLayout& layout,
+                                    const BlockPattern& pattern,
+                                    PointTerms* terms);
+
 /// out (`terms` rows over the columns) += B' J_c, B `terms` columns of row_count rows.
 void AddTurnedColumns(const ParameterLayout& layout,
                       const PointFactor& factor,

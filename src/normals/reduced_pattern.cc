@@ -5,7 +5,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "point_terms.h"
+#include "point_blocks.h"
 
 namespace sarblock {
 namespace {
@@ -71,45 +71,6 @@ class PairSet {
   std::vector<std::pair<int, int>> pairs_;
 };
 
-/// The blocks of one point after the other.
-class BlocksOfPoints {
- public:
-  explicit BlocksOfPoints(const AdjustmentProblem& problem) : problem_(problem) {
-    for (const PassCorrections& pass : problem.layout.passes) {
-      const bool one = pass.blocks.size() == 1 && pass.splines.empty();
-      only_block_.push_back(one ? pass.blocks[0] : -1);
-    }
-  }
-  /// Ascending. Calls of_look(columns) for each look in use of a pass that has more than one block.
-  template <typename OfLook>
-  const std::vector<int>& At(std::size_t point, ReducedPattern* counted, const OfLook& of_look) {
-    const Looks& looks = problem_.block.looks;
-    const ParameterLayout& layout = problem_.layout;
-    blocks_.clear();
-    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-      if (problem_.look_used[i] == 0) continue;
-      ++counted->looks;
-      if (const int only = only_block_[looks.pass[i]]; only >= 0) {
-        InsertBlock(only, &blocks_);
-        counted->columns +=
-            static_cast<std::size_t>(layout.blocks[static_cast<std::size_t>(only)].size);
-        continue;
-      }
-      problem_.model.ColumnsOf(i, &columns_);
-      InsertBlocks(columns_, &blocks_);
-      of_look(columns_);
-      counted->columns += static_cast<std::size_t>(columns_.column_count);
-    }
-    return blocks_;
-  }
-
- private:
-  const AdjustmentProblem& problem_;
-  std::vector<int> only_block_;  // of a pass whose looks all have the same one
-  std::vector<int> blocks_;
-  LookColumns columns_;
-};
-
 /// Of points by their numbers of blocks, those seen by many more passes than the points after them.
 std::vector<std::uint32_t> ChooseBordered(
     std::vector<std::pair<std::size_t, std::uint32_t>> many_blocks,
@@ -132,14 +93,13 @@ std::vector<std::uint32_t> ChooseBordered(
 std::vector<std::uint32_t> FindBordered(const AdjustmentProblem& problem) {
   if (problem.layout.blocks.size() <= kMostEliminated) return {};
   BlocksOfPoints blocks_of(problem);
-  ReducedPattern unused;
   std::vector<std::pair<std::size_t, std::uint32_t>> many_blocks;
   std::size_t most_others = 0;
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     auto count = static_cast<std::size_t>(problem.CountLooks(point));
     if (count * LookColumns{}.block.size() > kMostEliminated) {
-      count = blocks_of.At(point, &unused, [](const LookColumns&) {}).size();
+      count = blocks_of.At(point).size();
     }
     if (count > kMostEliminated) {
       many_blocks.emplace_back(count, static_cast<std::uint32_t>(point));
@@ -166,16 +126,18 @@ ReducedPattern FindPattern(const AdjustmentProblem& problem, bool allow_border) 
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     if (out.bordered.RowOf(point) < 0) {
-      seen.AddPairs(blocks_of.At(point, &out, [](const LookColumns&) {}));
+      seen.AddPairs(blocks_of.At(point));
       continue;
     }
-    blocks_of.At(point, &out, [&](const LookColumns& columns) {
+    blocks_of.At(point, [&](const LookColumns& columns) {
       of_look.clear();
       InsertBlocks(columns, &of_look);
       seen.AddPairs(of_look);
     });
   }
-  out.pattern = BlockSymmetricMatrix(std::move(sizes), seen.Pairs());
+  out.looks = blocks_of.looks();
+  out.columns = blocks_of.columns();
+  out.pattern = std::make_shared<const BlockPattern>(std::move(sizes), seen.Pairs());
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "model/problem.h"
@@ -31,7 +32,7 @@ struct BorderedPoints {
 /// points, where they are few, stay out of the pattern; three rows of the border say what each
 /// takes (sparse/bordered_matrix.h; docs/theory/covariance.md, "Points that many passes see").
 struct ReducedPattern {
-  BlockSymmetricMatrix pattern;
+  std::shared_ptr<const BlockPattern> pattern;
   BorderedPoints bordered;
   std::size_t looks = 0, columns = 0;
 };

@@ -7,233 +7,17 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "point_terms.h"
+#include "core/pool.h"
+#include "partial_sum.h"
 
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerPartial = 128;
 /// Where points take more than all but this part of what a correction's equations say, S is formed
 /// by what they leave, not as a difference that has lost more than a digit.
 constexpr double kLeastLeft_1 = 1.0 / 16.0;
-/// Partial sums are limited to this much memory; their number depends on the block alone, never on
-/// the threads.
-constexpr std::size_t kPartialBytes = std::size_t{256} << 20;
-constexpr std::size_t kMostPartials = 16;
-
-/// Equations of a set of points by the corrections before elimination.
-struct Unreduced {
-  explicit Unreduced(const BlockPattern& pattern)
-      : gradient(Eigen::VectorXd::Zero(pattern.rows())), diagonal(gradient) {}
-  Eigen::VectorXd gradient;  // J_c' e
-  Eigen::VectorXd diagonal;  // of J_c' J_c
-};
-
-/// What one range of points adds.
-struct Partial {
-  explicit Partial(const BlockSymmetricMatrix& pattern)
-      : s(pattern.pattern()),
-        right_side(Eigen::VectorXd::Zero(pattern.rows())),
-        exact(*pattern.pattern()),
-        subtracted(*pattern.pattern()) {}
-  BlockSymmetricMatrix s;
-  Eigen::VectorXd right_side;  // but for the gradient of the subtracted
-  Unreduced exact;             // points added by what elimination leaves
-  Unreduced subtracted;        // points added as a difference
-  bool any_subtracted = false;
-  std::vector<WeakPoint> weak;
-  double cost = 0.0, point_step_square = 0.0, point_gradient_square = 0.0;
-  int not_evaluated = 0, beyond_path = 0;
-};
-
-/// Scratch of one range of points.
-struct PointScratch {
-  PointFactor factor;
-  PointTerms terms;
-};
-
-void AddLooks(const PointFactor& factor, const ParameterLayout& layout, Unreduced* out) {
-  for (int k = 0; k < factor.look_count; ++k) {
-    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-    const double* range = look.row[0].data();
-    const double* doppler = look.row[1].data();
-    for (int b = 0; b < look.columns.block_count; ++b) {
-      const ParameterBlock& block =
-          layout.blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
-      Kernels().AddLook(block.size,
-                        range,
-                        doppler,
-                        look.error_1.data(),
-                        out->diagonal.data() + block.offset,
-                        out->gradient.data() + block.offset);
-      range += block.size;
-      doppler += block.size;
-    }
-  }
-}
-
-/// J_c' J_c of each look's own blocks.
-void AddSquaresOfLooks(const PointFactor& factor,
-                       const ParameterLayout& layout,
-                       BlockSymmetricMatrix* s) {
-  constexpr std::size_t kStride = ParameterLayout::kMaxLocalColumns;
-  const BlockPattern& pattern = *s->pattern();
-  double* values = s->values().data();
-  for (int k = 0; k < factor.look_count; ++k) {
-    const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-    int first = 0;
-    for (int b = 0; b < look.columns.block_count; ++b) {
-      const int id = look.columns.block[static_cast<std::size_t>(b)];
-      const int size = layout.blocks[static_cast<std::size_t>(id)].size;
-      int other = 0;
-      for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
-        const int id2 = look.columns.block[static_cast<std::size_t>(b2)];
-        const int size2 = layout.blocks[static_cast<std::size_t>(id2)].size;
-        if (id2 <= id) {
-          const std::size_t slot = id2 == id ? pattern.FirstSlot(id) : pattern.Slot(id, id2);
-          Kernels().AddProducts(values + pattern.ValueBegin(slot),
-                                size,
-                                size2,
-                                look.row[0].data() + first,
-                                look.row[0].data() + other,
-                                kStride,
-                                2);
-        }
-        other += size2;
-      }
-      first += size;
-    }
-  }
-}
-
-/// right_side += sum_k c_k x_k over the blocks of a point, x_k rows of the width.
-void AddRightSide(const PointColumns& columns,
-                  const ParameterLayout& layout,
-                  const double* x,
-                  std::span<const double> c,
-                  Eigen::VectorXd* right_side) {
-  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
-    const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
-    Kernels().AddCombination(block.size,
-                             x + columns.begin[j],
-                             static_cast<std::size_t>(columns.width),
-                             static_cast<int>(c.size()),
-                             c.data(),
-                             right_side->data() + block.offset);
-  }
-}
-
-/// A point by what its elimination leaves: the square of N' J_c. No digit is lost to thin
-/// intersections.
-void AddRest(const ParameterLayout& layout, PointScratch* scratch, Partial* out) {
-  PointTerms& terms = scratch->terms;
-  FindColumns(layout, scratch->factor, &terms.columns);
-  const PointBlocks blocks = FindBlocks(layout, *out->s.pattern(), &terms);
-  TurnToRest(layout, scratch->factor, &terms);
-  Kernels().AddSquare(blocks,
-                      terms.rest.data(),
-                      static_cast<std::size_t>(terms.columns.width),
-                      static_cast<int>(terms.rest_e.size()),
-                      1.0,
-                      out->s.values().data());
-  AddRightSide(terms.columns, layout, terms.rest.data(), terms.rest_e, &out->right_side);
-}
-
-/// J_c' J_c of a point, and the right side of J_c' J_c - T' T.
-void AddUnreduced(const AdjustmentProblem& problem,
-                  const Eigen::Vector3d& c,
-                  PointScratch* scratch,
-                  Partial* out) {
-  PointColumns& columns = scratch->terms.columns;
-  ProjectColumns(problem, scratch->factor, &columns);
-  AddLooks(scratch->factor, problem.layout, &out->subtracted);
-  AddSquaresOfLooks(scratch->factor, problem.layout, &out->s);
-  const Eigen::Vector3d taken = -c;
-  AddRightSide(columns,
-               problem.layout,
-               columns.t.data(),
-               std::span<const double>(taken.data(), 3),
-               &out->right_side);
-  out->any_subtracted = true;
-}
-
-/// A point by J_c' J_c - T' T: three rows, however many looks. That subtraction costs digits where
-/// points take most of what a correction's equations say.
-void AddDifference(const AdjustmentProblem& problem,
-                   const Eigen::Vector3d& c,
-                   PointScratch* scratch,
-                   Partial* out) {
-  AddUnreduced(problem, c, scratch, out);
-  PointTerms& terms = scratch->terms;
-  const PointBlocks blocks = FindBlocks(problem.layout, *out->s.pattern(), &terms);
-  Kernels().AddSquare(blocks,
-                      terms.columns.t.data(),
-                      static_cast<std::size_t>(terms.columns.width),
-                      3,
-                      -1.0,
-                      out->s.values().data());
-}
-
-/// A point of the border by J_c' J_c and three rows T of the border.
-void AddBordered(const AdjustmentProblem& problem,
-                 const Eigen::Vector3d& c,
-                 int row,
-                 PointScratch* scratch,
-                 Partial* out,
-                 Eigen::MatrixXd* border) {
-  AddUnreduced(problem, c, scratch, out);
-  const PointColumns& columns = scratch->terms.columns;
-  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> t(
-      columns.t.data(), 3, columns.width);
-  for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
-    const ParameterBlock& block =
-        problem.layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
-    border->block(row, block.offset, 3, block.size) = t.middleCols(columns.begin[b], block.size);
-  }
-}
-
-/// Adds one point; one whose own equations are rank deficient is only named. `exact`: by what is
-/// left of its equations, however many they are. `border_row`: its first row there, or -1.
-void Add(const AdjustmentProblem& problem,
-         const BlockState& state,
-         const Weighting& weighting,
-         double damping_1,
-         bool exact,
-         std::size_t point,
-         int border_row,
-         PointScratch* scratch,
-         Partial* out,
-         Eigen::MatrixXd* border) {
-  PointFactor& factor = scratch->factor;
-  scratch->terms.columns.t.clear();
-  FactorPoint(problem, state, weighting, damping_1, point, &factor);
-  out->cost += factor.cost_1;
-  out->not_evaluated += factor.looks_not_evaluated;
-  out->beyond_path += factor.looks_beyond_path;
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    if (!(factor.square_1[k] > 0.0)) continue;
-    const double g = factor.gradient[k];
-    out->point_gradient_square = std::max(out->point_gradient_square, g * g / factor.square_1[k]);
-  }
-  if (damping_1 == 0.0 && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
-    AddLooks(factor, problem.layout, &out->exact);
-    out->weak.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition_1});
-    return;
-  }
-  const Eigen::Vector3d c = Project(factor, factor.e);
-  out->point_step_square += c.squaredNorm();
-  if (border_row >= 0) {  // of hundreds of looks: it takes little of the equations of each
-    AddBordered(problem, c, border_row, scratch, out, border);
-    return;
-  }
-  // Up to three rows left are no more work than the three of T.
-  if (damping_1 == 0.0 && (exact || factor.row_count <= 6)) {
-    AddLooks(factor, problem.layout, &out->exact);
-    AddRest(problem.layout, scratch, out);
-  } else {
-    AddDifference(problem, c, scratch, out);
-  }
-}
+/// Columns of S are added up side by side, so many values at a time at least.
+constexpr std::size_t kValuesPerStripe = std::size_t{1} << 14;
 
 }  // namespace
 
@@ -243,7 +27,8 @@ ReducedSystem::ReducedSystem(const AdjustmentProblem& problem,
     : problem_(problem) {
   ReducedPattern found = FindPattern(problem, many == ManyLooks::kBorder);
   bordered_ = std::move(found.bordered);
-  s_ = {std::move(found.pattern), {}};
+  pattern_ = std::move(found.pattern);
+  pieces_ = PointPieces(problem, *pattern_, bordered_);
   const std::size_t points = problem.block.points.size();
   const std::size_t bytes = KeptFactors::BytesFor(points, found.looks, found.columns);
   if (bytes <= most_kept_bytes) kept_bytes_ = bytes;
@@ -279,38 +64,8 @@ void ReducedSystem::Form(const BlockState& state,
 }
 
 bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, bool exact) {
-  const std::size_t points = problem_.block.points.size();
+  if (s_.sparse.pattern() != pattern_) s_ = {BlockSymmetricMatrix(pattern_), {}};
   BlockSymmetricMatrix& sparse = s_.sparse;
-  const std::size_t bytes = 1 + sizeof(double) * sparse.values().size();
-  const std::size_t partials = std::clamp<std::size_t>(
-      std::min(kPartialBytes / bytes, points / kPointsPerPartial), 1, kMostPartials);
-  std::vector<std::optional<Partial>> parts(partials);
-  kept_.reset();
-  const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
-  if (keep) kept_.emplace(points, partials, kept_bytes_);
-  const std::size_t per_part = (points + partials - 1) / partials;
-  s_.border.setZero(bordered_.rows(), sparse.rows());
-  ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
-    Partial& out = parts[part].emplace(sparse);
-    PointScratch scratch;
-    for (std::size_t point = begin; point < end; ++point) {
-      if (!problem_.Solves(point)) continue;
-      Add(problem_,
-          state,
-          weighting,
-          damping_1_,
-          exact,
-          point,
-          bordered_.RowOf(point),
-          &scratch,
-          &out,
-          &s_.border);
-      if (!keep) continue;
-      PointColumns& columns = scratch.terms.columns;
-      if (columns.t.empty()) ProjectColumns(problem_, scratch.factor, &columns);
-      kept_->Keep(part, point, scratch.factor, columns);
-    }
-  });
   sparse.SetZero();
   right_side_.setZero(s_.rows());
   full_diagonal_.setZero(s_.rows());
@@ -318,23 +73,60 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   weak_points_.clear();
   cost_1_ = gradient_1_ = point_step_square_1_ = 0.0;
   looks_not_evaluated_ = looks_beyond_path_ = 0;
+  kept_.reset();
+  const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
+  if (keep) kept_.emplace(problem_.block.points.size(), pieces_.size(), kept_bytes_);
+  s_.border.setZero(bordered_.rows(), sparse.rows());
+  PointEquations equations{.problem = problem_,
+                           .state = state,
+                           .weighting = weighting,
+                           .bordered = bordered_,
+                           .damping_1 = damping_1_,
+                           .exact = exact,
+                           .border = &s_.border};
+  const NormalSums sums{&sparse, &right_side_, &full_diagonal_, &full_gradient_};
+  const auto columns = static_cast<std::size_t>(sparse.block_count());
+  const std::size_t stripe = std::clamp<std::size_t>(
+      columns * kValuesPerStripe / (1 + sparse.values().size()), 1, columns + 1);
+  Pool<PieceScratch> pool;
   bool subtracted = false;
-  for (const std::optional<Partial>& part : parts) {
-    if (!part) continue;
-    const std::span<double> sum = sparse.values();
-    const std::span<const double> add = part->s.values();
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += add[i];
-    right_side_ += part->right_side + part->subtracted.gradient;
-    full_diagonal_ += part->exact.diagonal + part->subtracted.diagonal;
-    full_gradient_ += part->exact.gradient + part->subtracted.gradient;
-    weak_points_.insert(weak_points_.end(), part->weak.begin(), part->weak.end());
-    cost_1_ += part->cost;
-    point_step_square_1_ += part->point_step_square;
-    gradient_1_ = std::max(gradient_1_, std::sqrt(part->point_gradient_square));
-    looks_not_evaluated_ += part->not_evaluated;
-    looks_beyond_path_ += part->beyond_path;
-    subtracted |= part->any_subtracted;
+  for (std::size_t first = 0; first < pieces_.size();) {
+    const std::size_t end = pieces_.GroupEnd(first, ThreadsAllowed());
+    std::vector<PartialSum> parts(end - first);
+    ParallelForChunks(parts.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+      const auto scratch = pool.Borrow();
+      const PointPiece& piece = pieces_[first + k];
+      parts[k].Begin(piece, *sparse.pattern(), &*scratch);
+      for (std::size_t place = piece.begin; place < piece.end; ++place) {
+        const std::size_t point = pieces_.PointAt(place);
+        if (!problem_.Solves(point)) continue;
+        parts[k].Add(equations, point, &*scratch);
+        if (!keep) continue;
+        PointColumns& of_point = scratch->terms.columns;
+        if (of_point.t.empty()) ProjectColumns(problem_, scratch->factor, &of_point);
+        kept_->Keep(first + k, point, scratch->factor, of_point);
+      }
+    });
+    ParallelForChunks(columns, stripe, [&](std::size_t, std::size_t begin, std::size_t last) {
+      for (const PartialSum& part : parts) {
+        part.AddColumns(static_cast<int>(begin), static_cast<int>(last), sums);
+      }
+    });
+    for (const PartialSum& part : parts) {
+      const PointTotals& totals = part.totals();
+      weak_points_.insert(weak_points_.end(), totals.weak.begin(), totals.weak.end());
+      cost_1_ += totals.cost_1;
+      point_step_square_1_ += totals.step_square_1;
+      gradient_1_ = std::max(gradient_1_, std::sqrt(totals.gradient_square_1));
+      looks_not_evaluated_ += totals.not_evaluated;
+      looks_beyond_path_ += totals.beyond_path;
+      subtracted |= totals.any_subtracted;
+    }
+    first = end;
   }
+  std::sort(weak_points_.begin(), weak_points_.end(), [](const WeakPoint& a, const WeakPoint& b) {
+    return a.point < b.point;
+  });
   return subtracted;
 }
 
@@ -394,15 +186,30 @@ void ReducedSystem::AddPriors(const BlockState& state) {
 }
 
 BorderedMatrix ReducedSystem::Scaled() {
-  BorderedMatrix scaled = s_.Scaled(scale_);
-  if (!factor_) {
-    std::vector<int> last;
-    for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
-      if (problem_.layout.blocks[b].shared) last.push_back(static_cast<int>(b));
-    }
-    factor_.emplace(scaled.sparse, last);
+  Analyse();
+  return s_.Scaled(scale_);
+}
+
+void ReducedSystem::Analyse() {
+  if (factor_) return;
+  std::vector<int> last;
+  for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
+    if (problem_.layout.blocks[b].shared) last.push_back(static_cast<int>(b));
   }
-  return scaled;
+  factor_.emplace(pattern_, last);
+}
+
+SystemNeeds ReducedSystem::Needs(int threads) {
+  SystemNeeds needs;
+  if (rows() == 0) return needs;
+  Analyse();
+  needs.matrix = pattern_->ValueBegin(pattern_->slot_count());
+  needs.border = static_cast<std::size_t>(bordered_.rows()) * static_cast<std::size_t>(rows());
+  needs.partial_sums = pieces_.MostDoubles(threads);
+  needs.kept = kept_bytes_ / sizeof(double);
+  needs.operations = pieces_.operations();
+  needs.factor = factor_->Needs();
+  return needs;
 }
 
 BorderedMatrix ReducedSystem::FormScaled() {
@@ -419,7 +226,7 @@ BorderedMatrix ReducedSystem::FormScaled() {
 }
 
 bool ReducedSystem::FactorDamped() {
-  if (s_.rows() == 0) return true;
+  if (rows() == 0) return true;
   const Eigen::VectorXd diagonal = s_.Diagonal();
   if (!(diagonal.minCoeff() > 0.0) || !diagonal.allFinite()) return false;
   scale_ = diagonal.cwiseSqrt().cwiseInverse();
@@ -438,13 +245,13 @@ Eigen::MatrixXd ReducedSystem::SolveFor(const Eigen::Ref<const Eigen::MatrixXd>&
 }
 
 Eigen::VectorXd ReducedSystem::Step() const {
-  if (s_.rows() == 0) return {};
+  if (rows() == 0) return {};
   return -SolveFor(right_side_);
 }
 
 double ReducedSystem::NewtonDecrement() const {
   double square = point_step_square_1_;
-  if (s_.rows() > 0) square += right_side_.dot(SolveFor(right_side_).col(0));
+  if (rows() > 0) square += right_side_.dot(SolveFor(right_side_).col(0));
   return std::sqrt(std::max(0.0, square));
 }
 

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/progress.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,20 +11,13 @@
 #include "elimination.h"
 #include "kept_factors.h"
 #include "model/problem.h"
+#include "point_pieces.h"
 #include "reduced_pattern.h"
 #include "sparse/bordered_matrix.h"
+#include "weak_point.h"
 #include <Eigen/Core>
 
 namespace sarblock {
-
-/// A point whose own equations leave a direction open.
-struct WeakPoint {
-  std::uint32_t point = 0;
-  double reciprocal_condition_1 = 0.0;
-};
-
-/// Smallest reciprocal condition of a point's scaled Jacobian that still counts as determined.
-inline constexpr double kLeastPointCondition_1 = 1e-10;
 
 /// What a system does with a point that hundreds of passes see (reduced_pattern.h).
 enum class ManyLooks {
@@ -38,6 +32,17 @@ struct CorrectionCovariance {
   Eigen::MatrixXd t_c;          ///< their T C (PointColumns), rows of `bordered`, by parameter
 
   [[nodiscard]] int rows() const { return blocks.rows(); }
+};
+
+/// Memory and work of a system, in doubles and operations; nothing of it is allocated before it is
+/// formed.
+struct SystemNeeds {
+  std::size_t matrix = 0;        ///< S on its pattern
+  std::size_t border = 0;        ///< rows of points that many passes see
+  std::size_t partial_sums = 0;  ///< while it is formed, the most at once
+  std::size_t kept = 0;          ///< factors of points
+  double operations = 0.0;       ///< of the sum over points
+  FactorNeeds factor;
 };
 
 /// The reduced normal equations of the corrections, points eliminated (model.md, section 7;
@@ -108,6 +113,11 @@ class ReducedSystem {
 
   [[nodiscard]] CorrectionCovariance SelectedInverse() const;
   [[nodiscard]] const BorderedPoints& bordered() const { return bordered_; }
+  /// What it takes with so many threads; analyses the pattern.
+  [[nodiscard]] SystemNeeds Needs(int threads);
+  [[nodiscard]] int rows() const { return pattern_->rows(); }
+  /// How the sum over points is cut.
+  [[nodiscard]] const PointPieces& pieces() const { return pieces_; }
   /// S^-1 B, any number of columns.
   [[nodiscard]] Eigen::MatrixXd SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
 
@@ -118,10 +128,14 @@ class ReducedSystem {
   [[nodiscard]] bool PointsTakeNearlyAll() const;
   void AddPriors(const BlockState& state);
   [[nodiscard]] BorderedMatrix Scaled();
+  /// The symbolic analysis, once.
+  void Analyse();
 
   const AdjustmentProblem& problem_;
   BorderedPoints bordered_;
-  BorderedMatrix s_;
+  PointPieces pieces_;
+  std::shared_ptr<const BlockPattern> pattern_;
+  BorderedMatrix s_;               // on the pattern from the first Form on
   Eigen::VectorXd right_side_;     // reduced gradient Q2-part, priors included
   Eigen::VectorXd full_diagonal_;  // of S0: before elimination
   Eigen::VectorXd full_gradient_;  // before elimination

@@ -114,6 +114,7 @@ class FrontFactorisation {
     }
     return outcome;
   }
+  [[nodiscard]] std::size_t most_waiting() const { return memory_.most_taken(); }
 
  private:
   /// The least pivot of a front, or the one that failed, with ratio 0.
@@ -305,6 +306,7 @@ struct BlockCholesky::Impl {
   std::unique_ptr<sparse::FrontMemory> factor_memory;
   sparse::FrontMemory::Place factor;  ///< the fronts' panels, column-major, lower part valid
   bool factored = false;
+  FactorNeeds used;
 
   [[nodiscard]] const double* Panel(const sparse::Front& front) const {
     return factor.get() + front.panel;
@@ -317,10 +319,10 @@ void BlockCholesky::Impl::RequireFactor() const {
   CHECK(factored) << "the matrix has not been factored";
 }
 
-BlockCholesky::BlockCholesky(const BlockSymmetricMatrix& pattern, std::span<const int> last)
+BlockCholesky::BlockCholesky(std::shared_ptr<const BlockPattern> pattern, std::span<const int> last)
     : impl_(std::make_unique<Impl>()) {
   dense::UseOneBlasThread();
-  impl_->pattern = pattern.pattern();
+  impl_->pattern = std::move(pattern);
   impl_->symbolic = sparse::Analyse(*impl_->pattern, last);
 }
 
@@ -341,6 +343,8 @@ BlockCholesky::Outcome BlockCholesky::Factorize(const BlockSymmetricMatrix& matr
   }
   FrontFactorisation factorisation(symbolic, matrix.values(), impl.factor.get());
   const Outcome outcome = factorisation.Run();
+  impl.used.factor = symbolic.factor_entries;
+  impl.used.waiting = std::max(impl.used.waiting, factorisation.most_waiting());
   impl.factored = outcome.positive_definite;
   return outcome;
 }
@@ -380,9 +384,43 @@ BlockSymmetricMatrix BlockCholesky::SelectedInverse() const {
     Scatter(front, z.get(), inverse.values());
     if (!front.children.empty()) waiting[f] = std::move(z);
   });
+  impl_->used.inverse_fronts = std::max(impl_->used.inverse_fronts, memory.most_taken());
   return inverse;
 }
 
 std::size_t BlockCholesky::factor_entries() const { return impl_->symbolic.factor_entries; }
+
+FactorNeeds BlockCholesky::Needs() const {
+  const Symbolic& symbolic = impl_->symbolic;
+  const std::vector<Front>& fronts = symbolic.fronts;
+  FactorNeeds needs;
+  needs.factor = symbolic.factor_entries;
+  needs.operations = 0.5 * symbolic.operations;
+  needs.dissected = symbolic.dissected;
+  std::size_t held = 0;
+  for (const Front& front : fronts) {  // as FrontFactorisation::Work takes and gives back
+    held += FrontMemory::Rounded(UpdateSize(front));
+    needs.waiting = std::max(needs.waiting, held);
+    for (const int child : front.children) {
+      held -= FrontMemory::Rounded(UpdateSize(fronts[At(child)]));
+    }
+    if (front.parent < 0) held -= FrontMemory::Rounded(UpdateSize(front));
+  }
+  std::vector<std::size_t> unread(fronts.size());
+  for (std::size_t f = 0; f < fronts.size(); ++f) unread[f] = fronts[f].children.size();
+  held = 0;
+  for (std::size_t f = fronts.size(); f-- > 0;) {  // as SelectedInverse does
+    held += FrontMemory::Rounded(FrontSize(fronts[f]));
+    needs.inverse_fronts = std::max(needs.inverse_fronts, held);
+    if (fronts[f].parent >= 0) {
+      const std::size_t parent = At(fronts[f].parent);
+      if (--unread[parent] == 0) held -= FrontMemory::Rounded(FrontSize(fronts[parent]));
+    }
+    if (fronts[f].children.empty()) held -= FrontMemory::Rounded(FrontSize(fronts[f]));
+  }
+  return needs;
+}
+
+FactorNeeds BlockCholesky::Used() const { return impl_->used; }
 
 }  // namespace sarblock

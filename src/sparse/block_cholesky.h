@@ -6,13 +6,15 @@
 #include <span>
 
 #include "block_matrix.h"
+#include "factor_needs.h"
 #include <Eigen/Core>
 
 namespace sarblock {
 
 /// Cholesky factor of a BlockSymmetricMatrix, its solves and its selected inverse.
 ///
-/// P S P' = L L', P a fill-reducing order (AMD) of the block graph, `last` blocks kept at the end.
+/// P S P' = L L', P a fill-reducing order of the block graph (AMD, or METIS where that is less
+/// work), `last` blocks kept at the end.
 /// Multifrontal on supernodes: dense fronts, BLAS kernels. The selected inverse is the Takahashi
 /// recursion supernode by supernode from the root down: with front variables J (eliminated) and R
 /// (the rest), Z_RJ = -Z_RR L_RJ L_JJ^-1, Z_JJ = L_JJ^-T L_JJ^-1 - (L_RJ L_JJ^-1)' Z_RJ, and Z_RR
@@ -32,7 +34,10 @@ class BlockCholesky {
  public:
   /// Symbolic analysis of a pattern; may be kept for any number of factorisations.
   /// `last` names blocks to be eliminated last (shared parameters seen by all).
-  explicit BlockCholesky(const BlockSymmetricMatrix& pattern, std::span<const int> last = {});
+  explicit BlockCholesky(std::shared_ptr<const BlockPattern> pattern,
+                         std::span<const int> last = {});
+  explicit BlockCholesky(const BlockSymmetricMatrix& matrix, std::span<const int> last = {})
+      : BlockCholesky(matrix.pattern(), last) {}
   ~BlockCholesky();
   BlockCholesky(BlockCholesky&&) noexcept;
   BlockCholesky& operator=(BlockCholesky&&) noexcept;
@@ -56,6 +61,10 @@ class BlockCholesky {
   [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
 
   [[nodiscard]] std::size_t factor_entries() const;  ///< doubles held by the factor
+  /// What it takes, before anything is allocated.
+  [[nodiscard]] FactorNeeds Needs() const;
+  /// Doubles that it took so far, as they were counted when they were allocated.
+  [[nodiscard]] FactorNeeds Used() const;
 
  private:
   struct Impl;

@@ -73,11 +73,11 @@ std::size_t BlockPattern::Search(int i, int j) const {
   return FirstSlot(j) + static_cast<std::size_t>(found - rows.begin());
 }
 
-void BlockPattern::ValuesOfPairs(std::span<const int> blocks, std::size_t* out) const {
+void BlockPattern::SlotsOfPairs(std::span<const int> blocks, std::size_t* out) const {
   for (std::size_t j = 0; j < blocks.size(); ++j) {
     if (table_.empty()) {
       for (std::size_t i = j; i < blocks.size(); ++i) {
-        out[i * (i + 1) / 2 + j] = value_begin_[Slot(blocks[i], blocks[j])];
+        out[i * (i + 1) / 2 + j] = Slot(blocks[i], blocks[j]);
       }
       continue;
     }
@@ -86,7 +86,7 @@ void BlockPattern::ValuesOfPairs(std::span<const int> blocks, std::size_t* out) 
     for (std::size_t i = j; i < blocks.size(); at += ++i) {
       const std::int32_t slot = slots[blocks[i]];
       if (slot < 0) FailMissing(blocks[i], blocks[j]);
-      out[at] = value_begin_[static_cast<std::size_t>(slot)];
+      out[at] = static_cast<std::size_t>(slot);
     }
   }
 }

@@ -36,6 +36,10 @@ class BlockPattern {
   /// Where the values of a slot begin; one past the last slot gives the number of values.
   [[nodiscard]] std::size_t ValueBegin(std::size_t slot) const { return value_begin_[slot]; }
   [[nodiscard]] std::size_t slot_count() const { return rows_.size(); }
+  /// Number of values of a slot.
+  [[nodiscard]] std::size_t ValuesOf(std::size_t slot) const {
+    return value_begin_[slot + 1] - value_begin_[slot];
+  }
 
   /// Slot of block (i, j), i >= j; kAbsent when the pattern does not hold it. Constant time up to
   /// kTableLimit blocks (packed table, 8 MB at most), binary search in the column above: the
@@ -61,9 +65,9 @@ class BlockPattern {
     return slot;
   }
 
-  /// ValueBegin of the blocks of every pair of an ascending list, (i, j) with i >= j at
+  /// Slots of the blocks of every pair of an ascending list, (i, j) with i >= j at
   /// i (i + 1) / 2 + j. They must be there (CHECK).
-  void ValuesOfPairs(std::span<const int> blocks, std::size_t* out) const;
+  void SlotsOfPairs(std::span<const int> blocks, std::size_t* out) const;
 
  private:
   [[nodiscard]] std::size_t TableIndex(int i, int j) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <span>
 #include <utility>
 
@@ -48,14 +49,20 @@ struct BorderedInverse {
 /// A is positive definite where S is. Costs a solution with as many columns as T has rows.
 class BorderedCholesky {
  public:
-  explicit BorderedCholesky(const BlockSymmetricMatrix& pattern, std::span<const int> last = {})
-      : factor_(pattern, last) {}
+  explicit BorderedCholesky(std::shared_ptr<const BlockPattern> pattern,
+                            std::span<const int> last = {})
+      : factor_(std::move(pattern), last) {}
+  explicit BorderedCholesky(const BlockSymmetricMatrix& matrix, std::span<const int> last = {})
+      : factor_(matrix, last) {}
 
   /// False where S is not positive definite; then only Factorize may be called.
   [[nodiscard]] bool Factorize(const BorderedMatrix& matrix);
   /// Solves S X = B in place, any number of columns.
   void Solve(Eigen::Ref<Eigen::MatrixXd> b) const;
   [[nodiscard]] BorderedInverse SelectedInverse() const;
+  /// Of the factor of A.
+  [[nodiscard]] FactorNeeds Needs() const { return factor_.Needs(); }
+  [[nodiscard]] FactorNeeds Used() const { return factor_.Used(); }
 
  private:
   BlockCholesky factor_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "ordering.h"
@@ -53,6 +54,31 @@ Lists ColumnStructures(Lists later) {
   }
   return later;
 }
+
+/// An order of elimination and what it makes of the columns, all but `position` by place in it.
+struct Elimination {
+  Elimination(const BlockPattern& pattern, std::vector<int> blocks)
+      : order(std::move(blocks)), position(order.size()), weights(order.size()) {
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      position[At(order[k])] = static_cast<int>(k);
+      weights[k] = pattern.size(order[k]);
+    }
+    structures = ColumnStructures(LaterNeighbours(pattern, position));
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      double height = 0.0;
+      for (const int row : structures[k]) height += weights[At(row)];
+      for (int column = 0; column < weights[k]; ++column) {
+        height += 1.0;  // of the last column of the block first
+        operations += height * height;
+      }
+    }
+  }
+  std::vector<int> order;     // block eliminated k-th
+  std::vector<int> position;  // by block
+  std::vector<int> weights;   // rows
+  Lists structures;           // below the diagonal
+  double operations = 0.0;
+};
 
 /// Supernodes while they are being merged, each named by its topmost column.
 class Supernodes {
@@ -210,18 +236,21 @@ std::vector<Run> RunsInParent(const Front& child,
 
 }  // namespace
 
-Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last) {
+Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last, double many_operations) {
   const std::size_t count = At(pattern.block_count());
-  const std::vector<int> first_order = FillReducingOrder(pattern, last);
-  std::vector<int> position(count), weights(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    position[At(first_order[k])] = static_cast<int>(k);
-    weights[k] = pattern.size(first_order[k]);
+  Elimination elimination(pattern, MinimumDegreeOrder(pattern, last));
+  Symbolic symbolic;
+  if (elimination.operations >= many_operations) {
+    if (std::optional<std::vector<int>> order = DissectionOrder(pattern, last)) {
+      Elimination dissected(pattern, std::move(*order));
+      symbolic.dissected = dissected.operations < elimination.operations;
+      if (symbolic.dissected) elimination = std::move(dissected);
+    }
   }
-  const Lists structures = ColumnStructures(LaterNeighbours(pattern, position));
+  symbolic.operations = elimination.operations;
+  const auto& [first_order, position, weights, structures, operations] = elimination;
   Supernodes nodes(structures, weights);
 
-  Symbolic symbolic;
   symbolic.row_begin.push_back(0);
   std::vector<int> final_position(count), front_of_block(count);  // by first position
   const std::vector<int> tops = Postorder(nodes, structures);
@@ -260,9 +289,10 @@ Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last) {
   }
 
   // Blocks of S by the front of the earlier one, then their rows and the children's within it.
-  Lists blocks(tops.size());  // pairs (i, j) flattened
+  Lists blocks(tops.size());               // pairs (i, j) flattened
+  std::vector<int> final_of_block(count);  // position
   for (std::size_t k = 0; k < count; ++k) {
-    position[At(first_order[k])] = final_position[k];
+    final_of_block[At(first_order[k])] = final_position[k];
   }
   std::vector<int> front_of(count);
   for (std::size_t k = 0; k < count; ++k) {
@@ -271,7 +301,7 @@ Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last) {
   for (int j = 0; j < pattern.block_count(); ++j) {
     for (const int i : pattern.RowsOfColumn(j)) {
       std::vector<int>& pairs =
-          blocks[At(front_of[At(std::min(position[At(i)], position[At(j)]))])];
+          blocks[At(front_of[At(std::min(final_of_block[At(i)], final_of_block[At(j)]))])];
       pairs.insert(pairs.end(), {i, j});
     }
   }
@@ -287,13 +317,13 @@ Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last) {
     for (std::size_t e = 0; e < blocks[f].size(); e += 2) {
       int i = blocks[f][e], j = blocks[f][e + 1];
       const std::size_t value = pattern.ValueBegin(pattern.Slot(i, j));
-      const bool transposed = position[At(i)] < position[At(j)];
+      const bool transposed = final_of_block[At(i)] < final_of_block[At(j)];
       if (transposed) {
         std::swap(i, j);
       }
       front.entries.push_back({value,
-                               local(position[At(i)]),
-                               local(position[At(j)]),
+                               local(final_of_block[At(i)]),
+                               local(final_of_block[At(j)]),
                                pattern.size(i),
                                pattern.size(j),
                                transposed});

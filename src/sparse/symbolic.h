@@ -49,11 +49,21 @@ struct Symbolic {
   std::vector<int> original_row;  ///< row of S by row in elimination order
   std::vector<Front> fronts;
   std::size_t factor_entries = 0;
+  /// Of the factorisation: sum of h^2 over the columns of L, h their entries before supernodes are
+  /// merged.
+  double operations = 0.0;
+  bool dissected = false;  ///< the order is one of nested dissection
 };
 
-/// Orders by approximate minimum degree (Amestoy, Davis, Duff 1996) on the graph of blocks, with
-/// `last` appended, and forms supernodes: columns of equal structure, then children merged into
+/// From so many operations on (hundredths of a second of a processor) two orders are compared.
+inline constexpr double kManyOperations = 1e9;
+
+/// Orders by approximate minimum degree on the graph of blocks, with `last` appended, or, where
+/// that leaves `many_operations` or more and nested dissection fewer than that, by nested
+/// dissection (ordering.h). Forms supernodes: columns of equal structure, then children merged into
 /// their parents while the explicit zeros stay few (the thresholds of CHOLMOD, ACM TOMS 887).
-[[nodiscard]] Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last);
+[[nodiscard]] Symbolic Analyse(const BlockPattern& pattern,
+                               std::span<const int> last,
+                               double many_operations = kManyOperations);
 
 }  // namespace sarblock::sparse

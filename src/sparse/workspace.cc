@@ -43,9 +43,12 @@ FrontMemory::Place FrontMemory::Take(std::size_t count) {
   if (begin_ == nullptr) {
     void* place = std::aligned_alloc(kGrain * sizeof(double), length * sizeof(double));
     if (place == nullptr) throw std::bad_alloc();
+    const std::lock_guard lock(mutex_);
+    most_taken_ = std::max(most_taken_, taken_ += length);
     return {static_cast<double*>(place), Return(this, length)};
   }
   const std::lock_guard lock(mutex_);
+  most_taken_ = std::max(most_taken_, taken_ += length);
   const auto fits = std::find_if(
       free_.begin(), free_.end(), [length](const auto& hole) { return hole.second >= length; });
   CHECK(fits != free_.end()) << "more was taken than announced";
@@ -55,12 +58,18 @@ FrontMemory::Place FrontMemory::Take(std::size_t count) {
   return {begin_ + offset, Return(this, length)};
 }
 
+std::size_t FrontMemory::most_taken() const {
+  const std::lock_guard lock(mutex_);
+  return most_taken_;
+}
+
 void FrontMemory::Give(double* place, std::size_t count) {
+  const std::lock_guard lock(mutex_);
+  taken_ -= count;
   if (begin_ == nullptr) {
     std::free(place);
     return;
   }
-  const std::lock_guard lock(mutex_);
   auto hole = free_.emplace(static_cast<std::size_t>(place - begin_), count).first;
   const auto after = std::next(hole);
   if (after != free_.end() && hole->first + hole->second == after->first) {

@@ -36,6 +36,9 @@ class FrontMemory {
   /// std::bad_alloc.
   [[nodiscard]] Place Take(std::size_t count);
 
+  /// Doubles that were taken at once, at most so far.
+  [[nodiscard]] std::size_t most_taken() const;
+
   static constexpr std::size_t kGrain = 8;  ///< doubles in a cache line
   [[nodiscard]] static std::size_t Rounded(std::size_t count) {
     return (count / kGrain + 1) * kGrain;
@@ -46,7 +49,8 @@ class FrontMemory {
 
   std::size_t most_;
   double* begin_ = nullptr;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
+  std::size_t taken_ = 0, most_taken_ = 0;
   std::map<std::size_t, std::size_t> free_;  // offset, length of what is free
 };
 

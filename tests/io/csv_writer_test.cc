@@ -5,11 +5,14 @@
 #include "sarblock/core/random.h"
 
 #include <array>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "core/nan.h"
+#include "core/parallel.h"
 #include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
@@ -30,6 +33,60 @@ TEST_F(CsvWriterTest, WritesShortestNumbersAndEmptyCells) {
   writer.Commit();
   EXPECT_EQ(Content(folder_ / "t.csv"),
             "point,x_m,n,y_m\nA,0.1,-7,\n\"B,\"\"c\"\"\",1e+22,18,\n\"#d\",-0,,\n");
+}
+
+// Invariance: rows that threads write in pieces are the bytes of rows written one after the other.
+TEST_F(CsvWriterTest, RowsOfPiecesStandInTheirOrderWhateverTheThreads) {
+  const auto rows = [](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t i = begin; i < end; ++i) {
+      out->Text("p" + std::to_string(i)).Number(std::sqrt(0.37 + static_cast<double>(i)));
+      out->EndRow();
+    }
+  };
+  for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
+    CsvWriter serial(folder_ / "serial", {"name", "x_m"}, compression);
+    rows(0, 10007, &serial);
+    serial.Commit();
+    for (const int threads : {1, 2, 3, 8}) {
+      const ThreadLimit limit(threads);
+      CsvWriter pieces(folder_ / "pieces", {"name", "x_m"}, compression);
+      WriteRows(10007, 64, &pieces, rows);
+      pieces.Commit();
+      EXPECT_EQ(Content(folder_ / "pieces"), Content(folder_ / "serial")) << threads;
+    }
+  }
+}
+
+TEST_F(CsvWriterTest, AnErrorInAPieceLeavesNoFile) {
+  {
+    CsvWriter writer(folder_ / "t.csv", {"x_m"});
+    EXPECT_THROW(WriteRows(1000,
+                           16,
+                           &writer,
+                           [](std::size_t begin, std::size_t end, TableWriter* out) {
+                             for (std::size_t i = begin; i < end; ++i) {
+                               out->Number(i == 777 ? HUGE_VAL : 0.3).EndRow();
+                             }
+                           }),
+                 InputError);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+// A device that is always full: the error names the file, wherever among the pieces it comes.
+TEST_F(CsvWriterTest, AFullDiskInThePiecesIsToldOf) {
+  CsvWriter writer("/dev/full", {"x_m"});
+  const auto rows = [](std::size_t begin, std::size_t end, TableWriter* out) {
+    for (std::size_t i = begin; i < end; ++i) {
+      out->Number(0.3 + static_cast<double>(i)).EndRow();
+    }
+  };
+  try {
+    WriteRows(400000, 2048, &writer, rows);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/dev/full: writing failed: "));
+  }
 }
 
 TEST_F(CsvWriterTest, NumbersAndNamesReadBackTheSame) {  // round trip, seeded

@@ -91,21 +91,21 @@ TEST(BlockMatrixTest, FindsTheSameBlocksWithAndWithoutTheTable) {  // second rou
     const BlockPattern band(std::vector<int>(static_cast<std::size_t>(count), 2), all);
     const std::array<int, 5> five{1, 3, 5, 7, 9};
     std::array<std::size_t, 15> found{};
-    band.ValuesOfPairs(five, found.data());
+    band.SlotsOfPairs(five, found.data());
     for (std::size_t i = 0, k = 0; i < five.size(); ++i) {
       for (std::size_t j = 0; j <= i; ++j, ++k) {
-        ASSERT_EQ(found[k], band.ValueBegin(band.Slot(five[i], five[j])));
+        ASSERT_EQ(found[k], band.Slot(five[i], five[j]));
       }
     }
     for (int j = 0; j < count; ++j) {  // what stands below a column, two at a time
       for (const int i : pattern.RowsOfColumn(j)) {
         if (i == j) continue;
         const std::array<int, 2> blocks{j, i};
-        std::array<std::size_t, 3> values{};
-        pattern.ValuesOfPairs(blocks, values.data());
-        ASSERT_EQ(values[0], pattern.ValueBegin(pattern.Slot(j, j)));
-        ASSERT_EQ(values[1], pattern.ValueBegin(pattern.Slot(i, j)));
-        ASSERT_EQ(values[2], pattern.ValueBegin(pattern.Slot(i, i)));
+        std::array<std::size_t, 3> slots{};
+        pattern.SlotsOfPairs(blocks, slots.data());
+        ASSERT_EQ(slots[0], pattern.Slot(j, j));
+        ASSERT_EQ(slots[1], pattern.Slot(i, j));
+        ASSERT_EQ(slots[2], pattern.Slot(i, i));
       }
     }
   }

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace sarblock {
+
+/// What an adjustment takes of a computer, predicted from the block and the pattern of its reduced
+/// normal matrix S (docs/theory/covariance.md) before anything of that is allocated. Memory in
+/// bytes, of 8 a number; work in operations, a product and its sum. Fronts are those of one thread;
+/// each further one may keep a branch of the elimination tree more.
+struct ResourceNeeds {
+  std::uint64_t looks_bytes = 0;         ///< looks, their weights and what a result says of them
+  std::uint64_t points_bytes = 0;        ///< points, their state and what a result says of them
+  std::uint64_t block_bytes = 0;         ///< of both, what a block takes as it was read
+  std::uint64_t matrix_bytes = 0;        ///< S, as formed and scaled
+  std::uint64_t partial_sums_bytes = 0;  ///< of S while it is formed
+  std::uint64_t factor_bytes = 0;        ///< L of S = L L'
+  std::uint64_t fronts_bytes = 0;        ///< while it is formed, update matrices that wait
+  std::uint64_t inverse_bytes = 0;       ///< S^-1 on the pattern of S and the fronts it comes from
+  double sum_operations_1 = 0.0;         ///< of one sum of S
+  double factor_operations_1 = 0.0;      ///< of one factor
+  /// The most at one time: looks and points always, with S in turn its partial sums, its factor
+  /// and its inverse.
+  std::uint64_t peak_bytes = 0;
+};
+
+/// In words, on one line: "memory 41 MiB (looks 12, ...); operations: S 3.1e+07, factor 2.2e+05".
+[[nodiscard]] std::string DescribeNeeds(const ResourceNeeds& needs);
+
+}  // namespace sarblock

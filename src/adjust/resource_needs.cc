@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "resource_needs.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "core/available_memory.h"
+
+namespace sarblock {
+namespace {
+
+constexpr double kMiB = 1024.0 * 1024.0;
+/// Less than this is not looked for: there is always as much.
+constexpr std::uint64_t kAlwaysThere = std::uint64_t{64} << 20;
+
+/// Bytes of vectors that are filled.
+template <typename... Vectors>
+std::uint64_t BytesOf(const Vectors&... vectors) {
+  return (std::uint64_t{0} + ... + (vectors.size() * sizeof(vectors[0])));
+}
+
+/// Bytes of an element each of vectors that will be filled.
+template <typename... Vectors>
+constexpr std::uint64_t ElementBytes(const Vectors&... vectors) {
+  return (std::uint64_t{0} + ... + sizeof(vectors[0]));
+}
+
+std::uint64_t BytesAsRead(const Looks& looks) {
+  return BytesOf(looks.offsets,
+                 looks.pass,
+                 looks.flags,
+                 looks.time_s,
+                 looks.range_m,
+                 looks.cone,
+                 looks.range_sigma_m,
+                 looks.azimuth_sigma);
+}
+
+std::uint64_t BytesAsRead(const Points& points) { return BytesOf(points.role, points.given_m); }
+
+std::uint64_t LooksBytes(const AdjustmentProblem& problem, const AdjustOptions& options) {
+  const Looks& looks = problem.block.looks;
+  const std::uint64_t count = looks.size();
+  const LookResults results;
+  const LookQuality quality;
+  std::uint64_t bytes = BytesAsRead(looks) + BytesOf(problem.look_used, problem.weights);
+  bytes +=
+      count * ElementBytes(results.range_residual_m, results.azimuth_residual_m, results.rejected);
+  if (options.robust != RobustLoss::kNone) bytes += count * ElementBytes(results.weight);
+  if (options.covariance != CovarianceLevel::kNone) {
+    bytes += 2 * count * ElementBytes(quality.redundancy_1[0], quality.w_1[0], quality.shift_m[0]);
+  }
+  return bytes;
+}
+
+std::uint64_t PointsBytes(const AdjustmentProblem& problem, const AdjustOptions& options) {
+  const Points& points = problem.block.points;
+  const std::uint64_t count = points.size();
+  const PointResults results;
+  const BlockState state;
+  std::uint64_t bytes =
+      BytesAsRead(points) +
+      BytesOf(problem.point_status, problem.point_reason, problem.misplaced, problem.control_of);
+  bytes += count * ElementBytes(state.start_m,
+                                state.displacement_m,
+                                results.status,
+                                results.looks,
+                                results.position_m,
+                                results.intersection_rad);
+  if (options.covariance != CovarianceLevel::kNone) {
+    bytes += count * ElementBytes(results.covariance_m2,
+                                  results.fixed_path_covariance_m2,
+                                  results.redundancy,
+                                  results.sigma_leberl_across_m,
+                                  results.sigma_leberl_up_m,
+                                  results.sigma_leberl_path_across_m,
+                                  results.sigma_leberl_path_up_m,
+                                  results.leberl_across_azimuth_rad);
+  }
+  return bytes;
+}
+
+std::uint64_t Doubles(std::size_t count) { return sizeof(double) * count; }
+
+/// In MiB, without the unit.
+std::string Amount(double mib) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), mib < 10.0 ? "%.1f" : "%.0f", mib);
+  return text.data();
+}
+
+std::string Amount(std::uint64_t bytes) { return Amount(static_cast<double>(bytes) / kMiB); }
+
+std::string Work(double operations) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1e", operations);
+  return text.data();
+}
+
+}  // namespace
+
+ResourceNeeds PredictNeeds(const AdjustmentProblem& problem,
+                           const AdjustOptions& options,
+                           ReducedSystem* system) {
+  const SystemNeeds system_needs = system->Needs(options.threads);
+  const FactorNeeds& factor = system_needs.factor;
+  ResourceNeeds needs;
+  needs.looks_bytes = LooksBytes(problem, options);
+  needs.points_bytes = PointsBytes(problem, options);
+  needs.block_bytes = BytesAsRead(problem.block.looks) + BytesAsRead(problem.block.points);
+  needs.matrix_bytes = 2 * Doubles(system_needs.matrix + system_needs.border);
+  needs.partial_sums_bytes = Doubles(system_needs.partial_sums);
+  needs.factor_bytes = Doubles(factor.factor);
+  needs.fronts_bytes = Doubles(factor.waiting);
+  needs.sum_operations_1 = system_needs.operations;
+  needs.factor_operations_1 = factor.operations;
+  if (options.covariance == CovarianceLevel::kBlock ||
+      options.covariance == CovarianceLevel::kMonteCarlo) {
+    needs.inverse_bytes =
+        Doubles(system_needs.matrix + system_needs.border + factor.inverse_fronts);
+  }
+  needs.peak_bytes = needs.looks_bytes + needs.points_bytes + needs.matrix_bytes +
+                     needs.factor_bytes +
+                     std::max({needs.partial_sums_bytes, needs.fronts_bytes, needs.inverse_bytes});
+  return needs;
+}
+
+std::string DescribeNeeds(const ResourceNeeds& needs) {
+  return "memory " + Amount(needs.peak_bytes) + " MiB (looks " + Amount(needs.looks_bytes) +
+         ", points " + Amount(needs.points_bytes) + ", S " + Amount(needs.matrix_bytes) +
+         ", partial sums " + Amount(needs.partial_sums_bytes) + ", factor " +
+         Amount(needs.factor_bytes) + ", fronts " + Amount(needs.fronts_bytes) + ", inverse " +
+         Amount(needs.inverse_bytes) + "); operations: S " + Work(needs.sum_operations_1) +
+         ", factor " + Work(needs.factor_operations_1);
+}
+
+std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& options) {
+  const bool asked = options.memory_mib > 0.0;
+  if (!asked && needs.peak_bytes <= kAlwaysThere) return {};
+  // The block itself is in memory already.
+  const std::uint64_t more = asked ? needs.peak_bytes : needs.peak_bytes - needs.block_bytes;
+  const double limit_mib = asked ? options.memory_mib : AvailableMemory_bytes() / kMiB;
+  if (static_cast<double>(more) <= limit_mib * kMiB) return {};
+  std::string text = "the adjustment needs " + Amount(more) + " MiB" +
+                     (asked ? "" : " more than the block as it was read") + ", " +
+                     Amount(limit_mib) + " MiB are " + (asked ? "allowed" : "free") + ": " +
+                     DescribeNeeds(needs) + "; less is needed with fewer parameters a pass";
+  if (options.covariance != CovarianceLevel::kNone) text += ", with covariance = \"none\"";
+  text += " or for a part of the block; --memory sets another limit";
+  return text;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// A large observations.csv is read in parts by all threads: what is read, and what is refused, is
+// what one thread reading row by row would have found.
+#include "sarblock/core/error.h"
+#include "sarblock/io/block_files.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+#include "io/io_fixture.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr std::size_t kManyPoints = 45007;
+
+const std::string kTwoPassesToml =
+    "format = \"sarblock-block 1\"\n"
+    "name = \"large\"\n"
+    "[frame]\n"
+    "kind = \"local\"\n"
+    "[sigma]\n"
+    "range_m = 1.25\n"
+    "azimuth_m = 0.75\n"
+    "[[pass]]\n"
+    "id = \"A1\"\n"
+    "look = \"left\"\n"
+    "[[pass]]\n"
+    "id = \"A2\"\n"
+    "look = \"right\"\n";
+const std::string kTwoPassesPaths =
+    "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
+    "A1,0,0,0,8000.5,210.5,0,0\n"
+    "A1,30.25,6367.6,0,8000.5,210.5,0,0\n"
+    "A2,0,0,4000,8000.5,210.5,0,0\n"
+    "A2,30.25,6367.6,4000,8000.5,210.5,0,0\n";
+
+double RangeOfLook_m(std::size_t pass, std::size_t point) {
+  return 9001.25 + 0.125 * static_cast<double>(point) + 3.0 * static_cast<double>(pass);
+}
+
+/// A point in the order of the second pass; its id is new where the first pass has not seen it.
+std::size_t ShuffledPoint(std::size_t k) { return (k * 7919) % kManyPoints; }
+
+/// Rows of pass A1 for every third point, then of A2 for all points in another order; a squint from
+/// the last tenth on, some rejected. 3 MB: more parts than a megabyte each.
+std::vector<std::string> LargeRows() {
+  std::vector<std::string> rows;
+  const auto add = [&](std::size_t pass, std::size_t point, bool squint) {
+    rows.push_back("A" + std::to_string(pass + 1) + ",POINT-" + std::to_string(100000 + point) +
+                   ",3.5," + std::to_string(RangeOfLook_m(pass, point)) + "," +
+                   (squint ? "1.5" : "") + "," + (point % 11 == 0 ? "1" : "") + "\n");
+  };
+  for (std::size_t point = 0; point < kManyPoints; point += 3) add(0, point, false);
+  for (std::size_t k = 0; k < kManyPoints; ++k) add(1, ShuffledPoint(k), k > kManyPoints * 9 / 10);
+  return rows;
+}
+
+std::string TableOfRows(const std::vector<std::string>& rows) {
+  std::string text = "pass,point,time_s,range_m,squint_deg,rejected\n";
+  for (const std::string& row : rows) text += row;
+  return text;
+}
+
+class ParallelReadingTest : public test::FolderTest {
+ protected:
+  void PutBlock(const std::vector<std::string>& rows) const {
+    Put("block.toml", kTwoPassesToml);
+    Put("trajectories.csv", kTwoPassesPaths);
+    Put("observations.csv", TableOfRows(rows));
+  }
+  [[nodiscard]] std::string Refusal(int threads) const {
+    const ThreadLimit limit(threads);
+    return test::MessageOf<InputError>([&] { return ReadBlock(folder_); });
+  }
+};
+
+// Closed form, whatever the threads.
+TEST_F(ParallelReadingTest, EveryThreadCountReadsTheSameBlock) {
+  const std::vector<std::string> rows = LargeRows();
+  PutBlock(rows);
+  ASSERT_GT(std::filesystem::file_size(folder_ / "observations.csv"), 2U << 20);
+  for (const int threads : {1, 2, 3, 8}) {
+    const ThreadLimit limit(threads);
+    const Block block = ReadBlock(folder_).block;
+    ASSERT_EQ(block.points.size(), kManyPoints);
+    ASSERT_EQ(block.looks.size(), rows.size());
+    // Points in the order of their first row.
+    std::vector<std::size_t> order;
+    for (std::size_t point = 0; point < kManyPoints; point += 3) order.push_back(point);
+    for (std::size_t k = 0; k < kManyPoints; ++k) {
+      if (ShuffledPoint(k) % 3 != 0) order.push_back(ShuffledPoint(k));
+    }
+    std::vector<bool> squinted(kManyPoints, false);
+    for (std::size_t k = kManyPoints * 9 / 10 + 1; k < kManyPoints; ++k)
+      squinted[ShuffledPoint(k)] = true;
+    for (std::size_t j = 0; j < kManyPoints; ++j) {
+      const std::size_t point = order[j];
+      ASSERT_EQ(block.points.ids[j], "POINT-" + std::to_string(100000 + point));
+      const std::size_t begin = block.looks.offsets[j], end = block.looks.offsets[j + 1];
+      ASSERT_EQ(end - begin, point % 3 == 0 ? 2U : 1U);
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t pass = end - begin == 2 ? i - begin : 1;
+        ASSERT_EQ(block.looks.pass[i], pass);
+        ASSERT_EQ(block.looks.range_m[i], RangeOfLook_m(pass, point));
+        ASSERT_EQ(block.looks.rejected(i), point % 11 == 0);
+        ASSERT_EQ(block.looks.cone[i] != 0.0, pass == 1 && squinted[point]);
+      }
+    }
+    EXPECT_TRUE(block.looks.range_sigma_m.empty());
+  }
+}
+
+TEST_F(ParallelReadingTest, TheFirstBadLineIsNamedWhateverComesBehindIt) {
+  std::vector<std::string> rows = LargeRows();
+  rows[55001] = "A2,LATE,3.5,far,,\n";
+  rows[40000] = "A3,EARLY,3.5,9001.25,,\n";  // another part
+  PutBlock(rows);
+  for (const int threads : {1, 2, 8}) {
+    EXPECT_THAT(Refusal(threads),
+                HasSubstr("observations.csv:40002: pass: block.toml has no pass 'A3'"));
+  }
+  rows[40000] = "A1,EARLY,3.5,9001.25,,\n";
+  PutBlock(rows);
+  for (const int threads : {1, 2, 8}) {
+    EXPECT_THAT(Refusal(threads),
+                HasSubstr("observations.csv:55003: range_m: 'far' is not a number"));
+  }
+}
+
+TEST_F(ParallelReadingTest, LinesThatAreNoRowsAreCounted) {
+  std::vector<std::string> rows = LargeRows();
+  rows[20] = "# a remark\n\n" + rows[20];
+  rows[50000] = "A2,ONE,3.5\n";
+  PutBlock(rows);
+  EXPECT_THAT(Refusal(2),
+              HasSubstr("observations.csv:50004: the row has 3 cells, the header has 6"));
+}
+
+TEST_F(ParallelReadingTest, APointSeenTwiceInTwoPartsIsNamedWithBothLines) {
+  std::vector<std::string> rows = LargeRows();
+  rows.push_back("A1,POINT-100003,3.5,9001.25,,\n");
+  PutBlock(rows);
+  EXPECT_THAT(Refusal(2),
+              HasSubstr("observations.csv:" + std::to_string(rows.size() + 1) +
+                        ": point: pass 'A1' sees point 'POINT-100003' twice, first on line 3;"));
+}
+
+TEST_F(ParallelReadingTest, AFileWithoutALastNewLineAndACompressedOneAreRead) {
+  std::vector<std::string> rows = LargeRows();
+  rows.back().pop_back();
+  PutBlock(rows);
+  EXPECT_EQ(ReadBlock(folder_).block.looks.size(), rows.size());
+  std::filesystem::remove(folder_ / "observations.csv");
+  PutGzip("observations.csv.gz", TableOfRows(rows));
+  EXPECT_EQ(ReadBlock(folder_).block.looks.size(), rows.size());
+}
+
+}  // namespace
+}  // namespace sarblock
