@@ -264,6 +264,7 @@ class Diagnosing {
     const double taken_1 = before.SquareSum() - after.SquareSum();
     if (!(taken_1 >= kLeastPart_1 * (before.SquareSum() - before.redundancy_1))) return false;
     if (!(taken_1 > 0.0)) return false;
+    if (after.SquareSum() > candidate.hypothesis.most_left_1 * left) return false;
     const double f = (taken_1 / k) / std::max(1e-300, after.SquareSum() / left);
     return out_.hypotheses * FisherTailProbability(f, k, left) < kSignificance_1;
   }

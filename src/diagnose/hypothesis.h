@@ -5,6 +5,7 @@
 #include "sarblock/diagnose/diagnosis.h"
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,8 @@ struct Hypothesis {
   std::function<std::string(const Size&)> change;
   /// What known points do not show, or a score test found: solved without the screening.
   bool screened = false;
+  /// Not told where v'Pv over its redundancy stays above this: a curve takes a part of anything.
+  double most_left_1 = std::numeric_limits<double>::infinity();
   /// Changes little of the whole: solved from where the sample as it is ended.
   bool local = false;
 };

@@ -178,6 +178,7 @@ Hypothesis Wandering(Measured measured, Wander found) {
     });
   };
   out.parameters = wander->pieces;
+  out.most_left_1 = 10.0;
   out.free = true;
   out.value = wander->rms;
   out.step = 0.1 * wander->rms;

@@ -42,6 +42,8 @@ struct ImagePass {
   std::optional<std::array<double, 2>> span_s{};  ///< of the strip; nothing: that of its looks
   std::size_t lines = 0, samples = 0;             ///< of the raster; 0: not known
   RasterAxes axes = RasterAxes::kAzimuthDown;
+  /// What the image itself says of its looks, in metres at the target.
+  std::optional<double> range_sigma_m{}, azimuth_sigma_m{};
   std::optional<RadarCoordinates> middle{};  ///< a place about the middle of the image
   /// In place of pass.image; lines are rows, samples are columns.
   std::optional<ApertureImage> aperture{};

@@ -60,9 +60,18 @@ void CheckOptions(const ImportOptions& options, std::size_t images) {
   }
 }
 
-// The given standard deviations, or those of a row and a column, of range and Doppler in the middle
-// of the image. A hertz is lambda R/(2 |v|) at the target.
-LookSigma SigmaOfAperture(const ImagePass& image, const ImportOptions& options) {
+// Standard deviations of looks in metres, where they are given: asked for, or of the image itself.
+struct GivenSigma {
+  std::optional<double> range_m, azimuth_m;
+};
+GivenSigma GivenSigmaOf(const ImagePass& image, const ImportOptions& options) {
+  return {options.range_sigma_m ? options.range_sigma_m : image.range_sigma_m,
+          options.azimuth_sigma_m ? options.azimuth_sigma_m : image.azimuth_sigma_m};
+}
+
+// The given ones, or those of a row and a column, of range and Doppler in the middle of the image.
+// A hertz is lambda R/(2 |v|) at the target.
+LookSigma SigmaOfAperture(const ImagePass& image, const GivenSigma& given) {
   const SicdImage& sicd = image.aperture->sicd;
   const double hertz_per_mps = 2.0 / image.pass.wavelength_m;
   const auto pixel = SigmaOfPlace(sicd,
@@ -76,11 +85,10 @@ LookSigma SigmaOfAperture(const ImagePass& image, const ImportOptions& options) 
                      "range and range rate do not change in the middle of the image");
   }
   LookSigma sigma;
-  sigma.range_m = options.range_sigma_m.value_or(pixel->range_m);
+  sigma.range_m = given.range_m.value_or(pixel->range_m);
   const double rate_mps =
-      options.azimuth_sigma_m
-          ? *options.azimuth_sigma_m * motion->velocity_mps.norm() / image.middle->range_m
-          : pixel->range_rate_mps;
+      given.azimuth_m ? *given.azimuth_m * motion->velocity_mps.norm() / image.middle->range_m
+                      : pixel->range_rate_mps;
   sigma.azimuth = rate_mps * hertz_per_mps;
   sigma.azimuth_unit = AzimuthUnit::kHertz;
   return sigma;
@@ -88,18 +96,19 @@ LookSigma SigmaOfAperture(const ImagePass& image, const ImportOptions& options) 
 
 // The given standard deviations, or those of a line and a pixel.
 LookSigma SigmaOf(const ImagePass& image, const ImportOptions& options) {
-  if (image.aperture) return SigmaOfAperture(image, options);
+  const GivenSigma given = GivenSigmaOf(image, options);
+  if (image.aperture) return SigmaOfAperture(image, given);
   const ImageGrid& grid = *image.pass.image;
   LookSigma sigma;
   const auto pixel_m =
       image.middle ? SlantRangePerPixel_m(grid, *image.middle) : std::optional<double>();
-  if (!options.range_sigma_m && !pixel_m) {
+  if (!given.range_m && !pixel_m) {
     throw InputError(FilePlace{image.file, 0, "range polynomials"},
                      "give no slant range in the middle of the image");
   }
-  sigma.range_m = options.range_sigma_m ? *options.range_sigma_m : kEvenly * *pixel_m;
-  if (options.azimuth_sigma_m) {
-    sigma.azimuth = *options.azimuth_sigma_m;
+  sigma.range_m = given.range_m ? *given.range_m : kEvenly * *pixel_m;
+  if (given.azimuth_m) {
+    sigma.azimuth = *given.azimuth_m;
   } else {
     sigma.azimuth = kEvenly * grid.line_interval_s;
     sigma.azimuth_unit = AzimuthUnit::kSeconds;
@@ -194,6 +203,10 @@ class Importer {
     ImagePass pass = PassOfSicd(image);
     if (!id.empty()) pass.pass.id = id;
     const SicdPriors priors = PriorsOfSicd(image, pass);
+    if (image.errors) {
+      pass.range_sigma_m = image.errors->row_sigma_m;
+      pass.azimuth_sigma_m = image.errors->column_sigma_m;
+    }
     Add(image,
         std::move(pass),
         image.offsets ? "ARPPoly with its AdjustableParameterOffsets" : "ARPPoly",

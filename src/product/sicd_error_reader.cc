@@ -24,6 +24,14 @@ double Sigma(const XmlElement& element) {
   return sigma;
 }
 
+// Of looks, which none may be without.
+double PositiveSigma(const XmlElement& parent, const char* name) {
+  const XmlElement element = parent.Child(name);
+  const double sigma = Sigma(element);
+  if (!(sigma > 0.0)) element.Fail("is 0, a standard deviation of looks above 0 is allowed");
+  return sigma;
+}
+
 SicdErrorStatistics::PositionAndVelocity ReadPosVelErr(const XmlElement& element) {
   using Axes = SicdErrorStatistics::Axes;
   SicdErrorStatistics::PositionAndVelocity out;
@@ -76,9 +84,13 @@ std::optional<SicdErrorStatistics> ReadErrorStatistics(const XmlElement& root) {
        {"CompositeSCP",
         "BistaticCompositeSCP",
         "BistaticComponents",
-        "Unmodeled",
         "BistaticAdjustableParameterOffsets"},
        &out.not_used);
+  if (const auto rest = element->Find("Unmodeled")) {
+    out.row_sigma_m = PositiveSigma(*rest, "Xrow");
+    out.column_sigma_m = PositiveSigma(*rest, "Ycol");
+    Note(*rest, "Unmodeled.", {"XrowYcol", "UnmodeledDecorr"}, &out.not_used);
+  }
   const auto components = element->Find("Components");
   if (!components) return out;
   if (const auto path = components->Find("PosVelErr")) {

@@ -210,7 +210,7 @@ class Offsets(MeasuredImages):
             gain[7][6] = -2.0 / C
             expected = congruence(gain, self.covariance(result, name, names))
             found = offsets_of(images[name])
-            self.assert_matrix(found["covariance"], expected, 1e-7)
+            self.assert_matrix(found["covariance"], expected, 1e-9)
             # At the scene centre, which lies at right angles to the right: the slant plane's second axis
             # is against the flight.
             s, v = image.motion(CLOSEST[0], found)

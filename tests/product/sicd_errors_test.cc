@@ -136,6 +136,27 @@ TEST_F(SicdErrorsTest, WhatIsLeftOutIsSaid) {
   EXPECT_THAT(singular.warnings, testing::Contains(HasSubstr("PosVelErr is no prior of the path")));
 }
 
+TEST_F(SicdErrorsTest, UnmodeledErrorsAreTheStandardDeviationsOfLooks) {  // hand values
+  const auto text = [](const std::string& rest) {
+    return Replaced(
+        Text(), " </Components>\n", " </Components>\n <Unmodeled>" + rest + "</Unmodeled>\n");
+  };
+  const std::string both = "<Xrow>0.21</Xrow><Ycol>0.37</Ycol><XrowYcol>0.1</XrowYcol>";
+  const ImportedBlock imported = Imported(text(both));
+  const LookSigma sigma = imported.block.passes[0].sigma;
+  EXPECT_EQ(sigma.range_m, 0.21);
+  EXPECT_EQ(sigma.azimuth, 0.37);
+  EXPECT_EQ(sigma.azimuth_unit, AzimuthUnit::kMetres);
+  EXPECT_THAT(imported.products[0].priors, HasSubstr("Unmodeled.XrowYcol"));
+  ImportOptions options;
+  options.range_sigma_m = 0.5;  // what is asked for stands before what the file says
+  const ImportedBlock asked = ImportProducts({ParseSicd(text(both), "a.xml")}, {}, options);
+  EXPECT_EQ(asked.block.passes[0].sigma.range_m, 0.5);
+  EXPECT_EQ(asked.block.passes[0].sigma.azimuth, 0.37);
+  EXPECT_THAT(MessageOf<InputError>([&] { Imported(text("<Xrow>0</Xrow><Ycol>0.37</Ycol>")); }),
+              HasSubstr("Xrow: is 0"));
+}
+
 TEST_F(SicdErrorsTest, NonsenseIsRefusedWithLineAndElement) {
   const auto refusal = [](const std::string& from, const std::string& to) {
     return MessageOf<InputError>([&] { return ParseSicd(Replaced(Text(), from, to), "a.xml"); });

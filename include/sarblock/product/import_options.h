@@ -13,10 +13,12 @@
 namespace sarblock {
 
 struct ImportOptions {
-  std::string name = "import";            ///< of the block
-  std::vector<std::string> pass_ids;      ///< one an image; empty: made of the images' own names
-  std::optional<double> range_sigma_m;    ///< of looks; left out: a pixel, evenly spread
-  std::optional<double> azimuth_sigma_m;  ///< of looks; left out: a line, evenly spread
+  std::string name = "import";        ///< of the block
+  std::vector<std::string> pass_ids;  ///< one an image; empty: made of the images' own names
+  std::optional<double>
+      range_sigma_m;  ///< of looks; left out: what the image says, else a pixel, evenly spread
+  std::optional<double>
+      azimuth_sigma_m;  ///< of looks; left out: what the image says, else a line, evenly spread
 
   /// What the points of geolocation grids become; nothing: they are held against the orbit alone.
   std::optional<PointRole> grid = PointRole::kCheck;
