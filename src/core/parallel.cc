@@ -27,7 +27,11 @@ void ParallelForChunks(std::size_t count,
     run(0);
     return;
   }
-  tbb::parallel_for(std::size_t{0}, chunks, run);
+  // A loop inside another one ends in its middle, without a word, where that one has failed: what
+  // follows it must not read what was never made.
+  tbb::task_group_context context;
+  tbb::parallel_for(std::size_t{0}, chunks, run, context);
+  if (context.is_group_execution_cancelled()) throw Interrupted("a loop over points");
 }
 
 struct ThreadLimit::Impl {

@@ -4,7 +4,9 @@
 #include "sarblock/core/error.h"
 
 #include <atomic>
+#include <chrono>
 #include <string_view>
+#include <thread>
 
 #include "core/parallel.h"
 #include <gtest/gtest.h>
@@ -51,6 +53,28 @@ TEST(CancellationTest, NothingIsAskedWithoutAScope) {
   }
   EXPECT_EQ(CancellationScope::Current(), nullptr);
   EXPECT_EQ(ChunksDone(), 1700);
+}
+
+// TBB ends a loop inside one that has failed without a word.
+TEST(CancellationTest, ALoopInsideOneThatFailedDoesNotPassForDone) {
+  constexpr int kChunks = 500;
+  std::atomic<bool> began{false}, cut_short{false};
+  const auto outer = [&](std::size_t chunk, std::size_t, std::size_t) {
+    using std::chrono::milliseconds;
+    if (chunk == 0) {
+      for (int i = 0; i < 2000 && !began; ++i) std::this_thread::sleep_for(milliseconds(1));
+      throw InputError("chunk", "fails");
+    }
+    std::atomic<int> done{0};
+    ParallelForChunks(kChunks, 1, [&](std::size_t, std::size_t, std::size_t) {
+      began = true;
+      ++done;
+      std::this_thread::sleep_for(milliseconds(1));
+    });
+    if (done < kChunks) cut_short = true;
+  };
+  EXPECT_THROW(ParallelForChunks(2, 1, outer), InputError);
+  EXPECT_FALSE(cut_short);
 }
 
 TEST(CancellationTest, TheInnermostScopeIsAsked) {

@@ -181,7 +181,7 @@ def test_a_refusal_says_its_likely_cause(tmp_path):
     assert 'look = "left"' in text
     toml.write_text(text.replace('look = "left"', 'look = "RIGHT"').replace('look = "right"', 'look = "left"')
                     .replace("RIGHT", "right"), encoding="utf-8")
-    theirs = run("adjust", tmp_path / "block", "-o", tmp_path / "result", "--quiet", code=4)
+    theirs = run("adjust", tmp_path / "block", "-o", tmp_path / "result", code=4)
     with pytest.raises(sarblock.UndeterminedError) as raised:
         sarblock.adjust(sarblock.read_block(tmp_path / "block"))
     assert raised.value.diagnosis and raised.value.diagnosis == raised.value.__notes__
