@@ -54,6 +54,20 @@ void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass,
   }
 }
 
+void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block) {
+  const std::vector<Pass> before = block->passes;
+  for (const std::uint32_t p : PassesOf(*block, passes)) {
+    Pass& pass = block->passes[p];
+    if (pass.recorded.states.empty()) pass.recorded.states = pass.path.states();
+    pass.recorded.asked.through = PathThrough::kAuto;
+  }
+  try {
+    static_cast<void>(ReadRecordedFlights(block));
+  } catch (const InputError&) {
+    block->passes = before;
+  }
+}
+
 void FitStrips(Block* block) {
   struct Span {
     double first_s = 0.0, last_s = 0.0;

@@ -27,6 +27,10 @@ void ForLooks(const Block& block,
 /// Changes that leave no valid path leave the pass as it was.
 void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block);
 
+/// Reads these passes (empty: all) as `auto` decides. Where no path can be made so they stay as
+/// they were.
+void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block);
+
 /// Where looks lie beyond the ends of their strip, the strip is the span of its looks.
 void FitStrips(Block* block);
 

@@ -9,7 +9,6 @@
 #include <string>
 #include <utility>
 
-#include "block/read_recorded.h"
 #include "edits.h"
 #include "words.h"
 #include <Eigen/Geometry>
@@ -204,14 +203,7 @@ Hypothesis OtherReading(const Names& passes, const std::string& why, const char*
   out.cause = cause;
   out.passes = passes;
   out.parameters = 0;
-  out.undo = [passes](Block* block, double) {
-    for (const std::uint32_t p : PassesOf(*block, passes)) {
-      Pass& pass = block->passes[p];
-      if (pass.recorded.states.empty()) pass.recorded.states = pass.path.states();
-      pass.recorded.asked.through = PathThrough::kAuto;
-    }
-    static_cast<void>(ReadRecordedFlights(block));
-  };
+  out.undo = [passes](Block* block, double) { ReadAsAutoDecides(passes, block); };
   out.says = [passes, why](const Size&) {
     return "the states of " + PassWords(passes) + " " + why;
   };

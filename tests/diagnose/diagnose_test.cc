@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
+#include "diagnose/edits.h"
 #include "diagnose/trial_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -93,6 +95,24 @@ TEST(DiagnoseTest, ClaimsNoMoreOfAnUnlistedErrorThanWhatItTakes) {
       }
     }
   }
+}
+
+// Positions that stand still give a path of their own no velocity: the other reading is none.
+TEST(DiagnoseTest, AReadingThatGivesNoPathLeavesThePassesAsTheyWere) {
+  test::TrialBlock made = test::MakeTrialBlock("leberl-aircraft", 3);
+  Block& block = made.block;
+  std::vector<StateVector> states = block.passes[0].RecordedStates();
+  for (StateVector& state : states) {  // x_m and vz_mps were exchanged
+    state.position_m = states.front().position_m;
+    state.velocity_mps = {180.0, 0.0, 180.0 * state.time_s};
+  }
+  block.passes[0].path = FlightPath(states);
+  const std::size_t pieces = block.passes[0].path.piece_count();
+  ReadAsAutoDecides({}, &block);
+  EXPECT_EQ(block.passes[0].path.piece_count(), pieces);
+  EXPECT_EQ(block.passes[0].recorded.asked.through, PathThrough::kStates);
+  EXPECT_TRUE(block.passes[0].recorded.states.empty());
+  EXPECT_NO_THROW(static_cast<void>(Diagnose(block, made.options)));
 }
 
 TEST(DiagnoseTest, NamesTheDifferenceOfGpsAndUtc) {
