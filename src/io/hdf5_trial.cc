@@ -19,6 +19,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#ifdef __SANITIZE_ADDRESS__  // gcc
+#define SARBLOCK_ADDRESS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SARBLOCK_ADDRESS_SANITIZER
+#endif
+#endif
+
 namespace sarblock {
 namespace {
 
@@ -27,7 +35,7 @@ constexpr std::uint64_t kWholeBytes = std::uint64_t{1} << 20;
 /// A walk of a file of ours takes milliseconds; one of 10 GB that stores chunks of 64 KiB a second.
 constexpr rlim_t kLeastSeconds = 10;
 constexpr std::uint64_t kBytesPerSecond = std::uint64_t{100} << 20;
-constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{2} << 30;
+[[maybe_unused]] constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{2} << 30;
 
 /// All that can be opened in a file. Nothing is reported: what counts is that it comes to its end.
 class Walk {
@@ -147,14 +155,17 @@ void Limit(int resource, rlim_t value) {
   setrlimit(static_cast<__rlimit_resource_t>(resource), &limit);
 }
 
-/// Memory that this process has asked for, with its code.
-std::uint64_t AddressBytes() {
-  unsigned long pages = 0;
+/// A walk must not take all memory; processes with sanitizers ask for terabytes.
+void LimitMemory([[maybe_unused]] std::uint64_t bytes) {
+#ifndef SARBLOCK_ADDRESS_SANITIZER
+  unsigned long pages = 0;  // that this process has asked for, its code among them
   if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
     if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
     std::fclose(file);
   }
-  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  const std::uint64_t asked = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  Limit(RLIMIT_AS, asked + kLeastMemoryBytes + 4 * bytes);
+#endif
 }
 
 [[noreturn]] void WalkAndExit(const std::string& path, std::uint64_t bytes) {
@@ -171,9 +182,7 @@ std::uint64_t AddressBytes() {
   H5garbage_collect();
   Limit(RLIMIT_CORE, 0);
   Limit(RLIMIT_CPU, kLeastSeconds + static_cast<rlim_t>(bytes / kBytesPerSecond));
-#ifndef __SANITIZE_ADDRESS__  // which asks for terabytes
-  Limit(RLIMIT_AS, AddressBytes() + kLeastMemoryBytes + 4 * bytes);
-#endif
+  LimitMemory(bytes);
   Walk().Through(path);
   _exit(0);
 }
