@@ -181,10 +181,9 @@ class Diagnosing {
  private:
   void Explain(const Sample& sample, const Fit& before, Trials* trials) {
     const std::vector<PassSightings> passes = SightingsOf(sample.block);
-    const Block as_it_is = trials->BlockWith(nullptr, 0.0);
-    const Eigen::MatrixX2d residuals = WhitenedResiduals(as_it_is, corrections_, before);
-    const Eigen::MatrixX2d redundancies = PointRedundancies(as_it_is, corrections_, before);
-    const Facts facts{sample, passes, corrections_, before, residuals, redundancies};
+    const SampleResiduals residuals =
+        ResidualsOf(trials->BlockWith(nullptr, 0.0), corrections_, before);
+    const Facts facts{sample, passes, corrections_, before, residuals};
     Hypotheses all;
     for (const auto add : {AddTimeMistakes,
                            AddRangeMistakes,

@@ -37,11 +37,26 @@ void ForLooks(const Block& block,
   }
 }
 
-void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block) {
-  Pass& edited = block->passes[pass];
-  std::vector<StateVector> states = edited.RecordedStates();
-  for (StateVector& state : states) edit(&state);
+namespace {
+
+/// Changes passes; where no path can be made of what becomes of them they stay as they were.
+template <typename Change>
+void TryOnPasses(Block* block, const Change& change) {
+  std::vector<Pass> before = block->passes;
   try {
+    change();
+  } catch (const InputError&) {
+    block->passes = std::move(before);
+  }
+}
+
+}  // namespace
+
+void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block) {
+  TryOnPasses(block, [&] {
+    Pass& edited = block->passes[pass];
+    std::vector<StateVector> states = edited.RecordedStates();
+    for (StateVector& state : states) edit(&state);
     if (edited.recorded.asked.through == PathThrough::kStates) {
       edited.path = FlightPath(std::move(states));
       edited.recorded.states.clear();
@@ -50,22 +65,18 @@ void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass,
     edited.path = FlightPath(states);
     edited.recorded.states = std::move(states);
     static_cast<void>(ReadRecordedFlights(block));
-  } catch (const InputError&) {  // no path can be made of such states
-  }
+  });
 }
 
 void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block) {
-  const std::vector<Pass> before = block->passes;
-  for (const std::uint32_t p : PassesOf(*block, passes)) {
-    Pass& pass = block->passes[p];
-    if (pass.recorded.states.empty()) pass.recorded.states = pass.path.states();
-    pass.recorded.asked.through = PathThrough::kAuto;
-  }
-  try {
+  TryOnPasses(block, [&] {
+    for (const std::uint32_t p : PassesOf(*block, passes)) {
+      Pass& pass = block->passes[p];
+      if (pass.recorded.states.empty()) pass.recorded.states = pass.path.states();
+      pass.recorded.asked.through = PathThrough::kAuto;
+    }
     static_cast<void>(ReadRecordedFlights(block));
-  } catch (const InputError&) {
-    block->passes = before;
-  }
+  });
 }
 
 void FitStrips(Block* block) {

@@ -18,9 +18,8 @@ struct Facts {
   const Sample& sample;
   const std::vector<PassSightings>& passes;  ///< of the sample's known points
   const CorrectionModel& corrections;
-  const Fit& before;                     ///< the sample as it is
-  const Eigen::MatrixX2d& residuals;     ///< of `before`, over their standard deviations
-  const Eigen::MatrixX2d& redundancies;  ///< what they show of errors of their own measurement
+  const Fit& before;                 ///< the sample as it is
+  const SampleResiduals& residuals;  ///< of `before`
 };
 
 using Hypotheses = std::vector<Hypothesis>;

@@ -112,44 +112,32 @@ Fit SolveSample(const Block& sample,
   return fit;
 }
 
-Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
-                                   const CorrectionModel& corrections,
-                                   const Fit& fit) {
-  Eigen::MatrixX2d out =
-      Eigen::MatrixX2d::Constant(static_cast<Eigen::Index>(sample.looks.size()), 2, kNotGiven);
+SampleResiduals ResidualsOf(const Block& sample,
+                            const CorrectionModel& corrections,
+                            const Fit& fit) {
+  const auto looks = static_cast<Eigen::Index>(sample.looks.size());
+  SampleResiduals out{Eigen::MatrixX2d::Constant(looks, 2, kNotGiven),
+                      Eigen::MatrixX2d::Constant(looks, 2, kNotGiven)};
   if (!fit.solved) return out;
   AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
   UpdateWeights(fit.state, &problem);
   WhitenedLook at;
+  PointFactor factor;
   for (std::size_t point = 0; point < sample.points.size(); ++point) {
     if (!fit.state.Position(point).allFinite()) continue;
     for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
       if (sample.looks.rejected(i)) continue;
       if (EvaluateWhitened(problem, fit.state, {}, point, i, &at)) {
-        out.row(static_cast<Eigen::Index>(i)) = at.error_1.transpose();
+        out.whitened_1.row(static_cast<Eigen::Index>(i)) = at.error_1.transpose();
       }
     }
-  }
-  return out;
-}
-
-Eigen::MatrixX2d PointRedundancies(const Block& sample,
-                                   const CorrectionModel& corrections,
-                                   const Fit& fit) {
-  Eigen::MatrixX2d out =
-      Eigen::MatrixX2d::Constant(static_cast<Eigen::Index>(sample.looks.size()), 2, kNotGiven);
-  if (!fit.solved) return out;
-  AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
-  UpdateWeights(fit.state, &problem);
-  PointFactor factor;
-  for (std::size_t point = 0; point < sample.points.size(); ++point) {
-    if (!problem.Solves(point) || !fit.state.Position(point).allFinite()) continue;
+    if (!problem.Solves(point)) continue;
     FactorPoint(problem, fit.state, {}, 0.0, point, &factor);
     const auto rows = static_cast<std::size_t>(factor.row_count);
     for (std::size_t k = 0; k < 2 * static_cast<std::size_t>(factor.look_count); ++k) {
       const double q0 = factor.q[k], q1 = factor.q[rows + k], q2 = factor.q[2 * rows + k];
-      out(static_cast<Eigen::Index>(factor.looks[k / 2].look), static_cast<Eigen::Index>(k % 2)) =
-          1.0 - q0 * q0 - q1 * q1 - q2 * q2;
+      out.redundancy_1(static_cast<Eigen::Index>(factor.looks[k / 2].look),
+                       static_cast<Eigen::Index>(k % 2)) = 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
     }
   }
   return out;

@@ -48,16 +48,14 @@ enum class Effort { kQuick, kFull };
                               Effort effort,
                               ProgressSink* progress);
 
-/// Residuals of every look over its standard deviations at a fit, NaN where it has none: columns
-/// range and azimuth.
-[[nodiscard]] Eigen::MatrixX2d WhitenedResiduals(const Block& sample,
-                                                 const CorrectionModel& corrections,
-                                                 const Fit& fit);
-
-/// Part of an error of each measurement that its own residual shows while corrections stay, 1 less
-/// what its point follows: as WhitenedResiduals(), NaN where a look has none.
-[[nodiscard]] Eigen::MatrixX2d PointRedundancies(const Block& sample,
-                                                 const CorrectionModel& corrections,
-                                                 const Fit& fit);
+/// Of every look at a fit, NaN where it has none; columns range and azimuth.
+struct SampleResiduals {
+  Eigen::MatrixX2d whitened_1;    ///< over their standard deviations
+  Eigen::MatrixX2d redundancy_1;  ///< part of an error of the measurement that its own residual
+                                  ///< shows while corrections stay: 1 less what its point follows
+};
+[[nodiscard]] SampleResiduals ResidualsOf(const Block& sample,
+                                          const CorrectionModel& corrections,
+                                          const Fit& fit);
 
 }  // namespace sarblock

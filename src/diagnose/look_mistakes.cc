@@ -147,7 +147,8 @@ std::vector<std::uint32_t> DoubtfulPoints(const Facts& facts, std::size_t most) 
   for (std::uint32_t j = 0; j < block.points.size(); ++j) {
     double sum_1 = 0.0;
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
-      const double square_1 = facts.residuals.row(static_cast<Eigen::Index>(i)).squaredNorm();
+      const double square_1 =
+          facts.residuals.whitened_1.row(static_cast<Eigen::Index>(i)).squaredNorm();
       if (std::isfinite(square_1)) sum_1 += square_1;
     }
     sums.emplace_back(-sum_1, j);

@@ -107,7 +107,7 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
       // A pass whose residuals are the rule is none to ask of.
       double sum_1 = 0.0, count = 0.0;
       ForLooks(block, {pass.id}, [&](std::size_t i) {
-        const auto row = facts.residuals.row(static_cast<Eigen::Index>(i));
+        const auto row = facts.residuals.whitened_1.row(static_cast<Eigen::Index>(i));
         const double square_1 = measured == Measured::kRange     ? row[0] * row[0]
                                 : measured == Measured::kAzimuth ? row[1] * row[1]
                                                                  : row.squaredNorm();

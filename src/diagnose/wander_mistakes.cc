@@ -64,8 +64,9 @@ std::vector<Sign> SignsOf(const Facts& facts, const std::string& pass, Measured 
   std::vector<Sign> out;
   ForLooks(block, {pass}, [&](std::size_t i) {
     if (measured == Measured::kTime && block.MeasuresDoppler(i)) return;
-    const double whitened_1 = facts.residuals(static_cast<Eigen::Index>(i), component);
-    const double redundancy_1 = facts.redundancies(static_cast<Eigen::Index>(i), component);
+    const double whitened_1 = facts.residuals.whitened_1(static_cast<Eigen::Index>(i), component);
+    const double redundancy_1 =
+        facts.residuals.redundancy_1(static_cast<Eigen::Index>(i), component);
     const double sigma =
         measured == Measured::kRange ? block.SigmaOf(i).range_m : TimeSigma_s(block, i);
     if (!std::isfinite(whitened_1) || !std::isfinite(sigma)) return;

@@ -65,7 +65,7 @@ class StateMaker {
     RequireBody(result.frame, model_.image);
   }
 
-  std::string Text() {
+  MadeImage Make() {
     AdjustedCsmModel adjusted;
     adjusted.time_shift_s = antenna_.time_bias_s();
     adjusted.states = States();
@@ -75,9 +75,8 @@ class StateMaker {
     CheckInterpolation(adjusted.states);
     CheckPolynomials(adjusted.ground_range);
     TellUncarried();
-    return CsmStateText(model_, adjusted);
+    return {CsmStateText(model_, adjusted), std::move(notes_)};
   }
-  [[nodiscard]] const ImageNotes& notes() const { return notes_; }
 
  private:
   [[nodiscard]] double PathTime_s(double ephemeris_s) const { return ephemeris_s - epoch_s_; }
@@ -288,15 +287,10 @@ class StateMaker {
 void WriteCsmStates(const std::filesystem::path& folder,
                     const ExportView& view,
                     ExportReport* report) {
-  const auto text = [&view](const PassImage& image, ImageNotes* notes) {
-    StateMaker maker(view.result, image, view.options.range_polynomial);
-    std::string made = maker.Text();
-    *notes = maker.notes();
-    return made;
+  const auto make = [&view](const PassImage& image) {
+    return StateMaker(view.result, image, view.options.range_polynomial).Make();
   };
-  WriteImageFiles(folder, view, ".adjusted_state.json", text, report);
-  report->not_carried.emplace_back(
-      "points, residuals, covariances between passes; standard deviations of points");
+  WriteImageFiles(folder, view, ".adjusted_state.json", make, report);
 }
 
 }  // namespace sarblock

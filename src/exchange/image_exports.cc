@@ -69,23 +69,23 @@ std::string FileNameOf(const std::string& id) {
 void WriteImageFiles(const std::filesystem::path& folder,
                      const ExportView& view,
                      const char* ending,
-                     const ImageText& make,
+                     const ImageMaker& make,
                      ExportReport* report) {
   const std::vector<PassImage> images = ImagesOf(view);
   std::vector<std::pair<std::string, std::string>> files;
   std::set<std::string> names;
   for (const PassImage& image : images) {
     const std::string& id = view.result.passes[image.pass].id;
-    ImageNotes notes;
-    std::string text = make(image, &notes);
-    files.emplace_back(FileNameOf(id) + ending, std::move(text));
+    MadeImage made = make(image);
+    files.emplace_back(FileNameOf(id) + ending, std::move(made.text));
     if (!names.insert(files.back().first).second) {
       throw InputError("format", "two passes would have the file " + files.back().first);
     }
-    for (const std::string& what : notes.not_carried) {
+    for (const std::string& what : made.notes.not_carried) {
       report->not_carried.push_back(id + ": " + what);
     }
-    for (const std::string& what : notes.warnings) report->warnings.push_back(id + ": " + what);
+    for (const std::string& what : made.notes.warnings)
+      report->warnings.push_back(id + ": " + what);
   }
   for (std::size_t pass = 0; pass < view.result.passes.size(); ++pass) {
     const auto of_pass = [pass](const PassImage& image) { return image.pass == pass; };
@@ -93,6 +93,8 @@ void WriteImageFiles(const std::filesystem::path& folder,
       report->not_carried.push_back(view.result.passes[pass].id + ": no --image was given for it");
     }
   }
+  report->not_carried.emplace_back(
+      "points, residuals, covariances between passes; standard deviations of points");
   MakeFolder(folder);
   for (const auto& [name, text] : files) {
     AtomicFile out(folder / name);

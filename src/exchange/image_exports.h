@@ -32,8 +32,12 @@ struct ImageNotes {
   std::vector<std::string> not_carried;  ///< with its size where it has one
   std::vector<std::string> warnings;
 };
-/// Makes the text of one image's file.
-using ImageText = std::function<std::string(const PassImage&, ImageNotes*)>;
+/// One image's file as it was made.
+struct MadeImage {
+  std::string text;
+  ImageNotes notes;
+};
+using ImageMaker = std::function<MadeImage(const PassImage&)>;
 
 /// Writes one file for each image given, its name that of the pass and an ending, after all of them
 /// are made. Passes without an image are told among what is not carried. Throws InputError where no
@@ -41,7 +45,7 @@ using ImageText = std::function<std::string(const PassImage&, ImageNotes*)>;
 void WriteImageFiles(const std::filesystem::path& folder,
                      const ExportView& view,
                      const char* ending,
-                     const ImageText& make,
+                     const ImageMaker& make,
                      ExportReport* report);
 
 }  // namespace sarblock

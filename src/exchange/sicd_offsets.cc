@@ -54,7 +54,7 @@ class OffsetMaker {
     }
   }
 
-  std::string Text() {
+  MadeImage Make() {
     SicdAdjustment adjustment;
     const Eigen::MatrixXd fit = Fit();
     adjustment.offsets = Offsets();
@@ -70,9 +70,8 @@ class OffsetMaker {
       notes_.warnings.emplace_back(
           "the version of the file is raised to 1.4.0, the first that knows offsets");
     }
-    return std::move(adjusted.text);
+    return {std::move(adjusted.text), std::move(notes_)};
   }
-  [[nodiscard]] const ImageNotes& notes() const { return notes_; }
 
  private:
   // Offset and drift of the path, a time bias, a range bias.
@@ -294,15 +293,10 @@ class OffsetMaker {
 void WriteSicdOffsets(const std::filesystem::path& folder,
                       const ExportView& view,
                       ExportReport* report) {
-  const auto text = [&view](const PassImage& image, ImageNotes* notes) {
-    OffsetMaker maker(view.result, image);
-    std::string made = maker.Text();
-    *notes = maker.notes();
-    return made;
+  const auto make = [&view](const PassImage& image) {
+    return OffsetMaker(view.result, image).Make();
   };
-  WriteImageFiles(folder, view, ".xml", text, report);
-  report->not_carried.emplace_back(
-      "points, residuals, covariances between passes; standard deviations of points");
+  WriteImageFiles(folder, view, ".xml", make, report);
 }
 
 }  // namespace sarblock

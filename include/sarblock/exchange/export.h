@@ -31,13 +31,13 @@ enum class ExportFormat {
 /// `isis`, `export.snx`, folders `eof`, `csm` and `sicd`.
 [[nodiscard]] const char* DefaultExportName(ExportFormat format);
 
-/// Writes a result in one format: a file, or a folder for kIsis, kOrbitFiles,
-/// kCsmStates and kSicd. Files appear whole
-/// or not at all. Points that are not solved are left out. Covariances are those of the result's
-/// tables. The same result and options give the same bytes.
+/// Writes a result in one format: a file, or a folder for kIsis, kOrbitFiles, kCsmStates and kSicd.
+/// Files appear whole or not at all. Points that are not solved are left out. Covariances are those
+/// of the result's tables. The same result and options give the same bytes.
 ///
 /// The report lists what the format leaves out. Throws InputError for what it cannot go without (a
-/// local frame, no epoch in UTC, too many points, no image) and for options that make no sense, before anything is written.
+/// local frame, no epoch in UTC, too many points, no image) and for options that make no sense,
+/// before anything is written.
 ExportReport ExportResult(const ResultFile& result,
                           ExportFormat format,
                           const std::filesystem::path& out,
