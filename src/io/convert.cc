@@ -89,7 +89,7 @@ void RequireReadable(FolderContent content, const std::string& text, const std::
   if (content == FolderContent::kBlock) {
     static_cast<void>(ParseToml(text, name));
   } else {
-    static_cast<void>(ParseJson(text, name));
+    static_cast<void>(JsonFile(text, name));
   }
 }
 

@@ -43,13 +43,14 @@ std::vector<CorrectionGroup> CorrectionsOf(const ResultFile& result) {
   if (!result.summary.selected_model.empty()) {
     return ReadAdjustTable(result.summary.selected_model, kFile, passes).groups;
   }
-  const nlohmann::ordered_json json = ParseJson(result.summary.json, kFile);
-  const auto configuration = json.find("configuration");
-  if (configuration == json.end() || !configuration->is_object()) return {};
-  const auto correction = configuration->find("correction");
-  const bool given = configuration->value("corrections", "none") == "given";
-  if (!given || correction == configuration->end()) return {};
-  return ReadAdjustTable("[adjust]\ncorrection = " + TomlOf(*correction) + "\n", kFile, passes)
+  const JsonFile json(result.summary.json, kFile);
+  const auto configuration = json.Root().Find("configuration");
+  if (!configuration) return {};
+  const auto chosen = configuration->Find("corrections");
+  const auto correction = configuration->Find("correction");
+  if (!chosen || chosen->Text() != "given" || !correction) return {};
+  return ReadAdjustTable(
+             "[adjust]\ncorrection = " + TomlOf(correction->Node()) + "\n", kFile, passes)
       .groups;
 }
 

@@ -195,7 +195,7 @@ void ReadSections(const JsonValue& root, ResultSummary* summary) {
 
 void Flatten(const JsonValue& value, const std::string& key, ResultSummary* summary) {
   if (!value.IsObject()) {
-    summary->configuration.emplace_back(key, value.Dump());
+    summary->configuration.emplace_back(key, value.Node().dump());
     return;
   }
   for (const auto& [name, member] : value.Members()) {
@@ -210,8 +210,8 @@ void ReadResultSummary(ResultReading* reading) {
   ResultSummary& summary = result.summary;
   std::string file;
   std::tie(file, summary.json) = reading->source.Read("summary.json");
-  const nlohmann::ordered_json parsed = ParseJson(summary.json, file);
-  const JsonValue root(parsed, file, "");
+  const JsonFile parsed(summary.json, file);
+  const JsonValue root = parsed.Root();
   const JsonValue format = root.Require("format");
   if (format.Text() != kResultFormat) {
     format.Fail(Quoted(format.Text()) + " is not known, \"" + kResultFormat + "\" is allowed");

@@ -8,8 +8,8 @@ namespace sarblock {
 
 RadarImage ParseCsmIsd(std::string_view text, const std::string& file) {
   if (IsCsmState(text)) return ParseCsmState(text, file).image;
-  const nlohmann::ordered_json json = ParseJson(text, file);
-  return IsdImage(JsonValue(json, file, ""), file);
+  const JsonFile json(text, file);
+  return IsdImage(json.Root(), file);
 }
 
 RadarImage ReadCsmIsd(const std::string& file) { return ParseCsmIsd(ReadCsmText(file), file); }

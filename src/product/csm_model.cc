@@ -79,8 +79,8 @@ void SetSun(const JsonValue& root, const std::string& file, CsmModel* model) {
 }
 
 CsmModel ParseIsdModel(std::string_view text, const std::string& file) {
-  const nlohmann::ordered_json json = ParseJson(text, file);
-  const JsonValue root(json, file, "");
+  const JsonFile json(text, file);
+  const JsonValue root = json.Root();
   CsmModel model;
   model.image = IsdImage(root, file);
   const RadarImage& image = model.image;
@@ -209,8 +209,8 @@ CsmModel ParseCsmState(std::string_view text, const std::string& file) {
     const std::size_t end = std::min(json_text.find('\n', first), json_text.size());
     std::fill_n(json_text.begin(), end, ' ');
   }
-  const nlohmann::ordered_json json = ParseJson(json_text, file);
-  const JsonValue root(json, file, "");
+  const JsonFile json(json_text, file);
+  const JsonValue root = json.Root();
   RequireCsmModel(root.Require("m_modelName"));
   CsmModel model;
   RadarImage& image = model.image;
