@@ -5,7 +5,7 @@
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
 #   container  the HDF5 file against the folder, 1e6 points: stages read and write of one adjust, check and
-#              convert from and to each, the least of three, interleaved; peak memory
+#              convert from and to each, the least of two, interleaved; CPU time and peak memory
 #   python     a million points from numpy into the library and out of it, CPU time beside that of the adjustment
 #              with one thread; SARBLOCK_POINTS, SARBLOCK_PYTHON (the folder of another build's package)
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
