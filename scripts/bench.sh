@@ -5,7 +5,7 @@
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
 #   container  the HDF5 file against the folder, 1e6 points: stages read and write of one adjust, check and
-#              convert from and to each, the least of three, interleaved; peak memory
+#              convert from and to each, the least of two, interleaved; CPU time and peak memory
 #   python     a million points from numpy into the library and out of it, CPU time beside that of the adjustment
 #              with one thread; SARBLOCK_POINTS, SARBLOCK_PYTHON (the folder of another build's package)
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
@@ -340,35 +340,41 @@ elif name == "container":
     folder, _ = block(1000000)
     run("convert", folder, f"{folder}.h5")
     kinds = {"folder": ("", folder), "file": (".h5", f"{folder}.h5")}
-    least, peak = {}, {}
+    least, cpu, peak = {}, {}, {}
 
-    def note(what, kind, seconds, mib):
-        least[what, kind] = min(seconds, least.get((what, kind), seconds))
-        peak[what, kind] = min(mib, peak.get((what, kind), mib))
+    def note(what, kind, seconds, cpu_s, mib):
+        for table, value in ((least, seconds), (cpu, cpu_s), (peak, mib)):
+            table[what, kind] = min(value, table.get((what, kind), value))
+
+    def noted(what, kind, *arguments):
+        before = children_cpu_s()
+        wall, mib, _ = run(*arguments)
+        note(what, kind, wall, children_cpu_s() - before, mib)
 
     for kind, (ending, source) in kinds.items():
         result, _ = measured(source, "-o", f"{work}/result{ending}")
         for stage in ("read", "write"):
             cost = result["stages"][stage]
-            note(f"adjust: stage {stage}", kind, cost["wall_s"], cost["peak_mib"])
-    for _ in range(3):
+            note(f"adjust: stage {stage}", kind, cost["wall_s"], math.nan, cost["peak_mib"])
+    for _ in range(2):
         for kind, (ending, source) in kinds.items():
-            wall, mib, _ = run("check", source, "--dump-config")
-            note("read the block (check --dump-config)", kind, wall, mib)
+            noted("read the block (check --dump-config)", kind, "check", source, "--dump-config")
         for what, of in (("block", folder), ("result", f"{work}/result")):
             for kind, (ending, _) in kinds.items():
-                for way, a, b in (("from", of + ending, f"{work}/copied.h5"),
+                for way, a, b in (("from and to", of + ending, f"{work}/copied{ending}"),
+                                  ("from", of + ending, f"{work}/copied.h5"),
                                   ("to", f"{of}.h5", f"{work}/copied{ending}")):
-                    wall, mib, _ = run("convert", a, b)
-                    note(f"convert a {what} {way}", kind, wall, mib)
+                    noted(f"convert a {what} {way}", kind, "convert", a, b)
                     shutil.rmtree(f"{work}/copied", ignore_errors=True)
                     if os.path.exists(f"{work}/copied.h5"):
                         os.remove(f"{work}/copied.h5")
-    print("what,folder_s,file_s,ratio,folder_mib,file_mib")
+    print("what,folder_s,file_s,ratio,folder_cpu_s,file_cpu_s,cpu_ratio,folder_mib,file_mib")
     for what, kind in least:
         if kind == "folder":
             a, b = least[what, "folder"], least[what, "file"]
-            print(f"{what},{a:.2f},{b:.2f},{a / b:.1f},{peak[what, 'folder']:.0f},{peak[what, 'file']:.0f}")
+            c, d = cpu[what, "folder"], cpu[what, "file"]
+            print(f"{what},{a:.2f},{b:.2f},{a / b:.1f},{c:.2f},{d:.2f},{c / d:.1f},"
+                  f"{peak[what, 'folder']:.0f},{peak[what, 'file']:.0f}")
 elif name == "python":
     folder, _ = block(int(os.environ.get("SARBLOCK_POINTS", "1000000")))
     run("convert", folder, f"{folder}.h5")

@@ -69,6 +69,16 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
   for (std::size_t j = 1; j <= point_count; ++j) {
     begin += std::exchange(offsets[j], begin);
   }
+  bool sorted = true;
+  for (std::size_t i = 1; sorted && i < point_of_look.size(); ++i) {
+    sorted = point_of_look[i - 1] < point_of_look[i] ||
+             (point_of_look[i - 1] == point_of_look[i] && looks->pass[i - 1] <= looks->pass[i]);
+  }
+  if (sorted) {  // and so is every point's end where the next one's looks begin
+    offsets.erase(offsets.begin());
+    offsets.push_back(point_of_look.size());
+    return {};
+  }
   std::vector<std::uint32_t> old_of_new(point_of_look.size());
   for (std::uint32_t old = 0; old < point_of_look.size(); ++old) {
     old_of_new[offsets[point_of_look[old] + 1]++] = old;
@@ -82,8 +92,6 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
     const auto last = old_of_new.begin() + static_cast<std::ptrdiff_t>(offsets[j + 1]);
     std::sort(first, last, by_pass);
   }
-  // A permutation in order moves nothing: the looks stood sorted already.
-  if (std::is_sorted(old_of_new.begin(), old_of_new.end())) return old_of_new;
   Permute(old_of_new, &looks->pass);
   Permute(old_of_new, &looks->flags);
   Permute(old_of_new, &looks->time_s);

@@ -16,9 +16,9 @@ constexpr std::size_t kLeastEqual = 3, kLeastEqualOfPoint = 2;
 
 using PassPair = std::pair<std::uint32_t, std::uint32_t>;
 
-bool AreEqual(const Block& block, std::size_t i, std::size_t j) {
+/// `sigma` are the standard deviations of look i.
+bool AreEqual(const Block& block, const LookSigma& sigma, std::size_t i, std::size_t j) {
   const Looks& looks = block.looks;
-  const LookSigma sigma = block.SigmaOf(i);
   if (!(std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m)) return false;
   const double speed_mps = block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
   const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
@@ -49,8 +49,9 @@ void FindPasses(const Block& block, Copies* copies) {
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       ++of_pass[looks.pass[i]];
+      const LookSigma sigma = block.SigmaOf(i);
       for (std::size_t j = i + 1; j < looks.offsets[point + 1]; ++j) {
-        if (looks.pass[i] != looks.pass[j] && AreEqual(block, i, j)) {
+        if (looks.pass[i] != looks.pass[j] && AreEqual(block, sigma, i, j)) {
           equal[std::minmax(looks.pass[i], looks.pass[j])].push_back(
               looks.pass[i] < looks.pass[j] ? j : i);
         }
@@ -98,7 +99,7 @@ void FindPoints(const Block& block, Copies* copies) {
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::size_t i = order[k - 1], j = order[k];
     if (looks.pass[i] != looks.pass[j] || point_of[i] == point_of[j]) continue;
-    if (AreEqual(block, i, j)) ++equal[std::minmax(point_of[i], point_of[j])];
+    if (AreEqual(block, block.SigmaOf(i), i, j)) ++equal[std::minmax(point_of[i], point_of[j])];
   }
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (const auto& [pair, count] : equal) {

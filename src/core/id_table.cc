@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <tuple>
 
 namespace sarblock {
 namespace {
@@ -100,11 +99,15 @@ bool IdTable::IsAfterLast(std::string_view id) const {
   if (size() == 0) return true;
   const std::string_view last = (*this)[size() - 1];
   if (id.empty() || last.empty()) return false;
-  return std::tuple(id.front(), id.size(), id) > std::tuple(last.front(), last.size(), last);
+  if (id.front() != last.front()) return id.front() > last.front();
+  return id.size() != last.size() ? id.size() > last.size() : id > last;
 }
 
 std::uint32_t IdTable::FindOrAppend(std::string_view id) {
-  if (slots_.empty() && ascending_ && IsAfterLast(id)) return Append(id);
+  if (slots_.empty() && ascending_) {
+    if (size() > 0 && id == (*this)[size() - 1]) return static_cast<std::uint32_t>(size() - 1);
+    if (IsAfterLast(id)) return Append(id);
+  }
   const std::uint32_t found = Find(id);
   return found != kNone ? found : Append(id);
 }

@@ -22,6 +22,7 @@ class ArrayReader final : public TableReader {
   ArrayReader(const ArrayTable& table, std::span<const TableColumn> columns, TextMemos* memos)
       : TableReader(table.name, columns),
         table_(table),
+        end_(table.columns.empty() ? 0 : table.columns.front().rows()),
         columns_(columns.size()),
         memos_(columns.size()),
         buffers_(columns.size()) {
@@ -37,13 +38,18 @@ class ArrayReader final : public TableReader {
   }
 
   bool Next() override {
-    if (line_ == RowCount()) return false;
+    if (line_ == end_) return false;
     at_ = line_++;
     return true;
   }
-  std::size_t RowCount() const override {
-    return table_.columns.empty() ? 0 : table_.columns.front().rows();
+  std::unique_ptr<TableReader> Part() override {
+    if (line_ == end_) return nullptr;
+    auto part = std::make_unique<ArrayReader>(*this);
+    part->end_ = std::min(end_, line_ + kPartRows);
+    line_ = part->end_;
+    return part;
   }
+  std::size_t RowCount() const override { return end_ - line_; }
   FilePlace PlaceAt(std::size_t line, std::size_t column) const override {
     std::string field = file_ + "." + names_[column];
     if (line > 0) field += "[" + std::to_string(line - 1) + "]";
@@ -54,6 +60,8 @@ class ArrayReader final : public TableReader {
   }
 
  private:
+  static constexpr std::size_t kPartRows = 16384;
+
   void OpenColumn(std::size_t index,
                   const ArrayColumn& column,
                   std::span<const TableColumn> columns,
@@ -100,6 +108,11 @@ class ArrayReader final : public TableReader {
     if (!Has(column) || memos_[column] == nullptr) return nullptr;
     return &(*memos_[column])[columns_[column]->indices[at_]];
   }
+  NumberedTexts TextsAhead(std::size_t column) const override {
+    if (!Has(column) || memos_[column] == nullptr) return {};
+    const ArrayColumn& cells = *columns_[column];
+    return {cells.indices.subspan(line_, end_ - line_), cells.texts.get(), memos_[column]->data()};
+  }
   std::string ColumnsThere() const override {
     std::string text = "there are ";
     for (const ArrayColumn& column : table_.columns) {
@@ -109,6 +122,7 @@ class ArrayReader final : public TableReader {
   }
 
   const ArrayTable& table_;
+  std::size_t end_;                                 // of the rows of this reader
   std::vector<const ArrayColumn*> columns_;         // by asked column; null: not there
   std::vector<std::vector<std::uint32_t>*> memos_;  // null: numbers
   mutable std::vector<std::string> buffers_;

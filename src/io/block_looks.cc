@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <exception>
@@ -228,15 +229,19 @@ double ReadRangeSigma(const TableReader& reader,
   return sigma * *pixel_m;
 }
 
-// A point seen twice by a pass is refused. The lines are looked up only then, in a second scan.
+// A point seen twice by a pass is refused; `old_of_new` is of SortLooksByPoint(). The lines are
+// looked up only then, in a second scan.
 void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32_t>& old_of_new) {
   const Block& block = reading.result.block;
+  const auto old_of = [&](std::size_t look) {
+    return old_of_new.empty() ? look : old_of_new[look];
+  };
   std::size_t first = 0, second = std::numeric_limits<std::size_t>::max(), point_found = 0;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     for (std::size_t i = block.looks.offsets[point] + 1; i < block.looks.offsets[point + 1]; ++i) {
-      if (block.looks.pass[i] != block.looks.pass[i - 1] || old_of_new[i] >= second) continue;
-      first = old_of_new[i - 1];
-      second = old_of_new[i];
+      if (block.looks.pass[i] != block.looks.pass[i - 1] || old_of(i) >= second) continue;
+      first = old_of(i - 1);
+      second = old_of(i);
       point_found = point;
     }
   }
@@ -259,34 +264,58 @@ struct LookRows {
   IdTable new_points;  // that the block did not have when the rows were read
 };
 
-/// Reads rows to the end of a reader; `find_point` tells the index of a point. `progress`: null in
-/// a part.
-template <typename FindPoint>
-void ReadRows(const BlockReading& reading,
-              TableReader* opened,
-              const FindPoint& find_point,
-              ProgressSink* progress,
-              LookRows* rows) {
-  TableReader& reader = *opened;
+void Reserve(std::size_t count, LookRows* rows) {
+  rows->looks.time_s.reserve(count);
+  rows->looks.range_m.reserve(count);
+  rows->looks.pass.reserve(count);
+  rows->looks.flags.reserve(count);
+  rows->point.reserve(count);
+}
+
+/// Reads the rows of a part. Points that the block does not have are numbered from `known`.
+void ReadRows(const BlockReading& reading, std::uint32_t known, TableReader* part, LookRows* rows) {
+  TableReader& reader = *part;
+  const IdTable& ids = reading.result.block.points.ids;
   Looks& looks = rows->looks;
+  Reserve(reader.RowCount(), rows);
+  static constexpr std::array<std::size_t, 8> kOwn{kObservedSquint,
+                                                   kObservedDoppler,
+                                                   kObservedRangeSigma,
+                                                   kObservedAzimuthSigma,
+                                                   kObservedTimeSigma,
+                                                   kObservedDopplerSigma,
+                                                   kObservedLineSigma,
+                                                   kObservedPixelSigma};
+  // Without such columns a pass is the same in all of its rows, and checked in the first.
+  const bool own = std::any_of(kOwn.begin(), kOwn.end(), [&](auto i) { return reader.Has(i); });
+  std::vector<bool> same(reading.result.block.passes.size(), false);
   while (reader.Next()) {
     const std::size_t row = looks.size();
     const std::uint32_t pass_index = FindPass(reader, kObservedPass, reading.pass_ids);
     const Pass& pass = reading.result.block.passes[pass_index];
-    const std::uint32_t point = find_point(reader);
+    const std::uint32_t point = reader.Lookup(kObservedPoint, [&] {
+      const std::string_view id = reader.Id(kObservedPoint);
+      const std::uint32_t found = ids.Find(id);
+      return found != IdTable::kNone ? found : known + rows->new_points.FindOrAppend(id);
+    });
     std::uint8_t flags = reader.Flag(kObservedRejected) ? Looks::kRejected : 0;
     const RadarCoordinates radar = ReadMeasured(reader, pass, reading.options);
-    const double pixel_sigma_px = reading.pixel_sigma_px[pass_index];
-    Append(ReadCone(reader, pass, radar.time_s, &flags), 0.0, row, &looks.cone);
-    Append(
-        ReadRangeSigma(reader, pass, pixel_sigma_px, radar), kNotGiven, row, &looks.range_sigma_m);
-    Append(ReadAzimuthSigma(reader, pass, &flags), kNotGiven, row, &looks.azimuth_sigma);
+    double cone = 0.0, range_sigma_m = kNotGiven, azimuth_sigma = kNotGiven;
+    if (!same[pass_index]) {
+      const double pixel_sigma_px = reading.pixel_sigma_px[pass_index];
+      cone = ReadCone(reader, pass, radar.time_s, &flags);
+      range_sigma_m = ReadRangeSigma(reader, pass, pixel_sigma_px, radar);
+      azimuth_sigma = ReadAzimuthSigma(reader, pass, &flags);
+      same[pass_index] = !own && std::isnan(pixel_sigma_px);
+    }
+    Append(cone, 0.0, row, &looks.cone);
+    Append(range_sigma_m, kNotGiven, row, &looks.range_sigma_m);
+    Append(azimuth_sigma, kNotGiven, row, &looks.azimuth_sigma);
     looks.time_s.push_back(radar.time_s);
     looks.range_m.push_back(radar.range_m);
     looks.pass.push_back(pass_index);
     looks.flags.push_back(flags);
     rows->point.push_back(point);
-    if (row % 65536 == 65535) Step(progress, "read", row, 0, "looks");
   }
 }
 
@@ -335,8 +364,20 @@ void AppendRows(const LookRows& part, std::uint32_t known, Points* points, LookR
   }
 }
 
-/// Rows of a table that has parts, by all threads; in their order, as if one had read them. An
-/// error is that of the first row with one.
+/// What the cells of a part name, where its texts stand once: points that are new are added in the
+/// order of the rows. False where the texts have to be found row by row.
+bool FindAhead(const TableReader& part, BlockReading* reading) {
+  const auto find_pass = [&](std::string_view id) { return reading->pass_ids.Find(id); };
+  const auto find_point = [&](std::string_view id) {
+    if (TableReader::ProblemOfId(id) != nullptr) return TableReader::kUnknown;
+    return FindOrAddPoint(id, &reading->result.block.points);
+  };
+  const bool passes = part.LookupAhead(kObservedPass, find_pass);
+  return part.LookupAhead(kObservedPoint, find_point) && passes;
+}
+
+/// The rows of a table, by all threads; in their order, as if one had read them. An error is that
+/// of the first row with one.
 void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
   Points& points = reading->result.block.points;
   struct Part {
@@ -348,29 +389,25 @@ void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
   while (!ended) {
     std::vector<Part> parts;
     std::exception_ptr error;  // of the file, behind the parts
+    bool found = true;
     try {
       while (parts.size() < 2 * static_cast<std::size_t>(ThreadsAllowed())) {
         Part part;
         part.reader = reader->Part();
         ended = part.reader == nullptr;
         if (ended) break;
+        found = FindAhead(*part.reader, reading) && found;
         parts.push_back(std::move(part));
       }
     } catch (const InputError&) {
       error = std::current_exception();
     }
     const auto known = static_cast<std::uint32_t>(points.size());
-    static_cast<void>(points.ids.Find({}));         // builds the indices, which
-    static_cast<void>(reading->pass_ids.Find({}));  // threads only read from then on
+    static_cast<void>(reading->pass_ids.Find({}));       // builds the indices, which
+    if (!found) static_cast<void>(points.ids.Find({}));  // threads only read from then on
     ParallelForChunks(parts.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
-      LookRows& part = parts[k].rows;
-      const auto find_point = [&](const TableReader& row) {
-        const std::string_view id = row.Id(kObservedPoint);
-        const std::uint32_t point = points.ids.Find(id);
-        return point != IdTable::kNone ? point : known + part.new_points.FindOrAppend(id);
-      };
       try {
-        ReadRows(*reading, parts[k].reader.get(), find_point, nullptr, &part);
+        ReadRows(*reading, known, parts[k].reader.get(), &parts[k].rows);
       } catch (const InputError&) {
         parts[k].error = std::current_exception();
       }
@@ -390,22 +427,10 @@ void ReadLooks(BlockReading* reading) {
   auto opened = OpenLooks(*reading);
   TableReader& reader = *opened;
   WarnOfUnknownColumns(reader, &reading->result.warnings);
-  Points& points = reading->result.block.points;
+  const Points& points = reading->result.block.points;
   LookRows rows;
-  rows.looks.time_s.reserve(reader.RowCount());
-  rows.looks.range_m.reserve(reader.RowCount());
-  rows.looks.pass.reserve(reader.RowCount());
-  rows.looks.flags.reserve(reader.RowCount());
-  rows.point.reserve(reader.RowCount());
-  if (reader.HasParts()) {
-    ReadParts(&reader, reading, &rows);
-  } else {
-    const auto find_point = [&](const TableReader& row) {
-      return row.Lookup(kObservedPoint,
-                        [&] { return FindOrAddPoint(row.Id(kObservedPoint), &points); });
-    };
-    ReadRows(*reading, &reader, find_point, reading->options.progress, &rows);
-  }
+  Reserve(reader.RowCount(), &rows);
+  ReadParts(&reader, reading, &rows);
   opened.reset();  // sorting takes the most memory
   Looks& looks = reading->result.block.looks;
   looks = std::move(rows.looks);

@@ -118,6 +118,25 @@ class StoredIds {
   std::array<std::vector<std::uint32_t>, 2> memo_;
 };
 
+/// A column of a table, and what its values are indices into.
+struct StoredColumn {
+  StoredDataset stored;
+  CellKind kind = CellKind::kNumber;
+  StoredTexts stored_texts;
+  const IdTable* texts = nullptr;  // null: a column of numbers
+  std::vector<std::uint32_t> own_memo;
+};
+
+/// A table that is open.
+struct StoredTable {
+  const OpenedHdf5& opened;
+  std::string path;  // of the group, with a slash at its end
+  Hdf5Id group;
+  std::string members;
+  std::vector<StoredColumn> columns;  // as they were asked for
+  std::size_t rows = 0;
+};
+
 class ContainerTable final : public TableReader {
  public:
   ContainerTable(const OpenedHdf5& opened,
@@ -125,79 +144,100 @@ class ContainerTable final : public TableReader {
                  std::string_view table,
                  std::span<const TableColumn> columns)
       : TableReader(opened.path + ": /" + std::string(table), columns),
-        opened_(opened),
-        path_("/" + std::string(table) + "/"),
-        group_(H5Gopen2(opened.file.get(), std::string(table).c_str(), H5P_DEFAULT), H5Gclose),
-        columns_(columns.size()) {
-    if (!group_.valid()) opened.Fail("/" + std::string(table), "is no group of datasets");
+        table_(std::make_shared<StoredTable>(StoredTable{
+            opened,
+            "/" + std::string(table) + "/",
+            Hdf5Id(H5Gopen2(opened.file.get(), std::string(table).c_str(), H5P_DEFAULT), H5Gclose),
+            {},
+            std::vector<StoredColumn>(columns.size())})),
+        slab_(columns.size()) {
+    if (!table_->group.valid()) opened.Fail("/" + std::string(table), "is no group of datasets");
     ListMembers();
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (HasMember(opened, group_.get(), names_[i], path_ + names_[i]))
+      if (HasMember(opened, table_->group.get(), names_[i], table_->path + names_[i]))
         OpenCells(i, columns[i].kind, ids);
     }
     RequireColumns(columns);
+    end_ = table_->rows;
     // Columns without values take no room in the file: another one has to vouch for the rows.
-    const auto vouches = [](const Cells& cells) {
-      return cells.stored.dataset.valid() && cells.stored.whole;
+    const auto vouches = [](const StoredColumn& column) {
+      return column.stored.dataset.valid() && column.stored.whole;
     };
-    if (rows_ > 0 && std::none_of(columns_.begin(), columns_.end(), vouches)) {
+    if (end_ > 0 && std::none_of(table_->columns.begin(), table_->columns.end(), vouches)) {
       opened.Fail("/" + std::string(table),
-                  "has " + std::to_string(rows_) + " rows, of which no column is in the file");
+                  "has " + std::to_string(end_) + " rows, of which no column is in the file");
     }
   }
 
   bool Next() override {
-    if (line_ < rows_) {
+    if (line_ < end_) {
       if (line_ == slab_end_) ReadSlab();
+      if (line_ == slab_begin_) CheckSlab();
       ++line_;
       at_ = line_ - 1 - slab_begin_;
       return true;
     }
-    for (Cells& cells : columns_) {  // what follows a table needs room
-      std::vector<double>().swap(cells.numbers);
-      std::vector<std::uint32_t>().swap(cells.indices);
-    }
+    slab_ = std::vector<Cells>(slab_.size());  // what follows a table needs room
     return false;
   }
-  std::size_t RowCount() const override { return rows_; }
+  std::unique_ptr<TableReader> Part() override {
+    if (line_ == end_) return nullptr;
+    std::unique_ptr<ContainerTable> part(new ContainerTable(*this));
+    part->ReadSlab();
+    part->end_ = part->slab_end_;
+    line_ = part->end_;
+    return part;
+  }
+  std::size_t RowCount() const override { return end_ - line_; }
   FilePlace PlaceAt(std::size_t line, std::size_t column) const override {
-    std::string field = path_ + names_[column];
+    std::string field = table_->path + names_[column];
     if (line > 0) field += "[" + std::to_string(line - 1) + "]";
-    return {opened_.path, 0, std::move(field)};
+    return {table_->opened.path, 0, std::move(field)};
   }
   std::string NameOfLine(std::size_t line) const override {
     return "row " + std::to_string(line - 1);
   }
 
  private:
+  /// Values of the rows of a slab.
   struct Cells {
-    StoredDataset stored;
-    CellKind kind = CellKind::kNumber;
-    StoredTexts stored_texts;
-    const IdTable* texts = nullptr;  // null: a column of numbers
-    std::vector<std::uint32_t> own_memo;
     std::vector<double> numbers;
     std::vector<std::uint32_t> indices;
     mutable std::string text;
   };
 
+  /// The same table, at the same row, with nothing read of it.
+  ContainerTable(const ContainerTable& whole)
+      : TableReader(whole), table_(whole.table_), slab_(whole.slab_.size()), end_(whole.end_) {}
+
   std::string_view TextOf(std::size_t column) const override {
-    const Cells& cells = columns_[column];
-    if (cells.texts != nullptr) return (*cells.texts)[cells.indices[at_]];
+    const Cells& cells = slab_[column];
+    const IdTable* const texts = table_->columns[column].texts;
+    if (texts != nullptr) return (*texts)[cells.indices[at_]];
     return TextOfNumber(cells.numbers[at_], &cells.text);
   }
-  std::uint32_t* Memo(std::size_t column) const override {
-    const Cells& cells = columns_[column];
-    if (!Has(column) || cells.texts == nullptr) return nullptr;
-    return &(*cells.stored_texts.memo)[cells.indices[at_]];
+  std::uint32_t IndexOfText(std::size_t column) const override {
+    return Has(column) && table_->columns[column].texts != nullptr ? slab_[column].indices[at_]
+                                                                   : kUnknown;
   }
-  std::string ColumnsThere() const override { return "the group has " + members_; }
+  std::uint32_t* Memo(std::size_t column) const override {
+    const StoredColumn& stored = table_->columns[column];
+    if (!Has(column) || stored.texts == nullptr) return nullptr;
+    return &(*stored.stored_texts.memo)[slab_[column].indices[at_]];
+  }
+  NumberedTexts TextsAhead(std::size_t column) const override {
+    const StoredColumn& stored = table_->columns[column];
+    if (!Has(column) || stored.texts == nullptr) return {};
+    return {slab_[column].indices, stored.texts, stored.stored_texts.memo->data()};
+  }
+  std::string ColumnsThere() const override { return "the group has " + table_->members; }
 
   void ListMembers() {
-    const std::vector<std::string> all = MembersOf(group_.get());
+    const std::vector<std::string> all = MembersOf(table_->group.get());
+    std::string& members = table_->members;
     for (const std::string& name : all) {
       if (name == kRowDimension || IsTexts(name, all)) continue;
-      members_ += (members_.empty() ? "" : ",") + name;
+      members += (members.empty() ? "" : ",") + name;
       if (std::find(names_.begin(), names_.end(), name) == names_.end()) unknown_.push_back(name);
     }
   }
@@ -209,48 +249,51 @@ class ContainerTable final : public TableReader {
 
   void OpenCells(std::size_t column, CellKind kind, StoredIds* ids) {
     const std::string& name = names_[column];
-    const std::string path = path_ + name;
-    Cells& cells = columns_[column];
+    const OpenedHdf5& opened = table_->opened;
+    const hid_t group = table_->group.get();
+    const std::string path = table_->path + name;
+    StoredColumn& cells = table_->columns[column];
     cells.kind = kind;
-    cells.stored = OpenColumn(opened_, group_.get(), name, path);
+    cells.stored = OpenColumn(opened, group, name, path);
     const bool integers = cells.stored.type == H5T_INTEGER;
     const std::string values = name + std::string(kValuesEnding);
     const bool known = kind == CellKind::kPass || kind == CellKind::kPoint;
-    if (known ||
-        (kind == CellKind::kText && H5Lexists(group_.get(), values.c_str(), H5P_DEFAULT) > 0)) {
-      if (!integers) opened_.Fail(path, "holds no integers, indices into texts are needed");
+    if (known || (kind == CellKind::kText && H5Lexists(group, values.c_str(), H5P_DEFAULT) > 0)) {
+      if (!integers) opened.Fail(path, "holds no integers, indices into texts are needed");
       if (known) {
         cells.stored_texts = ids->Of(kind);
       } else {
-        auto texts = ReadTexts(opened_, group_.get(), values, path_ + values);
+        auto texts = ReadTexts(opened, group, values, table_->path + values);
         cells.own_memo.assign(texts.size(), kUnknown);
         cells.stored_texts = {std::make_shared<const IdTable>(std::move(texts)), &cells.own_memo};
       }
       cells.texts = cells.stored_texts.texts.get();
     } else if (!integers && cells.stored.type != H5T_FLOAT) {
-      opened_.Fail(path, "holds no numbers, which are needed");
+      opened.Fail(path, "holds no numbers, which are needed");
     }
-    if (first_ != kAbsent && cells.stored.count != rows_) {
-      opened_.Fail(path,
-                   "has " + std::to_string(cells.stored.count) + " rows where " + path_ +
-                       names_[first_] + " has " + std::to_string(rows_) + ", as many are needed");
+    if (first_ != kAbsent && cells.stored.count != table_->rows) {
+      opened.Fail(path,
+                  "has " + std::to_string(cells.stored.count) + " rows where " + table_->path +
+                      names_[first_] + " has " + std::to_string(table_->rows) +
+                      ", as many are needed");
     }
     if (first_ == kAbsent) first_ = column;
-    rows_ = cells.stored.count;
+    table_->rows = cells.stored.count;
     place_[column] = column;
   }
 
   void ReadSlab() {
     slab_begin_ = line_;
-    slab_end_ = std::min<std::size_t>(rows_, line_ + kSlabRows);
+    slab_end_ = std::min<std::size_t>(end_, line_ + kSlabRows);
     const hsize_t count = slab_end_ - slab_begin_;
     const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
+    for (std::size_t i = 0; i < slab_.size(); ++i) {
       if (!Has(i)) continue;
-      Cells& cells = columns_[i];
-      const Hdf5Id from = SelectRows(cells.stored.dataset.get(), slab_begin_, count);
+      Cells& cells = slab_[i];
+      const hid_t dataset = table_->columns[i].stored.dataset.get();
+      const Hdf5Id from = SelectRows(dataset, slab_begin_, count);
       void* target = nullptr;
-      const bool text = cells.texts != nullptr;
+      const bool text = table_->columns[i].texts != nullptr;
       if (text) {
         cells.indices.resize(count);
         target = cells.indices.data();
@@ -259,32 +302,37 @@ class ContainerTable final : public TableReader {
         target = cells.numbers.data();
         numbers_[i] = cells.numbers.data();
       }
-      if (!from.valid() || H5Dread(cells.stored.dataset.get(),
+      if (!from.valid() || H5Dread(dataset,
                                    text ? H5T_NATIVE_UINT32 : H5T_NATIVE_DOUBLE,
                                    to.get(),
                                    from.get(),
                                    H5P_DEFAULT,
                                    target) < 0) {
-        opened_.Fail(path_ + names_[i], "cannot be read, the file is damaged");
+        table_->opened.Fail(table_->path + names_[i], "cannot be read, the file is damaged");
       }
-      text ? CheckIndices(i) : CheckNumbers(i);
+    }
+  }
+  void CheckSlab() {
+    for (std::size_t i = 0; i < slab_.size(); ++i) {
+      if (Has(i)) table_->columns[i].texts != nullptr ? CheckIndices(i) : CheckNumbers(i);
     }
   }
   void CheckIndices(std::size_t column) const {
-    const Cells& cells = columns_[column];
+    const Cells& cells = slab_[column];
+    const std::size_t texts = table_->columns[column].texts->size();
     for (std::size_t i = 0; i < cells.indices.size(); ++i) {
-      if (cells.indices[i] < cells.texts->size()) continue;
+      if (cells.indices[i] < texts) continue;
       throw InputError(PlaceAt(slab_begin_ + i + 1, column),
                        std::to_string(cells.indices[i]) + " is not allowed, an index below " +
-                           std::to_string(cells.texts->size()) + ", the number of its texts, is");
+                           std::to_string(texts) + ", the number of its texts, is");
     }
   }
   /// Counts and flags that are not given are -1 in the file.
   void CheckNumbers(std::size_t column) {
-    Cells& cells = columns_[column];
-    const bool counts = cells.kind == CellKind::kCount || cells.kind == CellKind::kFlag;
-    for (std::size_t i = 0; i < cells.numbers.size(); ++i) {
-      double& value = cells.numbers[i];
+    const CellKind kind = table_->columns[column].kind;
+    const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
+    for (std::size_t i = 0; i < slab_[column].numbers.size(); ++i) {
+      double& value = slab_[column].numbers[i];
       if (std::isinf(value)) {
         throw InputError(PlaceAt(slab_begin_ + i + 1, column),
                          NumberText(value) + " is not allowed, a finite number is");
@@ -293,13 +341,10 @@ class ContainerTable final : public TableReader {
     }
   }
 
-  const OpenedHdf5& opened_;
-  std::string path_;  // of the group, with a slash at its end
-  Hdf5Id group_;
-  std::string members_;
-  std::vector<Cells> columns_;
+  std::shared_ptr<StoredTable> table_;  // parts have it too
+  std::vector<Cells> slab_;
   std::size_t first_ = kAbsent;
-  std::size_t rows_ = 0;
+  std::size_t end_ = 0;  // of the rows of this reader
   std::size_t slab_begin_ = 0, slab_end_ = 0;
 };
 
@@ -319,6 +364,16 @@ class ContainerSource final : public TableSource {
       return nullptr;
     return std::make_unique<ContainerTable>(opened_, &ids_, table, columns);
   }
+  BlockIds Ids() const override {
+    const auto keep = [this](CellKind kind, const char* name, auto* kept) {
+      if (HasMember(opened_, opened_.file.get(), name, std::string("/") + name)) {
+        *kept = ids_.Of(kind).texts;
+      }
+      return kept->get();
+    };
+    return {keep(CellKind::kPass, kPassIds, &kept_[0]),
+            keep(CellKind::kPoint, kPointIds, &kept_[1])};
+  }
   std::string NameOf(std::string_view table) const override {
     return opened_.path + ": /" + std::string(table);
   }
@@ -327,6 +382,7 @@ class ContainerSource final : public TableSource {
  private:
   OpenedHdf5 opened_;
   mutable StoredIds ids_;
+  mutable std::array<std::shared_ptr<const IdTable>, 2> kept_;  // those that Ids() told
 };
 
 }  // namespace

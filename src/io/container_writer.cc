@@ -39,14 +39,25 @@ hid_t FileTypeOf(CellKind kind) {
 
 class ContainerTableWriter final : public TableWriter {
  public:
+  /// Without a group: a part, which keeps its rows.
   ContainerTableWriter(ContainerSink* sink, Hdf5Id group, std::span<const TableColumn> columns)
-      : sink_(sink), group_(std::move(group)), cells_(columns.size()) {
+      : sink_(sink),
+        group_(std::move(group)),
+        columns_(columns.begin(), columns.end()),
+        cells_(columns.size()) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       cells_[i].name = columns[i].name;
       cells_[i].kind = columns[i].kind;
+      cells_[i].not_given = NotGivenOf(columns[i].kind);
       const bool text = columns[i].kind == CellKind::kText;
       if (IsText(columns[i].kind)) {
-        cells_[i].texts = text ? &cells_[i].own_texts : sink->ids(columns[i].kind);
+        ContainerSink::Texts* const ids = text ? nullptr : sink->ids(columns[i].kind);
+        const bool own = text || (is_part() && ids->given == nullptr);
+        cells_[i].texts = own ? &cells_[i].own_texts : ids;
+      }
+      if (is_part()) {
+        (cells_[i].texts == nullptr ? cells_[i].numbers.reserve(kSlabRows / 2)
+                                    : cells_[i].indices.reserve(kSlabRows / 2));
       }
     }
   }
@@ -54,6 +65,9 @@ class ContainerTableWriter final : public TableWriter {
   TableWriter& Text(std::string_view text) override {
     Cells& cells = NextCells();
     if (cells.texts == nullptr) throw std::logic_error("a text in a column of numbers");
+    if (is_part() && cells.texts->given != nullptr) {
+      throw std::logic_error("an id without its index in a part");
+    }
     cells.indices.push_back(cells.texts->IndexOf(text));
     return *this;
   }
@@ -66,9 +80,9 @@ class ContainerTableWriter final : public TableWriter {
     return *this;
   }
   TableWriter& Number(double value) override {
-    RefuseInfinity(value, sink_->name());
+    if (std::isinf(value)) RefuseInfinity(value, sink_->name());
     Cells& cells = NextCells();
-    cells.numbers.push_back(std::isnan(value) ? NotGivenOf(cells.kind) : value);
+    cells.numbers.push_back(std::isnan(value) ? cells.not_given : value);
     return *this;
   }
   using TableWriter::Empty;
@@ -84,7 +98,29 @@ class ContainerTableWriter final : public TableWriter {
       throw std::logic_error("a row was about to be written with cells missing");
     }
     next_ = 0;
-    if (++buffered_ == kSlabRows) Flush(kSlabRows);
+    if (++buffered_ == kSlabRows && !is_part()) Flush(kSlabRows);
+  }
+  std::unique_ptr<TableWriter> Part() override {
+    return std::make_unique<ContainerTableWriter>(sink_, Hdf5Id(), columns_);
+  }
+  void Append(const TableWriter& part) override {
+    const auto& rows = dynamic_cast<const ContainerTableWriter&>(part);
+    std::vector<std::vector<std::uint32_t>> here(cells_.size());  // by text of the part: its index
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      const IdTable& texts = rows.cells_[i].own_texts.own;
+      for (std::size_t k = 0; k < texts.size(); ++k) {
+        here[i].push_back(cells_[i].texts->IndexOf(texts[k]));
+      }
+    }
+    for (std::size_t begin = 0; begin < rows.buffered_;) {
+      const std::size_t end = std::min(rows.buffered_, begin + kSlabRows - buffered_);
+      for (std::size_t i = 0; i < cells_.size(); ++i) {
+        cells_[i].Append(rows.cells_[i], begin, end, here[i]);
+      }
+      buffered_ += end - begin;
+      begin = end;
+      if (buffered_ == kSlabRows) Flush(kSlabRows);
+    }
   }
   void Commit() override {
     const std::uint64_t all = rows_ + buffered_;
@@ -121,7 +157,26 @@ class ContainerTableWriter final : public TableWriter {
     std::vector<double> numbers;
     std::vector<std::uint32_t> indices;
     Hdf5Id dataset;
+    double not_given = 0.0;
+
+    /// Rows [begin, end) of a part; `here` are the indices of its own texts.
+    void Append(const Cells& part,
+                std::size_t begin,
+                std::size_t end,
+                const std::vector<std::uint32_t>& here) {
+      const auto first = static_cast<std::ptrdiff_t>(begin);
+      const auto last = static_cast<std::ptrdiff_t>(end);
+      if (texts == nullptr) {
+        numbers.insert(numbers.end(), part.numbers.begin() + first, part.numbers.begin() + last);
+      } else if (here.empty()) {
+        indices.insert(indices.end(), part.indices.begin() + first, part.indices.begin() + last);
+      } else {
+        for (std::size_t row = begin; row < end; ++row) indices.push_back(here[part.indices[row]]);
+      }
+    }
   };
+
+  [[nodiscard]] bool is_part() const { return !group_.valid(); }
 
   Cells& NextCells() {
     if (next_ >= cells_.size()) throw std::logic_error("a row has more cells than columns");
@@ -129,7 +184,7 @@ class ContainerTableWriter final : public TableWriter {
   }
 
   static bool NoneGiven(const Cells& cells) {
-    const double absent = NotGivenOf(cells.kind);
+    const double absent = cells.not_given;
     return std::all_of(cells.numbers.begin(), cells.numbers.end(), [absent](double value) {
       return value == absent || (std::isnan(value) && std::isnan(absent));
     });
@@ -147,7 +202,7 @@ class ContainerTableWriter final : public TableWriter {
             FileTypeOf(cells.kind),
             grows ? 0 : count,
             chunk_rows,
-            cells.texts != nullptr ? std::nullopt : std::optional(NotGivenOf(cells.kind)));
+            cells.texts != nullptr ? std::nullopt : std::optional(cells.not_given));
       }
       if (count == 0) continue;
       const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
@@ -189,6 +244,7 @@ class ContainerTableWriter final : public TableWriter {
 
   ContainerSink* sink_;
   Hdf5Id group_;
+  std::vector<TableColumn> columns_;
   std::vector<Cells> cells_;
   std::size_t next_ = 0;
   std::size_t buffered_ = 0;
@@ -198,10 +254,13 @@ class ContainerTableWriter final : public TableWriter {
 }  // namespace
 
 std::uint32_t ContainerSink::Texts::IndexOf(std::string_view text) {
-  if (given == nullptr) return own.FindOrAppend(text);
-  const std::uint32_t index = given->Find(text);
-  if (index == IdTable::kNone) throw std::logic_error("an id that the block does not have");
-  return index;
+  // Most tables name their texts in the order of the one before: neither needs a search.
+  for (const std::uint32_t next : {last, last + 1}) {
+    if (next < table().size() && table()[next] == text) return last = next;
+  }
+  last = given == nullptr ? own.FindOrAppend(text) : given->Find(text);
+  if (last == IdTable::kNone) throw std::logic_error("an id that the block does not have");
+  return last;
 }
 
 ContainerSink::ContainerSink(const std::filesystem::path& target,

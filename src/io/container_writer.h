@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "block_ids.h"
 #include "hdf5_file.h"
 #include "table_sink.h"
 
@@ -32,6 +33,7 @@ class ContainerSink final : public TableSink {
   struct Texts {
     IdTable own;
     const IdTable* given = nullptr;
+    std::uint32_t last = 0;  // that was asked for
     [[nodiscard]] const IdTable& table() const { return given != nullptr ? *given : own; }
     [[nodiscard]] std::uint32_t IndexOf(std::string_view text);
   };

@@ -4,8 +4,12 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
+#include <exception>
+#include <functional>
+#include <memory>
 #include <system_error>
 
+#include "core/parallel.h"
 #include "json_reader.h"
 #include "open_tables.h"
 #include "toml_reader.h"
@@ -37,7 +41,7 @@ void CopyCell(const TableReader& reader, std::size_t column, CellKind kind, Tabl
       return;
     case CellKind::kPass:
     case CellKind::kPoint:
-      out->Text(reader.Id(column));
+      out->Id(reader.Id(column), reader.IndexOfText(column));
       return;
   }
 }
@@ -53,6 +57,69 @@ std::vector<TableColumn> ColumnsOf(const TableReader& reader,
     columns.push_back({name, ColumnNeed::kOptional, CellKind::kText});
   }
   return columns;
+}
+
+/// Rows that a thread copies.
+struct CopiedRows {
+  std::unique_ptr<TableReader> from;
+  std::unique_ptr<TableWriter> to;
+  std::size_t rows = 0;
+  std::exception_ptr error;
+};
+
+void CopyRows(std::span<const TableColumn> columns, CopiedRows* copied) {
+  try {
+    while (copied->from->Next()) {
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        CopyCell(*copied->from, i, columns[i].kind, copied->to.get());
+      }
+      copied->to->EndRow();
+      ++copied->rows;
+    }
+  } catch (const InputError&) {
+    copied->error = std::current_exception();
+  }
+  copied->from.reset();
+}
+
+/// All rows of a table by all threads: while some are copied, those copied before are written, in
+/// their order. An error is that of the first row with one.
+void CopyAllRows(std::span<const TableColumn> columns,
+                 TableReader* reader,
+                 TableWriter* writer,
+                 const std::function<void(std::size_t)>& count) {
+  const auto at_once = static_cast<std::size_t>(ThreadsAllowed());
+  std::vector<CopiedRows> copied;
+  bool ended = false;
+  while (!ended || !copied.empty()) {
+    std::vector<CopiedRows> copying;
+    std::exception_ptr error;  // of the file, behind these rows
+    try {
+      while (!ended && copying.size() < at_once) {
+        CopiedRows next{reader->Part(), writer->Part(), 0, {}};
+        ended = next.from == nullptr;
+        if (!ended) copying.push_back(std::move(next));
+      }
+    } catch (const InputError&) {
+      error = std::current_exception();
+    }
+    ParallelForChunks(1 + copying.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+      if (k > 0) {
+        CopyRows(columns, &copying[k - 1]);
+        return;
+      }
+      for (CopiedRows& rows : copied) {
+        writer->Append(*rows.to);
+        rows.to.reset();
+      }
+    });
+    for (const CopiedRows& rows : copying) {
+      if (rows.error) std::rethrow_exception(rows.error);
+      count(rows.rows);
+    }
+    if (error) std::rethrow_exception(error);
+    copied = std::move(copying);
+  }
 }
 
 void CopyTable(const TableSource& source,
@@ -71,15 +138,10 @@ void CopyTable(const TableSource& source,
   }
   const auto reader = source.Open(table.name, columns);
   const auto writer = sink->Open(table.name, columns);
-  while (reader->Next()) {
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      CopyCell(*reader, i, columns[i].kind, writer.get());
-    }
-    writer->EndRow();
-    if (++report->rows % 65536 == 0) {
-      Step(progress, "convert", report->rows, 0, std::string(table.name));
-    }
-  }
+  CopyAllRows(columns, reader.get(), writer.get(), [&](std::size_t rows) {
+    report->rows += rows;
+    Step(progress, "convert", report->rows, 0, std::string(table.name));
+  });
   writer->Commit();
   ++report->tables;
 }
@@ -130,7 +192,7 @@ ConversionReport Convert(const fs::path& from,
   const auto [name, text] = source->Read(file);
   RequireReadable(content, text, name);
   ConversionReport report{NameOf(content)};
-  WriteTables(content, to, compression, {}, [&](TableSink* sink) {
+  WriteTables(content, to, compression, source->Ids(), [&](TableSink* sink) {
     for (const TableDescription& table : TablesOf(content)) {
       CopyTable(*source, table, sink, &report, progress);
     }

@@ -37,7 +37,6 @@ class CsvReader final : public TableReader {
 
   [[nodiscard]] bool Next() override;
   [[nodiscard]] std::unique_ptr<TableReader> Part() override;
-  [[nodiscard]] bool HasParts() const override { return true; }
   [[nodiscard]] FilePlace PlaceAt(std::size_t line, std::size_t column) const override;
   [[nodiscard]] std::string NameOfLine(std::size_t line) const override;
 

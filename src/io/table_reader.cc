@@ -26,14 +26,18 @@ void TableReader::RequireColumns(std::span<const TableColumn> columns) const {
 
 std::string_view TableReader::Id(std::size_t column) const {
   const std::string_view id = Text(column);
-  if (id.empty()) Fail(column, "is empty, a name is needed");
+  if (const char* problem = ProblemOfId(id)) Fail(column, problem);
+  return id;
+}
+
+const char* TableReader::ProblemOfId(std::string_view id) {
+  if (id.empty()) return "is empty, a name is needed";
   for (const char c : id) {
     const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) {
-      Fail(column, "the name holds a control character, which is not allowed");
-    }
+    if (byte < 0x20 || byte == 0x7f)
+      return "the name holds a control character, which is not allowed";
   }
-  return id;
+  return nullptr;
 }
 
 std::string_view TableReader::TextOfNumber(double value, std::string* text) {

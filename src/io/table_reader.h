@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/id_table.h"
 
 #include <cmath>
 #include <cstddef>
@@ -27,11 +28,10 @@ class TableReader {
   /// Goes to the next row; false at the end of the table.
   [[nodiscard]] virtual bool Next() = 0;
   /// A reader of the next rows, some at a time, that another thread may use beside this one, which
-  /// goes on behind them. Null at the end, and where rows can be read one after the other only.
-  [[nodiscard]] virtual std::unique_ptr<TableReader> Part() { return nullptr; }
-  /// Whether rows can be read by Part().
-  [[nodiscard]] virtual bool HasParts() const { return false; }
-  /// Number of rows where it is known before the end; else 0.
+  /// goes on behind them. Null at the end. No row may be read by Next() of this one before. A part
+  /// has no parts.
+  [[nodiscard]] virtual std::unique_ptr<TableReader> Part() = 0;
+  /// Number of rows to come where it is known before the end; else 0.
   [[nodiscard]] virtual std::size_t RowCount() const { return 0; }
   /// Line (row) of the current row, from 1.
   [[nodiscard]] std::size_t line() const { return line_; }
@@ -56,6 +56,10 @@ class TableReader {
   }
   /// The cell, refused if it is empty or holds control characters: a name of a pass or a point.
   [[nodiscard]] std::string_view Id(std::size_t column) const;
+  /// What keeps a text from being a name of a pass or a point; null: nothing.
+  [[nodiscard]] static const char* ProblemOfId(std::string_view id);
+  /// Number of the cell's text where the file stores each text once, else kUnknown.
+  [[nodiscard]] virtual std::uint32_t IndexOfText(std::size_t /*column*/) const { return kUnknown; }
   /// A finite number, or NaN (kNotGiven) for an empty cell.
   [[nodiscard]] double Number(std::size_t column) const {
     if (!Has(column)) return std::numeric_limits<double>::quiet_NaN();
@@ -78,6 +82,22 @@ class TableReader {
     return *memo;
   }
 
+  /// Of a part that no row has been read of: Lookup() of all its rows at once, after which several
+  /// threads may call Lookup() of their parts. `find` returns kUnknown for a text that Lookup() is
+  /// to ask for again, which then has to throw. False where the file does not store each text once,
+  /// and nothing is done.
+  template <typename Find>
+  [[nodiscard]] bool LookupAhead(std::size_t column, const Find& find) const {
+    const NumberedTexts numbered = TextsAhead(column);
+    for (const std::uint32_t text : numbered.rows) {
+      if (text >= numbered.texts->size()) continue;  // refused where its row is read
+      std::uint32_t& memo = numbered.memo[text];
+      if (memo == kUnknown) memo = find((*numbered.texts)[text]);
+    }
+    return numbered.texts != nullptr;
+  }
+  static constexpr std::uint32_t kUnknown = 0xffffffffu;
+
   /// Where the cell of the current row, or of that line (row), stands.
   [[nodiscard]] FilePlace Place(std::size_t column) const { return PlaceAt(line_, column); }
   [[nodiscard]] virtual FilePlace PlaceAt(std::size_t line, std::size_t column) const = 0;
@@ -88,7 +108,6 @@ class TableReader {
 
  protected:
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
-  static constexpr std::uint32_t kUnknown = 0xffffffffu;
 
   TableReader(std::string file, std::span<const TableColumn> columns);
   TableReader(const TableReader&) = default;  // of the same columns, for a part
@@ -105,6 +124,14 @@ class TableReader {
   /// Where Lookup() keeps what it found for the text of this cell, kUnknown before; null where
   /// texts are not numbered.
   [[nodiscard]] virtual std::uint32_t* Memo(std::size_t /*column*/) const { return nullptr; }
+  /// Texts by number, those that rows to come hold, and what Memo() of each points to.
+  struct NumberedTexts {
+    std::span<const std::uint32_t> rows;
+    const IdTable* texts = nullptr;
+    std::uint32_t* memo = nullptr;
+  };
+  /// No rows where texts are not numbered.
+  [[nodiscard]] virtual NumberedTexts TextsAhead(std::size_t /*column*/) const { return {}; }
   /// What the table has in place of a missing column: "the header has a,b".
   [[nodiscard]] virtual std::string ColumnsThere() const = 0;
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/core/id_table.h"
-
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -25,13 +23,6 @@ class TableSink {
   virtual void WriteText(std::string_view file, std::string_view text) = 0;
   /// Where files go that are no tables; nothing where there is no folder.
   [[nodiscard]] virtual std::optional<std::filesystem::path> folder() const = 0;
-};
-
-/// Ids that TableWriter::Id() gives the index of. Where they are null, writers number the ids that
-/// they are given.
-struct BlockIds {
-  const IdTable* passes = nullptr;
-  const IdTable* points = nullptr;
 };
 
 }  // namespace sarblock

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "block_ids.h"
 #include "folder_content.h"
 #include "table_reader.h"
 
@@ -29,6 +30,8 @@ class TableSource {
   [[nodiscard]] virtual std::string NameOf(std::string_view table) const = 0;
   /// The name that something takes that gives itself none.
   [[nodiscard]] virtual std::string DefaultName() const = 0;
+  /// The ids that TableReader::IndexOfText() counts in; none where texts stand in their rows.
+  [[nodiscard]] virtual BlockIds Ids() const { return {}; }
   /// A table that must be there.
   [[nodiscard]] std::unique_ptr<TableReader> Require(std::string_view table,
                                                      std::span<const TableColumn> columns) const;

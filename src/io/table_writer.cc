@@ -4,23 +4,18 @@
 #include "sarblock/core/error.h"
 
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "ordered_pieces.h"
 
 namespace sarblock {
 
-void TableWriter::Append(const TableWriter& /*part*/) {
-  throw std::logic_error("a table without parts was given one");
-}
-
 void WriteRows(std::size_t count,
                std::size_t per_piece,
                TableWriter* out,
                const std::function<void(std::size_t, std::size_t, TableWriter*)>& write) {
   using Part = std::unique_ptr<TableWriter>;
-  if (count <= per_piece || out->Part() == nullptr) {
+  if (count <= per_piece) {
     write(0, count, out);
     return;
   }

@@ -31,10 +31,10 @@ class TableWriter {
   virtual void Commit() = 0;
 
   /// A writer of rows of this table that another thread may use beside this one: it keeps them
-  /// until Append() writes them. Null where rows can be written one after the other only.
-  [[nodiscard]] virtual std::unique_ptr<TableWriter> Part() { return nullptr; }
+  /// until Append() writes them. Ids that the table is given the index of go to a part by Id().
+  [[nodiscard]] virtual std::unique_ptr<TableWriter> Part() = 0;
   /// Writes the rows of a Part() of this table behind those written before.
-  virtual void Append(const TableWriter& part);
+  virtual void Append(const TableWriter& part) = 0;
 
  protected:
   TableWriter() = default;
@@ -43,8 +43,8 @@ class TableWriter {
   virtual TableWriter& Signed(std::int64_t value) = 0;
 };
 
-/// Has `write(begin, end, out)` write the rows of [0, count): pieces of `per_piece` on all threads
-/// where the table takes parts, else all at once. The rows stand in their order.
+/// Has `write(begin, end, out)` write the rows of [0, count): pieces of `per_piece` on all threads.
+/// The rows stand in their order.
 void WriteRows(std::size_t count,
                std::size_t per_piece,
                TableWriter* out,

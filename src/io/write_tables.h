@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "block_ids.h"
 #include "folder_content.h"
 #include "table_sink.h"
 

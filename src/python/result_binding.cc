@@ -2,6 +2,7 @@
 #include "result_binding.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/io/convert.h"
 
 #include <cmath>
 #include <functional>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "arrays.h"
+#include "io/open_tables.h"
 #include "io/output_folder.h"
 #include "result_data.h"
 #include "run_work.h"
@@ -308,16 +310,30 @@ py::array States(const py::object& self, std::size_t pass) {
   return StatesView(self, path.states());
 }
 
+/// Not all that the tables of a result hold is read; they are copied, if they still are those.
+void RequireSame(const ResultData& data) {
+  const std::string summary =
+      TablesAt(data.path, FolderContent::kResult)->Read("summary.json").second;
+  if (summary == data.file->summary.json) return;
+  throw InputError(data.path.string(),
+                   "is another result now than the one that was read, whose tables are needed to "
+                   "write it");
+}
+
 void Write(const ResultData& data,
            const std::filesystem::path& path,
            bool gzip,
            bool force,
            const py::object& progress) {
-  if (!data.solved) {
-    throw InputError(path.string(),
-                     "a result that was read is not written again; sarblock convert copies one");
-  }
-  RunUnlocked(progress, [&](ProgressSink*) {
+  const Compression compression = gzip ? Compression::kGzip : Compression::kNone;
+  RunUnlocked(progress, [&](ProgressSink* sink) {
+    if (data.file) {
+      RequireSame(data);
+      RequireFolderFor(
+          FolderContent::kResult, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
+      Convert(data.path, path, compression, sink);
+      return;
+    }
     const SolvedBlock& solved = *data.solved;
     std::error_code ignored;
     if (std::filesystem::equivalent(solved.source->path, path, ignored)) {
@@ -328,7 +344,7 @@ void Write(const ResultData& data,
     RequireFolderFor(
         FolderContent::kResult, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
     ResultContext context = solved.context;
-    context.compression = gzip ? Compression::kGzip : Compression::kNone;
+    context.compression = compression;
     static_cast<void>(WriteResult(path, solved.block(), solved.options, solved.result, context));
   });
 }

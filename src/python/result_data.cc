@@ -124,6 +124,7 @@ std::shared_ptr<const ResultData> ReadResultAt(const std::filesystem::path& path
   options.progress = progress;
   auto data = std::make_shared<ResultData>();
   data->file = ReadResult(path, options);
+  data->path = std::filesystem::absolute(path);
   return data;
 }
 

@@ -45,6 +45,7 @@ struct SolvedBlock {
 struct ResultData {
   std::optional<SolvedBlock> solved;
   std::optional<ResultFile> file;  ///< where it is not solved
+  std::filesystem::path path;      ///< of what was read
 
   [[nodiscard]] const PointResults& points() const {
     return file ? file->points.results : solved->result.points;

@@ -59,6 +59,16 @@ TEST(SortLooksByPointTest, OrdersByPointAndThenByPass) {  // hand arithmetic
   EXPECT_TRUE(looks.cone.empty());  // a column that no look uses stays empty
 }
 
+TEST(SortLooksByPointTest, MovesNothingThatStandsInOrder) {  // hand arithmetic
+  Looks looks = ShuffledLooks();
+  static_cast<void>(SortLooksByPoint(kPointOfLook, 3, &looks));
+  const Looks sorted = looks;
+  EXPECT_TRUE(SortLooksByPoint({0, 0, 2, 2, 2}, 3, &looks).empty());
+  EXPECT_EQ(looks.offsets, sorted.offsets);
+  EXPECT_EQ(looks.range_m, sorted.range_m);
+  EXPECT_EQ(looks.pass, sorted.pass);
+}
+
 TEST(SortLooksByPointTest, KeepsTheOrderOfTheFileForDuplicates) {  // hand arithmetic
   Looks looks;
   looks.pass = {3, 3, 1, 3};

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A large observations.csv is read in parts by all threads: what is read, and what is refused, is
-// what one thread reading row by row would have found.
+// A large table of looks is read and copied in parts by all threads: what is read, and what is
+// refused, is what one thread reading row by row would have found.
 #include "sarblock/core/error.h"
 #include "sarblock/io/block_files.h"
+#include "sarblock/io/convert.h"
 
 #include <cstdint>
 #include <string>
@@ -68,6 +69,35 @@ std::string TableOfRows(const std::vector<std::string>& rows) {
   return text;
 }
 
+// Closed form.
+void ExpectLargeBlock(const Block& block) {
+  ASSERT_EQ(block.points.size(), kManyPoints);
+  ASSERT_EQ(block.looks.size(), kManyPoints + (kManyPoints + 2) / 3);
+  // Points in the order of their first row.
+  std::vector<std::size_t> order;
+  for (std::size_t point = 0; point < kManyPoints; point += 3) order.push_back(point);
+  for (std::size_t k = 0; k < kManyPoints; ++k) {
+    if (ShuffledPoint(k) % 3 != 0) order.push_back(ShuffledPoint(k));
+  }
+  std::vector<bool> squinted(kManyPoints, false);
+  for (std::size_t k = kManyPoints * 9 / 10 + 1; k < kManyPoints; ++k)
+    squinted[ShuffledPoint(k)] = true;
+  for (std::size_t j = 0; j < kManyPoints; ++j) {
+    const std::size_t point = order[j];
+    ASSERT_EQ(block.points.ids[j], "POINT-" + std::to_string(100000 + point));
+    const std::size_t begin = block.looks.offsets[j], end = block.looks.offsets[j + 1];
+    ASSERT_EQ(end - begin, point % 3 == 0 ? 2U : 1U);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t pass = end - begin == 2 ? i - begin : 1;
+      ASSERT_EQ(block.looks.pass[i], pass);
+      ASSERT_EQ(block.looks.range_m[i], RangeOfLook_m(pass, point));
+      ASSERT_EQ(block.looks.rejected(i), point % 11 == 0);
+      ASSERT_EQ(block.looks.cone[i] != 0.0, pass == 1 && squinted[point]);
+    }
+  }
+  EXPECT_TRUE(block.looks.range_sigma_m.empty());
+}
+
 class ParallelReadingTest : public test::FolderTest {
  protected:
   void PutBlock(const std::vector<std::string>& rows) const {
@@ -88,32 +118,7 @@ TEST_F(ParallelReadingTest, EveryThreadCountReadsTheSameBlock) {
   ASSERT_GT(std::filesystem::file_size(folder_ / "observations.csv"), 2U << 20);
   for (const int threads : {1, 2, 3, 8}) {
     const ThreadLimit limit(threads);
-    const Block block = ReadBlock(folder_).block;
-    ASSERT_EQ(block.points.size(), kManyPoints);
-    ASSERT_EQ(block.looks.size(), rows.size());
-    // Points in the order of their first row.
-    std::vector<std::size_t> order;
-    for (std::size_t point = 0; point < kManyPoints; point += 3) order.push_back(point);
-    for (std::size_t k = 0; k < kManyPoints; ++k) {
-      if (ShuffledPoint(k) % 3 != 0) order.push_back(ShuffledPoint(k));
-    }
-    std::vector<bool> squinted(kManyPoints, false);
-    for (std::size_t k = kManyPoints * 9 / 10 + 1; k < kManyPoints; ++k)
-      squinted[ShuffledPoint(k)] = true;
-    for (std::size_t j = 0; j < kManyPoints; ++j) {
-      const std::size_t point = order[j];
-      ASSERT_EQ(block.points.ids[j], "POINT-" + std::to_string(100000 + point));
-      const std::size_t begin = block.looks.offsets[j], end = block.looks.offsets[j + 1];
-      ASSERT_EQ(end - begin, point % 3 == 0 ? 2U : 1U);
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t pass = end - begin == 2 ? i - begin : 1;
-        ASSERT_EQ(block.looks.pass[i], pass);
-        ASSERT_EQ(block.looks.range_m[i], RangeOfLook_m(pass, point));
-        ASSERT_EQ(block.looks.rejected(i), point % 11 == 0);
-        ASSERT_EQ(block.looks.cone[i] != 0.0, pass == 1 && squinted[point]);
-      }
-    }
-    EXPECT_TRUE(block.looks.range_sigma_m.empty());
+    ExpectLargeBlock(ReadBlock(folder_).block);
   }
 }
 
@@ -160,6 +165,60 @@ TEST_F(ParallelReadingTest, AFileWithoutALastNewLineAndACompressedOneAreRead) {
   std::filesystem::remove(folder_ / "observations.csv");
   PutGzip("observations.csv.gz", TableOfRows(rows));
   EXPECT_EQ(ReadBlock(folder_).block.looks.size(), rows.size());
+}
+
+// Closed form, and two routes. The rows of a file, whose texts stand once, in parts of 8192.
+TEST_F(ParallelReadingTest, EveryThreadCountReadsTheSameBlockFromAFile) {
+  PutBlock(LargeRows());
+  const std::filesystem::path file = folder_ / "large.h5";
+  std::string first;
+  for (const int threads : {1, 2, 3, 8}) {
+    const ThreadLimit limit(threads);
+    Convert(folder_, file);
+    ExpectLargeBlock(ReadBlock(file).block);
+    Convert(file, folder_ / "copied.h5");
+    Convert(folder_ / "copied.h5", folder_ / "back");
+    const std::string bytes = Content(folder_ / "back" / "observations.csv");
+    if (threads == 1) first = bytes;
+    EXPECT_GT(bytes.size(), 1U << 20);
+    EXPECT_TRUE(bytes == first);
+    std::filesystem::remove(file);
+    std::filesystem::remove(folder_ / "copied.h5");
+    std::filesystem::remove_all(folder_ / "back");
+  }
+}
+
+TEST_F(ParallelReadingTest, TheFirstBadRowOfAFileIsNamedWhateverComesBehindIt) {
+  std::vector<std::string> rows = LargeRows();
+  rows[55001] = "A2,LATE,3.5,-2,,\n";
+  rows[40000] = "A3,EARLY,3.5,9001.25,,\n";  // another part
+  PutBlock(rows);
+  const std::filesystem::path file = folder_ / "large.h5";
+  Convert(folder_, file);
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(file); }),
+                HasSubstr("large.h5: /observations/pass[40000]: block.toml has no pass 'A3'"));
+  }
+  rows[40000] = "A1,EARLY,3.5,9001.25,,\n";
+  PutBlock(rows);
+  std::filesystem::remove(file);
+  Convert(folder_, file);
+  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(file); }),
+              HasSubstr("large.h5: /observations/range_m[55001]: -2 is not allowed"));
+}
+
+TEST_F(ParallelReadingTest, TheFirstBadRowIsNamedByConvert) {
+  std::vector<std::string> rows = LargeRows();
+  rows[55001] = "A2,LATE,3.5,far,,\n";
+  rows[40000] = ",EARLY,3.5,9001.25,,\n";
+  PutBlock(rows);
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    EXPECT_THAT(test::MessageOf<InputError>([&] { return Convert(folder_, folder_ / "a.h5"); }),
+                HasSubstr("observations.csv:40002: pass: is empty, a name is needed"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "a.h5"));
+  }
 }
 
 }  // namespace

@@ -76,18 +76,18 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
   result_.parameters[0].kept = "pays";
   WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<TableColumn> columns{{"candidate"},
-                                       {"passes"},
-                                       {"parameters"},
-                                       {"test"},
-                                       {"statistic"},
-                                       {"f"},
-                                       {"p"},
-                                       {"delta_bic"},
-                                       {"condition"},
-                                       {"posterior_prior"},
-                                       {"verdict"},
-                                       {"reason"},
-                                       {"step"}};
+                                         {"passes"},
+                                         {"parameters"},
+                                         {"test"},
+                                         {"statistic"},
+                                         {"f"},
+                                         {"p"},
+                                         {"delta_bic"},
+                                         {"condition"},
+                                         {"posterior_prior"},
+                                         {"verdict"},
+                                         {"reason"},
+                                         {"step"}};
   EXPECT_THAT(Row("selection.csv", 0, columns),
               ElementsAre("range.bias",
                           "A B",
@@ -165,8 +165,9 @@ TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
                           "",
                           "",
                           ""));
-  CsvReader reader(folder_ / "points.csv",
-                   std::vector<TableColumn>{{"lat_deg"}, {"lon_deg"}, {"h_m"}, {"intersection_deg"}});
+  CsvReader reader(
+      folder_ / "points.csv",
+      std::vector<TableColumn>{{"lat_deg"}, {"lon_deg"}, {"h_m"}, {"intersection_deg"}});
   ASSERT_TRUE(reader.Next());
   const Eigen::Vector3d back_m = block_.frame.FrameFromGeodetic(
       {reader.Number(0) * kRadPerDeg, reader.Number(1) * kRadPerDeg, reader.Number(2)});
@@ -229,9 +230,9 @@ TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled)
   result_.pairs[0].sigma_leberl_path_up_m = 7.5;
   WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<TableColumn> columns{{"sigma_leberl_across_m"},
-                                       {"sigma_leberl_up_m"},
-                                       {"sigma_leberl_path_across_m"},
-                                       {"sigma_leberl_path_up_m"}};
+                                         {"sigma_leberl_up_m"},
+                                         {"sigma_leberl_path_across_m"},
+                                         {"sigma_leberl_path_up_m"}};
   EXPECT_THAT(Row("points.csv", 0, columns), ElementsAre("3.5", "4.5", "5.5", ""));
   EXPECT_THAT(Row("points.csv", 1, columns), ElementsAre("", "", "", ""));
   EXPECT_THAT(Row("pairs.csv", 0, columns), ElementsAre("6.5", "", "", "7.5"));
@@ -243,12 +244,12 @@ TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled)
 TEST_F(ResultFilesTest, ResidualsStandByLook) {
   WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<TableColumn> columns{{"pass"},
-                                       {"point"},
-                                       {"range_residual_m"},
-                                       {"azimuth_residual_m"},
-                                       {"range_w"},
-                                       {"weight"},
-                                       {"rejected"}};
+                                         {"point"},
+                                         {"range_residual_m"},
+                                         {"azimuth_residual_m"},
+                                         {"range_w"},
+                                         {"weight"},
+                                         {"rejected"}};
   EXPECT_THAT(Row("residuals.csv", 0, columns),
               ElementsAre("A", "P", "0.75", "-1.75", "", "0.5", "0"));
   EXPECT_THAT(Row("residuals.csv", 1, columns), ElementsAre("B", "P", "", "", "", "0", "1"));

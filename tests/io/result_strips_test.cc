@@ -69,10 +69,10 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
   result.strips = SampleStrips(block, options.groups, result);
   WriteResult(folder_, block, options, result, {});
   const std::vector<TableColumn> columns{{"strip_time"},
-                                       {"correction_up_m"},
-                                       {"sigma_up_m"},
-                                       {"correction_along_m"},
-                                       {"sigma_along_m"}};
+                                         {"correction_up_m"},
+                                         {"sigma_up_m"},
+                                         {"correction_along_m"},
+                                         {"sigma_along_m"}};
   CsvReader reader(folder_ / "strips.csv", columns);
   for (std::size_t k = 0; k < kStripStations; ++k) {
     ASSERT_TRUE(reader.Next());

@@ -70,6 +70,30 @@ def test_a_result_that_was_read_has_the_numbers_of_the_one_written(tmp_path, loc
     assert read.verdict == local_result.verdict
 
 
+def test_a_result_that_was_read_is_written_with_the_same_tables(tmp_path, local_result):
+    local_result.write(tmp_path / "result")
+    tables = sorted(file.name for file in (tmp_path / "result").iterdir() if file.suffix in (".csv", ".json"))
+    assert len(tables) >= 6
+    sarblock.read_result(tmp_path / "result").write(tmp_path / "copied.h5")
+    sarblock.read_result(tmp_path / "copied.h5").write(tmp_path / "again.h5")
+    sarblock.read_result(tmp_path / "again.h5").write(tmp_path / "back")
+    for name in tables:
+        assert (tmp_path / "back" / name).read_bytes() == (tmp_path / "result" / name).read_bytes(), name
+
+
+def test_a_result_that_was_read_is_not_written_from_another(tmp_path, local_result):
+    local_result.write(tmp_path / "result")
+    read = sarblock.read_result(tmp_path / "result")
+    summary = tmp_path / "result" / "summary.json"
+    summary.write_text(summary.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    with pytest.raises(sarblock.InputError, match="is another result now than the one that was read"):
+        read.write(tmp_path / "copied.h5")
+    summary.unlink()
+    with pytest.raises(sarblock.InputError, match="summary.json: is missing"):
+        read.write(tmp_path / "copied.h5")
+    assert not (tmp_path / "copied.h5").exists()
+
+
 def test_covariances_are_symmetric_and_hold_the_squares_of_the_sigmas(local_result):
     points = local_result.points
     covariance = points.covariance_enu_m2[points.solved]

@@ -148,8 +148,8 @@ struct Block {
 };
 
 /// Sorts looks that stand in any order by point (and pass) into `Looks` order.
-/// `point_of_look` gives the point of each look; `looks.offsets` is made. Linear time (counting
-/// sort). Returns the permutation: new position i holds old look result[i].
+/// `point_of_look` gives the point of each look; `looks.offsets` is made. Linear time. Returns the
+/// permutation, new position i holds old look result[i]; nothing where they stood in this order.
 std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,
                                             std::size_t point_count,
                                             Looks* looks);

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blocks of arrays in memory: hand values, and what is refused.
+#include "sarblock/io/block_arrays.h"
+
+#include "sarblock/core/error.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+#include "io/io_fixture.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using test::MessageOf;
+using testing::ElementsAre;
+
+constexpr const char* kArraysToml =
+    "format = \"sarblock-block 1\"\n"
+    "name = \"arrays\"\n"
+    "[frame]\n"
+    "kind = \"local\"\n"
+    "[sigma]\n"
+    "range_m = 0.75\n"
+    "azimuth_m = 1.25\n"
+    "[[pass]]\n"
+    "id = \"A\"\n"
+    "look = \"left\"\n"
+    "[[pass]]\n"
+    "id = \"B\"\n"
+    "look = \"left\"\n";
+
+std::shared_ptr<IdTable> IdsOf(const std::vector<std::string>& names) {
+  auto ids = std::make_shared<IdTable>();
+  for (const std::string& name : names) ids->Append(name);
+  return ids;
+}
+
+/// The columns that a test changes before it reads them.
+struct GivenArrays {
+  std::shared_ptr<IdTable> passes = IdsOf({"B", "A"});  // in another order than block.toml has them
+  std::shared_ptr<IdTable> points = IdsOf({"P9", "P1", "P5"});
+  std::vector<std::uint32_t> state_pass{1, 1, 0, 0};
+  std::vector<double> state_time_s{0.0, 40.5, 0.0, 40.5};
+  std::vector<double> state_x_m{-3000.5, 5100.25, -3000.5, 5100.25};
+  std::vector<double> state_y_m{0.0, 0.0, -6000.0, -6000.0};
+  std::vector<double> state_z_m = std::vector<double>(4, 8000.0);
+  std::vector<double> speed_mps = std::vector<double>(4, 200.0);
+  std::vector<double> zero = std::vector<double>(4, 0.0);
+  std::vector<std::uint32_t> look_pass{0, 1, 0};
+  std::vector<std::uint32_t> look_point{2, 2, 0};
+  std::vector<double> time_s{20.25, 19.75, 7.5};
+  std::vector<double> range_m{17000.5, 12500.25, 16800.125};
+  std::vector<double> squint_deg{kNotGiven, 1.5, kNotGiven};
+
+  [[nodiscard]] BlockArrays Arrays() const {
+    return {kArraysToml,
+            {{"trajectories",
+              {{"pass", {}, passes, state_pass},
+               {"time_s", state_time_s},
+               {"x_m", state_x_m},
+               {"y_m", state_y_m},
+               {"z_m", state_z_m},
+               {"vx_mps", speed_mps},
+               {"vy_mps", zero},
+               {"vz_mps", zero}}},
+             {"observations",
+              {{"pass", {}, passes, look_pass},
+               {"point", {}, points, look_point},
+               {"time_s", time_s},
+               {"range_m", range_m},
+               {"squint_deg", squint_deg}}}}};
+  }
+  [[nodiscard]] Block Read() const { return ReadBlockArrays(Arrays()).block; }
+  [[nodiscard]] std::string Refusal() const {
+    return MessageOf<InputError>([&] { return ReadBlockArrays(Arrays()); });
+  }
+};
+
+TEST(ReadBlockArraysTest, TextsAreFoundByTheirIndicesAndLooksSortedByPoint) {  // hand values
+  const Block block = GivenArrays().Read();
+  ASSERT_EQ(block.passes.size(), 2U);
+  EXPECT_EQ(block.passes[0].id, "A");
+  EXPECT_EQ(block.passes[0].path.states().back().position_m.y(), 0.0);
+  EXPECT_EQ(block.passes[1].path.states().back().position_m.y(), -6000.0);
+  ASSERT_EQ(block.points.size(), 2U);  // P1 is seen by none, and no table has it
+  EXPECT_EQ(block.points.ids[0], "P5");
+  EXPECT_EQ(block.points.ids[1], "P9");
+  EXPECT_THAT(block.looks.offsets, ElementsAre(0U, 2U, 3U));
+  EXPECT_THAT(block.looks.pass, ElementsAre(0U, 1U, 1U));
+  EXPECT_THAT(block.looks.time_s, ElementsAre(19.75, 20.25, 7.5));
+  EXPECT_THAT(block.looks.range_m, ElementsAre(12500.25, 17000.5, 16800.125));
+  ASSERT_EQ(block.looks.cone.size(), 3U);
+  EXPECT_DOUBLE_EQ(block.looks.cone[0], 1.5 * std::acos(-1.0) / 180.0);
+  EXPECT_EQ(block.looks.cone[1], 0.0);
+}
+
+TEST(ReadBlockArraysTest, PointsOfATableComeFirstInItsOrder) {
+  const GivenArrays given;
+  const std::vector<std::uint32_t> all{0, 1, 2};
+  BlockArrays arrays = given.Arrays();
+  arrays.tables.push_back({"points", {{"point", {}, given.points, all}}});
+  const Block block = ReadBlockArrays(arrays).block;
+  ASSERT_EQ(block.points.size(), 3U);
+  EXPECT_EQ(block.points.ids[1], "P1");
+  EXPECT_THAT(block.looks.offsets, ElementsAre(0U, 1U, 1U, 3U));
+}
+
+TEST(ReadBlockArraysTest, CellsAreRefusedByTableColumnAndRow) {
+  GivenArrays given;
+  given.range_m[1] = -5.0;
+  EXPECT_EQ(given.Refusal(), "observations.range_m[1]: -5 is not allowed, a number above 0 is");
+  given = {};
+  given.time_s[2] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(given.Refusal(), "observations.time_s[2]: inf is not allowed, a finite number is");
+  given = {};
+  given.time_s[0] = kNotGiven;
+  EXPECT_EQ(given.Refusal(), "observations.time_s[0]: is empty, a number is needed");
+  given = {};
+  given.look_point[1] = 3;
+  EXPECT_EQ(given.Refusal(),
+            "observations.point[1]: 3 is not allowed, an index below 3, the number of texts, is");
+  given = {};
+  given.points = IdsOf({"P9", "P1", "P\x01"});
+  EXPECT_EQ(given.Refusal(),
+            "observations.point[0]: the name holds a control character, which is not allowed");
+  given = {};
+  given.passes = IdsOf({"B", "A", "C"});
+  given.look_pass[2] = 2;
+  EXPECT_TRUE(given.Refusal().starts_with("observations.pass[2]: block.toml has no pass 'C'"))
+      << given.Refusal();
+  given = {};
+  given.look_pass[1] = 0;
+  EXPECT_EQ(given.Refusal(),
+            "observations.point[1]: pass 'B' sees point 'P5' twice, first on row 0; one look per "
+            "pass and point is allowed");
+}
+
+TEST(ReadBlockArraysTest, ColumnsAreRefusedByTableAndColumn) {
+  GivenArrays given;
+  given.range_m.pop_back();
+  EXPECT_EQ(given.Refusal(),
+            "observations.range_m: has 2 rows where observations.pass has 3, as many are needed");
+  BlockArrays arrays = GivenArrays().Arrays();
+  const auto refusal = [&] {
+    return MessageOf<InputError>([&] { return ReadBlockArrays(arrays); });
+  };
+  given = {};
+  arrays = given.Arrays();
+  arrays.tables[1].columns[0] = {"pass", given.time_s};
+  EXPECT_EQ(refusal(), "observations.pass: holds numbers, texts are needed");
+  arrays = given.Arrays();
+  arrays.tables[1].columns[4] = arrays.tables[1].columns[3];
+  EXPECT_EQ(refusal(), "observations.range_m: stands twice, one column is allowed");
+  arrays = given.Arrays();
+  arrays.tables[1].columns.erase(arrays.tables[1].columns.begin() + 1);
+  EXPECT_TRUE(refusal().starts_with("observations.point: the column is missing; there are pass,"))
+      << refusal();
+  arrays = given.Arrays();
+  arrays.tables.pop_back();
+  EXPECT_TRUE(refusal().starts_with("observations: is missing")) << refusal();
+}
+
+// More rows than a part has: the first bad one is named whatever the threads.
+TEST(ReadBlockArraysTest, TheFirstBadRowIsNamedWhateverComesBehindIt) {
+  constexpr std::size_t kRows = 70001;
+  GivenArrays given;
+  given.points = std::make_shared<IdTable>();
+  given.look_pass.assign(kRows, 1);
+  given.time_s.assign(kRows, 20.25);
+  given.squint_deg.assign(kRows, kNotGiven);
+  given.look_point.clear();
+  given.range_m.clear();
+  for (std::size_t i = 0; i < kRows; ++i) {
+    given.points->Append("T" + std::to_string(i));
+    given.look_point.push_back(static_cast<std::uint32_t>(kRows - 1 - i));
+    given.range_m.push_back(9000.5 + 0.125 * static_cast<double>(i));
+  }
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    const Block block = given.Read();
+    ASSERT_EQ(block.points.size(), kRows);
+    for (std::size_t i = 0; i < kRows; ++i) {  // numbered as the rows name them
+      ASSERT_EQ(block.points.ids[i], "T" + std::to_string(kRows - 1 - i));
+      ASSERT_EQ(block.looks.range_m[i], given.range_m[i]);
+    }
+  }
+  given.range_m[66000] = -1.0;
+  given.range_m[40000] = -2.0;
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    EXPECT_EQ(given.Refusal(),
+              "observations.range_m[40000]: -2 is not allowed, a number above 0 is");
+  }
+}
+
+}  // namespace
+}  // namespace sarblock
