@@ -44,25 +44,7 @@ class ScratchCommandTest : public test::CliTest {
 TEST_F(ScratchCommandTest, WritesTheSameBytesWithLessMemory) {
   const Path block = LargeBlock();
   const std::string files = folder_ / "files";
-  // Tables of a folder, and those of an HDF5 file.
-  for (const char* command : {"adjust", "predict"}) {
-    const std::string plain = std::string(command) + "-plain";
-    const std::string mapped = std::string(command) + "-mapped";
-    EXPECT_EQ(Run(command, block, plain).exit_code, 0);
-    EXPECT_EQ(Run(command, block, mapped, {"--scratch", files}).exit_code, 0);
-    ExpectSameTables(plain, mapped);
-    EXPECT_TRUE(NothingLeft());
-  }
-  ASSERT_EQ(Run("intersect", block, "plain.h5").exit_code, 0);
-  ASSERT_EQ(Run("intersect", block, "mapped.h5", {"--scratch", files}).exit_code, 0);
-  for (const std::string name : {"plain", "mapped"}) {
-    const test::ProgramRun run =
-        test::RunProgram({"convert", folder_ / (name + ".h5"), folder_ / name});
-    ASSERT_EQ(run.exit_code, 0) << run.err;
-  }
-  ExpectSameTables("plain", "mapped");
-
-  // What is mapped is counted apart from memory, and a refusal says so.
+  // What is mapped is counted apart from memory.
   const nlohmann::json memory = NeedsOf({"check", block, "--json"});
   const nlohmann::json apart = NeedsOf({"check", block, "--json", "--scratch", files});
   const double scratch_bytes = apart["scratch_bytes"].get<double>();
@@ -72,13 +54,28 @@ TEST_F(ScratchCommandTest, WritesTheSameBytesWithLessMemory) {
             scratch_bytes);
   EXPECT_THAT(test::RunProgram({"check", block, "--scratch", files}).out,
               HasSubstr(" MiB in scratch files (looks "));
+
+  // A limit between both refuses the one and not the other.
   const std::string limit =
       std::to_string((memory["memory_bytes"].get<double>() - 0.5 * scratch_bytes) / (1 << 20));
-  const test::ProgramRun refused = Run("adjust", block, "result", {"--memory", limit});
+  const test::ProgramRun refused = Run("adjust", block, "refused", {"--memory", limit});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr(", with looks and points in files (--scratch) or for a part"));
   const std::vector<std::string> both = {"--memory", limit, "--scratch", files};
-  EXPECT_EQ(Run("adjust", block, "result", both).exit_code, 0);
+  EXPECT_EQ(Run("adjust", block, "adjusted-mapped", both).exit_code, 0);
+  EXPECT_TRUE(NothingLeft());
+
+  // Tables of a folder, and those of an HDF5 file.
+  EXPECT_EQ(Run("adjust", block, "adjusted").exit_code, 0);
+  ExpectSameTables("adjusted", "adjusted-mapped");
+  ASSERT_EQ(Run("intersect", block, "plain.h5").exit_code, 0);
+  ASSERT_EQ(Run("intersect", block, "mapped.h5", {"--scratch", files}).exit_code, 0);
+  for (const std::string name : {"plain", "mapped"}) {
+    const test::ProgramRun run =
+        test::RunProgram({"convert", folder_ / (name + ".h5"), folder_ / name});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  ExpectSameTables("plain", "mapped");
 
   // A limit of the shell stands for a disk that is full in the middle of the work.
   const std::string line = "ulimit -f 2000; cd '" + folder_.string() +
