@@ -15,6 +15,9 @@
 #   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each; last row: SARBLOCK_OTHER
 #   many       hundreds to ten thousand passes of one point; SARBLOCK_OTHER beside, up to 1,000 passes
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
+#   scratch    the net of 2,000 passes, SARBLOCK_POINTS points (1,960,000), without and with --scratch: CPU, anonymous and
+#              mapped memory at most, whether all tables are the same; a third run in the memory control group of
+#              the folder SARBLOCK_GROUP, if given, under its limit; SARBLOCK_BLOCK: a block made before
 #   covariance all blocks of points and passes against ceres::Covariance
 #   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
 #   assembly   the sum of S over the points of nets of passes with one thread and with two: 4,000 passes
@@ -95,7 +98,7 @@ work=$(mktemp -d -p "${SARBLOCK_WORK:-${TMPDIR:-/tmp}}")
 trap 'rm -rf "$work"' EXIT
 
 exec python3 - "$program" "$work" "${1:-}" <<'PY'
-import json, math, os, random, resource, shutil, statistics, subprocess, sys, time
+import filecmp, json, math, os, random, resource, shutil, statistics, subprocess, sys, time
 
 program, work, name = sys.argv[1:4]
 
@@ -221,6 +224,44 @@ def network_row(folder, parameters, extra):
 NETWORK_HEADER = ("points,looks,passes,unknowns,iterations,accepted,read_s,start_s,solve_s,"
                   "covariance_s,write_s,cpu_s,peak_mib")
 
+def watched(arguments, group):
+    """CPU seconds and the most MiB of anonymous memory and of mapped files, asked ten times a second; in a memory
+    control group if one is given."""
+    def enter():
+        if group is not None:
+            with open(f"{group}/cgroup.procs", "w") as processes:
+                processes.write(str(os.getpid()))
+    before = children_cpu_s()
+    process = subprocess.Popen([program, *arguments], stdout=subprocess.DEVNULL, preexec_fn=enter)
+    most = {"RssAnon": 0, "RssFile": 0}
+    while process.poll() is None:
+        with open(f"/proc/{process.pid}/status") as status:
+            for line in status:
+                name = line.split(":")[0]
+                if name in most:
+                    most[name] = max(most[name], int(line.split()[1]) / 1024)
+        time.sleep(0.1)
+    if process.returncode != 0:
+        sys.exit(f"bench.sh: {' '.join(arguments)} ended with status {process.returncode}")
+    return children_cpu_s() - before, most["RssAnon"], most["RssFile"]
+
+
+def scratch_table(folder, group):
+    os.mkdir(f"{work}/files")
+    runs = [("memory", [], None), ("scratch", ["--scratch", f"{work}/files"], None)]
+    if group is not None:
+        runs.append(("scratch in the group", ["--scratch", f"{work}/files"], group))
+    print("run,cpu_s,cpu_ratio,anonymous_mib,mapped_mib,same_tables")
+    first_s = None
+    for label, extra, limited in runs:
+        result = f"{work}/result" if first_s is None else f"{work}/again"
+        cpu_s, anonymous, mapped = watched(["adjust", folder, "-o", result, "-q", *extra], limited)
+        first_s = first_s or cpu_s
+        tables = [table for table in sorted(os.listdir(result)) if table.endswith(".csv")]
+        same = not filecmp.cmpfiles(f"{work}/result", result, tables, shallow=False)[1]
+        print(f"{label},{cpu_s:.1f},{cpu_s / first_s:.2f},{anonymous:.0f},{mapped:.0f},{same}", flush=True)
+
+
 def with_noise(folder, sigma_m):
     """A copy of a block whose states carry noise in their positions."""
     noisy, draw = folder + "noisy", random.Random(7)
@@ -310,6 +351,13 @@ elif name == "largest":
     print(f"# simulate: {wall:.0f} s, {peak:.0f} MiB", file=sys.stderr, flush=True)
     print(NETWORK_HEADER)
     network_row(f"{work}/largest", 6, [])
+elif name == "scratch":
+    folder = os.environ.get("SARBLOCK_BLOCK")
+    if folder is None:
+        folder = f"{work}/block"
+        points = int(os.environ.get("SARBLOCK_POINTS", "1960000"))
+        simulated("network", folder, f"points.count={points}", "control.count=2000")
+    scratch_table(folder, os.environ.get("SARBLOCK_GROUP"))
 elif name == "commands":
     print("points,looks,command,wall_s,peak_mib")
     for points in (1000, 10000, 100000):
@@ -430,5 +478,5 @@ elif name == "selection":
     print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
     sys.exit("bench.sh: NAME is commands, stages, reading, container, engines, solve, growth, network, largest, "
-             "covariance, selection, assembly, orders, machine or build")
+             "scratch, covariance, selection, assembly, orders, machine or build")
 PY

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "core/available_memory.h"
+#include "core/scratch.h"
 
 namespace sarblock {
 namespace {
@@ -15,69 +16,89 @@ constexpr double kMiB = 1024.0 * 1024.0;
 /// Less than this is not looked for: there is always as much.
 constexpr std::uint64_t kAlwaysThere = std::uint64_t{64} << 20;
 
-/// Bytes of vectors that are filled.
+/// Bytes of arrays.
+struct ArrayBytes {
+  std::uint64_t all = 0;
+  std::uint64_t large = 0;  ///< of arrays that may stand in scratch files
+
+  void Add(std::uint64_t bytes) {
+    all += bytes;
+    if (bytes >= kScratchLeastBytes) large += bytes;
+  }
+};
+
+/// Adds vectors that are filled.
 template <typename... Vectors>
-std::uint64_t BytesOf(const Vectors&... vectors) {
-  return (std::uint64_t{0} + ... + (vectors.size() * sizeof(vectors[0])));
+void AddFilled(ArrayBytes* to, const Vectors&... vectors) {
+  (to->Add(vectors.size() * sizeof(vectors[0])), ...);
 }
 
-/// Bytes of an element each of vectors that will be filled.
+/// Adds vectors that will be filled with so many elements.
 template <typename... Vectors>
-constexpr std::uint64_t ElementBytes(const Vectors&... vectors) {
-  return (std::uint64_t{0} + ... + sizeof(vectors[0]));
+void AddPlanned(std::uint64_t count, ArrayBytes* to, const Vectors&... vectors) {
+  (to->Add(count * sizeof(vectors[0])), ...);
 }
 
-std::uint64_t BytesAsRead(const Looks& looks) {
-  return BytesOf(looks.offsets,
-                 looks.pass,
-                 looks.flags,
-                 looks.time_s,
-                 looks.range_m,
-                 looks.cone,
-                 looks.range_sigma_m,
-                 looks.azimuth_sigma);
+void AddAsRead(const Looks& looks, ArrayBytes* to) {
+  AddFilled(to,
+            looks.offsets,
+            looks.pass,
+            looks.flags,
+            looks.time_s,
+            looks.range_m,
+            looks.cone,
+            looks.range_sigma_m,
+            looks.azimuth_sigma);
 }
 
-std::uint64_t BytesAsRead(const Points& points) { return BytesOf(points.role, points.given_m); }
+void AddAsRead(const Points& points, ArrayBytes* to) { AddFilled(to, points.role, points.given_m); }
 
-std::uint64_t LooksBytes(const AdjustmentProblem& problem, const AdjustOptions& options) {
+ArrayBytes LooksBytes(const AdjustmentProblem& problem, const AdjustOptions& options) {
   const Looks& looks = problem.block.looks;
   const std::uint64_t count = looks.size();
   const LookResults results;
   const LookQuality quality;
-  std::uint64_t bytes = BytesAsRead(looks) + BytesOf(problem.look_used, problem.weights);
-  bytes +=
-      count * ElementBytes(results.range_residual_m, results.azimuth_residual_m, results.rejected);
-  if (options.robust != RobustLoss::kNone) bytes += count * ElementBytes(results.weight);
+  ArrayBytes bytes;
+  AddAsRead(looks, &bytes);
+  AddFilled(&bytes, problem.look_used, problem.weights);
+  AddPlanned(count, &bytes, results.range_residual_m, results.azimuth_residual_m, results.rejected);
+  if (options.robust != RobustLoss::kNone) AddPlanned(count, &bytes, results.weight);
   if (options.covariance != CovarianceLevel::kNone) {
-    bytes += 2 * count * ElementBytes(quality.redundancy_1[0], quality.w_1[0], quality.shift_m[0]);
+    for (const std::size_t k : {0U, 1U}) {
+      AddPlanned(count, &bytes, quality.redundancy_1[k], quality.w_1[k], quality.shift_m[k]);
+    }
   }
   return bytes;
 }
 
-std::uint64_t PointsBytes(const AdjustmentProblem& problem, const AdjustOptions& options) {
+ArrayBytes PointsBytes(const AdjustmentProblem& problem, const AdjustOptions& options) {
   const Points& points = problem.block.points;
   const std::uint64_t count = points.size();
   const PointResults results;
   const BlockState state;
-  std::uint64_t bytes =
-      BytesAsRead(points) +
-      BytesOf(problem.point_status, problem.point_reason, problem.misplaced, problem.control_of);
-  bytes += count * ElementBytes(state.start_m,
-                                state.displacement_m,
-                                results.status,
-                                results.looks,
-                                results.position_m,
-                                results.intersection_rad);
+  ArrayBytes bytes;
+  AddAsRead(points, &bytes);
+  AddFilled(
+      &bytes, problem.point_status, problem.point_reason, problem.misplaced, problem.control_of);
+  AddPlanned(count,
+             &bytes,
+             state.start_m,
+             state.displacement_m,
+             results.status,
+             results.looks,
+             results.position_m,
+             results.intersection_rad);
   if (options.covariance != CovarianceLevel::kNone) {
-    bytes += count * ElementBytes(results.covariance_m2,
-                                  results.fixed_path_covariance_m2,
-                                  results.redundancy,
-                                  results.sigma_leberl_across_m,
-                                  results.sigma_leberl_up_m,
-                                  results.sigma_leberl_path_across_m,
-                                  results.sigma_leberl_path_up_m,
-                                  results.leberl_across_azimuth_rad);
+    AddPlanned(count,
+               &bytes,
+               results.covariance_m2,
+               results.fixed_path_covariance_m2,
+               results.redundancy,
+               results.sigma_leberl_across_m,
+               results.sigma_leberl_up_m,
+               results.sigma_leberl_path_across_m,
+               results.sigma_leberl_path_up_m,
+               results.leberl_across_azimuth_rad);
   }
   return bytes;
 }
@@ -107,9 +128,17 @@ ResourceNeeds PredictNeeds(const AdjustmentProblem& problem,
   const SystemNeeds system_needs = system->Needs(options.threads);
   const FactorNeeds& factor = system_needs.factor;
   ResourceNeeds needs;
-  needs.looks_bytes = LooksBytes(problem, options);
-  needs.points_bytes = PointsBytes(problem, options);
-  needs.block_bytes = BytesAsRead(problem.block.looks) + BytesAsRead(problem.block.points);
+  const bool scratch = ScratchScope::Current() != nullptr;
+  const ArrayBytes looks = LooksBytes(problem, options);
+  const ArrayBytes points = PointsBytes(problem, options);
+  ArrayBytes block;
+  AddAsRead(problem.block.looks, &block);
+  AddAsRead(problem.block.points, &block);
+  needs.looks_bytes = looks.all;
+  needs.points_bytes = points.all;
+  needs.large_bytes = looks.large + points.large;
+  needs.scratch_bytes = scratch ? needs.large_bytes : 0;
+  needs.block_bytes = block.all - (scratch ? block.large : 0);
   needs.matrix_bytes = 2 * Doubles(system_needs.matrix + system_needs.border);
   needs.partial_sums_bytes = Doubles(system_needs.partial_sums);
   needs.factor_bytes = Doubles(factor.factor);
@@ -121,19 +150,21 @@ ResourceNeeds PredictNeeds(const AdjustmentProblem& problem,
     needs.inverse_bytes =
         Doubles(system_needs.matrix + system_needs.border + factor.inverse_fronts);
   }
-  needs.peak_bytes = needs.looks_bytes + needs.points_bytes + needs.matrix_bytes +
-                     needs.factor_bytes +
+  needs.peak_bytes = needs.looks_bytes + needs.points_bytes - needs.scratch_bytes +
+                     needs.matrix_bytes + needs.factor_bytes +
                      std::max({needs.partial_sums_bytes, needs.fronts_bytes, needs.inverse_bytes});
   return needs;
 }
 
 std::string DescribeNeeds(const ResourceNeeds& needs) {
-  return "memory " + Amount(needs.peak_bytes) + " MiB (looks " + Amount(needs.looks_bytes) +
-         ", points " + Amount(needs.points_bytes) + ", S " + Amount(needs.matrix_bytes) +
-         ", partial sums " + Amount(needs.partial_sums_bytes) + ", factor " +
-         Amount(needs.factor_bytes) + ", fronts " + Amount(needs.fronts_bytes) + ", inverse " +
-         Amount(needs.inverse_bytes) + "); operations: S " + Work(needs.sum_operations_1) +
-         ", factor " + Work(needs.factor_operations_1);
+  const std::string files =
+      needs.scratch_bytes > 0 ? ", " + Amount(needs.scratch_bytes) + " MiB in scratch files" : "";
+  return "memory " + Amount(needs.peak_bytes) + " MiB" + files + " (looks " +
+         Amount(needs.looks_bytes) + ", points " + Amount(needs.points_bytes) + ", S " +
+         Amount(needs.matrix_bytes) + ", partial sums " + Amount(needs.partial_sums_bytes) +
+         ", factor " + Amount(needs.factor_bytes) + ", fronts " + Amount(needs.fronts_bytes) +
+         ", inverse " + Amount(needs.inverse_bytes) + "); operations: S " +
+         Work(needs.sum_operations_1) + ", factor " + Work(needs.factor_operations_1);
 }
 
 std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& options) {
@@ -148,6 +179,9 @@ std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& opt
                      Amount(limit_mib) + " MiB are " + (asked ? "allowed" : "free") + ": " +
                      DescribeNeeds(needs) + "; less is needed with fewer parameters a pass";
   if (options.covariance != CovarianceLevel::kNone) text += ", with covariance = \"none\"";
+  if (needs.large_bytes > needs.scratch_bytes) {
+    text += ", with looks and points in files (--scratch)";
+  }
   text += " or for a part of the block; --memory sets another limit";
   return text;
 }

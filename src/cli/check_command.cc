@@ -6,8 +6,10 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "commands.h"
+#include "core/scratch.h"
 #include "print_summary.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -19,6 +21,7 @@ struct CheckArguments {
   std::string block;
   std::string rejections;
   double memory_mib = 0.0;
+  std::string scratch;
 };
 
 /// Reads the other files that an adjustment of the block would read; returns looks left out.
@@ -36,6 +39,7 @@ std::size_t ReadNamedFiles(const CheckArguments& arguments, BlockFile* file) {
 
 nlohmann::json NeedsJson(const ResourceNeeds& needs) {
   return {{"memory_bytes", needs.peak_bytes},
+          {"scratch_bytes", needs.scratch_bytes},
           {"looks_bytes", needs.looks_bytes},
           {"points_bytes", needs.points_bytes},
           {"matrix_bytes", needs.matrix_bytes},
@@ -48,6 +52,8 @@ nlohmann::json NeedsJson(const ResourceNeeds& needs) {
 }
 
 int RunCheck(const CheckArguments& arguments, const Session& session) {
+  std::optional<ScratchScope> scratch;
+  if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
   ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
@@ -102,6 +108,7 @@ void AddCheck(CLI::App* app, Session* session) {
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, as adjust would");
   AddMemory(command, &arguments->memory_mib);
+  AddScratch(command, &arguments->scratch);
   command->callback([=] { session->run = [=] { return RunCheck(*arguments, *session); }; });
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 
+#include "core/scratch.h"
 #include "exit_code.h"
 #include <fcntl.h>
 #include <unistd.h>
@@ -43,6 +44,8 @@ int ExplainError(const std::exception& error) {
     words = WordsFor(*file);
   } else if (dynamic_cast<const std::system_error*>(&error) != nullptr) {
     words = std::string("the system refused: ") + error.what();
+  } else if (dynamic_cast<const ScratchError*>(&error) != nullptr) {
+    words = error.what();
   } else if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
     words = "there is not enough memory for this block";
   } else {

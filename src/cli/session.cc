@@ -121,6 +121,13 @@ void AddMemory(CLI::App* command, double* memory_mib) {
       ->check(CLI::PositiveNumber);
 }
 
+void AddScratch(CLI::App* command, std::string* folder) {
+  command->add_option("--scratch",
+                      *folder,
+                      "Folder where large arrays by look and by point stand in files instead of "
+                      "memory; nothing stays there (left out: memory)");
+}
+
 void MakeProgress(Session* session) {
   auto bar = std::make_unique<TerminalProgress>(!session->quiet && isatty(STDERR_FILENO) == 1);
   session->clear_bar = [bar = bar.get()] { bar->Clear(); };

@@ -45,6 +45,9 @@ void AddForce(CLI::App* command,
 /// Adds --memory, AdjustOptions::memory_mib.
 void AddMemory(CLI::App* command, double* memory_mib);
 
+/// Adds --scratch, the folder of a ScratchScope; empty without one.
+void AddScratch(CLI::App* command, std::string* folder);
+
 /// Ctrl-C asks the running work to end between steps; a second one ends at once. Temporary files
 /// are removed both ways; a folder that was being written is cleared by the next run into it.
 void InstallInterruptHandler();

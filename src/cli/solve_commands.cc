@@ -10,9 +10,11 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <system_error>
 
 #include "commands.h"
+#include "core/scratch.h"
 #include "diagnose_command.h"
 #include "io/output_folder.h"
 #include "print_summary.h"
@@ -31,6 +33,7 @@ struct SolveArguments {
   ForeignFiles foreign = ForeignFiles::kRefuse;
   std::string rejections;
   double memory_mib = 0.0;
+  std::string scratch;
 };
 
 /// What differs between the three commands.
@@ -48,6 +51,8 @@ PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
 }
 
 int RunSolve(const Solver& solver, const SolveArguments& arguments, const Session& session) {
+  std::optional<ScratchScope> scratch;
+  if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
   std::vector<StageCost> reading;
   BlockFile file;
   {
@@ -137,6 +142,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                       "Leave out the looks with rejected = 1 in this table, such as residuals.csv "
                       "of a result");
   if (solver.diagnoses) AddMemory(command, &arguments->memory_mib);
+  AddScratch(command, &arguments->scratch);
   command->callback([=] { session->run = [=] { return RunSolve(solver, *arguments, *session); }; });
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/parallel.h"
 #include "core/pool.h"
+#include "core/scratch.h"
 #include "partial_sum.h"
 
 namespace sarblock {
@@ -64,6 +65,7 @@ void ReducedSystem::Form(const BlockState& state,
 }
 
 bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, bool exact) {
+  const ResidentScope resident;
   if (s_.sparse.pattern() != pattern_) s_ = {BlockSymmetricMatrix(pattern_), {}};
   BlockSymmetricMatrix& sparse = s_.sparse;
   sparse.SetZero();
@@ -186,6 +188,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
 }
 
 BorderedMatrix ReducedSystem::Scaled() {
+  const ResidentScope resident;
   Analyse();
   return s_.Scaled(scale_);
 }
@@ -256,6 +259,7 @@ double ReducedSystem::NewtonDecrement() const {
 }
 
 CorrectionCovariance ReducedSystem::SelectedInverse() const {
+  const ResidentScope resident;
   BorderedInverse inverse = factor_->SelectedInverse();
   BlockSymmetricMatrix& blocks = inverse.blocks;
   ScaleBlocks(scale_, &blocks);

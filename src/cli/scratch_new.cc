@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// operator new and delete of the program: large arrays made within a ScratchScope stand in mapped
+// files (core/scratch.h), everything else is malloc's as in the standard library. The library and
+// the Python package, which live in processes of others, leave these to the process.
+#include <cstdlib>
+#include <new>
+
+#include "core/scratch.h"
+
+void* operator new(std::size_t bytes) {
+  if (bytes >= sarblock::kScratchLeastBytes) {
+    if (void* array = sarblock::AllocateScratch(bytes)) return array;
+  }
+  for (;;) {
+    if (void* memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;
+    const std::new_handler handler = std::get_new_handler();
+    if (handler == nullptr) throw std::bad_alloc();
+    handler();
+  }
+}
+
+void operator delete(void* memory) noexcept {
+  if (!sarblock::FreeScratch(memory)) std::free(memory);
+}
+
+void operator delete(void* memory, std::size_t bytes) noexcept {
+  if (bytes >= sarblock::kScratchLeastBytes && sarblock::FreeScratch(memory)) return;
+  std::free(memory);
+}
