@@ -125,11 +125,6 @@ void EstimateComponents(const AdjustOptions& options,
   WarnOfComponents(*result->variance_components, result);
 }
 
-/// A solution that leaves out more than this part of the looks as blunders, outliers or misplaced
-/// has not found blunders: a cause that many looks share is wrong, and what is left fits because
-/// the rest is gone.
-constexpr double kMostLeftOut_1 = 0.25;
-
 void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
   const Block& block = problem.block;
   std::size_t given = 0, left_out = 0;
@@ -239,7 +234,7 @@ RobustOutcome SettleRobust(const Solution& solution,
   return out;
 }
 
-/// The search for blunders from a solution.
+/// The search for blunders from a solution; none is in the result where it gave way.
 void Search(const AdjustOptions& options,
             const Solution& solution,
             ProgressSink* progress,
@@ -315,11 +310,25 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
     }
     if (!tried && by_consensus(FindContradiction(plain, solution))) return agreed;
     if (asked.quality.snooping == Snooping::kNone) return asked;
+    if (*unsettled && !solution.solve->converged) {
+      Warn(
+          result,
+          "no search for blunders was made: the block as it was given has no solution to test, and "
+          "its looks have no consensus; nothing is left out");
+      return asked;
+    }
     Search(asked, solution, progress, result);
-    if (tried) return asked;
-    const std::optional<SnoopingReport> searched = std::exchange(result->snooping, std::nullopt);
-    if (by_consensus(FindContradiction(asked, solution))) return agreed;
-    result->snooping = searched;
+    std::optional<SnoopingReport> searched = std::exchange(result->snooping, std::nullopt);
+    const Contradiction left =
+        searched ? FindContradiction(asked, solution) : Contradiction::kGross;
+    if (by_consensus(left)) return agreed;
+    if (!searched) {
+      Refuse(result,
+             "the search for blunders gave way: it had left out more than a quarter of the looks, "
+             "so something that many looks share is wrong (the times, ranges or ids of a pass, a "
+             "control point, the standard deviations); nothing is left out");
+    }
+    result->snooping = std::move(searched);
   } catch (const UndeterminedError&) {
     result->snooping.reset();
     if (!by_consensus(Contradiction::kGross)) throw;

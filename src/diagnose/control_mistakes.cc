@@ -278,12 +278,15 @@ void AddControlMistakes(const Facts& facts, Hypotheses* out) {
   const std::vector<std::uint32_t> doubtful = DoubtfulKnownPoints(facts);
   for (std::size_t i = 0; i < doubtful.size(); ++i) {
     const std::string id(block.points.ids[doubtful[i]]);
-    out->push_back(Released(id));
-    if (geocentric) {
-      out->push_back(Exchanged({std::nullopt, id}));
-      out->back().screened = true;
+    if (facts.may_explain({doubtful[i]})) {
+      out->push_back(Released(id));
+      if (geocentric) {
+        out->push_back(Exchanged({std::nullopt, id}));
+        out->back().screened = true;
+      }
     }
     for (std::size_t j = i + 1; j < doubtful.size(); ++j) {
+      if (!facts.may_explain({doubtful[i], doubtful[j]})) continue;
       out->push_back(ExchangedPoints(id, std::string(block.points.ids[doubtful[j]])));
     }
   }

@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <string>
 #include <utility>
 
 #include "block/copies.h"
@@ -42,6 +46,9 @@ constexpr double kSignificance_1 = 1e-6, kLeastPart_1 = 0.5;
 constexpr std::size_t kMostTold = 3;
 constexpr double kNearlyAsGood_1 = 1e-4, kAsGood_1 = 30.0;
 
+/// How much of the gain a rough solution may lack, and the part of v'Pv that it is to take.
+constexpr double kRough_1 = 0.01, kLeastRough_1 = 0.1;
+
 /// Logarithm of the largest factor by which people mistake standard deviations.
 constexpr double kMostLogFactor_1 = 11.5;
 
@@ -69,6 +76,19 @@ bool Contradicts(const Fit& fit) {
   if (!(fit.redundancy_1 >= 1.0)) return false;
   const Interval interval = ChiSquareInterval(1.0 - kContradicts_1, fit.redundancy_1);
   return !interval.Contains(fit.square_sum_1);
+}
+
+/// v'Pv above which no change of values is told (docs/theory/diagnosis.md, eq. (7)): never where
+/// residuals are smaller than their standard deviations, which has no other cause.
+double MostLeft(const Fit& before) {
+  if (!before.solved) return std::numeric_limits<double>::infinity();
+  const double excess_1 = before.SquareSum() - before.redundancy_1;
+  if (excess_1 < 0.0) return -std::numeric_limits<double>::infinity();
+  return before.SquareSum() - kLeastPart_1 * excess_1;
+}
+
+bool AreSame(const Hypothesis& a, const Hypothesis& b) {
+  return a.cause == b.cause && a.passes == b.passes && a.points == b.points;
 }
 
 /// Of the passes that a hypothesis concerns the median misfit with it over that without.
@@ -181,63 +201,129 @@ class Diagnosing {
  private:
   void Explain(const Sample& sample, const Fit& before, Trials* trials) {
     const std::vector<PassSightings> passes = SightingsOf(sample.block);
-    const SampleResiduals residuals =
-        ResidualsOf(trials->BlockWith(nullptr, 0.0), corrections_, before);
-    const Facts facts{sample, passes, corrections_, before, residuals};
+    const SampleResiduals residuals = ResidualsOf(trials->given(), corrections_, before);
+    bool rows_alone = true;  // may be the cause
+    const std::function<bool(const std::vector<std::uint32_t>&)> may_explain =
+        [&](const std::vector<std::uint32_t>& points) {
+          if (!rows_alone || !before.solved) return rows_alone;
+          const Fit rest = trials->Without(points,
+                                           {.warm = IsNear(before) ? &before.state : nullptr,
+                                            .effort = Effort::kQuick,
+                                            .useless_above_1 = MostLeft(before)});
+          // Points that go with these say nothing.
+          return !rest.solved || rest.lost > before.lost || rest.SquareSum() <= MostLeft(before);
+        };
+    const Facts facts{sample, passes, corrections_, before, residuals, may_explain};
     Hypotheses all;
-    for (const auto add : {AddTimeMistakes,
-                           AddRangeMistakes,
-                           AddConeMistakes,
-                           AddPathMistakes,
-                           AddControlMistakes,
-                           AddIdMistakes,
-                           AddLookMistakes,
-                           AddWanderMistakes,
-                           AddSigmaMistakes}) {
+    for (const auto add :
+         {AddTimeMistakes, AddRangeMistakes, AddConeMistakes, AddPathMistakes, AddShiftedIds}) {
       add(facts, &all);
     }
     // Far from a solution a linearisation says nothing, and known points show what it could.
     const bool scored = IsNear(before) || !AllSeen(passes);
     Hypotheses tried = scored ? ScoredMistakes(facts, progress_) : Hypotheses{};
     out_.hypotheses = static_cast<int>(all.size() + tried.size());
-    for (Hypothesis& hypothesis : Screen(std::move(all), passes)) {
-      tried.push_back(std::move(hypothesis));
-    }
+    Hypotheses screened = Screen(std::move(all), passes);
+    // Of what known points show too they tell the size.
+    std::erase_if(tried, [&](const Hypothesis& of_score) {
+      return std::any_of(screened.begin(), screened.end(), [&](const Hypothesis& of_known) {
+        return !of_known.screened && AreSame(of_score, of_known);
+      });
+    });
+    std::move(screened.begin(), screened.end(), std::back_inserter(tried));
     std::vector<Candidate> candidates;
+    Try(before, std::move(tried), trials, &candidates);
+    // What a mistake of many looks far from a solution explains wholly, no few rows explain.
+    rows_alone = IsNear(before) || !AnyExplainsAll(candidates);
+    all = {};
+    AddControlMistakes(facts, &all);
+    if (rows_alone) {
+      AddExchangedPoints(facts, &all);
+      AddLookMistakes(facts, &all);
+      AddWanderMistakes(facts, &all);
+    }
+    AddSigmaMistakes(facts, &all);
+    out_.hypotheses += static_cast<int>(all.size());
+    Try(before, Screen(std::move(all), passes), trials, &candidates);
+    Refine(before, trials, &candidates);
+    Tell(before, candidates);
+  }
+
+  static bool AnyExplainsAll(const std::vector<Candidate>& candidates) {
+    return std::any_of(candidates.begin(), candidates.end(), [](const Candidate& candidate) {
+      return ExplainsAll(candidate.solved.fit);
+    });
+  }
+
+  /// Solves the hypotheses, roughly. One whose cost can no longer come down to what is told is
+  /// given up.
+  void Try(const Fit& before,
+           Hypotheses tried,
+           Trials* trials,
+           std::vector<Candidate>* candidates) {
+    const bool too_large = before.square_sum_1 < before.redundancy_1;  // of the sigmas
+    bool explained = AnyExplainsAll(*candidates);
+    double most_1 = MostLeft(before);
+    for (const Candidate& candidate : *candidates) {
+      if (!Explains(before, candidate)) continue;
+      most_1 = std::min(most_1, MostTold(before, candidate.cost_1, kNearlyAsGood_1));
+    }
     for (std::size_t i = 0; i < tried.size(); ++i) {
       Step(progress_, "diagnose", i, tried.size());
       Hypothesis& hypothesis = tried[i];
+      const bool of_sigma = hypothesis.kind == MistakeKind::kSigma;
+      if (!(most_1 > 0.0) && !of_sigma) continue;
       // Other standard deviations, the last of the list, are asked for where no value explains all.
-      const bool explained =
-          std::any_of(candidates.begin(), candidates.end(), [](const Candidate& candidate) {
-            return ExplainsAll(candidate.solved.fit);
-          });
-      const bool too_large = before.square_sum_1 < before.redundancy_1;  // of the sigmas
-      if (explained && !too_large && hypothesis.kind == MistakeKind::kSigma) continue;
-      const bool near = hypothesis.local && IsNear(before);
-      Fit fit = trials->With(
-          hypothesis, hypothesis.value, near ? &before.state : nullptr, Effort::kQuick);
-      if (!fit.solved) continue;
-      Solved solved{hypothesis.value, kNotGiven, std::move(fit)};
-      // From zero on nothing is gained before the size is searched.
-      if (hypothesis.free && hypothesis.value == 0.0) {
-        solved = SearchSize(hypothesis, solved.fit, Effort::kQuick, trials);
+      if (explained && !too_large && of_sigma) continue;
+      const double useless_1 = of_sigma ? std::numeric_limits<double>::infinity() : most_1;
+      Solved solved{hypothesis.value, kNotGiven, {}};
+      if (hypothesis.free && hypothesis.value == 0.0 && before.solved) {
+        // From zero on nothing is gained before the size is searched.
+        solved = SearchSize(hypothesis, before, {Effort::kQuick, useless_1}, trials);
+      } else {
+        const bool near = hypothesis.local && IsNear(before);
+        solved.fit = trials->With(hypothesis,
+                                  hypothesis.value,
+                                  {.warm = near ? &before.state : nullptr,
+                                   .effort = Effort::kQuick,
+                                   .useless_above_1 = useless_1});
       }
+      if (!solved.fit.solved) continue;
       const double cost_1 = CostOf(hypothesis, solved.fit);
-      candidates.push_back({std::move(hypothesis), std::move(solved), cost_1});
+      candidates->push_back({std::move(hypothesis), std::move(solved), cost_1});
+      explained = explained || ExplainsAll(candidates->back().solved.fit);
+      if (Explains(before, candidates->back())) {
+        most_1 = std::min(most_1, MostTold(before, cost_1, kNearlyAsGood_1));
+      }
     }
-    SortByCost(&candidates);
-    for (std::size_t i = 0; i < std::min(kMostRefined, candidates.size()); ++i) {
-      Candidate& candidate = candidates[i];
+    SortByCost(candidates);
+  }
+
+  /// Finds the sizes of the best.
+  void Refine(const Fit& before, Trials* trials, std::vector<Candidate>* candidates) {
+    double most_1 = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < std::min(kMostRefined, candidates->size()); ++i) {
+      Candidate& candidate = (*candidates)[i];
+      if (candidate.cost_1 > most_1) break;
       Hypothesis& hypothesis = candidate.hypothesis;
+      const double taken_1 = before.SquareSum() - candidate.solved.fit.SquareSum();
+      const bool of_values = hypothesis.kind != MistakeKind::kSigma && before.solved;
+      if (of_values && !(taken_1 > kLeastRough_1 * before.SquareSum())) continue;
       hypothesis.value = candidate.solved.value;
       candidate.solved.fit =
-          trials->With(hypothesis, hypothesis.value, &candidate.solved.fit.state);
-      candidate.solved = SearchSize(hypothesis, candidate.solved.fit, Effort::kFull, trials);
+          trials->With(hypothesis, hypothesis.value, {.warm = &candidate.solved.fit.state});
+      candidate.solved = SearchSize(hypothesis, candidate.solved.fit, {}, trials);
       candidate.cost_1 = CostOf(hypothesis, candidate.solved.fit);
+      if (Explains(before, candidate)) {
+        most_1 = std::min(most_1, MostTold(before, candidate.cost_1, kRough_1));
+      }
     }
-    SortByCost(&candidates);
-    Tell(before, candidates);
+    SortByCost(candidates);
+  }
+
+  /// Cost up to which others are told beside one of this cost.
+  static double MostTold(const Fit& before, double cost_1, double part_1) {
+    return cost_1 + kAsGood_1 + part_1 * std::max(0.0, before.Cost() - cost_1);
   }
 
   static double CostOf(const Hypothesis& hypothesis, const Fit& fit) {
@@ -258,24 +344,26 @@ class Diagnosing {
       const bool fits = after.SquareSum() < 2.0 * left && after.square_sum_1 > 0.5 * left;
       return fits && before.Cost() - after.Cost() > 50.0;
     }
-    // Residuals smaller than their standard deviations have no other cause.
-    if (before.SquareSum() < before.redundancy_1) return false;
     const double taken_1 = before.SquareSum() - after.SquareSum();
-    if (!(taken_1 >= kLeastPart_1 * (before.SquareSum() - before.redundancy_1))) return false;
-    if (!(taken_1 > 0.0)) return false;
+    if (!(after.SquareSum() <= MostLeft(before)) || !(taken_1 > 0.0)) return false;
     if (after.SquareSum() > candidate.hypothesis.most_left_1 * left) return false;
     const double f = (taken_1 / k) / std::max(1e-300, after.SquareSum() / left);
     return out_.hypotheses * FisherTailProbability(f, k, left) < kSignificance_1;
   }
 
   void Tell(const Fit& before, const std::vector<Candidate>& candidates) {
-    double best_1 = 0.0;
+    double most_1 = 0.0;
+    std::vector<const Hypothesis*> told;
     for (const Candidate& candidate : candidates) {
       if (out_.explanations.size() >= kMostTold) break;
       if (!Explains(before, candidate)) continue;
-      if (out_.explanations.empty()) best_1 = candidate.cost_1;
-      const double gain_1 = before.Cost() - best_1;
-      if (candidate.cost_1 - best_1 > kAsGood_1 + kNearlyAsGood_1 * gain_1) break;
+      if (told.empty()) most_1 = MostTold(before, candidate.cost_1, kNearlyAsGood_1);
+      if (candidate.cost_1 > most_1) break;
+      const bool again = std::any_of(told.begin(), told.end(), [&](const Hypothesis* other) {
+        return AreSame(*other, candidate.hypothesis);
+      });
+      if (again) continue;
+      told.push_back(&candidate.hypothesis);
       out_.explanations.push_back(Describe(before, candidate));
     }
   }

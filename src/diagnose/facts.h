@@ -3,6 +3,8 @@
 
 #include "sarblock/model/corrections.h"
 
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "fit.h"
@@ -20,6 +22,9 @@ struct Facts {
   const CorrectionModel& corrections;
   const Fit& before;                 ///< the sample as it is
   const SampleResiduals& residuals;  ///< of `before`
+  /// Whether a mistake in the rows of these points alone may be told: without all of them, which no
+  /// change of them beats, v'Pv falls by as much as an explanation is to take.
+  const std::function<bool(const std::vector<std::uint32_t>& points)>& may_explain;
 };
 
 using Hypotheses = std::vector<Hypothesis>;

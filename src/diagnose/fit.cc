@@ -79,17 +79,17 @@ double Fit::SquareSum() const { return square_sum_1 + kLost_1 * static_cast<doub
 
 Fit SolveSample(const Block& sample,
                 const CorrectionModel& corrections,
-                const BlockState* warm,
-                Effort effort,
+                const FitOptions& asked,
                 ProgressSink* progress) {
   Fit fit;
   try {
     AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
-    const bool fits = warm != nullptr && warm->start_m.size() == sample.points.size();
-    fit.state =
-        !fits ? std::move(ComputeStartValues(&problem, progress).state) : Continue(*warm, &problem);
+    const bool fits = asked.warm != nullptr && asked.warm->start_m.size() == sample.points.size();
+    fit.state = !fits ? std::move(ComputeStartValues(&problem, progress).state)
+                      : Continue(*asked.warm, &problem);
     SolveOptions options;
-    options.max_iterations = effort == Effort::kQuick ? kQuickIterations : kMostIterations;
+    options.useless_above_1 = asked.useless_above_1;
+    options.max_iterations = asked.effort == Effort::kQuick ? kQuickIterations : kMostIterations;
     options.settled_1 = kSettled_1;
     const Weighting weighting{.renewed = &problem.weights};
     ReducedSystem system(problem);

@@ -6,6 +6,7 @@
 #include "sarblock/model/corrections.h"
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -39,13 +40,19 @@ inline constexpr double kLost_1 = 1800.0;
 /// the others need not get there.
 enum class Effort { kQuick, kFull };
 
-/// Solves the sample from start values of its own, or from the state of another fit of its points,
-/// which leaves out what has no place there. Never throws but Interrupted: what cannot be solved is
-/// a Fit that is not.
+struct FitOptions {
+  /// State of another fit of the same points to start from, which leaves out what has no place
+  /// there. None: start values of the sample's own.
+  const BlockState* warm = nullptr;
+  Effort effort = Effort::kFull;
+  /// v'Pv above which the fit is of no use: it may be given up (SolveOptions).
+  double useless_above_1 = std::numeric_limits<double>::infinity();
+};
+
+/// Solves the sample. Never throws but Interrupted: what cannot be solved is a Fit that is not.
 [[nodiscard]] Fit SolveSample(const Block& sample,
                               const CorrectionModel& corrections,
-                              const BlockState* warm,
-                              Effort effort,
+                              const FitOptions& options,
                               ProgressSink* progress);
 
 /// Of every look at a fit, NaN where it has none; columns range and azimuth.

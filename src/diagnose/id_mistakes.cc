@@ -59,44 +59,14 @@ Hypothesis ExchangedIn(const std::vector<std::string>& passes,
   return out;
 }
 
-/// The contradiction of two points alone, before and after a change.
-double WorstOf(const Block& part) {
+/// The larger contradiction of two points.
+double WorstOf(const Block& part, std::uint32_t a, std::uint32_t b) {
   double worst_m = 0.0;
-  for (std::uint32_t point = 0; point < part.points.size(); ++point) {
+  for (const std::uint32_t point : {a, b}) {
     const double off_m = ContradictionOf(part, point);
     if (!std::isnan(off_m)) worst_m = std::max(worst_m, off_m);
   }
   return worst_m;
-}
-
-void AddExchangedPoints(const Facts& facts, Hypotheses* out) {
-  const Block& block = facts.sample.block;
-  const std::vector<std::uint32_t>& suspects = facts.sample.suspects;
-  for (std::size_t i = 0; i < suspects.size(); ++i) {
-    for (std::size_t j = i + 1; j < suspects.size(); ++j) {
-      const auto [low, high] = std::minmax(suspects[i], suspects[j]);
-      const Block pair = PartOf(block, {low, high});
-      const double before_m = WorstOf(pair);
-      std::vector<std::uint32_t> common;
-      for (std::uint32_t p = 0; p < block.passes.size(); ++p) {
-        if (LooksOf(pair, 0, p).size() == 1 && LooksOf(pair, 1, p).size() == 1) common.push_back(p);
-      }
-      // Two looks each and no known position: exchanged in one pass or in the other is the same.
-      const bool either = common.size() == 2 && pair.looks.size() == 4 && pair.points.known.empty();
-      for (const std::uint32_t p : common) {
-        if (either && p != common[0]) break;
-        std::vector<std::string> passes{block.passes[p].id};
-        if (either) passes.push_back(block.passes[common[1]].id);
-        Hypothesis exchanged = ExchangedIn(
-            passes, std::string(block.points.ids[low]), std::string(block.points.ids[high]));
-        Block changed = pair;
-        exchanged.undo(&changed, 0.0);
-        if (WorstOf(changed) < 0.3 * before_m) {
-          out->push_back(std::move(exchanged));
-        }
-      }
-    }
-  }
 }
 
 using RowsOfPoint = std::map<std::string, RowValues, std::less<>>;
@@ -133,7 +103,52 @@ Hypothesis Shifted(const std::string& pass, std::shared_ptr<const RowsOfPoint> r
   return out;
 }
 
-void AddShifts(const Facts& facts, Hypotheses* out) {
+}  // namespace
+
+void AddExchangedPoints(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  const std::vector<std::uint32_t>& suspects = facts.sample.suspects;
+  std::vector<std::uint32_t> points = suspects;
+  std::sort(points.begin(), points.end());
+  Block part = PartOf(block, points);
+  const auto place = [&](std::uint32_t point) {
+    const auto found = std::lower_bound(points.begin(), points.end(), point);
+    return static_cast<std::uint32_t>(found - points.begin());
+  };
+  for (std::size_t i = 0; i < suspects.size(); ++i) {
+    for (std::size_t j = i + 1; j < suspects.size(); ++j) {
+      const auto [low, high] = std::minmax({place(suspects[i]), place(suspects[j])});
+      const double before_m = WorstOf(part, low, high);
+      std::vector<std::uint32_t> common;
+      for (std::uint32_t p = 0; p < block.passes.size(); ++p) {
+        if (LooksOf(part, low, p).size() == 1 && LooksOf(part, high, p).size() == 1) {
+          common.push_back(p);
+        }
+      }
+      // Two looks each and no known position: exchanged in one pass or in the other is the same.
+      const auto is_tie_of_two = [&](std::uint32_t k) {
+        return part.looks.offsets[k + 1] - part.looks.offsets[k] == 2 &&
+               part.points.FindKnown(k) == nullptr;
+      };
+      const bool either = common.size() == 2 && is_tie_of_two(low) && is_tie_of_two(high);
+      for (const std::uint32_t p : common) {
+        if (either && p != common[0]) break;
+        const std::size_t of_low = LooksOf(part, low, p)[0], of_high = LooksOf(part, high, p)[0];
+        ExchangeValues(of_low, of_high, &part.looks);
+        const double after_m = WorstOf(part, low, high);
+        ExchangeValues(of_low, of_high, &part.looks);
+        if (!(after_m < 0.3 * before_m)) continue;
+        if (!facts.may_explain({points[low], points[high]})) continue;
+        std::vector<std::string> passes{block.passes[p].id};
+        if (either) passes.push_back(block.passes[common[1]].id);
+        out->push_back(ExchangedIn(
+            passes, std::string(part.points.ids[low]), std::string(part.points.ids[high])));
+      }
+    }
+  }
+}
+
+void AddShiftedIds(const Facts& facts, Hypotheses* out) {
   const Block& block = facts.sample.block;
   for (std::uint32_t p = 0; p < block.passes.size(); ++p) {
     for (std::size_t neighbour = 0; neighbour < 4; ++neighbour) {
@@ -148,13 +163,6 @@ void AddShifts(const Facts& facts, Hypotheses* out) {
       out->back().screened = facts.passes[p].sightings.empty();
     }
   }
-}
-
-}  // namespace
-
-void AddIdMistakes(const Facts& facts, Hypotheses* out) {
-  AddExchangedPoints(facts, out);
-  AddShifts(facts, out);
 }
 
 }  // namespace sarblock

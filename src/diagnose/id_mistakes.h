@@ -5,9 +5,9 @@
 
 namespace sarblock {
 
-/// Adds the hypotheses of exchanged and shifted ids that this block gives reason to try, with first
-/// values of their sizes: those that the sightings suggest, and those that show in a solution
-/// alone.
-void AddIdMistakes(const Facts& facts, Hypotheses* out);
+/// Adds the hypotheses of ids that this block gives reason to try: all of a pass shifted by a row,
+void AddShiftedIds(const Facts& facts, Hypotheses* out);
+/// and two suspects exchanged in a pass.
+void AddExchangedPoints(const Facts& facts, Hypotheses* out);
 
 }  // namespace sarblock

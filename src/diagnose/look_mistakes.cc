@@ -117,7 +117,7 @@ LookErrors ErrorsOf(const Block& block, std::uint32_t point, std::size_t look) {
     const std::size_t place = look - block.looks.offsets[point];
     others.looks.flags[place] |= Looks::kRejected;
     others.points.given_m[0].setConstant(kNotGiven);
-    const Fit fit = SolveSample(others, {}, nullptr, Effort::kQuick, nullptr);
+    const Fit fit = SolveSample(others, {}, {.effort = Effort::kQuick}, nullptr);
     if (!fit.solved) return out;
     p_m = fit.state.Position(0);
   }
@@ -177,6 +177,7 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out) {
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
       if (!block.looks.rejected(i)) looks.push_back(i);
     }
+    if (!facts.may_explain({j})) continue;
     const bool known = block.points.FindKnown(j) != nullptr;
     if (!known && looks.size() < 3) {
       if (looks.size() == 2) out->push_back(OnePoint(point, 2));

@@ -136,11 +136,16 @@ struct VelocityFacts {
 VelocityFacts VelocitiesOf(const Pass& pass) {
   const std::vector<StateVector>& states = pass.RecordedStates();
   std::vector<double> ratio, rate;
+  // From end to end of pieces: between dense states noise of the positions is a speed of its own.
   const std::size_t stride = 1 + states.size() / 200;
   for (std::size_t i = stride; i < states.size(); i += stride) {
-    const StateVector &a = states[i - 1], &b = states[i];
+    const StateVector &a = states[i - stride], &b = states[i];
     const Eigen::Vector3d moved = (b.position_m - a.position_m) / (b.time_s - a.time_s);
-    const Eigen::Vector3d said = 0.5 * (a.velocity_mps + b.velocity_mps);
+    Eigen::Vector3d said = Eigen::Vector3d::Zero();
+    for (std::size_t k = i - stride; k < i; ++k) {
+      const double part_1 = (states[k + 1].time_s - states[k].time_s) / (b.time_s - a.time_s);
+      said += 0.5 * part_1 * (states[k].velocity_mps + states[k + 1].velocity_mps);
+    }
     const Eigen::Vector3d turned = Eigen::Vector3d::UnitZ().cross(a.position_m);
     if (moved.squaredNorm() > 0.0) ratio.push_back(said.dot(moved) / moved.squaredNorm());
     if (turned.squaredNorm() > 0.0) {

@@ -28,6 +28,9 @@ constexpr std::size_t kMostSuspects = 10;
 /// Times the median of all points, from which on a point is suspect.
 constexpr double kSuspect_1 = 8.0;
 
+/// Steps of an intersection that only a ratio is made of; circles far from each other creep.
+constexpr int kRoughSteps = 12;
+
 /// More than any contradiction.
 constexpr double kNowhere_m = 1e12;
 
@@ -112,9 +115,10 @@ double ContradictionOf(const Block& block, const LookModel& model, std::uint32_t
     return *std::max_element(off_m.begin(), off_m.end());
   }
   if (sights.size() < 2) return kNotGiven;
-  const Intersection met = Intersect(sights, block.frame);
+  const Intersection met = Intersect(sights, block.frame, {.max_iterations = kRoughSteps});
   const bool meets = met.outcome == IntersectionOutcome::kDetermined ||
-                     met.outcome == IntersectionOutcome::kCirclesDoNotMeet;
+                     met.outcome == IntersectionOutcome::kCirclesDoNotMeet ||
+                     met.outcome == IntersectionOutcome::kNotConverged;
   if (!meets) return kNowhere_m;
   return scale_m * std::sqrt(met.weighted_square_sum / (2.0 * static_cast<double>(sights.size())));
 }

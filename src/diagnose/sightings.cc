@@ -124,6 +124,8 @@ std::vector<PassSightings> SightingsOf(const Block& block) {
       points = std::move(kept);
     }
     of.part = PartOfPass(block, p, points);
+    // Medians of metres need no smoothed path: other states are tried as they are.
+    of.part.passes[0].recorded.asked.through = PathThrough::kStates;
     std::vector<double> off_m;
     ForKnownLooks(of.part, [&](std::uint32_t point, std::size_t look) {
       const Sighting sighting = SightingAt(of.part, look, of.part.points.given_m[point]);

@@ -33,33 +33,49 @@ double LogSigmas(const Block& block) {
   return sum_1;
 }
 
-}  // namespace
-
-Block Trials::BlockWith(const Hypothesis* hypothesis, double value) const {
-  Block block = sample_;
-  if (hypothesis != nullptr) {
-    hypothesis->undo(&block, value);
-    FitStrips(&block);
-  }
-  for (const KnownPosition& known : block.points.known) {
-    PointRole& role = block.points.role[known.point];
+void HoldCheckPoints(Block* block) {
+  for (const KnownPosition& known : block->points.known) {
+    PointRole& role = block->points.role[known.point];
     if (role == PointRole::kCheck && MayHoldPoint(known)) role = PointRole::kControl;
   }
-  return block;
+}
+
+/// Of what the parabola through three solutions takes off the cost, how much may be there.
+constexpr double kPromised_1 = 4.0;
+
+}  // namespace
+
+Trials::Trials(const Block& sample, CorrectionModel corrections, ProgressSink* progress)
+    : sample_(sample), given_(sample), corrections_(std::move(corrections)), progress_(progress) {
+  HoldCheckPoints(&given_);
 }
 
 Fit Trials::AsItIs() {
   ++solutions_;
-  return SolveSample(BlockWith(nullptr, 0.0), corrections_, nullptr, Effort::kFull, progress_);
+  return SolveSample(given_, corrections_, {}, progress_);
 }
 
-Fit Trials::With(const Hypothesis& hypothesis,
-                 double value,
-                 const BlockState* warm,
-                 Effort effort) {
+Fit Trials::Without(const std::vector<std::uint32_t>& points, const FitOptions& options) {
   ++solutions_;
-  const Block block = BlockWith(&hypothesis, value);
-  Fit fit = SolveSample(block, corrections_, warm, effort, progress_);
+  std::vector<std::uint8_t>& flags = given_.looks.flags;
+  const std::vector<std::uint8_t> before = flags;
+  for (const std::uint32_t point : points) {
+    for (std::size_t i = given_.looks.offsets[point]; i < given_.looks.offsets[point + 1]; ++i) {
+      flags[i] |= Looks::kRejected;
+    }
+  }
+  Fit fit = SolveSample(given_, corrections_, options, progress_);
+  flags = before;
+  return fit;
+}
+
+Fit Trials::With(const Hypothesis& hypothesis, double value, const FitOptions& options) {
+  ++solutions_;
+  Block block = sample_;
+  hypothesis.undo(&block, value);
+  FitStrips(&block);
+  HoldCheckPoints(&block);
+  Fit fit = SolveSample(block, corrections_, options, progress_);
   if (block.looks.size() == sample_.looks.size() && fit.looks > 0) {
     const double part_1 =
         std::clamp(fit.redundancy_1 / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);
@@ -68,14 +84,17 @@ Fit Trials::With(const Hypothesis& hypothesis,
   return fit;
 }
 
-Solved SearchSize(const Hypothesis& hypothesis, const Fit& first, Effort effort, Trials* trials) {
+Solved SearchSize(const Hypothesis& hypothesis,
+                  const Fit& first,
+                  const SearchOptions& options,
+                  Trials* trials) {
   Solved best{hypothesis.value, kNotGiven, first};
   if (!hypothesis.free || !first.solved) return best;
   double step = hypothesis.step;
   const auto at = [&](double value) {
-    return trials->With(hypothesis, value, &best.fit.state, effort);
+    return trials->With(hypothesis, value, {.warm = &best.fit.state, .effort = options.effort});
   };
-  const int rounds = effort == Effort::kQuick ? kQuickRounds : kMostRounds;
+  const int rounds = options.effort == Effort::kQuick ? kQuickRounds : kMostRounds;
   for (int round = 0; round < rounds; ++round) {
     Fit above = at(best.value + step), below = at(best.value - step);
     const double here_1 = best.fit.Cost();
@@ -94,6 +113,8 @@ Solved SearchSize(const Hypothesis& hypothesis, const Fit& first, Effort effort,
       continue;
     }
     best.sigma = std::sqrt(2.0 / curvature);
+    const double promised_1 = 0.5 * slope * slope / curvature;
+    if (here_1 - kPromised_1 * promised_1 > options.useless_above_1) break;
     double move = -slope / curvature;
     bool moved = false;
     for (int shorter = 0; shorter < 3 && !moved; ++shorter, move *= 0.25) {

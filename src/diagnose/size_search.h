@@ -4,6 +4,8 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/model/corrections.h"
 
+#include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -15,21 +17,20 @@ namespace sarblock {
 /// Solves a sample with mistakes undone, and counts how often.
 class Trials {
  public:
-  Trials(const Block& sample, CorrectionModel corrections, ProgressSink* progress)
-      : sample_(sample), corrections_(std::move(corrections)), progress_(progress) {}
+  Trials(const Block& sample, CorrectionModel corrections, ProgressSink* progress);
 
   /// The sample as it is.
   [[nodiscard]] Fit AsItIs();
-  [[nodiscard]] Fit With(const Hypothesis& hypothesis,
-                         double value,
-                         const BlockState* warm,
-                         Effort effort = Effort::kFull);
-  /// The block that With() solves: check points as control.
-  [[nodiscard]] Block BlockWith(const Hypothesis* hypothesis, double value) const;
+  /// Without the looks of some points.
+  [[nodiscard]] Fit Without(const std::vector<std::uint32_t>& points, const FitOptions& options);
+  [[nodiscard]] Fit With(const Hypothesis& hypothesis, double value, const FitOptions& options);
+  /// The block that AsItIs() solves: check points as control.
+  [[nodiscard]] const Block& given() const { return given_; }
   [[nodiscard]] int solutions() const { return solutions_; }
 
  private:
   const Block& sample_;
+  Block given_;
   CorrectionModel corrections_;
   ProgressSink* progress_;
   int solutions_ = 0;
@@ -41,12 +42,19 @@ struct Solved {
   Fit fit;
 };
 
+struct SearchOptions {
+  Effort effort = Effort::kFull;
+  /// Cost above which a size is of no use: the search ends where four times what the parabola
+  /// promises would not bring it there.
+  double useless_above_1 = std::numeric_limits<double>::infinity();
+};
+
 /// Finds the size of least cost from hypothesis.value on: Newton's steps on the parabola through
 /// three solutions, a fixed number at most, fewer with Effort::kQuick. Its standard deviation is
 /// that of the likelihood, sqrt(2 / cost''). Returns `first` where the cost has no minimum there.
 [[nodiscard]] Solved SearchSize(const Hypothesis& hypothesis,
                                 const Fit& first,
-                                Effort effort,
+                                const SearchOptions& options,
                                 Trials* trials);
 
 }  // namespace sarblock

@@ -25,6 +25,9 @@ constexpr double kUnclear_1 = 1e-9;
 constexpr double kSettledAnyway_1 = 1e-6;
 /// Steps that shrink to less than this part of the one before have nothing of note behind them.
 constexpr double kFastContraction_1 = 0.1;
+/// Where v'Pv has a limit: steps before it is asked for, and how far one step is trusted.
+constexpr int kLeastSteps = 3;
+constexpr double kPromised_1 = 4.0;
 
 std::string Rounded(double value) {
   std::array<char, 32> text{};
@@ -113,6 +116,13 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       return report;
     }
     if (report.iterations >= options.max_iterations) break;
+    const bool gives_up =
+        report.iterations >= kLeastSteps &&
+        2.0 * report.final_cost_1 - kPromised_1 * left * left > options.useless_above_1;
+    if (gives_up) {
+      report.message = "no step promises a v'Pv that is of use";
+      return report;
+    }
     if (steps_so_far.Stagnates(report.iterations, report.final_cost_1, left)) {
       report.message = WhyStopped(kStagnates, refused);
       return report;

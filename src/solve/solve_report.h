@@ -3,6 +3,7 @@
 
 #include "sarblock/model/options.h"
 
+#include <limits>
 #include <string>
 
 namespace sarblock {
@@ -27,6 +28,9 @@ struct SolveOptions {
   /// what follows does (NewtonFinish).
   bool take_last_step = false;                    ///< of SolveReduced
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
+  /// v'Pv above which a solution is of no use: after three steps it is given up where four times
+  /// what the next Newton step promises (the equations are bent) would not bring it there.
+  double useless_above_1 = std::numeric_limits<double>::infinity();  ///< of SolveReduced
 };
 
 }  // namespace sarblock

@@ -33,6 +33,16 @@ struct Candidate {
   double w_1 = 0.0;
 };
 
+/// A problem before the search, so that it can give way.
+struct Beginning {
+  std::vector<std::uint8_t> look_used;
+  std::vector<PointStatus> point_status;
+  std::vector<std::string> point_reason;
+  std::vector<std::int32_t> control_of;
+  BlockState state;
+  double looks = 0.0;  ///< in use
+};
+
 /// What a removal takes, so that it can be undone.
 struct Removal {
   std::uint32_t point = 0;
@@ -57,21 +67,33 @@ class Search {
         progress_(progress),
         held_(problem->block.points.size(), 0),
         readmitted_(problem->look_used.size(), 0),
-        taken_back_(problem->block.points.size(), 0) {
+        taken_back_(problem->block.points.size(), 0),
+        beginning_{problem->look_used,
+                   problem->point_status,
+                   problem->point_reason,
+                   problem->control_of,
+                   *state,
+                   static_cast<double>(CountProblem(*problem).looks)} {
     report_.findings = std::move(found);
   }
 
-  SnoopingReport Run() {
+  std::optional<SnoopingReport> Run() {
     const bool searched = !report_.findings.empty();
     if (options_.quality.snooping == Snooping::kRobust && !searched) StartRobust();
-    Rounds();
-    while (Readmit()) Rounds();
+    bool stands = Rounds();
+    while (stands && Readmit()) stands = Rounds();
+    if (!stands) {
+      GiveWay();
+      return std::nullopt;
+    }
     NameReadmitted();
     return std::move(report_);
   }
 
  private:
-  void Rounds();
+  [[nodiscard]] bool Rounds();
+  [[nodiscard]] bool LeavesOutTooMany() const;
+  void GiveWay();
   void TestSolution();
   [[nodiscard]] std::vector<Candidate> Candidates() const;
   [[nodiscard]] bool TakeCandidates();
@@ -104,6 +126,7 @@ class Search {
   std::vector<std::uint8_t> held_;        // by point: reported, not touched again
   std::vector<std::uint8_t> readmitted_;  // by look: once is enough
   std::vector<std::uint8_t> taken_back_;  // by point: so too
+  Beginning beginning_;
 };
 
 /// Quality figures and critical value at the present solution. Where the last round's removals left
@@ -285,12 +308,31 @@ bool Search::TakeCandidates() {
   return true;
 }
 
-void Search::Rounds() {
+/// False where too much had to go.
+bool Search::Rounds() {
+  if (LeavesOutTooMany()) return false;  // the robust start
   TestSolution();
   while (report_.rounds < kMostSearchRounds && TakeCandidates()) {
+    if (LeavesOutTooMany()) return false;
     solve_(RobustLoss::kNone);
     TestSolution();
   }
+  return true;
+}
+
+bool Search::LeavesOutTooMany() const {
+  const auto left = static_cast<double>(CountProblem(problem_).looks);
+  return beginning_.looks - left > kMostLeftOut_1 * beginning_.looks;
+}
+
+/// Everything as it was given.
+void Search::GiveWay() {
+  problem_.look_used = std::move(beginning_.look_used);
+  problem_.point_status = std::move(beginning_.point_status);
+  problem_.point_reason = std::move(beginning_.point_reason);
+  problem_.control_of = std::move(beginning_.control_of);
+  state_ = std::move(beginning_.state);
+  solve_(options_.robust);
 }
 
 /// The looks of a point beyond `limit` in the robust solution, unless too little would remain.
@@ -390,12 +432,12 @@ void Search::NameReadmitted() {
 
 }  // namespace
 
-SnoopingReport SearchBlunders(const AdjustOptions& options,
-                              const SolveAgain& solve,
-                              AdjustmentProblem* problem,
-                              BlockState* state,
-                              ProgressSink* progress,
-                              std::vector<BlunderFinding> found) {
+std::optional<SnoopingReport> SearchBlunders(const AdjustOptions& options,
+                                             const SolveAgain& solve,
+                                             AdjustmentProblem* problem,
+                                             BlockState* state,
+                                             ProgressSink* progress,
+                                             std::vector<BlunderFinding> found) {
   return Search(options, solve, problem, state, progress, std::move(found)).Run();
 }
 

@@ -6,6 +6,7 @@
 #include "sarblock/model/result.h"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "model/problem.h"
@@ -14,6 +15,11 @@ namespace sarblock {
 
 /// Rounds after which the search ends, far more than a block that is fit to be adjusted needs.
 inline constexpr int kMostSearchRounds = 200;
+
+/// A solution that leaves out more than this part of the looks as blunders, outliers or misplaced
+/// has not found blunders: a cause that many looks share is wrong, and what is left fits because
+/// the rest is gone.
+inline constexpr double kMostLeftOut_1 = 0.25;
 
 /// Solves `problem` from `state` under a loss, with the looks now in use; updates both.
 using SolveAgain = std::function<void(RobustLoss)>;
@@ -37,12 +43,14 @@ using SolveAgain = std::function<void(RobustLoss)>;
 /// looks and points are left out already: they are taken back likewise. A known position is left
 /// out only where a search was asked for.
 ///
-/// Leaves `problem` and `state` at the solution without the blunders.
-[[nodiscard]] SnoopingReport SearchBlunders(const AdjustOptions& options,
-                                            const SolveAgain& solve,
-                                            AdjustmentProblem* problem,
-                                            BlockState* state,
-                                            ProgressSink* progress,
-                                            std::vector<BlunderFinding> found = {});
+/// Leaves `problem` and `state` at the solution without the blunders. A search that has left out
+/// more than kMostLeftOut_1 of the looks it began with has not found blunders: it gives way, leaves
+/// `problem` and `state` as they were and returns nothing.
+[[nodiscard]] std::optional<SnoopingReport> SearchBlunders(const AdjustOptions& options,
+                                                           const SolveAgain& solve,
+                                                           AdjustmentProblem* problem,
+                                                           BlockState* state,
+                                                           ProgressSink* progress,
+                                                           std::vector<BlunderFinding> found = {});
 
 }  // namespace sarblock

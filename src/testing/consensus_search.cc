@@ -21,8 +21,6 @@ namespace {
 constexpr double kGross_1 = 10.0;
 /// Level of the global test where what is wrong was to be left out.
 constexpr double kTest_1 = 0.999;
-/// More looks than this part are not wrong one by one.
-constexpr double kMostLeftOut_1 = 0.25;
 /// Looks that a consensus leaves out by chance, and what each takes off v'Pv.
 constexpr double kFew_1 = 0.01, kSquareOfOne_1 = 20.0;
 /// Sigmas of its prior that no correction is away: careless priors are two or three times too
@@ -91,12 +89,13 @@ struct Remainder {
   double redundancy = 0.0;
   double square_sum_1 = 0.0;
   std::size_t looks = 0, dropped = 0;
+  std::size_t control = 0, control_dropped = 0;  ///< control points; those that keep no look
 };
 
 Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
   const AdjustmentProblem& problem = *solution.problem;
   const ProblemCounts counts = CountProblem(problem);
-  Remainder rest{counts.redundancy(), 2.0 * (*solution.system)->cost(), counts.looks, 0};
+  Remainder rest{counts.redundancy(), 2.0 * (*solution.system)->cost(), counts.looks};
   if (options.robust == RobustLoss::kNone) return rest;
   const double limit = FarSquare_1();
   const auto& offsets = problem.block.looks.offsets;
@@ -111,6 +110,10 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
       const bool is_far = at.error_1.squaredNorm() > limit;
       (is_far ? far_1 : square_1) += at.error_1.squaredNorm();
       ++(is_far ? far : near);
+    }
+    if (problem.control_of[point] >= 0) {
+      ++rest.control;
+      rest.control_dropped += near == 0 ? 1U : 0U;
     }
     const bool lost = near < 2 && problem.control_of[point] < 0 && far > 0;  // with all its looks
     rest.dropped += lost ? near + far : far;
@@ -169,8 +172,10 @@ Contradiction FindContradiction(const AdjustOptions& options, const Solution& so
   const Remainder rest = RemainderOf(options, solution);
   const bool many =
       static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks);
+  // A loss that lets go of the control has settled somewhere else.
+  const bool adrift = 2 * rest.control_dropped > rest.control;
   const bool gross = !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
-  if (many || gross) return Contradiction::kGross;
+  if (many || adrift || gross) return Contradiction::kGross;
   const bool leaves_out =
       options.robust != RobustLoss::kNone || options.quality.snooping != Snooping::kNone;
   if (!leaves_out || !(rest.redundancy > 0.0)) return Contradiction::kNone;
@@ -217,8 +222,9 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
       with_loss.robust = loss;
       SolveOnce(with_loss, problem, state, solution.solve, nullptr, progress);
     };
-    SnoopingReport report =
+    std::optional<SnoopingReport> report =
         SearchBlunders(options, again, problem, state, progress, FindingsOf(consensus));
+    if (!report) return std::nullopt;
     form();
     recover();
     const Remainder rest = RemainderOf(options, solution);

@@ -4,6 +4,7 @@
 // (docs/validation.md).
 #include "sarblock/diagnose/diagnose.h"
 
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -132,6 +133,37 @@ TEST(DiagnoseTest, NamesTheDifferenceOfGpsAndUtc) {
   EXPECT_THAT(diagnosis.Sentences().front(),
               HasSubstr("s late (GPS and UTC differ by 18 s since 2017): takes 99.9"));
   EXPECT_THAT(told.change, HasSubstr("time_s of DSC minus 18, or correction.time of DSC"));
+}
+
+// A search for blunders would leave out looks of the pass; none goes, and the pass is said first.
+TEST(DiagnoseTest, StandsFirstWhereASearchForBlundersGivesWay) {
+  test::TrialBlock made = test::MakeTrialBlock("earth-asc-desc", 3);
+  Block& block = made.block;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (block.passes[block.looks.pass[i]].id == "DSC") block.looks.time_s[i] += 0.4;
+  }
+  AdjustOptions options = made.options;
+  for (const Snooping snooping : {Snooping::kIterative, Snooping::kRobust}) {
+    options.quality.snooping = snooping;
+    AdjustResult result = Adjust(block, options);
+    EXPECT_FALSE(result.snooping.has_value());
+    EXPECT_EQ(result.assessment.verdict, Verdict::kNotAccepted);
+    ASSERT_TRUE(ExplainFailure(block, options, {}, &result).has_value());
+    EXPECT_THAT(result.assessment.reasons.front(),
+                HasSubstr("most likely: the times of pass DSC are 0."));
+  }
+}
+
+TEST(DiagnoseTest, TellsAMistakeOnce) {
+  test::TrialBlock made = test::MakeTrialBlock("block-12-strips", 3);
+  Block& block = made.block;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (block.passes[block.looks.pass[i]].id == "S5") block.looks.range_m[i] += 300.0;
+  }
+  const Diagnosis diagnosis = Diagnose(block, made.options);
+  ASSERT_EQ(diagnosis.explanations.size(), 1U);  // known points and the score test both find it
+  EXPECT_EQ(diagnosis.explanations[0].passes, std::vector<std::string>{"S5"});
+  EXPECT_NEAR(diagnosis.explanations[0].value, 300.0, 4.0 * diagnosis.explanations[0].sigma);
 }
 
 /// Squinted looks with their squints as measured Dopplers, of the standard deviation that the

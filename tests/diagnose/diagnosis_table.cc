@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plants every mistake of plants.h in every block and prints what is said of it; the table of
-// docs/validation.md. Usage: diagnosis_table [--draws N] [--seed S] [--block TEXT] [--plant TEXT]
+// Plants every mistake of plants.h in every block and prints what is said of it, and how long that
+// takes beside one adjustment; the tables of docs/validation.md. Usage: diagnosis_table [--draws N]
+// [--seed S] [--block TEXT] [--plant TEXT]
 // [--verbose]; TEXT is a part of the name.
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "trial_blocks.h"
 
@@ -55,6 +59,28 @@ void Print(const std::string& name, const Counts& counts) {
   std::fflush(stdout);
 }
 
+/// Processor times of the diagnoses of one block.
+struct Times {
+  double worst_s = 0.0;
+  std::string worst;  ///< its mistake
+  std::vector<double> all_s;
+};
+
+void PrintTimes(const std::map<std::string, Times>& times) {
+  std::printf("\n| block | adjustment [ms] | diagnosis, median | largest | of |\n");
+  std::printf("| --- | --- | --- | --- | --- |\n");
+  for (auto [block, of] : times) {
+    const double adjustment_s = sarblock::test::AdjustmentTime_s(block);
+    std::sort(of.all_s.begin(), of.all_s.end());
+    std::printf("| %s | %.1f | %.2f | %.2f | %s |\n",
+                block.c_str(),
+                1e3 * adjustment_s,
+                of.all_s[of.all_s.size() / 2] / adjustment_s,
+                of.worst_s / adjustment_s,
+                of.worst.c_str());
+  }
+}
+
 void Tell(const std::string& block,
           const Plant& plant,
           std::uint64_t seed,
@@ -84,6 +110,7 @@ void Tell(const std::string& block,
 int main(int count, char** values) {
   const Arguments arguments = Read(count, values);
   Counts all{};
+  std::map<std::string, Times> times;
   std::printf("| mistake | blocks | unseen | first | later | wrong | silent | first of seen |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Plant& plant : sarblock::test::Plants()) {
@@ -95,6 +122,14 @@ int main(int count, char** values) {
         const std::uint64_t seed = arguments.seed + draw;
         const auto result = sarblock::test::RunTrial(block, plant, seed);
         ++counts[static_cast<std::size_t>(result.outcome)];
+        if (result.planted.done) {
+          Times& of = times[block];
+          of.all_s.push_back(result.diagnosis_s);
+          if (result.diagnosis_s > of.worst_s) {
+            of.worst_s = result.diagnosis_s;
+            of.worst = plant.name;
+          }
+        }
         const bool odd =
             result.outcome != Outcome::kFirst && result.outcome != Outcome::kNotApplicable;
         if (arguments.verbose && odd) Tell(block, plant, seed, result);
@@ -104,5 +139,6 @@ int main(int count, char** values) {
     for (std::size_t i = 0; i < all.size(); ++i) all[i] += counts[i];
   }
   Print("all", all);
+  PrintTimes(times);
   return 0;
 }

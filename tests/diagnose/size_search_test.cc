@@ -19,8 +19,8 @@ TEST(SearchSizeTest, FindsARangeBiasAndItsSigmaAsACorrectionDoes) {
   const Sample sample = TakeSample(made.block, nullptr);
   Trials trials(sample.block, made.options.groups, nullptr);
   const Hypothesis hypothesis = RangeBias({made.block.passes[1].id}, 400.0, 1.0);
-  const Fit first = trials.With(hypothesis, hypothesis.value, nullptr);
-  const Solved solved = SearchSize(hypothesis, first, Effort::kFull, &trials);
+  const Fit first = trials.With(hypothesis, hypothesis.value, {});
+  const Solved solved = SearchSize(hypothesis, first, {}, &trials);
 
   std::vector<CorrectionGroup> groups = made.options.groups;
   groups.push_back({"range", RangeCorrection{.bias = true}, {made.block.passes[1].id}, false});
@@ -46,8 +46,7 @@ TEST(SearchSizeTest, LeavesASizeThatIsNotFree) {
   Trials trials(sample.block, made.options.groups, nullptr);
   Hypothesis hypothesis = RangeBias({}, 3.0, 1.0);
   hypothesis.free = false;
-  const Solved solved =
-      SearchSize(hypothesis, trials.With(hypothesis, 3.0, nullptr), Effort::kFull, &trials);
+  const Solved solved = SearchSize(hypothesis, trials.With(hypothesis, 3.0, {}), {}, &trials);
   EXPECT_EQ(solved.value, 3.0);
   EXPECT_TRUE(std::isnan(solved.sigma));
   EXPECT_EQ(trials.solutions(), 1);

@@ -39,8 +39,11 @@ struct TrialResult {
   Outcome outcome = Outcome::kNotApplicable;
   Planted planted;
   Diagnosis diagnosis;
-  double diagnosis_s = 0.0;
+  double diagnosis_s = 0.0;  ///< processor time, one thread
 };
+
+/// Processor time of one adjustment of the block without a mistake, one thread, the least of five.
+[[nodiscard]] double AdjustmentTime_s(const std::string& name);
 
 /// Plants a mistake in a block and diagnoses it.
 [[nodiscard]] TrialResult RunTrial(const std::string& name, const Plant& plant, std::uint64_t seed);

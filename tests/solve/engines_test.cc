@@ -238,6 +238,24 @@ TEST(ReducedEngineTest, TakesAStepThatTheCostIsTooCoarseToShow) {
   }
 }
 
+// Invariance: a limit that the solution keeps changes nothing; one it cannot keep ends the steps.
+TEST(ReducedEngineTest, GivesUpWhatIsOfNoUse) {
+  SceneBlock made = test::SmallSceneBlock("block-12-strips");
+  for (std::size_t i = 0; i < made.block.looks.size(); i += 3) made.block.looks.range_m[i] += 20.0;
+  Prepared whole(made), kept(made), useless(made);
+  SolveOptions options;
+  const SolveReport solved = SolveReduced(whole.problem, {}, options, &whole.state, nullptr);
+  ASSERT_TRUE(solved.converged);
+  ASSERT_GT(solved.iterations, 3);
+  options.useless_above_1 = 4.0 * solved.final_cost_1;  // twice the v'Pv
+  EXPECT_TRUE(SolveReduced(kept.problem, {}, options, &kept.state, nullptr).converged);
+  EXPECT_EQ(kept.state.corrections, whole.state.corrections);
+  options.useless_above_1 = 0.2 * solved.final_cost_1;  // a tenth of it
+  const SolveReport ended = SolveReduced(useless.problem, {}, options, &useless.state, nullptr);
+  EXPECT_FALSE(ended.converged);
+  EXPECT_LT(ended.iterations, solved.iterations);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes,
                          EnginesTest,
                          testing::ValuesIn(test::SceneFiles()),

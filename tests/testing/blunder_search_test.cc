@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/paper_block.h"
@@ -66,6 +67,58 @@ TEST(BlunderSearchTest, LeavesAGoodBlockAlone) {
   EXPECT_TRUE(RejectedLooks(searched).empty());
   EXPECT_FALSE(plain.snooping.has_value());
   EXPECT_EQ(searched.points.position_m[3], plain.points.position_m[3]);
+}
+
+/// Every second look of the points without control, by 20 to 60 sigma of either sign.
+test::KnownBlock HalfWrong() {
+  test::KnownBlock known = Noisy(0);
+  for (std::uint64_t i = 0; i < known.block.looks.size(); i += 2) {
+    const double size_1 = 20.0 + 40.0 * std::abs(std::sin(1.7 * static_cast<double>(i)));
+    ShiftRange(i, i % 4 == 0 ? size_1 : -size_1, &known.block);
+  }
+  return known;
+}
+
+bool AnyStartsWith(const std::vector<std::string>& texts, const std::string& begin) {
+  return std::any_of(texts.begin(), texts.end(), [&](const std::string& text) {
+    return text.rfind(begin, 0) == 0;
+  });
+}
+
+// Invariance: what a search would leave out is too much, and the result is that without it.
+TEST(BlunderSearchTest, GivesWayWhereMoreThanAQuarterOfTheLooksWouldGo) {
+  const test::KnownBlock known = HalfWrong();
+  for (const auto& [snooping, consensus] : {std::pair{Snooping::kIterative, false},
+                                            std::pair{Snooping::kRobust, false},
+                                            std::pair{Snooping::kIterative, true}}) {
+    AdjustOptions options = Searching(snooping);
+    options.quality.consensus = consensus;
+    const AdjustResult result = Adjust(known.block, options);
+    EXPECT_FALSE(result.snooping.has_value());
+    EXPECT_TRUE(RejectedLooks(result).empty());
+    EXPECT_EQ(result.assessment.verdict, Verdict::kNotAccepted);
+    EXPECT_TRUE(AnyStartsWith(result.assessment.reasons, "the search for blunders gave way"));
+    options.quality.snooping = Snooping::kNone;
+    const AdjustResult plain = Adjust(known.block, options);
+    EXPECT_FALSE(AnyStartsWith(plain.assessment.reasons, "the search for blunders gave way"));
+    for (std::size_t j = 0; j < known.block.points.size(); ++j) {
+      // Both end at the same minimum, to the tolerance of the steps.
+      EXPECT_LT((result.points.position_m[j] - plain.points.position_m[j]).norm(), 1e-4) << j;
+    }
+  }
+}
+
+TEST(BlunderSearchTest, IsNotMadeWhereThereIsNoSolution) {
+  test::KnownBlock known = Noisy(0);
+  Looks& looks = known.block.looks;
+  for (std::uint64_t i = 0; i < looks.size(); ++i) {
+    if (looks.pass[i] == 1) looks.range_m[i] *= 0.001;  // kilometres
+  }
+  const AdjustResult result = Adjust(known.block, Searching());
+  ASSERT_EQ(result.status, AdjustStatus::kNotConverged);
+  EXPECT_FALSE(result.snooping.has_value());
+  EXPECT_EQ(result.assessment.verdict, Verdict::kNotAccepted);
+  EXPECT_TRUE(AnyStartsWith(result.warnings, "no search for blunders was made"));
 }
 
 // Two routes: the search against an adjustment of the block whose file rejects the same look.
