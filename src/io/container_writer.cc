@@ -277,6 +277,7 @@ ContainerSink::ContainerSink(const std::filesystem::path& target,
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   const Hdf5Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  H5Pset_obj_track_times(creation.get(), 0);  // the same bytes whenever it is written
   errno = 0;
   file_ = Hdf5Id(H5Fcreate(temporary_.name().c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
                  H5Fclose);
@@ -292,6 +293,7 @@ std::unique_ptr<TableWriter> ContainerSink::Open(std::string_view table,
                                                  std::span<const TableColumn> columns) {
   const Hdf5Id creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
   H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  H5Pset_obj_track_times(creation.get(), 0);
   Hdf5Id group(
       H5Gcreate2(file_.get(), std::string(table).c_str(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
       H5Gclose);

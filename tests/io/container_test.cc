@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "fuzz/container_fuzz_targets.h"
+#include "io/hdf5_file.h"
 #include "io/output_folder.h"
 #include "io/result_fixture.h"
 #include "io/write_tables.h"
@@ -120,6 +121,22 @@ TEST_F(ContainerTest, SameBlockGivesTheSameBytes) {
   WriteBlock(folder_ / "a.h5", block_, options_);
   WriteBlock(folder_ / "b.h5", block_, options_);
   EXPECT_EQ(Content(folder_ / "a.h5"), Content(folder_ / "b.h5"));
+}
+
+TEST_F(ContainerTest, HoldsNoTimeOfDay) {
+  WriteBlock(folder_ / "a.h5", block_, options_);
+  const Hdf5Id file(H5Fopen((folder_ / "a.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  int objects = 0;
+  const auto visit = [](hid_t, const char* name, const H5O_info_t* info, void* count) -> herr_t {
+    for (const time_t time : {info->atime, info->mtime, info->ctime, info->btime}) {
+      EXPECT_EQ(time, 0) << name;
+    }
+    ++*static_cast<int*>(count);
+    return 0;
+  };
+  ASSERT_GE(H5Ovisit2(file.get(), H5_INDEX_NAME, H5_ITER_NATIVE, visit, &objects, H5O_INFO_TIME),
+            0);
+  EXPECT_GT(objects, 10);  // the root, groups and columns
 }
 
 TEST_F(ContainerTest, KeepsColumnsOfOthersAsText) {
