@@ -128,6 +128,40 @@ bool FailsTest(const Remainder& rest, double most_1) {
   return rest.redundancy > 0.0 && rest.square_sum_1 > most_1;
 }
 
+/// Whether a pass lost two looks at control points or more, and as many as it keeps: they decide
+/// nothing, another path may fit those that went.
+bool LosesControl(const AdjustmentProblem& problem) {
+  const Block& block = problem.block;
+  std::vector<std::size_t> kept(block.passes.size(), 0), lost(kept);
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    if (block.points.role[point] != PointRole::kControl) continue;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      if (block.looks.rejected(i)) continue;
+      ++(problem.look_used[i] != 0 ? kept : lost)[block.looks.pass[i]];
+    }
+  }
+  for (std::size_t pass = 0; pass < kept.size(); ++pass) {
+    if (lost[pass] >= 2 && lost[pass] >= kept[pass]) return true;
+  }
+  return false;
+}
+
+/// Takes back what was left out of the looks at control points, and of the findings.
+void TakeControlBack(AdjustmentProblem* problem, std::vector<BlunderFinding>* findings) {
+  const Block& block = problem->block;
+  std::erase_if(*findings, [&](const BlunderFinding& finding) {
+    const bool left_out = finding.action == BlunderFinding::Action::kRejected ||
+                          finding.action == BlunderFinding::Action::kPointLeftOut;
+    if (!left_out || block.points.role[finding.point] != PointRole::kControl) return false;
+    std::vector<std::size_t> looks;
+    for (const std::uint64_t look : finding.looks) {
+      if (!block.looks.rejected(look)) looks.push_back(look);
+    }
+    problem->TakeBack(finding.point, looks);
+    return true;
+  });
+}
+
 bool Converged(const AdjustOptions& options, const Solution& solution, ProgressSink* progress) {
   if (solution.solve->converged) return true;
   if (options.robust == RobustLoss::kNone) return false;
@@ -224,13 +258,20 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     };
     std::optional<SnoopingReport> report =
         SearchBlunders(options, again, problem, state, progress, FindingsOf(consensus));
+    if (report && LosesControl(*problem)) {
+      // Without the errors among the tie points control may hold the path that it belongs to.
+      TakeControlBack(problem, &report->findings);
+      again(RobustLoss::kNone);
+      report =
+          SearchBlunders(options, again, problem, state, progress, std::move(report->findings));
+    }
     if (!report) return std::nullopt;
     form();
     recover();
     const Remainder rest = RemainderOf(options, solution);
     const bool fails =
         rest.redundancy > 0.0 && FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy));
-    if (!solution.solve->converged || fails) return std::nullopt;
+    if (!solution.solve->converged || fails || LosesControl(*problem)) return std::nullopt;
     return report;
   };
   try {

@@ -34,6 +34,16 @@ TEST_P(BasinTest, HoldsPathErrorsOfKilometresAndGrossErrors) {
   EXPECT_GE(recovered + 1 + tried / 12, tried);
 }
 
+// A path off by three times its height fits with half of its control points let go as well as with
+// all of them: accepted without them, a point stood 53 standard deviations off.
+TEST(ControlOfConsensusTest, DecidesForThePathThatItBelongsTo) {
+  test::BasinScene scene("leberl-aircraft", 150);
+  const test::BasinCell cell{20000.0, 0.05, test::GrossError::kAzimuth};
+  const test::BasinOutcome outcome = scene.Run(cell, test::BasinWays().front(), 2003);
+  EXPECT_TRUE(outcome.accepted) << outcome.words;
+  EXPECT_LT(outcome.worst_sigma_1, 6.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes,
                          BasinTest,
                          testing::Values("block-12-strips",
