@@ -27,3 +27,30 @@ void operator delete(void* memory, std::size_t bytes) noexcept {
   if (bytes >= sarblock::kScratchLeastBytes && sarblock::FreeScratch(memory)) return;
   std::free(memory);
 }
+
+// The other forms, which the standard library makes of these and AddressSanitizer does not.
+void* operator new(std::size_t bytes, const std::nothrow_t& /*unused*/) noexcept {
+  try {
+    return operator new(bytes);
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
+
+void* operator new[](std::size_t bytes) { return operator new(bytes); }
+
+void* operator new[](std::size_t bytes, const std::nothrow_t& tag) noexcept {
+  return operator new(bytes, tag);
+}
+
+void operator delete(void* memory, const std::nothrow_t& /*unused*/) noexcept {
+  operator delete(memory);
+}
+
+void operator delete[](void* memory) noexcept { operator delete(memory); }
+
+void operator delete[](void* memory, std::size_t bytes) noexcept { operator delete(memory, bytes); }
+
+void operator delete[](void* memory, const std::nothrow_t& /*unused*/) noexcept {
+  operator delete(memory);
+}
