@@ -49,10 +49,10 @@ SARBLOCK_DRAWS=${SARBLOCK_DRAWS:-10} run_tests release
 
 build asan
 # Seeded statistics are not built with sanitizers; points exchanged and mistakes planted in whole
-# blocks and the block that fills scratch files take half an hour there, through code that other
-# tests run.
+# blocks, the block that fills scratch files, terminals and browsers take half an hour there, through
+# code that other tests run.
 SARBLOCK_DRAWS=4 run_tests asan --exclude-regex \
-  'ExchangedPoints|MistakesOfScene|ScratchCommandTest.WritesTheSameBytes'
+  'ExchangedPoints|MistakesOfScene|ScratchCommandTest.WritesTheSameBytes|cli/terminal|report/browser'
 
 step "Done"
 [[ $skipped -eq 0 ]] || echo "$skipped skipped (their reason stands above or in build/*/tests.xml)"
