@@ -192,11 +192,11 @@ ConversionReport Convert(const fs::path& from,
   const auto [name, text] = source->Read(file);
   RequireReadable(content, text, name);
   ConversionReport report{NameOf(content)};
-  WriteTables(content, to, compression, source->Ids(), [&](TableSink* sink) {
+  WriteTables(content, to, compression, source->Ids(), [&, &kept = text](TableSink* sink) {
     for (const TableDescription& table : TablesOf(content)) {
       CopyTable(*source, table, sink, &report, progress);
     }
-    sink->WriteText(file, text);
+    sink->WriteText(file, kept);
   });
   if (fs::is_directory(from)) report.left_out = LeftOut(from, content);
   return report;
