@@ -5,9 +5,9 @@
 
 namespace sarblock {
 
-/// Adds the hypotheses of ids that this block gives reason to try: all of a pass shifted by a row,
+/// Adds the hypotheses that the ids of a pass are shifted by a row or by a time.
 void AddShiftedIds(const Facts& facts, Hypotheses* out);
-/// and two suspects exchanged in a pass.
+/// Adds the hypotheses that two suspects are exchanged in a pass, where both agree better then.
 void AddExchangedPoints(const Facts& facts, Hypotheses* out);
 
 }  // namespace sarblock

@@ -56,7 +56,6 @@ class JsonFile {
   JsonFile(const JsonFile&) = delete;
   JsonFile& operator=(const JsonFile&) = delete;
 
-  [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] JsonValue Root() const { return {root_, *this, ""}; }
   /// The place of a dotted key ("passes[2].id"), its line 0 where the file has no such key.
   [[nodiscard]] FilePlace PlaceOf(const std::string& key) const;

@@ -13,6 +13,7 @@
 #include "determinacy/connectivity.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
+#include "model/participation.h"
 #include "normals/reduced_system.h"
 #include "reliability.h"
 #include "residual_covariance.h"
@@ -31,16 +32,6 @@ using Action = BlunderFinding::Action;
 struct Candidate {
   std::uint32_t point = 0;
   double w_1 = 0.0;
-};
-
-/// A problem before the search, so that it can give way.
-struct Beginning {
-  std::vector<std::uint8_t> look_used;
-  std::vector<PointStatus> point_status;
-  std::vector<std::string> point_reason;
-  std::vector<std::int32_t> control_of;
-  BlockState state;
-  double looks = 0.0;  ///< in use
 };
 
 /// What a removal takes, so that it can be undone.
@@ -68,12 +59,9 @@ class Search {
         held_(problem->block.points.size(), 0),
         readmitted_(problem->look_used.size(), 0),
         taken_back_(problem->block.points.size(), 0),
-        beginning_{problem->look_used,
-                   problem->point_status,
-                   problem->point_reason,
-                   problem->control_of,
-                   *state,
-                   static_cast<double>(CountProblem(*problem).looks)} {
+        given_(*problem),
+        given_state_(*state),
+        given_looks_(static_cast<double>(CountProblem(*problem).looks)) {
     report_.findings = std::move(found);
   }
 
@@ -126,7 +114,10 @@ class Search {
   std::vector<std::uint8_t> held_;        // by point: reported, not touched again
   std::vector<std::uint8_t> readmitted_;  // by look: once is enough
   std::vector<std::uint8_t> taken_back_;  // by point: so too
-  Beginning beginning_;
+  // Before the search, so that it can give way.
+  Participation given_;
+  BlockState given_state_;
+  double given_looks_;  // in use
 };
 
 /// Quality figures and critical value at the present solution. Where the last round's removals left
@@ -322,16 +313,13 @@ bool Search::Rounds() {
 
 bool Search::LeavesOutTooMany() const {
   const auto left = static_cast<double>(CountProblem(problem_).looks);
-  return beginning_.looks - left > kMostLeftOut_1 * beginning_.looks;
+  return given_looks_ - left > kMostLeftOut_1 * given_looks_;
 }
 
 /// Everything as it was given.
 void Search::GiveWay() {
-  problem_.look_used = std::move(beginning_.look_used);
-  problem_.point_status = std::move(beginning_.point_status);
-  problem_.point_reason = std::move(beginning_.point_reason);
-  problem_.control_of = std::move(beginning_.control_of);
-  state_ = std::move(beginning_.state);
+  given_.Restore(&problem_);
+  state_ = std::move(given_state_);
   solve_(options_.robust);
 }
 

@@ -10,6 +10,7 @@
 
 #include "blunder_search.h"
 #include "determinacy/form_determined.h"
+#include "model/participation.h"
 #include "normals/elimination.h"
 #include "solve/consensus.h"
 #include "solve/solve_block.h"
@@ -27,36 +28,20 @@ constexpr double kFew_1 = 0.01, kSquareOfOne_1 = 20.0;
 /// small.
 constexpr double kFarFromPrior_1 = 8.0;
 
-/// What a trial changes of a problem.
+/// What a trial changes.
 struct Snapshot {
   explicit Snapshot(const Solution& solution)
-      : look_used(solution.problem->look_used),
-        point_status(solution.problem->point_status),
-        point_reason(solution.problem->point_reason),
-        misplaced(solution.problem->misplaced),
-        weights(solution.problem->weights),
-        control_of(solution.problem->control_of),
+      : participation(*solution.problem),
         state(*solution.state),
         solve(*solution.solve),
         defects(*solution.defects) {}
   void Restore(const Solution& solution) {
-    AdjustmentProblem& problem = *solution.problem;
-    problem.look_used = std::move(look_used);
-    problem.point_status = std::move(point_status);
-    problem.point_reason = std::move(point_reason);
-    problem.misplaced = std::move(misplaced);
-    problem.weights = std::move(weights);
-    problem.control_of = std::move(control_of);
+    participation.Restore(solution.problem);
     *solution.state = std::move(state);
     *solution.solve = std::move(solve);
     *solution.defects = std::move(defects);
   }
-  std::vector<std::uint8_t> look_used;
-  std::vector<PointStatus> point_status;
-  std::vector<std::string> point_reason;
-  std::vector<std::uint8_t> misplaced;
-  std::vector<LookWeights> weights;
-  std::vector<std::int32_t> control_of;
+  Participation participation;
   BlockState state;
   SolveReport solve;
   PointDefects defects;
@@ -146,10 +131,10 @@ bool LosesControl(const AdjustmentProblem& problem) {
   return false;
 }
 
-/// Takes back what was left out of the looks at control points, and of the findings.
-void TakeControlBack(AdjustmentProblem* problem, std::vector<BlunderFinding>* findings) {
+/// Takes back what a search left out of the looks at control points, and of what it reports.
+void TakeControlBack(AdjustmentProblem* problem, SnoopingReport* report) {
   const Block& block = problem->block;
-  std::erase_if(*findings, [&](const BlunderFinding& finding) {
+  std::erase_if(report->findings, [&](const BlunderFinding& finding) {
     const bool left_out = finding.action == BlunderFinding::Action::kRejected ||
                           finding.action == BlunderFinding::Action::kPointLeftOut;
     if (!left_out || block.points.role[finding.point] != PointRole::kControl) return false;
@@ -160,6 +145,12 @@ void TakeControlBack(AdjustmentProblem* problem, std::vector<BlunderFinding>* fi
     problem->TakeBack(finding.point, looks);
     return true;
   });
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    if (block.points.role[point] != PointRole::kControl) continue;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      if (std::erase(report->robust, i) > 0) problem->TakeBack(point, {i});
+    }
+  }
 }
 
 bool Converged(const AdjustOptions& options, const Solution& solution, ProgressSink* progress) {
@@ -260,10 +251,12 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
         SearchBlunders(options, again, problem, state, progress, FindingsOf(consensus));
     if (report && LosesControl(*problem)) {
       // Without the errors among the tie points control may hold the path that it belongs to.
-      TakeControlBack(problem, &report->findings);
+      TakeControlBack(problem, &*report);
       again(RobustLoss::kNone);
+      const std::vector<std::uint64_t> robust = std::move(report->robust);
       report =
           SearchBlunders(options, again, problem, state, progress, std::move(report->findings));
+      if (report) report->robust.insert(report->robust.begin(), robust.begin(), robust.end());
     }
     if (!report) return std::nullopt;
     form();

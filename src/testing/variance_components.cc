@@ -14,6 +14,7 @@
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "global_test.h"
+#include "model/participation.h"
 #include "variance_sums.h"
 #include <Eigen/Cholesky>
 
@@ -217,27 +218,6 @@ void ScaleProblem(const std::vector<VarianceComponent>& components,
   UpdateWeights(state, problem);
 }
 
-/// Takes back which looks and points take part.
-class Participation {
- public:
-  explicit Participation(AdjustmentProblem* problem)
-      : problem_(problem),
-        look_used_(problem->look_used),
-        status_(problem->point_status),
-        reason_(problem->point_reason) {}
-  void Restore() {
-    problem_->look_used = look_used_;
-    problem_->point_status = status_;
-    problem_->point_reason = reason_;
-  }
-
- private:
-  AdjustmentProblem* problem_;
-  std::vector<std::uint8_t> look_used_;
-  std::vector<PointStatus> status_;
-  std::vector<std::string> reason_;
-};
-
 }  // namespace
 
 void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result) {
@@ -297,7 +277,7 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
          "variance components",
          static_cast<std::size_t>(report.iterations),
          static_cast<std::size_t>(kMostIterations));
-    Participation participation(problem);
+    const Participation before(*problem);
     if (steps.drop_outliers) steps.drop_outliers();
     std::optional<ReducedSystem> system;
     FormDetermined(*state, {}, problem, &system, nullptr);
@@ -308,7 +288,7 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
       report.before = TestGlobally(*problem, options.test_level, 2.0 * system->cost());
       FillSigmaBefore(*problem, component_of, &components);
     }
-    if (steps.drop_outliers) participation.Restore();
+    if (steps.drop_outliers) before.Restore(problem);
     for (std::size_t k = 0; k < components.size(); ++k) {
       components[k].looks = sums.looks[k];
       components[k].redundancy_1 = sums.redundancy_1[static_cast<Eigen::Index>(k)];
