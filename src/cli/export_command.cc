@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/exchange/export.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/result_reader.h"
 
@@ -10,6 +9,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "exchange/export.h"
 #include "exchange/export_target.h"
 #include "import_output.h"
 #include <fmt/core.h>

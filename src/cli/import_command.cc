@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/product/import_block.h"
-#include "sarblock/product/nisar.h"
-#include "sarblock/product/reflectors.h"
-#include "sarblock/product/sensor_image.h"
 
 #include <iterator>
 #include <map>
@@ -14,6 +10,10 @@
 #include "import_matches.h"
 #include "import_network_command.h"
 #include "import_output.h"
+#include "product/import_block.h"
+#include "product/nisar.h"
+#include "product/reflectors.h"
+#include "product/sensor_image.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

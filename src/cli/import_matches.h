@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/matched_points.h"
-#include "sarblock/product/pixel_offset.h"
-
 #include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
 
+#include "product/matched_points.h"
+#include "product/pixel_offset.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json_fwd.hpp>
 

@@ -2,10 +2,6 @@
 #include "import_network_command.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/control_network.h"
-#include "sarblock/product/csm_isd.h"
-#include "sarblock/product/import_network.h"
-#include "sarblock/product/isis_cube.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +14,10 @@
 #include "command_line.h"
 #include "import_matches.h"
 #include "import_output.h"
+#include "product/control_network.h"
+#include "product/csm_isd.h"
+#include "product/import_network.h"
+#include "product/isis_cube.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -3,11 +3,11 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/model/options.h"
-#include "sarblock/product/imported_network.h"
 
 #include <optional>
 #include <string>
 
+#include "product/imported_network.h"
 #include "session.h"
 #include <CLI/CLI.hpp>
 

@@ -2,8 +2,6 @@
 #include "leberl_command.h"
 
 #include "sarblock/leberl/parallax.h"
-#include "sarblock/paper/paper_table.h"
-#include "sarblock/paper/single_flight.h"
 
 #include <algorithm>
 #include <array>
@@ -16,6 +14,8 @@
 #include "core/nan.h"
 #include "core/units.h"
 #include "environment.h"
+#include "paper/paper_table.h"
+#include "paper/single_flight.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

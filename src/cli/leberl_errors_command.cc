@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/paper/stereo_errors.h"
 
 #include <array>
 #include <cmath>
 #include <optional>
 
 #include "leberl_command.h"
+#include "paper/stereo_errors.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/paper/stereo_errors.h"
 
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include "command_line.h"
 #include "io/csv_reader.h"
 #include "leberl_command.h"
+#include "paper/stereo_errors.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

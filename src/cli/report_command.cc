@@ -3,11 +3,11 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/report/report.h"
 
 #include <filesystem>
 #include <memory>
 
+#include "report/report.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -3,9 +3,6 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/study_io/densification_file.h"
-#include "sarblock/study_io/stability_file.h"
-#include "sarblock/study_io/tradeoff_study.h"
 
 #include <array>
 #include <filesystem>
@@ -14,9 +11,12 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "study_io/densification_file.h"
+#include "study_io/stability_file.h"
 #include "study_io/study_file.h"
 #include "study_io/study_parts.h"
 #include "study_io/study_rows.h"
+#include "study_io/tradeoff_study.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

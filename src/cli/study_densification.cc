@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study_io/densification_file.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include "core/nan.h"
 #include "io/svg_plot.h"
 #include "study_command.h"
+#include "study_io/densification_file.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

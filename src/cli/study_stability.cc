@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study_io/stability_file.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "io/svg_plot.h"
 #include "study_command.h"
+#include "study_io/stability_file.h"
 #include "study_io/study_file.h"
 
 namespace sarblock::cli {

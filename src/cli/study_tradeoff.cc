@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/study_io/tradeoff_study.h"
 
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 #include "study/tradeoff_report.h"
 #include "study/tradeoff_table.h"
 #include "study_command.h"
+#include "study_io/tradeoff_study.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

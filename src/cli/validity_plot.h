@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/paper/leberl_validity.h"
-
 #include <string>
 #include <vector>
+
+#include "paper/leberl_validity.h"
 
 namespace sarblock::cli {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/exchange/export.h"
+#include "exchange/export.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/exchange/export.h"
-
 #include <filesystem>
 
+#include "exchange/export.h"
 #include "io/output_folder.h"
 
 namespace sarblock {

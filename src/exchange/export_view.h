@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/exchange/export_options.h"
 #include "sarblock/io/result_file.h"
 
 #include <cstdint>
 #include <vector>
+
+#include "exchange/export_options.h"
 
 namespace sarblock {
 

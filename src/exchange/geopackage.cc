@@ -4,7 +4,6 @@
 // GeoPackage 1.3 (OGC 12-128r17) by SQLite alone: three feature tables whose geometries are blobs
 // of a short header and well-known binary.
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/product/utc_time.h"
 
 #include <array>
 #include <bit>
@@ -19,6 +18,7 @@
 #include "core/units.h"
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
+#include "product/utc_time.h"
 #include <fmt/core.h>
 #include <sqlite3.h>
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/utc_time.h"
-
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "export_view.h"
+#include "product/utc_time.h"
 
 namespace sarblock {
 

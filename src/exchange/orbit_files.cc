@@ -4,13 +4,13 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/version.h"
 #include "sarblock/io/atomic_file.h"
-#include "sarblock/product/sentinel1.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "image_exports.h"
+#include "product/sentinel1.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -3,7 +3,6 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/version.h"
-#include "sarblock/product/utc_time.h"
 
 #include <algorithm>
 #include <cctype>
@@ -16,6 +15,7 @@
 #include "core/units.h"
 #include "io/csv_writer.h"
 #include "io/geojson.h"
+#include "product/utc_time.h"
 #include "sinex_covariance.h"
 #include <fmt/core.h>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/paper/leberl_validity.h"
+#include "paper/leberl_validity.h"
 
 #include "sarblock/leberl/point_errors.h"
-#include "sarblock/paper/stereo_errors.h"
 
 #include <array>
 #include <cmath>
 
 #include "core/units.h"
+#include "paper/stereo_errors.h"
 
 namespace sarblock {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "paper_cell.h"
 
-#include "sarblock/paper/stereo_errors.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+
+#include "paper/stereo_errors.h"
 
 namespace sarblock::paper {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/leberl/parallax.h"
-#include "sarblock/paper/paper_table.h"
-#include "sarblock/paper/stereo_errors.h"
 
 #include <cmath>
 #include <cstdlib>
 
 #include "core/units.h"
+#include "paper/paper_table.h"
+#include "paper/stereo_errors.h"
 #include "paper_cell.h"
 #include <fmt/core.h>
 

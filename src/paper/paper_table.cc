@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/paper/paper_table.h"
+#include "paper/paper_table.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/paper/stereo_errors.h"
 
 #include <array>
 #include <cmath>
 #include <cstdlib>
 
+#include "paper/stereo_errors.h"
 #include "paper_cell.h"
 #include <fmt/core.h>
 

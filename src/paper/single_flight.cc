@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/paper/single_flight.h"
+#include "paper/single_flight.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/geodesy/frame.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/paper/stereo_errors.h"
+#include "paper/stereo_errors.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/geodesy/frame.h"

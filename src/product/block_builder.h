@@ -2,9 +2,6 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/product/matched_points.h"
-#include "sarblock/product/sicd.h"
-#include "sarblock/product/utc_time.h"
 
 #include <array>
 #include <cstddef>
@@ -15,6 +12,9 @@
 #include <vector>
 
 #include "image_offsets.h"
+#include "product/matched_points.h"
+#include "product/sicd.h"
+#include "product/utc_time.h"
 
 namespace sarblock {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/control_network.h"
+#include "product/control_network.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/csm_isd.h"
+#include "product/csm_isd.h"
 
 #include "csm_isd_parts.h"
 #include "csm_model.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/radar_image.h"
-
 #include <string>
 
 #include "inertial_orbit.h"
 #include "io/json_reader.h"
+#include "product/radar_image.h"
 
 namespace sarblock {
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/radar_image.h"
-
 #include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "product/radar_image.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/faulty_row.h"
+#include "product/faulty_row.h"
 
 #include <fmt/core.h>
 

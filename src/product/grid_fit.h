@@ -3,12 +3,13 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/product/faulty_row.h"
 
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "product/faulty_row.h"
 
 namespace sarblock {
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/pixel_offset.h"
-
 #include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "product/pixel_offset.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/import_options.h"
-#include "sarblock/product/imported_network.h"
-#include "sarblock/product/nisar.h"
-#include "sarblock/product/radar_image.h"
-#include "sarblock/product/sentinel1.h"
-
 #include <string>
 #include <vector>
 
 #include "block_builder.h"
+#include "product/import_options.h"
+#include "product/imported_network.h"
+#include "product/nisar.h"
+#include "product/radar_image.h"
+#include "product/sentinel1.h"
 
 namespace sarblock {
 

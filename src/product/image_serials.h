@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/control_network.h"
-#include "sarblock/product/imported_network.h"
-#include "sarblock/product/radar_image.h"
-
 #include <string>
 #include <vector>
+
+#include "product/control_network.h"
+#include "product/imported_network.h"
+#include "product/radar_image.h"
 
 namespace sarblock {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/import_network.h"
+#include "product/import_network.h"
 
 #include "sarblock/core/error.h"
 

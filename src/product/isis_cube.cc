@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/isis_cube.h"
+#include "product/isis_cube.h"
 
 #include <algorithm>
 #include <cmath>

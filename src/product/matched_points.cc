@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/matched_points.h"
+#include "product/matched_points.h"
 
 #include "io/block_reader.h"
 #include "io/csv_reader.h"

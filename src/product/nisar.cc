@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/nisar.h"
+#include "product/nisar.h"
 
 #include <algorithm>
 #include <cmath>

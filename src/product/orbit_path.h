@@ -3,11 +3,12 @@
 
 #include "sarblock/flight/path.h"
 #include "sarblock/flight/path_through.h"
-#include "sarblock/product/orbit_state.h"
 
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "product/orbit_state.h"
 
 namespace sarblock {
 

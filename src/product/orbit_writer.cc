@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/sentinel1.h"
-
 #include <sstream>
 
+#include "product/sentinel1.h"
 #include <fmt/core.h>
 #include <pugixml.hpp>
 

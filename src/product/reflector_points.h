@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/reflectors.h"
-
 #include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "block_builder.h"
+#include "product/reflectors.h"
 
 namespace sarblock {
 

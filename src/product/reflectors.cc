@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/reflectors.h"
+#include "product/reflectors.h"
 
 #include <array>
 #include <charconv>

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/sensor_image.h"
+#include "product/sensor_image.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/csm_isd.h"
-#include "sarblock/product/isis_cube.h"
 
 #include <algorithm>
 #include <string_view>
 
 #include "byte_source.h"
 #include "csm_isd_parts.h"
+#include "product/csm_isd.h"
+#include "product/isis_cube.h"
 
 namespace sarblock {
 namespace {

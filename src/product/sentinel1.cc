@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/sentinel1.h"
+#include "product/sentinel1.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/sicd.h"
+#include "product/sicd.h"
 
 #include "sarblock/geodesy/frame.h"
 

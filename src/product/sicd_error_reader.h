@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/sicd_errors.h"
-
 #include <optional>
 
+#include "product/sicd_errors.h"
 #include "xml_reader.h"
 
 namespace sarblock {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/sicd.h"
-
 #include "block_builder.h"
+#include "product/sicd.h"
 
 namespace sarblock {
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/sicd.h"
-
 #include <string>
 #include <vector>
 
 #include "grid_fit.h"
+#include "product/sicd.h"
 
 namespace sarblock {
 

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "sarblock/model/corrections.h"
-#include "sarblock/product/sicd.h"
 
 #include <string>
 #include <vector>
 
 #include "block_builder.h"
+#include "product/sicd.h"
 
 namespace sarblock {
 

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "sarblock/block/image_grid.h"
-#include "sarblock/product/sicd.h"
 
 #include <optional>
 
+#include "product/sicd.h"
 #include <Eigen/Core>
 
 namespace sarblock {

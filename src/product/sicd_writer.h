@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/sicd.h"
-
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "product/sicd.h"
 #include <Eigen/Core>
 
 namespace sarblock {

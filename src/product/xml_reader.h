@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/utc_time.h"
 
 #include <cstddef>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "product/utc_time.h"
 #include <pugixml.hpp>
 
 namespace sarblock {

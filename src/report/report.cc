@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/report/report.h"
+#include "report/report.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"

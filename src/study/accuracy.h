@@ -3,12 +3,13 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/model/result.h"
-#include "sarblock/study/block_covariance.h"
 
 #include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
+
+#include "study/block_covariance.h"
 
 namespace sarblock {
 

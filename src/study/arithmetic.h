@@ -3,12 +3,12 @@
 
 #include "sarblock/core/progress.h"
 #include "sarblock/model/result.h"
-#include "sarblock/study/arithmetic_kind.h"
 
 #include <string>
 #include <vector>
 
 #include "model/problem.h"
+#include "study/arithmetic_kind.h"
 
 namespace sarblock {
 

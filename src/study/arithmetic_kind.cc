@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/arithmetic_kind.h"
+#include "study/arithmetic_kind.h"
 
 namespace sarblock {
 

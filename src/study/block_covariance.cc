@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/block_covariance.h"
+#include "study/block_covariance.h"
 
 #include "sarblock/core/error.h"
 

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/densification.h"
+#include "study/densification.h"
 
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/study/block_covariance.h"
-#include "sarblock/study/placement.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +15,8 @@
 #include "accuracy.h"
 #include "core/parallel.h"
 #include "covariance/point_sweep.h"
+#include "study/block_covariance.h"
+#include "study/placement.h"
 #include "verification.h"
 
 namespace sarblock {

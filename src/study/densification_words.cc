@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/densification.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>
+
+#include "study/densification.h"
 
 namespace sarblock {
 namespace {

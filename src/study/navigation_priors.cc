@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/study/densification.h"
 
 #include <cmath>
 #include <iterator>
@@ -10,6 +9,7 @@
 
 #include "model/joint_prior.h"
 #include "model/parameter.h"
+#include "study/densification.h"
 
 namespace sarblock {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/placement.h"
+#include "study/placement.h"
 
 #include <algorithm>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/stability.h"
+#include "study/stability.h"
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/study/stability_families.h"
 
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 #include "exact_adjustment.h"
 #include "family_plan.h"
 #include "stability_methods.h"
+#include "study/stability_families.h"
 
 namespace sarblock {
 namespace {

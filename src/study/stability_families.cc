@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/stability_families.h"
+#include "study/stability_families.h"
 
 #include "family_plan.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/stability_study.h"
+#include "study/stability_study.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/study_table.h"
+#include "study/study_table.h"
 
 #include "sarblock/core/error.h"
 

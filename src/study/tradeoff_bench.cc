@@ -3,7 +3,6 @@
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
-#include "sarblock/study/tradeoff.h"
 
 #include <algorithm>
 #include <array>
@@ -17,6 +16,7 @@
 #include "core/parallel.h"
 #include "run_cost.h"
 #include "solve/start_values.h"
+#include "study/tradeoff.h"
 
 namespace sarblock {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/tradeoff.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "model/symmetric_enu.h"
+#include "study/tradeoff.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/tradeoff.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "study/tradeoff.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/study/tradeoff.h"
-
 #include <string>
 #include <vector>
+
+#include "study/tradeoff.h"
 
 namespace sarblock {
 

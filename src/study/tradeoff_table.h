@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/study/study_table.h"
-#include "sarblock/study/tradeoff.h"
-
 #include <vector>
+
+#include "study/study_table.h"
+#include "study/tradeoff.h"
 
 namespace sarblock {
 

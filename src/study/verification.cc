@@ -4,7 +4,6 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/study/block_covariance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "core/isolated.h"
 #include "core/parallel.h"
 #include "model/symmetric_enu.h"
+#include "study/block_covariance.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {

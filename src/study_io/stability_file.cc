@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study_io/stability_file.h"
+#include "study_io/stability_file.h"
 
 #include <algorithm>
 #include <cmath>

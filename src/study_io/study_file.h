@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/study/study_table.h"
-
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "io/scene_table.h"
+#include "study/study_table.h"
 
 namespace sarblock {
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/study/study_table.h"
-
 #include <cstddef>
 #include <map>
 #include <string>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "io/csv_reader.h"
+#include "study/study_table.h"
 
 namespace sarblock {
 

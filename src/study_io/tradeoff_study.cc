@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study_io/tradeoff_study.h"
+#include "study_io/tradeoff_study.h"
 
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"

@@ -6,9 +6,6 @@
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/result_reader.h"
 #include "sarblock/io/scene_file.h"
-#include "sarblock/study_io/densification_file.h"
-#include "sarblock/study_io/stability_file.h"
-#include "sarblock/study_io/tradeoff_study.h"
 
 #include <array>
 #include <cstdlib>
@@ -17,6 +14,9 @@
 #include <vector>
 
 #include "io/csv_reader.h"
+#include "study_io/densification_file.h"
+#include "study_io/stability_file.h"
+#include "study_io/tradeoff_study.h"
 
 // What the fuzzers run and the unit tests replay on the corpus. A file may be refused by
 // InputError and by nothing else; what is accepted has to keep its promises.

@@ -2,13 +2,14 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/csm_isd.h"
-#include "sarblock/product/import_network.h"
-#include "sarblock/product/isis_cube.h"
 
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
+
+#include "product/csm_isd.h"
+#include "product/import_network.h"
+#include "product/isis_cube.h"
 
 // As fuzz_targets.h, for networks and their images.
 namespace sarblock::fuzz {

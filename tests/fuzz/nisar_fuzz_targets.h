@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/import_block.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -11,6 +10,7 @@
 
 #include "fuzz/container_edit.h"
 #include "fuzz/nisar_file.h"
+#include "product/import_block.h"
 
 // As fuzz_targets.h, for products of NISAR and for the tables of points that go with images.
 namespace sarblock::fuzz {

@@ -2,11 +2,12 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/import_block.h"
 
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
+
+#include "product/import_block.h"
 
 // As fuzz_targets.h, for the readers of products.
 namespace sarblock::fuzz {

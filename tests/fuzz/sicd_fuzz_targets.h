@@ -2,8 +2,6 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/import_block.h"
-#include "sarblock/product/sicd.h"
 
 #include <cstddef>
 #include <cstdio>
@@ -11,6 +9,8 @@
 #include <string_view>
 
 #include "fuzz/nisar_fuzz_targets.h"
+#include "product/import_block.h"
+#include "product/sicd.h"
 #include "product/sicd_writer.h"
 
 // As fuzz_targets.h, for SICD images.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/paper/leberl_validity.h"
+#include "paper/leberl_validity.h"
 
 #include <cmath>
 

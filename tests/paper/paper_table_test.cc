@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/paper/paper_table.h"
+#include "paper/paper_table.h"
 
 #include "sarblock/core/error.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/import_block.h"
+#include "product/import_block.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/look_equations.h"

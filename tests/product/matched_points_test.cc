@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tables of matched points and of reflectors, with images of one kind and of several.
-#include "sarblock/product/matched_points.h"
+#include "product/matched_points.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/product/import_block.h"
-#include "sarblock/product/import_network.h"
-#include "sarblock/product/isis_cube.h"
 
 #include <cmath>
 #include <filesystem>
@@ -15,6 +12,9 @@
 #include "core/units.h"
 #include "fuzz/nisar_fuzz_targets.h"
 #include "io/io_fixture.h"
+#include "product/import_block.h"
+#include "product/import_network.h"
+#include "product/isis_cube.h"
 #include "product/synthetic_annotation.h"
 #include <fmt/core.h>
 #include <gmock/gmock.h>

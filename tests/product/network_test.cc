@@ -2,9 +2,6 @@
 // Control networks and images of a made-up orbit (tests/truth/moon_images.py), which an independent
 // script wrote: what it knows of them is the truth here.
 #include "sarblock/core/error.h"
-#include "sarblock/product/csm_isd.h"
-#include "sarblock/product/import_network.h"
-#include "sarblock/product/isis_cube.h"
 
 #include <cmath>
 #include <filesystem>
@@ -12,7 +9,10 @@
 
 #include "fuzz/network_fuzz_targets.h"
 #include "io/io_fixture.h"
+#include "product/csm_isd.h"
 #include "product/ephemeris_time.h"
+#include "product/import_network.h"
+#include "product/isis_cube.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Products of NISAR written by nisar_file.h: a closed form is the truth.
-#include "sarblock/product/nisar.h"
+#include "product/nisar.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/product/import_block.h"
 
 #include <cmath>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "core/units.h"
 #include "fuzz/nisar_fuzz_targets.h"
 #include "io/io_fixture.h"
+#include "product/import_block.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // A real restituted orbit file; skipped where it is not beside the project.
-#include "sarblock/product/sentinel1.h"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,6 +10,7 @@
 #include "flight/resample.h"
 #include "flight/state_noise.h"
 #include "io/io_fixture.h"
+#include "product/sentinel1.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

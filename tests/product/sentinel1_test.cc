@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reader of annotations and orbit files on annotations of our own making.
-#include "sarblock/product/sentinel1.h"
+#include "product/sentinel1.h"
 
 #include "sarblock/core/error.h"
 

@@ -4,7 +4,6 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
-#include "sarblock/product/import_block.h"
 
 #include <array>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include <string>
 
 #include "io/io_fixture.h"
+#include "product/import_block.h"
 #include "product/sicd_projection.h"
 #include "product/synthetic_annotation.h"
 #include <Eigen/Geometry>

@@ -4,8 +4,6 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
-#include "sarblock/product/import_block.h"
-#include "sarblock/product/sicd.h"
 
 #include <cmath>
 #include <filesystem>
@@ -13,6 +11,8 @@
 #include <vector>
 
 #include "io/io_fixture.h"
+#include "product/import_block.h"
+#include "product/sicd.h"
 #include "product/synthetic_annotation.h"
 #include <gmock/gmock.h>
 

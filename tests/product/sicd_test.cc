@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // SICD images: one made from a closed form, and those of others where they are beside the project.
-#include "sarblock/product/sicd.h"
+#include "product/sicd.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/product/import_block.h"
 
 #include <cmath>
 #include <filesystem>
@@ -13,6 +12,7 @@
 
 #include "fuzz/sicd_fuzz_targets.h"
 #include "io/io_fixture.h"
+#include "product/import_block.h"
 #include "product/synthetic_annotation.h"
 #include <fmt/core.h>
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/product/utc_time.h"
+#include "product/utc_time.h"
 
 #include <gtest/gtest.h>
 

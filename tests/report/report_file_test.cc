@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/report/report.h"
 
 #include <initializer_list>
 #include <sstream>
 #include <utility>
 
 #include "io/io_fixture.h"
+#include "report/report.h"
 #include "report/result_folder.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/densification.h"
+#include "study/densification.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/study_io/densification_file.h"
 
 #include <cmath>
 #include <fstream>
 #include <iterator>
 
 #include "core/parallel.h"
+#include "study_io/densification_file.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

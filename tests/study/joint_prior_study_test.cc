@@ -3,7 +3,6 @@
 // prior is its own, and two more routes of the covariance.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/study/densification.h"
 
 #include <optional>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "model/symmetric_enu.h"
 #include "solve/start_values.h"
 #include "study/arithmetic.h"
+#include "study/densification.h"
 #include "study/exact_adjustment.h"
 #include "study/stability_methods.h"
 #include "support/joint_priors.h"

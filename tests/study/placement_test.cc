@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/study/placement.h"
+#include "study/placement.h"
 
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"

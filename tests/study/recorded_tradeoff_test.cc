@@ -2,8 +2,6 @@
 // What `auto` stands for, held against the recorded study of speed against accuracy
 // (datasets/studies/tradeoff, docs/studies/tradeoff.md). Evidence: recorded measurements; nothing
 // is timed here.
-#include "sarblock/study_io/tradeoff_study.h"
-
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -12,6 +10,7 @@
 #include "study/tradeoff_report.h"
 #include "study/tradeoff_table.h"
 #include "study_io/study_rows.h"
+#include "study_io/tradeoff_study.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

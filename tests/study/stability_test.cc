@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stability study in small: every family at a comfortable and at a hard step, the production
 // adjustment beside the same one in 50 digits.
-#include "sarblock/study/stability.h"
+#include "study/stability.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/study/stability_families.h"
-#include "sarblock/study_io/stability_file.h"
 
 #include <cstdint>
 #include <set>
@@ -14,6 +12,8 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "study/stability_families.h"
+#include "study_io/stability_file.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {

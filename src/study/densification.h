@@ -3,13 +3,14 @@
 
 #include "sarblock/model/options.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/study/placement.h"
-#include "sarblock/study/study_table.h"
 
 #include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
+
+#include "study/placement.h"
+#include "study/study_table.h"
 
 namespace sarblock {
 

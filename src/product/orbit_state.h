@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/utc_time.h"
-
+#include "product/utc_time.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -2,8 +2,6 @@
 #pragma once
 
 #include "sarblock/simulate/scene.h"
-#include "sarblock/study/study_table.h"
-#include "sarblock/study/tradeoff.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -12,6 +10,9 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "study/study_table.h"
+#include "study/tradeoff.h"
 
 namespace sarblock {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/study/stability.h"
-#include "sarblock/study/stability_families.h"
-#include "sarblock/study/study_table.h"
-
 #include <string>
 #include <vector>
+
+#include "study/stability.h"
+#include "study/stability_families.h"
+#include "study/study_table.h"
 
 namespace sarblock {
 

@@ -3,12 +3,13 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/flight/path_through.h"
-#include "sarblock/product/matched_points.h"
-#include "sarblock/product/reflectors.h"
 
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "product/matched_points.h"
+#include "product/reflectors.h"
 
 namespace sarblock {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/nisar.h"
-#include "sarblock/product/radar_image.h"
-#include "sarblock/product/sentinel1.h"
-#include "sarblock/product/sicd.h"
-
 #include <string>
 #include <variant>
+
+#include "product/nisar.h"
+#include "product/radar_image.h"
+#include "product/sentinel1.h"
+#include "product/sicd.h"
 
 namespace sarblock {
 

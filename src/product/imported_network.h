@@ -2,8 +2,6 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/product/matched_points.h"
-#include "sarblock/product/pixel_offset.h"
 
 #include <array>
 #include <cstddef>
@@ -11,6 +9,9 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "product/matched_points.h"
+#include "product/pixel_offset.h"
 
 namespace sarblock {
 

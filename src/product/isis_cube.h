@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/product/radar_image.h"
-
 #include <string>
 #include <string_view>
+
+#include "product/radar_image.h"
 
 namespace sarblock {
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/exchange/export_options.h"
 #include "sarblock/io/result_file.h"
 
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "exchange/export_options.h"
 
 namespace sarblock {
 

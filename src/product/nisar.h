@@ -2,13 +2,14 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/product/orbit_state.h"
-#include "sarblock/product/utc_time.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
+
+#include "product/orbit_state.h"
+#include "product/utc_time.h"
 
 namespace sarblock {
 

@@ -3,15 +3,16 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/model/corrections.h"
-#include "sarblock/product/faulty_row.h"
-#include "sarblock/product/import_options.h"
-#include "sarblock/product/pixel_offset.h"
-#include "sarblock/product/sensor_image.h"
-#include "sarblock/product/sentinel1.h"
 
 #include <cstddef>
 #include <string>
 #include <vector>
+
+#include "product/faulty_row.h"
+#include "product/import_options.h"
+#include "product/pixel_offset.h"
+#include "product/sensor_image.h"
+#include "product/sentinel1.h"
 
 namespace sarblock {
 

@@ -3,8 +3,6 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/error.h"
-#include "sarblock/product/sicd_errors.h"
-#include "sarblock/product/utc_time.h"
 
 #include <array>
 #include <cstddef>
@@ -15,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "product/sicd_errors.h"
+#include "product/utc_time.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/study/block_covariance.h"
-
 #include <cstddef>
 #include <functional>
 #include <vector>
 
+#include "study/block_covariance.h"
 #include <Eigen/Core>
 
 namespace sarblock {

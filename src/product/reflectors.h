@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/geodesy/frame.h"
-#include "sarblock/product/utc_time.h"
 
 #include <cstddef>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "product/utc_time.h"
 #include <Eigen/Core>
 
 namespace sarblock {

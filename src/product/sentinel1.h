@@ -3,14 +3,14 @@
 
 #include "sarblock/block/image_grid.h"
 #include "sarblock/geodesy/frame.h"
-#include "sarblock/product/orbit_state.h"
-#include "sarblock/product/utc_time.h"
 
 #include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "product/orbit_state.h"
+#include "product/utc_time.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -6,7 +6,6 @@
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/study/arithmetic_kind.h"
 
 #include <cstddef>
 #include <limits>
@@ -15,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "study/arithmetic_kind.h"
 #include <Eigen/Core>
 
 namespace sarblock {
