@@ -11,7 +11,7 @@
 #include "core/parallel.h"
 #include "point_influence.h"
 #include "point_sweep.h"
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 
 namespace sarblock {
 Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
@@ -170,8 +170,8 @@ double CheckFreedom(const AdjustmentProblem& problem,
   const double scale_1 = std::sqrt(factor_1);
   // By point: the directions known, Y = s0 (R^-1 T)' along them, and Q_i.
   Eigen::MatrixXd y(n, 3 * count);
-  std::vector<Eigen::MatrixXd> weight(part.size());
-  std::vector<Eigen::MatrixXd> own(part.size());
+  std::vector<Eigen::Matrix3d> weight(part.size());
+  std::vector<Eigen::Matrix3d> own(part.size());
   PointFactor factor;
   PointColumns columns;
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -197,10 +197,15 @@ double CheckFreedom(const AdjustmentProblem& problem,
   const Eigen::MatrixXd solved = system.SolveFor(y);
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const Eigen::Matrix3d q =
-        own[at] + y.middleCols(3 * i, 3).transpose() * solved.middleCols(3 * i, 3);
-    // Components that are not known have zero rows: the pseudo-inverse leaves them out.
-    weight[at] = q.completeOrthogonalDecomposition().pseudoInverse();
+    Eigen::Matrix3d q = own[at] + y.middleCols(3 * i, 3).transpose() * solved.middleCols(3 * i, 3);
+    // A component that is not known has a row and a column of zeros, and no weight.
+    const KnownPosition& known = *problem.block.points.FindKnown(part[at]->point);
+    Eigen::Vector3d held_1;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      held_1[k] = known.held[static_cast<std::size_t>(k)] ? 1.0 : 0.0;
+      q(k, k) += 1.0 - held_1[k];
+    }
+    weight[at] = q.llt().solve(Eigen::Matrix3d(held_1.asDiagonal()));
   }
   double of_part = 0.0, shared = 0.0;
   for (Eigen::Index i = 0; i < count; ++i) {

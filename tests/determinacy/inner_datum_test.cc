@@ -79,7 +79,7 @@ struct DensePoints {
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jc);
     const Eigen::MatrixXd rotated = qr.householderQ().transpose() * jp;
     const Eigen::MatrixXd below = rotated.bottomRows(j.rows() - jc.cols());
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(below, Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(below, Eigen::ComputeThinV);
     const Eigen::Index rank = p - defects;
     gap = svd.singularValues()[rank - 1] / svd.singularValues()[rank];
     const Eigen::MatrixXd v = svd.matrixV();
