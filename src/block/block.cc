@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace sarblock {
@@ -60,24 +61,29 @@ double Block::RoughAzimuthSigma_m(std::size_t look, double speed_mps) const {
 std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,
                                             std::size_t point_count,
                                             Looks* looks) {
-  // Counting sort: offsets[j + 1] first counts the looks of point j, then is where j's next look
-  // goes, and ends as the end of point j's looks.
   std::vector<std::uint64_t>& offsets = looks->offsets;
   offsets.assign(point_count + 1, 0);
-  for (const std::uint32_t point : point_of_look) ++offsets[point + 1];
-  std::uint64_t begin = 0;
-  for (std::size_t j = 1; j <= point_count; ++j) {
-    begin += std::exchange(offsets[j], begin);
-  }
   bool sorted = true;
   for (std::size_t i = 1; sorted && i < point_of_look.size(); ++i) {
     sorted = point_of_look[i - 1] < point_of_look[i] ||
              (point_of_look[i - 1] == point_of_look[i] && looks->pass[i - 1] <= looks->pass[i]);
   }
-  if (sorted) {  // and so is every point's end where the next one's looks begin
-    offsets.erase(offsets.begin());
-    offsets.push_back(point_of_look.size());
+  if (sorted) {
+    std::size_t next = 0;  // the first point that does not begin before look i
+    for (std::size_t i = 0; i < point_of_look.size(); ++i) {
+      while (next <= point_of_look[i]) offsets[next++] = i;
+    }
+    std::fill(offsets.begin() + static_cast<std::ptrdiff_t>(next),
+              offsets.end(),
+              std::uint64_t{point_of_look.size()});
     return {};
+  }
+  // Counting sort: offsets[j + 1] first counts the looks of point j, then is where j's next look
+  // goes, and ends as the end of point j's looks.
+  for (const std::uint32_t point : point_of_look) ++offsets[point + 1];
+  std::uint64_t begin = 0;
+  for (std::size_t j = 1; j <= point_count; ++j) {
+    begin += std::exchange(offsets[j], begin);
   }
   std::vector<std::uint32_t> old_of_new(point_of_look.size());
   for (std::uint32_t old = 0; old < point_of_look.size(); ++old) {
@@ -104,25 +110,27 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
 
 void SetStripSpans(const std::vector<std::optional<std::array<double, 2>>>& fixed_s, Block* block) {
   std::vector<Pass>& passes = block->passes;
-  std::vector<bool> seen(passes.size(), false);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<std::array<double, 2>> seen_s(passes.size(), {kInfinity, -kInfinity});
   for (std::size_t look = 0; look < block->looks.size(); ++look) {
     const double time_s = block->looks.time_s[look];
-    if (std::isnan(time_s)) continue;  // a planned look, its time not known
-    Pass& pass = passes[block->looks.pass[look]];
-    const bool first = !seen[block->looks.pass[look]];
-    pass.start_s = first ? time_s : std::min(pass.start_s, time_s);
-    pass.end_s = first ? time_s : std::max(pass.end_s, time_s);
-    seen[block->looks.pass[look]] = true;
+    std::array<double, 2>& span_s = seen_s[block->looks.pass[look]];
+    span_s = {std::min(span_s[0], time_s), std::max(span_s[1], time_s)};  // NaN: a planned look
   }
   for (std::size_t i = 0; i < passes.size(); ++i) {
     Pass& pass = passes[i];
+    const bool seen = seen_s[i][0] <= seen_s[i][1];
+    if (seen) {
+      pass.start_s = seen_s[i][0];
+      pass.end_s = seen_s[i][1];
+    }
     if (i < fixed_s.size() && fixed_s[i]) {
       pass.start_s = (*fixed_s[i])[0];
       pass.end_s = (*fixed_s[i])[1];
       if (!(pass.start_s < pass.end_s)) {
         throw InputError("pass " + pass.id + " start_s", "start_s must be less than end_s");
       }
-    } else if (!seen[i] && !pass.path.states().empty()) {
+    } else if (!seen && !pass.path.states().empty()) {
       pass.start_s = pass.path.start_s();
       pass.end_s = pass.path.end_s();
     } else if (!(pass.start_s < pass.end_s)) {

@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/parallel.h"
+
 namespace sarblock {
 namespace {
 
@@ -17,9 +19,13 @@ constexpr std::size_t kLeastEqual = 3, kLeastEqualOfPoint = 2;
 using PassPair = std::pair<std::uint32_t, std::uint32_t>;
 
 /// `sigma` are the standard deviations of look i.
+bool AreRangesEqual(const Looks& looks, const LookSigma& sigma, std::size_t i, std::size_t j) {
+  return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m;
+}
+
 bool AreEqual(const Block& block, const LookSigma& sigma, std::size_t i, std::size_t j) {
   const Looks& looks = block.looks;
-  if (!(std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m)) return false;
+  if (!AreRangesEqual(looks, sigma, i, j)) return false;
   const double speed_mps = block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
   const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
                              ? sigma.azimuth
@@ -42,20 +48,49 @@ std::string NamesOfPairs(const Block& block,
   return text;
 }
 
-void FindPasses(const Block& block, Copies* copies) {
-  const Looks& looks = block.looks;
-  std::vector<std::size_t> of_pass(block.passes.size(), 0);
+/// What some points say of the passes that see them.
+struct PassesCompared {
+  std::vector<std::size_t> looks;                      // by pass
   std::map<PassPair, std::vector<std::size_t>> equal;  // looks of the later pass
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
+};
+
+PassesCompared ComparePasses(const Block& block, std::size_t begin, std::size_t end) {
+  const Looks& looks = block.looks;
+  const bool own = !looks.range_sigma_m.empty() || !looks.azimuth_sigma.empty();
+  std::vector<LookSigma> sigma_of_pass;
+  for (const Pass& pass : block.passes) sigma_of_pass.push_back(pass.sigma);
+  PassesCompared compared{std::vector<std::size_t>(block.passes.size(), 0), {}};
+  for (std::size_t point = begin; point < end; ++point) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-      ++of_pass[looks.pass[i]];
-      const LookSigma sigma = block.SigmaOf(i);
+      const std::uint32_t pass = looks.pass[i];
+      ++compared.looks[pass];
+      const LookSigma sigma = own ? block.SigmaOf(i) : sigma_of_pass[pass];
       for (std::size_t j = i + 1; j < looks.offsets[point + 1]; ++j) {
-        if (looks.pass[i] != looks.pass[j] && AreEqual(block, sigma, i, j)) {
-          equal[std::minmax(looks.pass[i], looks.pass[j])].push_back(
-              looks.pass[i] < looks.pass[j] ? j : i);
+        if (looks.pass[j] == pass || !AreRangesEqual(looks, sigma, i, j) ||
+            !AreEqual(block, sigma, i, j)) {
+          continue;
         }
+        compared.equal[std::minmax(pass, looks.pass[j])].push_back(pass < looks.pass[j] ? j : i);
       }
+    }
+  }
+  return compared;
+}
+
+void FindPasses(const Block& block, Copies* copies) {
+  constexpr std::size_t kPointsAtOnce = 65536;
+  const std::size_t points = block.points.size();
+  std::vector<PassesCompared> compared((points + kPointsAtOnce - 1) / kPointsAtOnce);
+  ParallelForChunks(
+      points, kPointsAtOnce, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+        compared[piece] = ComparePasses(block, begin, end);
+      });
+  std::vector<std::size_t> of_pass(block.passes.size(), 0);
+  std::map<PassPair, std::vector<std::size_t>> equal;
+  for (const PassesCompared& piece : compared) {
+    for (std::size_t i = 0; i < of_pass.size(); ++i) of_pass[i] += piece.looks[i];
+    for (const auto& [pair, copied] : piece.equal) {
+      equal[pair].insert(equal[pair].end(), copied.begin(), copied.end());
     }
   }
   for (const auto& [pair, copied] : equal) {

@@ -28,13 +28,25 @@ struct TargetOfPass {
 std::vector<TargetOfPass> TargetsOf(const Block& block) {
   std::vector<TargetOfPass> out(block.passes.size());
   std::vector<double> sum(out.size(), 0.0), count(out.size(), 0.0);
+  // By pass: the standard deviation of azimuth in metres where it is that of all looks, else NaN.
+  const bool own = !block.looks.azimuth_sigma.empty();
+  std::vector<double> same_m, speed_mps;
+  for (const Pass& pass : block.passes) {
+    const bool same = !own && pass.sigma.azimuth_unit == AzimuthUnit::kMetres;
+    same_m.push_back(same ? pass.sigma.azimuth : kNotGiven);
+    const auto& states = pass.path.states();
+    speed_mps.push_back(states.empty() ? kNotGiven : states.front().velocity_mps.norm());
+  }
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     const std::uint32_t pass = block.looks.pass[i];
     if (block.looks.rejected(i) || std::isnan(block.looks.range_m[i])) continue;
-    if (!(block.SigmaOf(i).azimuth > 0.0)) continue;
-    const double speed_mps = block.passes[pass].path.states().front().velocity_mps.norm();
+    double sigma_m = same_m[pass];
+    if (!(sigma_m > 0.0)) {
+      if (!(block.SigmaOf(i).azimuth > 0.0)) continue;
+      sigma_m = block.RoughAzimuthSigma_m(i, speed_mps[pass]);
+    }
     out[pass].range_m = std::max(out[pass].range_m, block.looks.range_m[i]);
-    sum[pass] += block.RoughAzimuthSigma_m(i, speed_mps);
+    sum[pass] += sigma_m;
     count[pass] += 1.0;
   }
   for (std::size_t pass = 0; pass < out.size(); ++pass) {

@@ -111,7 +111,16 @@ class ArrayReader final : public TableReader {
   NumberedTexts TextsAhead(std::size_t column) const override {
     if (!Has(column) || memos_[column] == nullptr) return {};
     const ArrayColumn& cells = *columns_[column];
-    return {cells.indices.subspan(line_, end_ - line_), cells.texts.get(), memos_[column]->data()};
+    return {
+        cells.indices.subspan(line_, end_ - line_), cells.texts->size(), memos_[column]->data()};
+  }
+  std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
+    return (*columns_[column]->texts)[text];
+  }
+  std::span<const double> CellsAhead(std::size_t column) const override {
+    const ArrayColumn& cells = *columns_[column];
+    if (cells.texts != nullptr) return {};
+    return cells.cells.subspan(line_, end_ - line_);
   }
   std::string ColumnsThere() const override {
     std::string text = "there are ";

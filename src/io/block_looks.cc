@@ -264,6 +264,83 @@ struct LookRows {
   IdTable new_points;  // that the block did not have when the rows were read
 };
 
+/// Columns of which a row that gives nothing is as the pass says.
+constexpr std::array<std::size_t, 8> kOwn{kObservedSquint,
+                                          kObservedDoppler,
+                                          kObservedRangeSigma,
+                                          kObservedAzimuthSigma,
+                                          kObservedTimeSigma,
+                                          kObservedDopplerSigma,
+                                          kObservedLineSigma,
+                                          kObservedPixelSigma};
+
+/// By pass: times of rows that give time and range alone and need no more. None where the standard
+/// deviations of the pass depend on the row or are missing.
+using PlainTimes = std::vector<std::array<double, 2>>;
+
+PlainTimes PlainTimesOf(const BlockReading& reading) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  PlainTimes times;
+  for (std::size_t i = 0; i < reading.result.block.passes.size(); ++i) {
+    const Pass& pass = reading.result.block.passes[i];
+    const bool plain = std::isnan(reading.pixel_sigma_px[i]) && !std::isnan(pass.sigma.range_m) &&
+                       !std::isnan(pass.sigma.azimuth) &&
+                       pass.sigma.azimuth_unit != AzimuthUnit::kHertz;
+    const bool any = reading.options.contradictions == Contradictions::kKeep;
+    times.push_back(!plain ? std::array{kMost, -kMost}
+                    : any  ? std::array{-kMost, kMost}
+                           : std::array{pass.path.start_s(), pass.path.end_s()});
+  }
+  return times;
+}
+
+/// Rows that give time and range and nothing else, as whole columns of a part that no row has been
+/// read of.
+struct PlainRows {
+  std::span<const double> time_s, range_m;  // in the part
+  std::vector<std::uint32_t> pass, point;
+  std::vector<std::uint8_t> flags;
+};
+
+bool GivesNothing(const TableReader& part, std::size_t column) {
+  if (!part.Has(column)) return true;
+  const std::span<const double> values = part.NumbersAhead(column);
+  return values.size() == part.RowCount() &&
+         std::all_of(values.begin(), values.end(), [](double value) { return std::isnan(value); });
+}
+
+/// False, with the rows left as they were, where they are not plain or one of them is to be
+/// refused: ReadRows() then reads them cell by cell and says why.
+bool TakePlainRows(const PlainTimes& times, const TableReader& part, PlainRows* rows) {
+  const std::size_t count = part.RowCount();
+  const std::span<const double> time_s = part.NumbersAhead(kObservedTime),
+                                range_m = part.NumbersAhead(kObservedRange);
+  if (count == 0 || time_s.size() != count || range_m.size() != count) return false;
+  const auto nothing = [&](std::size_t column) { return GivesNothing(part, column); };
+  if (!std::all_of(kOwn.begin(), kOwn.end(), nothing) || !nothing(kObservedLine) ||
+      !nothing(kObservedPixel) || !part.IndicesAhead(kObservedPass, &rows->pass) ||
+      !part.IndicesAhead(kObservedPoint, &rows->point)) {
+    return false;
+  }
+  bool plain = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::array<double, 2>& span_s = times[rows->pass[i]];
+    plain &= time_s[i] >= span_s[0] && time_s[i] <= span_s[1] &&
+             range_m[i] >= 1.0 / kLargestNumber && range_m[i] <= kLargestLength_m;
+  }
+  rows->flags.assign(count, 0);
+  const std::span<const double> rejected = part.NumbersAhead(kObservedRejected);
+  plain &= rejected.size() == count || !part.Has(kObservedRejected);
+  for (std::size_t i = 0; i < rejected.size(); ++i) {
+    rows->flags[i] = rejected[i] == 1.0 ? Looks::kRejected : 0;
+    plain &= rejected[i] == 1.0 || std::isnan(rejected[i]) ||
+             (rejected[i] == 0.0 && !std::signbit(rejected[i]));
+  }
+  rows->time_s = time_s;
+  rows->range_m = range_m;
+  return plain;
+}
+
 void Reserve(std::size_t count, LookRows* rows) {
   rows->looks.time_s.reserve(count);
   rows->looks.range_m.reserve(count);
@@ -278,14 +355,6 @@ void ReadRows(const BlockReading& reading, std::uint32_t known, TableReader* par
   const IdTable& ids = reading.result.block.points.ids;
   Looks& looks = rows->looks;
   Reserve(reader.RowCount(), rows);
-  static constexpr std::array<std::size_t, 8> kOwn{kObservedSquint,
-                                                   kObservedDoppler,
-                                                   kObservedRangeSigma,
-                                                   kObservedAzimuthSigma,
-                                                   kObservedTimeSigma,
-                                                   kObservedDopplerSigma,
-                                                   kObservedLineSigma,
-                                                   kObservedPixelSigma};
   // Without such columns a pass is the same in all of its rows, and checked in the first.
   const bool own = std::any_of(kOwn.begin(), kOwn.end(), [&](auto i) { return reader.Has(i); });
   std::vector<bool> same(reading.result.block.passes.size(), false);
@@ -329,8 +398,8 @@ std::uint32_t FindOrAddPoint(std::string_view id, Points* points) {
   return point;
 }
 
-template <typename Value>
-void Concatenate(const std::vector<Value>& part, std::vector<Value>* all) {
+template <typename Values, typename Value>
+void Concatenate(const Values& part, std::vector<Value>* all) {
   all->insert(all->end(), part.begin(), part.end());
 }
 
@@ -342,6 +411,14 @@ void Concatenate(const std::vector<double>& part,
   if (part.empty() && all->empty()) return;
   all->resize(rows_before, standard);
   Concatenate(part, all);
+}
+
+void AppendRows(const PlainRows& part, LookRows* all) {
+  Concatenate(part.time_s, &all->looks.time_s);
+  Concatenate(part.range_m, &all->looks.range_m);
+  Concatenate(part.pass, &all->looks.pass);
+  Concatenate(part.flags, &all->looks.flags);
+  Concatenate(part.point, &all->point);
 }
 
 /// Rows behind those of `all`. Points from `known` on are the part's new ones.
@@ -376,23 +453,36 @@ bool FindAhead(const TableReader& part, BlockReading* reading) {
   return part.LookupAhead(kObservedPoint, find_point) && passes;
 }
 
+/// Some rows as a thread has read them.
+struct LookPart {
+  std::unique_ptr<TableReader> reader;
+  PlainRows plain;
+  LookRows rows;
+  bool is_plain = false;
+  std::exception_ptr error;
+};
+
 /// The rows of a table, by all threads; in their order, as if one had read them. An error is that
-/// of the first row with one.
+/// of the first row with one. Rows whose texts are found ahead are appended while the next ones are
+/// read.
 void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
   Points& points = reading->result.block.points;
-  struct Part {
-    std::unique_ptr<TableReader> reader;
-    LookRows rows;
-    std::exception_ptr error;
+  const PlainTimes times = PlainTimesOf(*reading);
+  std::vector<LookPart> read;
+  const auto append = [&](std::uint32_t known) {
+    for (const LookPart& part : read) {
+      part.is_plain ? AppendRows(part.plain, rows) : AppendRows(part.rows, known, &points, rows);
+    }
+    read.clear();
   };
   bool ended = false;
   while (!ended) {
-    std::vector<Part> parts;
+    std::vector<LookPart> parts;
     std::exception_ptr error;  // of the file, behind the parts
     bool found = true;
     try {
       while (parts.size() < 2 * static_cast<std::size_t>(ThreadsAllowed())) {
-        Part part;
+        LookPart part;
         part.reader = reader->Part();
         ended = part.reader == nullptr;
         if (ended) break;
@@ -405,20 +495,35 @@ void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
     const auto known = static_cast<std::uint32_t>(points.size());
     static_cast<void>(reading->pass_ids.Find({}));       // builds the indices, which
     if (!found) static_cast<void>(points.ids.Find({}));  // threads only read from then on
-    ParallelForChunks(parts.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+    ParallelForChunks(1 + parts.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+      if (k == 0) {
+        append(known);
+        return;
+      }
+      LookPart& part = parts[k - 1];
       try {
-        ReadRows(*reading, known, parts[k].reader.get(), &parts[k].rows);
+        part.is_plain = TakePlainRows(times, *part.reader, &part.plain);
+        if (!part.is_plain) ReadRows(*reading, known, part.reader.get(), &part.rows);
       } catch (const InputError&) {
-        parts[k].error = std::current_exception();
+        part.error = std::current_exception();
       }
     });
-    for (const Part& part : parts) {
+    for (const LookPart& part : parts) {
       if (part.error) std::rethrow_exception(part.error);
-      AppendRows(part.rows, known, &points, rows);
     }
     if (error) std::rethrow_exception(error);
+    read = std::move(parts);
+    if (!found) append(known);  // and with them points that the next rows may name
     Step(reading->options.progress, "read", rows->looks.size(), 0, "looks");
   }
+  append(static_cast<std::uint32_t>(points.size()));
+  Looks& looks = rows->looks;
+  const auto fill = [&looks](double standard, std::vector<double>* column) {
+    if (!column->empty()) column->resize(looks.size(), standard);  // the last rows gave none
+  };
+  fill(0.0, &looks.cone);
+  fill(kNotGiven, &looks.range_sigma_m);
+  fill(kNotGiven, &looks.azimuth_sigma);
 }
 
 }  // namespace

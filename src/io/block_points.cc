@@ -154,6 +154,8 @@ void ReadPoints(BlockReading* reading) {
   const Frame& frame = reading->result.block.frame;
   if (frame.kind() == FrameKind::kLocal) RefuseGeodeticInLocal(reader);
   Points& points = reading->result.block.points;
+  points.role.reserve(reader.RowCount());
+  points.given_m.reserve(reader.RowCount());
   std::size_t tie_sigmas = 0;
   while (reader.Next()) {
     const std::string_view id = reader.Id(kPointId);

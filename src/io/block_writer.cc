@@ -272,7 +272,8 @@ void WriteBlock(const fs::path& target,
                 const Truth* truth,
                 Compression compression) {
   const IdTable passes = PassIds(block);
-  const BlockIds ids{&passes, &block.points.ids};
+  const TextsOfTable pass_ids(passes), point_ids(block.points.ids);
+  const BlockIds ids{&pass_ids, &point_ids};
   WriteTables(FolderContent::kBlock, target, compression, ids, [&](TableSink* sink) {
     std::vector<FlightPath> recorded;
     for (const Pass& pass : block.passes) recorded.emplace_back(pass.RecordedStates());

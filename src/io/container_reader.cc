@@ -2,7 +2,6 @@
 #include "container_reader.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/id_table.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "folder_content.h"
 #include "hdf5_input.h"
 #include "number.h"
+#include "stored_texts.h"
 
 namespace sarblock {
 namespace {
@@ -21,109 +21,16 @@ namespace fs = std::filesystem;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Whether chunks that are not stored read as numbers that are not given: NaN, or -1 of integers.
-bool FillsWithNothing(hid_t creation, H5T_class_t type) {
-  H5D_fill_value_t defined = H5D_FILL_VALUE_UNDEFINED;
-  double fill = 0.0;
-  if (type == H5T_STRING || H5Pfill_value_defined(creation, &defined) < 0 ||
-      defined != H5D_FILL_VALUE_USER_DEFINED ||
-      H5Pget_fill_value(creation, H5T_NATIVE_DOUBLE, &fill) < 0) {
-    return false;
-  }
-  return type == H5T_FLOAT ? std::isnan(fill) : fill == -1.0;
-}
-
-/// A column of a table: all of its values stand in the file, or are said not to be given where they
-/// do not.
-StoredDataset OpenColumn(const OpenedHdf5& opened,
-                         hid_t group,
-                         const std::string& name,
-                         const std::string& path) {
-  StoredDataset column = OpenStored(opened, group, name, path, 1);
-  if (!column.whole) {
-    const Hdf5Id made(H5Dget_create_plist(column.dataset.get()), H5Pclose);
-    if (!FillsWithNothing(made.get(), column.type)) {
-      opened.Fail(
-          path, "has " + std::to_string(column.count) + " rows, not all of which are in the file");
-    }
-  }
-  return column;
-}
-
-/// Texts of equal length, padded with zeros or blanks.
-IdTable ReadTexts(const OpenedHdf5& opened,
-                  hid_t group,
-                  const std::string& name,
-                  const std::string& path) {
-  if (!HasMember(opened, group, name, path))
-    opened.Fail(path, "the dataset is missing, it holds texts");
-  const StoredDataset column = OpenColumn(opened, group, name, path);
-  if (column.type != H5T_STRING || column.variable_text) {
-    opened.Fail(path, "is no dataset of strings of a fixed length, which is needed");
-  }
-  const Hdf5Id type(H5Dget_type(column.dataset.get()), H5Tclose);
-  const bool blanks = H5Tget_strpad(type.get()) == H5T_STR_SPACEPAD;
-  const std::uint64_t at_once =
-      std::max<std::uint64_t>(1, (std::uint64_t{1} << 20) / column.value_bytes);
-  std::vector<char> buffer;
-  IdTable texts;
-  for (std::uint64_t first = 0; first < column.count; first += at_once) {
-    const hsize_t count = std::min(at_once, column.count - first);
-    buffer.resize(count * column.value_bytes);
-    const Hdf5Id from = SelectRows(column.dataset.get(), first, count);
-    const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
-    if (!from.valid() ||
-        H5Dread(
-            column.dataset.get(), type.get(), to.get(), from.get(), H5P_DEFAULT, buffer.data()) <
-            0) {
-      opened.Fail(path, "cannot be read, the file is damaged");
-    }
-    for (hsize_t i = 0; i < count; ++i) {
-      std::string_view text(buffer.data() + i * column.value_bytes, column.value_bytes);
-      text = text.substr(0, text.find('\0'));
-      while (blanks && text.ends_with(' ')) text.remove_suffix(1);
-      texts.Append(text);
-    }
-  }
-  return texts;
-}
-
-/// Texts that columns are indices into, and what TableReader::Lookup() found for each.
-struct StoredTexts {
-  std::shared_ptr<const IdTable> texts;
-  std::vector<std::uint32_t>* memo = nullptr;
-};
-
-/// Ids of passes and points. They are kept while a table needs them, what was found for them
-/// longer.
-class StoredIds {
- public:
-  explicit StoredIds(const OpenedHdf5& opened) : opened_(opened) {}
-  StoredTexts Of(CellKind kind) {
-    const std::size_t which = kind == CellKind::kPass ? 0 : 1;
-    const char* const name = which == 0 ? kPassIds : kPointIds;
-    std::shared_ptr<const IdTable> texts = texts_[which].lock();
-    if (!texts) {
-      texts = std::make_shared<const IdTable>(
-          ReadTexts(opened_, opened_.file.get(), name, std::string("/") + name));
-      texts_[which] = texts;
-    }
-    memo_[which].resize(texts->size(), IdTable::kNone);
-    return {std::move(texts), &memo_[which]};
-  }
-
- private:
-  const OpenedHdf5& opened_;
-  std::array<std::weak_ptr<const IdTable>, 2> texts_;
-  std::array<std::vector<std::uint32_t>, 2> memo_;
-};
+/// Of a table with more columns a quarter of a chunk is read at a time, which stays in the cache of
+/// its dataset meanwhile: rows of several threads take no more memory than lines of text.
+constexpr std::ptrdiff_t kMostColumnsOfSlab = 12;
 
 /// A column of a table, and what its values are indices into.
 struct StoredColumn {
   StoredDataset stored;
   CellKind kind = CellKind::kNumber;
-  StoredTexts stored_texts;
-  const IdTable* texts = nullptr;  // null: a column of numbers
+  std::shared_ptr<const StoredTexts> texts;    // null: a column of numbers
+  std::vector<std::uint32_t>* memo = nullptr;  // by text, of Lookup(); empty before
   std::vector<std::uint32_t> own_memo;
 };
 
@@ -158,6 +65,9 @@ class ContainerTable final : public TableReader {
         OpenCells(i, columns[i].kind, ids);
     }
     RequireColumns(columns);
+    const auto there = std::count_if(
+        place_.begin(), place_.end(), [](std::size_t place) { return place != kAbsent; });
+    if (there > kMostColumnsOfSlab) slab_rows_ = kSlabRows / 4;
     end_ = table_->rows;
     // Columns without values take no room in the file: another one has to vouch for the rows.
     const auto vouches = [](const StoredColumn& column) {
@@ -203,32 +113,47 @@ class ContainerTable final : public TableReader {
   struct Cells {
     std::vector<double> numbers;
     std::vector<std::uint32_t> indices;
+    mutable TextsOfRows texts;
     mutable std::string text;
   };
 
   /// The same table, at the same row, with nothing read of it.
   ContainerTable(const ContainerTable& whole)
-      : TableReader(whole), table_(whole.table_), slab_(whole.slab_.size()), end_(whole.end_) {}
+      : TableReader(whole),
+        table_(whole.table_),
+        slab_(whole.slab_.size()),
+        slab_rows_(whole.slab_rows_),
+        end_(whole.end_) {}
 
   std::string_view TextOf(std::size_t column) const override {
     const Cells& cells = slab_[column];
-    const IdTable* const texts = table_->columns[column].texts;
-    if (texts != nullptr) return (*texts)[cells.indices[at_]];
+    const StoredTexts* const texts = table_->columns[column].texts.get();
+    if (texts != nullptr) return cells.texts.Of(*texts, cells.indices, cells.indices[at_]);
     return TextOfNumber(cells.numbers[at_], &cells.text);
   }
   std::uint32_t IndexOfText(std::size_t column) const override {
-    return Has(column) && table_->columns[column].texts != nullptr ? slab_[column].indices[at_]
-                                                                   : kUnknown;
+    return HasTexts(column) ? slab_[column].indices[at_] : kUnknown;
   }
   std::uint32_t* Memo(std::size_t column) const override {
-    const StoredColumn& stored = table_->columns[column];
-    if (!Has(column) || stored.texts == nullptr) return nullptr;
-    return &(*stored.stored_texts.memo)[slab_[column].indices[at_]];
+    return HasTexts(column) ? MemoOf(column) + slab_[column].indices[at_] : nullptr;
   }
   NumberedTexts TextsAhead(std::size_t column) const override {
+    if (!HasTexts(column)) return {};
+    return {slab_[column].indices, table_->columns[column].texts->size(), MemoOf(column)};
+  }
+  std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
+    return table_->columns[column].texts->All()[text];
+  }
+  std::span<const double> CellsAhead(std::size_t column) const override {
+    return slab_[column].numbers;
+  }
+  bool HasTexts(std::size_t column) const {
+    return Has(column) && table_->columns[column].texts != nullptr;
+  }
+  std::uint32_t* MemoOf(std::size_t column) const {
     const StoredColumn& stored = table_->columns[column];
-    if (!Has(column) || stored.texts == nullptr) return {};
-    return {slab_[column].indices, stored.texts, stored.stored_texts.memo->data()};
+    if (stored.memo->empty()) stored.memo->assign(stored.texts->size(), kUnknown);
+    return stored.memo->data();
   }
   std::string ColumnsThere() const override { return "the group has " + table_->members; }
 
@@ -261,13 +186,14 @@ class ContainerTable final : public TableReader {
     if (known || (kind == CellKind::kText && H5Lexists(group, values.c_str(), H5P_DEFAULT) > 0)) {
       if (!integers) opened.Fail(path, "holds no integers, indices into texts are needed");
       if (known) {
-        cells.stored_texts = ids->Of(kind);
+        StoredIds::Ids found = ids->Of(kind);
+        cells.texts = std::move(found.texts);
+        cells.memo = found.memo;
       } else {
-        auto texts = ReadTexts(opened, group, values, table_->path + values);
-        cells.own_memo.assign(texts.size(), kUnknown);
-        cells.stored_texts = {std::make_shared<const IdTable>(std::move(texts)), &cells.own_memo};
+        cells.texts =
+            std::make_shared<const StoredTexts>(opened, group, values, table_->path + values);
+        cells.memo = &cells.own_memo;
       }
-      cells.texts = cells.stored_texts.texts.get();
     } else if (!integers && cells.stored.type != H5T_FLOAT) {
       opened.Fail(path, "holds no numbers, which are needed");
     }
@@ -284,7 +210,7 @@ class ContainerTable final : public TableReader {
 
   void ReadSlab() {
     slab_begin_ = line_;
-    slab_end_ = std::min<std::size_t>(end_, line_ + kSlabRows);
+    slab_end_ = std::min<std::size_t>(end_, line_ + slab_rows_);
     const hsize_t count = slab_end_ - slab_begin_;
     const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
     for (std::size_t i = 0; i < slab_.size(); ++i) {
@@ -295,6 +221,7 @@ class ContainerTable final : public TableReader {
       void* target = nullptr;
       const bool text = table_->columns[i].texts != nullptr;
       if (text) {
+        cells.texts.Forget();
         cells.indices.resize(count);
         target = cells.indices.data();
       } else {
@@ -310,9 +237,14 @@ class ContainerTable final : public TableReader {
                                    target) < 0) {
         table_->opened.Fail(table_->path + names_[i], "cannot be read, the file is damaged");
       }
+      // Counts and flags that are not given are -1 in the file.
+      const CellKind kind = table_->columns[i].kind;
+      if (!text && (kind == CellKind::kCount || kind == CellKind::kFlag)) {
+        std::replace(cells.numbers.begin(), cells.numbers.end(), -1.0, kNan);
+      }
     }
   }
-  void CheckSlab() {
+  void CheckSlab() const {
     for (std::size_t i = 0; i < slab_.size(); ++i) {
       if (Has(i)) table_->columns[i].texts != nullptr ? CheckIndices(i) : CheckNumbers(i);
     }
@@ -327,22 +259,19 @@ class ContainerTable final : public TableReader {
                            std::to_string(texts) + ", the number of its texts, is");
     }
   }
-  /// Counts and flags that are not given are -1 in the file.
-  void CheckNumbers(std::size_t column) {
-    const CellKind kind = table_->columns[column].kind;
-    const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
-    for (std::size_t i = 0; i < slab_[column].numbers.size(); ++i) {
-      double& value = slab_[column].numbers[i];
-      if (std::isinf(value)) {
-        throw InputError(PlaceAt(slab_begin_ + i + 1, column),
-                         NumberText(value) + " is not allowed, a finite number is");
-      }
-      if (counts && value == -1.0) value = kNan;
-    }
+  void CheckNumbers(std::size_t column) const {
+    const std::vector<double>& numbers = slab_[column].numbers;
+    const auto infinite = std::find_if(
+        numbers.begin(), numbers.end(), [](double value) { return std::isinf(value); });
+    if (infinite == numbers.end()) return;
+    const auto row = static_cast<std::size_t>(infinite - numbers.begin());
+    throw InputError(PlaceAt(slab_begin_ + row + 1, column),
+                     NumberText(*infinite) + " is not allowed, a finite number is");
   }
 
   std::shared_ptr<StoredTable> table_;  // parts have it too
   std::vector<Cells> slab_;
+  std::size_t slab_rows_ = kSlabRows;
   std::size_t first_ = kAbsent;
   std::size_t end_ = 0;  // of the rows of this reader
   std::size_t slab_begin_ = 0, slab_end_ = 0;
@@ -382,7 +311,7 @@ class ContainerSource final : public TableSource {
  private:
   OpenedHdf5 opened_;
   mutable StoredIds ids_;
-  mutable std::array<std::shared_ptr<const IdTable>, 2> kept_;  // those that Ids() told
+  mutable std::array<std::shared_ptr<const StoredTexts>, 2> kept_;  // those that Ids() told
 };
 
 }  // namespace

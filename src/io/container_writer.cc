@@ -9,9 +9,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <vector>
 
+#include "ordered_pieces.h"
 #include "output_folder.h"
 #include <hdf5_hl.h>
 
@@ -56,8 +58,8 @@ class ContainerTableWriter final : public TableWriter {
         cells_[i].texts = own ? &cells_[i].own_texts : ids;
       }
       if (is_part()) {
-        (cells_[i].texts == nullptr ? cells_[i].numbers.reserve(kSlabRows / 2)
-                                    : cells_[i].indices.reserve(kSlabRows / 2));
+        (cells_[i].texts == nullptr ? cells_[i].numbers.reserve(kRowsPerPiece)
+                                    : cells_[i].indices.reserve(kRowsPerPiece));
       }
     }
   }
@@ -65,9 +67,7 @@ class ContainerTableWriter final : public TableWriter {
   TableWriter& Text(std::string_view text) override {
     Cells& cells = NextCells();
     if (cells.texts == nullptr) throw std::logic_error("a text in a column of numbers");
-    if (is_part() && cells.texts->given != nullptr) {
-      throw std::logic_error("an id without its index in a part");
-    }
+    if (cells.texts->given != nullptr) throw std::logic_error("an id without its index");
     cells.indices.push_back(cells.texts->IndexOf(text));
     return *this;
   }
@@ -104,6 +104,7 @@ class ContainerTableWriter final : public TableWriter {
     return std::make_unique<ContainerTableWriter>(sink_, Hdf5Id(), columns_);
   }
   void Append(const TableWriter& part) override {
+    const std::lock_guard<std::mutex> lock(Hdf5Mutex());
     const auto& rows = dynamic_cast<const ContainerTableWriter&>(part);
     std::vector<std::vector<std::uint32_t>> here(cells_.size());  // by text of the part: its index
     for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -234,7 +235,7 @@ class ContainerTableWriter final : public TableWriter {
       sink_->WriteAttribute(dataset, "units", UnitOfColumn(cells.name));
     } else if (cells.kind == CellKind::kText) {
       const std::string values = cells.name + std::string(kValuesEnding);
-      sink_->WriteTexts(group_.get(), values, cells.texts->table());
+      sink_->WriteTexts(group_.get(), values, TextsOfTable(cells.own_texts.own));
       sink_->WriteAttribute(dataset, "index_of", values);
     } else if (cells.kind == CellKind::kPass || cells.kind == CellKind::kPoint) {
       const char* const ids = cells.kind == CellKind::kPass ? kPassIds : kPointIds;
@@ -256,11 +257,9 @@ class ContainerTableWriter final : public TableWriter {
 std::uint32_t ContainerSink::Texts::IndexOf(std::string_view text) {
   // Most tables name their texts in the order of the one before: neither needs a search.
   for (const std::uint32_t next : {last, last + 1}) {
-    if (next < table().size() && table()[next] == text) return last = next;
+    if (next < own.size() && own[next] == text) return last = next;
   }
-  last = given == nullptr ? own.FindOrAppend(text) : given->Find(text);
-  if (last == IdTable::kNone) throw std::logic_error("an id that the block does not have");
-  return last;
+  return last = own.FindOrAppend(text);
 }
 
 ContainerSink::ContainerSink(const std::filesystem::path& target,
@@ -308,7 +307,8 @@ void ContainerSink::WriteText(std::string_view file, std::string_view text) {
 void ContainerSink::Commit() {
   for (const char* name : {kPassIds, kPointIds}) {
     const Texts& texts = ids_[name == kPassIds ? 0 : 1];
-    WriteTexts(file_.get(), name, texts.table());
+    const TextsOfTable own(texts.own);
+    WriteTexts(file_.get(), name, texts.given != nullptr ? *texts.given : own);
   }
   errno = 0;
   if (file_.Release() < 0) Require(false);
@@ -346,9 +346,9 @@ Hdf5Id ContainerSink::CreateColumn(hid_t group,
   return dataset;
 }
 
-void ContainerSink::WriteTexts(hid_t group, const std::string& name, const IdTable& texts) const {
+void ContainerSink::WriteTexts(hid_t group, const std::string& name, const TextList& texts) const {
   std::size_t longest = 1;
-  for (std::size_t i = 0; i < texts.size(); ++i) longest = std::max(longest, texts[i].size());
+  texts.ForEach([&](std::string_view text) { longest = std::max(longest, text.size()); });
   if (longest > kMostTextBytes / std::max<std::size_t>(1, texts.size())) {
     Fail("the texts of " + name + " need " + std::to_string(texts.size()) + " times " +
          std::to_string(longest) + " bytes, at most 4 GB are allowed: a shorter longest one is");
@@ -358,18 +358,22 @@ void ContainerSink::WriteTexts(hid_t group, const std::string& name, const IdTab
   const std::size_t chunk = std::max<std::size_t>(1, std::min(texts.size(), at_once));
   const Hdf5Id dataset = CreateColumn(group, name, type.get(), texts.size(), chunk);
   std::string buffer;
-  for (std::size_t first = 0; first < texts.size(); first += at_once) {
-    const hsize_t count = std::min(at_once, texts.size() - first);
-    buffer.assign(count * longest, '\0');
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::string_view text = texts[first + i];
-      std::copy(text.begin(), text.end(), buffer.data() + i * longest);
-    }
+  std::size_t written = 0;
+  const auto write = [&] {
+    const hsize_t count = buffer.size() / longest;
     const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
-    const Hdf5Id to = SelectRows(dataset.get(), first, count);
+    const Hdf5Id to = SelectRows(dataset.get(), written, count);
     Require(H5Dwrite(dataset.get(), type.get(), from.get(), to.get(), H5P_DEFAULT, buffer.data()) >=
             0);
-  }
+    written += count;
+    buffer.clear();
+  };
+  texts.ForEach([&](std::string_view text) {
+    buffer += text;
+    buffer.append(longest - text.size(), '\0');
+    if (buffer.size() == at_once * longest) write();
+  });
+  if (!buffer.empty()) write();
   Require(H5DSset_scale(dataset.get(), name.c_str()) >= 0);
 }
 

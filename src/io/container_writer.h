@@ -32,9 +32,9 @@ class ContainerSink final : public TableSink {
   /// A list of texts that columns are indices into.
   struct Texts {
     IdTable own;
-    const IdTable* given = nullptr;
-    std::uint32_t last = 0;  // that was asked for
-    [[nodiscard]] const IdTable& table() const { return given != nullptr ? *given : own; }
+    const TextList* given = nullptr;  // columns are given indices into these
+    std::uint32_t last = 0;           // of `own` that was asked for
+    /// Index in `own`, where the text is put if it is new.
     [[nodiscard]] std::uint32_t IndexOf(std::string_view text);
   };
   [[nodiscard]] Texts* ids(CellKind kind) { return &ids_[kind == CellKind::kPass ? 0 : 1]; }
@@ -47,7 +47,7 @@ class ContainerSink final : public TableSink {
                                     std::uint64_t chunk_rows,
                                     std::optional<double> fill = {}) const;
   /// Texts as strings of equal length, a dimension with values of the name `name`.
-  void WriteTexts(hid_t group, const std::string& name, const IdTable& texts) const;
+  void WriteTexts(hid_t group, const std::string& name, const TextList& texts) const;
   void WriteAttribute(hid_t object, const std::string& name, std::string_view text) const;
   [[nodiscard]] const std::string& name() const { return name_; }
   [[noreturn]] void Fail(const std::string& problem) const;

@@ -6,6 +6,11 @@
 
 namespace sarblock {
 
+std::mutex& Hdf5Mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 std::string AttributeOf(std::string_view file) {
   std::string name(file);
   std::replace(name.begin(), name.end(), '.', '_');

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,6 +40,9 @@ class Hdf5Id {
   hid_t id_ = -1;
   herr_t (*close_)(hid_t) = nullptr;
 };
+
+/// libhdf5 serves one thread at a time: to be held where others may call it meanwhile.
+[[nodiscard]] std::mutex& Hdf5Mutex();
 
 /// Rows that are moved at a time, and the rows of a chunk: 64 KiB of numbers.
 inline constexpr std::size_t kSlabRows = 8192;

@@ -277,7 +277,8 @@ std::string WriteResult(const std::filesystem::path& target,
   }
   std::string summary;
   const IdTable passes = PassIds(block);
-  const BlockIds ids{&passes, &block.points.ids};
+  const TextsOfTable pass_ids(passes), point_ids(block.points.ids);
+  const BlockIds ids{&pass_ids, &point_ids};
   const auto write = [&](TableSink* sink) {
     std::vector<StageCost> written;
     {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "table_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -54,6 +55,17 @@ double TableReader::ParsedNumber(std::size_t column) const {
   double value = 0.0;
   if (const char* problem = ParseNumber(text, &value)) Fail(column, Quoted(text) + problem);
   return value;
+}
+
+bool TableReader::IndicesAhead(std::size_t column, std::vector<std::uint32_t>* indices) const {
+  const NumberedTexts numbered = TextsAhead(column);
+  if (numbered.memo == nullptr) return false;
+  indices->resize(numbered.rows.size());
+  for (std::size_t row = 0; row < numbered.rows.size(); ++row) {
+    const std::uint32_t text = numbered.rows[row];
+    (*indices)[row] = text < numbered.count ? numbered.memo[text] : kUnknown;
+  }
+  return std::find(indices->begin(), indices->end(), kUnknown) == indices->end();
 }
 
 double TableReader::RequiredNumber(std::size_t column) const {

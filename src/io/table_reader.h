@@ -90,11 +90,19 @@ class TableReader {
   [[nodiscard]] bool LookupAhead(std::size_t column, const Find& find) const {
     const NumberedTexts numbered = TextsAhead(column);
     for (const std::uint32_t text : numbered.rows) {
-      if (text >= numbered.texts->size()) continue;  // refused where its row is read
+      if (text >= numbered.count) continue;  // refused where its row is read
       std::uint32_t& memo = numbered.memo[text];
-      if (memo == kUnknown) memo = find((*numbered.texts)[text]);
+      if (memo == kUnknown) memo = find(TextOfNumbered(column, text));
     }
-    return numbered.texts != nullptr;
+    return numbered.memo != nullptr;
+  }
+  /// Of such a part, what LookupAhead() found, one index a row. False where some row has none or is
+  /// not allowed.
+  [[nodiscard]] bool IndicesAhead(std::size_t column, std::vector<std::uint32_t>* indices) const;
+  /// Of a part that no row has been read of: the numbers of all its rows, NaN where none is given,
+  /// infinite where Next() refuses the row. None where the cells are text or the column is absent.
+  [[nodiscard]] std::span<const double> NumbersAhead(std::size_t column) const {
+    return Has(column) ? CellsAhead(column) : std::span<const double>();
   }
   static constexpr std::uint32_t kUnknown = 0xffffffffu;
 
@@ -127,11 +135,20 @@ class TableReader {
   /// Texts by number, those that rows to come hold, and what Memo() of each points to.
   struct NumberedTexts {
     std::span<const std::uint32_t> rows;
-    const IdTable* texts = nullptr;
+    std::size_t count = 0;
     std::uint32_t* memo = nullptr;
   };
-  /// No rows where texts are not numbered.
+  /// No memo where texts are not numbered.
   [[nodiscard]] virtual NumberedTexts TextsAhead(std::size_t /*column*/) const { return {}; }
+  /// A text by its number.
+  [[nodiscard]] virtual std::string_view TextOfNumbered(std::size_t /*column*/,
+                                                        std::uint32_t /*text*/) const {
+    return {};
+  }
+  /// NumbersAhead() of a column that is there.
+  [[nodiscard]] virtual std::span<const double> CellsAhead(std::size_t /*column*/) const {
+    return {};
+  }
   /// What the table has in place of a missing column: "the header has a,b".
   [[nodiscard]] virtual std::string ColumnsThere() const = 0;
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.h"
@@ -199,6 +200,96 @@ TEST(ReadBlockArraysTest, TheFirstBadRowIsNamedWhateverComesBehindIt) {
     EXPECT_EQ(given.Refusal(),
               "observations.range_m[40000]: -2 is not allowed, a number above 0 is");
   }
+}
+
+/// Looks of more than one part, two a point. With a squint in the first row of each part they are
+/// read cell by cell, without one as columns.
+struct ManyLooks {
+  static constexpr std::size_t kPoints = 12007, kBad = 17001;
+  GivenArrays given;
+  std::vector<double> rejected;
+
+  ManyLooks() {
+    std::vector<std::string> names;
+    given.look_pass.clear();
+    given.look_point.clear();
+    given.time_s.clear();
+    given.range_m.clear();
+    for (std::uint32_t point = 0; point < kPoints; ++point) {
+      names.push_back("Q" + std::to_string(point));
+      for (const std::uint32_t pass : {1U, 0U}) {
+        given.look_pass.push_back(pass);
+        given.look_point.push_back(point);
+        given.time_s.push_back(1.5 + 0.0025 * point + 0.125 * pass);
+        given.range_m.push_back(12500.25 + 0.375 * point + 1500.0 * (1 - pass));
+        rejected.push_back(point % 7 == 0 ? 1.0 : point % 7 == 1 ? kNotGiven : 0.0);
+      }
+    }
+    given.points = IdsOf(names);
+    given.squint_deg.assign(given.time_s.size(), kNotGiven);
+  }
+  void AskForCells() {
+    for (std::size_t row = 0; row < given.squint_deg.size(); row += 1024) {
+      given.squint_deg[row] = 1.5;
+    }
+  }
+  [[nodiscard]] BlockArrays Arrays() const {
+    BlockArrays arrays = given.Arrays();
+    arrays.tables.back().columns.push_back({"rejected", rejected});
+    return arrays;
+  }
+  [[nodiscard]] std::string Refusal() const {
+    return MessageOf<InputError>([&] { return ReadBlockArrays(Arrays()); });
+  }
+};
+
+TEST(ReadBlockArraysTest, LooksReadAsColumnsAreThoseReadCellByCell) {  // two routes inside
+  ManyLooks looks;
+  const Block columns = ReadBlockArrays(looks.Arrays()).block;
+  looks.AskForCells();
+  const Block cells = ReadBlockArrays(looks.Arrays()).block;
+  EXPECT_TRUE(columns.looks.cone.empty());
+  EXPECT_EQ(cells.looks.cone.size(), looks.rejected.size());
+  EXPECT_EQ(columns.looks.offsets, cells.looks.offsets);
+  EXPECT_EQ(columns.looks.pass, cells.looks.pass);
+  EXPECT_EQ(columns.looks.flags, cells.looks.flags);
+  EXPECT_EQ(columns.looks.time_s, cells.looks.time_s);
+  EXPECT_EQ(columns.looks.range_m, cells.looks.range_m);
+  EXPECT_TRUE(columns.looks.rejected(0));
+  EXPECT_FALSE(columns.looks.rejected(2));
+  EXPECT_EQ(columns.looks.range_m[1], 14000.25);  // of pass B, which stands behind A
+}
+
+TEST(ReadBlockArraysTest, RowsAmongColumnsAreRefusedAsCellsAre) {  // two routes inside
+  const double infinity = std::numeric_limits<double>::infinity();
+  using Change = std::pair<std::vector<double> ManyLooks::*, std::vector<double> GivenArrays::*>;
+  const std::vector<std::pair<Change, std::vector<double>>> changes{
+      {{nullptr, &GivenArrays::time_s}, {kNotGiven, -0.001, 40.501, infinity, -infinity}},
+      {{nullptr, &GivenArrays::range_m},
+       {kNotGiven, 0.0, -3.5, 1e-61, 1.0000001e12, infinity, -infinity}},
+      {{&ManyLooks::rejected, nullptr}, {-0.0, -1.0, 0.5, 2.0, infinity}}};
+  for (const auto& change : changes) {
+    for (const double value : change.second) {
+      ManyLooks looks;
+      auto& column = change.first.first != nullptr ? looks.*change.first.first
+                                                   : looks.given.*change.first.second;
+      column[ManyLooks::kBad] = value;
+      const std::string refusal = looks.Refusal();
+      EXPECT_THAT(refusal, testing::HasSubstr("[17001]: ")) << value;
+      looks.AskForCells();
+      EXPECT_EQ(refusal, looks.Refusal());
+    }
+  }
+}
+
+TEST(ReadBlockArraysTest, ColumnsNeedStandardDeviationsOfThePassAsCellsDo) {
+  ManyLooks looks;
+  BlockArrays arrays = looks.Arrays();
+  std::string toml(kArraysToml);
+  toml.erase(toml.find("azimuth_m"), std::string("azimuth_m = 1.25\n").size());
+  arrays.block_toml = toml;
+  EXPECT_THAT(MessageOf<InputError>([&] { return ReadBlockArrays(arrays); }),
+              testing::HasSubstr("no standard deviation of azimuth: neither this row, pass 'A'"));
 }
 
 }  // namespace

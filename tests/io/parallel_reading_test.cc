@@ -5,6 +5,7 @@
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/convert.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -185,6 +186,46 @@ TEST_F(ParallelReadingTest, EveryThreadCountReadsTheSameBlockFromAFile) {
     std::filesystem::remove(file);
     std::filesystem::remove(folder_ / "copied.h5");
     std::filesystem::remove_all(folder_ / "back");
+  }
+}
+
+// Hand values: the parts behind the first give no squint.
+TEST_F(ParallelReadingTest, AColumnThatTheFirstRowAloneGivesHasAValueForEveryLook) {
+  std::vector<std::string> rows;
+  for (std::size_t point = 0; point < kManyPoints; ++point) {
+    rows.push_back("A1,POINT-" + std::to_string(100000 + point) + ",3.5,9001.25," +
+                   (point == 0 ? "1.5" : "") + ",\n");
+  }
+  PutBlock(rows);
+  Convert(folder_, folder_ / "large.h5");
+  for (const std::filesystem::path& from : {folder_, folder_ / "large.h5"}) {
+    const Block block = ReadBlock(from).block;
+    ASSERT_EQ(block.looks.cone.size(), kManyPoints);
+    EXPECT_GT(block.looks.cone.front(), 0.0);
+    EXPECT_EQ(std::count(block.looks.cone.begin(), block.looks.cone.end(), 0.0),
+              static_cast<std::ptrdiff_t>(kManyPoints - 1));
+  }
+}
+
+// Texts of a slab stand far apart: the points of the file are numbered in another order.
+TEST_F(ParallelReadingTest, IdsInNoOrderComeBackWithTheSameBytes) {  // round trip
+  std::vector<std::string> rows;
+  for (const bool second : {false, true}) {
+    for (std::size_t k = 0; k < kManyPoints; ++k) {
+      const std::size_t point = second ? ShuffledPoint(k) : k;
+      rows.push_back(std::string(second ? "A2" : "A1") + ",POINT-" +
+                     std::to_string(100000 + point) + ",3.5,9001.25,,\n");
+    }
+  }
+  PutBlock(rows);
+  for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
+    Convert(folder_, folder_ / "large.h5", compression);
+    Convert(folder_ / "large.h5", folder_ / "copied.h5");
+    Convert(folder_ / "copied.h5", folder_ / "back");
+    EXPECT_TRUE(Content(folder_ / "back" / "observations.csv") == TableOfRows(rows));
+    for (const char* name : {"large.h5", "copied.h5", "back"}) {
+      std::filesystem::remove_all(folder_ / name);
+    }
   }
 }
 
