@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "core/number_text.h"
@@ -246,6 +247,32 @@ std::string FitWarning(const Pass& pass) {
          " (chi-square test at 99.9 %)";
 }
 
+/// Makes the path of a pass in the way that it asks for. Nothing where it stays as it is.
+std::optional<Ways> ReadPass(const TargetOfPass& target, Pass* read) {
+  Pass& pass = *read;
+  const PathThrough asked = pass.recorded.asked.through;
+  pass.recorded.effect = {};
+  pass.recorded.effect.azimuth_sigma_m = target.azimuth_sigma_m;
+  if (asked == PathThrough::kStates && pass.recorded.states.empty() && pass.path.IsStraight()) {
+    return std::nullopt;  // without noise, and a cubic follows it
+  }
+  std::optional<Ways> ways(std::in_place, pass, target);
+  Ways::Way way = NamingPass(
+      pass, [&] { return asked == PathThrough::kAuto ? ways->Choose() : ways->Measure(asked); });
+  if (asked == PathThrough::kAuto) {
+    way.effect.why = WhyChosen(way.effect, ways->Measure(PathThrough::kStates).effect);
+  }
+  pass.recorded.effect = way.effect;
+  const bool through_states = way.effect.through == PathThrough::kStates;
+  const bool was_through_states = pass.recorded.states.empty();
+  if (!through_states && was_through_states) pass.recorded.states = pass.path.states();
+  if (!through_states || !was_through_states) {
+    pass.path = NamingPass(pass, [&] { return ways->PathOf(std::move(way)); });
+  }
+  if (through_states) pass.recorded.states.clear();
+  return ways;
+}
+
 }  // namespace
 
 std::vector<std::string> ReadRecordedFlights(Block* block) {
@@ -256,27 +283,9 @@ std::vector<std::string> ReadRecordedFlights(Block* block) {
   const std::vector<TargetOfPass> targets = TargetsOf(*block);
   for (std::size_t i = 0; i < block->passes.size(); ++i) {
     Pass& pass = block->passes[i];
-    const PathThrough asked = pass.recorded.asked.through;
-    pass.recorded.effect = {};
-    pass.recorded.effect.azimuth_sigma_m = targets[i].azimuth_sigma_m;
-    if (asked == PathThrough::kStates && pass.recorded.states.empty() && pass.path.IsStraight()) {
-      continue;  // without noise, and a cubic follows it
-    }
-    const Ways ways(pass, targets[i]);
-    Ways::Way way = NamingPass(
-        pass, [&] { return asked == PathThrough::kAuto ? ways.Choose() : ways.Measure(asked); });
-    if (asked == PathThrough::kAuto) {
-      way.effect.why = WhyChosen(way.effect, ways.Measure(PathThrough::kStates).effect);
-    }
-    pass.recorded.effect = way.effect;
-    const bool through_states = way.effect.through == PathThrough::kStates;
-    const bool was_through_states = pass.recorded.states.empty();
-    if (!through_states && was_through_states) pass.recorded.states = pass.path.states();
-    if (!through_states || !was_through_states) {
-      pass.path = NamingPass(pass, [&] { return ways.PathOf(std::move(way)); });
-    }
-    if (through_states) pass.recorded.states.clear();
-    if (const auto remark = RemarkOn(*block, i, ways)) remarks.push_back(*remark);
+    const std::optional<Ways> ways = ReadPass(targets[i], &pass);
+    if (!ways) continue;
+    if (const auto remark = RemarkOn(*block, i, *ways)) remarks.push_back(*remark);
     const std::string misfit = FitWarning(pass);
     if (!misfit.empty() && ++misfits <= kNamedMisfits) warnings.push_back(misfit);
   }
@@ -288,6 +297,13 @@ std::vector<std::string> ReadRecordedFlights(Block* block) {
     warnings.push_back(std::move(warning));
   }
   return warnings;
+}
+
+void ReadRecordedFlights(const std::vector<std::uint32_t>& passes, Block* block) {
+  const std::vector<TargetOfPass> targets = TargetsOf(*block);
+  for (const std::uint32_t i : passes) {
+    static_cast<void>(ReadPass(targets[i], &block->passes[i]));
+  }
 }
 
 std::vector<double> PathTimes_s(const Pass& pass) {

@@ -3,6 +3,7 @@
 
 #include "sarblock/block/block.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ namespace sarblock {
 /// as they are. The looks and the spans of the strips must stand. Returns warnings: recordings that
 /// matter, with the remedy, and smoothed paths that their states do not fit as stated.
 [[nodiscard]] std::vector<std::string> ReadRecordedFlights(Block* block);
+
+/// The same of these passes alone, without what the warnings tell.
+void ReadRecordedFlights(const std::vector<std::uint32_t>& passes, Block* block);
 
 /// Times at which states give the path of a pass again: those recorded, and those of the path.
 [[nodiscard]] std::vector<double> PathTimes_s(const Pass& pass);

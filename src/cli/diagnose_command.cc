@@ -4,6 +4,7 @@
 #include "sarblock/io/adjust_table.h"
 
 #include <filesystem>
+#include <limits>
 #include <memory>
 
 #include "io/diagnosis_section.h"
@@ -15,6 +16,7 @@ namespace {
 struct DiagnoseArguments {
   std::string block;
   std::string rejections;
+  bool all = false;
 };
 
 int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
@@ -34,7 +36,9 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
   if (!file.adjust.rejections_file.empty()) {
     static_cast<void>(ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block));
   }
-  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
+  DiagnosisBounds bounds;
+  if (arguments.all) bounds.adjustments_1 = std::numeric_limits<double>::infinity();
+  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get(), bounds);
   if (session.json) {
     const nlohmann::ordered_json summary = {{"format", "sarblock-diagnosis 1"},
                                             {"block", file.block.name},
@@ -44,6 +48,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
                                             {"redundancy", diagnosis.redundancy},
                                             {"hypotheses", diagnosis.hypotheses},
                                             {"solutions", diagnosis.solutions},
+                                            {"untried", diagnosis.untried},
                                             {"diagnosis", DiagnosisSection(diagnosis)},
                                             {"remarks", diagnosis.remarks},
                                             {"warnings", file.warnings}};
@@ -90,6 +95,11 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
     text += "  none of " + std::to_string(diagnosis.hypotheses) +
             " mistakes tried takes half of what v'Pv exceeds its redundancy by\n";
   }
+  if (diagnosis.untried > 0) {
+    text += "  " + std::to_string(diagnosis.untried) +
+            " explanations were not tried, since the work of five adjustments was done: "
+            "sarblock diagnose --all tries them\n";
+  }
   return text;
 }
 
@@ -101,6 +111,9 @@ void AddDiagnose(CLI::App* app, Session* session) {
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, as adjust would");
+  command->add_flag("--all",
+                    arguments->all,
+                    "Try every explanation, however much work; else that of five adjustments");
   command->callback([=] { session->run = [=] { return RunDiagnose(*arguments, *session); }; });
 }
 

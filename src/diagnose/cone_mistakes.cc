@@ -179,6 +179,7 @@ void AddConeMistakes(const Facts& facts, Hypotheses* out) {
   if (!turned.empty()) {
     out->push_back(WrongSide(turned));
     out->back().screened = true;
+    out->back().order_1 = Hypothesis::kTold_1;
   }
   if (facts.passes.size() > 1) AddOf({}, all, out);
 }

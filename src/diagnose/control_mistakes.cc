@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/units.h"
+#include "edits.h"
 #include "words.h"
 
 namespace sarblock {
@@ -143,7 +144,7 @@ void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
   }
 }
 
-Hypothesis ConstantHeight(const Whose& whose, double step_m) {
+Hypothesis ConstantHeight(const Whose& whose, double step_m, const Fit& before) {
   Hypothesis out;
   out.kind = MistakeKind::kControl;
   out.cause = "control.height";
@@ -167,6 +168,8 @@ Hypothesis ConstantHeight(const Whose& whose, double step_m) {
            "; check points of the same source as the control cannot see such an error";
   };
   out.screened = true;
+  // Differences of solutions on their way tell nothing.
+  out.order_1 = before.settled ? Hypothesis::kScored_1 : Hypothesis::kGuessed_1;
   out.local = true;
   return out;
 }
@@ -249,6 +252,18 @@ std::vector<std::uint32_t> DoubtfulKnownPoints(const Facts& facts) {
   return out;
 }
 
+/// The looks of two known points lie nearer to each other's coordinates.
+bool MeetExchanged(const Block& block, std::uint32_t a, std::uint32_t b) {
+  constexpr double kNearer_1 = 0.3;
+  Block part = PartOf(block, {a, b});
+  const auto worst_m = [&part] {
+    return std::max(ContradictionOf(part, 0), ContradictionOf(part, 1));
+  };
+  const double before_m = worst_m();
+  std::swap(part.points.given_m[0], part.points.given_m[1]);
+  return !(worst_m() > kNearer_1 * before_m);
+}
+
 }  // namespace
 
 void AddControlMistakes(const Facts& facts, Hypotheses* out) {
@@ -266,7 +281,7 @@ void AddControlMistakes(const Facts& facts, Hypotheses* out) {
     scopes = {{std::nullopt, ""}, {PointRole::kControl, ""}, {PointRole::kCheck, ""}};
   const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
   for (const Whose& whose : scopes) {
-    out->push_back(ConstantHeight(whose, sigma_m));
+    out->push_back(ConstantHeight(whose, sigma_m, facts.before));
     out->push_back(Replaced(
         whose,
         "control.km",
@@ -275,20 +290,29 @@ void AddControlMistakes(const Facts& facts, Hypotheses* out) {
         "metres in x_m, y_m, z_m"));
     if (geocentric) AddGeodetic(whose, block.frame, out);
   }
+}
+
+void AddKnownPointMistakes(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  if (block.points.known.empty()) return;
+  const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
   const std::vector<std::uint32_t> doubtful = DoubtfulKnownPoints(facts);
+  if (!facts.may_explain(doubtful)) return;  // then no part of them does
   for (std::size_t i = 0; i < doubtful.size(); ++i) {
-    const std::string id(block.points.ids[doubtful[i]]);
-    if (facts.may_explain({doubtful[i]})) {
-      out->push_back(Released(id));
-      if (geocentric) {
-        out->push_back(Exchanged({std::nullopt, id}));
-        out->back().screened = true;
-      }
-    }
     for (std::size_t j = i + 1; j < doubtful.size(); ++j) {
+      if (!MeetExchanged(block, doubtful[i], doubtful[j])) continue;
       if (!facts.may_explain({doubtful[i], doubtful[j]})) continue;
-      out->push_back(ExchangedPoints(id, std::string(block.points.ids[doubtful[j]])));
+      out->push_back(ExchangedPoints(std::string(block.points.ids[doubtful[i]]),
+                                     std::string(block.points.ids[doubtful[j]])));
     }
+  }
+  for (const std::uint32_t point : doubtful) {
+    if (!facts.may_explain({point})) continue;
+    const std::string id(block.points.ids[point]);
+    out->push_back(Released(id));
+    if (!geocentric) continue;
+    out->push_back(Exchanged({std::nullopt, id}));
+    out->back().screened = true;
   }
 }
 

@@ -28,6 +28,7 @@
 #include "time_mistakes.h"
 #include "wander_mistakes.h"
 #include "words.h"
+#include "work.h"
 
 namespace sarblock {
 namespace {
@@ -37,7 +38,13 @@ constexpr double kContradicts_1 = 1e-4;
 /// A hypothesis whose known points lie nearer than this part of where they did is solved.
 constexpr double kNearer_1 = 0.5;
 /// Hypotheses of the screening that are solved, and of those whose size is searched.
-constexpr std::size_t kMostScreened = 12, kMostSolved = 80, kMostRefined = 6;
+constexpr std::size_t kMostScreened = 12, kMostRefined = 6;
+/// Parts of the work at which no more hypotheses are tried: what known points or scores show of
+/// passes and of the whole control, single rows (made and tried), what is guessed, standard
+/// deviations. The rest is
+/// left for the sizes of the best, of the first of which more is spent if need be.
+constexpr double kForShown_1 = 0.5, kToMakeRows_1 = 0.65, kForRows_1 = 0.75, kForGuessed_1 = 0.85,
+                 kForSigmas_1 = 0.95, kForFirst_1 = 1.2;
 /// Level of the F tests of all hypotheses together, and part of what v'Pv exceeds its redundancy
 /// by that is to be taken.
 constexpr double kSignificance_1 = 1e-6, kLeastPart_1 = 0.5;
@@ -53,10 +60,10 @@ constexpr double kRough_1 = 0.01, kLeastRough_1 = 0.1;
 constexpr double kMostLogFactor_1 = 11.5;
 
 /// True where a fit is so good that changes of little can start from it: a gross mistake leads
-/// everything else away.
+/// everything else away, and what has no place finds none from there.
 bool IsNear(const Fit& fit) {
   constexpr double kNear_1 = 30.0;
-  return fit.solved && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
+  return fit.solved && fit.lost == 0 && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
 }
 
 /// Every pass sees known points.
@@ -87,6 +94,12 @@ double MostLeft(const Fit& before) {
   return before.SquareSum() - kLeastPart_1 * excess_1;
 }
 
+/// Whether what changes no more than what is left out here may be told. Points that go with that
+/// say nothing.
+bool MayBeTold(const Fit& before, const Fit& without) {
+  return !without.solved || without.lost > before.lost || without.SquareSum() <= MostLeft(before);
+}
+
 bool AreSame(const Hypothesis& a, const Hypothesis& b) {
   return a.cause == b.cause && a.passes == b.passes && a.points == b.points;
 }
@@ -108,7 +121,7 @@ double ScreenOf(const Hypothesis& hypothesis, const std::vector<PassSightings>& 
   return std::isnan(ratio) ? 1.0 : ratio;
 }
 
-/// Those that need no screening and the best of the others.
+/// Those that need no screening and the best of the others, in the order of their promise.
 Hypotheses Screen(Hypotheses all, const std::vector<PassSightings>& passes) {
   std::vector<std::pair<double, std::size_t>> ratios;
   Hypotheses out;
@@ -120,12 +133,23 @@ Hypotheses Screen(Hypotheses all, const std::vector<PassSightings>& passes) {
   }
   std::sort(ratios.begin(), ratios.end());
   for (std::size_t k = 0; k < std::min(kMostScreened, ratios.size()); ++k) {
-    out.push_back(std::move(all[ratios[k].second]));
+    Hypothesis& shown = all[ratios[k].second];
+    const double kept_1 = ratios[k].first;
+    shown.order_1 = kept_1 < Hypothesis::kTold_1
+                        ? kept_1
+                        : std::lerp(Hypothesis::kWeak_1, Hypothesis::kGuessed_1, kept_1);
+    out.push_back(std::move(shown));
   }
   for (Hypothesis& hypothesis : all) {
-    if (hypothesis.screened && out.size() < kMostSolved) out.push_back(std::move(hypothesis));
+    if (hypothesis.screened) out.push_back(std::move(hypothesis));
   }
   return out;
+}
+
+void SortByPromise(Hypotheses* all) {
+  std::stable_sort(all->begin(), all->end(), [](const Hypothesis& a, const Hypothesis& b) {
+    return a.order_1 < b.order_1;
+  });
 }
 
 struct Candidate {
@@ -168,8 +192,11 @@ CorrectionModel OfPassesWithLooks(const Block& block, CorrectionModel correction
 
 class Diagnosing {
  public:
-  Diagnosing(const Block& block, const AdjustOptions& options, ProgressSink* progress)
-      : block_(block), progress_(progress) {
+  Diagnosing(const Block& block,
+             const AdjustOptions& options,
+             const DiagnosisBounds& bounds,
+             ProgressSink* progress)
+      : block_(block), bounds_(bounds), progress_(progress) {
     if (options.corrections != CorrectionChoice::kNone) {
       corrections_ = {options.groups, options.priors};
     }
@@ -187,7 +214,8 @@ class Diagnosing {
       sample = TakeSample(block_, progress_);
     }
     corrections_ = OfPassesWithLooks(sample.block, std::move(corrections_));
-    Trials trials(sample.block, corrections_, progress_);
+    const Work work(block_, sample.block, bounds_);
+    Trials trials(sample.block, corrections_, work, progress_);
     const Fit before = trials.AsItIs();
     out_.contradicts = Contradicts(before);
     out_.square_sum = before.SquareSum();
@@ -195,6 +223,8 @@ class Diagnosing {
     out_.points = sample.block.points.size();
     if (out_.contradicts) Explain(sample, before, &trials);
     out_.solutions = trials.solutions();
+    out_.work_1 = trials.work().done_looks();
+    out_.most_work_1 = trials.work().most_looks();
     return std::move(out_);
   }
 
@@ -206,12 +236,15 @@ class Diagnosing {
     const std::function<bool(const std::vector<std::uint32_t>&)> may_explain =
         [&](const std::vector<std::uint32_t>& points) {
           if (!rows_alone || !before.solved) return rows_alone;
+          if (!trials->work().Allows(kToMakeRows_1)) {
+            ++out_.untried;
+            return false;
+          }
           const Fit rest = trials->Without(points,
                                            {.warm = IsNear(before) ? &before.state : nullptr,
                                             .effort = Effort::kQuick,
                                             .useless_above_1 = MostLeft(before)});
-          // Points that go with these say nothing.
-          return !rest.solved || rest.lost > before.lost || rest.SquareSum() <= MostLeft(before);
+          return MayBeTold(before, rest);
         };
     const Facts facts{sample, passes, corrections_, before, residuals, may_explain};
     Hypotheses all;
@@ -219,10 +252,12 @@ class Diagnosing {
          {AddTimeMistakes, AddRangeMistakes, AddConeMistakes, AddPathMistakes, AddShiftedIds}) {
       add(facts, &all);
     }
+    Hypotheses of_control;
+    AddControlMistakes(facts, &of_control);
     // Far from a solution a linearisation says nothing, and known points show what it could.
     const bool scored = IsNear(before) || !AllSeen(passes);
     Hypotheses tried = scored ? ScoredMistakes(facts, progress_) : Hypotheses{};
-    out_.hypotheses = static_cast<int>(all.size() + tried.size());
+    out_.hypotheses = static_cast<int>(all.size() + of_control.size() + tried.size());
     Hypotheses screened = Screen(std::move(all), passes);
     // Of what known points show too they tell the size.
     std::erase_if(tried, [&](const Hypothesis& of_score) {
@@ -231,20 +266,33 @@ class Diagnosing {
       });
     });
     std::move(screened.begin(), screened.end(), std::back_inserter(tried));
+    of_control = Screen(std::move(of_control), passes);
+    std::move(of_control.begin(), of_control.end(), std::back_inserter(tried));
+    SortByPromise(&tried);
     std::vector<Candidate> candidates;
-    Try(before, std::move(tried), trials, &candidates);
+    const auto guessed =
+        std::partition_point(tried.begin(), tried.end(), [](const Hypothesis& hypothesis) {
+          return hypothesis.order_1 < Hypothesis::kWeak_1;
+        });
+    Hypotheses guesses(std::make_move_iterator(guessed), std::make_move_iterator(tried.end()));
+    tried.erase(guessed, tried.end());
+    Try(before, std::move(tried), kForShown_1, trials, &candidates);
     // What a mistake of many looks far from a solution explains wholly, no few rows explain.
     rows_alone = IsNear(before) || !AnyExplainsAll(candidates);
     all = {};
-    AddControlMistakes(facts, &all);
+    if (rows_alone) AddExchangedPoints(facts, &all);
+    AddKnownPointMistakes(facts, &all);
     if (rows_alone) {
-      AddExchangedPoints(facts, &all);
       AddLookMistakes(facts, &all);
       AddWanderMistakes(facts, &all);
     }
+    out_.hypotheses += static_cast<int>(all.size());
+    Try(before, Screen(std::move(all), passes), kForRows_1, trials, &candidates);
+    Try(before, std::move(guesses), kForGuessed_1, trials, &candidates);
+    all = {};
     AddSigmaMistakes(facts, &all);
     out_.hypotheses += static_cast<int>(all.size());
-    Try(before, Screen(std::move(all), passes), trials, &candidates);
+    Try(before, std::move(all), kForSigmas_1, trials, &candidates);
     Refine(before, trials, &candidates);
     Tell(before, candidates);
   }
@@ -256,9 +304,11 @@ class Diagnosing {
   }
 
   /// Solves the hypotheses, roughly. One whose cost can no longer come down to what is told is
-  /// given up.
+  /// given up, a part of what is of no use not tried; where this part of the work is done the
+  /// others are counted alone.
   void Try(const Fit& before,
            Hypotheses tried,
+           double part_of_work_1,
            Trials* trials,
            std::vector<Candidate>* candidates) {
     const bool too_large = before.square_sum_1 < before.redundancy_1;  // of the sigmas
@@ -268,18 +318,25 @@ class Diagnosing {
       if (!Explains(before, candidate)) continue;
       most_1 = std::min(most_1, MostTold(before, candidate.cost_1, kNearlyAsGood_1));
     }
+    bool of_use = true;  // the last that changes more than a part of another
     for (std::size_t i = 0; i < tried.size(); ++i) {
       Step(progress_, "diagnose", i, tried.size());
       Hypothesis& hypothesis = tried[i];
+      if (hypothesis.within_last && !of_use) continue;
       const bool of_sigma = hypothesis.kind == MistakeKind::kSigma;
       if (!(most_1 > 0.0) && !of_sigma) continue;
       // Other standard deviations, the last of the list, are asked for where no value explains all.
       if (explained && !too_large && of_sigma) continue;
+      if (!trials->work().Allows(part_of_work_1)) {
+        ++out_.untried;
+        continue;
+      }
       const double useless_1 = of_sigma ? std::numeric_limits<double>::infinity() : most_1;
       Solved solved{hypothesis.value, kNotGiven, {}};
       if (hypothesis.free && hypothesis.value == 0.0 && before.solved) {
         // From zero on nothing is gained before the size is searched.
-        solved = SearchSize(hypothesis, before, {Effort::kQuick, useless_1}, trials);
+        solved =
+            SearchSize(hypothesis, before, {Effort::kQuick, useless_1, part_of_work_1}, trials);
       } else {
         const bool near = hypothesis.local && IsNear(before);
         solved.fit = trials->With(hypothesis,
@@ -288,6 +345,7 @@ class Diagnosing {
                                    .effort = Effort::kQuick,
                                    .useless_above_1 = useless_1});
       }
+      if (!hypothesis.within_last) of_use = MayBeTold(before, solved.fit);
       if (!solved.fit.solved) continue;
       const double cost_1 = CostOf(hypothesis, solved.fit);
       candidates->push_back({std::move(hypothesis), std::move(solved), cost_1});
@@ -310,9 +368,14 @@ class Diagnosing {
       const bool of_values = hypothesis.kind != MistakeKind::kSigma && before.solved;
       if (of_values && !(taken_1 > kLeastRough_1 * before.SquareSum())) continue;
       hypothesis.value = candidate.solved.value;
-      candidate.solved.fit =
-          trials->With(hypothesis, hypothesis.value, {.warm = &candidate.solved.fit.state});
-      candidate.solved = SearchSize(hypothesis, candidate.solved.fit, {}, trials);
+      const double part_1 = i == 0 ? kForFirst_1 : 1.0;
+      if (!trials->work().Allows(part_1)) break;
+      if (!candidate.solved.fit.settled) {
+        candidate.solved.fit =
+            trials->With(hypothesis, hypothesis.value, {.warm = &candidate.solved.fit.state});
+      }
+      candidate.solved =
+          SearchSize(hypothesis, candidate.solved.fit, {.part_of_work_1 = part_1}, trials);
       candidate.cost_1 = CostOf(hypothesis, candidate.solved.fit);
       if (Explains(before, candidate)) {
         most_1 = std::min(most_1, MostTold(before, candidate.cost_1, kRough_1));
@@ -402,15 +465,19 @@ class Diagnosing {
 
   const Block& block_;
   CorrectionModel corrections_;
+  DiagnosisBounds bounds_;
   ProgressSink* progress_;
   Diagnosis out_;
 };
 
 }  // namespace
 
-Diagnosis Diagnose(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
+Diagnosis Diagnose(const Block& block,
+                   const AdjustOptions& options,
+                   ProgressSink* progress,
+                   const DiagnosisBounds& bounds) {
   const ThreadLimit limit(options.threads);
-  return Diagnosing(block, options, progress).Run();
+  return Diagnosing(block, options, bounds, progress).Run();
 }
 
 std::optional<Diagnosis> ExplainFailure(const Block& block,

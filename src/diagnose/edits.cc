@@ -64,18 +64,19 @@ void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass,
     }
     edited.path = FlightPath(states);
     edited.recorded.states = std::move(states);
-    static_cast<void>(ReadRecordedFlights(block));
+    ReadRecordedFlights({static_cast<std::uint32_t>(pass)}, block);
   });
 }
 
 void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block) {
   TryOnPasses(block, [&] {
-    for (const std::uint32_t p : PassesOf(*block, passes)) {
+    const std::vector<std::uint32_t> asked = PassesOf(*block, passes);
+    for (const std::uint32_t p : asked) {
       Pass& pass = block->passes[p];
       if (pass.recorded.states.empty()) pass.recorded.states = pass.path.states();
       pass.recorded.asked.through = PathThrough::kAuto;
     }
-    static_cast<void>(ReadRecordedFlights(block));
+    ReadRecordedFlights(asked, block);
   });
 }
 

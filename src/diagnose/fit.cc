@@ -16,7 +16,9 @@
 namespace sarblock {
 namespace {
 
-constexpr int kQuickIterations = 8, kMostIterations = 30;
+constexpr int kQuicklyFormed = 6, kMostFormed = 16;
+/// Steps of an intersection to start from: circles far from each other creep.
+constexpr int kStepsToStart = 12;
 /// Newton decrement in sigmas: v'Pv to its square.
 constexpr double kSettled_1 = 0.03;
 
@@ -85,15 +87,20 @@ Fit SolveSample(const Block& sample,
   try {
     AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
     const bool fits = asked.warm != nullptr && asked.warm->start_m.size() == sample.points.size();
-    fit.state = !fits ? std::move(ComputeStartValues(&problem, progress).state)
-                      : Continue(*asked.warm, &problem);
+    fit.state =
+        fits ? Continue(*asked.warm, &problem)
+             : std::move(
+                   ComputeStartValues(&problem, progress, {.max_iterations = kStepsToStart}).state);
     SolveOptions options;
     options.useless_above_1 = asked.useless_above_1;
-    options.max_iterations = asked.effort == Effort::kQuick ? kQuickIterations : kMostIterations;
+    options.max_formed = asked.effort == Effort::kQuick ? kQuicklyFormed : kMostFormed;
     options.settled_1 = kSettled_1;
     const Weighting weighting{.renewed = &problem.weights};
     ReducedSystem system(problem);
-    static_cast<void>(SolveReduced(problem, weighting, options, &system, &fit.state, progress));
+    const SolveReport report =
+        SolveReduced(problem, weighting, options, &system, &fit.state, progress);
+    fit.formed = report.formed;
+    fit.settled = report.converged;
     UpdateWeights(fit.state, &problem);
     system.Form(fit.state, {}, progress);
     fit.square_sum_1 = 2.0 * system.cost();

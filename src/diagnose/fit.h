@@ -25,6 +25,8 @@ struct Fit {
   /// Sum of ln sigma^2 of the measurements less that of the sample as it was given, times the
   /// redundancy of a measurement.
   double log_sigmas_1 = 0.0;
+  int formed = 0;        ///< times that the system was formed
+  bool settled = false;  ///< the solution converged
   BlockState state;
 
   /// v'Pv with a look that has no place counted by kLost_1.
@@ -36,8 +38,8 @@ struct Fit {
 /// What a look without a place counts: residuals of 30 sigma in range and azimuth.
 inline constexpr double kLost_1 = 1800.0;
 
-/// How many steps a solution may take. A hypothesis that is right is near its solution after a few;
-/// the others need not get there.
+/// How often a solution may form its system. A hypothesis that is right is there after two or three
+/// times; the others need not get there.
 enum class Effort { kQuick, kFull };
 
 struct FitOptions {

@@ -4,6 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/diagnose/diagnosis.h"
 
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <string>
@@ -44,6 +45,16 @@ struct Hypothesis {
   std::function<std::string(const Size&)> change;
   /// What known points do not show, or a score test found: solved without the screening.
   bool screened = false;
+  /// Where it stands among those that are tried: what the data tell by themselves, also those with
+  /// which known points keep less than a tenth of their misfit; what scores show; known points that
+  /// keep more; what is guessed.
+  double order_1 = kGuessed_1;
+  static constexpr double kTold_1 = 0.1, kScored_1 = 0.6, kWeak_1 = 0.7, kGuessed_1 = 1.0;
+  /// Changes one of the measurements that the hypothesis before leaves out: of no use where that is
+  /// of none.
+  bool within_last = false;
+  /// Recorded states that undoing it makes paths of which do not go through them.
+  std::size_t smoothed_states = 0;
   /// Not told where v'Pv over its redundancy stays above this: a curve takes a part of anything.
   double most_left_1 = std::numeric_limits<double>::infinity();
   /// Changes little of the whole: solved from where the sample as it is ended.

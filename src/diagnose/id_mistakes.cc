@@ -110,6 +110,7 @@ void AddExchangedPoints(const Facts& facts, Hypotheses* out) {
   const std::vector<std::uint32_t>& suspects = facts.sample.suspects;
   std::vector<std::uint32_t> points = suspects;
   std::sort(points.begin(), points.end());
+  if (points.size() < 2 || !facts.may_explain(points)) return;
   Block part = PartOf(block, points);
   const auto place = [&](std::uint32_t point) {
     const auto found = std::lower_bound(points.begin(), points.end(), point);

@@ -56,6 +56,7 @@ Hypothesis OneLook(const LookName& look, Part part, double value, double step) {
       if (part == Part::kBoth) block->looks.flags[i] |= Looks::kRejected;
     });
   };
+  out.within_last = part != Part::kBoth;
   out.parameters = part == Part::kBoth ? 0 : 1;  // a look left out takes its equations with it
   out.free = part != Part::kBoth;
   out.value = value;
@@ -171,7 +172,9 @@ std::vector<std::uint32_t> DoubtfulPoints(const Facts& facts, std::size_t most) 
 void AddLookMistakes(const Facts& facts, Hypotheses* out) {
   constexpr std::size_t kMostPoints = 4;
   const Block& block = facts.sample.block;
-  for (const std::uint32_t j : DoubtfulPoints(facts, kMostPoints)) {
+  const std::vector<std::uint32_t> doubtful = DoubtfulPoints(facts, kMostPoints);
+  if (doubtful.empty() || !facts.may_explain(doubtful)) return;
+  for (const std::uint32_t j : doubtful) {
     const std::string point(block.points.ids[j]);
     std::vector<std::size_t> looks;
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
@@ -188,6 +191,7 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out) {
       const LookName name{block.passes[p].id, point};
       const LookErrors errors = ErrorsOf(block, j, i);
       const LookSigma sigma = block.SigmaOf(i);
+      out->push_back(OneLook(name, Part::kBoth, 0.0, 0.0));
       if (block.MeasuresDoppler(i)) {
         out->push_back(OneLook(name, Part::kDoppler, errors.higher_hz, sigma.azimuth));
       } else {
@@ -196,7 +200,6 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out) {
         out->push_back(OneLook(name, Part::kTime, errors.late_s, sigma_s));
       }
       out->push_back(OneLook(name, Part::kRange, errors.longer_m, sigma.range_m));
-      out->push_back(OneLook(name, Part::kBoth, 0.0, 0.0));
     }
   }
 }

@@ -195,8 +195,10 @@ void AddExchangedPaths(const Facts& facts, Hypotheses* out) {
         if (count <= 6) out->push_back(ExchangedPasses(pass_a.id, pass_b.id));
         continue;
       }
-      if (with(a, pass_b) < 0.3 * a.misfit_m && with(b, pass_a) < 0.3 * b.misfit_m) {
+      const double kept_1 = std::max(with(a, pass_b) / a.misfit_m, with(b, pass_a) / b.misfit_m);
+      if (kept_1 < 0.3) {
         out->push_back(ExchangedPasses(pass_a.id, pass_b.id));
+        out->back().order_1 = Hypothesis::kTold_1 * kept_1;
       }
     }
   }
@@ -220,6 +222,52 @@ Hypothesis OtherReading(const Names& passes, const std::string& why, const char*
   return out;
 }
 
+/// What velocities and positions tell by themselves: of all passes where it shows in all, else of
+/// those in which it does.
+void AddVelocities(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  std::vector<VelocityFacts> velocities;
+  for (const Pass& pass : block.passes) velocities.push_back(VelocitiesOf(pass));
+  const auto add = [&](const auto& shows, const auto& hypothesis) {
+    std::vector<Names> scopes;
+    for (std::size_t p = 0; p < velocities.size(); ++p) {
+      if (shows(velocities[p])) scopes.push_back({block.passes[p].id});
+    }
+    if (scopes.size() > 1 && scopes.size() == velocities.size()) scopes = {{}};
+    for (const Names& passes : scopes) {
+      out->push_back(hypothesis(passes));
+      out->back().screened = true;
+      out->back().order_1 = Hypothesis::kTold_1;
+    }
+  };
+  for (const double factor : {-1.0, 1e-3, 1e3}) {
+    const auto shows = [factor](const VelocityFacts& velocity) {
+      return std::abs(velocity.ratio_1 / factor - 1.0) < 0.1;
+    };
+    add(shows, [&](const Names& passes) { return ScaledStates(passes, false, true, factor); });
+    if (factor != 1e3) continue;
+    add(shows, [](const Names& passes) { return ScaledStates(passes, true, false, 1e-3); });
+  }
+  if (block.frame.kind() != FrameKind::kGeocentric) return;
+  const double rate = RotationOf(block.frame);
+  const auto turns = [rate](const VelocityFacts& velocity) {
+    return std::abs(velocity.rate_rad_per_s / rate - 1.0) < 0.5;
+  };
+  add(turns, [rate](const Names& passes) { return InertialVelocities(passes, rate); });
+}
+
+/// Mistakes of positions and velocities alike, which known points show.
+void AddWholeStates(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  std::vector<Names> scopes{{}};
+  for (const Pass& pass : block.passes) scopes.push_back({pass.id});
+  for (const Names& passes : scopes) {
+    out->push_back(ScaledStates(passes, true, true, 1e-3));
+    if (block.frame.kind() != FrameKind::kGeocentric) continue;
+    out->push_back(InertialStates(passes, RotationOf(block.frame)));
+  }
+}
+
 /// Recordings that matter (RecordedFlight::effect) and are read as they are.
 void AddRecordings(const Facts& facts, Hypotheses* out) {
   Names sparse, rough;
@@ -232,44 +280,34 @@ void AddRecordings(const Facts& facts, Hypotheses* out) {
   if (!sparse.empty()) {
     out->push_back(
         OtherReading(sparse, "lie too far apart for the cubics between them", "path.sparse"));
+    out->back().order_1 = Hypothesis::kTold_1;
   }
   if (!rough.empty()) {
     out->push_back(OtherReading(
         rough, "are rough: velocities and positions contradict each other", "path.rough"));
+    out->back().order_1 = Hypothesis::kTold_1;
   }
 }
 
 }  // namespace
 
 void AddPathMistakes(const Facts& facts, Hypotheses* out) {
-  const Block& block = facts.sample.block;
-  std::vector<Names> scopes{{}};
-  for (const Pass& pass : block.passes) scopes.push_back({pass.id});
-  const bool turns = block.frame.kind() == FrameKind::kGeocentric;
-  const double rate = turns ? RotationOf(block.frame) : 0.0;
-  for (std::size_t k = 0; k < scopes.size(); ++k) {
-    const Names& passes = scopes[k];
-    const VelocityFacts velocity = VelocitiesOf(block.passes[k == 0 ? 0 : k - 1]);
-    for (const double factor : {-1.0, 1e-3, 1e3}) {
-      if (std::abs(velocity.ratio_1 / factor - 1.0) < 0.1) {
-        out->push_back(ScaledStates(passes, false, true, factor));
-        out->back().screened = true;  // the states themselves tell
-        if (factor == 1e3) {
-          out->push_back(ScaledStates(passes, true, false, 1e-3));
-          out->back().screened = true;
-        }
-      }
-    }
-    out->push_back(ScaledStates(passes, true, true, 1e-3));
-    if (!turns) continue;
-    out->push_back(InertialStates(passes, rate));
-    if (std::abs(velocity.rate_rad_per_s / rate - 1.0) < 0.5) {
-      out->push_back(InertialVelocities(passes, rate));
-      out->back().screened = true;
-    }
-  }
+  const std::size_t first = out->size();
+  AddVelocities(facts, out);
+  AddWholeStates(facts, out);
   AddExchangedPaths(facts, out);
   AddRecordings(facts, out);
+  const Block& block = facts.sample.block;
+  for (std::size_t k = first; k < out->size(); ++k) {
+    Hypothesis& hypothesis = (*out)[k];
+    if (hypothesis.cause == "path.exchanged") continue;
+    for (const std::uint32_t p : PassesOf(block, hypothesis.passes)) {
+      const bool smooths = block.passes[p].recorded.asked.through != PathThrough::kStates;
+      if (smooths || hypothesis.cause == "path.sparse" || hypothesis.cause == "path.rough") {
+        hypothesis.smoothed_states += block.passes[p].RecordedStates().size();
+      }
+    }
+  }
 }
 
 }  // namespace sarblock

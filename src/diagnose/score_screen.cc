@@ -112,6 +112,9 @@ Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress) {
       if (shared && block.passes.size() < 2) continue;
       out.push_back(HypothesisOf(parameter, shared ? Names{} : Names{parameter.owner}, facts));
       out.back().screened = true;
+      // What a constant takes where all is linear is its statistic.
+      const double excess_1 = facts.before.SquareSum() - facts.before.redundancy_1;
+      if (-2.0 * score > excess_1) out.back().order_1 = Hypothesis::kScored_1;
       out.back().local = true;
     }
   } catch (const Interrupted&) {

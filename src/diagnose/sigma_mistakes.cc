@@ -94,6 +94,22 @@ Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measure
   return out;
 }
 
+/// Square root of v'Pv over the redundancy of the ranges or of the azimuths alone; 0 where they
+/// have none, or for both together.
+double OwnS0(const SampleResiduals& residuals, Measured measured) {
+  if (measured == Measured::kBoth) return 0.0;
+  const Eigen::Index column = measured == Measured::kRange ? 0 : 1;
+  double square_1 = 0.0, redundancy_1 = 0.0;
+  for (Eigen::Index i = 0; i < residuals.whitened_1.rows(); ++i) {
+    const double error_1 = residuals.whitened_1(i, column);
+    const double part_1 = residuals.redundancy_1(i, column);
+    if (!std::isfinite(error_1) || !std::isfinite(part_1)) continue;
+    square_1 += error_1 * error_1;
+    redundancy_1 += part_1;
+  }
+  return redundancy_1 > 1.0 ? std::sqrt(square_1 / redundancy_1) : 0.0;
+}
+
 }  // namespace
 
 void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
@@ -101,7 +117,8 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
   const double s0_1 = std::sqrt(facts.before.square_sum_1 / facts.before.redundancy_1);
   if (!(s0_1 > 0.0) || !std::isfinite(s0_1)) return;
   for (const Measured measured : {Measured::kBoth, Measured::kRange, Measured::kAzimuth}) {
-    out->push_back(ScaledSigma(block, {}, measured, 1.0 / s0_1));
+    const double own_s0_1 = OwnS0(facts.residuals, measured);
+    out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0_1 > 0.0 ? own_s0_1 : s0_1)));
     if (block.passes.size() < 2) continue;
     for (const Pass& pass : block.passes) {
       // A pass whose residuals are the rule is none to ask of.

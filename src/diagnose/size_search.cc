@@ -40,23 +40,33 @@ void HoldCheckPoints(Block* block) {
   }
 }
 
+constexpr double kMostLogMove_1 = 3.0;
 /// Of what the parabola through three solutions takes off the cost, how much may be there.
 constexpr double kPromised_1 = 4.0;
 
 }  // namespace
 
-Trials::Trials(const Block& sample, CorrectionModel corrections, ProgressSink* progress)
-    : sample_(sample), given_(sample), corrections_(std::move(corrections)), progress_(progress) {
+Trials::Trials(const Block& sample, CorrectionModel corrections, Work work, ProgressSink* progress)
+    : sample_(sample),
+      given_(sample),
+      corrections_(std::move(corrections)),
+      work_(work),
+      progress_(progress) {
   HoldCheckPoints(&given_);
+  for (const Pass& pass : sample_.passes) states_ += pass.RecordedStates().size();
 }
 
-Fit Trials::AsItIs() {
+Fit Trials::Solve(const Block& block, const FitOptions& options) {
   ++solutions_;
-  return SolveSample(given_, corrections_, {}, progress_);
+  Fit fit = SolveSample(block, corrections_, options, progress_);
+  const auto start = options.warm == nullptr ? Work::Start::kOfItsOwn : Work::Start::kOfAnother;
+  work_.AddSolution(block.looks.size(), fit, start, states_);
+  return fit;
 }
+
+Fit Trials::AsItIs() { return Solve(given_, {}); }
 
 Fit Trials::Without(const std::vector<std::uint32_t>& points, const FitOptions& options) {
-  ++solutions_;
   std::vector<std::uint8_t>& flags = given_.looks.flags;
   const std::vector<std::uint8_t> before = flags;
   for (const std::uint32_t point : points) {
@@ -64,18 +74,18 @@ Fit Trials::Without(const std::vector<std::uint32_t>& points, const FitOptions& 
       flags[i] |= Looks::kRejected;
     }
   }
-  Fit fit = SolveSample(given_, corrections_, options, progress_);
+  Fit fit = Solve(given_, options);
   flags = before;
   return fit;
 }
 
 Fit Trials::With(const Hypothesis& hypothesis, double value, const FitOptions& options) {
-  ++solutions_;
   Block block = sample_;
   hypothesis.undo(&block, value);
   FitStrips(&block);
   HoldCheckPoints(&block);
-  Fit fit = SolveSample(block, corrections_, options, progress_);
+  work_.AddSmoothed(hypothesis.smoothed_states);
+  Fit fit = Solve(block, options);
   if (block.looks.size() == sample_.looks.size() && fit.looks > 0) {
     const double part_1 =
         std::clamp(fit.redundancy_1 / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);
@@ -96,6 +106,7 @@ Solved SearchSize(const Hypothesis& hypothesis,
   };
   const int rounds = options.effort == Effort::kQuick ? kQuickRounds : kMostRounds;
   for (int round = 0; round < rounds; ++round) {
+    if (!trials->work().Allows(options.part_of_work_1)) break;
     Fit above = at(best.value + step), below = at(best.value - step);
     const double here_1 = best.fit.Cost();
     const double slope = (above.Cost() - below.Cost()) / (2.0 * step);
@@ -116,14 +127,17 @@ Solved SearchSize(const Hypothesis& hypothesis,
     const double promised_1 = 0.5 * slope * slope / curvature;
     if (here_1 - kPromised_1 * promised_1 > options.useless_above_1) break;
     double move = -slope / curvature;
+    // Standard deviations far off bend the cost: a parabola is good for a few powers of e.
+    if (hypothesis.logarithm) move = std::clamp(move, -kMostLogMove_1, kMostLogMove_1);
     bool moved = false;
     for (int shorter = 0; shorter < 3 && !moved; ++shorter, move *= 0.25) {
+      if (!trials->work().Allows(options.part_of_work_1)) break;
       moved = take(best.value + move, at(best.value + move));
       if (std::abs(move) < kFound_1 * best.sigma) break;
     }
     const bool fine = step < 5.0 * best.sigma && step > 0.2 * best.sigma;
     if (fine && (std::abs(slope / curvature) < kFound_1 * best.sigma || !moved)) break;
-    step = best.sigma;
+    step = hypothesis.logarithm ? std::min(best.sigma, 1.0) : best.sigma;
   }
   return best;
 }

@@ -11,13 +11,14 @@
 
 #include "fit.h"
 #include "hypothesis.h"
+#include "work.h"
 
 namespace sarblock {
 
-/// Solves a sample with mistakes undone, and counts how often.
+/// Solves a sample with mistakes undone, and counts how often and with how much work.
 class Trials {
  public:
-  Trials(const Block& sample, CorrectionModel corrections, ProgressSink* progress);
+  Trials(const Block& sample, CorrectionModel corrections, Work work, ProgressSink* progress);
 
   /// The sample as it is.
   [[nodiscard]] Fit AsItIs();
@@ -27,11 +28,16 @@ class Trials {
   /// The block that AsItIs() solves: check points as control.
   [[nodiscard]] const Block& given() const { return given_; }
   [[nodiscard]] int solutions() const { return solutions_; }
+  [[nodiscard]] const Work& work() const { return work_; }
 
  private:
+  [[nodiscard]] Fit Solve(const Block& block, const FitOptions& options);
+
   const Block& sample_;
   Block given_;
   CorrectionModel corrections_;
+  Work work_;
+  std::size_t states_ = 0;  ///< recorded states of the passes, which every trial copies
   ProgressSink* progress_;
   int solutions_ = 0;
 };
@@ -47,6 +53,7 @@ struct SearchOptions {
   /// Cost above which a size is of no use: the search ends where four times what the parabola
   /// promises would not bring it there.
   double useless_above_1 = std::numeric_limits<double>::infinity();
+  double part_of_work_1 = 1.0;  ///< at which the search ends where it is
 };
 
 /// Finds the size of least cost from hypothesis.value on: Newton's steps on the parabola through

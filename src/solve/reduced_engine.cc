@@ -73,7 +73,11 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   double left_before = 0.0;  // at the last accepted step
   std::string left_text;
   ProgressOfSteps steps_so_far;
-  system.Form(*state, weighting, nullptr, damping);
+  const auto form = [&](const BlockState& at, double with_damping) {
+    system.Form(at, weighting, nullptr, with_damping);
+    ++report.formed;
+  };
+  form(*state, damping);
   report.initial_cost_1 = report.final_cost_1 = system.cost();
   for (int trial = 0; trial < 4 * options.max_iterations; ++trial) {
     Step(progress,
@@ -86,15 +90,16 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       return report;
     }
     if (!system.FactorDamped()) {
+      if (report.formed >= options.max_formed) break;
       damping *= 10.0;
-      system.Form(*state, weighting, nullptr, damping);
+      form(*state, damping);
       continue;
     }
     const double left = system.NewtonDecrement();
     left_text = ", newton decrement " + Rounded(left) + " sigmas";
     if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear_1) {
       weighting.second_order = true;
-      system.Form(*state, weighting, nullptr, damping);
+      form(*state, damping);
       continue;
     }
     // Where large residuals meet bent equations each step is a fixed part of the one before: what
@@ -116,8 +121,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       return report;
     }
     if (report.iterations >= options.max_iterations) break;
+    if (report.formed >= options.max_formed) break;
     const bool gives_up =
-        report.iterations >= kLeastSteps &&
+        report.formed > kLeastSteps &&
         2.0 * report.final_cost_1 - kPromised_1 * left * left > options.useless_above_1;
     if (gives_up) {
       report.message = "no step promises a v'Pv that is of use";
@@ -135,7 +141,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     next.corrections = state->corrections + dx;
     next.start_m.swap(state->start_m);
     const double next_damping = std::max(kLeastDamping_1, 0.1 * damping);
-    system.Form(next, weighting, nullptr, next_damping);
+    form(next, next_damping);
     next.start_m.swap(state->start_m);
     const double gain = report.final_cost_1 - system.cost();
     // Rounding of the cost itself: a predicted decrease below it cannot be checked, and the step is
@@ -162,7 +168,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     } else {
       if (system.looks_not_evaluated() > 0) ++refused;
       damping *= 10.0;
-      system.Form(*state, weighting, nullptr, damping);
+      form(*state, damping);
     }
   }
   report.message = WhyStopped(LimitReached(options.max_iterations).c_str(), refused);

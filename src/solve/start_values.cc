@@ -33,7 +33,8 @@ PointStart Refuse(PointStatus status, std::string reason) {
 
 PointStart StartOf(const AdjustmentProblem& problem,
                    std::size_t point,
-                   const std::vector<Sight>& sights) {
+                   const std::vector<Sight>& sights,
+                   const IntersectionOptions& intersection) {
   const Block& block = problem.block;
   const ControlEquations* control =
       problem.control_of[point] < 0
@@ -58,7 +59,7 @@ PointStart StartOf(const AdjustmentProblem& problem,
       return out;
     }
   }
-  const Intersection met = Intersect(sights, block.frame);
+  const Intersection met = Intersect(sights, block.frame, intersection);
   // Flight-path errors may keep circles apart that the adjustment brings together: a compromise is
   // good enough to start from.
   if (met.outcome == IntersectionOutcome::kDetermined ||
@@ -96,7 +97,9 @@ void RequireSteadyCones(const AdjustmentProblem& problem) {
 
 }  // namespace
 
-StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress) {
+StartReport ComputeStartValues(AdjustmentProblem* problem,
+                               ProgressSink* progress,
+                               const IntersectionOptions& intersection) {
   const Block& block = problem->block;
   RequireSteadyCones(*problem);
   const std::size_t points = block.points.size();
@@ -122,7 +125,7 @@ StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progres
               problem->look_used[i] = 0;
             }
           }
-          PointStart start = StartOf(*problem, point, sights);
+          PointStart start = StartOf(*problem, point, sights, intersection);
           if (IsSolved(start.status)) {
             report.state.start_m[point] = start.position_m;
           } else {

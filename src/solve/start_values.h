@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
+#include "sarblock/geometry/intersection.h"
 
 #include "model/problem.h"
 
@@ -14,11 +15,14 @@ namespace sarblock {
 /// A point that cannot be started is left out of `problem` with its reason; so is one that has
 /// neither two looks nor control. Looks at which the model has no value at the start are left
 /// out and counted. Forms the weights at the start. Throws InputError for a
-/// pass whose states are too rough to be read. Parallel over points.
+/// pass whose states are too rough to be read. `intersection` bounds the steps of a point whose
+/// circles lie far apart: where they end it starts too. Parallel over points.
 struct StartReport {
   BlockState state;
   std::vector<std::size_t> looks_not_evaluated;  ///< look indices, ascending
 };
-[[nodiscard]] StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress);
+[[nodiscard]] StartReport ComputeStartValues(AdjustmentProblem* problem,
+                                             ProgressSink* progress,
+                                             const IntersectionOptions& intersection = {});
 
 }  // namespace sarblock

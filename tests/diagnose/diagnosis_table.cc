@@ -87,7 +87,7 @@ void Tell(const std::string& block,
           const sarblock::test::TrialResult& result) {
   std::printf(
       "# %s / %s / %llu: outcome %d, expected %s (%s) of %s %s, %.0f ms, %d solutions, "
-      "%d hypotheses\n",
+      "%d hypotheses, %d untried\n",
       block.c_str(),
       plant.name.c_str(),
       static_cast<unsigned long long>(seed),
@@ -98,7 +98,8 @@ void Tell(const std::string& block,
       result.planted.points.empty() ? "" : result.planted.points[0].c_str(),
       1e3 * result.diagnosis_s,
       result.diagnosis.solutions,
-      result.diagnosis.hypotheses);
+      result.diagnosis.hypotheses,
+      result.diagnosis.untried);
   for (const std::string& remark : result.diagnosis.remarks)
     std::printf("#   %s\n", remark.c_str());
   for (const std::string& text : result.diagnosis.Sentences())

@@ -25,13 +25,15 @@ namespace sarblock {
 /// other standard deviations compete fairly with other values. The size is the minimum of v'Pv(c),
 /// its standard deviation from the curvature there.
 ///
-/// Corrections are those of `options` where given, with their priors. The number of solutions is
-/// bounded; the time is that of a few adjustments of a small block and does not grow with a large
-/// one but for one intersection of its points. A block in which nothing contradicts has no
-/// explanations. Throws Interrupted alone: a block that cannot be solved is what it is for.
+/// Corrections are those of `options` where given, with their priors. Hypotheses are tried in the
+/// order of their promise until `bounds` end it; those left are counted (Diagnosis::untried). The
+/// same block has the same diagnosis with any number of threads. A block in which nothing
+/// contradicts has no explanations. Throws Interrupted alone: a block that cannot be solved is what
+/// it is for.
 [[nodiscard]] Diagnosis Diagnose(const Block& block,
                                  const AdjustOptions& options,
-                                 ProgressSink* progress = nullptr);
+                                 ProgressSink* progress = nullptr,
+                                 const DiagnosisBounds& bounds = {});
 
 /// The diagnosis of a block whose result is not accepted or fails a test; nothing where all is well
 /// or `options.diagnose` is off. Its sentences become the first reasons of the verdict, its remarks

@@ -36,6 +36,13 @@ struct Explanation {
   std::size_t looks_lost_before = 0, looks_lost_after = 0;
 };
 
+/// How much a diagnosis may do.
+struct DiagnosisBounds {
+  /// Work in adjustments of the block, counted and not timed (docs/theory/diagnosis.md, eq. (11)).
+  /// Infinity: every hypothesis is tried.
+  double adjustments_1 = 5.0;
+};
+
 /// What was found, the most likely explanation first.
 struct Diagnosis {
   bool contradicts = false;  ///< the sample fails its global test, or looks find no place
@@ -46,6 +53,10 @@ struct Diagnosis {
   std::size_t points = 0;  ///< of the sample
   int hypotheses = 0;      ///< tried
   int solutions = 0;       ///< of the sample
+  /// Hypotheses, or points that may be mistaken, that the bound of the work left untried.
+  int untried = 0;
+  /// Work done and its bound, in looks formed (docs/theory/diagnosis.md, eq. (11)).
+  double work_1 = 0.0, most_work_1 = 0.0;
   /// Sentences for people, "most likely: " before the first explanation, "or: " before others.
   [[nodiscard]] std::vector<std::string> Sentences() const;
 };
