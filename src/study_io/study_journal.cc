@@ -62,9 +62,9 @@ std::string StudyJournalHead(const StudyIdentity& identity) {
   return head;
 }
 
-StudyPart PartOfJournal(std::string_view text) {
+TaskPart PartOfJournal(std::string_view text) {
   std::string_view line = SecondLineOf(text);
-  StudyPart part;
+  TaskPart part;
   if (TakeNumber(&line, "part ", &part.index) && TakeNumber(&line, " ", &part.count) &&
       line.empty() && part.index < part.count) {
     return part;
