@@ -32,6 +32,7 @@
 #include "testing/consensus_search.h"
 #include "testing/global_test.h"
 #include "testing/montecarlo.h"
+#include "testing/montecarlo_report.h"
 #include "testing/rounding.h"
 #include "testing/variance_components.h"
 
@@ -459,8 +460,14 @@ AdjustResult AdjustGiven(const Block& block,
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   if (options.covariance == CovarianceLevel::kMonteCarlo) {
     timer.emplace("montecarlo", &result.stages);
-    result.montecarlo =
-        RunMonteCarlo(problem, state, options, result.points.covariance_m2, progress);
+    MonteCarloDraws draws =
+        DrawMonteCarlo(problem, state, options, result.points.covariance_m2, progress);
+    if (options.montecarlo_part) {
+      result.montecarlo_draws = std::move(draws);
+    } else {
+      result.montecarlo =
+          ReportMonteCarlo(draws, options.montecarlo_seed, result.points.covariance_m2);
+    }
   }
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);

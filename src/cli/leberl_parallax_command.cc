@@ -25,10 +25,10 @@ struct ParallaxInput {
 };
 
 enum Column : std::size_t { kPoint, kGroundRange, kPointHeight, kParallax };
-constexpr std::array<TableColumn, 4> kColumns = {{{"point", ColumnNeed::kOptional},
-                                                  {"ground_range_m", ColumnNeed::kRequired},
-                                                  {"point_height_m", ColumnNeed::kOptional},
-                                                  {"parallax_m", ColumnNeed::kOptional}}};
+constexpr std::array<TableColumn, 4> kTargetColumns = {{{"point", ColumnNeed::kOptional},
+                                                        {"ground_range_m", ColumnNeed::kRequired},
+                                                        {"point_height_m", ColumnNeed::kOptional},
+                                                        {"parallax_m", ColumnNeed::kOptional}}};
 
 /// One answered row; NaN where the exact relation has no answer.
 struct ParallaxRow {
@@ -72,7 +72,7 @@ std::string Number(double value) { return std::isfinite(value) ? fmt::format("{}
 Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 int PrintParallax(const ParallaxInput& input, const Session& session) {
-  CsvReader reader(input.table, kColumns);
+  CsvReader reader(input.table, kTargetColumns);
   Json list = Json::array();
   if (!session.json) {
     fmt::print(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session.h"
 
+#include "sarblock/core/task_part.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <atomic>
@@ -119,6 +120,18 @@ void AddMemory(CLI::App* command, double* memory_mib) {
                    "(left out: what this computer has free)")
       ->type_name("MIB")
       ->check(CLI::PositiveNumber);
+}
+
+CLI::Option* AddPart(CLI::App* command, std::string* part, const std::string& help) {
+  return command->add_option("--part", *part, help)
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            return TaskPartOf(text)
+                       ? std::string()
+                       : fmt::format("I/N with 0 <= I <= N and N up to {} is allowed", kMostParts);
+          },
+          ""))
+      ->type_name("I/N");
 }
 
 void AddScratch(CLI::App* command, std::string* folder) {

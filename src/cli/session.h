@@ -45,6 +45,9 @@ void AddForce(CLI::App* command,
 /// Adds --memory, AdjustOptions::memory_mib.
 void AddMemory(CLI::App* command, double* memory_mib);
 
+/// Adds --part I/N, a text of TaskPartOf(); empty without one.
+CLI::Option* AddPart(CLI::App* command, std::string* part, const std::string& help);
+
 /// Adds --scratch, the folder of a ScratchScope; empty without one.
 void AddScratch(CLI::App* command, std::string* folder);
 

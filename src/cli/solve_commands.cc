@@ -13,9 +13,11 @@
 #include <optional>
 #include <system_error>
 
+#include "adjust_parts.h"
 #include "commands.h"
 #include "core/scratch.h"
 #include "diagnose_command.h"
+#include "io/montecarlo_part.h"
 #include "io/output_folder.h"
 #include "print_summary.h"
 #include "report_command.h"
@@ -34,6 +36,7 @@ struct SolveArguments {
   std::string rejections;
   double memory_mib = 0.0;
   std::string scratch;
+  AdjustParts parts;
 };
 
 /// What differs between the three commands.
@@ -41,7 +44,7 @@ struct Solver {
   const char* name;
   const char* help;
   Measurements measurements;
-  bool diagnoses;  ///< explains a result that fails
+  bool adjusts;  ///< explains a result that fails, draws in parts
   std::function<AdjustResult(const BlockFile&, const std::string& folder, ProgressSink*)> solve;
 };
 
@@ -64,7 +67,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     try {
       file = ReadBlock(arguments.block, read);
     } catch (const InputError&) {
-      if (solver.diagnoses) ExplainUnread(arguments.block, read, session);
+      if (solver.adjusts) ExplainUnread(arguments.block, read, session);
       throw;
     }
   }
@@ -83,7 +86,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
                      "is the block, whose tables the result would overwrite; any other name is "
                      "allowed");
   }
-  RequireFolderFor(FolderContent::kResult, arguments.out, arguments.foreign);
+  SetParts(arguments.parts, arguments.out, &file.adjust);
+  RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
   if (!file.adjust.rejections_file.empty()) {
     const std::size_t rejected =
         ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
@@ -95,11 +99,15 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     const StageTimer timer("checksum", &reading);
     context.inputs = ListInputFiles(arguments.block, file.adjust);
   }
+  std::optional<MonteCarloParts> joined;
+  if (!arguments.parts.join.empty()) {
+    joined.emplace(arguments.parts.join, file.adjust, context.inputs);
+  }
   AdjustResult result = Naming(arguments.block, [&] {
     try {
       return solver.solve(file, arguments.block, session.progress.get());
     } catch (const UndeterminedError&) {
-      if (solver.diagnoses) ExplainRefusal(file, session);
+      if (solver.adjusts) ExplainRefusal(file, session);
       throw;
     }
   });
@@ -107,7 +115,20 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   context.command = solver.name;
   context.warnings = file.warnings;
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
-  if (solver.diagnoses) {
+  const bool failed = arguments.strict && result.assessment.verdict == Verdict::kTestsFailed;
+  const int exit_code = result.accepted() && !failed ? kAccepted : kNotAccepted;
+  if (!arguments.parts.part.empty()) {
+    WritePart(arguments.out,
+              file.block,
+              file.adjust,
+              result,
+              context.inputs,
+              context.compression,
+              session);
+    return exit_code;
+  }
+  if (joined) joined->Join(file.block, file.adjust, &result);
+  if (solver.adjusts) {
     context.diagnosis =
         ExplainFailure(file.block, file.adjust, file.warnings, &result, session.progress.get());
   }
@@ -122,8 +143,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
         "  written to " + arguments.out + "\n");
   }
   if (arguments.report) ReportResult(arguments.out, session);
-  const bool failed = arguments.strict && result.assessment.verdict == Verdict::kTestsFailed;
-  return result.accepted() && !failed ? kAccepted : kNotAccepted;
+  return exit_code;
 }
 
 void AddSolver(CLI::App* app, Session* session, Solver solver) {
@@ -135,14 +155,15 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
   command->add_flag("--strict", arguments->strict, "Exit code 1 also if a test failed");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
   AddForce(command, &arguments->foreign);
-  command->add_flag(
+  CLI::Option* const report = command->add_flag(
       "--report", arguments->report, "Write report.html into the result's folder as well");
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, such as residuals.csv "
                       "of a result");
-  if (solver.diagnoses) AddMemory(command, &arguments->memory_mib);
+  if (solver.adjusts) AddMemory(command, &arguments->memory_mib);
   AddScratch(command, &arguments->scratch);
+  if (solver.adjusts) AddAdjustParts(command, report, &arguments->parts);
   command->callback([=] { session->run = [=] { return RunSolve(solver, *arguments, *session); }; });
 }
 

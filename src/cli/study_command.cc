@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "io/part_folders.h"
 #include "study_io/densification_file.h"
 #include "study_io/stability_file.h"
 #include "study_io/study_file.h"
@@ -57,7 +58,7 @@ void WriteFile(const std::filesystem::path& path, const std::string& text) {
   file.Commit();
 }
 
-StudyIdentity IdentityOf(const StudyKind& kind, const PreparedStudy& study, StudyPart part = {}) {
+StudyIdentity IdentityOf(const StudyKind& kind, const PreparedStudy& study, TaskPart part = {}) {
   return {kind.name, study.plan.columns, study.plan.tasks.size(), study.identity, part};
 }
 
@@ -126,7 +127,7 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
     fmt::print("{}", EffectiveStudyText(arguments.file, session.set));
     return kAccepted;
   }
-  const StudyPart part = StudyPartOf(arguments.part).value_or(StudyPart{});
+  const TaskPart part = TaskPartOf(arguments.part).value_or(TaskPart{});
   RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
   const StudyStart start = StartIn(arguments);
   const ThreadLimit limit(session.Threads());
@@ -166,13 +167,7 @@ std::pair<const StudyKind*, std::string> StudyIn(const std::filesystem::path& fo
 }
 
 int RunJoin(const StudyArguments& arguments, const Session& session) {
-  for (const std::string& folder : arguments.parts) {
-    std::error_code ignored;
-    if (std::filesystem::equivalent(folder, arguments.out, ignored)) {
-      throw InputError(FilePlace{arguments.out, 0, ""},
-                       "is one of the parts to join; another folder is needed");
-    }
-  }
+  RequireNoneOf(arguments.parts, arguments.out);
   const auto [kind, file] = StudyIn(arguments.parts.front());
   RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
   const StudyStart start = StartIn(arguments);
@@ -209,17 +204,9 @@ void AddStudy(CLI::App* app, Session* session) {
     command->add_option("study", arguments->file, "Study file (TOML, docs/studies.md)")->required();
     command->add_option("-o,--output", arguments->out, "Folder to write to")->required();
     if (kind.divisible) {
-      command
-          ->add_option("--part",
-                       arguments->part,
-                       "Only the tasks I modulo N, for `study join`; I from 0 or from 1")
-          ->check(CLI::Validator(
-              [](const std::string& text) {
-                return StudyPartOf(text) ? std::string()
-                                         : "I/N with 0 <= I <= N and N up to 1000000 is allowed";
-              },
-              ""))
-          ->type_name("I/N");
+      AddPart(command,
+              &arguments->part,
+              "Only the tasks I modulo N, for `study join`; I from 0 or from 1");
     }
     command->add_flag(
         "--restart", arguments->restart, "Compute all rows anew, whatever the folder holds");

@@ -8,12 +8,13 @@
 
 namespace sarblock {
 
-/// What a folder, or a file that stands for one, holds. Studies are folders.
-enum class FolderContent { kResult, kBlock, kStudy };
+/// What a folder, or a file that stands for one, holds. Studies are folders, and so are parts of
+/// the draws of an adjustment (montecarlo_part.h).
+enum class FolderContent { kResult, kBlock, kStudy, kPart };
 
-/// "result", "block" or "study".
+/// "result", "block", "study" or "part of an adjustment".
 [[nodiscard]] constexpr const char* NameOf(FolderContent content) {
-  constexpr const char* kNames[] = {"result", "block", "study"};
+  constexpr const char* kNames[] = {"result", "block", "study", "part of an adjustment"};
   return kNames[static_cast<std::size_t>(content)];
 }
 

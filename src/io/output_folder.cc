@@ -27,6 +27,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kTemporary = ".tmp-";  // and the number of the process
 
 const char* MarkerOf(FolderContent content) {
+  if (content == FolderContent::kPart) return "part.json";
   return content == FolderContent::kResult ? "summary.json" : "block.toml";
 }
 
@@ -39,13 +40,11 @@ std::string TextOf(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-bool IsResultOfOurs(const fs::path& folder) {
-  const nlohmann::json summary =
-      nlohmann::json::parse(TextOf(folder / "summary.json"), nullptr, false);
-  if (!summary.is_object() || !summary.contains("format") || !summary["format"].is_string()) {
-    return false;
-  }
-  return summary["format"].get<std::string>().starts_with("sarblock-result ");
+/// Whether a file is JSON whose `format` begins like this.
+bool HasFormat(const fs::path& file, std::string_view begin) {
+  const nlohmann::json text = nlohmann::json::parse(TextOf(file), nullptr, false);
+  if (!text.is_object() || !text.contains("format") || !text["format"].is_string()) return false;
+  return text["format"].get<std::string>().starts_with(begin);
 }
 
 bool IsBlockOfOurs(const fs::path& folder) {
@@ -165,11 +164,13 @@ void RequireContainerFor(FolderContent content,
 bool HoldsOurs(FolderContent content, const fs::path& folder) {
   switch (content) {
     case FolderContent::kResult:
-      return IsResultOfOurs(folder);
+      return HasFormat(folder / "summary.json", "sarblock-result ");
     case FolderContent::kBlock:
       return IsBlockOfOurs(folder);
     case FolderContent::kStudy:
       return IsStudyOfOurs(folder);
+    case FolderContent::kPart:
+      return HasFormat(folder / "part.json", "sarblock-part ");
   }
   return false;
 }

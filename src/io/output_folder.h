@@ -17,12 +17,12 @@ enum class ForeignFiles { kRefuse, kReplace };
 
 /// Throws InputError naming the folder where `content` must not be written to it: it is a file, it
 /// cannot be read, or (kRefuse) it holds files that this program did not write as `content`. A
-/// folder is one of ours by its summary.json (a result) or by the first line of its block.toml (a
-/// block) or of a NAME.study.toml (a study), or where a run of this program was killed while it
-/// wrote there; files beside the tables of such a folder stay and do not matter. A folder that does
-/// not exist, and an empty one, can be written. Names that begin with a dot do not count. Call it
-/// before the work whose outcome is to be written. A name that ends in ".h5" is one of a file,
-/// which is one of ours by what it holds.
+/// folder is one of ours by its summary.json (a result) or part.json (a part) or by the first line
+/// of its block.toml (a block) or of a NAME.study.toml (a study), or where a run of this program
+/// was killed while it wrote there; files beside the tables of such a folder stay and do not
+/// matter. A folder that does not exist, and an empty one, can be written. Names that begin with a
+/// dot do not count. Call it before the work whose outcome is to be written. A name that ends in
+/// ".h5" is one of a file, which is one of ours by what it holds.
 void RequireFolderFor(FolderContent content,
                       const std::filesystem::path& folder,
                       ForeignFiles foreign);

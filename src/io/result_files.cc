@@ -3,12 +3,10 @@
 
 #include "sarblock/core/stage_timer.h"
 #include "sarblock/core/version.h"
-#include "sarblock/io/adjust_table.h"
 
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <sstream>
 
 #include "adjust_corrections.h"
 #include "adjust_table.h"
@@ -18,9 +16,9 @@
 #include "result_quality.h"
 #include "result_realism.h"
 #include "result_tables.h"
+#include "run_origin.h"
 #include "write_tables.h"
 #include <nlohmann/json.hpp>
-#include <toml++/toml.h>
 
 namespace sarblock {
 namespace {
@@ -39,16 +37,6 @@ const char* NameOf(AdjustStatus status) {
       return "predicted";
   }
   return "";
-}
-
-// The [adjust] table that held for this run, key by key.
-Json Configuration(const AdjustOptions& options) {
-  const toml::table table = toml::parse(DumpAdjustTable(options));
-  std::ostringstream text;
-  text << toml::json_formatter{*table.get("adjust")};
-  Json configuration = Json::parse(text.str());
-  configuration["threads"] = options.threads;
-  return configuration;
 }
 
 Json FrameJson(const Frame& frame) {
@@ -115,14 +103,6 @@ Json Counts(const Block& block, const AdjustResult& result) {
     count = count.is_null() ? 1 : count.get<int>() + 1;
   }
   return counts;
-}
-
-Json Inputs(const std::vector<InputFile>& files) {
-  Json inputs = Json::array();
-  for (const InputFile& file : files) {
-    inputs.push_back({{"file", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
-  }
-  return inputs;
 }
 
 Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
@@ -214,8 +194,8 @@ std::string Summary(const Block& block,
   summary["stages"] = Stages({&context.stages, &result.stages, &written});
   summary["warnings"] = context.warnings;
   for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
-  summary["inputs"] = Inputs(context.inputs);
-  summary["configuration"] = Configuration(options);
+  summary["inputs"] = InputsJson(context.inputs);
+  summary["configuration"] = ConfigurationJson(options);
   return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

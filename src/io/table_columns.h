@@ -34,13 +34,13 @@ struct TableColumn {
 /// "m" for a name that ends in "_m"; "1" for one that ends in no unit.
 [[nodiscard]] std::string_view UnitOfColumn(std::string_view name);
 
-/// A table of a block or a result: what readers, writers and both kinds of files go by. The columns
-/// stand in the order in which they are written.
+/// A table of a block, a result or a part: what readers, writers and both kinds of files go by. The
+/// columns stand in the order in which they are written.
 struct TableDescription {
   std::string_view name;
   std::span<const TableColumn> columns;
 };
-/// All tables of a block or of a result, in the order in which they are written.
+/// All tables of a block, a result or a part, in the order in which they are written.
 [[nodiscard]] std::span<const TableDescription> TablesOf(FolderContent content);
 
 namespace column {
@@ -269,6 +269,30 @@ inline constexpr std::array<TableColumn, 14> kMonteCarloColumns{{
     {"coverage_50"},
     {"coverage_90"},
     {"coverage_99"},
+}};
+inline constexpr std::array<TableColumn, 9> kDrawColumns{{
+    {"run", column::kRequired, CellKind::kCount},
+    {"converged", column::kRequired, CellKind::kFlag},
+    {"variance_ratio_e", column::kRequired},
+    {"variance_ratio_n", column::kRequired},
+    {"variance_ratio_u", column::kRequired},
+    {"normalised_square", column::kRequired},
+    {"coverage_50", column::kRequired},
+    {"coverage_90", column::kRequired},
+    {"coverage_99", column::kRequired},
+}};
+inline constexpr std::array<TableColumn, 11> kSumColumns{{
+    {"point", column::kRequired, CellKind::kPoint},
+    {"sum_ee", column::kRequired, CellKind::kText},  // integers of more digits than a double has
+    {"sum_nn", column::kRequired, CellKind::kText},
+    {"sum_uu", column::kRequired, CellKind::kText},
+    {"sum_en", column::kRequired, CellKind::kText},
+    {"sum_eu", column::kRequired, CellKind::kText},
+    {"sum_nu", column::kRequired, CellKind::kText},
+    {"sum_square", column::kRequired, CellKind::kText},
+    {"inside_50", column::kRequired, CellKind::kCount},
+    {"inside_90", column::kRequired, CellKind::kCount},
+    {"inside_99", column::kRequired, CellKind::kCount},
 }};
 
 }  // namespace sarblock

@@ -53,7 +53,7 @@ void RequireFit(const StudyRow& row, const std::vector<StudyColumn>& columns) {
 /// Tasks begun in their order, kept one at a time.
 class Runner {
  public:
-  Runner(const StudyPlan& plan, StudyStore* store, ProgressSink* progress, StudyPart part)
+  Runner(const StudyPlan& plan, StudyStore* store, ProgressSink* progress, TaskPart part)
       : plan_(plan), store_(store), progress_(progress), rows_(plan.tasks.size()) {
     for (std::size_t i = part.index; i < plan.tasks.size(); i += part.count) {
       ++tasks_;
@@ -141,16 +141,14 @@ std::string StudyTable::Text(std::size_t row, std::string_view column) const {
   return std::get<std::string>(cell);
 }
 
-std::string NameOf(const StudyPart& part) {
-  if (part.IsWhole()) return "a whole study";
-  const std::size_t number = part.index == 0 ? part.count : part.index;
-  return "part " + std::to_string(number) + "/" + std::to_string(part.count);
+std::string NameOfStudy(const TaskPart& part) {
+  return part.IsWhole() ? "a whole study" : NameOf(part);
 }
 
 StudyTable RunStudy(const StudyPlan& plan,
                     StudyStore* store,
                     ProgressSink* progress,
-                    StudyPart part) {
+                    TaskPart part) {
   return Runner(plan, store, progress, part).Run();
 }
 

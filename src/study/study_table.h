@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
+#include "sarblock/core/task_part.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -82,18 +83,8 @@ enum class TaskOrder {
   kOneByOne,    ///< for what is timed, or uses all threads itself
 };
 
-/// One of `count` parts of a study: the tasks, counted from 0, whose number modulo `count` is
-/// `index`.
-struct StudyPart {
-  std::size_t index = 0, count = 1;
-
-  [[nodiscard]] bool IsWhole() const { return count == 1; }
-  [[nodiscard]] bool Holds(std::size_t task) const { return task % count == index; }
-  bool operator==(const StudyPart&) const = default;
-};
-
 /// "part 3/8" as --part takes it, 8/8 that of index 0; "a whole study".
-[[nodiscard]] std::string NameOf(const StudyPart& part);
+[[nodiscard]] std::string NameOfStudy(const TaskPart& part);
 
 /// A study ready to run.
 struct StudyPlan {
@@ -110,6 +101,6 @@ struct StudyPlan {
 [[nodiscard]] StudyTable RunStudy(const StudyPlan& plan,
                                   StudyStore* store = nullptr,
                                   ProgressSink* progress = nullptr,
-                                  StudyPart part = {});
+                                  TaskPart part = {});
 
 }  // namespace sarblock

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/fnv1a.h"
 #include "io/csv_reader.h"
 #include "io/csv_writer.h"
 #include "io/number.h"
@@ -16,14 +17,6 @@ namespace sarblock {
 namespace {
 
 constexpr std::string_view kRecordFormat = "sarblock-study-progress 2 ";
-
-std::uint64_t Hash(std::string_view text, std::uint64_t state = 0xcbf29ce484222325u) {
-  for (const char c : text) {
-    state ^= static_cast<unsigned char>(c);
-    state *= 0x100000001b3u;
-  }
-  return state;
-}
 
 /// Takes "WORD N" off a line; nothing where it reads otherwise.
 bool TakeNumber(std::string_view* line, std::string_view word, std::size_t* value) {
@@ -37,7 +30,7 @@ bool TakeNumber(std::string_view* line, std::string_view word, std::size_t* valu
 
 /// The line that ends a record. The checksum of its rows tells a damaged file from a whole one.
 std::string LastLineOf(std::size_t task, std::string_view rows) {
-  return fmt::format("end {} {:016x}", task, Hash(rows));
+  return fmt::format("end {} {:016x}", task, Fnv1a(rows));
 }
 
 /// The line behind the first one of a journal, without its end.
@@ -52,9 +45,9 @@ std::string_view SecondLineOf(std::string_view text) {
 }  // namespace
 
 std::string StudyJournalHead(const StudyIdentity& identity) {
-  std::uint64_t hash = Hash(Version());
-  hash = Hash(StudyHeadingText(identity.columns), hash);
-  hash = Hash(fmt::format("{}\n{}\n{}", identity.name, identity.tasks, identity.text), hash);
+  std::uint64_t hash = Fnv1a(Version());
+  hash = Fnv1a(StudyHeadingText(identity.columns), hash);
+  hash = Fnv1a(fmt::format("{}\n{}\n{}", identity.name, identity.tasks, identity.text), hash);
   std::string head = fmt::format("{}{:016x}\n", kRecordFormat, hash);
   if (!identity.part.IsWhole()) {
     head += fmt::format("part {} {}\n", identity.part.index, identity.part.count);
@@ -62,9 +55,9 @@ std::string StudyJournalHead(const StudyIdentity& identity) {
   return head;
 }
 
-StudyPart PartOfJournal(std::string_view text) {
+TaskPart PartOfJournal(std::string_view text) {
   std::string_view line = SecondLineOf(text);
-  StudyPart part;
+  TaskPart part;
   if (TakeNumber(&line, "part ", &part.index) && TakeNumber(&line, " ", &part.count) &&
       line.empty() && part.index < part.count) {
     return part;

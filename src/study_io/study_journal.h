@@ -17,8 +17,8 @@ struct StudyIdentity {
   std::string name;  ///< of the table: NAME.csv
   std::vector<StudyColumn> columns;
   std::size_t tasks = 0;
-  std::string text;     ///< everything the rows are a function of: the effective study file, scenes
-  StudyPart part = {};  ///< which of its tasks are computed here
+  std::string text;    ///< everything the rows are a function of: the effective study file, scenes
+  TaskPart part = {};  ///< which of its tasks are computed here
 };
 
 /// NAME.progress: the finished tasks of a study in the order they finished.
@@ -36,7 +36,7 @@ struct StudyJournal {
 [[nodiscard]] std::string StudyJournalHead(const StudyIdentity& identity);
 
 /// The part that a journal says it holds; all where it says nothing.
-[[nodiscard]] StudyPart PartOfJournal(std::string_view text);
+[[nodiscard]] TaskPart PartOfJournal(std::string_view text);
 
 /// The whole records behind the first `begin` bytes. What stands behind a record that is cut or
 /// damaged is not read.

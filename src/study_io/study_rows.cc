@@ -105,10 +105,10 @@ StudyRows::StudyRows(const fs::path& folder, StudyIdentity identity, StudyStart 
   std::string text;
   if (start == StudyStart::kResume) text = state.journal->Text();
   if (text.find('\n') == std::string::npos) text.clear();  // not even its first line was written
-  const StudyPart held = PartOfJournal(text);
+  const TaskPart held = PartOfJournal(text);
   if (!text.empty() && held != state.identity.part) {
     throw InputError(FilePlace{journal.string(), 0, ""},
-                     "holds " + NameOf(held) + ", not " + NameOf(state.identity.part) +
+                     "holds " + NameOfStudy(held) + ", not " + NameOfStudy(state.identity.part) +
                          "; another folder, or --restart to compute its rows anew, is allowed");
   }
   if (!text.empty() && !text.starts_with(first)) {

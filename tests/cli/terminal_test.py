@@ -80,8 +80,8 @@ class TerminalTest(unittest.TestCase):
         subprocess.run([PROGRAM, "simulate", SCENES / "block-12-strips.toml", "-o", self.block, "-q"],
                        check=True)
 
-    def adjust(self, runs, *more):
-        return Terminal("adjust", self.block, "-o", self.folder / "result", "--threads", 1, "--set",
+    def adjust(self, runs, *more, out="result"):
+        return Terminal("adjust", self.block, "-o", self.folder / out, "--threads", 1, "--set",
                         "covariance=montecarlo", "--set", f"montecarlo_runs={runs}", *more)
 
     def test_the_bar_is_one_line_and_gone_before_the_verdict(self):
@@ -107,6 +107,15 @@ class TerminalTest(unittest.TestCase):
         lines = [line for line in screen(terminal.text) if line]
         self.assertEqual(lines, ["sarblock: interrupted during montecarlo"])
         self.assertFalse((self.folder / "result" / "summary.json").exists())
+
+    def test_an_interrupted_part_leaves_the_part_of_before(self):
+        self.assertEqual(self.adjust(30, "--part", "1/2", "-q", out="part").end(), 0)
+        before = {file.name: file.read_bytes() for file in (self.folder / "part").iterdir()}
+        terminal = self.adjust(1000000, "--part", "1/2", out="part")
+        terminal.read(until=" %")
+        os.killpg(terminal.process.pid, signal.SIGINT)
+        self.assertEqual(terminal.end(), 1)
+        self.assertEqual({file.name: file.read_bytes() for file in (self.folder / "part").iterdir()}, before)
 
     def test_quiet_is_silent(self):
         terminal = Terminal("adjust", self.block, "-o", self.folder / "result", "-q")

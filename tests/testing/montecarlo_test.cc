@@ -7,10 +7,13 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/quantile.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "support/small_blocks.h"
+#include "testing/montecarlo_report.h"
 #include "testing/redraw_solution.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,6 +45,15 @@ AdjustOptions MonteCarloOptions(int runs) {
   options.montecarlo_runs = runs;
   options.montecarlo_seed = 17;
   return options;
+}
+
+MonteCarloReport ReportOf(const AdjustmentProblem& problem,
+                          const BlockState& state,
+                          const AdjustOptions& options,
+                          const std::vector<SymmetricEnu>& covariance_m2) {
+  return ReportMonteCarlo(DrawMonteCarlo(problem, state, options, covariance_m2, nullptr),
+                          options.montecarlo_seed,
+                          covariance_m2);
 }
 
 // Seeded statistics: sums of e' Q^-1 e by point are chi-square, the runs inside an ellipsoid
@@ -109,14 +121,13 @@ TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
     state.corrections[static_cast<Eigen::Index>(i)] = held.parameters[i].value;
   }
   UpdateWeights(state, &problem);
-  const MonteCarloReport small =
-      RunMonteCarlo(problem, state, options, held.points.covariance_m2, nullptr);
+  const MonteCarloReport small = ReportOf(problem, state, options, held.points.covariance_m2);
   EXPECT_THAT(small.sentence, testing::StartsWith("the stated covariance is too small"));
   std::vector<SymmetricEnu> wide = held.points.covariance_m2;
   for (SymmetricEnu& q : wide) {
     for (double& element : q) element *= 400.0;
   }
-  const MonteCarloReport large = RunMonteCarlo(problem, state, options, wide, nullptr);
+  const MonteCarloReport large = ReportOf(problem, state, options, wide);
   EXPECT_THAT(large.sentence, testing::StartsWith("the stated covariance is too large"));
 }
 
@@ -153,6 +164,86 @@ TEST(MonteCarloTest, DoesNotDependOnThreads) {
   options.montecarlo_seed = 18;
   const AdjustResult other = Adjust(known.block, options);
   EXPECT_NE(one.montecarlo->sample_m2, other.montecarlo->sample_m2);
+}
+
+/// The draws of several parts, joined in the order of `parts`.
+MonteCarloDraws JoinedDraws(const Block& block,
+                            AdjustOptions options,
+                            const std::vector<TaskPart>& parts) {
+  MonteCarloDraws joined;
+  for (const TaskPart& part : parts) {
+    options.montecarlo_part = part;
+    options.threads = joined.runs.empty() ? 2 : 1;
+    const AdjustResult result = Adjust(block, options);
+    EXPECT_FALSE(result.montecarlo);
+    const MonteCarloDraws& draws = *result.montecarlo_draws;
+    if (joined.points.empty()) joined = {draws.solution, {}, draws.points};
+    EXPECT_EQ(draws.solution, joined.solution);
+    joined.runs.insert(joined.runs.end(), draws.runs.begin(), draws.runs.end());
+    for (std::size_t k = 0; part != parts.front() && k < draws.points.size(); ++k) {
+      MonteCarloPoint& sums = joined.points[k];
+      EXPECT_EQ(draws.points[k].point, sums.point);
+      for (std::size_t i = 0; i < 6; ++i) sums.product[i].Add(draws.points[k].product[i]);
+      sums.square.Add(draws.points[k].square);
+      for (std::size_t i = 0; i < 3; ++i) sums.inside[i] += draws.points[k].inside[i];
+    }
+  }
+  std::sort(joined.runs.begin(), joined.runs.end(), [](const auto& a, const auto& b) {
+    return a.run < b.run;
+  });
+  return joined;
+}
+
+// Invariance: the runs may be divided in any way, no bit of the report says how.
+TEST(MonteCarloTest, ReportsTheSameWhateverThePartsOfItsRuns) {
+  const test::KnownBlock known = NoisyBlock();
+  const AdjustOptions options = MonteCarloOptions(37);
+  const AdjustResult whole = Adjust(known.block, options);
+  EXPECT_FALSE(whole.montecarlo_draws);
+  const std::vector<std::vector<TaskPart>> divisions = {
+      {{0, 1}}, {{1, 3}, {0, 3}, {2, 3}}, {{3, 4}, {0, 4}, {1, 4}, {2, 4}}};
+  for (const std::vector<TaskPart>& parts : divisions) {
+    const MonteCarloReport joined = ReportMonteCarlo(JoinedDraws(known.block, options, parts),
+                                                     options.montecarlo_seed,
+                                                     whole.points.covariance_m2);
+    EXPECT_EQ(joined.runs, 37);
+    EXPECT_EQ(joined.sample_m2, whole.montecarlo->sample_m2);
+    EXPECT_EQ(joined.square_1, whole.montecarlo->square_1);
+    EXPECT_EQ(joined.inside, whole.montecarlo->inside);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(joined.variance_ratio[i].mean_1, whole.montecarlo->variance_ratio[i].mean_1);
+      EXPECT_EQ(joined.coverage[i].standard_error_1,
+                whole.montecarlo->coverage[i].standard_error_1);
+    }
+    EXPECT_EQ(joined.sentence, whole.montecarlo->sentence);
+  }
+}
+
+// Hand values: sums in standard deviations become a covariance with those of Q; a run that did not
+// converge counts apart.
+TEST(MonteCarloTest, ReportsSumsInTheUnitsOfTheCovariance) {
+  MonteCarloDraws draws;
+  draws.runs = {{0, true, {1.5, 0.5, 1.0}, 1.25, {1.0, 1.0, 1.0}},
+                {1, false, {}, 0.0, {}},
+                {2, true, {0.5, 1.5, 1.0}, 0.75, {0.0, 1.0, 1.0}}};
+  MonteCarloPoint& sums = draws.points.emplace_back();
+  sums.point = 1;
+  for (std::size_t k = 0; k < 6; ++k) sums.product[k].Add(0.25 * static_cast<double>(k + 1));
+  sums.square.Add(6.75);
+  sums.inside = {1, 2, 2};
+  const SymmetricEnu none{kNotGiven, kNotGiven, kNotGiven, kNotGiven, kNotGiven, kNotGiven};
+  const MonteCarloReport report =
+      ReportMonteCarlo(draws, 9, {none, SymmetricEnu{4.0, 9.0, 16.0, 0.0, 0.0, 0.0}});
+  EXPECT_EQ(report.runs, 2);
+  EXPECT_EQ(report.failed, 1);
+  EXPECT_EQ(report.points, 1U);
+  EXPECT_TRUE(std::isnan(report.square_1[0]));
+  // ee 4 x 0.25/2, nn 9 x 0.5/2, uu 16 x 0.75/2, en 6 x 1/2, eu 8 x 1.25/2, nu 12 x 1.5/2.
+  EXPECT_EQ(report.sample_m2[1], (std::array<double, 6>{0.5, 2.25, 6.0, 3.0, 5.0, 9.0}));
+  EXPECT_EQ(report.square_1[1], 1.125);
+  EXPECT_EQ(report.inside[1][1], 2U);
+  EXPECT_EQ(report.square_ratio.mean_1, 1.0);
+  EXPECT_EQ(report.coverage[0].mean_1, 0.5);
 }
 
 // Closed form: with the noise-free readings both equations of every look vanish at the solution.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/task_part.h"
 #include "sarblock/model/corrections.h"
 
 #include <cstddef>
@@ -89,6 +90,9 @@ struct AdjustOptions {
   std::vector<std::vector<std::string>> variance_groups;
   int montecarlo_runs = 200;
   std::uint64_t montecarlo_seed = 1;
+  /// Draws these of the runs alone and keeps them as AdjustResult::montecarlo_draws, for several
+  /// machines (docs/studies.md); TaskPart::None() draws none. Set by the command line.
+  std::optional<TaskPart> montecarlo_part = {};
   /// A guard; iteration ends before where steps no longer shrink (docs/theory/adjustment.md).
   int max_iterations = 1000;
   /// Newton step left, in sigmas over all unknowns together, at which iteration ends. Above

@@ -6,6 +6,7 @@
 #include "sarblock/core/stage_timer.h"
 #include "sarblock/model/assessment.h"
 #include "sarblock/model/component_result.h"
+#include "sarblock/model/montecarlo_draws.h"
 #include "sarblock/model/montecarlo_result.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/selection_report.h"
@@ -240,6 +241,8 @@ struct AdjustResult {
   /// Empty where not asked for. Its test is that before, the one below that after.
   std::optional<VarianceComponentReport> variance_components;
   std::optional<MonteCarloReport> montecarlo;
+  /// With options.montecarlo_part, in place of the report.
+  std::optional<MonteCarloDraws> montecarlo_draws;
   std::vector<CheckResult> checks;
   /// Independent components that the check points are worth (CheckFreedom); NaN: as many as known.
   double check_freedom_1 = std::numeric_limits<double>::quiet_NaN();
