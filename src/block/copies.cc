@@ -48,51 +48,52 @@ std::string NamesOfPairs(const Block& block,
   return text;
 }
 
-/// What some points say of the passes that see them.
-struct PassesCompared {
-  std::vector<std::size_t> looks;                      // by pass
-  std::map<PassPair, std::vector<std::size_t>> equal;  // looks of the later pass
-};
+/// Looks of the later pass that are those of the earlier one.
+using EqualLooks = std::map<PassPair, std::vector<std::size_t>>;
 
-PassesCompared ComparePasses(const Block& block, std::size_t begin, std::size_t end) {
+/// Those of the points from `begin` to `end`. `sigma_of_pass` serves blocks whose looks have none
+/// of their own.
+EqualLooks FindEqualLooks(const Block& block,
+                          const std::vector<LookSigma>& sigma_of_pass,
+                          std::size_t begin,
+                          std::size_t end) {
   const Looks& looks = block.looks;
   const bool own = !looks.range_sigma_m.empty() || !looks.azimuth_sigma.empty();
-  std::vector<LookSigma> sigma_of_pass;
-  for (const Pass& pass : block.passes) sigma_of_pass.push_back(pass.sigma);
-  PassesCompared compared{std::vector<std::size_t>(block.passes.size(), 0), {}};
+  EqualLooks equal;
   for (std::size_t point = begin; point < end; ++point) {
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       const std::uint32_t pass = looks.pass[i];
-      ++compared.looks[pass];
       const LookSigma sigma = own ? block.SigmaOf(i) : sigma_of_pass[pass];
       for (std::size_t j = i + 1; j < looks.offsets[point + 1]; ++j) {
         if (looks.pass[j] == pass || !AreRangesEqual(looks, sigma, i, j) ||
             !AreEqual(block, sigma, i, j)) {
           continue;
         }
-        compared.equal[std::minmax(pass, looks.pass[j])].push_back(pass < looks.pass[j] ? j : i);
+        equal[std::minmax(pass, looks.pass[j])].push_back(pass < looks.pass[j] ? j : i);
       }
     }
   }
-  return compared;
+  return equal;
 }
 
 void FindPasses(const Block& block, Copies* copies) {
   constexpr std::size_t kPointsAtOnce = 65536;
+  std::vector<LookSigma> sigma_of_pass;
+  for (const Pass& pass : block.passes) sigma_of_pass.push_back(pass.sigma);
   const std::size_t points = block.points.size();
-  std::vector<PassesCompared> compared((points + kPointsAtOnce - 1) / kPointsAtOnce);
+  std::vector<EqualLooks> pieces((points + kPointsAtOnce - 1) / kPointsAtOnce);
   ParallelForChunks(
       points, kPointsAtOnce, [&](std::size_t piece, std::size_t begin, std::size_t end) {
-        compared[piece] = ComparePasses(block, begin, end);
+        pieces[piece] = FindEqualLooks(block, sigma_of_pass, begin, end);
       });
-  std::vector<std::size_t> of_pass(block.passes.size(), 0);
-  std::map<PassPair, std::vector<std::size_t>> equal;
-  for (const PassesCompared& piece : compared) {
-    for (std::size_t i = 0; i < of_pass.size(); ++i) of_pass[i] += piece.looks[i];
-    for (const auto& [pair, copied] : piece.equal) {
+  EqualLooks equal;
+  for (const EqualLooks& piece : pieces) {
+    for (const auto& [pair, copied] : piece) {
       equal[pair].insert(equal[pair].end(), copied.begin(), copied.end());
     }
   }
+  std::vector<std::size_t> of_pass(block.passes.size(), 0);
+  for (const std::uint32_t pass : block.looks.pass) ++of_pass[pass];
   for (const auto& [pair, copied] : equal) {
     const auto& [a, b] = pair;
     if (copied.size() < kLeastEqual || 2 * copied.size() < std::min(of_pass[a], of_pass[b])) {

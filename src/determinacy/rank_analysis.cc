@@ -32,6 +32,8 @@ constexpr double kLooked_1 = 1e-4;
 constexpr int kFirstPairs = 6, kMostPairs = 48;
 /// Parameters with less than this part of the largest share are not named.
 constexpr double kNamedShare_1 = 0.1;
+/// Of the effect of its parameters: below, what a direction moves a point by is rounding.
+constexpr double kMovesPoints_1 = 1e-6;
 /// More directions than this are not described one by one.
 constexpr std::size_t kDescribed = 12;
 
@@ -117,7 +119,8 @@ void AddSigmas(const Context& context, WeakDirection* direction) {
   direction->correlation_1 = columns(a, 1) / std::sqrt(columns(a, 0) * columns(b, 1));
 }
 
-/// The tie point each direction moves most, dp = -R^-1 T dc.
+/// The tie point each direction moves most, dp = -R^-1 T dc; none where parameters that compensate
+/// each other leave the points where they are.
 void AddMovedPoints(const Context& context,
                     const MatrixXd& directions,
                     std::vector<WeakDirection>* report) {
@@ -165,7 +168,11 @@ void AddMovedPoints(const Context& context,
     for (const std::vector<Most>& part : parts) {
       if (part[k].square > best.square * (1.0 + 1e-9)) best = part[k];
     }
-    if (!(best.square > 0.0)) continue;
+    const double of_parameters_m = directions.col(static_cast<Index>(k))
+                                       .cwiseProduct(context.effects.metres)
+                                       .cwiseAbs()
+                                       .maxCoeff();
+    if (!(std::sqrt(best.square) > kMovesPoints_1 * of_parameters_m)) continue;
     (*report)[k].moved_point = static_cast<std::uint32_t>(best.point);
     (*report)[k].moved_m = std::sqrt(best.square);
   }
@@ -173,17 +180,32 @@ void AddMovedPoints(const Context& context,
 
 /// Directions of a weak subspace as sparse as they come, judged, rigid motions named.
 std::vector<WeakDirection> Name(const Context& context, const MatrixXd& weak, bool undetermined) {
-  std::vector<WeakDirection> out;
-  const std::vector<NamedDirection> basis =
-      NameableBasis(context.problem, context.pass_of, context.scale, weak);
-  MatrixXd moved(weak.rows(), static_cast<Index>(basis.size()));
-  for (std::size_t k = 0; k < basis.size(); ++k) {
-    WeakDirection direction = Judge(context, basis[k].vector);
+  struct Judged {
+    VectorXd vector;
+    WeakDirection direction;
+  };
+  std::vector<Judged> basis;
+  for (NamedDirection& named :
+       NameableBasis(context.problem, context.pass_of, context.scale, weak)) {
+    WeakDirection direction = Judge(context, named.vector);
     direction.undetermined = undetermined;
-    direction.motion = basis[k].motion;
+    direction.motion = std::move(named.motion);
+    basis.push_back({std::move(named.vector), std::move(direction)});
+  }
+  // Motions first, as they come; of them those of fewer parameters, which are easier to read.
+  std::stable_sort(basis.begin(), basis.end(), [](const Judged& a, const Judged& b) {
+    if (a.direction.motion.empty() || b.direction.motion.empty()) {
+      return !a.direction.motion.empty() && b.direction.motion.empty();
+    }
+    return a.direction.parameters.size() < b.direction.parameters.size();
+  });
+  std::vector<WeakDirection> out;
+  MatrixXd moved(weak.rows(), static_cast<Index>(basis.size()));
+  for (Judged& judged : basis) {
+    WeakDirection& direction = judged.direction;
     const double length = std::sqrt(std::max(direction.eigenvalue_1, kLeastEigenvalue_1));
-    moved.col(static_cast<Index>(k)) =
-        context.scale.cwiseProduct(basis[k].vector) / (undetermined ? 1.0 : length);
+    moved.col(static_cast<Index>(out.size())) =
+        context.scale.cwiseProduct(judged.vector) / (undetermined ? 1.0 : length);
     // The factor of a lifted matrix says nothing of sigmas.
     if (!context.singular) AddSigmas(context, &direction);
     out.push_back(std::move(direction));

@@ -22,38 +22,41 @@ constexpr double kInside_1 = 0.95;
 /// Islands beyond this number are told of by the structure alone.
 constexpr std::size_t kMostIslands = 8;
 
-/// Columns by Gauss-Jordan elimination with complete pivoting: each has a row of its own where all
-/// others are zero.
-void MakeEchelon(MatrixXd* a) {
-  std::vector<bool> used(static_cast<std::size_t>(a->rows()), false);
-  for (Index done = 0; done < a->cols(); ++done) {
-    Index row = -1, column = done;
-    double most = 0.0;
-    for (Index c = done; c < a->cols(); ++c) {
-      for (Index r = 0; r < a->rows(); ++r) {
-        // Equal but for rounding: the first wins, on every machine.
-        if (used[static_cast<std::size_t>(r)] || std::abs((*a)(r, c)) <= most * (1.0 + 1e-6)) {
-          continue;
-        }
-        most = std::abs((*a)(r, c));
-        row = r;
-        column = c;
-      }
-    }
-    if (row < 0) return;
-    a->col(done).swap(a->col(column));
-    used[static_cast<std::size_t>(row)] = true;
-    a->col(done) /= (*a)(row, done);
-    for (Index c = 0; c < a->cols(); ++c) {
-      if (c != done) a->col(c) -= (*a)(row, c) * a->col(done);
-    }
-  }
-}
-
 MatrixXd Orthonormal(const MatrixXd& a) {
   if (a.cols() == 0) return a;
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(a);
   return qr.householderQ() * MatrixXd::Identity(a.rows(), qr.rank());
+}
+
+/// Rows that tell the columns of q, which are orthonormal, apart: each the longest of what those
+/// before it leave. They belong to the subspace and not to its basis; of rows that are equal but
+/// for rounding the first is taken.
+std::vector<Index> TellingRows(const MatrixXd& q) {
+  std::vector<Index> rows;
+  MatrixXd left = q;
+  for (Index k = 0; k < q.cols(); ++k) {
+    const VectorXd lengths = left.rowwise().norm();
+    Index longest = 0;
+    for (Index i = 1; i < lengths.size(); ++i) {
+      if (lengths[i] > lengths[longest] * (1.0 + 1e-6)) longest = i;
+    }
+    rows.push_back(longest);
+    const VectorXd direction = left.row(longest).transpose() / lengths[longest];
+    left -= (left * direction) * direction.transpose();
+  }
+  return rows;
+}
+
+/// The basis of the columns' span in which each has a row of its own where all others are zero; it
+/// and its order do not depend on the columns that span it.
+void MakeEchelon(MatrixXd* a) {
+  if (a->cols() == 0) return;
+  const MatrixXd q = Orthonormal(*a);
+  const std::vector<Index> rows = TellingRows(q);
+  MatrixXd head(q.cols(), q.cols());
+  for (Index k = 0; k < q.cols(); ++k) head.row(k) = q.row(rows[static_cast<std::size_t>(k)]);
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(head.transpose());
+  *a = qr.solve(q.transpose()).transpose();
 }
 
 /// The rigid motions of every island, in scaled parameters, columns of unit length or zero.

@@ -17,8 +17,9 @@ struct NamedDirection {
 
 /// A basis of a weak subspace (`weak`: orthonormal or nearly so, columns in scaled parameters) that
 /// can be put in words. First the rigid motions of the block, or of each island of it, that lie in
-/// the subspace; then the rest by Gauss-Jordan elimination with complete pivoting, so that each
-/// direction has a parameter of its own and local ones stay local. docs/theory/rank.md, section 4.
+/// the subspace; then the rest, each with a parameter of its own that the others leave alone, so
+/// that local ones stay local. Both depend on the subspace and not on the vectors that span it,
+/// which rounding turns. docs/theory/rank.md, section 4.
 [[nodiscard]] std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
                                                         const std::vector<int>& pass_of_parameter,
                                                         const Eigen::VectorXd& scale,

@@ -4,14 +4,21 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
+#include "sarblock/core/random.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "determinacy/rigid_motions.h"
+#include "determinacy/weak_basis.h"
 #include "normals/reduced_system.h"
 #include "support/small_blocks.h"
+#include <Eigen/QR>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -101,6 +108,40 @@ TEST_F(RankTest, NamesTheSixMotionsOfABlockThatFloats) {
     EXPECT_LT(direction.eigenvalue_1, kLeastEigenvalue_1);
     EXPECT_TRUE(direction.moved_point.has_value());
     EXPECT_THAT(direction.text, HasSubstr("; removed by "));
+  }
+}
+
+// Eigenvectors of equal eigenvalues are any basis: rounding decides, another processor otherwise.
+TEST_F(RankTest, WordsBelongToTheSubspaceAndNotToTheVectorsThatSpanIt) {
+  static_cast<void>(Analysed({Position(1, 0.0), {"range", RangeCorrection{.bias = true}, {}, false}}));
+  const std::vector<int> pass_of = PassOfParameters(problem_->layout);
+  const Eigen::Index n = problem_->layout.size();
+  std::vector<std::uint32_t> passes(known_.block.passes.size());
+  std::iota(passes.begin(), passes.end(), 0U);
+  // Six motions and two pairs of parameters of different passes that compensate each other.
+  Eigen::MatrixXd weak = Eigen::MatrixXd::Zero(n, 8);
+  weak.leftCols<6>() = RigidMotions(*problem_, pass_of, passes).leftCols<6>();
+  const Eigen::Index second =
+      static_cast<Eigen::Index>(std::find(pass_of.begin(), pass_of.end(), 1) - pass_of.begin());
+  weak.col(6) = Eigen::VectorXd::Unit(n, 0) - Eigen::VectorXd::Unit(n, 1);
+  weak.col(7) = Eigen::VectorXd::Unit(n, second) - Eigen::VectorXd::Unit(n, second + 1);
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(weak);
+  weak = qr.householderQ() * Eigen::MatrixXd::Identity(n, 8);
+  const Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
+  const std::vector<NamedDirection> expected = NameableBasis(*problem_, pass_of, scale, weak);
+  ASSERT_EQ(expected.size(), 8U);
+  RandomStream random(7, 1);
+  for (int draw = 0; draw < 20; ++draw) {
+    Eigen::MatrixXd turn(8, 8);
+    for (double& value : turn.reshaped()) value = random.Normal();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> rotation(turn);
+    const std::vector<NamedDirection> found =
+        NameableBasis(*problem_, pass_of, scale, weak * Eigen::MatrixXd(rotation.householderQ()));
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      EXPECT_EQ(found[k].motion, expected[k].motion) << draw << " " << k;
+      EXPECT_LT((found[k].vector - expected[k].vector).norm(), 1e-9) << draw << " " << k;
+    }
   }
 }
 
