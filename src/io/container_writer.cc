@@ -338,7 +338,7 @@ Hdf5Id ContainerSink::CreateColumn(hid_t group,
     H5Pset_shuffle(creation.get());
     H5Pset_deflate(creation.get(), 4);
   }
-  const Hdf5Id access = ColumnAccess();
+  const Hdf5Id access = ColumnAccess(0);
   Hdf5Id dataset(
       H5Dcreate2(group, name.c_str(), type, space.get(), H5P_DEFAULT, creation.get(), access.get()),
       H5Dclose);

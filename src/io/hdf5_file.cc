@@ -25,9 +25,9 @@ Hdf5Id StringType(std::size_t bytes) {
   return type;
 }
 
-Hdf5Id ColumnAccess() {
+Hdf5Id ColumnAccess(std::size_t cached_bytes) {
   Hdf5Id access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  H5Pset_chunk_cache(access.get(), 11, kSlabRows * sizeof(double), 1.0);
+  H5Pset_chunk_cache(access.get(), 11, cached_bytes, 1.0);
   return access;
 }
 

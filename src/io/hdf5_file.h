@@ -58,9 +58,10 @@ inline constexpr const char* kRowDimension = "row";
 [[nodiscard]] std::string AttributeOf(std::string_view file);
 /// A string type of `bytes` bytes, or of variable length for H5T_VARIABLE.
 [[nodiscard]] Hdf5Id StringType(std::size_t bytes);
-/// How datasets are opened: values are moved in order and once, so the cache is one chunk of ours,
-/// in place of the megabyte that libhdf5 gives every dataset.
-[[nodiscard]] Hdf5Id ColumnAccess();
+/// How datasets are opened: with a cache of so many bytes in place of the megabyte that libhdf5
+/// gives each. Values are moved in order and once: a reader of parts of chunks needs one chunk, a
+/// writer of whole ones none.
+[[nodiscard]] Hdf5Id ColumnAccess(std::size_t cached_bytes);
 /// Keeps libhdf5 from printing its errors; ours say what they mean.
 void SilenceHdf5();
 /// Names of the members of a group in their order, up to 255 characters of each; none where the

@@ -103,7 +103,7 @@ StoredDataset OpenStored(const OpenedHdf5& opened,
                          const std::string& path,
                          int rank) {
   StoredDataset stored;
-  const Hdf5Id access = ColumnAccess();
+  const Hdf5Id access = ColumnAccess(kSlabRows * sizeof(double));
   stored.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
   if (!stored.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
   const Hdf5Id type(H5Dget_type(stored.dataset.get()), H5Tclose);

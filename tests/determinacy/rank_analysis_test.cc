@@ -113,7 +113,8 @@ TEST_F(RankTest, NamesTheSixMotionsOfABlockThatFloats) {
 
 // Eigenvectors of equal eigenvalues are any basis: rounding decides, another processor otherwise.
 TEST_F(RankTest, WordsBelongToTheSubspaceAndNotToTheVectorsThatSpanIt) {
-  static_cast<void>(Analysed({Position(1, 0.0), {"range", RangeCorrection{.bias = true}, {}, false}}));
+  static_cast<void>(
+      Analysed({Position(1, 0.0), {"range", RangeCorrection{.bias = true}, {}, false}}));
   const std::vector<int> pass_of = PassOfParameters(problem_->layout);
   const Eigen::Index n = problem_->layout.size();
   std::vector<std::uint32_t> passes(known_.block.passes.size());
