@@ -59,8 +59,7 @@ inline constexpr const char* kRowDimension = "row";
 /// A string type of `bytes` bytes, or of variable length for H5T_VARIABLE.
 [[nodiscard]] Hdf5Id StringType(std::size_t bytes);
 /// How datasets are opened: with a cache of so many bytes in place of the megabyte that libhdf5
-/// gives each. Values are moved in order and once: a reader of parts of chunks needs one chunk, a
-/// writer of whole ones none.
+/// gives each: values are moved in order and once.
 [[nodiscard]] Hdf5Id ColumnAccess(std::size_t cached_bytes);
 /// Keeps libhdf5 from printing its errors; ours say what they mean.
 void SilenceHdf5();

@@ -103,9 +103,15 @@ StoredDataset OpenStored(const OpenedHdf5& opened,
                          const std::string& path,
                          int rank) {
   StoredDataset stored;
-  const Hdf5Id access = ColumnAccess(kSlabRows * sizeof(double));
-  stored.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
-  if (!stored.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
+  const auto open = [&](std::size_t cached_bytes) {
+    const Hdf5Id access = ColumnAccess(cached_bytes);
+    stored.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
+    if (!stored.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
+  };
+  open(0);
+  const Hdf5Id creation(H5Dget_create_plist(stored.dataset.get()), H5Pclose);
+  // A part of a chunk that is deflated needs all of it; others are read from the file.
+  if (H5Pget_nfilters(creation.get()) > 0) open(kSlabRows * sizeof(double));
   const Hdf5Id type(H5Dget_type(stored.dataset.get()), H5Tclose);
   const Hdf5Id space(H5Dget_space(stored.dataset.get()), H5Sclose);
   if (!type.valid() || !space.valid()) opened.Fail(path, "is no dataset that can be read");
