@@ -21,8 +21,9 @@ namespace fs = std::filesystem;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Of a table with more columns a quarter of a chunk is read at a time, which stays in the cache of
-/// its dataset meanwhile: rows of several threads take no more memory than lines of text.
+/// Of a table with more columns a quarter of a chunk is read at a time (a deflated chunk stays in
+/// the cache of its dataset meanwhile): rows of several threads take no more memory than lines of
+/// text.
 constexpr std::ptrdiff_t kMostColumnsOfSlab = 12;
 
 /// A column of a table, and what its values are indices into.
