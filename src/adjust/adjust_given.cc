@@ -43,9 +43,7 @@ std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks)
   std::string text;
   constexpr std::size_t kNamed = 5;
   for (std::size_t i = 0; i < std::min(looks.size(), kNamed); ++i) {
-    const auto& offsets = block.looks.offsets;
-    const auto after = std::upper_bound(offsets.begin(), offsets.end(), looks[i]);
-    const auto point = static_cast<std::size_t>(after - offsets.begin()) - 1;
+    const std::size_t point = block.looks.PointOf(looks[i]);
     text += (i == 0 ? "" : ", ") + block.passes[block.looks.pass[looks[i]]].id + "/" +
             std::string(block.points.ids[point]);
   }

@@ -25,6 +25,11 @@ double ValueOr(const std::vector<double>& column, std::size_t row, double otherw
 
 }  // namespace
 
+std::size_t Looks::PointOf(std::size_t look) const {
+  const auto after = std::upper_bound(offsets.begin(), offsets.end(), look);
+  return static_cast<std::size_t>(after - offsets.begin()) - 1;
+}
+
 const KnownPosition* Points::FindKnown(std::uint32_t point) const {
   const auto found = std::lower_bound(
       known.begin(), known.end(), point, [](const KnownPosition& entry, std::uint32_t wanted) {

@@ -23,9 +23,8 @@ bool AreRangesEqual(const Looks& looks, const LookSigma& sigma, std::size_t i, s
   return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m;
 }
 
-bool AreEqual(const Block& block, const LookSigma& sigma, std::size_t i, std::size_t j) {
+bool AreAzimuthsEqual(const Block& block, const LookSigma& sigma, std::size_t i, std::size_t j) {
   const Looks& looks = block.looks;
-  if (!AreRangesEqual(looks, sigma, i, j)) return false;
   const double speed_mps = block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
   const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
                              ? sigma.azimuth
@@ -66,7 +65,7 @@ EqualLooks FindEqualLooks(const Block& block,
       const LookSigma sigma = own ? block.SigmaOf(i) : sigma_of_pass[pass];
       for (std::size_t j = i + 1; j < looks.offsets[point + 1]; ++j) {
         if (looks.pass[j] == pass || !AreRangesEqual(looks, sigma, i, j) ||
-            !AreEqual(block, sigma, i, j)) {
+            !AreAzimuthsEqual(block, sigma, i, j)) {
           continue;
         }
         equal[std::minmax(pass, looks.pass[j])].push_back(pass < looks.pass[j] ? j : i);
@@ -135,7 +134,9 @@ void FindPoints(const Block& block, Copies* copies) {
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::size_t i = order[k - 1], j = order[k];
     if (looks.pass[i] != looks.pass[j] || point_of[i] == point_of[j]) continue;
-    if (AreEqual(block, block.SigmaOf(i), i, j)) ++equal[std::minmax(point_of[i], point_of[j])];
+    const LookSigma sigma = block.SigmaOf(i);
+    if (!AreRangesEqual(looks, sigma, i, j) || !AreAzimuthsEqual(block, sigma, i, j)) continue;
+    ++equal[std::minmax(point_of[i], point_of[j])];
   }
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (const auto& [pair, count] : equal) {

@@ -388,10 +388,8 @@ bool Search::Readmit() {
     finding.action = Action::kReadmitted;
     any = true;
   }
-  const auto& offsets = problem_.block.looks.offsets;
   for (const std::uint64_t look : report_.robust) {
-    const auto after = std::upper_bound(offsets.begin(), offsets.end(), look);
-    try_look(static_cast<std::uint32_t>(after - offsets.begin() - 1), look);
+    try_look(static_cast<std::uint32_t>(problem_.block.looks.PointOf(look)), look);
   }
   if (any) solve_(RobustLoss::kNone);
   return any;

@@ -46,6 +46,16 @@ Block ThreePasses() {
   return block;
 }
 
+TEST(LooksTest, EachLookFindsItsPointAlsoBesidePointsWithoutLooks) {
+  Looks looks;
+  looks.offsets = {0, 0, 2, 2, 2, 5, 6, 6};
+  looks.pass.assign(6, 0);
+  const std::vector<std::size_t> point_of = {1, 1, 4, 4, 4, 5};
+  for (std::size_t look = 0; look < looks.size(); ++look) {
+    EXPECT_EQ(looks.PointOf(look), point_of[look]) << look;
+  }
+}
+
 TEST(SortLooksByPointTest, OrdersByPointAndThenByPass) {  // hand arithmetic
   Looks looks = ShuffledLooks();
   const auto old_of_new = SortLooksByPoint(kPointOfLook, 3, &looks);

@@ -77,6 +77,8 @@ struct Looks {
 
   [[nodiscard]] std::size_t size() const { return pass.size(); }
   [[nodiscard]] bool rejected(std::size_t look) const { return (flags[look] & kRejected) != 0; }
+  /// The point of a look below size(), found by bisection.
+  [[nodiscard]] std::size_t PointOf(std::size_t look) const;
 };
 
 enum class PointRole : std::uint8_t { kTie, kControl, kCheck };
