@@ -153,6 +153,18 @@ void TakeControlBack(AdjustmentProblem* problem, SnoopingReport* report) {
   }
 }
 
+/// Whether most points that no control holds lie where their looks do not see them: a solution that
+/// ended there without converging has no way back.
+bool MostAreMisplaced(const Solution& solution) {
+  const AdjustmentProblem& problem = *solution.problem;
+  const auto lost = MisplacedPoints(problem, *solution.state, **solution.system).size();
+  std::size_t points = 0;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    points += problem.Solves(point) && problem.control_of[point] < 0 ? 1U : 0U;
+  }
+  return 2 * lost > points;
+}
+
 bool Converged(const AdjustOptions& options, const Solution& solution, ProgressSink* progress) {
   if (solution.solve->converged) return true;
   if (options.robust == RobustLoss::kNone) return false;
@@ -233,6 +245,7 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     RequireSolvable(*problem);
     solution.solve->iterations += consensus.iterations;
     SolveOnce(options, problem, state, solution.solve, solution.system, progress);
+    if (!solution.solve->converged && MostAreMisplaced(solution)) return std::nullopt;
     recover();
     if (!solution.solve->converged) return std::nullopt;
     // The same solution, whatever its tests say: priors are too tight, or noise is larger than
