@@ -4,8 +4,9 @@
 #   commands   wall time and peak memory of simulate, check and adjust for 1e3, 1e4 and 1e5 points
 #   stages     stages of adjust for 1e3 to 1e6 points on the block of strips
 #   reading    size of observations.csv, rate and peak memory of check for 1e5 and 1e6 points
-#   container  the HDF5 file against the folder, 1e6 points: stages read and write of one adjust, check and
-#              convert from and to each, the least of two, interleaved; CPU time and peak memory
+#   container  the HDF5 file against the folder, 1e6 points: stages read and write of adjust, check and convert
+#              from and to each, the least of SARBLOCK_ROUNDS (2), interleaved, of check of five times as many;
+#              CPU time and peak memory
 #   python     a million points from numpy into the library and out of it, CPU time beside that of the adjustment
 #              with one thread; SARBLOCK_POINTS, SARBLOCK_PYTHON (the folder of another build's package)
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
@@ -399,14 +400,17 @@ elif name == "container":
         wall, mib, _ = run(*arguments)
         note(what, kind, wall, children_cpu_s() - before, mib)
 
-    for kind, (ending, source) in kinds.items():
-        result, _ = measured(source, "-o", f"{work}/result{ending}")
-        for stage in ("read", "write"):
-            cost = result["stages"][stage]
-            note(f"adjust: stage {stage}", kind, cost["wall_s"], math.nan, cost["peak_mib"])
-    for _ in range(2):
+    rounds = int(os.environ.get("SARBLOCK_ROUNDS", "2"))
+    for _ in range(rounds):
+        for kind, (ending, source) in kinds.items():
+            result, _ = measured(source, "-o", f"{work}/result{ending}")
+            for stage in ("read", "write"):
+                cost = result["stages"][stage]
+                note(f"adjust: stage {stage}", kind, cost["wall_s"], math.nan, cost["peak_mib"])
+    for _ in range(5 * rounds):
         for kind, (ending, source) in kinds.items():
             noted("read the block (check --dump-config)", kind, "check", source, "--dump-config")
+    for _ in range(rounds):
         for what, of in (("block", folder), ("result", f"{work}/result")):
             for kind, (ending, _) in kinds.items():
                 for way, a, b in (("from and to", of + ending, f"{work}/copied{ending}"),

@@ -2,14 +2,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <memory>
+#include <mutex>
+#include <shared_mutex>
 #include <utility>
 #include <vector>
 
 #include "block_reader.h"
-#include "core/parallel.h"
+#include "core/pipe.h"
 #include "core/units.h"
 #include "number.h"
 
@@ -458,65 +459,53 @@ struct LookPart {
   std::unique_ptr<TableReader> reader;
   PlainRows plain;
   LookRows rows;
+  std::uint32_t known = 0;  // points of the block when these were begun
   bool is_plain = false;
-  std::exception_ptr error;
 };
 
 /// The rows of a table, by all threads; in their order, as if one had read them. An error is that
-/// of the first row with one. Rows whose texts are found ahead are appended while the next ones are
-/// read.
+/// of the first row with one.
 void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
   Points& points = reading->result.block.points;
   const PlainTimes times = PlainTimesOf(*reading);
-  std::vector<LookPart> read;
-  const auto append = [&](std::uint32_t known) {
-    for (const LookPart& part : read) {
-      part.is_plain ? AppendRows(part.plain, rows) : AppendRows(part.rows, known, &points, rows);
+  std::vector<LookPart> parts(ItemsAtOnce());
+  std::shared_mutex new_points;  // found by a row: none is looked up while they are added
+  bool begun = false, found = false;
+  const auto next = [&](std::size_t place) {
+    LookPart& part = parts[place];
+    part.reader = reader->Part();
+    if (part.reader == nullptr) return false;
+    if (found || !begun) found = FindAhead(*part.reader, reading);
+    if (!begun) {  // builds the indices, which threads only read from then on
+      static_cast<void>(reading->pass_ids.Find({}));
+      if (!found) static_cast<void>(points.ids.Find({}));
     }
-    read.clear();
+    begun = true;
+    return true;
   };
-  bool ended = false;
-  while (!ended) {
-    std::vector<LookPart> parts;
-    std::exception_ptr error;  // of the file, behind the parts
-    bool found = true;
-    try {
-      while (parts.size() < 2 * static_cast<std::size_t>(ThreadsAllowed())) {
-        LookPart part;
-        part.reader = reader->Part();
-        ended = part.reader == nullptr;
-        if (ended) break;
-        found = FindAhead(*part.reader, reading) && found;
-        parts.push_back(std::move(part));
-      }
-    } catch (const InputError&) {
-      error = std::current_exception();
+  const auto read = [&](std::size_t place) {
+    LookPart& part = parts[place];
+    part.is_plain = TakePlainRows(times, *part.reader, &part.plain);
+    if (part.is_plain) return;
+    std::shared_lock lock(new_points, std::defer_lock);
+    if (!found) lock.lock();
+    part.known = found ? IdTable::kNone : static_cast<std::uint32_t>(points.size());
+    part.rows = {};
+    ReadRows(*reading, part.known, part.reader.get(), &part.rows);
+  };
+  const auto append = [&](std::size_t place) {
+    LookPart& part = parts[place];
+    if (part.is_plain) {
+      AppendRows(part.plain, rows);
+    } else {
+      std::unique_lock lock(new_points, std::defer_lock);
+      if (part.rows.new_points.size() > 0) lock.lock();
+      AppendRows(part.rows, part.known, &points, rows);
     }
-    const auto known = static_cast<std::uint32_t>(points.size());
-    static_cast<void>(reading->pass_ids.Find({}));       // builds the indices, which
-    if (!found) static_cast<void>(points.ids.Find({}));  // threads only read from then on
-    ParallelForChunks(1 + parts.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
-      if (k == 0) {
-        append(known);
-        return;
-      }
-      LookPart& part = parts[k - 1];
-      try {
-        part.is_plain = TakePlainRows(times, *part.reader, &part.plain);
-        if (!part.is_plain) ReadRows(*reading, known, part.reader.get(), &part.rows);
-      } catch (const InputError&) {
-        part.error = std::current_exception();
-      }
-    });
-    for (const LookPart& part : parts) {
-      if (part.error) std::rethrow_exception(part.error);
-    }
-    if (error) std::rethrow_exception(error);
-    read = std::move(parts);
-    if (!found) append(known);  // and with them points that the next rows may name
+    part.reader.reset();
     Step(reading->options.progress, "read", rows->looks.size(), 0, "looks");
-  }
-  append(static_cast<std::uint32_t>(points.size()));
+  };
+  PipeInOrder(parts.size(), next, read, append);
   Looks& looks = rows->looks;
   const auto fill = [&looks](double standard, std::vector<double>* column) {
     if (!column->empty()) column->resize(looks.size(), standard);  // the last rows gave none

@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "block_reader.h"
+#include "core/pipe.h"
 #include "core/units.h"
 #include "number.h"
 #include "toml_reader.h"
@@ -134,13 +142,131 @@ void RefuseGeodeticInLocal(const TableReader& reader) {
   }
 }
 
+std::optional<PointRole> RoleNamed(std::string_view role) {
+  if (role.empty() || role == "tie") return PointRole::kTie;
+  if (role == "control") return PointRole::kControl;
+  if (role == "check") return PointRole::kCheck;
+  return std::nullopt;
+}
+
+/// Some rows as a thread has read them.
+struct PointPart {
+  std::unique_ptr<TableReader> reader;
+  std::size_t first = 0;       // number of the first row, where it is known
+  bool ids_are_found = false;  // where the file stores each text once
+  IdTable ids;                 // else, with their lines
+  std::vector<std::size_t> lines;
+  std::vector<PointRole> role;
+  std::vector<Eigen::Vector3d> given_m;
+  std::vector<KnownPosition> known;  // counted from the first row
+  std::size_t tie_sigmas = 0;
+  std::exception_ptr error;  // of the row behind these
+};
+
+/// Adds the points of a part that no row has been read of, if its ids stand once.
+void FindPointsAhead(PointPart* part, Points* points) {
+  part->ids_are_found = part->reader->LookupAhead(kPointId, [&](std::string_view id) {
+    return TableReader::ProblemOfId(id) != nullptr ? TableReader::kUnknown
+                                                   : points->ids.FindOrAppend(id);
+  });
+  static_cast<void>(part->reader->LookupAhead(kPointRole, [](std::string_view name) {
+    const auto role = RoleNamed(name);
+    return role ? static_cast<std::uint32_t>(*role) : TableReader::kUnknown;
+  }));
+}
+
+/// By row of a part that no row has been read of: whether it is a tie point that has x, y and z or
+/// no coordinates, and nothing else. Empty where the cells are text.
+std::vector<bool> PlainTiePoints(const TableReader& part) {
+  std::vector<std::uint32_t> role;
+  const bool roles = part.Has(kPointRole);
+  if (part.RowCount() == 0 || (roles && !part.IndicesAhead(kPointRole, &role))) return {};
+  std::vector<std::uint8_t> plain(part.RowCount(), 1), given(part.RowCount(), 0);
+  for (std::size_t row = 0; row < role.size(); ++row) {
+    plain[row] = role[row] == static_cast<std::uint32_t>(PointRole::kTie) ? 1 : 0;
+  }
+  for (std::size_t column = kPointX; column <= kPointCovNU; ++column) {
+    if (!part.Has(column)) continue;
+    const std::span<const double> values = part.NumbersAhead(column);
+    if (values.size() != plain.size()) return {};
+    const bool cartesian = column <= kPointZ;
+    for (std::size_t row = 0; row < plain.size(); ++row) {
+      const bool number = cartesian && std::abs(values[row]) <= kLargestLength_m;
+      if (!number && !std::isnan(values[row])) plain[row] = 0;
+      if (number) ++given[row];
+    }
+  }
+  std::vector<bool> out(plain.size());
+  for (std::size_t row = 0; row < plain.size(); ++row) {
+    out[row] = plain[row] != 0 && (given[row] == 0 || given[row] == 3);
+  }
+  return out;
+}
+
+[[noreturn]] void FailTwice(const FilePlace& place, std::string_view id) {
+  throw InputError(place, Quoted(id) + " stands twice, one row a point is allowed");
+}
+
+void ReadPointRow(const Frame& frame, PointPart* part) {
+  const TableReader& reader = *part->reader;
+  const PointRole role = ReadRole(reader, kPointRole);
+  part->given_m.push_back(ReadPosition(reader, frame, role));
+  const auto row = static_cast<std::uint32_t>(part->role.size());
+  part->role.push_back(role);
+  if (role != PointRole::kTie) {
+    part->known.push_back(ReadKnown(reader, role, row));
+  } else if (reader.Given(kPointSigmaE) || reader.Given(kPointSigmaN) ||
+             reader.Given(kPointSigmaU)) {
+    ++part->tie_sigmas;
+  }
+}
+
+void ReadPointRows(const Frame& frame, PointPart* part) {
+  TableReader& reader = *part->reader;
+  const std::vector<bool> plain = PlainTiePoints(reader);
+  part->role.reserve(reader.RowCount());
+  part->given_m.reserve(reader.RowCount());
+  for (std::size_t row = 0; reader.Next(); ++row) {
+    if (part->ids_are_found) {
+      const auto unknown = [&] { return static_cast<void>(reader.Id(kPointId)), IdTable::kNone; };
+      if (reader.Lookup(kPointId, unknown) != part->first + row) {
+        FailTwice(reader.Place(kPointId), reader.Id(kPointId));
+      }
+    } else {
+      part->ids.Append(reader.Id(kPointId));
+      part->lines.push_back(reader.line());
+    }
+    if (row < plain.size() && plain[row]) {
+      part->role.push_back(PointRole::kTie);
+      part->given_m.emplace_back(
+          reader.Number(kPointX), reader.Number(kPointY), reader.Number(kPointZ));
+    } else {
+      ReadPointRow(frame, part);
+    }
+  }
+}
+
+void AppendPoints(const PointPart& part, Points* points) {
+  const auto first = static_cast<std::uint32_t>(points->size());
+  for (std::size_t row = 0; row < part.ids.size(); ++row) {
+    if (points->ids.FindOrAppend(part.ids[row]) != first + row) {
+      FailTwice(part.reader->PlaceAt(part.lines[row], kPointId), part.ids[row]);
+    }
+  }
+  if (part.error) std::rethrow_exception(part.error);
+  points->role.insert(points->role.end(), part.role.begin(), part.role.end());
+  points->given_m.insert(points->given_m.end(), part.given_m.begin(), part.given_m.end());
+  for (const KnownPosition& known : part.known) {
+    points->known.push_back(known);
+    points->known.back().point += first;
+  }
+}
+
 }  // namespace
 
 PointRole ReadRole(const TableReader& reader, std::size_t column) {
   const std::string_view role = reader.Text(column);
-  if (role.empty() || role == "tie") return PointRole::kTie;
-  if (role == "control") return PointRole::kControl;
-  if (role == "check") return PointRole::kCheck;
+  if (const auto named = RoleNamed(role)) return *named;
   reader.Fail(column,
               Quoted(role) + " is not known, tie, control or check is allowed" +
                   DidYouMean(NearestName(role, {"tie", "control", "check"})));
@@ -156,24 +282,32 @@ void ReadPoints(BlockReading* reading) {
   Points& points = reading->result.block.points;
   points.role.reserve(reader.RowCount());
   points.given_m.reserve(reader.RowCount());
-  std::size_t tie_sigmas = 0;
-  while (reader.Next()) {
-    const std::string_view id = reader.Id(kPointId);
-    const auto index = static_cast<std::uint32_t>(points.size());
-    if (reader.Lookup(kPointId, [&] { return points.ids.FindOrAppend(id); }) != index) {
-      reader.Fail(kPointId, Quoted(id) + " stands twice, one row a point is allowed");
+  std::size_t tie_sigmas = 0, begun = 0;
+  std::vector<PointPart> parts(ItemsAtOnce());
+  const auto next = [&](std::size_t place) {
+    PointPart part;
+    part.reader = reader.Part();
+    if (part.reader == nullptr) return false;
+    part.first = begun;
+    begun += part.reader->RowCount();
+    FindPointsAhead(&part, &points);
+    parts[place] = std::move(part);
+    return true;
+  };
+  const auto read = [&](std::size_t place) {
+    try {
+      ReadPointRows(frame, &parts[place]);
+    } catch (const InputError&) {
+      parts[place].error = std::current_exception();
     }
-    const PointRole role = ReadRole(reader, kPointRole);
-    points.given_m.push_back(ReadPosition(reader, frame, role));
-    points.role.push_back(role);
-    if (role != PointRole::kTie) {
-      points.known.push_back(ReadKnown(reader, role, index));
-    } else if (reader.Given(kPointSigmaE) || reader.Given(kPointSigmaN) ||
-               reader.Given(kPointSigmaU)) {
-      ++tie_sigmas;
-    }
-    if (index % 65536 == 65535) Step(reading->options.progress, "read", index, 0, "points");
-  }
+  };
+  const auto append = [&](std::size_t place) {
+    AppendPoints(parts[place], &points);
+    tie_sigmas += parts[place].tie_sigmas;
+    parts[place] = {};
+    Step(reading->options.progress, "read", points.size(), 0, "points");
+  };
+  PipeInOrder(parts.size(), next, read, append);
   if (tie_sigmas > 0) {
     reading->result.warnings.push_back(
         reader.file() + ": standard deviations of " + std::to_string(tie_sigmas) +

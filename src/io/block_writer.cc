@@ -8,8 +8,8 @@
 #include "block/read_recorded.h"
 #include "block_image.h"
 #include "core/units.h"
+#include "look_rows.h"
 #include "number.h"
-#include "ordered_pieces.h"
 #include "output_folder.h"
 #include "path_writer.h"
 #include "write_tables.h"
@@ -200,13 +200,10 @@ void WriteLooks(TableSink* sink, const Block& block) {
     out->EndRow();
   };
   const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
-    for (std::size_t point = begin; point < end; ++point) {
-      for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-        write_look(i, point, out);
-      }
-    }
+    ForLooks(
+        looks, begin, end, [&](std::size_t i, std::size_t point) { write_look(i, point, out); });
   };
-  WriteRows(block.points.size(), kRowsPerPiece / 4, table.get(), write);
+  WriteRows(looks.size(), table->rows_of_part(), table.get(), write);
   table->Commit();
 }
 

@@ -9,6 +9,8 @@
 #include <limits>
 #include <utility>
 
+#include "column_buffer.h"
+#include "core/pool.h"
 #include "folder_content.h"
 #include "hdf5_input.h"
 #include "number.h"
@@ -35,6 +37,15 @@ struct StoredColumn {
   std::vector<std::uint32_t> own_memo;
 };
 
+/// Values of a column in some rows.
+struct Cells {
+  ColumnBuffer<double> numbers;
+  ColumnBuffer<std::uint32_t> indices;
+  mutable TextsOfRows texts;
+  mutable std::string text;
+};
+using Slab = std::vector<Cells>;  // as columns were asked for
+
 /// A table that is open.
 struct StoredTable {
   const OpenedHdf5& opened;
@@ -43,6 +54,7 @@ struct StoredTable {
   std::string members;
   std::vector<StoredColumn> columns;  // as they were asked for
   std::size_t rows = 0;
+  Pool<Slab> slabs;
 };
 
 class ContainerTable final : public TableReader {
@@ -52,13 +64,16 @@ class ContainerTable final : public TableReader {
                  std::string_view table,
                  std::span<const TableColumn> columns)
       : TableReader(opened.path + ": /" + std::string(table), columns),
-        table_(std::make_shared<StoredTable>(StoredTable{
+        table_(new StoredTable{
             opened,
             "/" + std::string(table) + "/",
             Hdf5Id(H5Gopen2(opened.file.get(), std::string(table).c_str(), H5P_DEFAULT), H5Gclose),
             {},
-            std::vector<StoredColumn>(columns.size())})),
-        slab_(columns.size()) {
+            std::vector<StoredColumn>(columns.size()),
+            0,
+            {}}),
+        slab_(table_->slabs.Borrow()) {
+    slab_->resize(columns.size());
     if (!table_->group.valid()) opened.Fail("/" + std::string(table), "is no group of datasets");
     ListMembers();
     for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -88,7 +103,7 @@ class ContainerTable final : public TableReader {
       at_ = line_ - 1 - slab_begin_;
       return true;
     }
-    slab_ = std::vector<Cells>(slab_.size());  // what follows a table needs room
+    *slab_ = Slab(slab_->size());  // what follows a table needs room
     return false;
   }
   std::unique_ptr<TableReader> Part() override {
@@ -110,43 +125,42 @@ class ContainerTable final : public TableReader {
   }
 
  private:
-  /// Values of the rows of a slab.
-  struct Cells {
-    std::vector<double> numbers;
-    std::vector<std::uint32_t> indices;
-    mutable TextsOfRows texts;
-    mutable std::string text;
-  };
-
   /// The same table, at the same row, with nothing read of it.
   ContainerTable(const ContainerTable& whole)
       : TableReader(whole),
         table_(whole.table_),
-        slab_(whole.slab_.size()),
+        slab_(table_->slabs.Borrow()),
         slab_rows_(whole.slab_rows_),
-        end_(whole.end_) {}
+        end_(whole.end_) {
+    slab_->resize(table_->columns.size());
+  }
 
   std::string_view TextOf(std::size_t column) const override {
-    const Cells& cells = slab_[column];
+    const Cells& cells = (*slab_)[column];
     const StoredTexts* const texts = table_->columns[column].texts.get();
-    if (texts != nullptr) return cells.texts.Of(*texts, cells.indices, cells.indices[at_]);
-    return TextOfNumber(cells.numbers[at_], &cells.text);
+    if (texts != nullptr) return cells.texts.Of(*texts, Indices(column), Indices(column)[at_]);
+    return TextOfNumber(numbers_[column][at_], &cells.text);
   }
   std::uint32_t IndexOfText(std::size_t column) const override {
-    return HasTexts(column) ? slab_[column].indices[at_] : kUnknown;
+    return HasTexts(column) ? Indices(column)[at_] : kUnknown;
   }
   std::uint32_t* Memo(std::size_t column) const override {
-    return HasTexts(column) ? MemoOf(column) + slab_[column].indices[at_] : nullptr;
+    return HasTexts(column) ? MemoOf(column) + Indices(column)[at_] : nullptr;
   }
   NumberedTexts TextsAhead(std::size_t column) const override {
     if (!HasTexts(column)) return {};
-    return {slab_[column].indices, table_->columns[column].texts->size(), MemoOf(column)};
+    return {Indices(column), table_->columns[column].texts->size(), MemoOf(column)};
   }
   std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
-    return table_->columns[column].texts->All()[text];
+    const Cells& cells = (*slab_)[column];
+    return cells.texts.Of(*table_->columns[column].texts, Indices(column), text);
   }
   std::span<const double> CellsAhead(std::size_t column) const override {
-    return slab_[column].numbers;
+    if (HasTexts(column)) return {};
+    return (*slab_)[column].numbers.first(slab_end_ - slab_begin_);
+  }
+  std::span<const std::uint32_t> Indices(std::size_t column) const {
+    return (*slab_)[column].indices.first(slab_end_ - slab_begin_);
   }
   bool HasTexts(std::size_t column) const {
     return Has(column) && table_->columns[column].texts != nullptr;
@@ -210,26 +224,31 @@ class ContainerTable final : public TableReader {
   }
 
   void ReadSlab() {
+    const std::lock_guard<std::mutex> lock(Hdf5Mutex());
     slab_begin_ = line_;
     slab_end_ = std::min<std::size_t>(end_, line_ + slab_rows_);
     const hsize_t count = slab_end_ - slab_begin_;
     const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
-    for (std::size_t i = 0; i < slab_.size(); ++i) {
+    for (std::size_t i = 0; i < slab_->size(); ++i) {
       if (!Has(i)) continue;
-      Cells& cells = slab_[i];
+      Cells& cells = (*slab_)[i];
       const hid_t dataset = table_->columns[i].stored.dataset.get();
-      const Hdf5Id from = SelectRows(dataset, slab_begin_, count);
       void* target = nullptr;
       const bool text = table_->columns[i].texts != nullptr;
       if (text) {
         cells.texts.Forget();
-        cells.indices.resize(count);
+        cells.indices.MakeRoom(count, 0);
         target = cells.indices.data();
       } else {
-        cells.numbers.resize(count);
+        cells.numbers.MakeRoom(count, 0);
         target = cells.numbers.data();
         numbers_[i] = cells.numbers.data();
       }
+      if (table_->columns[i].stored.none && !text) {
+        std::fill_n(cells.numbers.data(), count, kNan);
+        continue;
+      }
+      const Hdf5Id from = SelectRows(dataset, slab_begin_, count);
       if (!from.valid() || H5Dread(dataset,
                                    text ? H5T_NATIVE_UINT32 : H5T_NATIVE_DOUBLE,
                                    to.get(),
@@ -241,27 +260,28 @@ class ContainerTable final : public TableReader {
       // Counts and flags that are not given are -1 in the file.
       const CellKind kind = table_->columns[i].kind;
       if (!text && (kind == CellKind::kCount || kind == CellKind::kFlag)) {
-        std::replace(cells.numbers.begin(), cells.numbers.end(), -1.0, kNan);
+        const std::span<double> numbers = cells.numbers.first(count);
+        std::replace(numbers.begin(), numbers.end(), -1.0, kNan);
       }
     }
   }
   void CheckSlab() const {
-    for (std::size_t i = 0; i < slab_.size(); ++i) {
+    for (std::size_t i = 0; i < slab_->size(); ++i) {
       if (Has(i)) table_->columns[i].texts != nullptr ? CheckIndices(i) : CheckNumbers(i);
     }
   }
   void CheckIndices(std::size_t column) const {
-    const Cells& cells = slab_[column];
+    const std::span<const std::uint32_t> indices = Indices(column);
     const std::size_t texts = table_->columns[column].texts->size();
-    for (std::size_t i = 0; i < cells.indices.size(); ++i) {
-      if (cells.indices[i] < texts) continue;
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      if (indices[i] < texts) continue;
       throw InputError(PlaceAt(slab_begin_ + i + 1, column),
-                       std::to_string(cells.indices[i]) + " is not allowed, an index below " +
+                       std::to_string(indices[i]) + " is not allowed, an index below " +
                            std::to_string(texts) + ", the number of its texts, is");
     }
   }
   void CheckNumbers(std::size_t column) const {
-    const std::vector<double>& numbers = slab_[column].numbers;
+    const std::span<const double> numbers = CellsAhead(column);
     const auto infinite = std::find_if(
         numbers.begin(), numbers.end(), [](double value) { return std::isinf(value); });
     if (infinite == numbers.end()) return;
@@ -271,7 +291,7 @@ class ContainerTable final : public TableReader {
   }
 
   std::shared_ptr<StoredTable> table_;  // parts have it too
-  std::vector<Cells> slab_;
+  Pool<Slab>::Borrowed slab_;
   std::size_t slab_rows_ = kSlabRows;
   std::size_t first_ = kAbsent;
   std::size_t end_ = 0;  // of the rows of this reader

@@ -10,16 +10,19 @@
 #include <cstring>
 #include <limits>
 #include <mutex>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
-#include "ordered_pieces.h"
+#include "column_buffer.h"
 #include "output_folder.h"
 #include <hdf5_hl.h>
 
 namespace sarblock {
 namespace {
 
+/// That a part has room for at first: it may have few, or fill a slab.
+constexpr std::size_t kFirstRows = kSlabRows / 8;
 constexpr std::size_t kMostTextBytes = std::size_t{1} << 32;
 
 bool IsText(CellKind kind) {
@@ -47,6 +50,7 @@ class ContainerTableWriter final : public TableWriter {
         group_(std::move(group)),
         columns_(columns.begin(), columns.end()),
         cells_(columns.size()) {
+    numbers_.assign(columns.size(), nullptr);
     for (std::size_t i = 0; i < columns.size(); ++i) {
       cells_[i].name = columns[i].name;
       cells_[i].kind = columns[i].kind;
@@ -57,55 +61,57 @@ class ContainerTableWriter final : public TableWriter {
         const bool own = text || (is_part() && ids->given == nullptr);
         cells_[i].texts = own ? &cells_[i].own_texts : ids;
       }
-      if (is_part()) {
-        (cells_[i].texts == nullptr ? cells_[i].numbers.reserve(kRowsPerPiece)
-                                    : cells_[i].indices.reserve(kRowsPerPiece));
-      }
     }
   }
 
   TableWriter& Text(std::string_view text) override {
-    Cells& cells = NextCells();
-    if (cells.texts == nullptr) throw std::logic_error("a text in a column of numbers");
+    Cells& cells = NextTexts();
     if (cells.texts->given != nullptr) throw std::logic_error("an id without its index");
     cells.indices.push_back(cells.texts->IndexOf(text));
     return *this;
   }
   TableWriter& Id(std::string_view text, std::uint32_t index) override {
-    if (next_ >= cells_.size() || cells_[next_].texts == nullptr ||
-        cells_[next_].texts->given == nullptr) {
+    if (next_cell_ >= cells_.size() || cells_[next_cell_].texts == nullptr ||
+        cells_[next_cell_].texts->given == nullptr) {
       return Text(text);
     }
-    NextCells().indices.push_back(index);
-    return *this;
-  }
-  TableWriter& Number(double value) override {
-    if (std::isinf(value)) RefuseInfinity(value, sink_->name());
-    Cells& cells = NextCells();
-    cells.numbers.push_back(std::isnan(value) ? cells.not_given : value);
+    NextTexts().indices.push_back(index);
     return *this;
   }
   using TableWriter::Empty;
   TableWriter& Empty(std::size_t cells) override {
     for (std::size_t i = 0; i < cells; ++i) {
-      const bool text = next_ < cells_.size() && cells_[next_].texts != nullptr;
+      const bool text = next_cell_ < cells_.size() && cells_[next_cell_].texts != nullptr;
       text ? Text("") : Number(std::nan(""));
     }
     return *this;
   }
   void EndRow() override {
-    if (next_ != cells_.size()) {
+    if (next_cell_ != cells_.size()) {
       throw std::logic_error("a row was about to be written with cells missing");
     }
-    next_ = 0;
-    if (++buffered_ == kSlabRows && !is_part()) Flush(kSlabRows);
+    next_cell_ = 0;
+    if (room_ == 0) MakeRoom(is_part() ? kFirstRows : kSlabRows);  // texts alone
+    if (++kept_rows_ < room_) return;
+    if (is_part()) {
+      MakeRoom(kSlabRows / kFirstRows * room_);
+    } else {
+      EndPart();
+      Flush(kSlabRows);
+    }
   }
   std::unique_ptr<TableWriter> Part() override {
     return std::make_unique<ContainerTableWriter>(sink_, Hdf5Id(), columns_);
   }
-  void Append(const TableWriter& part) override {
+  std::size_t rows_of_part() const override { return kSlabRows; }
+  void EndPart() override {
+    for (Cells& cells : cells_) {
+      if (cells.texts == nullptr) Settle(&cells);
+    }
+  }
+  void Append(TableWriter* part) override {
     const std::lock_guard<std::mutex> lock(Hdf5Mutex());
-    const auto& rows = dynamic_cast<const ContainerTableWriter&>(part);
+    auto& rows = dynamic_cast<ContainerTableWriter&>(*part);
     std::vector<std::vector<std::uint32_t>> here(cells_.size());  // by text of the part: its index
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       const IdTable& texts = rows.cells_[i].own_texts.own;
@@ -113,20 +119,44 @@ class ContainerTableWriter final : public TableWriter {
         here[i].push_back(cells_[i].texts->IndexOf(texts[k]));
       }
     }
-    for (std::size_t begin = 0; begin < rows.buffered_;) {
-      const std::size_t end = std::min(rows.buffered_, begin + kSlabRows - buffered_);
+    for (std::size_t begin = 0; begin < rows.kept_rows_;) {
+      if (room_ < kSlabRows) MakeRoom(kSlabRows);
+      const std::size_t end = std::min(rows.kept_rows_, begin + kSlabRows - kept_rows_);
       for (std::size_t i = 0; i < cells_.size(); ++i) {
-        cells_[i].Append(rows.cells_[i], begin, end, here[i]);
+        cells_[i].Append(rows.cells_[i], begin, end, kept_rows_, here[i]);
       }
-      buffered_ += end - begin;
+      kept_rows_ += end - begin;
       begin = end;
-      if (buffered_ == kSlabRows) Flush(kSlabRows);
+      if (kept_rows_ == kSlabRows) Flush(kSlabRows);
     }
+    rows.Clear();
+  }
+  double* NumbersOf(std::size_t column, std::size_t rows) override {
+    if (cells_[column].texts != nullptr) return nullptr;
+    if (room_ < rows) MakeRoom(rows);
+    return numbers_[column];
+  }
+  std::uint32_t* IndicesOf(std::size_t column, std::size_t rows) override {
+    Cells& cells = cells_[column];
+    if (cells.texts == nullptr ||
+        (cells.kind != CellKind::kText && cells.texts->given == nullptr)) {
+      return nullptr;
+    }
+    cells.indices.resize(rows);
+    return cells.indices.data();
+  }
+  std::uint32_t IndexOf(std::size_t column, std::string_view text) override {
+    return cells_[column].own_texts.IndexOf(text);
+  }
+  void EndRows(std::size_t rows) override {
+    kept_rows_ = rows;
+    EndPart();
   }
   void Commit() override {
-    const std::uint64_t all = rows_ + buffered_;
+    const std::uint64_t all = rows_ + kept_rows_;
     const bool begun = rows_ > 0;
-    Flush(std::max<std::uint64_t>(1, buffered_));
+    EndPart();
+    Flush(std::max<std::uint64_t>(1, kept_rows_));
     // A dimension without values, as netCDF-4 writes it.
     const Hdf5Id dimension =
         sink_->CreateColumn(group_.get(),
@@ -147,7 +177,15 @@ class ContainerTableWriter final : public TableWriter {
   }
 
  protected:
-  TableWriter& Signed(std::int64_t value) override { return Number(static_cast<double>(value)); }
+  void PutNumber(double value) override {
+    if (next_cell_ < cells_.size() && cells_[next_cell_].texts != nullptr) {
+      throw std::logic_error("a number in a column of texts");
+    }
+    RequireCell();
+    MakeRoom(is_part() ? kFirstRows : kSlabRows);
+    Number(value);
+  }
+  void PutInteger(std::int64_t value) override { PutNumber(static_cast<double>(value)); }
 
  private:
   struct Cells {
@@ -155,20 +193,21 @@ class ContainerTableWriter final : public TableWriter {
     CellKind kind = CellKind::kNumber;
     ContainerSink::Texts own_texts;
     ContainerSink::Texts* texts = nullptr;
-    std::vector<double> numbers;
+    ColumnBuffer<double> numbers;
     std::vector<std::uint32_t> indices;
     Hdf5Id dataset;
     double not_given = 0.0;
 
-    /// Rows [begin, end) of a part; `here` are the indices of its own texts.
+    /// Rows [begin, end) of a part behind `kept` rows; `here` are the indices of its own texts.
     void Append(const Cells& part,
                 std::size_t begin,
                 std::size_t end,
+                std::size_t kept,
                 const std::vector<std::uint32_t>& here) {
       const auto first = static_cast<std::ptrdiff_t>(begin);
       const auto last = static_cast<std::ptrdiff_t>(end);
       if (texts == nullptr) {
-        numbers.insert(numbers.end(), part.numbers.begin() + first, part.numbers.begin() + last);
+        std::copy(part.numbers.data() + first, part.numbers.data() + last, numbers.data() + kept);
       } else if (here.empty()) {
         indices.insert(indices.end(), part.indices.begin() + first, part.indices.begin() + last);
       } else {
@@ -177,23 +216,57 @@ class ContainerTableWriter final : public TableWriter {
     }
   };
 
+  void Clear() {
+    kept_rows_ = 0;
+    for (Cells& cells : cells_) {
+      cells.indices.clear();
+      cells.own_texts = {};
+    }
+  }
   [[nodiscard]] bool is_part() const { return !group_.valid(); }
 
-  Cells& NextCells() {
-    if (next_ >= cells_.size()) throw std::logic_error("a row has more cells than columns");
-    return cells_[next_++];
+  void RequireCell() const {
+    if (next_cell_ >= cells_.size()) throw std::logic_error("a row has more cells than columns");
+  }
+  Cells& NextTexts() {
+    RequireCell();
+    Cells& cells = cells_[next_cell_++];
+    if (cells.texts == nullptr) throw std::logic_error("a text in a column of numbers");
+    return cells;
+  }
+  void MakeRoom(std::size_t rows) {
+    room_ = rows;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (cells_[i].texts != nullptr) {
+        cells_[i].indices.reserve(rows);
+        continue;
+      }
+      cells_[i].numbers.MakeRoom(rows, kept_rows_);
+      numbers_[i] = cells_[i].numbers.data();
+    }
+  }
+  /// Numbers as they are stored: one NaN of all that there are, or what stands for it.
+  void Settle(Cells* cells) const {
+    const double not_given = cells->not_given;
+    double infinite = 0.0;
+    for (double& value : cells->numbers.first(kept_rows_)) {
+      infinite = std::isinf(value) ? value : infinite;
+      value = std::isnan(value) ? not_given : value;
+    }
+    RefuseInfinity(infinite, sink_->name());
   }
 
-  static bool NoneGiven(const Cells& cells) {
+  [[nodiscard]] bool NoneGiven(const Cells& cells) const {
     const double absent = cells.not_given;
-    return std::all_of(cells.numbers.begin(), cells.numbers.end(), [absent](double value) {
+    const auto kept = cells.numbers.first(kept_rows_);
+    return std::all_of(kept.begin(), kept.end(), [absent](double value) {
       return value == absent || (std::isnan(value) && std::isnan(absent));
     });
   }
 
   // A table of one slab or less gets datasets of just its size, a longer one datasets that grow.
   void Flush(std::uint64_t chunk_rows) {
-    const hsize_t count = buffered_, extent = rows_ + buffered_;
+    const hsize_t count = kept_rows_, extent = rows_ + kept_rows_;
     const bool grows = chunk_rows == kSlabRows;
     for (Cells& cells : cells_) {
       if (!cells.dataset.valid()) {
@@ -208,10 +281,7 @@ class ContainerTableWriter final : public TableWriter {
       if (count == 0) continue;
       const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
       sink_->Require(H5Dset_extent(cells.dataset.get(), &extent) >= 0);
-      if (cells.texts == nullptr && NoneGiven(cells)) {
-        cells.numbers.clear();
-        continue;
-      }
+      if (cells.texts == nullptr && NoneGiven(cells)) continue;
       const Hdf5Id to = SelectRows(cells.dataset.get(), rows_, count);
       const bool text = cells.texts != nullptr;
       const void* const values = text ? static_cast<const void*>(cells.indices.data())
@@ -222,11 +292,10 @@ class ContainerTableWriter final : public TableWriter {
                               to.get(),
                               H5P_DEFAULT,
                               values) >= 0);
-      cells.numbers.clear();
       cells.indices.clear();
     }
-    rows_ += buffered_;
-    buffered_ = 0;
+    rows_ += kept_rows_;
+    kept_rows_ = 0;
   }
 
   void Describe(const Cells& cells) {
@@ -247,8 +316,7 @@ class ContainerTableWriter final : public TableWriter {
   Hdf5Id group_;
   std::vector<TableColumn> columns_;
   std::vector<Cells> cells_;
-  std::size_t next_ = 0;
-  std::size_t buffered_ = 0;
+  std::size_t room_ = 0;    // rows that the columns have room for
   std::uint64_t rows_ = 0;  // in the file
 };
 

@@ -4,12 +4,16 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
-#include <exception>
+#include <cmath>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
-#include "core/parallel.h"
+#include "core/pipe.h"
 #include "json_reader.h"
 #include "open_tables.h"
 #include "toml_reader.h"
@@ -59,67 +63,122 @@ std::vector<TableColumn> ColumnsOf(const TableReader& reader,
   return columns;
 }
 
+/// Whether a cell may hold this number, or nothing.
+bool IsAllowed(CellKind kind, double value) {
+  if (std::isnan(value)) return true;
+  if (kind == CellKind::kCount)
+    return value >= 0.0 && value <= 4294967295.0 && value == std::floor(value);
+  if (kind == CellKind::kFlag) return value == 1.0 || (value == 0.0 && !std::signbit(value));
+  return std::isfinite(value);
+}
+
+bool CopyNumbers(const TableReader& part, std::size_t column, CellKind kind, TableWriter* out) {
+  const std::span<const double> values = part.NumbersAhead(column);
+  double* const to = out->NumbersOf(column, part.RowCount());
+  if (to == nullptr || values.size() != part.RowCount()) return false;
+  bool allowed = true;
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    allowed &= IsAllowed(kind, values[row]);
+    to[row] = values[row];
+  }
+  return allowed;
+}
+
+bool CopyTexts(const TableReader& part, std::size_t column, CellKind kind, TableWriter* out) {
+  const std::span<const std::uint32_t> texts = part.TextNumbersAhead(column);
+  std::uint32_t* const to = out->IndicesOf(column, part.RowCount());
+  if (to == nullptr || texts.size() != part.RowCount()) return false;
+  if (kind == CellKind::kPass) {  // few, each of which FindPassesAhead() has looked at
+    std::vector<std::uint32_t> found;
+    if (!part.IndicesAhead(column, &found)) return false;
+    std::copy(texts.begin(), texts.end(), to);
+    return true;
+  }
+  for (std::size_t row = 0; row < texts.size(); ++row) {
+    const bool same = row > 0 && texts[row] == texts[row - 1];
+    if (same) {
+      to[row] = to[row - 1];
+      continue;
+    }
+    const std::string_view text = part.TextAhead(column, texts[row]);
+    if (kind == CellKind::kPoint && TableReader::ProblemOfId(text) != nullptr) return false;
+    to[row] = kind == CellKind::kPoint ? texts[row] : out->IndexOf(column, text);
+  }
+  return true;
+}
+
+/// The rows of a part that no row has been read of as whole columns, from one file of all tables to
+/// another. False where that cannot be or one of them is to be refused: CopyRows() then copies them
+/// cell by cell and says why.
+bool CopyColumns(std::span<const TableColumn> columns, const TableReader& part, TableWriter* out) {
+  if (part.RowCount() == 0) return false;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const CellKind kind = columns[i].kind;
+    const bool text =
+        kind == CellKind::kText || kind == CellKind::kPass || kind == CellKind::kPoint;
+    if (!(text ? CopyTexts(part, i, kind, out) : CopyNumbers(part, i, kind, out))) return false;
+  }
+  out->EndRows(part.RowCount());
+  return true;
+}
+
+/// Looks at the ids of passes of a part, each once, whether they can be ids.
+void FindPassesAhead(std::span<const TableColumn> columns, const TableReader& part) {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].kind != CellKind::kPass) continue;
+    static_cast<void>(part.LookupAhead(i, [](std::string_view id) {
+      return TableReader::ProblemOfId(id) != nullptr ? TableReader::kUnknown : 0;
+    }));
+  }
+}
+
 /// Rows that a thread copies.
 struct CopiedRows {
   std::unique_ptr<TableReader> from;
   std::unique_ptr<TableWriter> to;
   std::size_t rows = 0;
-  std::exception_ptr error;
 };
 
 void CopyRows(std::span<const TableColumn> columns, CopiedRows* copied) {
-  try {
-    while (copied->from->Next()) {
-      for (std::size_t i = 0; i < columns.size(); ++i) {
-        CopyCell(*copied->from, i, columns[i].kind, copied->to.get());
-      }
-      copied->to->EndRow();
-      ++copied->rows;
+  while (copied->from->Next()) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      CopyCell(*copied->from, i, columns[i].kind, copied->to.get());
     }
-  } catch (const InputError&) {
-    copied->error = std::current_exception();
+    copied->to->EndRow();
+    ++copied->rows;
   }
-  copied->from.reset();
 }
 
 /// All rows of a table by all threads: while some are copied, those copied before are written, in
-/// their order. An error is that of the first row with one.
+/// their order.
 void CopyAllRows(std::span<const TableColumn> columns,
                  TableReader* reader,
                  TableWriter* writer,
                  const std::function<void(std::size_t)>& count) {
-  const auto at_once = static_cast<std::size_t>(ThreadsAllowed());
-  std::vector<CopiedRows> copied;
-  bool ended = false;
-  while (!ended || !copied.empty()) {
-    std::vector<CopiedRows> copying;
-    std::exception_ptr error;  // of the file, behind these rows
-    try {
-      while (!ended && copying.size() < at_once) {
-        CopiedRows next{reader->Part(), writer->Part(), 0, {}};
-        ended = next.from == nullptr;
-        if (!ended) copying.push_back(std::move(next));
-      }
-    } catch (const InputError&) {
-      error = std::current_exception();
+  std::vector<CopiedRows> held(ItemsAtOnce());
+  const auto next = [&](std::size_t place) {
+    CopiedRows& copied = held[place];
+    copied.from = reader->Part();
+    if (copied.to == nullptr) copied.to = writer->Part();
+    if (copied.from != nullptr) FindPassesAhead(columns, *copied.from);
+    return copied.from != nullptr;
+  };
+  const auto copy = [&](std::size_t place) {
+    CopiedRows& copied = held[place];
+    copied.rows = copied.from->RowCount();
+    if (!CopyColumns(columns, *copied.from, copied.to.get())) {
+      copied.to = writer->Part();
+      copied.rows = 0;
+      CopyRows(columns, &copied);
+      copied.to->EndPart();
     }
-    ParallelForChunks(1 + copying.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
-      if (k > 0) {
-        CopyRows(columns, &copying[k - 1]);
-        return;
-      }
-      for (CopiedRows& rows : copied) {
-        writer->Append(*rows.to);
-        rows.to.reset();
-      }
-    });
-    for (const CopiedRows& rows : copying) {
-      if (rows.error) std::rethrow_exception(rows.error);
-      count(rows.rows);
-    }
-    if (error) std::rethrow_exception(error);
-    copied = std::move(copying);
-  }
+    copied.from.reset();
+  };
+  const auto write = [&](std::size_t place) {
+    writer->Append(held[place].to.get());
+    count(held[place].rows);
+  };
+  PipeInOrder(held.size(), next, copy, write);
 }
 
 void CopyTable(const TableSource& source,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "number.h"
+#include "ordered_pieces.h"
 
 namespace sarblock {
 
@@ -47,17 +48,15 @@ CsvWriter& CsvWriter::Text(std::string_view text) {
   return *this;
 }
 
-CsvWriter& CsvWriter::Number(double value) {
+void CsvWriter::PutNumber(double value) {
   RefuseInfinity(value, name_);
   Separate();
   if (!std::isnan(value)) AppendNumber(value, &row_);
-  return *this;
 }
 
-CsvWriter& CsvWriter::Signed(std::int64_t value) {
+void CsvWriter::PutInteger(std::int64_t value) {
   Separate();
   row_ += std::to_string(value);
-  return *this;
 }
 
 CsvWriter& CsvWriter::Empty(std::size_t cells) {
@@ -81,8 +80,12 @@ std::unique_ptr<TableWriter> CsvWriter::Part() {
   return std::unique_ptr<TableWriter>(new CsvWriter(name_, columns_));
 }
 
-void CsvWriter::Append(const TableWriter& part) {
-  file_.value().Write(dynamic_cast<const CsvWriter&>(part).row_);
+std::size_t CsvWriter::rows_of_part() const { return kRowsPerPiece; }
+
+void CsvWriter::Append(TableWriter* part) {
+  std::string& rows = dynamic_cast<CsvWriter&>(*part).row_;
+  file_.value().Write(rows);
+  rows.clear();
 }
 
 }  // namespace sarblock

@@ -27,17 +27,18 @@ class CsvWriter final : public TableWriter {
 
   using TableWriter::Empty;
   CsvWriter& Text(std::string_view text) override;
-  CsvWriter& Number(double) override;
   CsvWriter& Empty(std::size_t cells) override;
   void EndRow() override;
   void Commit() override;
   [[nodiscard]] std::unique_ptr<TableWriter> Part() override;
-  void Append(const TableWriter& part) override;
+  void Append(TableWriter* part) override;
+  [[nodiscard]] std::size_t rows_of_part() const override;
 
  private:
   /// A part of a table, without a file.
   CsvWriter(std::string name, std::size_t columns);
-  CsvWriter& Signed(std::int64_t value) override;
+  void PutNumber(double value) override;
+  void PutInteger(std::int64_t value) override;
   void Separate();
   std::optional<AtomicFile> file_;
   std::string name_;

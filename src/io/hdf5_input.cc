@@ -45,8 +45,10 @@ Chunks ChunksOf(const OpenedHdf5& opened,
   return chunks;
 }
 
-bool IsWhole(const OpenedHdf5& opened, const std::string& path, const StoredDataset& stored) {
-  if (stored.count == 0) return true;
+/// Sets whole and none.
+void LookForValues(const OpenedHdf5& opened, const std::string& path, StoredDataset* of) {
+  StoredDataset& stored = *of;
+  if (stored.count == 0) return;
   const Hdf5Id made(H5Dget_create_plist(stored.dataset.get()), H5Pclose);
   const H5D_layout_t layout = H5Pget_layout(made.get());
   if (layout == H5D_VIRTUAL || H5Pget_external_count(made.get()) > 0) {
@@ -58,14 +60,17 @@ bool IsWhole(const OpenedHdf5& opened, const std::string& path, const StoredData
     const Chunks chunks = ChunksOf(opened, path, made.get(), stored);
     hsize_t there = 0;
     const Hdf5Id all(H5Dget_space(stored.dataset.get()), H5Sclose);  // H5S_ALL is refused
-    whole =
-        H5Dget_num_chunks(stored.dataset.get(), all.get(), &there) >= 0 && there >= chunks.needed;
+    const bool known = H5Dget_num_chunks(stored.dataset.get(), all.get(), &there) >= 0;
+    whole = known && there >= chunks.needed;
+    stored.none = known && there == 0;
   } else if (layout == H5D_CONTIGUOUS) {
-    whole = H5Dget_storage_size(stored.dataset.get()) / stored.value_bytes >= stored.count;
+    const hsize_t bytes = H5Dget_storage_size(stored.dataset.get());
+    whole = bytes / stored.value_bytes >= stored.count;
+    stored.none = bytes == 0;
   }
   const std::uint64_t most =
       BoundedProduct(opened.bytes, filtered ? kMostInflation : 1) / stored.value_bytes;
-  return whole && stored.count <= most;
+  stored.whole = whole && stored.count <= most;
 }
 
 }  // namespace
@@ -134,7 +139,7 @@ StoredDataset OpenStored(const OpenedHdf5& opened,
     stored.count = BoundedProduct(stored.count, length);
   }
   if (stored.value_bytes == 0) opened.Fail(path, "has values without a size");
-  stored.whole = IsWhole(opened, path, stored);
+  LookForValues(opened, path, &stored);
   return stored;
 }
 

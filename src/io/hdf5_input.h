@@ -38,6 +38,7 @@ struct StoredDataset {
   std::vector<std::uint64_t> size;  ///< one number a dimension; none: a scalar
   std::uint64_t count = 0;          ///< values, the product of these
   bool whole = true;                ///< all values stand in the file
+  bool none = false;                ///< none of them does
 };
 
 /// Opens a dataset of `rank` dimensions. How many values it claims is held against the bytes of the

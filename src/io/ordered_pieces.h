@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <functional>
-#include <utility>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/pipe.h"
 
 namespace sarblock {
 
@@ -15,28 +14,33 @@ namespace sarblock {
 inline constexpr std::size_t kRowsPerPiece = 2048;
 
 /// Has all threads make the pieces of [0, count), `per_piece` each, and one at a time take them, in
-/// their order: while some are made, those made before are taken. At most four pieces a thread are
-/// held at once. What is taken does not depend on the number of threads. The first error ends both.
+/// their order: while some are made, those made before are taken. ItemsAtOnce() pieces are held at
+/// most. What is taken does not depend on the number of threads. The first error ends both.
 template <typename Piece>
 void MakeInOrder(std::size_t count,
                  std::size_t per_piece,
                  const std::function<Piece(std::size_t, std::size_t)>& make,
                  const std::function<void(Piece*)>& take) {
-  const std::size_t pieces = (count + per_piece - 1) / per_piece;
-  const std::size_t at_once = 2 * static_cast<std::size_t>(ThreadsAllowed());
-  std::vector<Piece> made, making;
-  for (std::size_t first = 0; first < pieces || !made.empty(); first += at_once) {
-    making.resize(std::min(at_once, pieces - std::min(pieces, first)));
-    ParallelForChunks(1 + making.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
-      if (k == 0) {
-        for (Piece& piece : made) take(&piece);
-        return;
-      }
-      const std::size_t begin = (first + k - 1) * per_piece;
-      making[k - 1] = make(begin, std::min(count, begin + per_piece));
-    });
-    made = std::exchange(making, {});
-  }
+  struct Held {
+    std::size_t begin = 0;
+    Piece piece;
+  };
+  std::vector<Held> held(ItemsAtOnce());
+  std::size_t begun = 0;
+  const auto next = [&](std::size_t place) {
+    if (begun >= count) return false;
+    held[place].begin = begun;
+    begun += std::min(per_piece, count - begun);
+    return true;
+  };
+  const auto work = [&](std::size_t place) {
+    const std::size_t begin = held[place].begin;
+    held[place].piece = make(begin, begin + std::min(per_piece, count - begin));
+  };
+  PipeInOrder(held.size(), next, work, [&](std::size_t place) {
+    take(&held[place].piece);
+    held[place].piece = Piece();
+  });
 }
 
 }  // namespace sarblock

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "ordered_pieces.h"
+#include "look_rows.h"
 #include "pixel_residuals.h"
 #include "testing/blunder_sizes.h"
 #include "testing/prior_quality.h"
@@ -159,7 +159,7 @@ void WritePointTable(TableSink* sink, const ResultView& view) {
       WritePointRow(view, static_cast<std::uint32_t>(i), out);
     }
   };
-  WriteRows(view.result.points.status.size(), kRowsPerPiece, table.get(), write);
+  WriteRows(view.result.points.status.size(), table->rows_of_part(), table.get(), write);
   table->Commit();
 }
 
@@ -223,7 +223,7 @@ void WriteParameterCovariance(TableSink* sink, const ResultView& view) {
       out->Number(view.factor * entries[i].covariance).EndRow();
     }
   };
-  WriteRows(entries.size(), kRowsPerPiece, table.get(), write);
+  WriteRows(entries.size(), table->rows_of_part(), table.get(), write);
   table->Commit();
 }
 
@@ -240,7 +240,7 @@ void WritePairTable(TableSink* sink, const ResultView& view) {
       out->Number(pair.sigma_leberl_path_across_m).Number(pair.sigma_leberl_path_up_m).EndRow();
     }
   };
-  WriteRows(pairs.size(), kRowsPerPiece, table.get(), write);
+  WriteRows(pairs.size(), table->rows_of_part(), table.get(), write);
   table->Commit();
 }
 
@@ -273,13 +273,11 @@ void WriteResidualTable(TableSink* sink, const ResultView& view) {
     out->EndRow();
   };
   const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
-    for (std::size_t point = begin; point < end; ++point) {
-      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-        write_look(i, point, out);
-      }
-    }
+    ForLooks(block.looks, begin, end, [&](std::size_t i, std::size_t point) {
+      write_look(i, point, out);
+    });
   };
-  WriteRows(block.points.size(), kRowsPerPiece / 4, table.get(), write);
+  WriteRows(block.looks.size(), table->rows_of_part(), table.get(), write);
   table->Commit();
 }
 

@@ -116,7 +116,7 @@ void TextsOfRows::Read(const StoredTexts& texts, std::span<const std::uint32_t> 
   const auto [least, greatest] = std::minmax_element(rows.begin(), rows.end());
   const std::uint64_t count = std::uint64_t{*greatest} - *least + 1;
   // Far apart or long: a table of all of them takes less. Deflated: every read inflates a chunk.
-  if (texts.deflated_ || count > 2 * kSlabRows ||
+  if (texts.deflated_ || *greatest >= texts.size() || count > 2 * kSlabRows ||
       count > kBytesAtOnce / texts.stored_.value_bytes) {
     all_ = &texts.All();
     kept_ = Kept::kAll;

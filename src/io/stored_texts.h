@@ -51,7 +51,7 @@ class StoredTexts final : public TextList {
 /// together, and only they are kept.
 class TextsOfRows {
  public:
-  /// The text of number `index`, one of `rows`, which are all below texts.size() and the same ones
+  /// The text of number `index`, one of `rows` and below texts.size(). The rows are the same ones
   /// until Forget().
   [[nodiscard]] std::string_view Of(const StoredTexts& texts,
                                     std::span<const std::uint32_t> rows,

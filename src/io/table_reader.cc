@@ -68,6 +68,13 @@ bool TableReader::IndicesAhead(std::size_t column, std::vector<std::uint32_t>* i
   return std::find(indices->begin(), indices->end(), kUnknown) == indices->end();
 }
 
+std::span<const std::uint32_t> TableReader::TextNumbersAhead(std::size_t column) const {
+  const NumberedTexts numbered = TextsAhead(column);
+  const auto has_none = [&](std::uint32_t text) { return text >= numbered.count; };
+  if (std::any_of(numbered.rows.begin(), numbered.rows.end(), has_none)) return {};
+  return numbered.rows;
+}
+
 double TableReader::RequiredNumber(std::size_t column) const {
   const double value = Number(column);
   if (std::isnan(value)) Fail(column, "is empty, a number is needed");

@@ -92,7 +92,9 @@ class TableReader {
     for (const std::uint32_t text : numbered.rows) {
       if (text >= numbered.count) continue;  // refused where its row is read
       std::uint32_t& memo = numbered.memo[text];
-      if (memo == kUnknown) memo = find(TextOfNumbered(column, text));
+      if (memo != kUnknown) continue;
+      const std::uint32_t found = find(TextOfNumbered(column, text));
+      if (found != kUnknown) memo = found;  // else other threads may read it
     }
     return numbered.memo != nullptr;
   }
@@ -103,6 +105,13 @@ class TableReader {
   /// infinite where Next() refuses the row. None where the cells are text or the column is absent.
   [[nodiscard]] std::span<const double> NumbersAhead(std::size_t column) const {
     return Has(column) ? CellsAhead(column) : std::span<const double>();
+  }
+  /// Of such a part, where the file stores each text once: by row, the number of the cell's text.
+  /// None where the cells are stored otherwise or a number has no text.
+  [[nodiscard]] std::span<const std::uint32_t> TextNumbersAhead(std::size_t column) const;
+  /// The text of one of these numbers.
+  [[nodiscard]] std::string_view TextAhead(std::size_t column, std::uint32_t number) const {
+    return TextOfNumbered(column, number);
   }
   static constexpr std::uint32_t kUnknown = 0xffffffffu;
 

@@ -25,10 +25,11 @@ void WriteRows(std::size_t count,
       [&](std::size_t begin, std::size_t end) {
         Part part = out->Part();
         write(begin, end, part.get());
+        part->EndPart();
         return part;
       },
       [&](Part* part) {
-        out->Append(**part);
+        out->Append(part->get());
         part->reset();
       });
 }

@@ -234,6 +234,26 @@ TEST_F(ContainerTest, ColumnsWithoutValuesTakeNoRoom) {
   EXPECT_EQ(Convert(folder_ / "empty.h5", folder_ / "back").rows, 100000u);
 }
 
+// Two routes inside: from file to file rows are copied as columns, into a folder cell by cell.
+TEST_F(ContainerTest, ConvertRefusesColumnsAsItRefusesCells) {
+  for (const char* lines : {"set /observations/range_m 1 inf",
+                            "set /observations/pass 1 7",
+                            "set /observations/point 1 4000",
+                            "set /observations/rejected 0 2",
+                            "set /points/role 0 9"}) {
+    PutBlock("given");
+    const std::filesystem::path file = folder_ / "damaged.h5";
+    Convert(folder_ / "given", file);
+    fuzz::ContainerEdit(file, lines);
+    const std::string columns =
+        MessageOf<InputError>([&] { return Convert(file, folder_ / "a.h5"); });
+    EXPECT_THAT(columns, HasSubstr("is not allowed")) << lines;
+    EXPECT_EQ(columns, MessageOf<InputError>([&] { return Convert(file, folder_ / "a"); }));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "a.h5"));
+    std::filesystem::remove(file);
+  }
+}
+
 TEST_F(ContainerTest, TellsABlockFromAResult) {
   WriteResult(folder_ / "r.h5", block_, options_, result_, context_);
   WriteBlock(folder_ / "b.h5", block_, options_);
@@ -280,7 +300,8 @@ TEST_F(ContainerTest, LeavesNothingWhereWritingEndsEarly) {
     WriteTables(
         FolderContent::kBlock, folder_ / "x.h5", Compression::kNone, {}, [](TableSink* sink) {
           const auto table = sink->Open("truth", kTruthColumns);
-          table->Text("P").Number(1.0).Number(HUGE_VAL);
+          table->Text("P").Number(1.0).Number(HUGE_VAL).Number(3.0).EndRow();
+          table->Commit();
         });
     return 0;
   };

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/parallel.h"
@@ -259,6 +260,88 @@ TEST_F(ParallelReadingTest, TheFirstBadRowIsNamedByConvert) {
     EXPECT_THAT(test::MessageOf<InputError>([&] { return Convert(folder_, folder_ / "a.h5"); }),
                 HasSubstr("observations.csv:40002: pass: is empty, a name is needed"));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.h5"));
+  }
+}
+
+/// A table of points: tie points with and without coordinates, some control points among them.
+std::vector<std::string> PointRows() {
+  std::vector<std::string> rows;
+  for (std::size_t point = 0; point < kManyPoints; ++point) {
+    const std::string id = "POINT-" + std::to_string(100000 + ShuffledPoint(point));
+    const std::string place = std::to_string(0.25 * static_cast<double>(point)) + ",9000.5,0.125,";
+    rows.push_back(id + (point % 1000 == 7   ? ",control," + place + "0.5,0.25,\n"
+                         : point % 3 == 0    ? ",tie," + place + ",,\n"
+                         : point % 2000 == 1 ? ",tie,,,,,,1.5\n"
+                                             : ",,,,,,,\n"));
+  }
+  return rows;
+}
+
+std::string TableOfPoints(const std::vector<std::string>& rows) {
+  std::string text = "point,role,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m\n";
+  for (const std::string& row : rows) text += row;
+  return text;
+}
+
+// Closed form, whatever the threads and the kind of file.
+TEST_F(ParallelReadingTest, PointsAreReadInTheirOrderByEveryThreadCount) {
+  PutBlock(LargeRows());
+  Put("points.csv", TableOfPoints(PointRows()));
+  Convert(folder_, folder_ / "large.h5");
+  for (const std::filesystem::path& from : {folder_, folder_ / "large.h5"}) {
+    for (const int threads : {1, 2, 8}) {
+      const ThreadLimit limit(threads);
+      const BlockFile read = ReadBlock(from);
+      const Points& points = read.block.points;
+      ASSERT_EQ(points.size(), kManyPoints);
+      ASSERT_EQ(points.known.size(), 45U);
+      for (std::size_t point = 0; point < kManyPoints; ++point) {
+        ASSERT_EQ(points.ids[point], "POINT-" + std::to_string(100000 + ShuffledPoint(point)));
+        const bool control = point % 1000 == 7;
+        ASSERT_EQ(points.role[point] == PointRole::kControl, control);
+        if (control || point % 3 == 0) {
+          ASSERT_EQ(points.given_m[point],
+                    Eigen::Vector3d(0.25 * static_cast<double>(point), 9000.5, 0.125));
+        } else {
+          ASSERT_TRUE(points.given_m[point].array().isNaN().all());
+        }
+      }
+      EXPECT_EQ(points.known[3].point, 3007U);
+      EXPECT_EQ(points.known[3].covariance_enu_m2(1, 1), 0.0625);
+      ASSERT_FALSE(read.warnings.empty());
+      EXPECT_THAT(read.warnings[0], HasSubstr("standard deviations of 15 tie points are ignored"));
+    }
+  }
+}
+
+// Two routes: as text and as columns. A point that stands twice comes before what is wrong behind
+// it.
+TEST_F(ParallelReadingTest, TheFirstBadPointIsNamedWhateverComesBehindIt) {
+  std::vector<std::string> rows = PointRows();
+  const std::string good = rows[30011];
+  rows[40001] = "LATE,tie,1.5,,,,,\n";
+  for (const auto& [row, of_text, of_file] :
+       {std::tuple{rows[17], "points.csv:30013: point: 'POINT-", "/points/point[30011]: 'POINT-"},
+        std::tuple{std::string("EARLY,tie,1.5,2e12,3.5,,,\n"),
+                   "points.csv:30013: y_m: 2e+12 m is not allowed",
+                   "/points/y_m[30011]: 2e+12 m is not allowed"},
+        std::tuple{std::string("EARLY,ty,,,,,,\n"),
+                   "points.csv:30013: role: 'ty' is not known",
+                   "/points/role[30011]: 'ty' is not known"},
+        std::tuple{good,
+                   "points.csv:40003: y_m: is empty, all three",
+                   "/points/y_m[40001]: is empty, all three"}}) {
+    rows[30011] = row;
+    PutBlock(LargeRows());
+    Put("points.csv", TableOfPoints(rows));
+    Convert(folder_, folder_ / "large.h5");
+    for (const int threads : {1, 2, 8}) {
+      const ThreadLimit limit(threads);
+      EXPECT_THAT(Refusal(threads), HasSubstr(of_text));
+      EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "large.h5"); }),
+                  HasSubstr(of_file));
+    }
+    std::filesystem::remove(folder_ / "large.h5");
   }
 }
 
