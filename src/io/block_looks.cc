@@ -460,6 +460,7 @@ struct LookPart {
   PlainRows plain;
   LookRows rows;
   std::uint32_t known = 0;  // points of the block when these were begun
+  bool found = false;       // all that they name, ahead
   bool is_plain = false;
 };
 
@@ -470,12 +471,12 @@ void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
   const PlainTimes times = PlainTimesOf(*reading);
   std::vector<LookPart> parts(ItemsAtOnce());
   std::shared_mutex new_points;  // found by a row: none is looked up while they are added
-  bool begun = false, found = false;
+  bool begun = false, found = true;
   const auto next = [&](std::size_t place) {
     LookPart& part = parts[place];
     part.reader = reader->Part();
     if (part.reader == nullptr) return false;
-    if (found || !begun) found = FindAhead(*part.reader, reading);
+    part.found = found = found && FindAhead(*part.reader, reading);
     if (!begun) {  // builds the indices, which threads only read from then on
       static_cast<void>(reading->pass_ids.Find({}));
       if (!found) static_cast<void>(points.ids.Find({}));
@@ -488,8 +489,8 @@ void ReadParts(TableReader* reader, BlockReading* reading, LookRows* rows) {
     part.is_plain = TakePlainRows(times, *part.reader, &part.plain);
     if (part.is_plain) return;
     std::shared_lock lock(new_points, std::defer_lock);
-    if (!found) lock.lock();
-    part.known = found ? IdTable::kNone : static_cast<std::uint32_t>(points.size());
+    if (!part.found) lock.lock();
+    part.known = part.found ? IdTable::kNone : static_cast<std::uint32_t>(points.size());
     part.rows = {};
     ReadRows(*reading, part.known, part.reader.get(), &part.rows);
   };
