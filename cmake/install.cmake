@@ -1,6 +1,6 @@
 # Installation: every module library with its headers, the program with its manual, completions,
 # documents and scenes, and the package files that make find_package(sarblock) work (tests/package is
-# a consumer that proves it). Components: sarblock (the program), dev (the library)
+# a consumer that proves it). Components: sarblock (the program), mpi (sarblock-mpi), dev (the library)
 # and python (the Python package).
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -17,6 +17,9 @@ if(TARGET sarblock)
   install(DIRECTORY datasets/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/sarblock
     COMPONENT sarblock FILES_MATCHING PATTERN "*.toml")
   install(DIRECTORY datasets/real DESTINATION ${CMAKE_INSTALL_DATADIR}/sarblock COMPONENT sarblock)
+endif()
+if(TARGET sarblock_mpi)
+  install(TARGETS sarblock_mpi RUNTIME COMPONENT mpi)
 endif()
 if(TARGET sarblock_python)
   # Below the prefix, where the distribution's Python looks for what is installed there.

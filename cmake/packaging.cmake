@@ -1,6 +1,6 @@
 # Debian packages: `cpack -G DEB` in a build folder makes sarblock (the program; our libraries are
-# inside it, others are depended on as dpkg-shlibdeps finds them), libsarblock-dev and, where the
-# Python module is built, python3-sarblock.
+# inside it, others are depended on as dpkg-shlibdeps finds them), libsarblock-dev and, where they are
+# built, python3-sarblock and sarblock-mpi, which alone depends on MPI.
 # tests/package/check_deb.py holds them to their contents, scripts/deb_test.sh installs them.
 find_program(GZIP gzip)
 if(NOT GZIP OR NOT EXISTS /etc/debian_version)
@@ -16,9 +16,13 @@ set(SARBLOCK_MAINTAINER
 set(component_of_sarblock sarblock)
 set(component_of_libsarblock-dev dev)
 set(component_of_python3-sarblock python3)
+set(component_of_sarblock-mpi mpi)
 set(packages sarblock libsarblock-dev)
 if(TARGET sarblock_python)
   list(APPEND packages python3-sarblock)
+endif()
+if(TARGET sarblock_mpi)
+  list(APPEND packages sarblock-mpi)
 endif()
 foreach(package IN LISTS packages)
   set(component ${component_of_${package}})
@@ -60,6 +64,9 @@ set(CPACK_COMPONENTS_ALL sarblock dev)
 if(TARGET sarblock_python)
   list(APPEND CPACK_COMPONENTS_ALL python3)
 endif()
+if(TARGET sarblock_mpi)
+  list(APPEND CPACK_COMPONENTS_ALL mpi)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
@@ -92,5 +99,15 @@ if(TARGET sarblock_python)
   set(CPACK_COMPONENT_PYTHON3_DESCRIPTION
 "The Python package of sarblock: blocks and results as numpy arrays, the
  adjustment, prediction and simulation of blocks, and pictures of results.")
+endif()
+if(TARGET sarblock_mpi)
+  set(CPACK_DEBIAN_MPI_PACKAGE_NAME sarblock-mpi)
+  set(CPACK_DEBIAN_MPI_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_MPI_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "openmpi-bin")
+  set(CPACK_DEBIAN_MPI_PACKAGE_SUGGESTS "sarblock")
+  set(CPACK_COMPONENT_MPI_DESCRIPTION
+"The adjustment of sarblock by several processes, on one machine or on many,
+ which mpirun or a batch system starts; results have the bytes of one process.")
 endif()
 include(CPack)

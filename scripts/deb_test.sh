@@ -24,7 +24,9 @@ rm -rf -- "$debs"
 ls -l -- "$debs"/*.deb
 python=()
 [[ ! -e $build/python/sarblock ]] || python=(--python)
-python3 "$root/tests/package/check_deb.py" "$debs" "${python[@]}"
+mpi=()
+[[ ! -e $build/src/mpi/sarblock-mpi ]] || mpi=(--mpi)
+python3 "$root/tests/package/check_deb.py" "$debs" "${python[@]}" "${mpi[@]}"
 
 if command -v lintian > /dev/null; then
   step "lintian"

@@ -13,8 +13,8 @@ scene=${1:-block-12-strips}
 [[ -f $root/datasets/scenes/$scene.toml ]] || fail "no scene '$scene'; there are:" \
   "$(cd -- "$root/datasets/scenes" && printf '%s ' *.toml)"
 
-# The preset configures the last two as well.
-install_packages tools libraries "building the Python module" "building the tests"
+# The preset configures the last three as well.
+install_packages tools libraries "building the Python module" "building sarblock-mpi" "building the tests"
 build release --target sarblock
 
 sarblock=$root/build/release/src/cli/sarblock

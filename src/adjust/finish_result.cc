@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "block/read_recorded.h"
+#include "core/divided_loop.h"
 #include "core/nan.h"
-#include "core/parallel.h"
 #include "leberl_prediction.h"
 #include "testing/check_points.h"
 #include "testing/global_test.h"
@@ -114,7 +114,7 @@ void FillPoints(const AdjustmentProblem& problem, const BlockState& state, Adjus
   out.looks.assign(points, 0);
   out.position_m.assign(points, Eigen::Vector3d::Constant(kNaN));
   out.intersection_rad.assign(points, kNaN);
-  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  const auto fill = [&](std::size_t, std::size_t begin, std::size_t end) {
     std::vector<Sight> sights;
     for (std::size_t point = begin; point < end; ++point) {
       out.looks[point] = static_cast<std::uint32_t>(problem.CountLooks(point));
@@ -134,7 +134,13 @@ void FillPoints(const AdjustmentProblem& problem, const BlockState& state, Adjus
         out.intersection_rad[point] = LargestIntersectionAngle(out.position_m[point], sights);
       }
     }
-  });
+  };
+  ForChunksOfRanks(points,
+                   kPointsPerChunk,
+                   {SharedArray::ByItem(&out.looks),
+                    SharedArray::ByItem(&out.position_m),
+                    SharedArray::ByItem(&out.intersection_rad)},
+                   fill);
 }
 
 void FillResiduals(const AdjustmentProblem& problem,
@@ -145,7 +151,7 @@ void FillResiduals(const AdjustmentProblem& problem,
   out.range_residual_m.assign(block.looks.size(), kNaN);
   out.azimuth_residual_m.assign(block.looks.size(), kNaN);
   const std::size_t points = block.points.size();
-  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  const auto fill = [&](std::size_t, std::size_t begin, std::size_t end) {
     LookColumns columns;
     LookEvaluation at;
     for (std::size_t point = begin; point < end; ++point) {
@@ -156,7 +162,12 @@ void FillResiduals(const AdjustmentProblem& problem,
         out.azimuth_residual_m[i] = at.error_1[1] * at.azimuth_unit_m;
       }
     }
-  });
+  };
+  ForChunksOfRanks(points,
+                   kPointsPerChunk,
+                   {SharedArray::ByRange(block.looks.offsets, &out.range_residual_m),
+                    SharedArray::ByRange(block.looks.offsets, &out.azimuth_residual_m)},
+                   fill);
 }
 
 void FillLossWeights(const AdjustmentProblem& problem,
@@ -167,7 +178,7 @@ void FillLossWeights(const AdjustmentProblem& problem,
   std::vector<float>& out = result->looks.weight;
   out.assign(block.looks.size(), 0.0F);
   const std::size_t points = block.points.size();
-  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  const auto fill = [&](std::size_t, std::size_t begin, std::size_t end) {
     WhitenedLook at;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
@@ -178,7 +189,9 @@ void FillLossWeights(const AdjustmentProblem& problem,
             EvaluateLoss(weighting.loss, weighting.scale, at.error_1.squaredNorm()).weight_1);
       }
     }
-  });
+  };
+  ForChunksOfRanks(
+      points, kPointsPerChunk, {SharedArray::ByRange(block.looks.offsets, &out)}, fill);
 }
 
 void FillParameters(const AdjustmentProblem& problem,

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/divided_loop.h"
 #include "core/nan.h"
 #include "core/parallel.h"
 #include "core/units.h"
@@ -283,23 +284,29 @@ void FillLeberlPrediction(const AdjustmentProblem& problem,
                                       &out.leberl_across_azimuth_rad}) {
     column->assign(points, kNaN);
   }
-  ParallelForChunks(
-      points, kPredictionsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-        Predictor predictor(problem, state, enters);
-        Prediction at;
-        for (std::size_t point = begin; point < end; ++point) {
-          if (!problem.Solves(point)) continue;
-          predictor.Predict(point, &at);
-          if (!at.best) continue;
-          out.sigma_leberl_across_m[point] = at.best->noise.sigma_y_m;
-          out.sigma_leberl_up_m[point] = at.best->noise.sigma_z_m;
-          out.leberl_across_azimuth_rad[point] = at.best->across_azimuth_rad;
-          if (!at.path_known) continue;
-          const Effect root = RootOfDifferences({}, at.effects, 1.0);
-          out.sigma_leberl_path_across_m[point] = root.across_m;
-          out.sigma_leberl_path_up_m[point] = root.up_m;
-        }
-      });
+  ForChunksOfRanks(points,
+                   kPredictionsPerChunk,
+                   {SharedArray::ByItem(&out.sigma_leberl_across_m),
+                    SharedArray::ByItem(&out.sigma_leberl_up_m),
+                    SharedArray::ByItem(&out.sigma_leberl_path_across_m),
+                    SharedArray::ByItem(&out.sigma_leberl_path_up_m),
+                    SharedArray::ByItem(&out.leberl_across_azimuth_rad)},
+                   [&](std::size_t, std::size_t begin, std::size_t end) {
+                     Predictor predictor(problem, state, enters);
+                     Prediction at;
+                     for (std::size_t point = begin; point < end; ++point) {
+                       if (!problem.Solves(point)) continue;
+                       predictor.Predict(point, &at);
+                       if (!at.best) continue;
+                       out.sigma_leberl_across_m[point] = at.best->noise.sigma_y_m;
+                       out.sigma_leberl_up_m[point] = at.best->noise.sigma_z_m;
+                       out.leberl_across_azimuth_rad[point] = at.best->across_azimuth_rad;
+                       if (!at.path_known) continue;
+                       const Effect root = RootOfDifferences({}, at.effects, 1.0);
+                       out.sigma_leberl_path_across_m[point] = root.across_m;
+                       out.sigma_leberl_path_up_m[point] = root.up_m;
+                     }
+                   });
   std::vector<PairResult>& pairs = result->pairs;
   ParallelForChunks(
       pairs.size(), kPredictionsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "environment.h"
 
+#include "sarblock/core/error.h"
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <string>
 #include <system_error>
 
@@ -37,23 +40,43 @@ void Tell(std::string_view line) noexcept {
   static_cast<void>(std::fputc('\n', stderr));
 }
 
-int ExplainError(const std::exception& error) {
-  std::string words;
-  int code = kBadInput;
-  if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
-    words = WordsFor(*file);
-  } else if (dynamic_cast<const std::system_error*>(&error) != nullptr) {
-    words = std::string("the system refused: ") + error.what();
-  } else if (dynamic_cast<const ScratchError*>(&error) != nullptr) {
-    words = error.what();
-  } else if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
-    words = "there is not enough memory for this block";
-  } else {
-    words = std::string("internal error: ") + error.what();
-    code = kInternalError;
+Ending EndingOf(const std::exception& error) {
+  if (const auto* other = dynamic_cast<const OtherRankFailed*>(&error)) return other->ending();
+  if (dynamic_cast<const InputError*>(&error) != nullptr) return {kBadInput, error.what()};
+  if (dynamic_cast<const UndeterminedError*>(&error) != nullptr) {
+    return {kUndetermined, error.what()};
   }
-  Tell("sarblock: " + words);
-  return code;
+  if (dynamic_cast<const Interrupted*>(&error) != nullptr) return {kNotAccepted, error.what()};
+  if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
+    return {kBadInput, WordsFor(*file)};
+  }
+  if (dynamic_cast<const std::system_error*>(&error) != nullptr) {
+    return {kBadInput, std::string("the system refused: ") + error.what()};
+  }
+  if (dynamic_cast<const ScratchError*>(&error) != nullptr) return {kBadInput, error.what()};
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    return {kBadInput, "there is not enough memory for this block"};
+  }
+  return {kInternalError, std::string("internal error: ") + error.what()};
+}
+
+void RunTogether(Ranks* ranks, const std::function<void()>& work) {
+  if (ranks == nullptr) {
+    work();
+    return;
+  }
+  std::exception_ptr own;
+  Ending ending;
+  try {
+    const RanksScope scope(ranks);
+    work();
+  } catch (const std::exception& error) {
+    own = std::current_exception();
+    ending = EndingOf(error);
+  }
+  const std::optional<Ending> known = ranks->Agree(own ? &ending : nullptr);
+  if (own) std::rethrow_exception(own);
+  if (known) throw OtherRankFailed(*known);
 }
 
 int FinishOutput(int exit_code) {

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <exception>
+#include <functional>
 #include <string_view>
+
+#include "core/ranks.h"
 
 namespace sarblock::cli {
 
@@ -13,9 +16,13 @@ void OpenStandardStreams();
 /// A line on standard error; one that cannot be written is lost, never an error of its own.
 void Tell(std::string_view line) noexcept;
 
-/// Tells of an error that belongs to no command and returns its exit code: 3 where a file, a
-/// folder, a stream or the memory of this computer is at fault, else 5.
-[[nodiscard]] int ExplainError(const std::exception& error);
+/// The words of an error and its exit code: those of interface.md for the library's own; 3 where a
+/// file, a folder, a stream or the memory of this computer is at fault, else 5.
+[[nodiscard]] Ending EndingOf(const std::exception& error);
+
+/// Work of all ranks (null: of this process alone), among which its divided loops are divided.
+/// Where it fails on one rank it ends with an exception on all: the rank's own, or OtherRankFailed.
+void RunTogether(Ranks* ranks, const std::function<void()>& work);
 
 /// Writes out what standard output still holds. `exit_code`, or 3 with words where that fails and
 /// no error was told of before.

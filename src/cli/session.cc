@@ -10,7 +10,6 @@
 #include <cstdio>
 
 #include "columns.h"
-#include "core/parallel.h"
 #include "environment.h"
 #include "remaining_time.h"
 #include <fmt/core.h>
@@ -81,16 +80,16 @@ class TerminalProgress final : public ProgressSink {
 
 }  // namespace
 
-int Session::Threads() const { return threads > 0 ? threads : AvailableCores(); }
+int Session::Threads() const { return threads > 0 ? threads : cores; }
 
 void Session::Say(const std::string& line) const {
-  if (quiet) return;
+  if (quiet || !first()) return;
   if (clear_bar) clear_bar();
   Tell(line);
 }
 
 void Session::Show(const std::string& text) const {
-  if (quiet) return;
+  if (quiet || !first()) return;
   if (clear_bar) clear_bar();
   fmt::print("{}", FitColumns(text));
 }
@@ -142,7 +141,8 @@ void AddScratch(CLI::App* command, std::string* folder) {
 }
 
 void MakeProgress(Session* session) {
-  auto bar = std::make_unique<TerminalProgress>(!session->quiet && isatty(STDERR_FILENO) == 1);
+  auto bar = std::make_unique<TerminalProgress>(!session->quiet && session->first() &&
+                                                isatty(STDERR_FILENO) == 1);
   session->clear_bar = [bar = bar.get()] { bar->Clear(); };
   session->progress = std::move(bar);
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/ranks.h"
 #include "exit_code.h"
 #include "io/naming.h"
 #include "io/output_folder.h"
@@ -17,7 +18,9 @@ namespace sarblock::cli {
 
 /// What every command understands.
 struct Session {
-  int threads = 0;  ///< 0: all cores
+  Ranks* ranks = nullptr;  ///< that work together; null: this process alone
+  int cores = 0;           ///< threads where none are asked for
+  int threads = 0;         ///< 0: `cores`
   bool quiet = false;
   bool json = false;
   bool dump_config = false;
@@ -27,6 +30,8 @@ struct Session {
   std::function<int()> run;                ///< set by the command that was chosen
 
   [[nodiscard]] int Threads() const;
+  /// True for the rank that reads, writes and prints for all.
+  [[nodiscard]] bool first() const { return ranks == nullptr || ranks->first(); }
   /// A line for people on standard error, unless quiet.
   void Say(const std::string& line) const;
   /// Lines for people on standard output, fitted to a terminal, unless quiet.

@@ -17,6 +17,7 @@
 #include "commands.h"
 #include "core/scratch.h"
 #include "diagnose_command.h"
+#include "environment.h"
 #include "io/montecarlo_part.h"
 #include "io/output_folder.h"
 #include "print_summary.h"
@@ -53,6 +54,15 @@ PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
   return ReadPairs(folder, file.adjust.pairs_file, file.block);
 }
 
+/// What threads of Ceres sum in the order in which they finish would not be the same on all ranks.
+void RequireOwnEngine(const AdjustOptions& options) {
+  const char* const words = "'ceres' is for a process alone; among ranks auto, reduced are allowed";
+  if (options.engine == Engine::kCeres) throw InputError("adjust.engine", words);
+  if (options.covariance_method == CovarianceMethod::kCeres) {
+    throw InputError("adjust.covariance_method", words);
+  }
+}
+
 int RunSolve(const Solver& solver, const SolveArguments& arguments, const Session& session) {
   std::optional<ScratchScope> scratch;
   if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
@@ -65,9 +75,9 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     read.set_overrides = session.set;
     read.progress = session.progress.get();
     try {
-      file = ReadBlock(arguments.block, read);
+      RunTogether(session.ranks, [&] { file = ReadBlock(arguments.block, read); });
     } catch (const InputError&) {
-      if (solver.adjusts) ExplainUnread(arguments.block, read, session);
+      if (solver.adjusts && session.first()) ExplainUnread(arguments.block, read, session);
       throw;
     }
   }
@@ -86,6 +96,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
                      "is the block, whose tables the result would overwrite; any other name is "
                      "allowed");
   }
+  if (session.ranks != nullptr) RequireOwnEngine(file.adjust);
   SetParts(arguments.parts, arguments.out, &file.adjust);
   RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
   if (!file.adjust.rejections_file.empty()) {
@@ -103,14 +114,17 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   if (!arguments.parts.join.empty()) {
     joined.emplace(arguments.parts.join, file.adjust, context.inputs);
   }
-  AdjustResult result = Naming(arguments.block, [&] {
-    try {
-      return solver.solve(file, arguments.block, session.progress.get());
-    } catch (const UndeterminedError&) {
-      if (solver.adjusts) ExplainRefusal(file, session);
-      throw;
-    }
-  });
+  AdjustResult result;
+  try {
+    RunTogether(session.ranks, [&] {
+      result = Naming(arguments.block,
+                      [&] { return solver.solve(file, arguments.block, session.progress.get()); });
+    });
+  } catch (const UndeterminedError&) {
+    if (solver.adjusts && session.first()) ExplainRefusal(file, session);
+    throw;
+  }
+  if (!session.first()) return kAccepted;  // the first rank writes, and its exit code holds for all
   result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
   context.command = solver.name;
   context.warnings = file.warnings;

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cancellation.h"
+#include "ranks.h"
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -18,6 +19,7 @@ void ParallelForChunks(std::size_t count,
   if (count == 0) return;
   const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
   const ProgressSink* const sink = CancellationScope::Current();
+  const RanksScope alone(nullptr);  // other threads have no ranks, so this one has none either
   const auto run = [&](std::size_t chunk) {
     if (sink != nullptr && sink->Cancelled()) throw Interrupted("a loop over points");
     const std::size_t begin = chunk * chunk_size;

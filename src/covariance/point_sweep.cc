@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
+#include "core/divided_loop.h"
 #include "core/nan.h"
-#include "core/parallel.h"
 #include "model/symmetric_enu.h"
 #include "normals/elimination.h"
 #include "normals/point_terms.h"
@@ -269,7 +269,7 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
   Prepare(points, problem.block.looks.size(), quality, &out);
   if (inverse != nullptr && inverse->rows() == 0) inverse = nullptr;
   Step(progress, "covariance", 0, points);
-  ParallelForChunks(points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  const auto sweep = [&](std::size_t, std::size_t begin, std::size_t end) {
     PointState p;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) {
@@ -287,7 +287,22 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
       }
       out.redundancy[point] = sum;
     }
-  });
+  };
+  const auto by_look = [&](std::vector<float>* values) {
+    return SharedArray::ByRange(problem.block.looks.offsets, values);
+  };
+  LookQuality& q = out.quality;
+  ForChunksOfRanks(points,
+                   kPointsPerChunk,
+                   {SharedArray::ByItem(&out.covariance_m2),
+                    SharedArray::ByItem(&out.redundancy),
+                    by_look(&q.redundancy_1[0]),
+                    by_look(&q.redundancy_1[1]),
+                    by_look(&q.w_1[0]),
+                    by_look(&q.w_1[1]),
+                    by_look(&q.shift_m[0]),
+                    by_look(&q.shift_m[1])},
+                   sweep);
   Step(progress, "covariance", points, points);
   return out;
 }

@@ -8,7 +8,7 @@
 #include <map>
 #include <optional>
 
-#include "core/parallel.h"
+#include "core/divided_loop.h"
 #include "geometry/look_side.h"
 #include "weak_words.h"
 #include <Eigen/Geometry>
@@ -58,46 +58,40 @@ bool MirrorFits(const Frame& frame, const Eigen::Vector3d& p_m, const std::vecto
 PointDefects FindPointDefects(const AdjustmentProblem& problem, const BlockState& state) {
   const Block& block = problem.block;
   const std::size_t points = block.points.size();
-  std::vector<PointDefects> parts((points + kPointsPerChunk - 1) / kPointsPerChunk);
-  ParallelForChunks(
-      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        std::vector<Sight> sights;
-        for (std::size_t point = begin; point < end; ++point) {
-          if (!problem.Solves(point) || problem.control_of[point] >= 0) continue;
-          sights.clear();
-          for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
-               ++i) {
-            if (problem.look_used[i] == 0) continue;
-            if (const auto sight = problem.model.SightOf(i, state.corrections)) {
-              sights.push_back(*sight);
-            }
-          }
-          if (sights.size() < 2) continue;
-          const Eigen::Vector3d p_m = state.Position(point);
-          if (!CutsThin(p_m, sights) && !MirrorFits(block.frame, p_m, sights)) continue;
-          switch (Intersect(sights, block.frame).outcome) {
-            case IntersectionOutcome::kCirclesTouch:
-              parts[chunk].touching.push_back(point);
-              break;
-            case IntersectionOutcome::kCirclesCoincide:
-              parts[chunk].coinciding.push_back(point);
-              break;
-            case IntersectionOutcome::kAmbiguous:
-              parts[chunk].ambiguous.push_back(point);
-              break;
-            default:
-              break;
-          }
+  std::vector<IntersectionOutcome> outcome(points, IntersectionOutcome::kDetermined);
+  const auto examine = [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::vector<Sight> sights;
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem.Solves(point) || problem.control_of[point] >= 0) continue;
+      sights.clear();
+      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+        if (problem.look_used[i] == 0) continue;
+        if (const auto sight = problem.model.SightOf(i, state.corrections)) {
+          sights.push_back(*sight);
         }
-      });
-  PointDefects out;
-  const auto append = [](const std::vector<std::size_t>& from, std::vector<std::size_t>* to) {
-    to->insert(to->end(), from.begin(), from.end());
+      }
+      if (sights.size() < 2) continue;
+      const Eigen::Vector3d p_m = state.Position(point);
+      if (!CutsThin(p_m, sights) && !MirrorFits(block.frame, p_m, sights)) continue;
+      outcome[point] = Intersect(sights, block.frame).outcome;
+    }
   };
-  for (const PointDefects& part : parts) {
-    append(part.touching, &out.touching);
-    append(part.coinciding, &out.coinciding);
-    append(part.ambiguous, &out.ambiguous);
+  ForChunksOfRanks(points, kPointsPerChunk, {SharedArray::ByItem(&outcome)}, examine);
+  PointDefects out;
+  for (std::size_t point = 0; point < points; ++point) {
+    switch (outcome[point]) {
+      case IntersectionOutcome::kCirclesTouch:
+        out.touching.push_back(point);
+        break;
+      case IntersectionOutcome::kCirclesCoincide:
+        out.coinciding.push_back(point);
+        break;
+      case IntersectionOutcome::kAmbiguous:
+        out.ambiguous.push_back(point);
+        break;
+      default:
+        break;
+    }
   }
   return out;
 }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/parallel.h"
+#include "core/divided_loop.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {
@@ -156,8 +156,12 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
   const LookModel& model = problem->model;
   const std::size_t points = block.points.size();
   std::vector<double> largest((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
-  ParallelForChunks(
-      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+  ForChunksOfRanks(
+      points,
+      kPointsPerChunk,
+      {SharedArray::ByRange(block.looks.offsets, &problem->weights),
+       SharedArray::ByChunk(&largest)},
+      [&](std::size_t chunk, std::size_t begin, std::size_t end) {
         LookColumns columns;
         LookEvaluation at;
         for (std::size_t point = begin; point < end; ++point) {

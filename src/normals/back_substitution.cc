@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "back_substitution.h"
 
-#include "core/parallel.h"
+#include "core/divided_loop.h"
 #include "point_terms.h"
 #include <Eigen/Core>
 
@@ -110,21 +110,23 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
   out.displacement_m = state.displacement_m;
   std::vector<double> predicted_1((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
   const BackSubstitution substitution{problem, state, weighting, damping_1, dx};
-  ParallelForChunks(
-      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        PointFactor factor;
-        for (std::size_t point = begin; point < end; ++point) {
-          if (!problem.Solves(point)) continue;
-          EvaluateLooks(problem, state, weighting, point, &factor);
-          PointStep step;
-          if (!substitution.BySquare(factor, point, &step)) {
-            step = substitution.ByFactors(point, &factor);
-          }
-          if (!step.step_m.allFinite()) continue;
-          out.displacement_m[point] += step.step_m;
-          predicted_1[chunk] += step.predicted_decrease_1;
-        }
-      });
+  ForChunksOfRanks(points,
+                   kPointsPerChunk,
+                   {SharedArray::ByItem(&out.displacement_m), SharedArray::ByChunk(&predicted_1)},
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                     PointFactor factor;
+                     for (std::size_t point = begin; point < end; ++point) {
+                       if (!problem.Solves(point)) continue;
+                       EvaluateLooks(problem, state, weighting, point, &factor);
+                       PointStep step;
+                       if (!substitution.BySquare(factor, point, &step)) {
+                         step = substitution.ByFactors(point, &factor);
+                       }
+                       if (!step.step_m.allFinite()) continue;
+                       out.displacement_m[point] += step.step_m;
+                       predicted_1[chunk] += step.predicted_decrease_1;
+                     }
+                   });
   for (const double part : predicted_1) out.predicted_decrease_1 += part;
   return out;
 }

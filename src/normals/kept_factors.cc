@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
+#include "core/ranks.h"
 #include "point_terms.h"
 
 namespace sarblock {
@@ -45,6 +47,33 @@ void KeptFactors::Keep(std::size_t part,
       put(row.data(), static_cast<std::size_t>(look.columns.column_count));
     }
   }
+}
+
+void KeptFactors::Share(const PointPieces& pieces, const std::vector<int>& rank_of_part) {
+  Ranks* const ranks = RanksScope::Current();
+  if (ranks == nullptr) return;
+  struct Sizes {
+    std::size_t numbers = 0, blocks = 0;
+  };
+  std::vector<Sizes> sizes;
+  for (const Part& part : parts_) sizes.push_back({part.numbers.size(), part.blocks.size()});
+  std::vector<RankPart> told, kept;
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    AddPart(std::as_writable_bytes(std::span(&sizes[k], 1)), rank_of_part[k], &told);
+  }
+  ranks->Share(told);
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    Part& part = parts_[k];
+    const int rank = rank_of_part[k];
+    part.numbers.resize(sizes[k].numbers);
+    part.blocks.resize(sizes[k].blocks);
+    AddPart(std::as_writable_bytes(std::span(part.numbers)), rank, &kept);
+    AddPart(std::as_writable_bytes(std::span(part.blocks)), rank, &kept);
+    for (std::size_t place = pieces[k].begin; place < pieces[k].end; ++place) {
+      AddPart(std::as_writable_bytes(std::span(&places_[pieces.PointAt(place)], 1)), rank, &kept);
+    }
+  }
+  ranks->Share(kept);
 }
 
 const double* KeptFactors::Restore(const AdjustmentProblem& problem,

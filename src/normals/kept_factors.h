@@ -7,13 +7,14 @@
 
 #include "elimination.h"
 #include "model/problem.h"
+#include "point_pieces.h"
 #include <Eigen/Core>
 
 namespace sarblock {
 
 /// The factors of all points of one linearisation, kept from the sum of S to the sweep over the
 /// points, so that a look is evaluated once for both (BytesFor). Recomputed factors are the same to
-/// the bit; large blocks are left to that.
+/// the bit, or to the last digit after weights formed on the way; large blocks are left to that.
 class KeptFactors {
  public:
   /// Memory that may be kept: 29,000 points of five looks, six parameters.
@@ -28,6 +29,11 @@ class KeptFactors {
             std::size_t point,
             const PointFactor& factor,
             const PointColumns& columns);
+
+  /// Among ranks (core/ranks.h) every rank has all parts afterwards; `rank_of_part` has kept a
+  /// part, which is of the points of the piece of its number. Factors computed anew at weights that
+  /// were formed on the way (Weighting::renewed) would differ in their last digit.
+  void Share(const PointPieces& pieces, const std::vector<int>& rank_of_part);
 
   /// R, the blocks of a point with their columns, and T, 3 x width row by row, in the memory it was
   /// kept in. Null for a point that was not kept or has another number of looks now.

@@ -15,13 +15,16 @@ std::size_t AsSize(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-void PartialSum::Begin(const PointPiece& piece,
-                       const BlockPattern& pattern,
-                       PieceScratch* scratch) {
+void PartialSum::Take(const PointPiece& piece, const BlockPattern& pattern) {
   CHECK_LT(piece.doubles(), kUntouched);
   piece_ = &piece;
   pattern_ = &pattern;
   numbers_.assign(piece.doubles(), 0.0);
+}
+
+void PartialSum::Begin(PieceScratch* scratch) {
+  const PointPiece& piece = *piece_;
+  const BlockPattern& pattern = *pattern_;
   if (scratch->piece == nullptr) {
     scratch->value_of_slot.assign(pattern.slot_count(), kUntouched);
     scratch->row_of_block.resize(AsSize(pattern.block_count()));
@@ -195,7 +198,7 @@ void PartialSum::Add(const PointEquations& equations, std::size_t point, PieceSc
   }
   if (!damped && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
     AddLooks(problem.layout, Row::kExactGradient, *scratch);
-    totals_.weak.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition_1});
+    weak_.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition_1});
     return;
   }
   const Eigen::Vector3d c = Project(factor, factor.e);

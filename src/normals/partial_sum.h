@@ -36,7 +36,6 @@ struct NormalSums {
 
 /// Numbers of points without a place in S.
 struct PointTotals {
-  std::vector<WeakPoint> weak;
   double cost_1 = 0.0, step_square_1 = 0.0, gradient_square_1 = 0.0;
   int not_evaluated = 0, beyond_path = 0;
   bool any_subtracted = false;  ///< a point was added as a difference
@@ -56,14 +55,20 @@ struct PieceScratch {
 /// one array of PointPiece::doubles().
 class PartialSum {
  public:
-  /// Takes the memory, all zero, and finds the places; `piece` and `pattern` must outlive this.
-  void Begin(const PointPiece& piece, const BlockPattern& pattern, PieceScratch* scratch);
+  /// Takes the memory, all zero; `piece` and `pattern` must outlive this.
+  void Take(const PointPiece& piece, const BlockPattern& pattern);
+  /// Finds the places, before the first point.
+  void Begin(PieceScratch* scratch);
   /// Adds a point; one whose own equations are rank deficient is only named. Leaves its factor and
   /// columns in the scratch.
   void Add(const PointEquations& equations, std::size_t point, PieceScratch* scratch);
   /// Adds the columns [begin, end) of blocks to the sums over all points.
   void AddColumns(int begin, int end, const NormalSums& sums) const;
   [[nodiscard]] const PointTotals& totals() const { return totals_; }
+  /// Points whose own equations are rank deficient.
+  [[nodiscard]] const std::vector<WeakPoint>& weak() const { return weak_; }
+  /// The array.
+  [[nodiscard]] std::span<double> numbers() { return numbers_; }
 
  private:
   /// The vectors behind the blocks of S.
@@ -98,6 +103,7 @@ class PartialSum {
   const BlockPattern* pattern_ = nullptr;
   std::vector<double> numbers_;
   PointTotals totals_;
+  std::vector<WeakPoint> weak_;
 };
 
 }  // namespace sarblock

@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <utility>
 
+#include "core/divided_loop.h"
 #include "core/parallel.h"
 #include "core/pool.h"
+#include "core/ranks.h"
 #include "core/scratch.h"
 #include "partial_sum.h"
+#include "share_pieces.h"
 
 namespace sarblock {
 namespace {
@@ -42,6 +46,10 @@ void ReducedSystem::Form(const BlockState& state,
   damping_1_ = damping_1;
   const std::size_t points = problem_.block.points.size();
   sarblock::Step(progress, "linearise", 0, points);
+  if (Ranks* const ranks = RanksScope::Current(); ranks != nullptr) {
+    const Eigen::VectorXd& x = state.corrections;
+    ranks->RequireSame(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));
+  }
   const bool subtracted = Sum(state, weighting, damping_1 == 0.0 && exact_);
   if (damping_1 == 0.0 && subtracted && PointsTakeNearlyAll()) {
     exact_ = true;
@@ -92,13 +100,17 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
       columns * kValuesPerStripe / (1 + sparse.values().size()), 1, columns + 1);
   Pool<PieceScratch> pool;
   bool subtracted = false;
+  std::vector<int> rank_of_piece;
+  const int threads = ThreadsOfRanks();
   for (std::size_t first = 0; first < pieces_.size();) {
-    const std::size_t end = pieces_.GroupEnd(first, ThreadsAllowed());
+    const std::size_t end = pieces_.GroupEnd(first, threads);
     std::vector<PartialSum> parts(end - first);
-    ParallelForChunks(parts.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+    std::vector<PointTotals> totals(parts.size());
+    const auto sum_piece = [&](std::size_t k, std::size_t, std::size_t) {
       const auto scratch = pool.Borrow();
       const PointPiece& piece = pieces_[first + k];
-      parts[k].Begin(piece, *sparse.pattern(), &*scratch);
+      parts[k].Take(piece, *sparse.pattern());
+      parts[k].Begin(&*scratch);
       for (std::size_t place = piece.begin; place < piece.end; ++place) {
         const std::size_t point = pieces_.PointAt(place);
         if (!problem_.Solves(point)) continue;
@@ -108,24 +120,32 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
         if (of_point.t.empty()) ProjectColumns(problem_, scratch->factor, &of_point);
         kept_->Keep(first + k, point, scratch->factor, of_point);
       }
-    });
+      totals[k] = parts[k].totals();
+    };
+    ForChunksOfRanks(parts.size(), 1, {SharedArray::ByItem(&totals)}, sum_piece);
+    for (const PartialSum& part : parts) {
+      weak_points_.insert(weak_points_.end(), part.weak().begin(), part.weak().end());
+    }
+    const std::vector<int> ranks =
+        SharePieces(pieces_, *sparse.pattern(), equations, first, &parts);
+    rank_of_piece.insert(rank_of_piece.end(), ranks.begin(), ranks.end());
     ParallelForChunks(columns, stripe, [&](std::size_t, std::size_t begin, std::size_t last) {
       for (const PartialSum& part : parts) {
         part.AddColumns(static_cast<int>(begin), static_cast<int>(last), sums);
       }
     });
-    for (const PartialSum& part : parts) {
-      const PointTotals& totals = part.totals();
-      weak_points_.insert(weak_points_.end(), totals.weak.begin(), totals.weak.end());
-      cost_1_ += totals.cost_1;
-      point_step_square_1_ += totals.step_square_1;
-      gradient_1_ = std::max(gradient_1_, std::sqrt(totals.gradient_square_1));
-      looks_not_evaluated_ += totals.not_evaluated;
-      looks_beyond_path_ += totals.beyond_path;
-      subtracted |= totals.any_subtracted;
+    for (const PointTotals& of_piece : totals) {
+      cost_1_ += of_piece.cost_1;
+      point_step_square_1_ += of_piece.step_square_1;
+      gradient_1_ = std::max(gradient_1_, std::sqrt(of_piece.gradient_square_1));
+      looks_not_evaluated_ += of_piece.not_evaluated;
+      looks_beyond_path_ += of_piece.beyond_path;
+      subtracted |= of_piece.any_subtracted;
     }
     first = end;
   }
+  weak_points_ = JoinedOfRanks(std::move(weak_points_));
+  if (kept_) kept_->Share(pieces_, rank_of_piece);
   std::sort(weak_points_.begin(), weak_points_.end(), [](const WeakPoint& a, const WeakPoint& b) {
     return a.point < b.point;
   });

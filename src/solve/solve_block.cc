@@ -9,7 +9,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/divided_loop.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "engine_choice.h"
@@ -165,7 +165,7 @@ std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
   std::vector<std::uint8_t> lost(points, 0);
   for (const WeakPoint& weak : system.weak_points()) lost[weak.point] = 1;
   const auto& offsets = problem.block.looks.offsets;
-  ParallelForChunks(points, 1024, [&](std::size_t, std::size_t begin, std::size_t end) {
+  const auto look_for_lost = [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point) || problem.control_of[point] >= 0 || lost[point] != 0) continue;
       const Eigen::Vector3d p_m = state.Position(point);
@@ -175,7 +175,8 @@ std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
         if (sight && !LiesWhereItLooks(problem.block.frame, *sight, p_m)) lost[point] = 1;
       }
     }
-  });
+  };
+  ForChunksOfRanks(points, 1024, {SharedArray::ByItem(&lost)}, look_for_lost);
   std::vector<std::size_t> out;
   for (std::size_t point = 0; point < points; ++point) {
     if (lost[point] != 0) out.push_back(point);

@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "core/parallel.h"
+#include "core/divided_loop.h"
 #include "geometry/look_side.h"
 
 namespace sarblock {
@@ -20,15 +23,28 @@ constexpr std::size_t kPointsPerChunk = 512;
 /// What one point starts with.
 struct PointStart {
   PointStatus status = PointStatus::kAdjusted;
+  IntersectionOutcome outcome = IntersectionOutcome::kDetermined;  ///< of kUndetermined
   Eigen::Vector3d position_m = Eigen::Vector3d::Constant(kNotGiven);
-  std::string reason;
 };
 
-PointStart Refuse(PointStatus status, std::string reason) {
+PointStart Refuse(PointStatus status,
+                  IntersectionOutcome outcome = IntersectionOutcome::kTooFewLooks) {
   PointStart out;
   out.status = status;
-  out.reason = std::move(reason);
+  out.outcome = outcome;
   return out;
+}
+
+/// Why a point without a start has none.
+std::string ReasonOf(const PointStart& start) {
+  switch (start.status) {
+    case PointStatus::kNotSeen:
+      return "no look of it takes part";
+    case PointStatus::kTooFewLooks:
+      return "one look and no control: 2 equations, 3 unknowns";
+    default:
+      return Explain(start.outcome);
+  }
 }
 
 PointStart StartOf(const AdjustmentProblem& problem,
@@ -41,11 +57,9 @@ PointStart StartOf(const AdjustmentProblem& problem,
           ? nullptr
           : &problem.control[static_cast<std::size_t>(problem.control_of[point])];
   const int control_rows = control == nullptr ? 0 : control->rows;
-  if (sights.empty()) {
-    return Refuse(PointStatus::kNotSeen, "no look of it takes part");
-  }
+  if (sights.empty()) return Refuse(PointStatus::kNotSeen);
   if (2 * static_cast<int>(sights.size()) + control_rows < 3) {
-    return Refuse(PointStatus::kTooFewLooks, "one look and no control: 2 equations, 3 unknowns");
+    return Refuse(PointStatus::kTooFewLooks);
   }
   PointStart out;
   const Eigen::Vector3d& given_m = block.points.given_m[point];
@@ -68,7 +82,7 @@ PointStart StartOf(const AdjustmentProblem& problem,
     out.position_m = met.position_m;
     return out;
   }
-  return Refuse(PointStatus::kUndetermined, Explain(met.outcome));
+  return Refuse(PointStatus::kUndetermined, met.outcome);
 }
 
 /// Refuses passes whose states contradict each other so much that between them the Doppler cone
@@ -107,34 +121,41 @@ StartReport ComputeStartValues(AdjustmentProblem* problem,
   report.state.start_m.assign(points, Eigen::Vector3d::Constant(kNotGiven));
   report.state.displacement_m.assign(points, Eigen::Vector3d::Zero());
   report.state.corrections = Eigen::VectorXd::Zero(problem->layout.size());
-  std::vector<std::vector<std::size_t>> lost((points + kPointsPerChunk - 1) / kPointsPerChunk);
-  Step(progress, "start values", 0, points);
-  ParallelForChunks(
-      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        std::vector<Sight> sights;
-        for (std::size_t point = begin; point < end; ++point) {
-          sights.clear();
-          for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
-               ++i) {
-            if (problem->look_used[i] == 0) continue;
-            const std::optional<Sight> sight = problem->model.SightOf(i, report.state.corrections);
-            if (sight) {
-              sights.push_back(*sight);
-            } else {
-              lost[chunk].push_back(i);
-              problem->look_used[i] = 0;
-            }
-          }
-          PointStart start = StartOf(*problem, point, sights, intersection);
-          if (IsSolved(start.status)) {
-            report.state.start_m[point] = start.position_m;
-          } else {
-            problem->LeaveOut(point, start.status, start.reason);
-          }
+  // Points and looks are left out after the loop, whose chunks several ranks divide.
+  std::vector<PointStart> starts(points);
+  std::vector<std::uint8_t> lost(block.looks.size(), 0);
+  const auto start = [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::vector<Sight> sights;
+    for (std::size_t point = begin; point < end; ++point) {
+      sights.clear();
+      for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+        if (problem->look_used[i] == 0) continue;
+        const std::optional<Sight> sight = problem->model.SightOf(i, report.state.corrections);
+        if (sight) {
+          sights.push_back(*sight);
+        } else {
+          lost[i] = 1;
         }
-      });
-  for (const std::vector<std::size_t>& part : lost) {
-    report.looks_not_evaluated.insert(report.looks_not_evaluated.end(), part.begin(), part.end());
+      }
+      starts[point] = StartOf(*problem, point, sights, intersection);
+    }
+  };
+  Step(progress, "start values", 0, points);
+  ForChunksOfRanks(points,
+                   kPointsPerChunk,
+                   {SharedArray::ByItem(&starts), SharedArray::ByRange(block.looks.offsets, &lost)},
+                   start);
+  for (std::size_t i = 0; i < lost.size(); ++i) {
+    if (lost[i] == 0) continue;
+    report.looks_not_evaluated.push_back(i);
+    problem->look_used[i] = 0;
+  }
+  for (std::size_t point = 0; point < points; ++point) {
+    if (IsSolved(starts[point].status)) {
+      report.state.start_m[point] = starts[point].position_m;
+    } else {
+      problem->LeaveOut(point, starts[point].status, ReasonOf(starts[point]));
+    }
   }
   UpdateWeights(report.state, problem);
   Step(progress, "start values", points, points);

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "core/parallel.h"
+#include "core/divided_loop.h"
 
 namespace sarblock {
 namespace {
@@ -68,12 +68,14 @@ void WarnOfRounding(const AdjustmentProblem& problem,
                     AdjustResult* result) {
   const std::size_t points = problem.block.points.size();
   std::vector<Worst> parts((points + kPointsPerChunk - 1) / kPointsPerChunk);
-  ParallelForChunks(
-      points, kPointsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        for (std::size_t point = begin; point < end; ++point) {
-          if (problem.Solves(point)) parts[chunk].Add(OfPoint(problem, state, point));
-        }
-      });
+  ForChunksOfRanks(points,
+                   kPointsPerChunk,
+                   {SharedArray::ByChunk(&parts)},
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                     for (std::size_t point = begin; point < end; ++point) {
+                       if (problem.Solves(point)) parts[chunk].Add(OfPoint(problem, state, point));
+                     }
+                   });
   Worst worst;
   for (const Worst& part : parts) worst.Add(part);
   if (worst.points == 0) return;

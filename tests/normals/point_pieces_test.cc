@@ -15,6 +15,7 @@
 #include "core/parallel.h"
 #include "normals/reduced_system.h"
 #include "support/small_blocks.h"
+#include "support/thread_ranks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -82,7 +83,8 @@ BlockState StateAt(const test::KnownBlock& known, AdjustmentProblem* problem) {
 template <typename Values>
 bool SameBytes(const Values& a, const Values& b) {
   return a.size() == b.size() &&
-         std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(double)) == 0;
+         std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(*a.data())) ==
+             0;
 }
 
 std::size_t WholeOf(const BlockPattern& pattern) {
@@ -115,6 +117,37 @@ TEST(PointPiecesTest, ThreadsDoNotChangeAByteOfTheSums) {
       EXPECT_TRUE(SameBytes(system.right_side(), first_side)) << threads;
       EXPECT_TRUE(SameBytes(system.full_diagonal(), first_diagonal)) << threads;
       EXPECT_EQ(system.cost(), first_cost) << threads;
+    }
+  }
+}
+
+// Invariance: what ranks make of their pieces is what one process makes, weights included, in the
+// order of the block and in that of the passes.
+TEST(PointPiecesTest, RanksDoNotChangeAByteOfTheSums) {
+  for (const bool shuffled : {false, true}) {
+    const test::KnownBlock known = Strip(5000, shuffled);
+    AdjustmentProblem problem(known.block, Positions(11));
+    const BlockState state = StateAt(known, &problem);
+    BlockState moved = state;
+    moved.corrections.setConstant(1.9);
+    std::vector<LookWeights> weights = problem.weights;
+    ReducedSystem alone(problem);
+    alone.Form(moved, {.renewed = &weights}, nullptr);
+    EXPECT_FALSE(SameBytes(weights, problem.weights));
+    for (const int size : {2, 3}) {
+      test::RunRanks(size, [&](Ranks*) {
+        std::vector<LookWeights> shared = problem.weights;
+        ReducedSystem system(problem);
+        EXPECT_GT(system.pieces().size(), 32U);
+        system.Form(moved, {.renewed = &shared}, nullptr);
+        EXPECT_TRUE(SameBytes(system.matrix().sparse.values(), alone.matrix().sparse.values()));
+        EXPECT_TRUE(SameBytes(system.right_side(), alone.right_side()));
+        EXPECT_TRUE(SameBytes(system.full_diagonal(), alone.full_diagonal()));
+        EXPECT_TRUE(SameBytes(shared, weights));
+        EXPECT_EQ(system.cost(), alone.cost());
+        EXPECT_EQ(system.gradient(), alone.gradient());
+        EXPECT_EQ(system.point_step_square(), alone.point_step_square());
+      });
     }
   }
 }

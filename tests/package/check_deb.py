@@ -5,7 +5,7 @@ scripts/deb_test.sh.
 
 Usage: check_deb.py FOLDER                     the packages of a folder
        check_deb.py FOLDER --cpack BUILD       makes them there first, from a complete build
-With --python at the end python3-sarblock is among them."""
+With --python python3-sarblock is among them, with --mpi sarblock-mpi; both at the end."""
 import gzip
 import pathlib
 import re
@@ -29,6 +29,8 @@ PYTHON = "usr/lib/python3/dist-packages/sarblock"
 PYTHON_FILES = [
     f"{PYTHON}/__init__.py", f"{PYTHON}/_core.pyi", f"{PYTHON}/py.typed",
     "usr/share/doc/python3-sarblock/copyright", "usr/share/doc/python3-sarblock/changelog.Debian.gz"]
+RANKS_FILES = [
+    "usr/bin/sarblock-mpi", "usr/share/doc/sarblock-mpi/copyright", "usr/share/doc/sarblock-mpi/changelog.Debian.gz"]
 ADJUST = """
 import sarblock
 block = sarblock.simulate({"format": "sarblock-scene 1", "name": "two-flights", "frame": {"kind": "local"},
@@ -77,6 +79,8 @@ def check_program(deb):
         "Depends": r"libc6 \(>= .*libgeographiclib.*libopenblas"}, [r"usr/include/.*", r".*\.a", r".*\.cmake"])
     if "libsarblock" in control(deb).get("Depends", ""):
         yield "the program must carry our libraries itself"
+    if "mpi" in control(deb).get("Depends", ""):
+        yield "the program must not need MPI"
     with tempfile.TemporaryDirectory() as folder:
         run("dpkg-deb", "-x", str(deb), folder)
         page = gzip.open(pathlib.Path(folder) / PROGRAM_FILES[1], "rt", encoding="utf-8").read()
@@ -106,6 +110,13 @@ def check_python(deb):
             yield f"the package does not adjust a block: {used.stderr}"
 
 
+def check_ranks(deb):
+    yield from check(deb, RANKS_FILES, {
+        "Package": "^sarblock-mpi$", "Section": "^science$",
+        "Depends": r"(?=.*libopenmpi3)(?=.*openmpi-bin)(?=.*libgeographiclib)"},
+        [r"usr/bin/sarblock", r"usr/share/sarblock/.*", r"usr/include/.*", r".*\.a"])
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     if "--cpack" in sys.argv:
@@ -119,6 +130,8 @@ def main():
     checks = {"sarblock": check_program, "libsarblock-dev": check_library}
     if "--python" in sys.argv:
         checks["python3-sarblock"] = check_python
+    if "--mpi" in sys.argv:
+        checks["sarblock-mpi"] = check_ranks
     if sorted(debs) != sorted(checks):
         print(f"{folder}: packages {sorted(debs)}, not {sorted(checks)}")
         return 1

@@ -13,6 +13,7 @@
 #include "determinacy/rank_analysis.h"
 #include "normals/reduced_system.h"
 #include "support/small_blocks.h"
+#include "support/thread_ranks.h"
 #include "testing/residual_covariance.h"
 #include "testing/variance_sums.h"
 #include <gmock/gmock.h>
@@ -88,6 +89,16 @@ TEST_P(BorderedPointsTest, OnlyPointsOfHundredsOfPassesAreBordered) {
   EXPECT_TRUE(eliminated_->bordered().points.empty());
   EXPECT_LT(border_->matrix().sparse.values().size(),
             eliminated_->matrix().sparse.values().size() / 100);
+}
+
+// Invariance: rows of the border are shared among ranks like all that points make.
+TEST_P(BorderedPointsTest, StandInTheBorderOfEveryRank) {
+  test::RunRanks(2, [&](Ranks*) {
+    ReducedSystem system(problem_);
+    system.Form(state_, {}, nullptr);
+    EXPECT_EQ(system.matrix().border, border_->matrix().border);
+    EXPECT_GT(system.matrix().border.norm(), 1.0);
+  });
 }
 
 // Second route: the same points eliminated.

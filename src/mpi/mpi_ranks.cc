@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mpi_ranks.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <optional>
+#include <thread>
+
+#include "cli/environment.h"
+#include "core/parallel.h"
+#include <mpi.h>
+#include <sched.h>
+
+namespace sarblock::mpi {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// How long a rank that failed waits for others, which may be in the middle of a long loop.
+constexpr std::chrono::seconds kPatience(5);
+/// A rank that waits asks again at once so long, then after pauses.
+constexpr std::chrono::milliseconds kAwake(1);
+constexpr std::chrono::microseconds kPause(200);
+/// Bytes of one block of a message: MPI counts them by int.
+constexpr std::size_t kMostOfBlock = std::size_t{1} << 30;
+
+bool Done(std::vector<MPI_Request>* requests) {
+  int done = 0;
+  MPI_Testall(static_cast<int>(requests->size()), requests->data(), &done, MPI_STATUSES_IGNORE);
+  return done != 0;
+}
+
+/// Waits for the other ranks, `until` at most; false where they did not come.
+bool WaitForRanks(std::vector<MPI_Request>* requests, std::optional<Clock::time_point> until) {
+  const Clock::time_point begin = Clock::now();
+  for (;;) {
+    if (Done(requests)) return true;
+    const Clock::time_point now = Clock::now();
+    if (until && now > *until) return false;
+    if (now - begin > kAwake) {
+      std::this_thread::sleep_for(kPause);
+    } else {
+      std::this_thread::yield();
+    }
+  }
+}
+
+/// The parts of a rank as one message that stands where they stand; MPI_DATATYPE_NULL for none.
+MPI_Datatype MessageOf(std::span<const RankPart> parts, int rank) {
+  std::vector<int> sizes;
+  std::vector<MPI_Aint> places;
+  for (const RankPart& part : parts) {
+    if (part.rank != rank) continue;
+    for (std::size_t at = 0; at < part.bytes; at += kMostOfBlock) {
+      sizes.push_back(static_cast<int>(std::min(kMostOfBlock, part.bytes - at)));
+      MPI_Aint place = 0;
+      MPI_Get_address(part.data + at, &place);
+      places.push_back(place);
+    }
+  }
+  MPI_Datatype type = MPI_DATATYPE_NULL;
+  if (sizes.empty()) return type;
+  MPI_Type_create_hindexed(
+      static_cast<int>(sizes.size()), sizes.data(), places.data(), MPI_BYTE, &type);
+  MPI_Type_commit(&type);
+  return type;
+}
+
+/// Cores of this process, divided by the ranks of this machine that may use any of them.
+int CoresOfRank() {
+  MPI_Comm machine = MPI_COMM_NULL;
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
+  int ranks = 1;
+  MPI_Comm_size(machine, &ranks);
+  cpu_set_t own;
+  CPU_ZERO(&own);
+  sched_getaffinity(0, sizeof(own), &own);
+  std::vector<cpu_set_t> all(static_cast<std::size_t>(ranks));
+  constexpr int kBytes = static_cast<int>(sizeof(cpu_set_t));
+  MPI_Allgather(&own, kBytes, MPI_BYTE, all.data(), kBytes, MPI_BYTE, machine);
+  MPI_Comm_free(&machine);
+  const auto sharing = std::count_if(all.begin(), all.end(), [&](const cpu_set_t& other) {
+    cpu_set_t common;
+    CPU_AND(&common, &own, &other);
+    return CPU_COUNT(&common) > 0;
+  });
+  return std::max(1, AvailableCores() / std::max(1, static_cast<int>(sharing)));
+}
+
+}  // namespace
+
+MpiRanks::MpiRanks() {
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+  MPI_Comm_size(MPI_COMM_WORLD, &size_);
+  cores_ = CoresOfRank();
+}
+
+std::vector<Ranks::Note> MpiRanks::Meet(const Note& own, const Ending* hasty) {
+  std::vector<Note> notes(static_cast<std::size_t>(size_));
+  constexpr int kBytes = static_cast<int>(sizeof(Note));
+  std::vector<MPI_Request> requests(1, MPI_REQUEST_NULL);
+  MPI_Iallgather(
+      &own, kBytes, MPI_BYTE, notes.data(), kBytes, MPI_BYTE, MPI_COMM_WORLD, requests.data());
+  std::optional<Clock::time_point> until;
+  if (hasty != nullptr) until = Clock::now() + kPatience;
+  if (!WaitForRanks(&requests, until)) {
+    cli::Tell("sarblock: " + hasty->words);
+    MPI_Abort(MPI_COMM_WORLD, hasty->exit_code);
+  }
+  return notes;
+}
+
+void MpiRanks::Exchange(std::span<const RankPart> parts) {
+  std::vector<MPI_Request> requests;
+  std::vector<MPI_Datatype> messages;
+  constexpr int kTag = 0;
+  for (int from = 0; from < size_; ++from) {
+    MPI_Datatype message = MessageOf(parts, from);
+    if (message == MPI_DATATYPE_NULL) continue;
+    messages.push_back(message);
+    if (from != rank_) {
+      MPI_Irecv(MPI_BOTTOM, 1, message, from, kTag, MPI_COMM_WORLD, &requests.emplace_back());
+      continue;
+    }
+    for (int to = 0; to < size_; ++to) {
+      if (to == rank_) continue;
+      MPI_Isend(MPI_BOTTOM, 1, message, to, kTag, MPI_COMM_WORLD, &requests.emplace_back());
+    }
+  }
+  // All ranks are here, and bytes move only where somebody asks for them.
+  while (!Done(&requests)) std::this_thread::yield();
+  for (MPI_Datatype& message : messages) MPI_Type_free(&message);
+}
+
+}  // namespace sarblock::mpi
