@@ -27,24 +27,24 @@ Misfit MisfitAt(const Motion& motion,
   return {equations.rho_m - given.range_m, equations.doppler_error_m, equations.drho_dp.dot(up)};
 }
 
-// The change of height that makes the range fit, if the point then fits altogether: Newton's method
-// on a nearly linear function.
-std::optional<double> HeightChange(const Motion& motion,
-                                   const GridFit& fit,
-                                   const Eigen::Vector3d& up,
-                                   const GridPoint& given,
-                                   double max_misfit_m) {
+// The change of height that makes the range fit, if the point then fits altogether, else NaN:
+// Newton's method on a nearly linear function.
+double HeightChange(const Motion& motion,
+                    const GridFit& fit,
+                    const Eigen::Vector3d& up,
+                    const GridPoint& given,
+                    double max_misfit_m) {
   constexpr double kMost_m = 9000.0;  // more than the relief of the Earth's land is no height error
   double change_m = 0.0;
   for (int step = 0; step < 10; ++step) {
     const Misfit at = MisfitAt(motion, fit.position_m + change_m * up, up, given);
-    if (!(std::abs(at.range_per_height_1) > 0.05)) return std::nullopt;  // grazing: no say
+    if (!(std::abs(at.range_per_height_1) > 0.05)) return kNotGiven;  // grazing: no say
     change_m -= at.range_m / at.range_per_height_1;
-    if (!(std::abs(change_m) < kMost_m)) return std::nullopt;
+    if (!(std::abs(change_m) < kMost_m)) return kNotGiven;
   }
   const Misfit end = MisfitAt(motion, fit.position_m + change_m * up, up, given);
   const bool fits = std::abs(end.range_m) < max_misfit_m && std::abs(end.along_m) < max_misfit_m;
-  return fits ? std::optional<double>(change_m) : std::nullopt;
+  return fits ? change_m : kNotGiven;
 }
 
 LookSide SideOf(const Motion& motion, const Frame& frame, const Eigen::Vector3d& p_m) {
@@ -75,9 +75,10 @@ std::optional<GridFit> FitGridPoint(const GridPoint& point,
   const bool range_fits = std::abs(misfit.range_m) <= max_misfit_m;
   const bool along_fits = std::abs(misfit.along_m) <= max_misfit_m;
   if (!range_fits || !along_fits) {
-    const auto change_m = HeightChange(*motion, fit, up, point, max_misfit_m);
-    fit.fault = change_m ? GridFault::kHeight : GridFault::kPosition;
-    fit.height_change_m = change_m.value_or(0.0);
+    const double change_m = HeightChange(*motion, fit, up, point, max_misfit_m);
+    const bool fits = !std::isnan(change_m);
+    fit.fault = fits ? GridFault::kHeight : GridFault::kPosition;
+    fit.height_change_m = fits ? change_m : 0.0;
   }
   return fit;
 }
