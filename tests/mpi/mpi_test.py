@@ -92,6 +92,14 @@ class RanksTest(unittest.TestCase):
         self.simulate("block-12-strips", "points.count=700")
         self.expect_the_same("--set", "pairs=neighbours")
 
+    def test_recorded_flights_are_the_same(self):
+        for scene in ("recorded/airborne-turbulent", "recorded/downlink-orbit"):
+            with self.subTest(scene=scene):
+                self.simulate(scene)
+                self.expect_the_same()
+                shutil.rmtree(self.folder / "block")
+                shutil.rmtree(self.folder / "alone")
+
     def test_chosen_corrections_and_blunders_left_out_are_the_same(self):
         self.simulate("block-12-strips", "points.count=300")
         table = self.folder / "block" / "observations.csv"
