@@ -11,9 +11,7 @@
 #include "model/symmetric_enu.h"
 #include "normals/elimination.h"
 #include "rank_analysis.h"
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {
@@ -83,9 +81,9 @@ void HoldDatum(const Eigen::MatrixXd& null_space,
   problem->held.clear();
   if (null_space.cols() == 0) return;
   const Eigen::MatrixXd rows = unit.cwiseInverse().asDiagonal() * null_space;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
+  const dense::PivotedOrthogonal qr(rows.transpose());
   for (Eigen::Index k = 0; k < null_space.cols(); ++k) {
-    const int parameter = qr.colsPermutation().indices()[k];
+    const int parameter = qr.Column(k);
     problem->held.push_back({parameter, state.corrections[parameter]});
   }
 }
@@ -134,9 +132,7 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
   }
   const Eigen::VectorXd unit = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * gram * unit.asDiagonal();
-  if (!unit.allFinite() ||
-      !(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly)
-            .eigenvalues()[0] > kLeastDatumEigenvalue_1)) {
+  if (!unit.allFinite() || !(dense::SymmetricEigenvalues(scaled)[0] > kLeastDatumEigenvalue_1)) {
     throw UndeterminedError(
         "the datum points do not fix the datum: the block has " + std::to_string(d) +
             " defects, and the coordinates of these points do not tell them apart; name more "
@@ -144,9 +140,9 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
         {"datum_points"});
   }
   // G <- G L^-T makes G'E G the identity.
-  const Eigen::LLT<Eigen::MatrixXd> root(gram);
+  const dense::Cholesky root(gram);
   const auto normalise = [&](Eigen::MatrixXd* m) {
-    *m = root.matrixL().solve(m->transpose()).transpose().eval();
+    *m = root.SolveLower(Eigen::MatrixXd(m->transpose())).transpose();
   };
   normalise(&corrections_g_);
   normalise(&points_g_);

@@ -6,9 +6,8 @@
 
 #include "block_structure.h"
 #include "rigid_motions.h"
+#include "sparse/decompositions.h"
 #include "weak_words.h"
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 namespace sarblock {
 namespace {
@@ -24,8 +23,7 @@ constexpr std::size_t kMostIslands = 8;
 
 MatrixXd Orthonormal(const MatrixXd& a) {
   if (a.cols() == 0) return a;
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(a);
-  return qr.householderQ() * MatrixXd::Identity(a.rows(), qr.rank());
+  return dense::PivotedOrthogonal(a).Basis();
 }
 
 /// Rows that tell the columns of q, which are orthonormal, apart: each the longest of what those
@@ -55,8 +53,7 @@ void MakeEchelon(MatrixXd* a) {
   const std::vector<Index> rows = TellingRows(q);
   MatrixXd head(q.cols(), q.cols());
   for (Index k = 0; k < q.cols(); ++k) head.row(k) = q.row(rows[static_cast<std::size_t>(k)]);
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(head.transpose());
-  *a = qr.solve(q.transpose()).transpose();
+  *a = dense::PivotedOrthogonal(head.transpose()).Solve(q.transpose()).transpose();
 }
 
 /// The rigid motions of every island, in scaled parameters, columns of unit length or zero.
@@ -93,14 +90,13 @@ Candidates CandidatesOf(const AdjustmentProblem& problem,
 
 /// Mixtures of the candidates that lie in the subspace, by columns of coefficients.
 MatrixXd MotionsInside(const Candidates& candidates, const MatrixXd& weak) {
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(candidates.columns);
-  qr.setThreshold(1e-6);
+  const dense::PivotedOrthogonal qr(candidates.columns, 1e-6);
   if (qr.rank() == 0) return MatrixXd(candidates.columns.cols(), 0);
-  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(weak.rows(), qr.rank());
-  const Eigen::JacobiSVD<MatrixXd> svd(weak.transpose() * q, Eigen::ComputeThinV);
-  const Index inside = (svd.singularValues().array() >= kInside_1).count();
+  const MatrixXd q = qr.Basis();
+  const dense::SingularValues svd = dense::DecomposeSingular(weak.transpose() * q);
+  const Index inside = (svd.values.array() >= kInside_1).count();
   if (inside == 0) return MatrixXd(candidates.columns.cols(), 0);
-  MatrixXd part = qr.solve(q * svd.matrixV().leftCols(inside));
+  MatrixXd part = qr.Solve(q * svd.v.leftCols(inside));
   MakeEchelon(&part);
   return part;
 }
@@ -137,10 +133,7 @@ std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
   MatrixXd rest = space;
   if (part.cols() > 0) {
     const MatrixXd q = Orthonormal(taken);
-    const Eigen::HouseholderQR<MatrixXd> qr(q);
-    rest =
-        space *
-        (qr.householderQ() * MatrixXd::Identity(q.rows(), q.rows())).rightCols(q.rows() - q.cols());
+    rest = space * dense::Orthogonal(q).Q(q.rows()).rightCols(q.rows() - q.cols());
   }
   MakeEchelon(&rest);
   for (Index k = 0; k < rest.cols(); ++k) out.push_back({rest.col(k).normalized(), {}});

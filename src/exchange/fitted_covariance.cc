@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sparse/decompositions.h"
 #include <Eigen/Dense>
 
 namespace sarblock {
@@ -24,12 +25,13 @@ Eigen::MatrixXd FitParameters(std::span<const FitTime> times) {
   if (!(scale.minCoeff() > 0.0)) throw InputError("times", "do not determine the parameters");
   const Eigen::MatrixXd scaled =
       scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(scaled);
+  const dense::PivotedCholesky factor(scaled);
   constexpr double kLeastPivot = 1e-10;
-  if (factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > kLeastPivot)) {
+  if (!factor.PivotsAbove(kLeastPivot)) {
     throw InputError("times", "do not determine the parameters");
   }
-  const Eigen::MatrixXd solution = factor.solve(scale.cwiseInverse().asDiagonal() * right);
+  const Eigen::MatrixXd solution =
+      factor.Solve(Eigen::MatrixXd(scale.cwiseInverse().asDiagonal() * right));
   return scale.cwiseInverse().asDiagonal() * solution;
 }
 

@@ -14,7 +14,7 @@
 #include "flight/track_axes.h"
 #include "geodesy/body.h"
 #include "parameter.h"
-#include <Eigen/Cholesky>
+#include "sparse/decompositions.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -259,15 +259,14 @@ void JointPriorTerm::Set(const Eigen::MatrixXd& q) {
   const Eigen::VectorXd sigma = q.diagonal().cwiseSqrt();
   const Eigen::VectorXd weight = sigma.cwiseInverse();
   const Eigen::MatrixXd scaled = weight.asDiagonal() * q * weight.asDiagonal();
-  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-  if (llt.info() != Eigen::Success) {
+  const dense::Cholesky root(scaled);
+  if (!root.positive_definite()) {
     throw InputError("prior." + name + ".covariance", "is not positive definite");
   }
   const Eigen::Index size = q.rows();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(size, size);
-  llt.matrixL().solveInPlace(inverse);
+  const Eigen::MatrixXd inverse = root.SolveLower(Eigen::MatrixXd::Identity(size, size).eval());
   covariance = q;
-  factor = sigma.asDiagonal() * Eigen::MatrixXd(llt.matrixL());
+  factor = sigma.asDiagonal() * root.L();
   whitening = inverse * weight.asDiagonal();
   information = whitening.transpose() * whitening;
 }

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/divided_loop.h"
-#include <Eigen/Cholesky>
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {
@@ -33,12 +33,12 @@ ControlEquations MakeControl(const Block& block, const KnownPosition& known) {
                                                  held[static_cast<std::size_t>(j)]);
     }
   }
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  if (factor.info() != Eigen::Success) {
+  const dense::Cholesky factor(covariance);
+  if (!factor.positive_definite()) {
     throw InputError("point " + std::string(block.points.ids[known.point]),
                      "the covariance of the control is not positive definite");
   }
-  control.weight.topRows(control.rows) = factor.matrixL().solve(rotation);
+  control.weight.topRows(control.rows) = factor.SolveLower(rotation);
   return control;
 }
 

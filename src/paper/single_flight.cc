@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/SVD>
+#include "sparse/decompositions.h"
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -65,7 +65,7 @@ SingleFlightProof ProveSingleFlight(const SingleFlightPair& pair) {
     jacobian.row(row + 1) = equations.ded_dp;
   }
   SingleFlightProof proof;
-  const Eigen::Vector3d singular = Eigen::JacobiSVD<Eigen::MatrixXd>(jacobian).singularValues();
+  const Eigen::Vector3d singular = dense::DecomposeSingular(jacobian).values;
   for (int i = 0; i < 3; ++i) {
     proof.singular_1[i] = singular(i);
     if (singular(i) > kRankTolerance) ++proof.rank;

@@ -8,8 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "sparse/decompositions.h"
 #include <glog/logging.h>
 
 namespace sarblock {
@@ -35,7 +34,7 @@ std::vector<int> Places(std::size_t begin, std::size_t count) {
 }
 
 /// Least eigenvalue by inverse iteration on a factor, never below the true one but for rounding.
-double LeastEigenvalue(const Eigen::LLT<Eigen::MatrixXd>& factor) {
+double LeastEigenvalue(const dense::Cholesky& factor) {
   const Eigen::Index n = factor.rows();
   // A start that no symmetry of a problem is orthogonal to.
   Eigen::VectorXd v(n);
@@ -43,7 +42,7 @@ double LeastEigenvalue(const Eigen::LLT<Eigen::MatrixXd>& factor) {
   v.normalize();
   double value = std::numeric_limits<double>::infinity();
   for (int step = 0; step < 50; ++step) {
-    Eigen::VectorXd next = factor.solve(v);
+    Eigen::VectorXd next = factor.Solve(v);
     const double now = 1.0 / next.norm();
     v = next.normalized();
     const bool settled = std::abs(now - value) <= 1e-3 * now;
@@ -100,8 +99,8 @@ double MostLikely(const ProcessLikelihood& likelihood) {
 }  // namespace
 
 double ConditionOf(const Eigen::MatrixXd& scaled) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(scaled);
-  if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  const dense::Cholesky factor(scaled);
+  if (!factor.positive_definite()) return std::numeric_limits<double>::infinity();
   return 1.0 / LeastEigenvalue(factor);
 }
 
@@ -149,12 +148,11 @@ bool QuadraticModel::Reset(const std::vector<int>& active) {
   const Eigen::VectorXd scale = saa.diagonal().cwiseMax(0.0).cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return false;
   saa = scale.asDiagonal() * saa * scale.asDiagonal();
-  const Eigen::LLT<Eigen::MatrixXd> factor(saa);
-  if (factor.info() != Eigen::Success) return false;
+  const dense::Cholesky factor(saa);
+  if (!factor.positive_definite()) return false;
   const Eigen::MatrixXd y =
-      factor.matrixL().solve(Eigen::MatrixXd(scale.asDiagonal() * s_(active, Eigen::all)));
-  const Eigen::VectorXd z =
-      factor.matrixL().solve(Eigen::VectorXd(scale.asDiagonal() * b_(active)));
+      factor.SolveLower(Eigen::MatrixXd(scale.asDiagonal() * s_(active, Eigen::all)));
+  const Eigen::VectorXd z = factor.SolveLower(Eigen::VectorXd(scale.asDiagonal() * b_(active)));
   s_.noalias() -= y.transpose() * y;
   b_ -= y.transpose() * z;
   omega_1_ -= z.squaredNorm();
@@ -162,10 +160,10 @@ bool QuadraticModel::Reset(const std::vector<int>& active) {
 }
 
 void QuadraticModel::Add(const std::vector<int>& columns) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(Part(s_, columns, columns));
-  CHECK(factor.info() == Eigen::Success) << "columns that are not determined were added";
-  const Eigen::MatrixXd y = factor.matrixL().solve(Eigen::MatrixXd(s_(columns, Eigen::all)));
-  const Eigen::VectorXd z = factor.matrixL().solve(Eigen::VectorXd(b_(columns)));
+  const dense::Cholesky factor(Part(s_, columns, columns));
+  CHECK(factor.positive_definite()) << "columns that are not determined were added";
+  const Eigen::MatrixXd y = factor.SolveLower(Eigen::MatrixXd(s_(columns, Eigen::all)));
+  const Eigen::VectorXd z = factor.SolveLower(Eigen::VectorXd(b_(columns)));
   s_.noalias() -= y.transpose() * y;
   b_ -= y.transpose() * z;
   omega_1_ -= z.squaredNorm();
@@ -185,17 +183,16 @@ CandidateFigures QuadraticModel::Test(const std::vector<int>& columns,
   out.posterior_prior_1 = std::numeric_limits<double>::quiet_NaN();
   const Eigen::VectorXd scale = data_.full_diagonal(columns).cwiseSqrt().cwiseInverse();
   if (columns.empty() || !scale.allFinite()) return out;
-  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * m * scale.asDiagonal());
-  if (factor.info() != Eigen::Success) return out;
+  const dense::Cholesky factor(scale.asDiagonal() * m * scale.asDiagonal());
+  if (!factor.positive_definite()) return out;
   out.condition_1 = 1.0 / LeastEigenvalue(factor);
   const Eigen::VectorXd scaled = scale.asDiagonal() * g;
-  out.statistic_1 = factor.matrixL().solve(scaled).squaredNorm();
+  out.statistic_1 = factor.SolveLower(scaled).squaredNorm();
 
   const Eigen::VectorXd prior = data_.prior_weight(columns);
   if (prior.minCoeff() > 0.0) {
     // log det of information over prior information: the exact penalty where a prior is proper.
-    const double log_det =
-        2.0 * factor.matrixLLT().diagonal().array().log().sum() - 2.0 * scale.array().log().sum();
+    const double log_det = factor.LogDeterminant() - 2.0 * scale.array().log().sum();
     out.penalty_1 = log_det - prior.array().log().sum();
     out.posterior_prior_1 = std::exp(-0.5 * out.penalty_1 / k);
   } else {
@@ -228,9 +225,9 @@ Eigen::MatrixXd QuadraticModel::Covariance() const {
   if (n == 0) return {};
   const Eigen::MatrixXd saa = Part(data_.s, active_, active_);
   const Eigen::VectorXd scale = saa.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * saa * scale.asDiagonal());
-  CHECK(factor.info() == Eigen::Success) << "the model is singular";
-  return scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal();
+  const dense::Cholesky factor(scale.asDiagonal() * saa * scale.asDiagonal());
+  CHECK(factor.positive_definite()) << "the model is singular";
+  return scale.asDiagonal() * factor.Inverse() * scale.asDiagonal();
 }
 
 CandidateFigures QuadraticModel::Wald(const std::vector<int>& columns,
@@ -244,10 +241,8 @@ CandidateFigures QuadraticModel::Wald(const std::vector<int>& columns,
   const Eigen::VectorXd x = covariance(places, Eigen::all) * data_.b(active_);
   const Eigen::MatrixXd ckk = covariance(places, places);
   const Eigen::VectorXd scale = ckk.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * ckk * scale.asDiagonal());
-  const Eigen::Index k = ckk.rows();
-  const Eigen::MatrixXd m =
-      scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(k, k)) * scale.asDiagonal();
+  const dense::Cholesky factor(scale.asDiagonal() * ckk * scale.asDiagonal());
+  const Eigen::MatrixXd m = scale.asDiagonal() * factor.Inverse() * scale.asDiagonal();
   const Eigen::VectorXd g = m * x;
   return Test(columns, m, g, omega_1_ + g.dot(x), redundancy_1_ + Takes(columns));
 }
@@ -321,13 +316,12 @@ CandidateFigures QuadraticModel::Process(const std::vector<int>& in,
   const double without_1 = small.square_sum(), redundancy_1 = small.redundancy();
 
   const auto k = static_cast<Eigen::Index>(places.size());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      Eigen::MatrixXd(small.s_(places, places)));
-  const double largest = eigen.eigenvalues()[k - 1];
+  const dense::Eigenpairs eigen = dense::SymmetricEigenpairs(small.s_(places, places));
+  const double largest = eigen.values[k - 1];
   if (!(largest > 0.0)) return figures;
   ProcessLikelihood likelihood;
-  likelihood.information = eigen.eigenvalues().cwiseMax(0.0).array();
-  likelihood.square = (eigen.eigenvectors().transpose() * small.b_(places)).array().square();
+  likelihood.information = eigen.values.cwiseMax(0.0).array();
+  likelihood.square = (eigen.vectors.transpose() * small.b_(places)).array().square();
   likelihood.without_1 = without_1;
   likelihood.redundancy_1 = redundancy_1;
   figures.variance_1 = std::exp(MostLikely(likelihood));

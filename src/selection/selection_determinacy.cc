@@ -9,7 +9,7 @@
 #include "determinacy/rigid_motions.h"
 #include "determinacy/target_effects.h"
 #include "quadratic_model.h"
-#include <Eigen/Cholesky>
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 
@@ -41,7 +41,7 @@ Determinacy DeterminacyOf(const Eigen::MatrixXd& s,
   out.condition_1 = ConditionOf(part);
   if (!std::isfinite(out.condition_1)) return {kOpen, kOpen};
   const Eigen::Index n = part.rows();
-  const Eigen::MatrixXd covariance = part.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd covariance = dense::Cholesky(part).Inverse();
   for (Eigen::Index k = 0; k < n; ++k) {
     const int column = active[static_cast<std::size_t>(k)];
     if (prior_weight[column] > 0.0) continue;

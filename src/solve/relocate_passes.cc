@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/median.h"
-#include <Eigen/Cholesky>
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {
@@ -166,9 +166,9 @@ class Resection {
         gradient += weight * at.error_1[static_cast<Eigen::Index>(measured)] * row;
       }
     }
-    const Eigen::LDLT<Eigen::MatrixXd> factor(normal);
-    if (factor.info() != Eigen::Success || !factor.isPositive()) return false;
-    const Eigen::VectorXd step = factor.solve(gradient);
+    const dense::PivotedCholesky factor(normal);
+    if (!factor.positive_semidefinite()) return false;
+    const Eigen::VectorXd step = factor.Solve(gradient);
     if (!step.allFinite()) return false;
     for (Eigen::Index i = 0; i < size; ++i) {
       state->corrections[static_cast<Eigen::Index>(parameters_[static_cast<std::size_t>(i)])] -=

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
+#include "decompositions.h"
 
 namespace sarblock {
 namespace {
@@ -23,19 +22,16 @@ Eigen::MatrixXd StartColumns(Eigen::Index rows, Eigen::Index columns) {
   return x;
 }
 
-void Orthonormalise(Eigen::MatrixXd* x) {
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(*x);
-  *x = qr.householderQ() * Eigen::MatrixXd::Identity(x->rows(), x->cols());
-}
+void Orthonormalise(Eigen::MatrixXd* x) { *x = dense::Orthogonal(*x).Q(x->cols()); }
 
 /// Rotates the columns to the Ritz vectors of `matrix`; returns the Ritz values.
 Eigen::VectorXd Ritz(const BorderedMatrix& matrix, Eigen::MatrixXd* x) {
   Eigen::MatrixXd product(x->rows(), x->cols());
   for (Eigen::Index c = 0; c < x->cols(); ++c) product.col(c) = matrix.Multiply(x->col(c));
   const Eigen::MatrixXd h = x->transpose() * product;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (h + h.transpose()));
-  *x = *x * eigen.eigenvectors();
-  return eigen.eigenvalues();
+  const dense::Eigenpairs eigen = dense::SymmetricEigenpairs(0.5 * (h + h.transpose()));
+  *x = *x * eigen.vectors;
+  return eigen.values;
 }
 
 }  // namespace

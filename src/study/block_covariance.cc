@@ -11,6 +11,7 @@
 #include "determinacy/rank_analysis.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
+#include "sparse/decompositions.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
@@ -128,14 +129,15 @@ void BlockCovariance::RemoveControl(std::size_t i, const Eigen::Matrix3d& sigma_
 double BlockCovariance::SquareFreedom(const std::vector<std::size_t>& chosen) const {
   const double mean = 3.0 * static_cast<double>(chosen.size());
   if (c_.rows() == 0 || chosen.empty()) return mean;
-  const Eigen::LLT<Eigen::MatrixXd> root(c_);
-  if (root.info() != Eigen::Success) {
+  const dense::Cholesky root(c_);
+  if (!root.positive_definite()) {
     throw InputError("study", "the covariance of the corrections is not positive definite");
   }
+  const Eigen::MatrixXd upper = root.L().transpose();
   Eigen::MatrixXd u(c_.rows(), 3 * static_cast<Eigen::Index>(chosen.size()));
   double own = 0.0;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
-    const Eigen::MatrixXd half = root.matrixU() * Y(chosen[k]);
+    const Eigen::MatrixXd half = upper.triangularView<Eigen::Upper>() * Y(chosen[k]);
     const auto q = Factored(b_[chosen[k]] + half.transpose() * half);
     const Eigen::MatrixXd column = q.matrixL().solve(half.transpose()).transpose();
     own += (column.transpose() * column).squaredNorm();

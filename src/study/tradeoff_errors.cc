@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "model/symmetric_enu.h"
+#include "sparse/decompositions.h"
 #include "study/tradeoff.h"
 #include <Eigen/Cholesky>
 
@@ -81,7 +82,7 @@ AnswerErrors CompareAnswers(const Block& block,
     const Eigen::MatrixXd same = claim.rows * q * claim.rows.transpose();
     covariance_1.push_back((claim.covariance_m2 - same).norm() / same.norm());
     const Eigen::VectorXd e = claim.rows * error_m;
-    normalised_1 += e.dot(claim.covariance_m2.llt().solve(e));
+    normalised_1 += e.dot(dense::Cholesky(claim.covariance_m2).Solve(e));
     dimension += static_cast<double>(e.size());
   }
   out.position_error_1 = Largest(shift_1);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "model/symmetric_enu.h"
-#include <Eigen/Cholesky>
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 
@@ -44,9 +44,9 @@ void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* 
           part(i, j) = full(held[static_cast<std::size_t>(i)], held[static_cast<std::size_t>(j)]);
         }
       }
-      const Eigen::LLT<Eigen::MatrixXd> factor(part);
-      if (factor.info() == Eigen::Success) {
-        check.chi_square = factor.matrixL().solve(e).squaredNorm();
+      const dense::Cholesky factor(part);
+      if (factor.positive_definite()) {
+        check.chi_square = factor.SolveLower(e).squaredNorm();
       }
     }
     result->checks.push_back(check);

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include <Eigen/Cholesky>
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {
@@ -69,7 +69,7 @@ Eigen::Vector3d DrawKnown(const KnownPosition& known, RandomStream* random) {
   for (double& value : normal) value = random->Normal();
   const Eigen::MatrixXd covariance = known.covariance_enu_m2(held, held);
   Eigen::Vector3d noise_m = Eigen::Vector3d::Zero();
-  noise_m(held) = covariance.llt().matrixL() * normal;
+  noise_m(held) = dense::Cholesky(covariance).L().triangularView<Eigen::Lower>() * normal;
   return noise_m;
 }
 

@@ -8,7 +8,7 @@
 #include "covariance/point_sweep.h"
 #include "normals/elimination.h"
 #include "reliability.h"
-#include <Eigen/QR>
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {
@@ -135,10 +135,10 @@ PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
   const Eigen::Index m = a.rows(), columns = equations.columns;
   out.control_rows = static_cast<int>(m) - 2 * static_cast<int>(out.looks.size());
   out.v_1 = a.col(3 + columns);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a.leftCols(3));
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(m, m);
+  const dense::Orthogonal qr(a.leftCols(3));
+  const Eigen::MatrixXd q = qr.Q(m);
   const Eigen::MatrixXd q2 = q.rightCols(m - 3);
-  const Eigen::Matrix3d r = qr.matrixQR().topRows(3).triangularView<Eigen::Upper>();
+  const Eigen::Matrix3d r = qr.R();
   out.q_vv_1 = q2 * q2.transpose();
   Eigen::MatrixXd gain = q.leftCols(3).transpose();
   out.information_1 = q.leftCols(3);

@@ -15,8 +15,8 @@
 #include "determinacy/rank_analysis.h"
 #include "global_test.h"
 #include "model/participation.h"
+#include "sparse/decompositions.h"
 #include "variance_sums.h"
-#include <Eigen/Cholesky>
 
 namespace sarblock {
 namespace {
@@ -139,9 +139,10 @@ HelmertStep SolveHelmert(const VarianceSums& sums,
   const Eigen::MatrixXd h = sums.helmert_1(out.index, out.index);
   const Eigen::VectorXd excess = (sums.square_1 - sums.redundancy_1)(out.index);
   const Eigen::VectorXd scale = h.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * h * scale.asDiagonal());
-  const Eigen::MatrixXd inverse =
-      scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal();
+  const dense::PivotedCholesky factor(scale.asDiagonal() * h * scale.asDiagonal());
+  const Eigen::MatrixXd inverse = scale.asDiagonal() *
+                                  factor.Solve(Eigen::MatrixXd::Identity(n, n).eval()) *
+                                  scale.asDiagonal();
   out.step_1 = inverse * excess;
   out.deviation_1 = (2.0 * inverse.diagonal()).cwiseSqrt();
   for (double& deviation : out.deviation_1) {
