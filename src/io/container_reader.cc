@@ -23,6 +23,12 @@ namespace fs = std::filesystem;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+/// The numbers of a slab none of which is given, one for all columns.
+std::span<const double> NothingGiven() {
+  static const std::vector<double> nothing(kSlabRows, kNan);
+  return nothing;
+}
+
 /// A column of a table, and what its values are indices into.
 struct StoredColumn {
   StoredDataset stored;
@@ -36,8 +42,7 @@ struct StoredColumn {
 struct Cells {
   ColumnBuffer<double> numbers;
   ColumnBuffer<std::uint32_t> indices;
-  bool none = false;         // in any of the rows a number
-  std::size_t nan_rows = 0;  // of `numbers`, from the first on
+  bool none = false;  // in any of the rows a number: `numbers` is empty
   mutable TextsOfRows texts;
   mutable std::string text;
 };
@@ -147,7 +152,9 @@ class ContainerTable final : public TableReader {
   }
   std::span<const double> CellsAhead(std::size_t column) const override {
     if (HasTexts(column)) return {};
-    return (*slab_)[column].numbers.first(slab_end_ - slab_begin_);
+    const std::size_t rows = slab_end_ - slab_begin_;
+    if ((*slab_)[column].none) return NothingGiven().first(rows);
+    return (*slab_)[column].numbers.first(rows);
   }
   bool IsUnstored(std::size_t column) const override { return (*slab_)[column].none; }
   std::span<const std::uint32_t> Indices(std::size_t column) const {
@@ -230,7 +237,7 @@ class ContainerTable final : public TableReader {
         cells.texts.Forget();
         cells.indices.MakeRoom(count, 0);
         target = cells.indices.data();
-      } else {
+      } else if (!table_->columns[i].stored.none) {
         cells.numbers.MakeRoom(count, 0);
         target = cells.numbers.data();
         numbers_[i] = cells.numbers.data();
@@ -242,12 +249,10 @@ class ContainerTable final : public TableReader {
         table_->opened.Fail(table_->path + names_[i], "cannot be read, the file is damaged");
       }
       cells.none = !text && there == StoredRows::kNone;
-      if (cells.none && cells.nan_rows < count) {
-        std::fill_n(cells.numbers.data(), count, kNan);
-        cells.nan_rows = count;
+      if (cells.none) {
+        numbers_[i] = NothingGiven().data();
+        continue;
       }
-      if (cells.none) continue;
-      cells.nan_rows = 0;
       // Counts and flags that are not given are -1 in the file.
       const CellKind kind = table_->columns[i].kind;
       if (!text && (kind == CellKind::kCount || kind == CellKind::kFlag)) {
