@@ -8,6 +8,10 @@
 #include <limits>
 #include <utility>
 
+#include "core/large_pages.h"
+#include "core/parallel.h"
+#include "look_pieces.h"
+
 namespace sarblock {
 namespace {
 
@@ -17,6 +21,37 @@ void Permute(const std::vector<std::uint32_t>& old_of_new, std::vector<T>* colum
   std::vector<T> sorted(old_of_new.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) sorted[i] = (*column)[old_of_new[i]];
   column->swap(sorted);
+}
+
+/// Looks that stand in order get their offsets; false where they do not.
+bool TakeOffsetsOfSorted(const std::vector<std::uint32_t>& point_of_look,
+                         std::size_t point_count,
+                         Looks* looks) {
+  const std::size_t count = point_of_look.size();
+  std::vector<std::uint8_t> sorted(PiecesOfLooks(count), 1);
+  ForPiecesOfLooks(count, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    for (std::size_t i = std::max<std::size_t>(1, begin); i < end; ++i) {
+      if (point_of_look[i - 1] < point_of_look[i] ||
+          (point_of_look[i - 1] == point_of_look[i] && looks->pass[i - 1] <= looks->pass[i])) {
+        continue;
+      }
+      sorted[piece] = 0;
+      return;
+    }
+  });
+  if (std::find(sorted.begin(), sorted.end(), 0) != sorted.end()) return false;
+  std::vector<std::uint64_t>& offsets = looks->offsets;
+  offsets.clear();
+  ReserveInLargePages(point_count + 1, &offsets);
+  offsets.resize(point_count + 1, count);
+  ForPiecesOfLooks(count, [&](std::size_t, std::size_t begin, std::size_t end) {
+    // The first point that does not begin before look i.
+    std::size_t next = begin == 0 ? 0 : point_of_look[begin - 1] + std::size_t{1};
+    for (std::size_t i = begin; i < end; ++i) {
+      while (next <= point_of_look[i]) offsets[next++] = i;
+    }
+  });
+  return true;
 }
 
 double ValueOr(const std::vector<double>& column, std::size_t row, double otherwise) {
@@ -67,22 +102,8 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
                                             std::size_t point_count,
                                             Looks* looks) {
   std::vector<std::uint64_t>& offsets = looks->offsets;
+  if (TakeOffsetsOfSorted(point_of_look, point_count, looks)) return {};
   offsets.assign(point_count + 1, 0);
-  bool sorted = true;
-  for (std::size_t i = 1; sorted && i < point_of_look.size(); ++i) {
-    sorted = point_of_look[i - 1] < point_of_look[i] ||
-             (point_of_look[i - 1] == point_of_look[i] && looks->pass[i - 1] <= looks->pass[i]);
-  }
-  if (sorted) {
-    std::size_t next = 0;  // the first point that does not begin before look i
-    for (std::size_t i = 0; i < point_of_look.size(); ++i) {
-      while (next <= point_of_look[i]) offsets[next++] = i;
-    }
-    std::fill(offsets.begin() + static_cast<std::ptrdiff_t>(next),
-              offsets.end(),
-              std::uint64_t{point_of_look.size()});
-    return {};
-  }
   // Counting sort: offsets[j + 1] first counts the looks of point j, then is where j's next look
   // goes, and ends as the end of point j's looks.
   for (const std::uint32_t point : point_of_look) ++offsets[point + 1];
@@ -116,11 +137,21 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
 void SetStripSpans(const std::vector<std::optional<std::array<double, 2>>>& fixed_s, Block* block) {
   std::vector<Pass>& passes = block->passes;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  std::vector<std::array<double, 2>> seen_s(passes.size(), {kInfinity, -kInfinity});
-  for (std::size_t look = 0; look < block->looks.size(); ++look) {
-    const double time_s = block->looks.time_s[look];
-    std::array<double, 2>& span_s = seen_s[block->looks.pass[look]];
-    span_s = {std::min(span_s[0], time_s), std::max(span_s[1], time_s)};  // NaN: a planned look
+  using Spans = std::vector<std::array<double, 2>>;
+  const Spans none(passes.size(), {kInfinity, -kInfinity});
+  std::vector<Spans> pieces(PiecesOfLooks(block->looks.size()), none);
+  ForPiecesOfLooks(block->looks.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    for (std::size_t look = begin; look < end; ++look) {
+      const double time_s = block->looks.time_s[look];
+      std::array<double, 2>& span_s = pieces[piece][block->looks.pass[look]];
+      span_s = {std::min(span_s[0], time_s), std::max(span_s[1], time_s)};  // NaN: a planned look
+    }
+  });
+  Spans seen_s = none;
+  for (const Spans& piece : pieces) {
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+      seen_s[i] = {std::min(seen_s[i][0], piece[i][0]), std::max(seen_s[i][1], piece[i][1])};
+    }
   }
   for (std::size_t i = 0; i < passes.size(); ++i) {
     Pass& pass = passes[i];

@@ -91,6 +91,7 @@ void FindPasses(const Block& block, Copies* copies) {
       equal[pair].insert(equal[pair].end(), copied.begin(), copied.end());
     }
   }
+  if (equal.empty()) return;
   std::vector<std::size_t> of_pass(block.passes.size(), 0);
   for (const std::uint32_t pass : block.looks.pass) ++of_pass[pass];
   for (const auto& [pair, copied] : equal) {

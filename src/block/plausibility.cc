@@ -10,6 +10,7 @@
 
 #include "core/median.h"
 #include "core/number_text.h"
+#include "look_pieces.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -89,21 +90,38 @@ bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, Kn
   return true;
 }
 
-std::vector<PassLooks> LooksByPass(const Block& block) {
-  std::vector<PassLooks> out(block.passes.size());
+/// Adds the looks of the points from `begin` to `end`.
+void AddLooks(const Block& block, std::size_t begin, std::size_t end, std::vector<PassLooks>* out) {
   const Looks& looks = block.looks;
-  for (std::uint32_t point = 0; point < block.points.size(); ++point) {
+  for (std::size_t j = begin; j < end; ++j) {
+    const auto point = static_cast<std::uint32_t>(j);
     const KnownPosition* known =
         block.points.role[point] == PointRole::kTie ? nullptr : block.points.FindKnown(point);
     const bool compared = known != nullptr && known->held[0] && known->held[1] && known->held[2];
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (looks.rejected(i)) continue;
-      PassLooks& pass = out[looks.pass[i]];
+      PassLooks& pass = (*out)[looks.pass[i]];
       if (!(looks.range_m[i] >= pass.shortest_range_m)) {  // also where nothing stood yet
         if (!std::isnan(looks.range_m[i])) pass.shortest_range_m = looks.range_m[i];
       }
       KnownLook look;
       if (compared && ReadKnownLook(block, i, point, &look)) pass.known.push_back(look);
+    }
+  }
+}
+
+std::vector<PassLooks> LooksByPass(const Block& block) {
+  const std::size_t points = block.points.size();
+  std::vector<std::vector<PassLooks>> pieces(PiecesOfLooks(points),
+                                             std::vector<PassLooks>(block.passes.size()));
+  ForPiecesOfLooks(points, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    AddLooks(block, begin, end, &pieces[piece]);
+  });
+  std::vector<PassLooks> out(block.passes.size());
+  for (const std::vector<PassLooks>& piece : pieces) {
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      out[i].shortest_range_m = std::fmin(out[i].shortest_range_m, piece[i].shortest_range_m);
+      out[i].known.insert(out[i].known.end(), piece[i].known.begin(), piece[i].known.end());
     }
   }
   return out;

@@ -12,6 +12,7 @@
 
 #include "core/number_text.h"
 #include "flight/recording.h"
+#include "look_pieces.h"
 
 namespace sarblock {
 namespace {
@@ -27,8 +28,6 @@ struct TargetOfPass {
 };
 
 std::vector<TargetOfPass> TargetsOf(const Block& block) {
-  std::vector<TargetOfPass> out(block.passes.size());
-  std::vector<double> sum(out.size(), 0.0), count(out.size(), 0.0);
   // By pass: the standard deviation of azimuth in metres where it is that of all looks, else NaN.
   const bool own = !block.looks.azimuth_sigma.empty();
   std::vector<double> same_m, speed_mps;
@@ -38,20 +37,40 @@ std::vector<TargetOfPass> TargetsOf(const Block& block) {
     const auto& states = pass.path.states();
     speed_mps.push_back(states.empty() ? kNotGiven : states.front().velocity_mps.norm());
   }
-  for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    const std::uint32_t pass = block.looks.pass[i];
-    if (block.looks.rejected(i) || std::isnan(block.looks.range_m[i])) continue;
-    double sigma_m = same_m[pass];
-    if (!(sigma_m > 0.0)) {
-      if (!(block.SigmaOf(i).azimuth > 0.0)) continue;
-      sigma_m = block.RoughAzimuthSigma_m(i, speed_mps[pass]);
+  struct Sum {
+    double range_m = 0.0, sigma_m = 0.0, count = 0.0;  // the largest range
+  };
+  const std::vector<Sum> none(block.passes.size());
+  const std::size_t looks = block.looks.size();
+  std::vector<std::vector<Sum>> pieces(PiecesOfLooks(looks), none);
+  ForPiecesOfLooks(looks, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t pass = block.looks.pass[i];
+      if (block.looks.rejected(i) || std::isnan(block.looks.range_m[i])) continue;
+      double sigma_m = same_m[pass];
+      if (!(sigma_m > 0.0)) {
+        if (!(block.SigmaOf(i).azimuth > 0.0)) continue;
+        sigma_m = block.RoughAzimuthSigma_m(i, speed_mps[pass]);
+      }
+      Sum& sum = pieces[piece][pass];
+      sum.range_m = std::max(sum.range_m, block.looks.range_m[i]);
+      sum.sigma_m += sigma_m;
+      sum.count += 1.0;
     }
-    out[pass].range_m = std::max(out[pass].range_m, block.looks.range_m[i]);
-    sum[pass] += sigma_m;
-    count[pass] += 1.0;
+  });
+  std::vector<Sum> all = none;
+  for (const std::vector<Sum>& piece : pieces) {
+    for (std::size_t pass = 0; pass < all.size(); ++pass) {
+      all[pass].range_m = std::max(all[pass].range_m, piece[pass].range_m);
+      all[pass].sigma_m += piece[pass].sigma_m;
+      all[pass].count += piece[pass].count;
+    }
   }
+  std::vector<TargetOfPass> out(all.size());
   for (std::size_t pass = 0; pass < out.size(); ++pass) {
-    if (count[pass] > 0.0) out[pass].azimuth_sigma_m = sum[pass] / count[pass];
+    if (!(all[pass].count > 0.0)) continue;
+    out[pass].range_m = std::max(out[pass].range_m, all[pass].range_m);
+    out[pass].azimuth_sigma_m = all[pass].sigma_m / all[pass].count;
   }
   return out;
 }

@@ -76,7 +76,11 @@ constexpr std::size_t kNoBound = std::numeric_limits<std::size_t>::max();
 }  // namespace
 
 std::uint32_t IdTable::Append(std::string_view id) {
-  ascending_ = ascending_ && IsAfterLast(id);
+  ascending_ = ascending_ && OrderToLast(id) > 0;
+  return AppendInOrder(id);
+}
+
+std::uint32_t IdTable::AppendInOrder(std::string_view id) {
   const std::size_t end = text_.size() + id.size();
   if (end >= kNone || size() + 1 >= kNone) {
     throw InputError("ids", "more than 4 GB of ids in one table");
@@ -95,18 +99,20 @@ std::uint32_t IdTable::Append(std::string_view id) {
   return index;
 }
 
-bool IdTable::IsAfterLast(std::string_view id) const {
-  if (size() == 0) return true;
+int IdTable::OrderToLast(std::string_view id) const {
+  if (size() == 0) return 1;
   const std::string_view last = (*this)[size() - 1];
-  if (id.empty() || last.empty()) return false;
-  if (id.front() != last.front()) return id.front() > last.front();
-  return id.size() != last.size() ? id.size() > last.size() : id > last;
+  if (id.empty() || last.empty()) return id.size() == last.size() ? 0 : -1;
+  if (id.front() != last.front()) return id.front() > last.front() ? 1 : -1;
+  if (id.size() != last.size()) return id.size() > last.size() ? 1 : -1;
+  return id.compare(last);
 }
 
 std::uint32_t IdTable::FindOrAppend(std::string_view id) {
   if (slots_.empty() && ascending_) {
-    if (size() > 0 && id == (*this)[size() - 1]) return static_cast<std::uint32_t>(size() - 1);
-    if (IsAfterLast(id)) return Append(id);
+    const int order = OrderToLast(id);
+    if (order == 0) return static_cast<std::uint32_t>(size() - 1);
+    if (order > 0) return AppendInOrder(id);
   }
   const std::uint32_t found = Find(id);
   return found != kNone ? found : Append(id);

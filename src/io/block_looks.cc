@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "block_reader.h"
+#include "core/large_pages.h"
+#include "core/parallel.h"
 #include "core/pipe.h"
 #include "core/units.h"
 #include "number.h"
@@ -230,22 +232,41 @@ double ReadRangeSigma(const TableReader& reader,
   return sigma * *pixel_m;
 }
 
+/// A look at a point that its pass has seen before, and that first look; rows of the table.
+struct Duplicate {
+  std::size_t first = 0, second = std::numeric_limits<std::size_t>::max(), point = 0;
+};
+
+// The one whose second look comes first in the table.
+Duplicate FindDuplicate(const Block& block, const std::vector<std::uint32_t>& old_of_new) {
+  constexpr std::size_t kPointsAtOnce = 65536;
+  const Looks& looks = block.looks;
+  const auto old_of = [&](std::size_t look) {
+    return old_of_new.empty() ? look : old_of_new[look];
+  };
+  std::vector<Duplicate> pieces((block.points.size() + kPointsAtOnce - 1) / kPointsAtOnce);
+  const auto find = [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    Duplicate& found = pieces[piece];
+    for (std::size_t point = begin; point < end; ++point) {
+      for (std::size_t i = looks.offsets[point] + 1; i < looks.offsets[point + 1]; ++i) {
+        if (looks.pass[i] != looks.pass[i - 1] || old_of(i) >= found.second) continue;
+        found = {old_of(i - 1), old_of(i), point};
+      }
+    }
+  };
+  ParallelForChunks(block.points.size(), kPointsAtOnce, find);
+  Duplicate least;
+  for (const Duplicate& found : pieces) {
+    if (found.second < least.second) least = found;
+  }
+  return least;
+}
+
 // A point seen twice by a pass is refused; `old_of_new` is of SortLooksByPoint(). The lines are
 // looked up only then, in a second scan.
 void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32_t>& old_of_new) {
   const Block& block = reading.result.block;
-  const auto old_of = [&](std::size_t look) {
-    return old_of_new.empty() ? look : old_of_new[look];
-  };
-  std::size_t first = 0, second = std::numeric_limits<std::size_t>::max(), point_found = 0;
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    for (std::size_t i = block.looks.offsets[point] + 1; i < block.looks.offsets[point + 1]; ++i) {
-      if (block.looks.pass[i] != block.looks.pass[i - 1] || old_of(i) >= second) continue;
-      first = old_of(i - 1);
-      second = old_of(i);
-      point_found = point;
-    }
-  }
+  const auto [first, second, point] = FindDuplicate(block, old_of_new);
   if (second == std::numeric_limits<std::size_t>::max()) return;
   const auto reader = OpenLooks(reading);
   std::size_t first_line = 0;
@@ -254,7 +275,7 @@ void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32
   }
   reader->Fail(kObservedPoint,
                "pass " + Quoted(reader->Text(kObservedPass)) + " sees point " +
-                   Quoted(block.points.ids[point_found]) + " twice, first on " +
+                   Quoted(block.points.ids[point]) + " twice, first on " +
                    reader->NameOfLine(first_line) + "; one look per pass and point is allowed");
 }
 
@@ -304,7 +325,7 @@ struct PlainRows {
 };
 
 bool GivesNothing(const TableReader& part, std::size_t column) {
-  if (!part.Has(column)) return true;
+  if (part.NoneAhead(column)) return true;
   const std::span<const double> values = part.NumbersAhead(column);
   return values.size() == part.RowCount() &&
          std::all_of(values.begin(), values.end(), [](double value) { return std::isnan(value); });
@@ -343,11 +364,11 @@ bool TakePlainRows(const PlainTimes& times, const TableReader& part, PlainRows* 
 }
 
 void Reserve(std::size_t count, LookRows* rows) {
-  rows->looks.time_s.reserve(count);
-  rows->looks.range_m.reserve(count);
-  rows->looks.pass.reserve(count);
-  rows->looks.flags.reserve(count);
-  rows->point.reserve(count);
+  ReserveInLargePages(count, &rows->looks.time_s);
+  ReserveInLargePages(count, &rows->looks.range_m);
+  ReserveInLargePages(count, &rows->looks.pass);
+  ReserveInLargePages(count, &rows->looks.flags);
+  ReserveInLargePages(count, &rows->point);
 }
 
 /// Reads the rows of a part. Points that the block does not have are numbered from `known`.

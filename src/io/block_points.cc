@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "block_reader.h"
+#include "core/large_pages.h"
 #include "core/pipe.h"
 #include "core/units.h"
 #include "number.h"
@@ -177,7 +178,7 @@ void FindPointsAhead(PointPart* part, Points* points) {
 
 /// By row of a part that no row has been read of: whether it is a tie point that has x, y and z or
 /// no coordinates, and nothing else. Empty where the cells are text.
-std::vector<bool> PlainTiePoints(const TableReader& part) {
+std::vector<std::uint8_t> PlainTiePoints(const TableReader& part) {
   std::vector<std::uint32_t> role;
   const bool roles = part.Has(kPointRole);
   if (part.RowCount() == 0 || (roles && !part.IndicesAhead(kPointRole, &role))) return {};
@@ -186,7 +187,7 @@ std::vector<bool> PlainTiePoints(const TableReader& part) {
     plain[row] = role[row] == static_cast<std::uint32_t>(PointRole::kTie) ? 1 : 0;
   }
   for (std::size_t column = kPointX; column <= kPointCovNU; ++column) {
-    if (!part.Has(column)) continue;
+    if (part.NoneAhead(column)) continue;
     const std::span<const double> values = part.NumbersAhead(column);
     if (values.size() != plain.size()) return {};
     const bool cartesian = column <= kPointZ;
@@ -196,11 +197,32 @@ std::vector<bool> PlainTiePoints(const TableReader& part) {
       if (number) ++given[row];
     }
   }
-  std::vector<bool> out(plain.size());
   for (std::size_t row = 0; row < plain.size(); ++row) {
-    out[row] = plain[row] != 0 && (given[row] == 0 || given[row] == 3);
+    if (given[row] != 0 && given[row] != 3) plain[row] = 0;
   }
-  return out;
+  return plain;
+}
+
+/// Takes all rows of such a part as whole columns, if all are `plain` and have ids of their own.
+bool TakePlainTiePoints(const std::vector<std::uint8_t>& plain, PointPart* part) {
+  const TableReader& reader = *part->reader;
+  std::vector<std::uint32_t> ids;
+  if (plain.empty() || !part->ids_are_found || !reader.IndicesAhead(kPointId, &ids)) return false;
+  bool taken = true;
+  for (std::size_t row = 0; row < plain.size(); ++row) {
+    taken &= plain[row] != 0 && ids[row] == part->first + row;
+  }
+  if (!taken) return false;
+  part->role.assign(plain.size(), PointRole::kTie);
+  part->given_m.assign(plain.size(), Eigen::Vector3d::Constant(kNotGiven));
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (reader.NoneAhead(kPointX + k)) continue;
+    const std::span<const double> values_m = reader.NumbersAhead(kPointX + k);
+    for (std::size_t row = 0; row < values_m.size(); ++row) {
+      part->given_m[row][static_cast<Eigen::Index>(k)] = values_m[row];
+    }
+  }
+  return true;
 }
 
 [[noreturn]] void FailTwice(const FilePlace& place, std::string_view id) {
@@ -223,7 +245,8 @@ void ReadPointRow(const Frame& frame, PointPart* part) {
 
 void ReadPointRows(const Frame& frame, PointPart* part) {
   TableReader& reader = *part->reader;
-  const std::vector<bool> plain = PlainTiePoints(reader);
+  const std::vector<std::uint8_t> plain = PlainTiePoints(reader);
+  if (TakePlainTiePoints(plain, part)) return;
   part->role.reserve(reader.RowCount());
   part->given_m.reserve(reader.RowCount());
   for (std::size_t row = 0; reader.Next(); ++row) {
@@ -236,7 +259,7 @@ void ReadPointRows(const Frame& frame, PointPart* part) {
       part->ids.Append(reader.Id(kPointId));
       part->lines.push_back(reader.line());
     }
-    if (row < plain.size() && plain[row]) {
+    if (row < plain.size() && plain[row] != 0) {
       part->role.push_back(PointRole::kTie);
       part->given_m.emplace_back(
           reader.Number(kPointX), reader.Number(kPointY), reader.Number(kPointZ));
@@ -280,8 +303,8 @@ void ReadPoints(BlockReading* reading) {
   const Frame& frame = reading->result.block.frame;
   if (frame.kind() == FrameKind::kLocal) RefuseGeodeticInLocal(reader);
   Points& points = reading->result.block.points;
-  points.role.reserve(reader.RowCount());
-  points.given_m.reserve(reader.RowCount());
+  ReserveInLargePages(reader.RowCount(), &points.role);
+  ReserveInLargePages(reader.RowCount(), &points.given_m);
   std::size_t tie_sigmas = 0, begun = 0;
   std::vector<PointPart> parts(ItemsAtOnce());
   const auto next = [&](std::size_t place) {

@@ -23,10 +23,11 @@ namespace fs = std::filesystem;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Of a table with more columns a quarter of a chunk is read at a time (a deflated chunk stays in
-/// the cache of its dataset meanwhile): rows of several threads take no more memory than lines of
-/// text.
-constexpr std::ptrdiff_t kMostColumnsOfSlab = 12;
+/// The numbers of a slab none of which is given, one for all columns.
+std::span<const double> NothingGiven() {
+  static const std::vector<double> nothing(kSlabRows, kNan);
+  return nothing;
+}
 
 /// A column of a table, and what its values are indices into.
 struct StoredColumn {
@@ -41,6 +42,7 @@ struct StoredColumn {
 struct Cells {
   ColumnBuffer<double> numbers;
   ColumnBuffer<std::uint32_t> indices;
+  bool none = false;  // in any of the rows a number: `numbers` is empty
   mutable TextsOfRows texts;
   mutable std::string text;
 };
@@ -81,9 +83,6 @@ class ContainerTable final : public TableReader {
         OpenCells(i, columns[i].kind, ids);
     }
     RequireColumns(columns);
-    const auto there = std::count_if(
-        place_.begin(), place_.end(), [](std::size_t place) { return place != kAbsent; });
-    if (there > kMostColumnsOfSlab) slab_rows_ = kSlabRows / 4;
     end_ = table_->rows;
     // Columns without values take no room in the file: another one has to vouch for the rows.
     const auto vouches = [](const StoredColumn& column) {
@@ -127,11 +126,7 @@ class ContainerTable final : public TableReader {
  private:
   /// The same table, at the same row, with nothing read of it.
   ContainerTable(const ContainerTable& whole)
-      : TableReader(whole),
-        table_(whole.table_),
-        slab_(table_->slabs.Borrow()),
-        slab_rows_(whole.slab_rows_),
-        end_(whole.end_) {
+      : TableReader(whole), table_(whole.table_), slab_(table_->slabs.Borrow()), end_(whole.end_) {
     slab_->resize(table_->columns.size());
   }
 
@@ -157,8 +152,11 @@ class ContainerTable final : public TableReader {
   }
   std::span<const double> CellsAhead(std::size_t column) const override {
     if (HasTexts(column)) return {};
-    return (*slab_)[column].numbers.first(slab_end_ - slab_begin_);
+    const std::size_t rows = slab_end_ - slab_begin_;
+    if ((*slab_)[column].none) return NothingGiven().first(rows);
+    return (*slab_)[column].numbers.first(rows);
   }
+  bool IsUnstored(std::size_t column) const override { return (*slab_)[column].none; }
   std::span<const std::uint32_t> Indices(std::size_t column) const {
     return (*slab_)[column].indices.first(slab_end_ - slab_begin_);
   }
@@ -225,37 +223,35 @@ class ContainerTable final : public TableReader {
 
   void ReadSlab() {
     const std::lock_guard<std::mutex> lock(Hdf5Mutex());
+    SilenceHdf5();
     slab_begin_ = line_;
-    slab_end_ = std::min<std::size_t>(end_, line_ + slab_rows_);
+    slab_end_ = std::min<std::size_t>(end_, line_ + kSlabRows);
     const hsize_t count = slab_end_ - slab_begin_;
     const Hdf5Id to(H5Screate_simple(1, &count, nullptr), H5Sclose);
     for (std::size_t i = 0; i < slab_->size(); ++i) {
       if (!Has(i)) continue;
       Cells& cells = (*slab_)[i];
-      const hid_t dataset = table_->columns[i].stored.dataset.get();
       void* target = nullptr;
       const bool text = table_->columns[i].texts != nullptr;
       if (text) {
         cells.texts.Forget();
         cells.indices.MakeRoom(count, 0);
         target = cells.indices.data();
-      } else {
+      } else if (!table_->columns[i].stored.none) {
         cells.numbers.MakeRoom(count, 0);
         target = cells.numbers.data();
         numbers_[i] = cells.numbers.data();
       }
-      if (table_->columns[i].stored.none && !text) {
-        std::fill_n(cells.numbers.data(), count, kNan);
-        continue;
-      }
-      const Hdf5Id from = SelectRows(dataset, slab_begin_, count);
-      if (!from.valid() || H5Dread(dataset,
-                                   text ? H5T_NATIVE_UINT32 : H5T_NATIVE_DOUBLE,
-                                   to.get(),
-                                   from.get(),
-                                   H5P_DEFAULT,
-                                   target) < 0) {
+      const StoredDataset& stored = table_->columns[i].stored;
+      const hid_t type = text ? H5T_NATIVE_UINT32 : H5T_NATIVE_DOUBLE;
+      const StoredRows there = ReadRows(stored, slab_begin_, count, to.get(), type, target);
+      if (there == StoredRows::kDamaged) {
         table_->opened.Fail(table_->path + names_[i], "cannot be read, the file is damaged");
+      }
+      cells.none = !text && there == StoredRows::kNone;
+      if (cells.none) {
+        numbers_[i] = NothingGiven().data();
+        continue;
       }
       // Counts and flags that are not given are -1 in the file.
       const CellKind kind = table_->columns[i].kind;
@@ -292,7 +288,6 @@ class ContainerTable final : public TableReader {
 
   std::shared_ptr<StoredTable> table_;  // parts have it too
   Pool<Slab>::Borrowed slab_;
-  std::size_t slab_rows_ = kSlabRows;
   std::size_t first_ = kAbsent;
   std::size_t end_ = 0;  // of the rows of this reader
   std::size_t slab_begin_ = 0, slab_end_ = 0;

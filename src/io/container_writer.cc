@@ -12,6 +12,7 @@
 #include <mutex>
 #include <span>
 #include <stdexcept>
+#include <type_traits>
 #include <vector>
 
 #include "column_buffer.h"
@@ -29,8 +30,8 @@ bool IsText(CellKind kind) {
   return kind == CellKind::kText || kind == CellKind::kPass || kind == CellKind::kPoint;
 }
 
-/// What stands for a number that is not given.
-double NotGivenOf(CellKind kind) {
+/// What stands in the file for a number that is not given.
+std::optional<double> NotGivenOf(CellKind kind) {
   const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
   return counts ? -1.0 : std::numeric_limits<double>::quiet_NaN();
 }
@@ -54,7 +55,6 @@ class ContainerTableWriter final : public TableWriter {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       cells_[i].name = columns[i].name;
       cells_[i].kind = columns[i].kind;
-      cells_[i].not_given = NotGivenOf(columns[i].kind);
       const bool text = columns[i].kind == CellKind::kText;
       if (IsText(columns[i].kind)) {
         ContainerSink::Texts* const ids = text ? nullptr : sink->ids(columns[i].kind);
@@ -111,6 +111,7 @@ class ContainerTableWriter final : public TableWriter {
   }
   void Append(TableWriter* part) override {
     const std::lock_guard<std::mutex> lock(Hdf5Mutex());
+    SilenceHdf5();
     auto& rows = dynamic_cast<ContainerTableWriter&>(*part);
     std::vector<std::vector<std::uint32_t>> here(cells_.size());  // by text of the part: its index
     for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -118,6 +119,21 @@ class ContainerTableWriter final : public TableWriter {
       for (std::size_t k = 0; k < texts.size(); ++k) {
         here[i].push_back(cells_[i].texts->IndexOf(texts[k]));
       }
+    }
+    if (kept_rows_ == 0 && rows.kept_rows_ == kSlabRows) {  // as they stand there
+      std::vector<std::uint32_t> indices;
+      for (std::size_t i = 0; i < cells_.size(); ++i) {
+        const std::uint32_t* texts = rows.cells_[i].indices.data();
+        if (!here[i].empty()) {
+          indices.clear();
+          for (const std::uint32_t text : rows.cells_[i].indices) indices.push_back(here[i][text]);
+          texts = indices.data();
+        }
+        WriteColumn(&cells_[i], rows.cells_[i].Numbers(), texts, kSlabRows, kSlabRows);
+      }
+      rows_ += kSlabRows;
+      rows.Clear();
+      return;
     }
     for (std::size_t begin = 0; begin < rows.kept_rows_;) {
       if (room_ < kSlabRows) MakeRoom(kSlabRows);
@@ -131,10 +147,10 @@ class ContainerTableWriter final : public TableWriter {
     }
     rows.Clear();
   }
-  double* NumbersOf(std::size_t column, std::size_t rows) override {
-    if (cells_[column].texts != nullptr) return nullptr;
-    if (room_ < rows) MakeRoom(rows);
-    return numbers_[column];
+  bool LendNumbers(std::size_t column, std::span<const double> values) override {
+    if (cells_[column].texts != nullptr) return false;
+    cells_[column].lent = values.data();
+    return true;
   }
   std::uint32_t* IndicesOf(std::size_t column, std::size_t rows) override {
     Cells& cells = cells_[column];
@@ -148,10 +164,7 @@ class ContainerTableWriter final : public TableWriter {
   std::uint32_t IndexOf(std::size_t column, std::string_view text) override {
     return cells_[column].own_texts.IndexOf(text);
   }
-  void EndRows(std::size_t rows) override {
-    kept_rows_ = rows;
-    EndPart();
-  }
+  void EndRows(std::size_t rows) override { kept_rows_ = rows; }
   void Commit() override {
     const std::uint64_t all = rows_ + kept_rows_;
     const bool begun = rows_ > 0;
@@ -194,9 +207,11 @@ class ContainerTableWriter final : public TableWriter {
     ContainerSink::Texts own_texts;
     ContainerSink::Texts* texts = nullptr;
     ColumnBuffer<double> numbers;
+    const double* lent = nullptr;  // stand in their place
     std::vector<std::uint32_t> indices;
     Hdf5Id dataset;
-    double not_given = 0.0;
+
+    [[nodiscard]] const double* Numbers() const { return lent != nullptr ? lent : numbers.data(); }
 
     /// Rows [begin, end) of a part behind `kept` rows; `here` are the indices of its own texts.
     void Append(const Cells& part,
@@ -207,7 +222,7 @@ class ContainerTableWriter final : public TableWriter {
       const auto first = static_cast<std::ptrdiff_t>(begin);
       const auto last = static_cast<std::ptrdiff_t>(end);
       if (texts == nullptr) {
-        std::copy(part.numbers.data() + first, part.numbers.data() + last, numbers.data() + kept);
+        std::copy(part.Numbers() + first, part.Numbers() + last, numbers.data() + kept);
       } else if (here.empty()) {
         indices.insert(indices.end(), part.indices.begin() + first, part.indices.begin() + last);
       } else {
@@ -219,6 +234,7 @@ class ContainerTableWriter final : public TableWriter {
   void Clear() {
     kept_rows_ = 0;
     for (Cells& cells : cells_) {
+      cells.lent = nullptr;
       cells.indices.clear();
       cells.own_texts = {};
     }
@@ -245,53 +261,84 @@ class ContainerTableWriter final : public TableWriter {
       numbers_[i] = cells_[i].numbers.data();
     }
   }
-  /// Numbers as they are stored: one NaN of all that there are, or what stands for it.
+  /// Numbers as they are stored: one NaN of all that there are.
   void Settle(Cells* cells) const {
-    const double not_given = cells->not_given;
     double infinite = 0.0;
     for (double& value : cells->numbers.first(kept_rows_)) {
       infinite = std::isinf(value) ? value : infinite;
-      value = std::isnan(value) ? not_given : value;
+      value = std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value;
     }
     RefuseInfinity(infinite, sink_->name());
   }
 
-  [[nodiscard]] bool NoneGiven(const Cells& cells) const {
-    const double absent = cells.not_given;
-    const auto kept = cells.numbers.first(kept_rows_);
-    return std::all_of(kept.begin(), kept.end(), [absent](double value) {
-      return value == absent || (std::isnan(value) && std::isnan(absent));
-    });
+  /// Writes rows of a column behind those in the file: so many numbers or indices.
+  void WriteColumn(Cells* column,
+                   const double* numbers,
+                   const std::uint32_t* indices,
+                   std::size_t rows,
+                   std::uint64_t chunk_rows) {
+    Cells& cells = *column;
+    const bool text = cells.texts != nullptr;
+    const hsize_t count = rows, extent = rows_ + count;
+    if (!cells.dataset.valid()) {
+      cells.dataset = sink_->CreateColumn(group_.get(),
+                                          cells.name,
+                                          FileTypeOf(cells.kind),
+                                          chunk_rows == kSlabRows ? 0 : count,
+                                          chunk_rows,
+                                          text ? std::nullopt : NotGivenOf(cells.kind));
+    }
+    if (count == 0) return;
+    sink_->Require(H5Dset_extent(cells.dataset.get(), &extent) >= 0);
+    const auto not_given = [](double value) { return std::isnan(value); };
+    if (!text && std::all_of(numbers, numbers + rows, not_given)) return;
+    const Stored stored = text ? Stored{H5T_NATIVE_UINT32, sizeof(std::uint32_t), indices}
+                               : AsStored(cells.kind, {numbers, rows});
+    // A whole chunk needs nothing of libhdf5 but its place.
+    const hid_t of_file = FileTypeOf(cells.kind);
+    if (count == kSlabRows && rows_ % kSlabRows == 0 && sink_->StoresAsGiven() &&
+        H5Tequal(of_file, stored.type) > 0) {
+      const hsize_t begin = rows_;
+      sink_->Require(H5Dwrite_chunk(cells.dataset.get(),
+                                    H5P_DEFAULT,
+                                    0,
+                                    &begin,
+                                    count * stored.value_bytes,
+                                    stored.values) >= 0);
+      return;
+    }
+    const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    const Hdf5Id to = SelectRows(cells.dataset.get(), rows_, count);
+    sink_->Require(
+        H5Dwrite(
+            cells.dataset.get(), stored.type, from.get(), to.get(), H5P_DEFAULT, stored.values) >=
+        0);
+  }
+
+  /// Values of a type of the file, in the order of bytes of this machine.
+  struct Stored {
+    hid_t type;
+    std::size_t value_bytes;
+    const void* values;
+  };
+  Stored AsStored(CellKind kind, std::span<const double> numbers) {
+    const auto with_absent = [&](auto* integers) {
+      integers->clear();
+      for (const double value : numbers) {
+        using Integer = typename std::remove_reference_t<decltype(*integers)>::value_type;
+        integers->push_back(std::isnan(value) ? Integer{-1} : static_cast<Integer>(value));
+      }
+      return integers->data();
+    };
+    if (kind == CellKind::kCount) return {H5T_NATIVE_INT64, 8, with_absent(&counts_)};
+    if (kind == CellKind::kFlag) return {H5T_NATIVE_INT8, 1, with_absent(&flags_)};
+    return {H5T_NATIVE_DOUBLE, sizeof(double), numbers.data()};
   }
 
   // A table of one slab or less gets datasets of just its size, a longer one datasets that grow.
   void Flush(std::uint64_t chunk_rows) {
-    const hsize_t count = kept_rows_, extent = rows_ + kept_rows_;
-    const bool grows = chunk_rows == kSlabRows;
     for (Cells& cells : cells_) {
-      if (!cells.dataset.valid()) {
-        cells.dataset = sink_->CreateColumn(
-            group_.get(),
-            cells.name,
-            FileTypeOf(cells.kind),
-            grows ? 0 : count,
-            chunk_rows,
-            cells.texts != nullptr ? std::nullopt : std::optional(cells.not_given));
-      }
-      if (count == 0) continue;
-      const Hdf5Id from(H5Screate_simple(1, &count, nullptr), H5Sclose);
-      sink_->Require(H5Dset_extent(cells.dataset.get(), &extent) >= 0);
-      if (cells.texts == nullptr && NoneGiven(cells)) continue;
-      const Hdf5Id to = SelectRows(cells.dataset.get(), rows_, count);
-      const bool text = cells.texts != nullptr;
-      const void* const values = text ? static_cast<const void*>(cells.indices.data())
-                                      : static_cast<const void*>(cells.numbers.data());
-      sink_->Require(H5Dwrite(cells.dataset.get(),
-                              text ? H5T_NATIVE_UINT32 : H5T_NATIVE_DOUBLE,
-                              from.get(),
-                              to.get(),
-                              H5P_DEFAULT,
-                              values) >= 0);
+      WriteColumn(&cells, cells.numbers.data(), cells.indices.data(), kept_rows_, chunk_rows);
       cells.indices.clear();
     }
     rows_ += kept_rows_;
@@ -316,6 +363,8 @@ class ContainerTableWriter final : public TableWriter {
   Hdf5Id group_;
   std::vector<TableColumn> columns_;
   std::vector<Cells> cells_;
+  std::vector<std::int64_t> counts_;  // of a column that is being written
+  std::vector<std::int8_t> flags_;
   std::size_t room_ = 0;    // rows that the columns have room for
   std::uint64_t rows_ = 0;  // in the file
 };

@@ -49,6 +49,8 @@ class ContainerSink final : public TableSink {
   /// Texts as strings of equal length, a dimension with values of the name `name`.
   void WriteTexts(hid_t group, const std::string& name, const TextList& texts) const;
   void WriteAttribute(hid_t object, const std::string& name, std::string_view text) const;
+  /// Whether values stand in the file as they are given: not deflated.
+  [[nodiscard]] bool StoresAsGiven() const { return compression_ == Compression::kNone; }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[noreturn]] void Fail(const std::string& problem) const;
   /// Throws where libhdf5 could not write: no space left.

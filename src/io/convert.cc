@@ -4,9 +4,11 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -63,25 +65,31 @@ std::vector<TableColumn> ColumnsOf(const TableReader& reader,
   return columns;
 }
 
-/// Whether a cell may hold this number, or nothing.
+/// Whether a cell of counts or flags may hold this number, or nothing.
 bool IsAllowed(CellKind kind, double value) {
   if (std::isnan(value)) return true;
   if (kind == CellKind::kCount)
     return value >= 0.0 && value <= 4294967295.0 && value == std::floor(value);
-  if (kind == CellKind::kFlag) return value == 1.0 || (value == 0.0 && !std::signbit(value));
-  return std::isfinite(value);
+  return value == 1.0 || (value == 0.0 && !std::signbit(value));
 }
 
 bool CopyNumbers(const TableReader& part, std::size_t column, CellKind kind, TableWriter* out) {
   const std::span<const double> values = part.NumbersAhead(column);
-  double* const to = out->NumbersOf(column, part.RowCount());
-  if (to == nullptr || values.size() != part.RowCount()) return false;
+  if (values.size() != part.RowCount()) return false;
+  const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
   bool allowed = true;
-  for (std::size_t row = 0; row < values.size(); ++row) {
-    allowed &= IsAllowed(kind, values[row]);
-    to[row] = values[row];
+  if (counts) {
+    for (const double value : values) allowed &= IsAllowed(kind, value);
+  } else if (!part.NoneAhead(column)) {
+    constexpr auto kExponent =
+        std::bit_cast<std::uint64_t>(std::numeric_limits<double>::infinity());
+    constexpr auto kNan = std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN());
+    for (const double value : values) {
+      const auto bits = std::bit_cast<std::uint64_t>(value);
+      allowed &= (bits & kExponent) != kExponent || bits == kNan;
+    }
   }
-  return allowed;
+  return allowed && out->LendNumbers(column, values);
 }
 
 bool CopyTexts(const TableReader& part, std::size_t column, CellKind kind, TableWriter* out) {
@@ -172,10 +180,10 @@ void CopyAllRows(std::span<const TableColumn> columns,
       CopyRows(columns, &copied);
       copied.to->EndPart();
     }
-    copied.from.reset();
   };
   const auto write = [&](std::size_t place) {
     writer->Append(held[place].to.get());
+    held[place].from.reset();  // whose columns were lent
     count(held[place].rows);
   };
   PipeInOrder(held.size(), next, copy, write);

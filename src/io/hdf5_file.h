@@ -61,7 +61,7 @@ inline constexpr const char* kRowDimension = "row";
 /// How datasets are opened: with a cache of so many bytes in place of the megabyte that libhdf5
 /// gives each: values are moved in order and once.
 [[nodiscard]] Hdf5Id ColumnAccess(std::size_t cached_bytes);
-/// Keeps libhdf5 from printing its errors; ours say what they mean.
+/// Keeps libhdf5 from printing errors of this thread; ours say what they mean.
 void SilenceHdf5();
 /// Names of the members of a group in their order, up to 255 characters of each; none where the
 /// group cannot be read.

@@ -63,6 +63,7 @@ void LookForValues(const OpenedHdf5& opened, const std::string& path, StoredData
     const bool known = H5Dget_num_chunks(stored.dataset.get(), all.get(), &there) >= 0;
     whole = known && there >= chunks.needed;
     stored.none = known && there == 0;
+    if (!filtered && stored.size.size() == 1) stored.chunk_values = chunks.values;
   } else if (layout == H5D_CONTIGUOUS) {
     const hsize_t bytes = H5Dget_storage_size(stored.dataset.get());
     whole = bytes / stored.value_bytes >= stored.count;
@@ -139,8 +140,36 @@ StoredDataset OpenStored(const OpenedHdf5& opened,
     stored.count = BoundedProduct(stored.count, length);
   }
   if (stored.value_bytes == 0) opened.Fail(path, "has values without a size");
+  for (const hid_t own : {H5T_NATIVE_DOUBLE, H5T_NATIVE_UINT32}) {
+    if (H5Tequal(type.get(), own) > 0) stored.own_type = own;
+  }
   LookForValues(opened, path, &stored);
   return stored;
+}
+
+StoredRows ReadRows(const StoredDataset& stored,
+                    std::uint64_t first,
+                    std::uint64_t count,
+                    hid_t memory,
+                    hid_t type,
+                    void* values) {
+  const hid_t dataset = stored.dataset.get();
+  const std::uint64_t chunk = stored.chunk_values;
+  if (stored.none && type == H5T_NATIVE_DOUBLE) return StoredRows::kNone;
+  if (count == chunk && first % chunk == 0 && stored.whole && type == stored.own_type) {
+    const hsize_t begin = first;
+    hsize_t bytes = 0;
+    std::uint32_t filters = 0;
+    if (H5Dget_chunk_storage_size(dataset, &begin, &bytes) >= 0 &&
+        bytes == chunk * stored.value_bytes &&  // another size would not fit
+        H5Dread_chunk(dataset, H5P_DEFAULT, &begin, &filters, values) >= 0) {
+      return StoredRows::kRead;
+    }
+  }
+  const Hdf5Id from = SelectRows(dataset, first, count);
+  const bool read =
+      from.valid() && H5Dread(dataset, type, memory, from.get(), H5P_DEFAULT, values) >= 0;
+  return read ? StoredRows::kRead : StoredRows::kDamaged;
 }
 
 std::optional<std::string> ReadTextAttribute(const OpenedHdf5& opened,

@@ -39,6 +39,10 @@ struct StoredDataset {
   std::uint64_t count = 0;          ///< values, the product of these
   bool whole = true;                ///< all values stand in the file
   bool none = false;                ///< none of them does
+  /// Of a dataset of one dimension whose chunks are values and nothing else, as `own_type` has
+  /// them: their values; else 0.
+  std::uint64_t chunk_values = 0;
+  hid_t own_type = -1;  ///< the type of libhdf5 for this machine, if there is one
 };
 
 /// Opens a dataset of `rank` dimensions. How many values it claims is held against the bytes of the
@@ -49,6 +53,21 @@ struct StoredDataset {
                                        const std::string& name,
                                        const std::string& path,
                                        int rank);
+
+/// What is found of the rows of a column.
+enum class StoredRows : std::uint8_t {
+  kRead,
+  kNone,    ///< numbers of a column without values; nothing is read
+  kDamaged  ///< libhdf5 cannot read them
+};
+/// Reads the rows [first, first + count) as `type`; `memory` is a space of so many. A whole chunk
+/// is taken as it stands where it can be.
+[[nodiscard]] StoredRows ReadRows(const StoredDataset& stored,
+                                  std::uint64_t first,
+                                  std::uint64_t count,
+                                  hid_t memory,
+                                  hid_t type,
+                                  void* values);
 
 /// A text attribute of an object; nothing where it does not stand. `place` is for messages.
 [[nodiscard]] std::optional<std::string> ReadTextAttribute(const OpenedHdf5& opened,

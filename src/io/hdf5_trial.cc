@@ -57,7 +57,12 @@ class Walk {
     if (H5Oget_info(object.get(), &info) >= 0 && !seen_.insert(info.addr).second) return;
     ReadAttributes(object.get());
     const H5I_type_t kind = H5Iget_type(object.get());
-    if (kind == H5I_DATASET) ReadValues(object.get());
+    if (kind == H5I_DATASET) {
+      // Without a cache values are not copied; as the reader opens what is not deflated.
+      const Hdf5Id access = ColumnAccess(0);
+      const Hdf5Id dataset(H5Dopen2(parent, name.c_str(), access.get()), H5Dclose);
+      ReadValues(dataset.valid() ? dataset.get() : object.get());
+    }
     if (kind != H5I_GROUP) return;
     // Both ways to the members, for one may fail where the other does not.
     std::vector<std::string> names = MembersOf(object.get());

@@ -106,6 +106,10 @@ class TableReader {
   [[nodiscard]] std::span<const double> NumbersAhead(std::size_t column) const {
     return Has(column) ? CellsAhead(column) : std::span<const double>();
   }
+  /// Of such a part: whether it is known without a look at the rows that none gives this number.
+  [[nodiscard]] bool NoneAhead(std::size_t column) const {
+    return !Has(column) || IsUnstored(column);
+  }
   /// Of such a part, where the file stores each text once: by row, the number of the cell's text.
   /// None where the cells are stored otherwise or a number has no text.
   [[nodiscard]] std::span<const std::uint32_t> TextNumbersAhead(std::size_t column) const;
@@ -158,6 +162,8 @@ class TableReader {
   [[nodiscard]] virtual std::span<const double> CellsAhead(std::size_t /*column*/) const {
     return {};
   }
+  /// NoneAhead() of a column that is there.
+  [[nodiscard]] virtual bool IsUnstored(std::size_t /*column*/) const { return false; }
   /// What the table has in place of a missing column: "the header has a,b".
   [[nodiscard]] virtual std::string ColumnsThere() const = 0;
 

@@ -4,7 +4,11 @@
 #include "sarblock/core/error.h"
 
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "ordered_pieces.h"
 
@@ -19,18 +23,28 @@ void WriteRows(std::size_t count,
     write(0, count, out);
     return;
   }
+  std::vector<Part> free;  // parts that were appended, with their room
+  std::mutex mutex;
+  const auto next_free = [&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (free.empty()) return out->Part();
+    Part part = std::move(free.back());
+    free.pop_back();
+    return part;
+  };
   MakeInOrder<Part>(
       count,
       per_piece,
       [&](std::size_t begin, std::size_t end) {
-        Part part = out->Part();
+        Part part = next_free();
         write(begin, end, part.get());
         part->EndPart();
         return part;
       },
       [&](Part* part) {
         out->Append(part->get());
-        part->reset();
+        const std::lock_guard<std::mutex> lock(mutex);
+        free.push_back(std::move(*part));
       });
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -57,9 +58,10 @@ class TableWriter {
 
   // Of a part without rows that keeps columns: its rows as whole columns, in any order of the
   // columns, all of which are needed before EndRows().
-  /// Where so many numbers of a column go; null where none are kept.
-  [[nodiscard]] virtual double* NumbersOf(std::size_t /*column*/, std::size_t /*rows*/) {
-    return nullptr;
+  /// Takes the numbers of a column from where they stand, which they do until Append(): finite, or
+  /// the NaN of std::numeric_limits. False where columns are not kept.
+  [[nodiscard]] virtual bool LendNumbers(std::size_t /*column*/, std::span<const double>) {
+    return false;
   }
   /// Where so many indices of ids that the table is given, or of IndexOf(), go; likewise.
   [[nodiscard]] virtual std::uint32_t* IndicesOf(std::size_t /*column*/, std::size_t /*rows*/) {

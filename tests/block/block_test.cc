@@ -4,6 +4,7 @@
 #include "sarblock/core/error.h"
 
 #include <cmath>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -95,6 +96,39 @@ TEST(SortLooksByPointTest, GivesPointsWithoutLooksAnEmptyRange) {
   EXPECT_THAT(looks.offsets, ElementsAre(0u, 0u, 0u, 0u, 0u));
 }
 
+// Two routes: what stands in order is examined in pieces of 32768 looks, the rest is sorted.
+TEST(SortLooksByPointTest, ManyLooksInOrderGetTheOffsetsOfThoseThatAreSorted) {
+  constexpr std::uint32_t kPoints = 70001;
+  Looks given;
+  std::vector<std::uint32_t> point_of_look;
+  for (std::uint32_t point = 0; point < kPoints; ++point) {
+    for (std::uint32_t pass = 0; pass < point % 4; ++pass) {  // every fourth point has none
+      given.pass.push_back(2 * pass + 1);
+      given.time_s.push_back(0.25 * point + pass);
+      point_of_look.push_back(point);
+    }
+  }
+  given.flags.assign(given.size(), 0);
+  given.range_m = given.time_s;
+  Looks in_order = given;
+  EXPECT_TRUE(SortLooksByPoint(point_of_look, kPoints, &in_order).empty());
+  const auto same_as_in_order = [&](const Looks& sorted) {
+    EXPECT_EQ(sorted.offsets, in_order.offsets);
+    EXPECT_EQ(sorted.pass, in_order.pass);
+    EXPECT_EQ(sorted.time_s, in_order.time_s);
+  };
+  // Out of order at one place alone: within a piece, and where a piece ends.
+  for (const std::size_t place : {std::size_t{40001}, std::size_t{65536}, given.size() - 1}) {
+    Looks swapped = given;
+    std::vector<std::uint32_t> points = point_of_look;
+    std::swap(swapped.pass[place - 1], swapped.pass[place]);
+    std::swap(swapped.time_s[place - 1], swapped.time_s[place]);
+    std::swap(points[place - 1], points[place]);
+    EXPECT_FALSE(SortLooksByPoint(points, kPoints, &swapped).empty()) << place;
+    same_as_in_order(swapped);
+  }
+}
+
 TEST(SigmaOfTest, TakesTheLooksOwnValueBeforeThatOfThePass) {
   const Block block = ThreePasses();
   const LookSigma own_seconds = block.SigmaOf(0);
@@ -135,6 +169,21 @@ TEST(SetStripSpansTest, SpansTheLooksRejectedOnesIncluded) {  // hand arithmetic
   EXPECT_EQ(block.passes[0].end_s, 20.75);
   EXPECT_EQ(block.passes[1].start_s, 1.5);  // the rejected look
   EXPECT_EQ(block.passes[1].end_s, 21.25);
+}
+
+TEST(SetStripSpansTest, SpansManyLooksWhereverTheFirstAndTheLastStand) {  // closed form
+  Block block = ThreePasses();
+  constexpr std::size_t kLooks = 100003;
+  block.looks = {};
+  for (std::size_t i = 0; i < kLooks; ++i) {
+    block.looks.pass.push_back(i % 3 == 0 ? 2 : 0);
+    block.looks.time_s.push_back(0.125 * static_cast<double>((i + 50000) % kLooks));
+  }
+  SetStripSpans({}, &block);
+  EXPECT_EQ(block.passes[0].start_s, 0.0);             // look 50003
+  EXPECT_EQ(block.passes[0].end_s, 0.125 * 100002.0);  // look 50002
+  EXPECT_EQ(block.passes[2].start_s, 0.125);           // look 50004
+  EXPECT_EQ(block.passes[2].end_s, 0.125 * 100001.0);  // look 50001
 }
 
 TEST(SetStripSpansTest, PutsOneSecondAroundASingleTime) {

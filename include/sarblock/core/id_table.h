@@ -34,7 +34,9 @@ class IdTable {
 
  private:
   void BuildIndex() const;
-  [[nodiscard]] bool IsAfterLast(std::string_view id) const;
+  /// Above 0 where `id` is after the last one, 0 where it is that one.
+  [[nodiscard]] int OrderToLast(std::string_view id) const;
+  std::uint32_t AppendInOrder(std::string_view id);
   [[nodiscard]] std::size_t SlotOf(std::string_view id) const;
   std::string text_;
   std::vector<std::uint32_t> begin_{0};
