@@ -23,11 +23,14 @@
 #   selection  corrections = "auto" against the model it chose, the block of 12 strips, interleaved
 #   assembly   the sum of S over the points of nets of passes with one thread and with two: 4,000 passes
 #              of 24 parameters, 20,000 of 6; SARBLOCK_ROUNDS times each (5)
+#   fronts     factor and selected inverse of nets of 48,000 and 120,000 unknowns by one process and by
+#              SARBLOCK_RANKS (2) of them, one thread each: times, memory of the largest, whether the bytes are the
+#              same; SARBLOCK_ROUNDS times each (3), interleaved
 #   orders     operations of the factor by minimum degree and by the better of it and METIS
 #   machine    rates of memory and of the dense kernels on this machine
 #   build      the program built in a fresh folder without a compiler cache: CPU and wall time,
 #              compilations and the ten slowest; SARBLOCK_JOBS at a time (2)
-# Needs a Release build (scripts/demo.sh makes one); assembly, covariance, engines, machine and orders the preset bench
+# Needs a Release build (scripts/demo.sh makes one); assembly, covariance, engines, fronts, machine and orders the preset bench
 # (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
 # Machines are noisy: compare rows of one run.
 set -euo pipefail
@@ -40,6 +43,15 @@ case "${1:-}" in
     scene=datasets/benchmarks/network.toml
     "$bench/assembly_benchmark" $scene 100 20 400000 7 "${SARBLOCK_ROUNDS:-5}"
     "$bench/assembly_benchmark" $scene 125 80 2000000 1 "${SARBLOCK_ROUNDS:-5}"
+    exit 0 ;;
+  fronts)
+    export OMPI_MCA_btl_vader_single_copy_mechanism=none OPENBLAS_NUM_THREADS=1
+    [ "$(id -u)" != 0 ] || export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+    for size in "50 20 40000 7" "125 80 200000 1"; do
+      # shellcheck disable=SC2086  # lines, segments, points and degree are four arguments
+      mpirun -n "${SARBLOCK_RANKS:-2}" --oversubscribe --bind-to core "$bench/fronts_benchmark" \
+        datasets/benchmarks/network.toml $size "${SARBLOCK_ROUNDS:-3}"
+    done
     exit 0 ;;
   orders)
     "$bench/order_benchmark"
@@ -482,5 +494,5 @@ elif name == "selection":
     print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
     sys.exit("bench.sh: NAME is commands, stages, reading, container, engines, solve, growth, network, largest, "
-             "scratch, covariance, selection, assembly, orders, machine or build")
+             "scratch, covariance, selection, assembly, fronts, orders, machine or build")
 PY

@@ -37,12 +37,13 @@ void AddPart(std::span<std::byte> bytes, int rank, std::vector<RankPart>* parts)
   if (bytes.empty()) return;
   if (!parts->empty()) {
     RankPart& last = parts->back();
-    if (last.rank == rank && last.data + last.bytes == bytes.data()) {
+    const bool to_all = last.rank == rank && last.to == RankPart::kAllRanks;
+    if (to_all && last.data + last.bytes == bytes.data()) {
       last.bytes += bytes.size();
       return;
     }
   }
-  parts->push_back({bytes.data(), bytes.size(), rank});
+  parts->push_back({.data = bytes.data(), .bytes = bytes.size(), .rank = rank});
 }
 
 std::vector<Ranks::Note> Ranks::Learn(Note own, const Ending* failure) {
@@ -57,7 +58,7 @@ std::vector<Ranks::Note> Ranks::Learn(Note own, const Ending* failure) {
   Ending known{told.exit_code, std::string(told.words, ' ')};
   if (failed == rank()) known.words = failure->words;
   const auto bytes = std::as_writable_bytes(std::span(known.words.data(), known.words.size()));
-  Exchange(std::vector<RankPart>{{bytes.data(), bytes.size(), failed}});
+  Exchange(std::vector<RankPart>{{.data = bytes.data(), .bytes = bytes.size(), .rank = failed}});
   failure_ = std::move(known);
   return notes;
 }

@@ -31,14 +31,17 @@ class OtherRankFailed : public std::exception {
   Ending ending_;
 };
 
-/// Bytes that one rank makes and all hold afterwards.
+/// Bytes that one rank makes and that all, or one other, hold afterwards.
 struct RankPart {
-  std::byte* data = nullptr;
+  static constexpr int kAllRanks = -1;
+  std::byte* data = nullptr;  ///< null on a rank that neither makes nor gets them
   std::size_t bytes = 0;
-  int rank = 0;  ///< that makes them
+  int rank = 0;        ///< that makes them
+  int to = kAllRanks;  ///< that gets them; another one than `rank`
 };
 
-/// Adds a part; one that continues the last in memory and is of the same rank becomes part of it.
+/// Adds a part for all ranks; one that continues the last in memory and is of the same rank becomes
+/// part of it.
 void AddPart(std::span<std::byte> bytes, int rank, std::vector<RankPart>* parts);
 
 /// Processes that adjust one block together. Every rank holds the whole block and takes the same
@@ -55,7 +58,9 @@ class Ranks {
   [[nodiscard]] virtual int size() const = 0;
   [[nodiscard]] bool first() const { return rank() == 0; }
 
-  /// Afterwards every rank holds every part. Throws OtherRankFailed.
+  /// Afterwards every rank holds the parts that it gets. All ranks name all parts in one order; a
+  /// sequence of parts from one rank to another may be cut otherwise there, its bytes are the same.
+  /// Throws OtherRankFailed.
   void Share(std::span<const RankPart> parts);
   /// Throws InputError on every rank if the bytes are not the same on all: processors that do not
   /// round alike. Throws OtherRankFailed.
@@ -80,7 +85,7 @@ class Ranks {
   /// The notes of all ranks, by rank. With `hasty` the others are waited for a few seconds only:
   /// then the failure of this rank ends all of them (`failure`), which does not return.
   [[nodiscard]] virtual std::vector<Note> Meet(const Note& own, const Ending* hasty) = 0;
-  /// Brings every part to every rank.
+  /// Brings every part to the ranks that get it.
   virtual void Exchange(std::span<const RankPart> parts) = 0;
 
  private:

@@ -95,54 +95,54 @@ std::vector<PairResult> PairCovariances(
     ProgressSink* progress) {
   std::vector<PairResult> out = PairDifferences(problem, state, pairs);
   constexpr std::size_t kPairsPerChunk = 32;
-  const Eigen::Index n = problem.layout.size();
+  const Eigen::Index n = system != nullptr ? problem.layout.size() : 0;
   Step(progress, "pairs", 0, out.size());
-  ParallelForChunks(
-      out.size(), kPairsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-        const auto count = static_cast<Eigen::Index>(end - begin);
-        PointFactor factor;
-        PointColumns columns_of_point;
-        // Two sets of three columns a pair, Y_a' and Y_b', solved together.
-        const bool coupled = system != nullptr && n > 0;
-        Eigen::MatrixXd columns(coupled ? n : 0, 6 * count);
-        std::vector<Eigen::Matrix3d> own(static_cast<std::size_t>(count));
-        for (std::size_t q = begin; q < end; ++q) {
-          const auto local = static_cast<Eigen::Index>(q - begin);
-          Eigen::Matrix3d& sum = own[q - begin];
-          sum.setZero();
-          for (const Eigen::Index side : {0, 1}) {
-            const Eigen::Matrix3d r_inverse =
-                SpreadPoint(problem,
-                            state,
-                            side == 0 ? out[q].a : out[q].b,
-                            &factor,
-                            &columns_of_point,
-                            columns.middleCols(6 * local + 3 * side, coupled ? 3 : 0));
-            sum += r_inverse * r_inverse.transpose();
+  std::vector<Eigen::Matrix3d> own(out.size());
+  // D of the pairs of a chunk, three columns each, and C D; as many chunks at a time as threads.
+  std::vector<Eigen::MatrixXd> differences, solved;
+  const std::size_t at_a_time = kPairsPerChunk * static_cast<std::size_t>(ThreadsAllowed());
+  for (std::size_t first = 0; first < out.size(); first += at_a_time) {
+    const std::size_t count = std::min(at_a_time, out.size() - first);
+    differences.resize((count + kPairsPerChunk - 1) / kPairsPerChunk);
+    ParallelForChunks(
+        count, kPairsPerChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+          PointFactor factor;
+          PointColumns columns_of_point;
+          Eigen::MatrixXd& difference = differences[chunk];
+          difference.resize(n, 3 * static_cast<Eigen::Index>(end - begin));
+          Eigen::MatrixXd sides(n, 6);  // Y_a', Y_b'
+          for (std::size_t q = first + begin; q < first + end; ++q) {
+            own[q].setZero();
+            for (const Eigen::Index side : {0, 1}) {
+              const Eigen::Matrix3d r_inverse =
+                  SpreadPoint(problem,
+                              state,
+                              side == 0 ? out[q].a : out[q].b,
+                              &factor,
+                              &columns_of_point,
+                              sides.middleCols(3 * side, n > 0 ? 3 : 0));
+              own[q] += r_inverse * r_inverse.transpose();
+            }
+            const auto local = static_cast<Eigen::Index>(q - first - begin);
+            difference.middleCols(3 * local, 3) = sides.rightCols(3) - sides.leftCols(3);
           }
-        }
-        Eigen::MatrixXd solved;
-        if (coupled) {
-          // cov(b - a) = V_a^-1 + V_b^-1 + D' C D with D = Y_b' - Y_a': one solve, no cancellation.
-          Eigen::MatrixXd difference(n, 3 * count);
-          for (Eigen::Index q = 0; q < count; ++q) {
-            difference.middleCols(3 * q, 3) =
-                columns.middleCols(6 * q + 3, 3) - columns.middleCols(6 * q, 3);
-          }
-          solved = system->SolveFor(difference);
-          for (Eigen::Index q = 0; q < count; ++q) {
-            own[static_cast<std::size_t>(q)] +=
-                difference.middleCols(3 * q, 3).transpose() * solved.middleCols(3 * q, 3);
-          }
-        }
-        for (std::size_t q = begin; q < end; ++q) {
-          PairResult& pair = out[q];
-          const Eigen::Vector3d a_m = state.Position(pair.a);
-          const Eigen::Matrix3d& covariance = own[q - begin];
-          pair.covariance_m2 =
-              ToEnu(problem.block.frame, a_m, 0.5 * (covariance + covariance.transpose()));
-        }
-      });
+        });
+    if (n > 0) {
+      // cov(b - a) = V_a^-1 + V_b^-1 + D' C D with D = Y_b' - Y_a': one solve, no cancellation.
+      solved = differences;
+      system->SolveEach(solved);
+    }
+    for (std::size_t q = first; q < first + count; ++q) {
+      const std::size_t chunk = (q - first) / kPairsPerChunk;
+      const auto local = static_cast<Eigen::Index>((q - first) % kPairsPerChunk);
+      if (n > 0) {
+        own[q] += differences[chunk].middleCols(3 * local, 3).transpose() *
+                  solved[chunk].middleCols(3 * local, 3);
+      }
+      const Eigen::Vector3d a_m = state.Position(out[q].a);
+      out[q].covariance_m2 = ToEnu(problem.block.frame, a_m, 0.5 * (own[q] + own[q].transpose()));
+    }
+  }
   Step(progress, "pairs", out.size(), out.size());
   return out;
 }

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
+#include <map>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "cli/environment.h"
 #include "core/parallel.h"
@@ -46,26 +47,27 @@ bool WaitForRanks(std::vector<MPI_Request>* requests, std::optional<Clock::time_
   }
 }
 
-/// The parts of a rank as one message that stands where they stand; MPI_DATATYPE_NULL for none.
-MPI_Datatype MessageOf(std::span<const RankPart> parts, int rank) {
-  std::vector<int> sizes;
-  std::vector<MPI_Aint> places;
-  for (const RankPart& part : parts) {
-    if (part.rank != rank) continue;
+/// Bytes that stand in several places, as one message.
+class Message {
+ public:
+  void Add(const RankPart& part) {
     for (std::size_t at = 0; at < part.bytes; at += kMostOfBlock) {
-      sizes.push_back(static_cast<int>(std::min(kMostOfBlock, part.bytes - at)));
-      MPI_Aint place = 0;
-      MPI_Get_address(part.data + at, &place);
-      places.push_back(place);
+      sizes_.push_back(static_cast<int>(std::min(kMostOfBlock, part.bytes - at)));
+      MPI_Get_address(part.data + at, &places_.emplace_back());
     }
   }
-  MPI_Datatype type = MPI_DATATYPE_NULL;
-  if (sizes.empty()) return type;
-  MPI_Type_create_hindexed(
-      static_cast<int>(sizes.size()), sizes.data(), places.data(), MPI_BYTE, &type);
-  MPI_Type_commit(&type);
-  return type;
-}
+  [[nodiscard]] MPI_Datatype Type() const {
+    MPI_Datatype type = MPI_DATATYPE_NULL;
+    MPI_Type_create_hindexed(
+        static_cast<int>(sizes_.size()), sizes_.data(), places_.data(), MPI_BYTE, &type);
+    MPI_Type_commit(&type);
+    return type;
+  }
+
+ private:
+  std::vector<int> sizes_;
+  std::vector<MPI_Aint> places_;
+};
 
 /// Cores of this process, divided by the ranks of this machine that may use any of them.
 int CoresOfRank() {
@@ -112,25 +114,31 @@ std::vector<Ranks::Note> MpiRanks::Meet(const Note& own, const Ending* hasty) {
 }
 
 void MpiRanks::Exchange(std::span<const RankPart> parts) {
+  // By who makes and who gets them, in one order on all ranks: two messages of a rank to another,
+  // one for all and one for it alone, arrive as they were sent.
+  std::map<std::pair<int, int>, Message> messages;
+  for (const RankPart& part : parts) {
+    const bool gets = part.to == RankPart::kAllRanks || part.to == rank_;
+    if (part.bytes > 0 && (gets || part.rank == rank_)) messages[{part.rank, part.to}].Add(part);
+  }
   std::vector<MPI_Request> requests;
-  std::vector<MPI_Datatype> messages;
+  std::vector<MPI_Datatype> types;
   constexpr int kTag = 0;
-  for (int from = 0; from < size_; ++from) {
-    MPI_Datatype message = MessageOf(parts, from);
-    if (message == MPI_DATATYPE_NULL) continue;
-    messages.push_back(message);
+  for (const auto& [ends, message] : messages) {
+    const auto [from, receiver] = ends;
+    const MPI_Datatype type = types.emplace_back(message.Type());
     if (from != rank_) {
-      MPI_Irecv(MPI_BOTTOM, 1, message, from, kTag, MPI_COMM_WORLD, &requests.emplace_back());
+      MPI_Irecv(MPI_BOTTOM, 1, type, from, kTag, MPI_COMM_WORLD, &requests.emplace_back());
       continue;
     }
     for (int to = 0; to < size_; ++to) {
-      if (to == rank_) continue;
-      MPI_Isend(MPI_BOTTOM, 1, message, to, kTag, MPI_COMM_WORLD, &requests.emplace_back());
+      if (to == rank_ || (receiver != RankPart::kAllRanks && receiver != to)) continue;
+      MPI_Isend(MPI_BOTTOM, 1, type, to, kTag, MPI_COMM_WORLD, &requests.emplace_back());
     }
   }
   // All ranks are here, and bytes move only where somebody asks for them.
   while (!Done(&requests)) std::this_thread::yield();
-  for (MPI_Datatype& message : messages) MPI_Type_free(&message);
+  for (MPI_Datatype& type : types) MPI_Type_free(&type);
 }
 
 }  // namespace sarblock::mpi

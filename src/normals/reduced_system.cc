@@ -267,6 +267,16 @@ Eigen::MatrixXd ReducedSystem::SolveFor(const Eigen::Ref<const Eigen::MatrixXd>&
   return scale_.asDiagonal() * x;
 }
 
+void ReducedSystem::SolveEach(std::span<Eigen::MatrixXd> sets) const {
+  if (factor_->divided()) {
+    for (Eigen::MatrixXd& set : sets) set = SolveFor(set);
+    return;
+  }
+  ParallelForChunks(sets.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+    sets[k] = SolveFor(sets[k]);
+  });
+}
+
 Eigen::VectorXd ReducedSystem::Step() const {
   if (rows() == 0) return {};
   return -SolveFor(right_side_);

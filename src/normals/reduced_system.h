@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -120,6 +121,9 @@ class ReducedSystem {
   [[nodiscard]] const PointPieces& pieces() const { return pieces_; }
   /// S^-1 B, any number of columns.
   [[nodiscard]] Eigen::MatrixXd SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
+  /// Every B becomes S^-1 B: side by side, or one after the other where ranks (core/ranks.h) have
+  /// divided the factor. Not from within a loop.
+  void SolveEach(std::span<Eigen::MatrixXd> sets) const;
 
  private:
   /// The sums over points; `exact`: by Q2 whatever the number of looks. True if a point was added

@@ -7,6 +7,7 @@
 
 #include "block_matrix.h"
 #include "factor_needs.h"
+#include "factor_outcome.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -29,26 +30,33 @@ namespace sarblock {
 /// further thread). Constructing one restricts OpenBLAS, if that is the BLAS loaded, to one thread
 /// for the whole process; the threads above call it side by side.
 ///
+/// Ranks (core/ranks.h): constructed within a RanksScope of two or more, a factor of
+/// `divided_operations` or more stands on all of them, each front on one rank, subtree by subtree
+/// (front_division.h). All ranks then call its functions together, in that scope and outside of
+/// loops; results have the bytes of a process alone and stand on every rank. Then any function may
+/// throw OtherRankFailed. A smaller one is factored by every rank.
+///
 /// Diagonal blocks: only the lower triangle of S is read; SelectedInverse fills both.
 class BlockCholesky {
  public:
+  /// The sum of h^2 over the columns of L, h their entries, from which on ranks divide the factor:
+  /// some hundredths of a second of one processor, where exchanges take thousandths.
+  static constexpr double kDividedOperations = 1e9;
+
   /// Symbolic analysis of a pattern; may be kept for any number of factorisations.
   /// `last` names blocks to be eliminated last (shared parameters seen by all).
   explicit BlockCholesky(std::shared_ptr<const BlockPattern> pattern,
-                         std::span<const int> last = {});
-  explicit BlockCholesky(const BlockSymmetricMatrix& matrix, std::span<const int> last = {})
-      : BlockCholesky(matrix.pattern(), last) {}
+                         std::span<const int> last = {},
+                         double divided_operations = kDividedOperations);
+  explicit BlockCholesky(const BlockSymmetricMatrix& matrix,
+                         std::span<const int> last = {},
+                         double divided_operations = kDividedOperations)
+      : BlockCholesky(matrix.pattern(), last, divided_operations) {}
   ~BlockCholesky();
   BlockCholesky(BlockCholesky&&) noexcept;
   BlockCholesky& operator=(BlockCholesky&&) noexcept;
 
-  /// What Factorize met.
-  struct Outcome {
-    bool positive_definite = false;
-    int failed_row = -1;                ///< row of S (original order) whose pivot was not positive
-    double smallest_pivot_ratio = 0.0;  ///< least pivot / diagonal element, 1 for a diagonal S
-    int smallest_pivot_row = -1;
-  };
+  using Outcome = FactorOutcome;
   /// Factors `matrix` (same pattern). After a failure only Factorize may be called; the least
   /// pivot is then the one that failed, with ratio 0. A matrix that is singular but for rounding
   /// may pass: judge smallest_pivot_ratio, which is of the order of 1e-16 there.
@@ -60,10 +68,12 @@ class BlockCholesky {
   /// Blocks of S^-1 on the pattern of S (exact, not an approximation).
   [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
 
-  [[nodiscard]] std::size_t factor_entries() const;  ///< doubles held by the factor
-  /// What it takes, before anything is allocated.
+  /// Whether its fronts stand on several ranks.
+  [[nodiscard]] bool divided() const;
+  [[nodiscard]] std::size_t factor_entries() const;  ///< doubles held by the factor, on all ranks
+  /// What it takes, before anything is allocated; of the rank that takes most.
   [[nodiscard]] FactorNeeds Needs() const;
-  /// Doubles that it took so far, as they were counted when they were allocated.
+  /// Doubles that it took so far on this rank, as they were counted when they were allocated.
   [[nodiscard]] FactorNeeds Used() const;
 
  private:

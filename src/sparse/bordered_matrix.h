@@ -46,21 +46,26 @@ struct BorderedInverse {
 ///
 ///     Z = A^-1 T',   K = I - T Z,   S^-1 = A^-1 + Z K^-1 Z',   T S^-1 = K^-1 Z'
 ///
-/// A is positive definite where S is. Costs a solution with as many columns as T has rows.
+/// A is positive definite where S is. Costs a solution with as many columns as T has rows. Among
+/// ranks the factor of A is divided as BlockCholesky says; Z and K stand on all of them.
 class BorderedCholesky {
  public:
   explicit BorderedCholesky(std::shared_ptr<const BlockPattern> pattern,
-                            std::span<const int> last = {})
-      : factor_(std::move(pattern), last) {}
-  explicit BorderedCholesky(const BlockSymmetricMatrix& matrix, std::span<const int> last = {})
-      : factor_(matrix, last) {}
+                            std::span<const int> last = {},
+                            double divided_operations = BlockCholesky::kDividedOperations)
+      : factor_(std::move(pattern), last, divided_operations) {}
+  explicit BorderedCholesky(const BlockSymmetricMatrix& matrix,
+                            std::span<const int> last = {},
+                            double divided_operations = BlockCholesky::kDividedOperations)
+      : factor_(matrix, last, divided_operations) {}
 
   /// False where S is not positive definite; then only Factorize may be called.
   [[nodiscard]] bool Factorize(const BorderedMatrix& matrix);
   /// Solves S X = B in place, any number of columns.
   void Solve(Eigen::Ref<Eigen::MatrixXd> b) const;
   [[nodiscard]] BorderedInverse SelectedInverse() const;
-  /// Of the factor of A.
+  // Of the factor of A.
+  [[nodiscard]] bool divided() const { return factor_.divided(); }
   [[nodiscard]] FactorNeeds Needs() const { return factor_.Needs(); }
   [[nodiscard]] FactorNeeds Used() const { return factor_.Used(); }
 

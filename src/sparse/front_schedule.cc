@@ -40,23 +40,30 @@ class ReadyFronts {
 }  // namespace
 
 void ForFronts(const std::vector<Front>& fronts,
+               const std::vector<std::size_t>& some,
                Walk walk,
                const std::function<void(std::size_t)>& work) {
+  constexpr std::size_t kNotHere = static_cast<std::size_t>(-1);
   std::vector<std::atomic<std::size_t>> waits_for(fronts.size());
+  for (auto& waits : waits_for) waits = kNotHere;
+  for (const std::size_t f : some) waits_for[f] = 0;
+  for (const std::size_t f : some) {
+    if (fronts[f].parent < 0) continue;
+    const auto parent = static_cast<std::size_t>(fronts[f].parent);
+    if (waits_for[parent] != kNotHere) ++waits_for[walk == Walk::kUp ? parent : f];
+  }
   ReadyFronts ready(walk);
   std::size_t first = 0;
-  for (std::size_t f = 0; f < fronts.size(); ++f) {
-    waits_for[f] = walk == Walk::kUp ? fronts[f].children.size() : fronts[f].parent >= 0 ? 1 : 0;
-    if (waits_for[f] == 0) {
-      ready.Push(f);
-      ++first;
-    }
+  for (const std::size_t f : some) {
+    if (waits_for[f] > 0) continue;
+    ready.Push(f);
+    ++first;
   }
   tbb::task_group group;
   // One task a ready front; which front it takes is decided when it runs.
   std::function<void()> run;
   const auto done = [&](std::size_t front) {
-    if (--waits_for[front] == 0) {
+    if (waits_for[front] != kNotHere && --waits_for[front] == 0) {
       ready.Push(front);
       group.run(run);
     }

@@ -15,11 +15,13 @@ enum class Walk {
   kDown,  ///< a parent before its children
 };
 
-/// Calls work(f) once for every front, in the order `walk` demands, on the threads ThreadLimit
-/// allows. Of the fronts that are ready the next in postorder (kUp) or in its reverse (kDown) goes
-/// first, so that the matrices that wait for others are those of one thread and of one more branch
-/// of the tree for each further thread. `work` must give the same answer whatever runs beside it.
+/// Calls work(f) once for every front of `some`, ascending, in the order `walk` demands of them, on
+/// the threads ThreadLimit allows; what they need of others is there. Of the fronts that are ready
+/// the next in postorder (kUp) or in its reverse (kDown) goes first, so that the matrices that wait
+/// for others are those of one thread and of one more branch of the tree for each further thread.
+/// `work` must give the same answer whatever runs beside it.
 void ForFronts(const std::vector<Front>& fronts,
+               const std::vector<std::size_t>& some,
                Walk walk,
                const std::function<void(std::size_t)>& work);
 

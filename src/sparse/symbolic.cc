@@ -260,7 +260,6 @@ Symbolic Analyse(const BlockPattern& pattern, std::span<const int> last, double 
     front.first_row = symbolic.row_begin.back();
     front.eliminated = static_cast<int>(nodes.width(tops[f]));
     front.remaining = static_cast<int>(nodes.below(tops[f]));
-    front.panel = symbolic.factor_entries;
     symbolic.factor_entries += At(front.height()) * At(front.eliminated);
     for (const int column : nodes.columns(tops[f])) {
       final_position[At(column)] = static_cast<int>(symbolic.order.size());

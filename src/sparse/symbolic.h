@@ -33,7 +33,6 @@ struct Front {
   int eliminated = 0;     ///< rows eliminated here (J)
   int remaining = 0;      ///< rows below them (R)
   int parent = -1;        ///< front that eliminates the first row of R
-  std::size_t panel = 0;  ///< where its (J u R) x J panel begins in the factor
   std::vector<int> rows;  ///< R as block positions in elimination order, ascending
   std::vector<Run> runs;  ///< R within the parent's front
   std::vector<Entry> entries;

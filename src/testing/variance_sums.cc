@@ -198,10 +198,14 @@ void AddBorderedPoint(
       AddRow(layout, look, axis, q, &component.h, normals);
     }
   }
+  std::vector<Eigen::MatrixXd> solved;
+  for (const ComponentSums& component : of) {
+    solved.push_back((component.h - component.g * t).transpose());
+  }
+  sweep.system.SolveEach(solved);
   for (std::size_t k = 0; k < of.size(); ++k) {
     const auto ki = static_cast<Eigen::Index>(k);
-    const Eigen::MatrixXd u = of[k].h - of[k].g * t;
-    const Eigen::MatrixXd c_u = sweep.system.SolveFor(u.transpose());
+    const Eigen::MatrixXd& c_u = solved[k];
     for (std::size_t l = 0; l < of.size(); ++l) {
       const double of_p = of[k].g.cwiseProduct(of[l].g).sum();
       const double of_s = c_u.transpose().cwiseProduct(of[l].h - of[l].g * t).sum();
@@ -219,8 +223,8 @@ void AddBorderedPoint(
 void AddCoupling(const ReducedSystem& system,
                  const std::vector<Eigen::MatrixXd>& normals,
                  Eigen::MatrixXd* helmert_1) {
-  std::vector<Eigen::MatrixXd> solved;
-  for (const Eigen::MatrixXd& m : normals) solved.push_back(system.SolveFor(m));
+  std::vector<Eigen::MatrixXd> solved = normals;
+  system.SolveEach(solved);
   for (std::size_t k = 0; k < solved.size(); ++k) {
     for (std::size_t l = 0; l < solved.size(); ++l) {
       (*helmert_1)(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) +=
@@ -246,6 +250,9 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
     sweep.couples = bytes <= kMostBytes;
     if (sweep.couples) partials = std::clamp<std::size_t>(kMostBytes / bytes, 1, partials);
   }
+  const auto border_row_of = [&](std::size_t point) {
+    return sweep.inverse ? sweep.inverse->bordered.RowOf(point) : -1;
+  };
   std::vector<std::optional<Partial>> parts(partials);
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
@@ -253,12 +260,7 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
     PointState at;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
-      const int border_row = sweep.inverse ? sweep.inverse->bordered.RowOf(point) : -1;
-      if (border_row < 0) {
-        AddPoint(sweep, point, &at, &out);
-      } else {
-        AddBorderedPoint(sweep, point, border_row, &at, &out);
-      }
+      if (border_row_of(point) < 0) AddPoint(sweep, point, &at, &out);
     }
   });
   Partial total(sweep);
@@ -269,6 +271,12 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
     total.sums.redundancy_1 += part->sums.redundancy_1;
     total.sums.helmert_1 += part->sums.helmert_1;
     for (std::size_t k = 0; k < total.normals.size(); ++k) total.normals[k] += part->normals[k];
+  }
+  // A few points with many looks each, which solve: not within a loop (SolveEach).
+  PointState at;
+  for (std::size_t point = 0; point < points; ++point) {
+    const int row = problem.Solves(point) ? border_row_of(point) : -1;
+    if (row >= 0) AddBorderedPoint(sweep, point, row, &at, &total);
   }
   if (sweep.couples) AddCoupling(system, total.normals, &total.sums.helmert_1);
   return total.sums;

@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "model/problem.h"
+#include "normals/reduced_system.h"
 #include "support/thread_ranks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,8 +27,10 @@ namespace sarblock {
 namespace {
 
 struct DividedBlock {
-  DividedBlock(const std::string& name, const std::vector<std::string>& sets) {
-    const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / (name + ".toml");
+  DividedBlock(const std::string& name,
+               const std::vector<std::string>& sets,
+               const std::string& folder = "scenes") {
+    const auto file = std::filesystem::path(SARBLOCK_DATASETS) / folder / (name + ".toml");
     const Scene scene = ReadScene(file, sets);
     block = Simulate(scene).block;
     std::vector<std::string> ids;
@@ -74,6 +78,39 @@ void ExpectTheSame(const DividedBlock& made, const std::string& name) {
 
 TEST(RanksAdjustTest, GiveTheSameTables) {
   ExpectTheSame(DividedBlock("block-12-strips", {"points.count=900"}), "strips");
+}
+
+/// A net of passes whose factor is divided as well; pairs, check points and variance components
+/// solve on it.
+DividedBlock Net() {
+  return {
+      "network",
+      {"points.count=1500",
+       "points.east_m=[500, 50500]",
+       "points.north_m=[13500, 96500]",
+       "flight.0.count=11",
+       "flight.1.count=11",
+       "flight.0.segments=10",
+       "flight.1.segments=10",
+       "check.count=5",
+       "check.sigma_m=[1, 1, 1]",
+       "adjust.pairs=\"neighbours\"",
+       "adjust.variance_components=\"range-azimuth\"",
+       "adjust.correction.position.degree=7",
+       "adjust.correction.position.sigma_m=[[10, 5, 1, 1, 1, 1, 1, 1], [10, 5, 1, 1, 1, 1, 1, 1], "
+       "[10, 5, 1, 1, 1, 1, 1, 1]]"},
+      "benchmarks"};
+}
+
+TEST(RanksAdjustTest, GiveTheSameTablesWhereTheFactorIsDivided) {
+  const DividedBlock net = Net();
+  test::RunRanks(2, [&](Ranks*) {
+    const AdjustmentProblem problem(net.block, net.options.groups);
+    ReducedSystem system(problem);
+    static_cast<void>(system.Needs(1));
+    EXPECT_TRUE(system.factor().divided());
+  });
+  ExpectTheSame(net, "net");
 }
 
 TEST(RanksAdjustTest, ChooseTheSameCorrections) {

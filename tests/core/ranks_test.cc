@@ -152,6 +152,50 @@ TEST(RanksTest, PartsThatFollowEachOtherBecomeOne) {
   EXPECT_EQ(parts[2].data, bytes.data() + 40);
 }
 
+// Every rank sends each other one its own numbers, beside numbers for all; those that it neither
+// sends nor gets have no place here, and a sequence is cut otherwise where it arrives.
+TEST(RanksTest, BringPartsToOneRankAlone) {
+  for (const int size : {2, 3, 5}) {
+    RunRanks(size, [&](Ranks* ranks) {
+      const auto number = [](int from, int to, int k) { return 1.3 + 100 * from + 10 * to + k; };
+      const int own = ranks->rank();
+      std::vector<double> for_all(static_cast<std::size_t>(size), -1.0);
+      for_all[static_cast<std::size_t>(own)] = number(own, own, 7);
+      std::vector<std::vector<double>> sent, got;
+      std::vector<RankPart> parts;
+      for (int from = 0; from < size; ++from) {
+        AddPart(std::as_writable_bytes(std::span(&for_all[static_cast<std::size_t>(from)], 1)),
+                from,
+                &parts);
+        for (int to = 0; to < size; ++to) {
+          if (from == to) continue;
+          RankPart part{.bytes = 3 * sizeof(double), .rank = from, .to = to};
+          if (own == from) {
+            auto& numbers = sent.emplace_back();
+            for (const int k : {0, 1, 2}) numbers.push_back(number(from, to, k));
+            part.bytes = sizeof(double);
+            for (double& value : numbers) {
+              part.data = reinterpret_cast<std::byte*>(&value);
+              parts.push_back(part);
+            }
+            continue;
+          }
+          if (own == to) part.data = reinterpret_cast<std::byte*>(got.emplace_back(3).data());
+          parts.push_back(part);
+        }
+      }
+      ranks->Share(parts);
+      std::size_t k = 0;
+      for (int from = 0; from < size; ++from) {
+        EXPECT_EQ(for_all[static_cast<std::size_t>(from)], number(from, from, 7));
+        if (from == own) continue;
+        EXPECT_THAT(got[k++],
+                    ElementsAre(number(from, own, 0), number(from, own, 1), number(from, own, 2)));
+      }
+    });
+  }
+}
+
 TEST(RanksTest, ARankThatFailsAloneEndsTheOthersWithItsWords) {
   RunRanks(3, [](Ranks* ranks) {
     Ending ending;

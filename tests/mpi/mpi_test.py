@@ -92,6 +92,16 @@ class RanksTest(unittest.TestCase):
         self.simulate("block-12-strips", "points.count=700")
         self.expect_the_same("--set", "pairs=neighbours")
 
+    def test_a_net_whose_factor_is_divided_is_the_same(self):
+        sigmas = [10, 5, 1, 1, 1, 1, 1, 1]
+        net = SCENES.parent / "benchmarks" / "network"
+        self.simulate(net, "points.count=1500", "flight.0.count=11", "flight.1.count=11", "flight.0.segments=10",
+                      "flight.1.segments=10", "points.east_m=[500, 50500]", "points.north_m=[13500, 96500]",
+                      "adjust.correction.position.degree=7", f"adjust.correction.position.sigma_m={[sigmas] * 3}")
+        check = json.loads(self.run_program("check", "block", "--json").stdout)
+        self.assertGreater(check["needs"]["factor_operations"], 0.5e9)  # h^2 is a product and a sum
+        self.expect_the_same()
+
     def test_recorded_flights_are_the_same(self):
         for scene in ("recorded/airborne-turbulent", "recorded/downlink-orbit"):
             with self.subTest(scene=scene):

@@ -3,8 +3,10 @@
 
 #include <barrier>
 #include <cstddef>
+#include <map>
 #include <span>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace sarblock::test {
@@ -18,7 +20,7 @@ class ThreadRank final : public Ranks {
         : all(size), notes(static_cast<std::size_t>(size)), sent(notes.size()) {}
     std::barrier<> all;
     std::vector<Note> notes;
-    std::vector<std::vector<std::byte>> sent;
+    std::vector<std::map<int, std::vector<std::byte>>> sent;  // by sender and receiver
   };
 
   ThreadRank(int rank, Group* group) : rank_(rank), group_(group) {}
@@ -34,22 +36,24 @@ class ThreadRank final : public Ranks {
     return notes;
   }
 
-  // Parts of a rank may be cut otherwise on another: their bytes are one sequence.
+  // Parts of a rank may be cut otherwise on another: their bytes are one sequence for each
+  // receiver.
   void Exchange(std::span<const RankPart> parts) override {
-    std::vector<std::byte>& own = group_->sent[static_cast<std::size_t>(rank_)];
+    std::map<int, std::vector<std::byte>>& own = group_->sent[static_cast<std::size_t>(rank_)];
     own.clear();
     for (const RankPart& part : parts) {
-      if (part.rank == rank_) own.insert(own.end(), part.data, part.data + part.bytes);
+      if (part.rank != rank_) continue;
+      std::vector<std::byte>& bytes = own[part.to];
+      bytes.insert(bytes.end(), part.data, part.data + part.bytes);
     }
     group_->all.arrive_and_wait();
-    std::vector<std::size_t> taken(group_->sent.size(), 0);
+    std::map<std::pair<int, int>, std::size_t> taken;
     for (const RankPart& part : parts) {
-      if (part.rank == rank_) continue;
-      const auto from = static_cast<std::size_t>(part.rank);
-      for (std::size_t i = 0; i < part.bytes; ++i) {
-        part.data[i] = group_->sent[from].at(taken[from] + i);
-      }
-      taken[from] += part.bytes;
+      if (part.rank == rank_ || (part.to != RankPart::kAllRanks && part.to != rank_)) continue;
+      const auto& sent = group_->sent[static_cast<std::size_t>(part.rank)].at(part.to);
+      std::size_t& before = taken[{part.rank, part.to}];
+      for (std::size_t i = 0; i < part.bytes; ++i) part.data[i] = sent.at(before + i);
+      before += part.bytes;
     }
     group_->all.arrive_and_wait();
   }
