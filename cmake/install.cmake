@@ -49,6 +49,7 @@ configure_package_config_file(cmake/sarblock-config.cmake.in sarblock-config.cma
   INSTALL_DESTINATION ${sarblock_package_dir})
 write_basic_package_version_file(sarblock-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES
+  cmake/one_blas.cmake
   ${PROJECT_BINARY_DIR}/sarblock-config.cmake
   ${PROJECT_BINARY_DIR}/sarblock-config-version.cmake
   DESTINATION ${sarblock_package_dir} COMPONENT dev)
