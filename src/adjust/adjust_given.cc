@@ -146,6 +146,19 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
           "the standard deviations)");
 }
 
+/// What was left out may be right and the path wrong: without the looks of a pass at control points
+/// nothing tells.
+void RefuseLostControl(const AdjustmentProblem& problem, AdjustResult* result) {
+  const std::optional<std::size_t> pass = PassThatLosesControl(problem);
+  if (!pass) return;
+  Refuse(
+      result,
+      "pass " + problem.block.passes[*pass].id +
+          " lost at least half of its looks at control points as blunders or outliers: they may be "
+          "right and its path wrong (its times or ranges, its corrections and their standard "
+          "deviations, the control points)");
+}
+
 /// `left_1`: the step that is left, infinite where looks have no value.
 std::string WhyNotConverged(const SolveReport& solve, double left_1) {
   if (!solve.converged) return solve.message;
@@ -447,6 +460,7 @@ AdjustResult AdjustGiven(const Block& block,
   }
 
   RefuseLargeLoss(problem, &result);
+  if (asked.robust != RobustLoss::kNone || result.snooping) RefuseLostControl(problem, &result);
   RefuseMisplaced(problem, state, *system, &result);
   if (unsettled) {
     Refuse(&result,

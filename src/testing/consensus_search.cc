@@ -69,12 +69,27 @@ std::vector<BlunderFinding> FindingsOf(const ConsensusReport& report) {
   return findings;
 }
 
+/// Looks of a pass at control points.
+struct ControlLooks {
+  std::size_t kept = 0, lost = 0;
+  [[nodiscard]] bool Decide() const { return lost < 2 || lost < kept; }
+};
+
+/// The first pass whose control decides nothing.
+std::optional<std::size_t> FirstUndecided(const std::vector<ControlLooks>& by_pass) {
+  for (std::size_t pass = 0; pass < by_pass.size(); ++pass) {
+    if (!by_pass[pass].Decide()) return pass;
+  }
+  return std::nullopt;
+}
+
 /// What a test of the solution stands on; under a loss of the looks that it would keep.
 struct Remainder {
   double redundancy = 0.0;
   double square_sum_1 = 0.0;
   std::size_t looks = 0, dropped = 0;
   std::size_t control = 0, control_dropped = 0;  ///< control points; those that keep no look
+  std::vector<ControlLooks> control_looks = {};  ///< by pass; only under a loss
 };
 
 Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
@@ -82,6 +97,7 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
   const ProblemCounts counts = CountProblem(problem);
   Remainder rest{counts.redundancy(), 2.0 * (*solution.system)->cost(), counts.looks};
   if (options.robust == RobustLoss::kNone) return rest;
+  rest.control_looks.resize(problem.block.passes.size());
   const double limit = FarSquare_1();
   const auto& offsets = problem.block.looks.offsets;
   WhitenedLook at;
@@ -95,6 +111,9 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
       const bool is_far = at.error_1.squaredNorm() > limit;
       (is_far ? far_1 : square_1) += at.error_1.squaredNorm();
       ++(is_far ? far : near);
+      if (problem.control_of[point] < 0) continue;
+      ControlLooks& of_pass = rest.control_looks[problem.block.looks.pass[i]];
+      ++(is_far ? of_pass.lost : of_pass.kept);
     }
     if (problem.control_of[point] >= 0) {
       ++rest.control;
@@ -111,24 +130,6 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
 
 bool FailsTest(const Remainder& rest, double most_1) {
   return rest.redundancy > 0.0 && rest.square_sum_1 > most_1;
-}
-
-/// Whether a pass lost two looks at control points or more, and as many as it keeps: they decide
-/// nothing, another path may fit those that went.
-bool LosesControl(const AdjustmentProblem& problem) {
-  const Block& block = problem.block;
-  std::vector<std::size_t> kept(block.passes.size(), 0), lost(kept);
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    if (block.points.role[point] != PointRole::kControl) continue;
-    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-      if (block.looks.rejected(i)) continue;
-      ++(problem.look_used[i] != 0 ? kept : lost)[block.looks.pass[i]];
-    }
-  }
-  for (std::size_t pass = 0; pass < kept.size(); ++pass) {
-    if (lost[pass] >= 2 && lost[pass] >= kept[pass]) return true;
-  }
-  return false;
 }
 
 /// Takes back what a search left out of the looks at control points, and of what it reports.
@@ -176,6 +177,20 @@ bool Converged(const AdjustOptions& options, const Solution& solution, ProgressS
 
 }  // namespace
 
+std::optional<std::size_t> PassThatLosesControl(const AdjustmentProblem& problem) {
+  const Block& block = problem.block;
+  std::vector<ControlLooks> by_pass(block.passes.size());
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    if (block.points.role[point] != PointRole::kControl) continue;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      if (block.looks.rejected(i)) continue;
+      ControlLooks& of_pass = by_pass[block.looks.pass[i]];
+      ++(problem.look_used[i] != 0 ? of_pass.kept : of_pass.lost);
+    }
+  }
+  return FirstUndecided(by_pass);
+}
+
 bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state) {
   for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
     const Parameter& parameter = problem.layout.parameters[i];
@@ -209,8 +224,10 @@ Contradiction FindContradiction(const AdjustOptions& options, const Solution& so
   const Remainder rest = RemainderOf(options, solution);
   const bool many =
       static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks);
-  // A loss that lets go of the control has settled somewhere else.
-  const bool adrift = 2 * rest.control_dropped > rest.control;
+  // A loss or a search that lets go of the control, of all of it or of that of a pass, has settled
+  // somewhere else.
+  const bool adrift = 2 * rest.control_dropped > rest.control ||
+                      FirstUndecided(rest.control_looks) || PassThatLosesControl(problem);
   const bool gross = !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
   if (many || adrift || gross) return Contradiction::kGross;
   const bool leaves_out =
@@ -262,7 +279,7 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     };
     std::optional<SnoopingReport> report =
         SearchBlunders(options, again, problem, state, progress, FindingsOf(consensus));
-    if (report && LosesControl(*problem)) {
+    if (report && PassThatLosesControl(*problem)) {
       // Without the errors among the tie points control may hold the path that it belongs to.
       TakeControlBack(problem, &*report);
       again(RobustLoss::kNone);
@@ -277,7 +294,7 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     const Remainder rest = RemainderOf(options, solution);
     const bool fails =
         rest.redundancy > 0.0 && FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy));
-    if (!solution.solve->converged || fails || LosesControl(*problem)) return std::nullopt;
+    if (!solution.solve->converged || fails || PassThatLosesControl(*problem)) return std::nullopt;
     return report;
   };
   try {

@@ -5,6 +5,7 @@
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -28,12 +29,17 @@ struct Solution {
 /// have settled in the mirror image of its place.
 [[nodiscard]] bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state);
 
+/// The first pass that lost two looks at control points or more, and as many as it keeps: they
+/// decide nothing, another path may fit those that went.
+[[nodiscard]] std::optional<std::size_t> PassThatLosesControl(const AdjustmentProblem& problem);
+
 /// Whether a solution as it was asked for is one.
 enum class Contradiction {
   kNone,
   kTest,   ///< after a search or under a loss, which leave out what is wrong, the global test fails
   kGross,  ///< not converged, points led to where no look looks, priors contradicted, a quarter of
-           ///< the looks gone, or more v'Pv than wrong standard deviations explain
+           ///< the looks gone, or the control of a pass, or more v'Pv than wrong standard
+           ///< deviations explain
 };
 [[nodiscard]] Contradiction FindContradiction(const AdjustOptions& options,
                                               const Solution& solution);

@@ -194,7 +194,11 @@ BasinOutcome BasinScene::Run(const BasinCell& cell, const BasinWay& way, std::ui
   outcome.sigma0_squared = result.sigma0_squared;
   outcome.iterations = result.iterations;
   outcome.accepted = result.accepted() && result.chi_square_passed;
-  if (!result.warnings.empty()) outcome.words = result.warnings.back();
+  if (!result.assessment.reasons.empty()) {
+    outcome.words = result.assessment.reasons.front();
+  } else if (!result.warnings.empty()) {
+    outcome.words = result.warnings.back();
+  }
   std::size_t untouched = 0, lost = 0;
   double square_sum = 0.0;
   for (std::size_t point = 0; point < block.points.size(); ++point) {

@@ -42,7 +42,7 @@ struct BasinOutcome {
   double sigma0_squared = 0.0;
   int iterations = 0;
   double wall_s = 0.0;
-  std::string words;  ///< the first warning, or why it was refused
+  std::string words;  ///< why it was refused or not accepted, else the last warning
 };
 
 /// Level of the global test: one clean block in 10,000 fails it.

@@ -44,6 +44,23 @@ TEST(ControlOfConsensusTest, DecidesForThePathThatItBelongsTo) {
   EXPECT_LT(outcome.worst_sigma_1, 6.0);
 }
 
+// Tukey's loss let go of all four control looks of one of two passes, 1.8 km off: every tie point
+// fitted the path that its prior alone held, and stood up to 77 standard deviations off, accepted.
+TEST(ControlOfConsensusTest, HoldsEveryPassUnderALoss) {
+  const test::BasinCell cell{1000.0, 0.05, test::GrossError::kMatch};
+  const auto tukey = test::BasinWays()[3];
+  test::BasinScene scene("leberl-voir", 150);
+  const test::BasinOutcome outcome = scene.Run(cell, tukey, 3003);
+  EXPECT_TRUE(outcome.recovered) << outcome.words;
+  EXPECT_LT(outcome.worst_sigma_1, 6.0);
+  scene.LeaveConsensusAway();
+  const test::BasinOutcome alone = scene.Run(cell, tukey, 3003);
+  EXPECT_FALSE(alone.accepted);
+  EXPECT_NE(alone.words.find("pass V1 lost at least half of its looks at control points"),
+            std::string::npos)
+      << alone.words;
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes,
                          BasinTest,
                          testing::Values("block-12-strips",
