@@ -111,8 +111,10 @@ class ArrayReader final : public TableReader {
   NumberedTexts TextsAhead(std::size_t column) const override {
     if (!Has(column) || memos_[column] == nullptr) return {};
     const ArrayColumn& cells = *columns_[column];
-    return {
-        cells.indices.subspan(line_, end_ - line_), cells.texts->size(), memos_[column]->data()};
+    return {cells.indices.subspan(line_, end_ - line_), cells.texts->size()};
+  }
+  std::uint32_t* MemosAhead(std::size_t column) const override {
+    return Has(column) && memos_[column] != nullptr ? memos_[column]->data() : nullptr;
   }
   std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
     return (*columns_[column]->texts)[text];

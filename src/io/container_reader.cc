@@ -144,7 +144,10 @@ class ContainerTable final : public TableReader {
   }
   NumberedTexts TextsAhead(std::size_t column) const override {
     if (!HasTexts(column)) return {};
-    return {Indices(column), table_->columns[column].texts->size(), MemoOf(column)};
+    return {Indices(column), table_->columns[column].texts->size()};
+  }
+  std::uint32_t* MemosAhead(std::size_t column) const override {
+    return HasTexts(column) ? MemoOf(column) : nullptr;
   }
   std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
     const Cells& cells = (*slab_)[column];

@@ -59,11 +59,12 @@ double TableReader::ParsedNumber(std::size_t column) const {
 
 bool TableReader::IndicesAhead(std::size_t column, std::vector<std::uint32_t>* indices) const {
   const NumberedTexts numbered = TextsAhead(column);
-  if (numbered.memo == nullptr) return false;
+  const std::uint32_t* const memos = MemosAhead(column);
+  if (memos == nullptr) return false;
   indices->resize(numbered.rows.size());
   for (std::size_t row = 0; row < numbered.rows.size(); ++row) {
     const std::uint32_t text = numbered.rows[row];
-    (*indices)[row] = text < numbered.count ? numbered.memo[text] : kUnknown;
+    (*indices)[row] = text < numbered.count ? memos[text] : kUnknown;
   }
   return std::find(indices->begin(), indices->end(), kUnknown) == indices->end();
 }

@@ -89,14 +89,15 @@ class TableReader {
   template <typename Find>
   [[nodiscard]] bool LookupAhead(std::size_t column, const Find& find) const {
     const NumberedTexts numbered = TextsAhead(column);
+    std::uint32_t* const memos = MemosAhead(column);
     for (const std::uint32_t text : numbered.rows) {
       if (text >= numbered.count) continue;  // refused where its row is read
-      std::uint32_t& memo = numbered.memo[text];
+      std::uint32_t& memo = memos[text];
       if (memo != kUnknown) continue;
       const std::uint32_t found = find(TextOfNumbered(column, text));
       if (found != kUnknown) memo = found;  // else other threads may read it
     }
-    return numbered.memo != nullptr;
+    return memos != nullptr;
   }
   /// Of such a part, what LookupAhead() found, one index a row. False where some row has none or is
   /// not allowed.
@@ -145,14 +146,15 @@ class TableReader {
   /// Where Lookup() keeps what it found for the text of this cell, kUnknown before; null where
   /// texts are not numbered.
   [[nodiscard]] virtual std::uint32_t* Memo(std::size_t /*column*/) const { return nullptr; }
-  /// Texts by number, those that rows to come hold, and what Memo() of each points to.
+  /// Texts by number, those that rows to come hold.
   struct NumberedTexts {
     std::span<const std::uint32_t> rows;
     std::size_t count = 0;
-    std::uint32_t* memo = nullptr;
   };
-  /// No memo where texts are not numbered.
+  /// None where texts are not numbered.
   [[nodiscard]] virtual NumberedTexts TextsAhead(std::size_t /*column*/) const { return {}; }
+  /// What Memo() of each text points to, by number; null where texts are not numbered.
+  [[nodiscard]] virtual std::uint32_t* MemosAhead(std::size_t /*column*/) const { return nullptr; }
   /// A text by its number.
   [[nodiscard]] virtual std::string_view TextOfNumbered(std::size_t /*column*/,
                                                         std::uint32_t /*text*/) const {
