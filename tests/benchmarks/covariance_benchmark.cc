@@ -66,7 +66,7 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, R
   const CorrectionCovariance inverse = system.SelectedInverse();
   Covariances out;
   out.points = SweepPoints(problem, state, &inverse, false, nullptr, system.kept()).covariance_m2;
-  for (int b = 0; b < inverse.block_count(); ++b) out.passes.emplace_back(inverse.Block(b, b));
+  for (int b = 0; b < inverse.blocks.block_count(); ++b) out.passes.emplace_back(inverse.blocks.Block(b, b));
   return out;
 }
 
