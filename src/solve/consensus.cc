@@ -14,6 +14,7 @@
 #include "determinacy/connectivity.h"
 #include "ground_consensus.h"
 #include "normals/elimination.h"
+#include "pass_looks.h"
 #include "point_consensus.h"
 #include "reduced_engine.h"
 #include "relocate_passes.h"
@@ -312,15 +313,6 @@ bool JudgePoints(AdjustmentProblem* problem, BlockState* state, ConsensusReport*
   return changed;
 }
 
-/// By pass: its looks in use.
-std::vector<std::size_t> LooksOfPasses(const AdjustmentProblem& problem) {
-  std::vector<std::size_t> count(problem.block.passes.size(), 0);
-  for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
-    if (problem.look_used[i] != 0) ++count[problem.block.looks.pass[i]];
-  }
-  return count;
-}
-
 }  // namespace
 
 ConsensusReport SolveByConsensus(const AdjustOptions& options,
@@ -330,7 +322,6 @@ ConsensusReport SolveByConsensus(const AdjustOptions& options,
   ConsensusReport report;
   TakeAll(problem);
   const PassConnection connection = ConnectPasses(*problem);
-  const std::vector<std::size_t> looks_before = LooksOfPasses(*problem);
   Step(progress, "consensus", 0, 0);
   StartOnGround(FindGroundConsensus(*problem, ReferenceHeight_m(*problem, *state)), problem, state);
   state->corrections.setZero();
@@ -344,11 +335,10 @@ ConsensusReport SolveByConsensus(const AdjustOptions& options,
     if (!changed) break;
     report.iterations += SolveAt(kLastScale_1, kMostLastSteps, options, problem, state, progress);
   }
-  const std::vector<std::size_t> looks_after = LooksOfPasses(*problem);
   report.scattered = connection.IsKeptBy(ConnectPasses(*problem));
-  for (std::size_t pass = 0; pass < looks_before.size(); ++pass) {
-    const double least = (1.0 - kMostOfPass_1) * static_cast<double>(looks_before[pass]);
-    report.scattered = report.scattered && static_cast<double>(looks_after[pass]) >= least;
+  for (const PassLooks& of_pass : CountPassLooks(*problem)) {
+    report.scattered =
+        report.scattered && of_pass.all.lost_1() <= kMostOfPass_1 && of_pass.deciding.Decide();
   }
   return report;
 }

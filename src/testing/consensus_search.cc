@@ -13,6 +13,7 @@
 #include "model/participation.h"
 #include "normals/elimination.h"
 #include "solve/consensus.h"
+#include "solve/pass_looks.h"
 #include "solve/solve_block.h"
 
 namespace sarblock {
@@ -69,14 +70,8 @@ std::vector<BlunderFinding> FindingsOf(const ConsensusReport& report) {
   return findings;
 }
 
-/// Looks of a pass at control points.
-struct ControlLooks {
-  std::size_t kept = 0, lost = 0;
-  [[nodiscard]] bool Decide() const { return lost < 2 || lost < kept; }
-};
-
 /// The first pass whose control decides nothing.
-std::optional<std::size_t> FirstUndecided(const std::vector<ControlLooks>& by_pass) {
+std::optional<std::size_t> FirstUndecided(const std::vector<LookCounts>& by_pass) {
   for (std::size_t pass = 0; pass < by_pass.size(); ++pass) {
     if (!by_pass[pass].Decide()) return pass;
   }
@@ -89,7 +84,7 @@ struct Remainder {
   double square_sum_1 = 0.0;
   std::size_t looks = 0, dropped = 0;
   std::size_t control = 0, control_dropped = 0;  ///< control points; those that keep no look
-  std::vector<ControlLooks> control_looks = {};  ///< by pass; only under a loss
+  std::vector<LookCounts> control_looks = {};    ///< by pass; only under a loss
 };
 
 Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
@@ -112,7 +107,7 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
       (is_far ? far_1 : square_1) += at.error_1.squaredNorm();
       ++(is_far ? far : near);
       if (problem.control_of[point] < 0) continue;
-      ControlLooks& of_pass = rest.control_looks[problem.block.looks.pass[i]];
+      LookCounts& of_pass = rest.control_looks[problem.block.looks.pass[i]];
       ++(is_far ? of_pass.lost : of_pass.kept);
     }
     if (problem.control_of[point] >= 0) {
@@ -179,12 +174,12 @@ bool Converged(const AdjustOptions& options, const Solution& solution, ProgressS
 
 std::optional<std::size_t> PassThatLosesControl(const AdjustmentProblem& problem) {
   const Block& block = problem.block;
-  std::vector<ControlLooks> by_pass(block.passes.size());
+  std::vector<LookCounts> by_pass(block.passes.size());
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     if (block.points.role[point] != PointRole::kControl) continue;
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       if (block.looks.rejected(i)) continue;
-      ControlLooks& of_pass = by_pass[block.looks.pass[i]];
+      LookCounts& of_pass = by_pass[block.looks.pass[i]];
       ++(problem.look_used[i] != 0 ? of_pass.kept : of_pass.lost);
     }
   }
