@@ -9,12 +9,14 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/stage_timer.h"
 #include "covariance/covariance.h"
 #include "covariance/result_covariance.h"
 #include "determinacy/block_structure.h"
@@ -22,6 +24,7 @@
 #include "determinacy/inner_datum.h"
 #include "determinacy/rank_analysis.h"
 #include "finish_result.h"
+#include "model/montecarlo_draws.h"
 #include "normals/elimination.h"
 #include "resource_needs.h"
 #include "solve/solve_block.h"
@@ -475,7 +478,7 @@ AdjustResult AdjustGiven(const Block& block,
     MonteCarloDraws draws =
         DrawMonteCarlo(problem, state, options, result.points.covariance_m2, progress);
     if (options.montecarlo_part) {
-      result.montecarlo_draws = std::move(draws);
+      result.montecarlo_draws = std::make_shared<MonteCarloDraws>(std::move(draws));
     } else {
       result.montecarlo =
           ReportMonteCarlo(draws, options.montecarlo_seed, result.points.covariance_m2);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjust_selected.h"
 
-#include "sarblock/core/stage_timer.h"
-
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "adjust_simplified.h"
+#include "core/stage_timer.h"
 #include "selection/selection.h"
 #include "selection/selection_rows.h"
 #include "selection/simplification_choice.h"

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/stage_timer.h"
 #include "fixed_path_covariance.h"
 #include "strip_stations.h"
 

@@ -7,6 +7,7 @@
 
 #include "core/nan.h"
 #include "core/parallel.h"
+#include "core/stage_timer.h"
 #include "covariance/point_sweep.h"
 #include "describe_paths.h"
 #include "determinacy/form_determined.h"

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "core/stage_timer.h"
 #include "covariance/result_covariance.h"
 #include "describe_paths.h"
 #include "determinacy/block_structure.h"

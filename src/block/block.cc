@@ -10,18 +10,11 @@
 
 #include "core/large_pages.h"
 #include "core/parallel.h"
+#include "gather.h"
 #include "look_pieces.h"
 
 namespace sarblock {
 namespace {
-
-template <typename T>
-void Permute(const std::vector<std::uint32_t>& old_of_new, std::vector<T>* column) {
-  if (column->empty()) return;
-  std::vector<T> sorted(old_of_new.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) sorted[i] = (*column)[old_of_new[i]];
-  column->swap(sorted);
-}
 
 /// Looks that stand in order get their offsets; false where they do not.
 bool TakeOffsetsOfSorted(const std::vector<std::uint32_t>& point_of_look,
@@ -124,13 +117,13 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
     const auto last = old_of_new.begin() + static_cast<std::ptrdiff_t>(offsets[j + 1]);
     std::sort(first, last, by_pass);
   }
-  Permute(old_of_new, &looks->pass);
-  Permute(old_of_new, &looks->flags);
-  Permute(old_of_new, &looks->time_s);
-  Permute(old_of_new, &looks->range_m);
-  Permute(old_of_new, &looks->cone);
-  Permute(old_of_new, &looks->range_sigma_m);
-  Permute(old_of_new, &looks->azimuth_sigma);
+  Gather(old_of_new, &looks->pass);
+  Gather(old_of_new, &looks->flags);
+  Gather(old_of_new, &looks->time_s);
+  Gather(old_of_new, &looks->range_m);
+  Gather(old_of_new, &looks->cone);
+  Gather(old_of_new, &looks->range_sigma_m);
+  Gather(old_of_new, &looks->azimuth_sigma);
   return old_of_new;
 }
 

@@ -16,6 +16,7 @@
 #include "adjust_parts.h"
 #include "commands.h"
 #include "core/scratch.h"
+#include "core/stage_timer.h"
 #include "diagnose_command.h"
 #include "environment.h"
 #include "io/montecarlo_part.h"
@@ -46,7 +47,7 @@ struct Solver {
   const char* help;
   Measurements measurements;
   bool adjusts;  ///< explains a result that fails, draws in parts
-  std::function<AdjustResult(const BlockFile&, const std::string& folder, ProgressSink*)> solve;
+  std::function<AdjustResult(BlockFile*, const std::string& folder, ProgressSink*)> solve;
 };
 
 PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
@@ -118,7 +119,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   try {
     RunTogether(session.ranks, [&] {
       result = Naming(arguments.block,
-                      [&] { return solver.solve(file, arguments.block, session.progress.get()); });
+                      [&] { return solver.solve(&file, arguments.block, session.progress.get()); });
     });
   } catch (const UndeterminedError&) {
     if (solver.adjusts && session.first()) ExplainRefusal(file, session);
@@ -190,8 +191,9 @@ void AddAdjust(CLI::App* app, Session* session) {
              "Adjust a block: positions, flight-path corrections, exact covariances",
              Measurements::kRequired,
              true,
-             [](const BlockFile& file, const std::string& folder, ProgressSink* progress) {
-               return Adjust(file.block, file.adjust, PairsOf(file, folder), progress);
+             [](BlockFile* file, const std::string& folder, ProgressSink* progress) {
+               const PointPairs pairs = PairsOf(*file, folder);
+               return Adjust(&file->block, file->adjust, pairs, progress);
              }});
 }
 
@@ -202,8 +204,8 @@ void AddIntersect(CLI::App* app, Session* session) {
              "Intersect every point alone, flight paths held, with its covariance",
              Measurements::kRequired,
              false,
-             [](const BlockFile& file, const std::string&, ProgressSink* progress) {
-               return IntersectBlock(file.block, file.adjust, progress);
+             [](BlockFile* file, const std::string&, ProgressSink* progress) {
+               return IntersectBlock(file->block, file->adjust, progress);
              }});
 }
 
@@ -214,10 +216,10 @@ void AddPredict(CLI::App* app, Session* session) {
              "Covariance from geometry and weights alone, no measured values needed",
              Measurements::kOptional,
              false,
-             [](const BlockFile& file, const std::string& folder, ProgressSink* progress) {
-               const Truth truth = ReadTruth(folder, file.block);
-               return Predict(
-                   file.block, file.adjust, truth.points_m, PairsOf(file, folder), progress);
+             [](BlockFile* file, const std::string& folder, ProgressSink* progress) {
+               const Truth truth = ReadTruth(folder, file->block);
+               const PointPairs pairs = PairsOf(*file, folder);
+               return Predict(file->block, file->adjust, truth.points_m, pairs, progress);
              }});
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/exact_sum.h"
+#include "exact_sum.h"
 
 #include <algorithm>
 

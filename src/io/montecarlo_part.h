@@ -5,7 +5,6 @@
 #include "sarblock/core/task_part.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/input_files.h"
-#include "sarblock/model/montecarlo_draws.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
@@ -14,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "model/montecarlo_draws.h"
 #include "part_folders.h"
 #include "table_source.h"
 #include <nlohmann/json.hpp>

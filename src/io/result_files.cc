@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/result_files.h"
 
-#include "sarblock/core/stage_timer.h"
 #include "sarblock/core/version.h"
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include "adjust_corrections.h"
 #include "adjust_table.h"
+#include "core/stage_timer.h"
 #include "diagnosis_section.h"
 #include "folder_content.h"
 #include "path_writer.h"

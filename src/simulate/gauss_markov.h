@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/simulate/smooth_curve.h"
-
 #include <cstdint>
+
+#include "smooth_curve.h"
 
 namespace sarblock {
 

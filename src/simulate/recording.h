@@ -4,11 +4,12 @@
 #include "sarblock/block/block.h"
 #include "sarblock/geodesy/frame.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/wander.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+
+#include "wander.h"
 
 namespace sarblock {
 

@@ -13,6 +13,7 @@
 #include "recording.h"
 #include "streams.h"
 #include "true_path.h"
+#include "wander.h"
 
 namespace sarblock {
 namespace {
@@ -36,24 +37,24 @@ void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
   const std::vector<double> spacings_s =
       recorded ? RecordedSpacings_s(scene) : std::vector<double>();
   simulated->errors.clear();
-  simulated->wander.clear();
+  simulated->wander = nullptr;
+  if (scene.wander.Given()) {
+    std::vector<Wander> wander;
+    for (std::size_t i = 0; i < block.passes.size(); ++i) {
+      wander.emplace_back(scene.wander, simulated->Planned(i), i, seed);
+    }
+    simulated->wander = std::make_shared<const std::vector<Wander>>(std::move(wander));
+  }
   simulated->truth.paths.clear();
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
     const Pass& planned = simulated->Planned(i);
     simulated->errors.push_back(DrawPassError(scene.navigation, block.frame, planned, i, seed));
-    if (scene.wander.Given()) simulated->wander.emplace_back(scene.wander, planned, i, seed);
     if (recorded) {
       const SceneRecorder recorder = scene.recorder.value_or(SceneRecorder{});
       block.passes[i].recorded = {};
       block.passes[i].recorded.asked = recorder.reading;
-      block.passes[i].path =
-          RecordFlight(block.frame,
-                       recorder,
-                       spacings_s[i],
-                       planned,
-                       simulated->wander.empty() ? nullptr : &simulated->wander[i],
-                       i,
-                       seed);
+      block.passes[i].path = RecordFlight(
+          block.frame, recorder, spacings_s[i], planned, simulated->WanderOf(i), i, seed);
     }
     simulated->truth.paths.push_back(TruePathOf(scene, *simulated, i).AtNominalTimes());
   }
@@ -81,8 +82,8 @@ void SolveLook(const Scene& scene,
         "the errors drawn move point " + std::string(block.points.ids[point]) +
             " out of the path of pass " + block.passes[pass].id +
             "; allowed are errors small against the strip" +
-            (simulated->wander.empty() ? ""
-                                       : " and a wander that bends the path less than 1/range"));
+            (simulated->wander == nullptr ? ""
+                                          : " and a wander that bends the path less than 1/range"));
   }
   exact.time_s[look] = *time_s;
   exact.range_m[look] = (p_m - motion->position_m).norm();

@@ -12,6 +12,7 @@
 #include "place_points.h"
 #include "terrain.h"
 #include "visibility.h"
+#include "wander.h"
 
 namespace sarblock {
 namespace {
@@ -105,6 +106,10 @@ void FillPointsAndLooks(const Scene& scene,
 }
 
 }  // namespace
+
+const Wander* SimulatedBlock::WanderOf(std::size_t pass) const {
+  return wander == nullptr ? nullptr : &(*wander)[pass];
+}
 
 SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
   Validate(scene);

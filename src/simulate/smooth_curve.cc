@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/smooth_curve.h"
+#include "smooth_curve.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -145,7 +145,7 @@ TruePath TruePathOf(const Scene& scene, const SimulatedBlock& simulated, std::si
           simulated.Planned(pass),
           simulated.errors[pass],
           scene.navigation.knot_spacing_s,
-          simulated.wander.empty() ? nullptr : &simulated.wander[pass]};
+          simulated.WanderOf(pass)};
 }
 
 }  // namespace sarblock

@@ -5,7 +5,6 @@
 #include "sarblock/flight/path.h"
 #include "sarblock/geodesy/frame.h"
 #include "sarblock/simulate/simulate.h"
-#include "sarblock/simulate/wander.h"
 
 #include <array>
 #include <cstdint>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "flight/basis.h"
+#include "wander.h"
 
 namespace sarblock {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/wander.h"
+#include "wander.h"
 
 #include "sarblock/core/random.h"
 

@@ -3,7 +3,6 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/random.h"
-#include "sarblock/simulate/wander.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include "block/read_recorded.h"
 #include "geometry/cone_time.h"
 #include "simulate/recording.h"
+#include "simulate/wander.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

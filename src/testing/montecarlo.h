@@ -2,12 +2,12 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/model/montecarlo_draws.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
 #include <vector>
 
+#include "model/montecarlo_draws.h"
 #include "model/problem.h"
 
 namespace sarblock {

@@ -4,21 +4,20 @@
 // each other.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/io/adjust_table.h"
 #include "sarblock/io/result_files.h"
-#include "sarblock/io/scene_file.h"
-#include "sarblock/simulate/simulate.h"
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
+#include "support/scene_blocks.h"
 #include "support/thread_ranks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,20 +25,14 @@
 namespace sarblock {
 namespace {
 
-struct DividedBlock {
+struct DividedBlock : test::SceneBlock {
   DividedBlock(const std::string& name,
                const std::vector<std::string>& sets,
-               const std::string& folder = "scenes") {
-    const auto file = std::filesystem::path(SARBLOCK_DATASETS) / folder / (name + ".toml");
-    const Scene scene = ReadScene(file, sets);
-    block = Simulate(scene).block;
-    std::vector<std::string> ids;
-    for (const Pass& pass : block.passes) ids.push_back(pass.id);
-    options = ReadAdjustTable(scene.adjust_toml, name, ids);
+               const std::string& folder = "scenes")
+      : DividedBlock(test::SimulatedSceneBlock(folder, name, sets)) {}
+  explicit DividedBlock(test::SceneBlock made) : test::SceneBlock(std::move(made)) {
     options.threads = 2;
   }
-  Block block;
-  AdjustOptions options;
 };
 
 /// Every table of a result by its name, written to a folder of its own.
@@ -114,6 +107,10 @@ TEST(RanksAdjustTest, GiveTheSameTablesWhereTheFactorIsDivided) {
     EXPECT_TRUE(system.factor().divided());
   });
   ExpectTheSame(net, "net", {3});
+}
+
+TEST(RanksAdjustTest, GiveTheSameTablesOfPointsInNoOrder) {
+  ExpectTheSame(DividedBlock(test::NetInNoOrder({"adjust.pairs=\"neighbours\""})), "no_order");
 }
 
 TEST(RanksAdjustTest, ChooseTheSameCorrections) {

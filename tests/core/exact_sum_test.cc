@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/exact_sum.h"
+#include "core/exact_sum.h"
 
 #include "sarblock/core/random.h"
 

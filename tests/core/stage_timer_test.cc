@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/stage_timer.h"
+#include "core/stage_timer.h"
 
 #include <vector>
 

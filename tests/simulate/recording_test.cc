@@ -14,6 +14,7 @@
 #include "io/io_fixture.h"
 #include "simulate/small_scene.h"
 #include "simulate/true_path.h"
+#include "simulate/wander.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -50,7 +51,7 @@ TEST(RecordedFlightTest, StatesLieOnTheFlightAtTheRateOfTheRecorder) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     const double k = std::round(states[i].time_s * 12.5);
     EXPECT_NEAR(states[i].time_s, k / 12.5, 1e-12);
-    const Wander::Offset wander = simulated.wander[0].At(states[i].time_s);
+    const Wander::Offset wander = simulated.WanderOf(0)->At(states[i].time_s);
     const Eigen::Vector3d straight_m(-500.0 + 173.0 * states[i].time_s, 300.0, 9100.0);
     EXPECT_LT((states[i].position_m - straight_m - wander.value_m).norm(), 1e-9);
     EXPECT_LT((states[i].velocity_mps - Eigen::Vector3d(173, 0, 0) - wander.first_mps).norm(),
@@ -76,7 +77,7 @@ TEST(RecordedFlightTest, LooksAreTheNearestPointsOfTheTruePath) {
         const Eigen::Vector3d s_m =
             Eigen::Vector3d(
                 -500.0 + 173.0 * t, 300.0 + 7300.0 * static_cast<double>(pass), 9100.0) +
-            simulated.wander[pass].At(t).value_m;
+            simulated.WanderOf(pass)->At(t).value_m;
         return (p_m - s_m).norm();
       };
       double low_s = looks.time_s[i] - 3.0, high_s = looks.time_s[i] + 3.0;
@@ -148,7 +149,7 @@ TEST(RecorderTest, NoiseHasItsStandardDeviations) {
     for (const StateVector& state : simulated.block.passes[pass].path.states()) {
       const auto flown = FlownMotion(simulated.block.frame,
                                      simulated.Planned(pass).path,
-                                     &simulated.wander[pass],
+                                     simulated.WanderOf(pass),
                                      state.time_s);
       ASSERT_TRUE(flown.has_value());
       const Eigen::Vector3d position = (state.position_m - flown->position_m) / 0.03;
@@ -238,7 +239,7 @@ TEST(RecorderTest, TimeStampsAreOffByAConstant) {
   for (const StateVector& state : simulated.block.passes[1].path.states()) {
     const auto flown = FlownMotion(simulated.block.frame,
                                    simulated.Planned(1).path,
-                                   &simulated.wander[1],
+                                   simulated.WanderOf(1),
                                    state.time_s - 0.37);
     ASSERT_TRUE(flown.has_value());
     EXPECT_LT((state.position_m - flown->position_m).norm(), 1e-9);
@@ -345,13 +346,13 @@ TEST(RecordedFlightTest, TablesAddToTheProcess) {
   process.wander.table_time_s.clear();
   process.wander.table_m.clear();
   const Wander alone(process.wander, both.Planned(0), 0, scene.seed);
-  EXPECT_NEAR(both.wander[0].At(31.3).value_m.y(), 7.0 + alone.At(31.3).value_m.y(), 1e-12);
+  EXPECT_NEAR(both.WanderOf(0)->At(31.3).value_m.y(), 7.0 + alone.At(31.3).value_m.y(), 1e-12);
 }
 
 TEST(RecordedFlightTest, ScenesWithoutRecorderHoldNoSecondPaths) {
   const SimulatedBlock simulated = Simulate(test::SmallScene());
   EXPECT_TRUE(simulated.planned.empty());
-  EXPECT_TRUE(simulated.wander.empty());
+  EXPECT_TRUE(simulated.wander == nullptr);
 }
 
 TEST(RecordedFlightTest, RefusesAWanderThatBendsThePathTooMuch) {

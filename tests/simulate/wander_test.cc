@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/wander.h"
+#include "simulate/wander.h"
 
 #include "sarblock/core/quantile.h"
 

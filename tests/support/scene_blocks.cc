@@ -26,15 +26,36 @@ std::string TestNameOf(const std::string& scene) {
   return name;
 }
 
-SceneBlock SmallSceneBlock(const std::string& name) {
-  const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / (name + ".toml");
-  const Scene scene = ReadScene(file, {"points.count=120", "check.count=10"});
+SceneBlock SimulatedSceneBlock(const std::string& folder,
+                               const std::string& name,
+                               const std::vector<std::string>& sets) {
+  const auto file = std::filesystem::path(SARBLOCK_DATASETS) / folder / (name + ".toml");
+  const Scene scene = ReadScene(file, sets);
   SceneBlock made;
   made.block = Simulate(scene).block;
   std::vector<std::string> ids;
   for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
   made.options = ReadAdjustTable(scene.adjust_toml, name, ids);
   return made;
+}
+
+SceneBlock SmallSceneBlock(const std::string& name) {
+  return SimulatedSceneBlock("scenes", name, {"points.count=120", "check.count=10"});
+}
+
+SceneBlock NetInNoOrder(const std::vector<std::string>& sets) {
+  std::vector<std::string> all = {"points.count=6000",
+                                  "points.east_m=[500, 50500]",
+                                  "points.north_m=[13500, 118100]",
+                                  "flight.0.count=14",
+                                  "flight.1.count=14",
+                                  "flight.0.segments=10",
+                                  "flight.1.segments=10",
+                                  "control.count=40",
+                                  "check.count=9",
+                                  "check.sigma_m=[1, 1, 1]"};
+  all.insert(all.end(), sets.begin(), sets.end());
+  return SimulatedSceneBlock("benchmarks", "network", all);
 }
 
 }  // namespace sarblock::test

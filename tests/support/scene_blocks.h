@@ -13,12 +13,18 @@ namespace sarblock::test {
 [[nodiscard]] std::vector<std::string> SceneFiles();
 [[nodiscard]] std::string TestNameOf(const std::string& scene);
 
-/// A shipped scene with at most 120 tie points and 10 check points, and its own [adjust]: what
-/// differs between two routes is no matter of size.
 struct SceneBlock {
   Block block;
   AdjustOptions options;
 };
+/// The scene `folder`/`name` of the datasets, with these settings, and its own [adjust].
+[[nodiscard]] SceneBlock SimulatedSceneBlock(const std::string& folder,
+                                             const std::string& name,
+                                             const std::vector<std::string>& sets);
+/// A shipped scene with at most 120 tie points and 10 check points: what differs between two routes
+/// is no matter of size.
 [[nodiscard]] SceneBlock SmallSceneBlock(const std::string& name);
+/// 280 passes of a net that see 6,000 points in no order, and what else `sets` says.
+[[nodiscard]] SceneBlock NetInNoOrder(const std::vector<std::string>& sets);
 
 }  // namespace sarblock::test

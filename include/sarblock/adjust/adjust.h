@@ -20,10 +20,21 @@ namespace sarblock {
 /// Newton step that is left is below kRemainingStepAccepted_1 (under a loss also that of the robust
 /// solution below kRemainingRobustStepAccepted_1).
 ///
+/// The result lists points as the block does. The sums over points may be taken in another order,
+/// that of the passes that see them (docs/performance.md), the same for the same block.
+///
 /// `pairs` is used with options.pairs == kList. Throws UndeterminedError where the block as a whole
 /// or its corrections are not determined, InputError for options that do not fit the block,
 /// Interrupted. A point that is not determined is reported with its reason and left out.
 [[nodiscard]] AdjustResult Adjust(const Block& block,
+                                  const AdjustOptions& options,
+                                  const PointPairs& pairs = {},
+                                  ProgressSink* progress = nullptr);
+
+/// The same in less memory for a block of many passes whose points stand in no order of them: they
+/// are taken in that order, and with a block that may be changed this needs no copy of it. On
+/// return, also by an exception, the block is as it was.
+[[nodiscard]] AdjustResult Adjust(Block* block,
                                   const AdjustOptions& options,
                                   const PointPairs& pairs = {},
                                   ProgressSink* progress = nullptr);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace sarblock {
@@ -18,6 +19,13 @@ class ProgressSink {
                       std::string_view detail) = 0;
   /// True once the user asked to stop; work ends between steps by throwing Interrupted.
   [[nodiscard]] virtual bool Cancelled() const = 0;
+};
+
+/// Wall time of one stage of a run and the process's peak memory at its end.
+struct StageCost {
+  std::string stage;  ///< read, start, solve, covariance, quality, write
+  double wall_s = 0.0;
+  double peak_mib = 0.0;  ///< largest resident set of the process so far
 };
 
 /// Updates `sink` if there is one; throws Interrupted(stage) if it was cancelled.

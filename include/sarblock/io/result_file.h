@@ -3,7 +3,6 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/core/stage_timer.h"
 #include "sarblock/io/input_files.h"
 #include "sarblock/model/result.h"
 

@@ -2,11 +2,10 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
 #include "sarblock/core/quantile.h"
-#include "sarblock/core/stage_timer.h"
 #include "sarblock/model/assessment.h"
 #include "sarblock/model/component_result.h"
-#include "sarblock/model/montecarlo_draws.h"
 #include "sarblock/model/montecarlo_result.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/selection_report.h"
@@ -15,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -23,6 +23,8 @@
 #include <Eigen/Core>
 
 namespace sarblock {
+
+struct MonteCarloDraws;
 
 /// What became of a point.
 enum class PointStatus : std::uint8_t {
@@ -242,7 +244,7 @@ struct AdjustResult {
   std::optional<VarianceComponentReport> variance_components;
   std::optional<MonteCarloReport> montecarlo;
   /// With options.montecarlo_part, in place of the report.
-  std::optional<MonteCarloDraws> montecarlo_draws;
+  std::shared_ptr<MonteCarloDraws> montecarlo_draws;
   std::vector<CheckResult> checks;
   /// Independent components that the check points are worth (CheckFreedom); NaN: as many as known.
   double check_freedom_1 = std::numeric_limits<double>::quiet_NaN();

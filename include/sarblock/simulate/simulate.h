@@ -4,15 +4,17 @@
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/wander.h"
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace sarblock {
+
+class Wander;
 
 /// The errors of one pass as drawn, signs as the corrections of model.md, section 3: adding them to
 /// the nominal path and measurements gives the truth.
@@ -47,9 +49,9 @@ struct SimulatedBlock {
   /// The passes with their planned paths where the states of the block are recorded on a flight
   /// (IsRecorded); else empty: the block holds the planned paths themselves.
   std::vector<Pass> planned;
-  std::vector<Wander> wander;      ///< by pass, as drawn; empty where no flight wanders
-  std::vector<PassError> errors;   ///< by pass, as drawn
-  std::vector<double> squint_rad;  ///< nominal squint by pass
+  std::shared_ptr<const std::vector<Wander>> wander;  ///< by pass, as drawn; null: none wanders
+  std::vector<PassError> errors;                      ///< by pass, as drawn
+  std::vector<double> squint_rad;                     ///< nominal squint by pass
   ExactLooks exact;
   std::vector<std::uint8_t> blunder;  ///< by look, 1 where a blunder was added
   std::uint64_t measurement_seed = 0;
@@ -59,6 +61,8 @@ struct SimulatedBlock {
   [[nodiscard]] const Pass& Planned(std::size_t pass) const {
     return planned.empty() ? block.passes[pass] : planned[pass];
   }
+  /// Null where the pass flies as planned.
+  [[nodiscard]] const Wander* WanderOf(std::size_t pass) const;
 };
 
 /// Simulates a scene: nominal paths, terrain, points, visibility, then Redraw() of everything with

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/progress.h"
+
 #include <chrono>
 #include <string>
 #include <vector>
 
 namespace sarblock {
-
-/// Wall time of one stage of a run and the process's peak memory at its end.
-struct StageCost {
-  std::string stage;  ///< read, start, solve, covariance, quality, write
-  double wall_s = 0.0;
-  double peak_mib = 0.0;  ///< largest resident set of the process so far
-};
 
 /// Adds a StageCost to a list when it goes out of scope.
 class StageTimer {

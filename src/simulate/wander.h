@@ -3,12 +3,12 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/smooth_curve.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
+#include "smooth_curve.h"
 #include <Eigen/Core>
 
 namespace sarblock {
