@@ -36,11 +36,13 @@ AdjustResult AdjustInOrder(PointOrder order,
   std::vector<StageCost> stages;
   std::optional<StageTimer> timer;
   timer.emplace("order", &stages);
+  Step(progress, "order", 0, 2, "points by their passes");
   const OrderedPoints ordered(std::move(order), block);
   timer.reset();
   AdjustResult result;
   try {
     result = AdjustAsItStands(*block, options, ordered.Pairs(pairs), progress);
+    Step(progress, "order", 1, 2, "points as the block lists them");
   } catch (...) {
     ordered.RestoreBlock();
     throw;

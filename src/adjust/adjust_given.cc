@@ -27,6 +27,7 @@
 #include "model/montecarlo_draws.h"
 #include "normals/elimination.h"
 #include "resource_needs.h"
+#include "solve/pass_looks.h"
 #include "solve/solve_block.h"
 #include "solve/start_values.h"
 #include "testing/assess.h"
@@ -149,17 +150,19 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
           "the standard deviations)");
 }
 
-/// What was left out may be right and the path wrong: without the looks of a pass at control points
-/// nothing tells.
-void RefuseLostControl(const AdjustmentProblem& problem, AdjustResult* result) {
-  const std::optional<std::size_t> pass = PassThatLosesControl(problem);
+/// What was left out may be right and the path wrong: without the looks of a pass at control
+/// points, or at points that others see too, nothing tells.
+void RefuseLostPass(const AdjustmentProblem& problem, AdjustResult* result) {
+  std::optional<std::size_t> pass = PassThatLosesControl(problem);
+  const bool control = pass.has_value();
+  if (!control) pass = UndecidedPass(CountPassLooks(problem.block, problem.look_used));
   if (!pass) return;
-  Refuse(
-      result,
-      "pass " + problem.block.passes[*pass].id +
-          " lost at least half of its looks at control points as blunders or outliers: they may be "
-          "right and its path wrong (its times or ranges, its corrections and their standard "
-          "deviations, the control points)");
+  Refuse(result,
+         "pass " + problem.block.passes[*pass].id + " lost at least half of its looks at " +
+             (control ? "control points" : "points of three looks and more") +
+             " as blunders or outliers: they may be right and its path wrong (its times or "
+             "ranges, its corrections and their standard deviations" +
+             (control ? ", the control points)" : ")"));
 }
 
 /// `left_1`: the step that is left, infinite where looks have no value.
@@ -463,7 +466,7 @@ AdjustResult AdjustGiven(const Block& block,
   }
 
   RefuseLargeLoss(problem, &result);
-  if (asked.robust != RobustLoss::kNone || result.snooping) RefuseLostControl(problem, &result);
+  if (asked.robust != RobustLoss::kNone || result.snooping) RefuseLostPass(problem, &result);
   RefuseMisplaced(problem, state, *system, &result);
   if (unsettled) {
     Refuse(&result,

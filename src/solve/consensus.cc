@@ -336,7 +336,7 @@ ConsensusReport SolveByConsensus(const AdjustOptions& options,
     report.iterations += SolveAt(kLastScale_1, kMostLastSteps, options, problem, state, progress);
   }
   report.scattered = connection.IsKeptBy(ConnectPasses(*problem));
-  for (const PassLooks& of_pass : CountPassLooks(*problem)) {
+  for (const PassLooks& of_pass : CountPassLooks(problem->block, problem->look_used)) {
     report.scattered =
         report.scattered && of_pass.all.lost_1() <= kMostOfPass_1 && of_pass.deciding.Decide();
   }

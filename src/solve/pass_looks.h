@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "model/problem.h"
@@ -26,7 +28,19 @@ struct PassLooks {
   LookCounts all, deciding;
 };
 
-/// By pass. A look that the block rejects is not counted.
-std::vector<PassLooks> CountPassLooks(const AdjustmentProblem& problem);
+/// By pass, of the looks that take part by `look_used` (AdjustmentProblem) and all others. A look
+/// that the block rejects is not counted.
+[[nodiscard]] std::vector<PassLooks> CountPassLooks(const Block& block,
+                                                    const std::vector<std::uint8_t>& look_used);
+
+/// The first pass whose deciding looks decide nothing.
+[[nodiscard]] std::optional<std::size_t> UndecidedPass(const std::vector<PassLooks>& by_pass);
+
+/// The first pass that lost more of its deciding looks than chance explains: a pass that settled
+/// off its place loses good ones. It lost a fifth of them at least and twice as many as the others,
+/// and the chance of so many is below 0.05, all passes together; the number lost is held against a
+/// binomial distribution with the frequency of the other passes (docs/theory/consensus.md, eq.
+/// (4)).
+[[nodiscard]] std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass);
 
 }  // namespace sarblock

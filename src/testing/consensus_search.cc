@@ -85,13 +85,18 @@ struct Remainder {
   std::size_t looks = 0, dropped = 0;
   std::size_t control = 0, control_dropped = 0;  ///< control points; those that keep no look
   std::vector<LookCounts> control_looks = {};    ///< by pass; only under a loss
+  std::vector<PassLooks> by_pass = {};
 };
 
 Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
   const AdjustmentProblem& problem = *solution.problem;
   const ProblemCounts counts = CountProblem(problem);
   Remainder rest{counts.redundancy(), 2.0 * (*solution.system)->cost(), counts.looks};
-  if (options.robust == RobustLoss::kNone) return rest;
+  std::vector<std::uint8_t> look_used = problem.look_used;
+  if (options.robust == RobustLoss::kNone) {
+    rest.by_pass = CountPassLooks(problem.block, look_used);
+    return rest;
+  }
   rest.control_looks.resize(problem.block.passes.size());
   const double limit = FarSquare_1();
   const auto& offsets = problem.block.looks.offsets;
@@ -106,6 +111,7 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
       const bool is_far = at.error_1.squaredNorm() > limit;
       (is_far ? far_1 : square_1) += at.error_1.squaredNorm();
       ++(is_far ? far : near);
+      if (is_far) look_used[i] = 0;
       if (problem.control_of[point] < 0) continue;
       LookCounts& of_pass = rest.control_looks[problem.block.looks.pass[i]];
       ++(is_far ? of_pass.lost : of_pass.kept);
@@ -115,11 +121,15 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
       rest.control_dropped += near == 0 ? 1U : 0U;
     }
     const bool lost = near < 2 && problem.control_of[point] < 0 && far > 0;  // with all its looks
+    if (lost) {
+      for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) look_used[i] = 0;
+    }
     rest.dropped += lost ? near + far : far;
     rest.square_sum_1 -= lost ? square_1 + far_1 : far_1;
     rest.redundancy -=
         lost ? 2.0 * static_cast<double>(near + far) - 3.0 : 2.0 * static_cast<double>(far);
   }
+  rest.by_pass = CountPassLooks(problem.block, look_used);
   return rest;
 }
 
@@ -221,15 +231,18 @@ Contradiction FindContradiction(const AdjustOptions& options, const Solution& so
       static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks);
   // A loss or a search that lets go of the control, of all of it or of that of a pass, has settled
   // somewhere else.
-  const bool adrift = 2 * rest.control_dropped > rest.control ||
-                      FirstUndecided(rest.control_looks) || PassThatLosesControl(problem);
-  const bool gross = !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
-  if (many || adrift || gross) return Contradiction::kGross;
   const bool leaves_out =
       options.robust != RobustLoss::kNone || options.quality.snooping != Snooping::kNone;
+  const bool adrift = 2 * rest.control_dropped > rest.control ||
+                      FirstUndecided(rest.control_looks) || PassThatLosesControl(problem) ||
+                      (leaves_out && UndecidedPass(rest.by_pass));
+  const bool gross = !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
+  if (many || adrift || gross) return Contradiction::kGross;
   if (!leaves_out || !(rest.redundancy > 0.0)) return Contradiction::kNone;
-  return FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy)) ? Contradiction::kTest
-                                                                      : Contradiction::kNone;
+  return PassThatLosesMore(rest.by_pass) ||
+                 FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy))
+             ? Contradiction::kTest
+             : Contradiction::kNone;
 }
 
 ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,

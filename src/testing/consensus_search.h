@@ -36,10 +36,11 @@ struct Solution {
 /// Whether a solution as it was asked for is one.
 enum class Contradiction {
   kNone,
-  kTest,   ///< after a search or under a loss, which leave out what is wrong, the global test fails
+  kTest,  ///< after a search or under a loss, which leave out what is wrong, the global test fails,
+          ///< or a pass loses more looks than chance explains beside the others
   kGross,  ///< not converged, points led to where no look looks, priors contradicted, a quarter of
-           ///< the looks gone, or the control of a pass, or more v'Pv than wrong standard
-           ///< deviations explain
+           ///< the looks gone, or half of those that decide about a pass, or more v'Pv than wrong
+           ///< standard deviations explain
 };
 [[nodiscard]] Contradiction FindContradiction(const AdjustOptions& options,
                                               const Solution& solution);

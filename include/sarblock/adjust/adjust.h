@@ -33,7 +33,7 @@ namespace sarblock {
 
 /// The same in less memory for a block of many passes whose points stand in no order of them: they
 /// are taken in that order, and with a block that may be changed this needs no copy of it. On
-/// return, also by an exception, the block is as it was.
+/// return, also by an exception but that of memory which ran out, the block is as it was.
 [[nodiscard]] AdjustResult Adjust(Block* block,
                                   const AdjustOptions& options,
                                   const PointPairs& pairs = {},
