@@ -85,18 +85,15 @@ struct Remainder {
   std::size_t looks = 0, dropped = 0;
   std::size_t control = 0, control_dropped = 0;  ///< control points; those that keep no look
   std::vector<LookCounts> control_looks = {};    ///< by pass; only under a loss
-  std::vector<PassLooks> by_pass = {};
+  std::vector<PassLooks> by_pass = {};           ///< only under a loss
 };
 
 Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
   const AdjustmentProblem& problem = *solution.problem;
   const ProblemCounts counts = CountProblem(problem);
   Remainder rest{counts.redundancy(), 2.0 * (*solution.system)->cost(), counts.looks};
+  if (options.robust == RobustLoss::kNone) return rest;
   std::vector<std::uint8_t> look_used = problem.look_used;
-  if (options.robust == RobustLoss::kNone) {
-    rest.by_pass = CountPassLooks(problem.block, look_used);
-    return rest;
-  }
   rest.control_looks.resize(problem.block.passes.size());
   const double limit = FarSquare_1();
   const auto& offsets = problem.block.looks.offsets;
@@ -226,13 +223,16 @@ Contradiction FindContradiction(const AdjustOptions& options, const Solution& so
     return limited ? Contradiction::kNone : Contradiction::kGross;
   }
   if (ContradictsPriors(problem, *solution.state)) return Contradiction::kGross;
-  const Remainder rest = RemainderOf(options, solution);
+  Remainder rest = RemainderOf(options, solution);
   const bool many =
       static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks);
   // A loss or a search that lets go of the control, of all of it or of that of a pass, has settled
   // somewhere else.
   const bool leaves_out =
       options.robust != RobustLoss::kNone || options.quality.snooping != Snooping::kNone;
+  if (leaves_out && rest.by_pass.empty()) {
+    rest.by_pass = CountPassLooks(problem.block, problem.look_used);
+  }
   const bool adrift = 2 * rest.control_dropped > rest.control ||
                       FirstUndecided(rest.control_looks) || PassThatLosesControl(problem) ||
                       (leaves_out && UndecidedPass(rest.by_pass));
