@@ -129,6 +129,17 @@ void OrderedPoints::RestoreResult(bool sort_pairs, AdjustResult* result) const {
     finding.point = order_[finding.point];
     for (std::uint64_t& look : finding.looks) restore_look(&look);
   }
+  // What a consensus left out, round 0, stands in the order of the points, all else as it was
+  // found.
+  std::vector<BlunderFinding>& findings = result->snooping->findings;
+  const auto searched =
+      std::find_if(findings.begin(), findings.end(), [](const BlunderFinding& finding) {
+        return finding.round > 0;
+      });
+  std::stable_sort(
+      findings.begin(), searched, [](const BlunderFinding& a, const BlunderFinding& b) {
+        return a.point < b.point;
+      });
   for (std::uint64_t& look : result->snooping->robust) restore_look(&look);
   std::sort(result->snooping->robust.begin(), result->snooping->robust.end());
 }

@@ -183,9 +183,10 @@ TEST(OrderedPointsTest, MovesWhatIsListedByLookAndByPoint) {
   result.looks.weight = {0.3F, 0.4F, 0.5F, 0.0F, 0.1F, 0.2F};
   result.looks.reason = {RejectReason::kGiven, {}, {}, RejectReason::kRobust, {}, {}};
   result.snooping.emplace();
-  result.snooping->robust = {1, 5};                                    // of the points 2 and 1
+  result.snooping->robust = {1, 5};  // of the points 2 and 1
+  result.snooping->findings.push_back({.point = 0, .looks = {2}, .note = {}});
   result.snooping->findings.push_back({.point = 2, .looks = {4, 5}, .note = {}});  // point 1
-  result.assessment.tests.worst.push_back({.look = 3, .point = 1});    // point 0
+  result.assessment.tests.worst.push_back({.look = 3, .point = 1});                // point 0
   result.checks.push_back({.point = 0, .chi_square = 2.5});
   result.checks.push_back({.point = 1, .chi_square = 0.5});
   result.control_quality.push_back({.point = 0, .component = 2});
@@ -200,6 +201,8 @@ TEST(OrderedPointsTest, MovesWhatIsListedByLookAndByPoint) {
   EXPECT_EQ(result.looks.reason[3], RejectReason::kGiven);
   EXPECT_THAT(result.snooping->robust, testing::ElementsAre(2U, 4U));
   EXPECT_EQ(result.snooping->findings[0].point, 1U);
+  EXPECT_EQ(result.snooping->findings[1].point, 2U);
+  EXPECT_THAT(result.snooping->findings[1].looks, testing::ElementsAre(5U));
   EXPECT_THAT(result.snooping->findings[0].looks, testing::ElementsAre(1U, 2U));
   EXPECT_EQ(result.assessment.tests.worst[0].look, 0U);
   EXPECT_EQ(result.assessment.tests.worst[0].point, 0U);
