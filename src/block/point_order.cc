@@ -66,12 +66,8 @@ void Reorder(const PointOrder& order, Points* points) {
 
 }  // namespace
 
-PointOrder OrderByPasses(const Block& block) {
+PointOrder SortedByPasses(const Block& block) {
   const std::size_t points = block.points.size(), passes = block.passes.size();
-  const std::size_t windows = (points + kWindow - 1) / kWindow;
-  if (passes <= kPassesInCache) return {};
-  const std::size_t as_they_stand = PassesOfWindows(block, {});
-  if (as_they_stand <= kPassesInCache * windows) return {};
   const Looks& looks = block.looks;
   const auto seen_by = [&](std::uint32_t point, bool last) -> std::size_t {
     const std::uint64_t begin = looks.offsets[point], end = looks.offsets[point + 1];
@@ -83,6 +79,15 @@ PointOrder OrderByPasses(const Block& block) {
     const auto key = [&](std::uint32_t point) { return seen_by(point, last); };
     order = SortedBy(order, passes + 1, key);
   }
+  return order;
+}
+
+PointOrder OrderByPasses(const Block& block) {
+  const std::size_t windows = (block.points.size() + kWindow - 1) / kWindow;
+  if (block.passes.size() <= kPassesInCache) return {};
+  const std::size_t as_they_stand = PassesOfWindows(block, {});
+  if (as_they_stand <= kPassesInCache * windows) return {};
+  PointOrder order = SortedByPasses(block);
   if (2 * PassesOfWindows(block, order) > as_they_stand) return {};
   return order;
 }

@@ -12,9 +12,13 @@ namespace sarblock {
 using PointOrder = std::vector<std::uint32_t>;
 
 /// The points by the first and then the last pass that sees them, those of the same passes as they
-/// stand. Neighbours then share their passes: what a loop over points asks of a pass is still in
-/// the cache, and a piece of them touches little of S. Empty where the points do not stand much
-/// better so: neighbours share their passes already, or the passes are few. Linear time.
+/// stand, those without looks at the end. Neighbours then share their passes: what a loop over
+/// points asks of a pass is still in the cache, and a piece of them touches little of S. Linear
+/// time.
+[[nodiscard]] PointOrder SortedByPasses(const Block& block);
+
+/// The same, or empty where the points do not stand much better so: neighbours share their passes
+/// already, or the passes are few.
 [[nodiscard]] PointOrder OrderByPasses(const Block& block);
 
 /// The order that leads back.

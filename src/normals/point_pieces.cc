@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "block/point_order.h"
 #include "core/parallel.h"
 #include "core/pool.h"
 #include "point_blocks.h"
@@ -125,22 +126,6 @@ std::vector<PointPiece> Cut(const AdjustmentProblem& problem,
   return pieces;
 }
 
-/// Points by the first pass that sees them, those of one pass as they stand.
-std::vector<std::uint32_t> OrderByFirstPass(const Block& block) {
-  const std::size_t points = block.points.size(), passes = block.passes.size();
-  const auto first_pass = [&](std::size_t point) -> std::size_t {
-    const std::size_t begin = block.looks.offsets[point];
-    return begin < block.looks.offsets[point + 1] ? block.looks.pass[begin] : passes;
-  };
-  std::vector<std::uint32_t> next(passes + 2, 0), order(points);
-  for (std::size_t point = 0; point < points; ++point) ++next[first_pass(point) + 1];
-  for (std::size_t pass = 0; pass <= passes; ++pass) next[pass + 1] += next[pass];
-  for (std::size_t point = 0; point < points; ++point) {
-    order[next[first_pass(point)]++] = static_cast<std::uint32_t>(point);
-  }
-  return order;
-}
-
 std::size_t DoublesOf(std::span<const PointPiece> pieces) {
   std::size_t sum = 0;
   for (const PointPiece& piece : pieces) sum += piece.doubles();
@@ -159,7 +144,7 @@ PointPieces::PointPieces(const AdjustmentProblem& problem,
   pieces_ = Cut(problem, pattern, bordered, {}, kMostPieces);
   const std::size_t as_they_stand = DoublesOf(pieces_);
   if (as_they_stand <= kDoublesOfAPoint * problem.block.points.size()) return;
-  std::vector<std::uint32_t> order = OrderByFirstPass(problem.block);
+  PointOrder order = SortedByPasses(problem.block);
   std::vector<PointPiece> sorted = Cut(problem, pattern, bordered, order, kMostPieces);
   if (2 * DoublesOf(sorted) > as_they_stand) return;
   pieces_ = std::move(sorted);

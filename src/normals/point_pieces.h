@@ -37,7 +37,7 @@ struct PointPiece {
 /// groups, and groups can be as small as memory asks for.
 ///
 /// Where points stand in an order in which every piece would touch much of S, they are taken in
-/// that of the first pass that sees them: neighbours then share their blocks.
+/// that of the passes that see them (block/point_order.h): neighbours then share their blocks.
 class PointPieces {
  public:
   PointPieces() = default;
