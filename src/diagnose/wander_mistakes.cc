@@ -18,7 +18,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-enum class Measured { kRange, kTime };
+enum class Coordinate { kRange, kTime };
 
 /// What a residual tells of the error of its own measurement, in metres or seconds, and its weight.
 struct Sign {
@@ -57,18 +57,18 @@ double TimeSigma_s(const Block& block, std::size_t look) {
 }
 
 /// In the order of their times.
-std::vector<Sign> SignsOf(const Facts& facts, const std::string& pass, Measured measured) {
+std::vector<Sign> SignsOf(const Facts& facts, const std::string& pass, Coordinate measured) {
   constexpr double kLeastRedundancy_1 = 0.02;
   const Block& block = facts.sample.block;
-  const Eigen::Index component = measured == Measured::kRange ? 0 : 1;
+  const Eigen::Index component = measured == Coordinate::kRange ? 0 : 1;
   std::vector<Sign> out;
   ForLooks(block, {pass}, [&](std::size_t i) {
-    if (measured == Measured::kTime && block.MeasuresDoppler(i)) return;
+    if (measured == Coordinate::kTime && block.MeasuresDoppler(i)) return;
     const double whitened_1 = facts.residuals.whitened_1(static_cast<Eigen::Index>(i), component);
     const double redundancy_1 =
         facts.residuals.redundancy_1(static_cast<Eigen::Index>(i), component);
     const double sigma =
-        measured == Measured::kRange ? block.SigmaOf(i).range_m : TimeSigma_s(block, i);
+        measured == Coordinate::kRange ? block.SigmaOf(i).range_m : TimeSigma_s(block, i);
     if (!std::isfinite(whitened_1) || !std::isfinite(sigma)) return;
     if (!(redundancy_1 > kLeastRedundancy_1)) return;
     out.push_back(
@@ -163,9 +163,9 @@ Wander Together(const std::vector<std::pair<std::string, Curve>>& curves) {
   return out;
 }
 
-Hypothesis Wandering(Measured measured, Wander found) {
+Hypothesis Wandering(Coordinate measured, Wander found) {
   const auto wander = std::make_shared<const Wander>(std::move(found));
-  const bool range = measured == Measured::kRange;
+  const bool range = measured == Coordinate::kRange;
   Hypothesis out;
   out.kind = range ? MistakeKind::kRange : MistakeKind::kTime;
   out.cause = range ? "range.wander" : "time.wander";
@@ -205,7 +205,7 @@ Hypothesis Wandering(Measured measured, Wander found) {
 
 void AddWanderMistakes(const Facts& facts, Hypotheses* out) {
   if (!facts.before.solved) return;
-  for (const Measured measured : {Measured::kRange, Measured::kTime}) {
+  for (const Coordinate measured : {Coordinate::kRange, Coordinate::kTime}) {
     std::vector<std::pair<std::string, Curve>> curves;
     for (const Pass& pass : facts.sample.block.passes) {
       if (auto curve = FindCurve(SignsOf(facts, pass.id, measured))) {

@@ -81,12 +81,13 @@ bool CopyNumbers(const TableReader& part, std::size_t column, CellKind kind, Tab
   if (counts) {
     for (const double value : values) allowed &= IsAllowed(kind, value);
   } else if (!part.NoneAhead(column)) {
-    constexpr auto kExponent =
+    constexpr auto kExponentBits =
         std::bit_cast<std::uint64_t>(std::numeric_limits<double>::infinity());
-    constexpr auto kNan = std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN());
+    constexpr auto kNanBits =
+        std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN());
     for (const double value : values) {
       const auto bits = std::bit_cast<std::uint64_t>(value);
-      allowed &= (bits & kExponent) != kExponent || bits == kNan;
+      allowed &= (bits & kExponentBits) != kExponentBits || bits == kNanBits;
     }
   }
   return allowed && out->LendNumbers(column, values);

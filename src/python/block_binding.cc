@@ -49,10 +49,10 @@ py::array KnownCovariances(const py::handle& owner, const std::vector<KnownPosit
               {static_cast<py::ssize_t>(sizeof(KnownPosition)), kDouble, 3 * kDouble});
 }
 
-using ArrayGetter = std::function<py::object(const py::handle&, const BlockData&)>;
+using BlockArrayGetter = std::function<py::object(const py::handle&, const BlockData&)>;
 
-const std::map<std::string, ArrayGetter>& BlockArrayTable() {
-  static const std::map<std::string, ArrayGetter> table{
+const std::map<std::string, BlockArrayGetter>& BlockArrayTable() {
+  static const std::map<std::string, BlockArrayGetter> table{
       {"points.ids",
        [](const py::handle&, const BlockData& data) {
          const IdTable& ids = data.file.block.points.ids;
@@ -219,11 +219,11 @@ py::dict Check(const std::shared_ptr<BlockData>& data,
   return out;
 }
 
-void Write(const BlockData& data,
-           const std::filesystem::path& path,
-           bool gzip,
-           bool force,
-           const py::object& progress) {
+void WriteBlockData(const BlockData& data,
+                    const std::filesystem::path& path,
+                    bool gzip,
+                    bool force,
+                    const py::object& progress) {
   RunUnlocked(progress, [&](ProgressSink*) {
     RequireFolderFor(
         FolderContent::kBlock, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
@@ -297,7 +297,7 @@ void BindBlock(py::module_* module) {
            py::arg("progress"),
            "What an adjustment would say of the block.")
       .def("write",
-           &Write,
+           &WriteBlockData,
            py::arg("path"),
            py::arg("gzip"),
            py::arg("force"),

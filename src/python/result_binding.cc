@@ -76,10 +76,10 @@ py::object QualityColumn(const py::handle& self,
   return OptionalView(self, (data.solved->result.quality.*solved)[component]);
 }
 
-using ArrayGetter = std::function<py::object(const py::handle&, const ResultData&)>;
-using ArrayTable = std::map<std::string, ArrayGetter>;
+using ResultArrayGetter = std::function<py::object(const py::handle&, const ResultData&)>;
+using ResultArrays = std::map<std::string, ResultArrayGetter>;
 
-ArrayTable PointArrays() {
+ResultArrays PointArrays() {
   const auto column = [](std::vector<double> PointResults::*member) {
     return [member](const py::handle& self, const ResultData& data) {
       return OptionalView(self, data.points().*member);
@@ -124,7 +124,7 @@ ArrayTable PointArrays() {
   };
 }
 
-ArrayTable CorrectionArrays() {
+ResultArrays CorrectionArrays() {
   const auto texts = [](std::string ParameterResult::*member) {
     return [member](const py::handle&, const ResultData& data) {
       return ParameterTexts(data, member);
@@ -161,7 +161,7 @@ ArrayTable CorrectionArrays() {
   };
 }
 
-ArrayTable LookArrays() {
+ResultArrays LookArrays() {
   return {
       {"looks.offsets",  // by point, where the looks are those of a block
        [](const py::handle& self, const ResultData& data) -> py::object {
@@ -228,7 +228,7 @@ ArrayTable LookArrays() {
   };
 }
 
-ArrayTable OtherArrays() {
+ResultArrays OtherArrays() {
   const auto station = [](Eigen::Vector3d StripStation::*member) {
     return [member](const py::handle& self, const ResultData& data) {
       return VectorView(self, data.strips(), member);
@@ -291,10 +291,10 @@ ArrayTable OtherArrays() {
   };
 }
 
-const ArrayTable& ResultArrayTable() {
-  static const ArrayTable table = [] {
-    ArrayTable all = PointArrays();
-    for (ArrayTable part : {CorrectionArrays(), LookArrays(), OtherArrays()}) all.merge(part);
+const ResultArrays& ResultArrayTable() {
+  static const ResultArrays table = [] {
+    ResultArrays all = PointArrays();
+    for (ResultArrays part : {CorrectionArrays(), LookArrays(), OtherArrays()}) all.merge(part);
     return all;
   }();
   return table;
@@ -320,11 +320,11 @@ void RequireSame(const ResultData& data) {
                    "write it");
 }
 
-void Write(const ResultData& data,
-           const std::filesystem::path& path,
-           bool gzip,
-           bool force,
-           const py::object& progress) {
+void WriteResultData(const ResultData& data,
+                     const std::filesystem::path& path,
+                     bool gzip,
+                     bool force,
+                     const py::object& progress) {
   const Compression compression = gzip ? Compression::kGzip : Compression::kNone;
   RunUnlocked(progress, [&](ProgressSink* sink) {
     if (data.file) {
@@ -419,7 +419,7 @@ void BindResult(py::module_* module) {
           },
           "Latitude [rad], longitude [rad] and height [m] of the points, (points, 3).")
       .def("write",
-           &Write,
+           &WriteResultData,
            py::arg("path"),
            py::arg("gzip"),
            py::arg("force"),

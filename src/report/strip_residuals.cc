@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMostResidualCharts = 18;
 constexpr std::size_t kMostResidualDots = 400;
-constexpr std::size_t kMedianBins = 10, kLeastInBin = 3;
+constexpr std::size_t kMedianBins = 10, kLeastInMedianBin = 3;
 
 using Place = std::array<double, 2>;
 
@@ -76,7 +76,7 @@ PageFigure FigureOfStrip(const ResultFolder& result,
     ChartSeries line{
         std::string(kLookComponents[k]) + ", median", "line", kLineColors[k], {}, {}, {}, {}, {}};
     for (const BinnedMedian& bin :
-         MedianInBins(strip.time_s, strip.residual_m[k], kMedianBins, kLeastInBin)) {
+         MedianInBins(strip.time_s, strip.residual_m[k], kMedianBins, kLeastInMedianBin)) {
       line.x.push_back(bin.x);
       line.y.push_back(bin.value);
     }

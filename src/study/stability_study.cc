@@ -112,16 +112,15 @@ std::vector<std::string> DigitsByCondition(const StudyTable& table) {
 
 StudyPlan PlanStability(const StabilityStudy& study) {
   StudyPlan plan;
-  using Kind = StudyCellKind;
-  plan.columns = {{"family", Kind::kText},
-                  {"parameter", Kind::kText},
+  plan.columns = {{"family", StudyCellKind::kText},
+                  {"parameter", StudyCellKind::kText},
                   {"value"},
                   {"condition"},
-                  {"outcome", Kind::kText},
+                  {"outcome", StudyCellKind::kText},
                   {"covariance_digits"},
                   {"position_digits"},
-                  {"message", Kind::kText},
-                  {"exit_code", Kind::kInteger},
+                  {"message", StudyCellKind::kText},
+                  {"exit_code", StudyCellKind::kInteger},
                   {"sigma_digits"},
                   {"error_sigma"},
                   {"normal_digits"},

@@ -54,11 +54,15 @@ def browse(browser, page, *flags):
     return run.stdout
 
 
-def check_page(browser, page, width):
-    """The charts drawn are those described, each with data; returns them by id."""
+def check_page(browser, page, width, folder=None):
+    """The charts drawn are those described, each with data; returns them by id. With a folder a picture of
+    the width asked for is taken of the same page and is not empty."""
     size = WIDTHS[width]
-    text = browse(browser, page, f"--window-size={size[0]},{size[1]}", "--virtual-time-budget=4000",
-                  "--dump-dom")
+    flags = [f"--window-size={size[0]},{size[1]}", "--virtual-time-budget=4000", "--dump-dom"]
+    if folder is not None:
+        picture = folder / f"{page.stem}-{width}.png"
+        flags.append(f"--screenshot={picture}")
+    text = browse(browser, page, *flags)
     found = SELF_CHECK.search(text)
     require(found, f"{page} ({width}): no self-check, the script did not run")
     report = json.loads(html.unescape(found.group(1)))
@@ -70,6 +74,10 @@ def check_page(browser, page, width):
         require(seen["data"] > 0, f"{page}: chart {chart} has no data")
         require(seen.get("series", 0) <= 5, f"{page}: chart {chart} has {seen.get('series')} series")
     check_tables(f"{page} ({width})", report["tables"])
+    if folder is not None:
+        data = picture.read_bytes()
+        require(int.from_bytes(data[16:20], "big") == size[0], f"{picture}: wrong width")
+        require(len(data) > 20000, f"{picture}: hardly anything to see")  # a blank page packs into a few kB
     return drawn
 
 
@@ -117,17 +125,6 @@ def check_map(page, result, drawn, graticule):
     require(near["names"] > 0 and whole["names"] == 0, f"{page}: names only on demand: {seen}")
     require(near["enlarged"] < whole["enlarged"], f"{page}: ellipses grow with the zoom: {seen}")
     require(abs(again["width"] / whole["width"] - 1) < 0.05, f"{page}: not back at the block: {seen}")
-
-
-def check_layout(browser, page, folder, width):
-    """A picture of the width asked for, and not empty (a blank page packs into a few kB)."""
-    size = WIDTHS[width]
-    picture = folder / f"{page.stem}-{width}.png"
-    browse(browser, page, f"--window-size={size[0]},{size[1]}", "--virtual-time-budget=4000",
-           f"--screenshot={picture}")
-    data = picture.read_bytes()
-    require(int.from_bytes(data[16:20], "big") == size[0], f"{picture}: wrong width")
-    require(len(data) > 20000, f"{picture}: hardly anything to see")
 
 
 def check_paper(browser, page, folder):
@@ -192,9 +189,8 @@ def check_studies(program, scenes, browser, folder):
             require("<h1>corners or a grid</h1>" in text and "Goal: What the fourth corner is worth." in text,
                     f"{page}: no name and goal")
         for width in WIDTHS:
-            drawn = check_page(browser, page, width)
+            drawn = check_page(browser, page, width, folder)
             require(any(chart["labels"] > 0 for chart in drawn.values()), f"{page}: no point is named")
-            check_layout(browser, page, folder, width)
         check_paper(browser, page, folder)
 
 
@@ -203,7 +199,7 @@ def run(program, scenes, browser, folder):
     sarblock(program, "simulate", scenes / "block-12-strips.toml", "-o", block)
     sarblock(program, "adjust", block, "-o", result, "--report")
     page = shutil.copy(result / "report.html", folder / "block-12-strips.html")
-    drawn = check_page(browser, page, "desk")
+    drawn = check_page(browser, page, "desk", folder)
     for chart in ("map-chart", "checks-2", "profile-up-2", "profile-across-4", "histogram-range",
                   "quantiles-azimuth"):
         require(chart in drawn, f"{page}: no chart {chart}")
@@ -211,9 +207,7 @@ def run(program, scenes, browser, folder):
     for name in ("strip-", "along-"):
         require(sum(chart.startswith(name) for chart in drawn) == 14, f"{page}: {name} {list(drawn)}")
     check_map(page, result, drawn, graticule=False)
-    check_page(browser, page, "phone")
-    for width in WIDTHS:
-        check_layout(browser, page, folder, width)
+    check_page(browser, page, "phone", folder)
     check_paper(browser, page, folder)
 
     other = folder / "huber"
@@ -221,8 +215,7 @@ def run(program, scenes, browser, folder):
     comparison = folder / "comparison.html"
     sarblock(program, "report", result, other, "-o", comparison)
     for width in WIDTHS:
-        require("sigma-2" in check_page(browser, comparison, width), "no comparison of sigmas")
-        check_layout(browser, comparison, folder, width)
+        require("sigma-2" in check_page(browser, comparison, width, folder), "no comparison of sigmas")
     check_paper(browser, comparison, folder)
 
     orbit, adjusted, intersected = folder / "orbit", folder / "adjusted", folder / "intersected"
@@ -232,11 +225,9 @@ def run(program, scenes, browser, folder):
     text = page.read_text(encoding="utf-8")
     require("north (along track)" in text and "more accurate azimuths" in text,
             f"{page}: north, along track, is weakest, and azimuths are not advised")
-    drawn = check_page(browser, page, "desk")
+    drawn = check_page(browser, page, "desk", folder)
     check_map(page, adjusted, drawn, graticule=True)
-    check_page(browser, page, "phone")
-    for width in WIDTHS:
-        check_layout(browser, page, folder, width)
+    check_page(browser, page, "phone", folder)
     check_paper(browser, page, folder)
     sarblock(program, "intersect", orbit, "-o", intersected, "--report")
     page = shutil.copy(intersected / "report.html", folder / "intersected.html")
