@@ -6,7 +6,7 @@
 # again, and runs the tests under AddressSanitizer and UndefinedBehaviorSanitizer. The last line is
 # `N passed, N failed`; the exit status is 0 only if nothing failed.
 #
-# SARBLOCK_DRAWS  seeded draws of each statistical test. Here 10: every path runs, in minutes. The
+# SARBLOCK_DRAWS  seeded draws of each statistical test. Here 6: every path runs, in minutes. The
 #                 full form is SARBLOCK_DRAWS=200 (docs/validation.md).
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
@@ -47,7 +47,7 @@ install_packages
 build release
 step "Compile every public header alone"
 (cd -- "$root" && cmake --build --preset release --target all_verify_interface_header_sets)
-SARBLOCK_DRAWS=${SARBLOCK_DRAWS:-10} run_tests release
+SARBLOCK_DRAWS=${SARBLOCK_DRAWS:-6} run_tests release
 
 build asan
 # Seeded statistics are not built with sanitizers; pages and house rules need none, and the longest of

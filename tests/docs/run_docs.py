@@ -227,7 +227,7 @@ class Runner:
 
     def needs_what_is_missing(self, text):
         return ("../shared" in text and not self.shared.is_dir()) or \
-            any(word == name or word.startswith(name + "/")
+            any("/" not in word and fnmatch.fnmatch(word, name) or word.startswith(name + "/")
                 for word in text.split() for name in self.missing)
 
     def command(self, page, line, text, kinds):

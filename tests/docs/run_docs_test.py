@@ -119,9 +119,10 @@ class RunDocsTest(unittest.TestCase):
 
     def test_leaves_out_what_needs_shared_data(self):
         output = self.accepts("<!-- run: shared images/*.xml -->\n\n    sarblock adjust *.xml -o la\n"
-                              "    sarblock adjust la -o r\n    sarblock adjust ../shared/b -o r\n")
+                              "    sarblock adjust la -o r\n    sarblock adjust ../shared/b -o r\n"
+                              "    sarblock adjust one.xml -o one\n")
         self.assertIn("0 run", output)
-        self.assertIn("3 without shared data", output)
+        self.assertIn("4 without shared data", output)
 
     def test_finds_scripts_and_presets_that_do_not_exist(self):
         self.finds("    scripts/gone.sh\n", "there is no scripts/gone.sh")
