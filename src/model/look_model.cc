@@ -11,8 +11,8 @@
 namespace sarblock {
 namespace {
 
-/// A point this near its cone, as a part of the range, is on it: a step beyond moves neither error
-/// nor partial by more than rounding does.
+/// A point this near its cone, as a part of the range, is on it: a step beyond moves no error by
+/// more than rounding does, and no partial by more than 1e-10 of its size.
 constexpr double kOnCone_1 = 1e-12;
 /// The same where rounding of coordinates keeps it from coming nearer.
 constexpr double kRoundingOnCone_1 = 1e-8;

@@ -228,9 +228,11 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
         // this large on knots this near have one.
         if (unit == "s" && c.groups != Groups::kTimes) continue;
         // The crossing is found to 1e-12 of the range (src/model/look_model.h); over half of a pass
-        // a Legendre polynomial of degree 5 changes by 15 at most.
+        // a Legendre polynomial of degree 5, of a correction in metres, changes by 15 at most.
         const double found_s = 1e-12 * block.looks.range_m[i] / speed_mps;
-        const double bound_1 = unit == "s" ? 1e-6 : 1e-11 + 15.0 * found_s / (0.5 * length_s);
+        const double bound_1 = unit == "s"   ? 1e-6
+                               : unit == "m" ? 15.0 * found_s / (0.5 * length_s)
+                                             : 1e-11;
         EXPECT_LE(difference.norm(), bound_1 * std::sqrt(square[unit])) << i << " column " << k;
       }
     }
