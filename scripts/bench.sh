@@ -12,6 +12,8 @@
 #   engines    an iteration of the reduced engine against Ceres SPARSE_SCHUR, and their memory
 #   solve      stage solve with one thread, 100,000 points: straight strips, with 0.1 mm of noise in the
 #              states, and an orbit; both engines, and those of SARBLOCK_OTHER (another program) beside
+#   peer       adjust with both engines beside a plain program on Ceres (tests/benchmarks/plain_ceres.cc), one thread,
+#              user time of whole processes and ratios; SARBLOCK_POINTS: only leberl-aircraft with so many points
 #   growth     stages of adjust and exponents over points, passes, parameters, looks and threads
 #   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each; last row: SARBLOCK_OTHER
 #   many       hundreds to ten thousand passes of one point; SARBLOCK_OTHER beside, up to 1,000 passes
@@ -30,8 +32,8 @@
 #   machine    rates of memory and of the dense kernels on this machine
 #   build      the program built in a fresh folder without a compiler cache: CPU and wall time,
 #              compilations and the ten slowest; SARBLOCK_JOBS at a time (2)
-# Needs a Release build (scripts/demo.sh makes one); assembly, covariance, engines, fronts, machine and orders the preset bench
-# (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
+# Needs a Release build (scripts/demo.sh makes one); assembly, covariance, engines, fronts, machine, orders and peer the
+# preset bench (cmake --workflow --preset bench). SARBLOCK_PROGRAM and SARBLOCK_BENCH name other builds.
 # Machines are noisy: compare rows of one run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -109,6 +111,12 @@ esac
 [ -x "$program" ] || { echo "bench.sh: build first: scripts/demo.sh" >&2; exit 2; }
 work=$(mktemp -d -p "${SARBLOCK_WORK:-${TMPDIR:-/tmp}}")
 trap 'rm -rf "$work"' EXIT
+
+if [ "${1:-}" = peer ]; then
+  # shellcheck disable=SC2086  # several numbers of points
+  python3 tests/benchmarks/peer.py "$program" "$bench/plain_ceres" "$work" ${SARBLOCK_POINTS:-}
+  exit
+fi
 
 exec python3 - "$program" "$work" "${1:-}" <<'PY'
 import filecmp, json, math, os, random, resource, shutil, statistics, subprocess, sys, time
@@ -493,6 +501,6 @@ elif name == "selection":
     print("runs,auto_cpu_s,final_cpu_s,ratio")
     print(f"25,{auto_s:.4f},{final_s:.4f},{auto_s / final_s:.2f}")
 else:
-    sys.exit("bench.sh: NAME is commands, stages, reading, container, engines, solve, growth, network, largest, "
+    sys.exit("bench.sh: NAME is commands, stages, reading, container, engines, solve, peer, growth, network, largest, "
              "scratch, covariance, selection, assembly, fronts, orders, machine or build")
 PY
