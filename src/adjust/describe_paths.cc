@@ -5,8 +5,8 @@
 
 #include "core/parallel.h"
 #include "core/stage_timer.h"
-#include "fixed_path_covariance.h"
 #include "strip_stations.h"
+#include "testing/fixed_path_covariance.h"
 
 namespace sarblock {
 namespace {

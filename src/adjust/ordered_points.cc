@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "block/gather.h"
+#include "core/gather.h"
 #include "model/montecarlo_draws.h"
 #include "model/symmetric_enu.h"
 

@@ -8,10 +8,10 @@
 #include <limits>
 #include <utility>
 
+#include "core/gather.h"
 #include "core/large_pages.h"
+#include "core/look_pieces.h"
 #include "core/parallel.h"
-#include "gather.h"
-#include "look_pieces.h"
 
 namespace sarblock {
 namespace {

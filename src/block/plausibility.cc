@@ -8,9 +8,9 @@
 #include <map>
 #include <utility>
 
+#include "core/look_pieces.h"
 #include "core/median.h"
 #include "core/number_text.h"
-#include "look_pieces.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/gather.h"
 #include "core/parallel.h"
-#include "gather.h"
 
 namespace sarblock {
 namespace {

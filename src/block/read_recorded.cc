@@ -10,9 +10,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/look_pieces.h"
 #include "core/number_text.h"
 #include "flight/recording.h"
-#include "look_pieces.h"
 
 namespace sarblock {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/nan.h"
-#include "io/svg_plot.h"
+#include "report/svg_plot.h"
 #include "study_command.h"
 #include "study_io/densification_file.h"
 #include <fmt/core.h>

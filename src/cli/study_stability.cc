@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "io/svg_plot.h"
+#include "report/svg_plot.h"
 #include "study_command.h"
 #include "study_io/stability_file.h"
 #include "study_io/study_file.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-#include "io/svg_plot.h"
+#include "report/svg_plot.h"
 #include "study/tradeoff_report.h"
 #include "study/tradeoff_table.h"
 #include "study_command.h"

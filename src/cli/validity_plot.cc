@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/units.h"
-#include "io/svg_plot.h"
+#include "report/svg_plot.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

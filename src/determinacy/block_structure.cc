@@ -8,9 +8,9 @@
 #include <numeric>
 #include <set>
 
+#include "core/list_names.h"
 #include "core/units.h"
 #include "flight/track_axes.h"
-#include "weak_words.h"
 #include <Eigen/Eigenvalues>
 
 namespace sarblock {

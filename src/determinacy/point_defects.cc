@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/divided_loop.h"
+#include "core/list_names.h"
 #include "geometry/look_side.h"
 #include "weak_words.h"
 #include <Eigen/Geometry>

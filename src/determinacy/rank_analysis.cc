@@ -8,10 +8,10 @@
 #include <set>
 
 #include "core/parallel.h"
+#include "least_eigenpairs.h"
 #include "normals/elimination.h"
 #include "normals/reduced_system.h"
 #include "rigid_motions.h"
-#include "sparse/least_eigenpairs.h"
 #include "target_effects.h"
 #include "weak_basis.h"
 #include "weak_words.h"

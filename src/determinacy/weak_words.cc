@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "core/list_names.h"
 #include "core/number_text.h"
 #include "flight/track_axes.h"
 
@@ -121,16 +122,6 @@ Meaning MeaningOfMotion(const std::string& motion) {
 }
 
 }  // namespace
-
-std::string ListNames(const std::vector<std::string>& names, std::size_t all, std::size_t shown) {
-  if (names.size() > 1 && names.size() == all) return "all passes";
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), shown); ++i) {
-    text += (i == 0 ? "" : ", ") + names[i];
-  }
-  if (names.size() > shown) text += " and " + std::to_string(names.size() - shown) + " more";
-  return text;
-}
 
 std::string DescribeDirection(const AdjustmentProblem& problem,
                               const std::vector<int>& pass_of_parameter,

@@ -9,11 +9,6 @@
 
 namespace sarblock {
 
-/// "A1, A2, A3 and 5 more", "all passes" where `names` are all of them and more than one.
-[[nodiscard]] std::string ListNames(const std::vector<std::string>& names,
-                                    std::size_t all = 0,
-                                    std::size_t shown = 4);
-
 /// What the parameters of a direction are ("across position (constant) of all passes and range bias
 /// of A1"), what that means and what would remove it. `pass_of_parameter` from PassOfParameters.
 [[nodiscard]] std::string DescribeDirection(const AdjustmentProblem& problem,

@@ -3,6 +3,7 @@
 
 #include "sarblock/io/result_file.h"
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -25,5 +26,10 @@ struct ExportView {
     return result.points.results.covariance_m2[point];
   }
 };
+
+inline bool ExportView::HasCovariance(std::uint32_t point) const {
+  return !result.points.results.covariance_m2.empty() &&
+         !std::isnan(result.points.results.covariance_m2[point][0]);
+}
 
 }  // namespace sarblock

@@ -8,9 +8,9 @@
 #include <iterator>
 
 #include "core/units.h"
+#include "core/xml_text.h"
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
-#include "io/svg_plot.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -15,7 +15,7 @@
 #include "image_exports.h"
 #include "product/sicd_pass.h"
 #include "product/sicd_projection.h"
-#include "product/sicd_writer.h"
+#include "sicd_writer.h"
 #include <Eigen/Dense>
 #include <fmt/core.h>
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <span>
 
+#include "core/number.h"
 #include "core/units.h"
-#include "number.h"
 
 namespace sarblock {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <charconv>
 
-#include "number.h"
+#include "core/number.h"
 #include "toml_reader.h"
 
 namespace sarblock {

@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "adjust_corrections.h"
+#include "core/number.h"
 #include "model/joint_prior.h"
-#include "number.h"
 
 namespace sarblock {
 namespace {

@@ -2,6 +2,7 @@
 #include "adjust_table.h"
 
 #include "sarblock/core/id_table.h"
+#include "sarblock/io/adjust_table.h"
 #include "sarblock/model/result.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 #include "adjust_corrections.h"
 #include "adjust_overrides.h"
 #include "adjust_priors.h"
-#include "number.h"
+#include "core/number.h"
 
 namespace sarblock {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "block_reader.h"
-#include "number.h"
+#include "core/number.h"
 
 namespace sarblock {
 namespace {

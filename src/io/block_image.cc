@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "number.h"
+#include "core/number.h"
 
 namespace sarblock {
 namespace {

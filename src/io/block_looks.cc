@@ -11,10 +11,10 @@
 
 #include "block_reader.h"
 #include "core/large_pages.h"
+#include "core/number.h"
 #include "core/parallel.h"
 #include "core/pipe.h"
 #include "core/units.h"
-#include "number.h"
 
 namespace sarblock {
 namespace {

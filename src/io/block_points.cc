@@ -10,9 +10,9 @@
 
 #include "block_reader.h"
 #include "core/large_pages.h"
+#include "core/number.h"
 #include "core/pipe.h"
 #include "core/units.h"
-#include "number.h"
 #include "toml_reader.h"
 #include <Eigen/Eigenvalues>
 

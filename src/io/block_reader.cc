@@ -7,8 +7,9 @@
 #include "block/copies.h"
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
-#include "number.h"
+#include "core/number.h"
 #include "open_tables.h"
+#include "table_texts.h"
 #include "toml_reader.h"
 
 namespace sarblock {
@@ -47,15 +48,6 @@ BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
                        options);
 }
 
-void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings) {
-  if (reader.unknown_columns().empty()) return;
-  std::string names;
-  for (const std::string& name : reader.unknown_columns()) {
-    names += (names.empty() ? "" : ", ") + Quoted(name);
-  }
-  warnings->push_back(reader.file() + ": columns not known and ignored: " + names);
-}
-
 std::uint32_t FindPass(const TableReader& reader,
                        std::size_t column,
                        const IdTable& pass_ids,
@@ -86,15 +78,6 @@ std::uint32_t FindPoint(const TableReader& reader,
     }
     return point;
   });
-}
-
-double PositiveNumber(const TableReader& reader, std::size_t column) {
-  const double value = reader.Number(column);
-  if (std::isnan(value)) return value;
-  if (const char* problem = ProblemOfPositive(value)) {
-    reader.Fail(column, NumberText(value) + problem);
-  }
-  return value;
 }
 
 double LengthNumber(const TableReader& reader, std::size_t column) {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cells.h"
 #include "table_source.h"
 
 namespace sarblock {
@@ -34,8 +35,6 @@ void ReadTrajectories(BlockReading* reading);
 void ReadPoints(BlockReading* reading);
 void ReadLooks(BlockReading* reading);
 
-/// Adds the one warning about columns nobody knows.
-void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings);
 /// Index of the pass a cell names; refuses others, giving the nearest. `holder` is where passes
 /// stand.
 [[nodiscard]] std::uint32_t FindPass(const TableReader& reader,
@@ -49,8 +48,6 @@ void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* w
                                       const char* holder = "the block");
 /// The role of a point by its name.
 [[nodiscard]] PointRole ReadRole(const TableReader& reader, std::size_t column);
-/// A number above 0, or NaN for an empty cell.
-[[nodiscard]] double PositiveNumber(const TableReader& reader, std::size_t column);
 
 /// Lengths beyond this have squares and positions without a meaning; no body's ground is as far
 /// from the origin of its frame, nor an antenna from the ground.

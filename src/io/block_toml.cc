@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/io/adjust_table.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,9 +9,9 @@
 #include "adjust_table.h"
 #include "block_image.h"
 #include "block_reader.h"
+#include "core/number.h"
 #include "ellipsoid_reader.h"
 #include "flight/paths_through.h"
-#include "number.h"
 #include "toml_reader.h"
 
 namespace sarblock {

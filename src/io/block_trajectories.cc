@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "block_reader.h"
+#include "core/number.h"
 #include "core/units.h"
-#include "number.h"
 
 namespace sarblock {
 namespace {

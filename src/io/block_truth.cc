@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "block_reader.h"
+#include "core/number.h"
 #include "csv_reader.h"
-#include "number.h"
 #include "open_tables.h"
 
 namespace sarblock {

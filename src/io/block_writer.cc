@@ -7,9 +7,9 @@
 
 #include "block/read_recorded.h"
 #include "block_image.h"
+#include "core/number.h"
 #include "core/units.h"
 #include "look_rows.h"
-#include "number.h"
 #include "output_folder.h"
 #include "path_writer.h"
 #include "write_tables.h"

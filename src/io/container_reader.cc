@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "column_buffer.h"
+#include "core/number.h"
 #include "core/pool.h"
 #include "folder_content.h"
 #include "hdf5_input.h"
-#include "number.h"
 #include "stored_texts.h"
 
 namespace sarblock {

@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/number.h"
 #include "csv_source.h"
-#include "number.h"
 
 namespace sarblock {
 namespace {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "number.h"
+#include "core/number.h"
 #include "ordered_pieces.h"
 
 namespace sarblock {

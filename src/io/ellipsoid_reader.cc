@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "number.h"
+#include "core/number.h"
 
 namespace sarblock {
 namespace {

@@ -8,9 +8,9 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/number.h"
 #include "core/units.h"
 #include "covariance/error_ellipse.h"
-#include "number.h"
 #include "ordered_pieces.h"
 #include <nlohmann/json.hpp>
 

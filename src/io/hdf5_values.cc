@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/number.h"
 #include "hdf5_input.h"
-#include "number.h"
 
 namespace sarblock {
 namespace {

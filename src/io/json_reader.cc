@@ -5,7 +5,7 @@
 #include <iterator>
 #include <limits>
 
-#include "number.h"
+#include "core/number.h"
 #include "toml_reader.h"
 
 namespace sarblock {

@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "block_reader.h"
+#include "core/number.h"
 #include "csv_reader.h"
-#include "number.h"
 #include "open_tables.h"
 
 namespace sarblock {

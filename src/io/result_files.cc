@@ -2,6 +2,7 @@
 #include "sarblock/io/result_files.h"
 
 #include "sarblock/core/version.h"
+#include "sarblock/io/adjust_table.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_quality.h"
 
+#include "sarblock/io/adjust_table.h"
+
 #include "adjust_table.h"
 #include "testing/quality_summary.h"
 

@@ -4,6 +4,7 @@
 #include "open_tables.h"
 #include "result_summary_reader.h"
 #include "result_table_reader.h"
+#include "table_texts.h"
 
 namespace sarblock {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <tuple>
 
+#include "core/number.h"
 #include "json_reader.h"
-#include "number.h"
 
 namespace sarblock {
 namespace {

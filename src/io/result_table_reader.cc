@@ -7,9 +7,9 @@
 #include <map>
 
 #include "block_reader.h"
+#include "core/number.h"
 #include "core/units.h"
 #include "geojson.h"
-#include "number.h"
 #include "result_tables.h"
 #include "toml_reader.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "number.h"
+#include "core/number.h"
 
 namespace sarblock {
 

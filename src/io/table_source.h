@@ -42,8 +42,4 @@ class TableSource {
   FolderContent content_;
 };
 
-/// Texts by the name of their file; a file whose text is absent does not stand there.
-using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_view>>>;
-[[nodiscard]] std::unique_ptr<TableSource> TablesOfTexts(FileTexts texts, FolderContent content);
-
 }  // namespace sarblock

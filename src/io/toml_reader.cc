@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "number.h"
+#include "core/number.h"
 
 namespace sarblock {
 namespace {

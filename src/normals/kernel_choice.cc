@@ -2,9 +2,7 @@
 #include "kernel_choice.h"
 
 #include "product_kernels.h"
-#ifdef SARBLOCK_AVX2
 #include "products_avx2.h"
-#endif
 
 namespace sarblock {
 

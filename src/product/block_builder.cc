@@ -9,7 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "io/number.h"
+#include "core/number.h"
 #include "sicd_projection.h"
 #include <fmt/core.h>
 

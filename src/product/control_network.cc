@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "byte_source.h"
-#include "io/number.h"
+#include "core/number.h"
 #include "pvl_reader.h"
 #include "wire_reader.h"
 #include <fmt/core.h>

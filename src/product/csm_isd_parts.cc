@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csm_isd_parts.h"
 
-#include "io/number.h"
+#include "core/number.h"
 #include "json_numbers.h"
 #include <fmt/core.h>
 

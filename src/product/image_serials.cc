@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/number.h"
 #include "ephemeris_time.h"
-#include "io/number.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -10,10 +10,10 @@
 
 #include "block_builder.h"
 #include "core/median.h"
+#include "core/number.h"
 #include "image_offsets.h"
 #include "image_passes.h"
 #include "image_serials.h"
-#include "io/number.h"
 #include "pvl_reader.h"
 #include <Eigen/Cholesky>
 #include <fmt/core.h>

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <optional>
 
+#include "core/number.h"
 #include "core/units.h"
 #include "cube_table.h"
 #include "ephemeris_time.h"
 #include "inertial_orbit.h"
-#include "io/number.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "io/number.h"
+#include "core/number.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "product/matched_points.h"
 
-#include "io/block_reader.h"
+#include "io/cells.h"
 #include "io/csv_reader.h"
 
 namespace sarblock {

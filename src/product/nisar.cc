@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
+#include "core/number.h"
 #include "core/units.h"
 #include "io/hdf5_values.h"
-#include "io/number.h"
 #include "orbit_path.h"
 #include <fmt/core.h>
 

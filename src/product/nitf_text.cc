@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/number.h"
+#include "core/number.h"
 
 namespace sarblock {
 namespace {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-#include "io/number.h"
+#include "core/number.h"
 #include <fmt/core.h>
 
 namespace sarblock {

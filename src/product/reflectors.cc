@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 
+#include "core/number.h"
 #include "core/units.h"
 #include "io/csv_reader.h"
-#include "io/number.h"
 
 namespace sarblock {
 namespace {

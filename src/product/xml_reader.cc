@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "io/number.h"
+#include "core/number.h"
 
 namespace sarblock {
 namespace {

@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-#include "headline.h"
+#include "headline_struct.h"
 
 namespace sarblock {
 

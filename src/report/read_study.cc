@@ -8,6 +8,7 @@
 #include "io/csv_reader.h"
 #include "io/open_tables.h"
 #include "io/toml_document.h"
+#include "result_folder.h"
 #include "study_page.h"
 
 namespace sarblock {

@@ -7,6 +7,7 @@
 #include "headline.h"
 #include "page.h"
 #include "result_folder.h"
+#include "shown.h"
 
 namespace sarblock {
 
@@ -23,14 +24,6 @@ namespace sarblock {
 [[nodiscard]] PageSection ModelSection(const ResultFolder& result);
 [[nodiscard]] PageSection CostSection(const ResultFolder& result);
 [[nodiscard]] PageSection OriginSection(const ResultFolder& result);
-
-/// A number with four significant digits; a probability or a part of one as percent.
-[[nodiscard]] std::string Shown(double value, int digits = 4);
-[[nodiscard]] std::string ShownPercent(double part);
-/// "1.2 +- 0.3"
-[[nodiscard]] std::string ShownWithSigma(double value, double sigma);
-/// The first letter in capitals.
-[[nodiscard]] std::string Capital(std::string text);
 
 /// The whole page of a result.
 [[nodiscard]] Page MakeResultPage(const ResultFolder& result);

@@ -4,7 +4,8 @@
 #include <cmath>
 
 #include "charts.h"
-#include "sections.h"
+#include "result_folder.h"
+#include "shown.h"
 #include "study_page.h"
 #include <fmt/core.h>
 

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "html.h"
-#include "sections.h"
+#include "shown.h"
 #include <fmt/core.h>
 
 namespace sarblock {

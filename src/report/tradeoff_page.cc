@@ -3,7 +3,8 @@
 
 #include "charts.h"
 #include "html.h"
-#include "sections.h"
+#include "result_folder.h"
+#include "shown.h"
 #include "study_page.h"
 #include <fmt/core.h>
 

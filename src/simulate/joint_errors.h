@@ -4,7 +4,8 @@
 #include "sarblock/block/block.h"
 #include "sarblock/geodesy/frame.h"
 #include "sarblock/model/corrections.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
+#include "sarblock/simulate/simulated_block.h"
 
 #include <cstddef>
 #include <cstdint>

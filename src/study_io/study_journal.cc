@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "core/fnv1a.h"
+#include "core/number.h"
 #include "io/csv_reader.h"
 #include "io/csv_writer.h"
-#include "io/number.h"
 #include <fmt/core.h>
 
 namespace sarblock {

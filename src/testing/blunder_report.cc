@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "blunder_report.h"
 
+#include "sarblock/model/leaves_out.h"
+
 #include <string>
 
 #include "blunder_search.h"
@@ -26,12 +28,6 @@ void WarnOfFindings(AdjustResult* result) {
 }
 
 }  // namespace
-
-bool LeavesOut(const BlunderFinding& finding) {
-  return finding.action == BlunderFinding::Action::kRejected ||
-         finding.action == BlunderFinding::Action::kPointLeftOut ||
-         finding.action == BlunderFinding::Action::kControlReleased;
-}
 
 void FillReasons(const AdjustmentProblem& problem,
                  const std::vector<std::size_t>& dropped,

@@ -10,9 +10,6 @@
 
 namespace sarblock {
 
-/// Something that the finding names takes no part any more.
-[[nodiscard]] bool LeavesOut(const BlunderFinding& finding);
-
 /// Fills result->looks.reason from the problem, the looks dropped by a robust loss and the report.
 void FillReasons(const AdjustmentProblem& problem,
                  const std::vector<std::size_t>& dropped,

@@ -2,10 +2,10 @@
 #include "global_test.h"
 
 #include "sarblock/core/quantile.h"
+#include "sarblock/model/leaves_out.h"
 
 #include <algorithm>
 
-#include "blunder_report.h"
 #include "model/robust.h"
 
 namespace sarblock {

@@ -17,6 +17,7 @@
 #include "io/csv_reader.h"
 #include "io/montecarlo_part.h"
 #include "io/table_source.h"
+#include "io/table_texts.h"
 #include "study_io/densification_file.h"
 #include "study_io/stability_file.h"
 #include "study_io/tradeoff_study.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "core/parallel.h"
+#include "parallel.h"
 
 namespace sarblock {
 

@@ -68,7 +68,4 @@ struct Plot {
 /// axis, not positive.
 [[nodiscard]] std::string SvgOf(const Plot& plot);
 
-/// Text for XML: & < > " escaped, control characters as spaces.
-[[nodiscard]] std::string XmlText(std::string_view text);
-
 }  // namespace sarblock

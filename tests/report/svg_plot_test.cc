@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/svg_plot.h"
+#include "report/svg_plot.h"
 
 #include <cmath>
 #include <limits>
@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 Plot OneSeries(std::vector<std::array<double, 2>> points, PlotMark mark) {
   Plot plot;
@@ -81,8 +81,8 @@ TEST(SvgPlotTest, EighteenSeriesLookDifferent) {
 }
 
 TEST(SvgPlotTest, ALineBreaksWhereAValueCannotBeShown) {
-  Plot plot =
-      OneSeries({{1.0, 1.0}, {2.0, kNaN}, {3.0, 1.0}, {4.0, -1.0}, {5.0, 1.0}}, PlotMark::kLine);
+  Plot plot = OneSeries({{1.0, 1.0}, {2.0, kNotANumber}, {3.0, 1.0}, {4.0, -1.0}, {5.0, 1.0}},
+                        PlotMark::kLine);
   plot.y.scale = PlotScale::kLog;
   const std::string svg = SvgOf(plot);
   EXPECT_EQ(CountOf(svg, "nan"), 0u);

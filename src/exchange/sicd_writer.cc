@@ -9,11 +9,11 @@
 #include <sstream>
 #include <utility>
 
-#include "byte_source.h"
+#include "core/number.h"
 #include "core/units.h"
-#include "io/number.h"
-#include "nitf_text.h"
-#include "xml_reader.h"
+#include "product/byte_source.h"
+#include "product/nitf_text.h"
+#include "product/xml_reader.h"
 
 namespace sarblock {
 namespace {

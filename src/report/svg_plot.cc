@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/xml_text.h"
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -319,29 +320,6 @@ void SetStyle(std::size_t number, PlotSeries* series) {
   series->colour = number % PlotSeries::kColours;
   series->dash = static_cast<PlotDash>(round);
   series->open = round > 0;
-}
-
-std::string XmlText(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-    }
-  }
-  return out;
 }
 
 std::string SvgOf(const Plot& plot) {

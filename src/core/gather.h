@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/large_pages.h"
-#include "core/parallel.h"
+#include "large_pages.h"
+#include "parallel.h"
 
 namespace sarblock {
 

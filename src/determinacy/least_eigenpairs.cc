@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "decompositions.h"
+#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sparse/least_eigenpairs.h"
+#include "determinacy/least_eigenpairs.h"
 
 #include <cmath>
 
-#include "random_block_matrix.h"
+#include "sparse/random_block_matrix.h"
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
