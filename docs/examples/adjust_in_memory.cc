@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <sarblock/adjust/adjust.h>
-#include <sarblock/core/random.h>
+#include <sarblock/core/statistics.h>
 
 namespace {
 

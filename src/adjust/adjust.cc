@@ -7,8 +7,7 @@
 
 #include "adjust_given.h"
 #include "adjust_selected.h"
-#include "core/parallel.h"
-#include "core/stage_timer.h"
+#include "core/threads.h"
 #include "describe_paths.h"
 #include "option_checks.h"
 #include "ordered_points.h"

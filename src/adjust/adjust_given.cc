@@ -2,7 +2,7 @@
 #include "adjust_given.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <array>
@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/parallel.h"
-#include "core/stage_timer.h"
+#include "core/threads.h"
 #include "covariance/covariance.h"
 #include "covariance/result_covariance.h"
 #include "determinacy/block_structure.h"

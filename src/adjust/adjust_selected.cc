@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "adjust_simplified.h"
-#include "core/stage_timer.h"
+#include "core/threads.h"
 #include "selection/selection.h"
 #include "selection/selection_rows.h"
 #include "selection/simplification_choice.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "adjust_given.h"
-#include "core/number_text.h"
+#include "core/text.h"
 #include "selection/simplification_choice.h"
 #include "selection/simplifications.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/check_block.h"
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "determinacy/block_structure.h"
 #include "determinacy/point_defects.h"
 #include "resource_needs.h"

@@ -3,8 +3,7 @@
 
 #include <vector>
 
-#include "core/parallel.h"
-#include "core/stage_timer.h"
+#include "core/threads.h"
 #include "strip_stations.h"
 #include "testing/fixed_path_covariance.h"
 

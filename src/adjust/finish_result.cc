@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finish_result.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -12,8 +13,7 @@
 #include <vector>
 
 #include "block/read_recorded.h"
-#include "core/divided_loop.h"
-#include "core/nan.h"
+#include "core/threads.h"
 #include "leberl_prediction.h"
 #include "testing/check_points.h"
 #include "testing/global_test.h"

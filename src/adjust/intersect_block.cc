@@ -5,9 +5,7 @@
 
 #include <algorithm>
 
-#include "core/nan.h"
-#include "core/parallel.h"
-#include "core/stage_timer.h"
+#include "core/threads.h"
 #include "covariance/point_sweep.h"
 #include "describe_paths.h"
 #include "determinacy/form_determined.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "leberl_prediction.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/leberl/point_errors.h"
 #include "sarblock/leberl/relative_errors.h"
 
@@ -12,10 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/divided_loop.h"
-#include "core/nan.h"
-#include "core/parallel.h"
-#include "core/units.h"
+#include "core/threads.h"
 #include "leberl/reduction.h"
 #include <Eigen/Geometry>
 

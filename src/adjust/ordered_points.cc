@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/gather.h"
+#include "core/memory.h"
 #include "model/montecarlo_draws.h"
 #include "model/symmetric_enu.h"
 

@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/parallel.h"
-#include "core/stage_timer.h"
+#include "core/threads.h"
 #include "covariance/result_covariance.h"
 #include "describe_paths.h"
 #include "determinacy/block_structure.h"

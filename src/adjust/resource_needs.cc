@@ -6,8 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/available_memory.h"
-#include "core/scratch.h"
+#include "core/memory.h"
 
 namespace sarblock {
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "strip_stations.h"
 
+#include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include <optional>
 #include <unordered_map>
 
-#include "core/median.h"
 #include "flight/track_axes.h"
 #include "model/look_model.h"
 

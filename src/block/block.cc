@@ -8,10 +8,8 @@
 #include <limits>
 #include <utility>
 
-#include "core/gather.h"
-#include "core/large_pages.h"
-#include "core/look_pieces.h"
-#include "core/parallel.h"
+#include "core/memory.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

@@ -2,15 +2,15 @@
 #include "plausibility.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
-#include "core/look_pieces.h"
-#include "core/median.h"
-#include "core/number_text.h"
+#include "core/text.h"
+#include "core/threads.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

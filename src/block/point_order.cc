@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "core/gather.h"
-#include "core/parallel.h"
+#include "core/memory.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

@@ -2,7 +2,7 @@
 #include "read_recorded.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 #include <optional>
 #include <utility>
 
-#include "core/look_pieces.h"
-#include "core/number_text.h"
+#include "core/text.h"
+#include "core/threads.h"
 #include "flight/recording.h"
 
 namespace sarblock {

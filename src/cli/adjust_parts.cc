@@ -2,7 +2,7 @@
 #include "adjust_parts.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/task_part.h"
+#include "sarblock/core/progress.h"
 
 #include "io/montecarlo_part.h"
 #include "io/part_folders.h"

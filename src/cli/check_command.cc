@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "commands.h"
-#include "core/scratch.h"
+#include "core/memory.h"
 #include "print_summary.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>

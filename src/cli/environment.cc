@@ -13,7 +13,7 @@
 #include <string>
 #include <system_error>
 
-#include "core/scratch.h"
+#include "core/memory.h"
 #include "exit_code.h"
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "leberl_command.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/leberl/parallax.h"
 
 #include <algorithm>
@@ -11,8 +12,6 @@
 #include <vector>
 
 #include "columns.h"
-#include "core/nan.h"
-#include "core/units.h"
 #include "environment.h"
 #include "paper/paper_table.h"
 #include "paper/single_flight.h"

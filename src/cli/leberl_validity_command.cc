@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <cmath>
 #include <filesystem>
 
-#include "core/units.h"
 #include "io/csv_writer.h"
 #include "leberl_command.h"
 #include "validity_plot.h"

@@ -2,7 +2,7 @@
 #include <exception>
 
 #include "commands.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "diagnose_command.h"
 #include "environment.h"
 #include "leberl_command.h"

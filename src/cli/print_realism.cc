@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <iterator>
 
-#include "core/number_text.h"
+#include "core/text.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "print_summary.h"
 
+#include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 
 #include "columns.h"
-#include "core/median.h"
-#include "core/number_text.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "print_realism.h"
 #include "testing/quality_summary.h"
 #include <fmt/core.h>

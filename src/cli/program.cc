@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program.h"
 
-#include "sarblock/core/version.h"
+#include "sarblock/core/error.h"
 
 #include <exception>
 #include <functional>
@@ -11,7 +11,7 @@
 
 #include "columns.h"
 #include "command_line.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "definitions.h"
 #include "environment.h"
 #include "manual.h"

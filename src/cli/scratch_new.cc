@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // operator new and delete of the program: large arrays made within a ScratchScope stand in mapped
-// files (core/scratch.h), everything else is malloc's as in the standard library. The library and
+// files (core/memory.h), everything else is malloc's as in the standard library. The library and
 // the Python package, which live in processes of others, leave these to the process.
 #include <cstdlib>
 #include <new>
 
-#include "core/scratch.h"
+#include "core/memory.h"
 
 void* operator new(std::size_t bytes) {
   if (bytes >= sarblock::kScratchLeastBytes) {

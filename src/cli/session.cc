@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session.h"
 
-#include "sarblock/core/task_part.h"
+#include "sarblock/core/progress.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <atomic>

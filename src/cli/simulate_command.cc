@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "commands.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "io/output_folder.h"
 #include "print_summary.h"
 #include <fmt/core.h>

@@ -15,8 +15,8 @@
 
 #include "adjust_parts.h"
 #include "commands.h"
-#include "core/scratch.h"
-#include "core/stage_timer.h"
+#include "core/memory.h"
+#include "core/threads.h"
 #include "diagnose_command.h"
 #include "environment.h"
 #include "io/montecarlo_part.h"

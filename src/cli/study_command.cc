@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "io/part_folders.h"
 #include "study_io/densification_file.h"
 #include "study_io/stability_file.h"

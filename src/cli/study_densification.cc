@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,7 +8,6 @@
 #include <map>
 #include <memory>
 
-#include "core/nan.h"
 #include "report/svg_plot.h"
 #include "study_command.h"
 #include "study_io/densification_file.h"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "validity_plot.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <array>
 #include <limits>
 
-#include "core/units.h"
 #include "report/svg_plot.h"
 #include <fmt/core.h>
 

@@ -41,4 +41,6 @@ UndeterminedError::UndeterminedError(const std::string& problem, std::vector<std
 Interrupted::Interrupted(const std::string& stage)
     : std::runtime_error("interrupted during " + stage) {}
 
+const char* Version() { return SARBLOCK_VERSION; }
+
 }  // namespace sarblock

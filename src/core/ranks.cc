@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <span>
 
-#include "fnv1a.h"
+#include "text.h"
 #include <glog/logging.h>
 
 namespace sarblock {

@@ -45,7 +45,7 @@ struct RankPart {
 void AddPart(std::span<std::byte> bytes, int rank, std::vector<RankPart>* parts);
 
 /// Processes that adjust one block together. Every rank holds the whole block and takes the same
-/// decisions on the same numbers; what is work by point is divided (divided_loop.h) and its
+/// decisions on the same numbers; what is work by point is divided (threads.h) and its
 /// outcome shared, so that each rank holds the bytes of a process alone.
 ///
 /// All ranks call Share, RequireSame, Agree and Conclude in one order, each from the one thread
@@ -96,7 +96,7 @@ class Ranks {
 };
 
 /// The ranks among which this thread's divided loops are divided while it lives; null: none, as
-/// without a scope. Loops inside a loop (parallel.h) are not divided.
+/// without a scope. Loops inside a loop (threads.h) are not divided.
 class RanksScope {
  public:
   explicit RanksScope(Ranks* ranks);

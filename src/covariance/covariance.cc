@@ -7,8 +7,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "core/nan.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "point_influence.h"
 #include "point_sweep.h"
 #include <Eigen/Cholesky>

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "point_sweep.h"
 
+#include "sarblock/core/error.h"
+
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "core/divided_loop.h"
-#include "core/nan.h"
+#include "core/threads.h"
 #include "model/symmetric_enu.h"
 #include "normals/elimination.h"
 #include "normals/point_terms.h"

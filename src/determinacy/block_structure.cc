@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_structure.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,8 +10,7 @@
 #include <numeric>
 #include <set>
 
-#include "core/list_names.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "flight/track_axes.h"
 #include <Eigen/Eigenvalues>
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "model/symmetric_enu.h"
 #include "normals/elimination.h"
 #include "rank_analysis.h"

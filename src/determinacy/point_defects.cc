@@ -8,8 +8,8 @@
 #include <map>
 #include <optional>
 
-#include "core/divided_loop.h"
-#include "core/list_names.h"
+#include "core/text.h"
+#include "core/threads.h"
 #include "geometry/look_side.h"
 #include "weak_words.h"
 #include <Eigen/Geometry>

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "least_eigenpairs.h"
 #include "normals/elimination.h"
 #include "normals/reduced_system.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "block_structure.h"
-#include "core/list_names.h"
+#include "core/text.h"
 #include "rigid_motions.h"
 #include "sparse/decompositions.h"
 #include "weak_words.h"

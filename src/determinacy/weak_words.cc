@@ -7,8 +7,7 @@
 #include <map>
 #include <set>
 
-#include "core/list_names.h"
-#include "core/number_text.h"
+#include "core/text.h"
 #include "flight/track_axes.h"
 
 namespace sarblock {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cone_mistakes.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 
-#include "core/units.h"
 #include "edits.h"
 #include "words.h"
 

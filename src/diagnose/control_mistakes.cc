@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "control_mistakes.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +11,6 @@
 #include <string>
 #include <utility>
 
-#include "core/units.h"
 #include "edits.h"
 #include "words.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/diagnose/diagnose.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include "block/copies.h"
 #include "cone_mistakes.h"
 #include "control_mistakes.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "fit.h"
 #include "id_mistakes.h"
 #include "look_mistakes.h"

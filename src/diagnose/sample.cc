@@ -9,7 +9,7 @@
 #include <map>
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "edits.h"
 #include "geometry/look_side.h"
 #include "model/look_model.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/number_text.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

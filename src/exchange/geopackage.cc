@@ -3,6 +3,7 @@
 
 // GeoPackage 1.3 (OGC 12-128r17) by SQLite alone: three feature tables whose geometries are blobs
 // of a short header and well-known binary.
+#include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <array>
@@ -15,7 +16,6 @@
 #include <string_view>
 #include <vector>
 
-#include "core/units.h"
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
 #include "product/utc_time.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "isis_tables.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <array>
@@ -9,7 +10,6 @@
 #include <map>
 #include <numbers>
 
-#include "core/units.h"
 #include <fmt/core.h>
 
 namespace sarblock {

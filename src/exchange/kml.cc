@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kml.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <array>
 #include <cmath>
 #include <iterator>
 
-#include "core/units.h"
-#include "core/xml_text.h"
+#include "core/text.h"
 #include "covariance/error_ellipse.h"
 #include "io/geojson.h"
 #include <fmt/core.h>

@@ -2,7 +2,6 @@
 #include "orbit_files.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/version.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <algorithm>

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "adjusted_antenna.h"
-#include "core/units.h"
 #include "fitted_covariance.h"
 #include "image_exports.h"
 #include "product/sicd_pass.h"

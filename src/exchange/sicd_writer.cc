@@ -2,15 +2,13 @@
 #include "sicd_writer.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/version.h"
 
 #include <array>
 #include <charconv>
 #include <sstream>
 #include <utility>
 
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "product/byte_source.h"
 #include "product/nitf_text.h"
 #include "product/xml_reader.h"

@@ -2,7 +2,6 @@
 #include "sinex.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/version.h"
 
 #include <algorithm>
 #include <cctype>
@@ -12,7 +11,6 @@
 #include <iterator>
 #include <numbers>
 
-#include "core/units.h"
 #include "io/csv_writer.h"
 #include "io/geojson.h"
 #include "product/utc_time.h"

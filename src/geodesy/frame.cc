@@ -6,7 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "core/units.h"
 #include <GeographicLib/Geocentric.hpp>
 
 namespace sarblock {

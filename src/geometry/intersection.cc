@@ -2,7 +2,7 @@
 #include "sarblock/geometry/intersection.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <array>

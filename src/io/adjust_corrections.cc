@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjust_corrections.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
 
 #include <algorithm>
@@ -8,8 +9,7 @@
 #include <cmath>
 #include <span>
 
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

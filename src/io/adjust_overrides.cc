@@ -3,7 +3,7 @@
 
 #include <charconv>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "toml_reader.h"
 
 namespace sarblock {

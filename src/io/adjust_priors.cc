@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "adjust_corrections.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "model/joint_prior.h"
 
 namespace sarblock {

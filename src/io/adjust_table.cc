@@ -13,7 +13,7 @@
 #include "adjust_corrections.h"
 #include "adjust_overrides.h"
 #include "adjust_priors.h"
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "block_reader.h"
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

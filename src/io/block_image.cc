@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

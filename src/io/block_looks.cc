@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,11 +12,9 @@
 #include <vector>
 
 #include "block_reader.h"
-#include "core/large_pages.h"
-#include "core/number.h"
-#include "core/parallel.h"
-#include "core/pipe.h"
-#include "core/units.h"
+#include "core/memory.h"
+#include "core/text.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

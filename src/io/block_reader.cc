@@ -7,7 +7,7 @@
 #include "block/copies.h"
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "open_tables.h"
 #include "table_texts.h"
 #include "toml_reader.h"

@@ -9,7 +9,7 @@
 #include "adjust_table.h"
 #include "block_image.h"
 #include "block_reader.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "ellipsoid_reader.h"
 #include "flight/paths_through.h"
 #include "toml_reader.h"

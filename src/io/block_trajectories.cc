@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
+
 #include <cmath>
 #include <utility>
 
 #include "block_reader.h"
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "block_reader.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "csv_reader.h"
 #include "open_tables.h"
 

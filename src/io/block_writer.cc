@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 
@@ -7,8 +8,7 @@
 
 #include "block/read_recorded.h"
 #include "block_image.h"
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "look_rows.h"
 #include "output_folder.h"
 #include "path_writer.h"

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "column_buffer.h"
-#include "core/number.h"
-#include "core/pool.h"
+#include "core/text.h"
+#include "core/threads.h"
 #include "folder_content.h"
 #include "hdf5_input.h"
 #include "stored_texts.h"

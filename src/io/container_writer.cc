@@ -2,7 +2,6 @@
 #include "container_writer.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/version.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -15,7 +15,7 @@
 #include <system_error>
 #include <vector>
 
-#include "core/pipe.h"
+#include "core/threads.h"
 #include "json_reader.h"
 #include "open_tables.h"
 #include "toml_reader.h"

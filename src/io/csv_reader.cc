@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "csv_source.h"
 
 namespace sarblock {

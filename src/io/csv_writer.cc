@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "ordered_pieces.h"
 
 namespace sarblock {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geojson.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/io/atomic_file.h"
 
 #include <algorithm>
@@ -8,8 +9,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "covariance/error_ellipse.h"
 #include "ordered_pieces.h"
 #include <nlohmann/json.hpp>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "hdf5_input.h"
 
 namespace sarblock {

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <limits>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "toml_reader.h"
 
 namespace sarblock {

@@ -2,7 +2,6 @@
 #include "montecarlo_part.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/version.h"
 
 #include <algorithm>
 #include <array>

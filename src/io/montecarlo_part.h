@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/core/task_part.h"
+#include "sarblock/core/progress.h"
 #include "sarblock/io/atomic_file.h"
 #include "sarblock/io/input_files.h"
 #include "sarblock/model/options.h"

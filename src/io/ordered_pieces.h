@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/pipe.h"
+#include "core/threads.h"
 
 namespace sarblock {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/core/task_part.h"
+#include "sarblock/core/progress.h"
 
 #include <filesystem>
 #include <string>

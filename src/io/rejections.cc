@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "block_reader.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "csv_reader.h"
 #include "open_tables.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/result_files.h"
 
-#include "sarblock/core/version.h"
+#include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 #include "adjust_corrections.h"
 #include "adjust_table.h"
-#include "core/stage_timer.h"
+#include "core/threads.h"
 #include "diagnosis_section.h"
 #include "folder_content.h"
 #include "path_writer.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <tuple>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "json_reader.h"
 
 namespace sarblock {

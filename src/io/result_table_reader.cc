@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_table_reader.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
 #include "block_reader.h"
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "geojson.h"
 #include "result_tables.h"
 #include "toml_reader.h"

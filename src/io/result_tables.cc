@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_tables.h"
 
+#include "sarblock/core/error.h"
+
 #include <array>
 #include <cmath>
 
-#include "core/units.h"
 #include "look_rows.h"
 #include "pixel_residuals.h"
 #include "testing/blunder_sizes.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/scene_file.h"
 
+#include "sarblock/core/error.h"
+
 #include "adjust_priors.h"
-#include "core/units.h"
 #include "csv_reader.h"
 #include "ellipsoid_reader.h"
 #include "flight/paths_through.h"

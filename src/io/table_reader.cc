@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 

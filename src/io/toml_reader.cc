@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <string>
 
-#include "core/units.h"
-
 namespace sarblock::leberl {
 
 void Validate(const StereoConfiguration& c) {

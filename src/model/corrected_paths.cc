@@ -2,12 +2,11 @@
 #include "corrected_paths.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <limits>
 #include <span>
-
-#include "core/median.h"
 
 namespace sarblock {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/statistics.h"
+
 #include <array>
 #include <cstdint>
 #include <vector>
-
-#include "core/exact_sum.h"
 
 namespace sarblock {
 

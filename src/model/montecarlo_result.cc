@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/model/montecarlo_result.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 namespace sarblock {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/divided_loop.h"
+#include "core/threads.h"
 #include "sparse/decompositions.h"
 
 namespace sarblock {

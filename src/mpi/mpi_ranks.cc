@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "cli/environment.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include <mpi.h>
 #include <sched.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "back_substitution.h"
 
-#include "core/divided_loop.h"
+#include "core/threads.h"
 #include "point_terms.h"
 #include <Eigen/Core>
 

@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "block/point_order.h"
-#include "core/parallel.h"
-#include "core/pool.h"
+#include "core/threads.h"
 #include "point_blocks.h"
 #include <glog/logging.h>
 

@@ -7,11 +7,9 @@
 #include <span>
 #include <utility>
 
-#include "core/divided_loop.h"
-#include "core/parallel.h"
-#include "core/pool.h"
+#include "core/memory.h"
 #include "core/ranks.h"
-#include "core/scratch.h"
+#include "core/threads.h"
 #include "partial_sum.h"
 #include "share_pieces.h"
 

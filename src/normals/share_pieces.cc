@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "core/divided_loop.h"
 #include "core/ranks.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "paper/leberl_validity.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/leberl/point_errors.h"
 
 #include <array>
 #include <cmath>
 
-#include "core/units.h"
 #include "paper/stereo_errors.h"
 
 namespace sarblock {

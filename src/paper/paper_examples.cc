@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
 #include "sarblock/leberl/parallax.h"
 
 #include <cmath>
 #include <cstdlib>
 
-#include "core/units.h"
 #include "paper/paper_table.h"
 #include "paper/stereo_errors.h"
 #include "paper_cell.h"

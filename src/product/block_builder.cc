@@ -9,7 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "sicd_projection.h"
 #include <fmt/core.h>
 

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "byte_source.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "pvl_reader.h"
 #include "wire_reader.h"
 #include <fmt/core.h>

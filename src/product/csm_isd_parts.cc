@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csm_isd_parts.h"
 
-#include "core/number.h"
+#include "core/text.h"
 #include "json_numbers.h"
 #include <fmt/core.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csm_model.h"
 
-#include "sarblock/core/version.h"
+#include "sarblock/core/error.h"
 
 #include <algorithm>
 #include <cmath>

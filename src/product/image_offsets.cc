@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image_offsets.h"
 
+#include "sarblock/core/statistics.h"
+
 #include <cmath>
 #include <cstddef>
 #include <optional>
 
-#include "core/median.h"
 #include "geometry/cone_time.h"
 #include <fmt/core.h>
 

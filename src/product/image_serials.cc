@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/number.h"
+#include "core/text.h"
 #include "ephemeris_time.h"
 #include <fmt/core.h>
 

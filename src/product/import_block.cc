@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "block_builder.h"
-#include "core/units.h"
 #include "grid_fit.h"
 #include "image_passes.h"
 #include "reflector_points.h"

@@ -2,6 +2,7 @@
 #include "product/import_network.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +10,7 @@
 #include <utility>
 
 #include "block_builder.h"
-#include "core/median.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "image_offsets.h"
 #include "image_passes.h"
 #include "image_serials.h"

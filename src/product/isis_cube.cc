@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "product/isis_cube.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "cube_table.h"
 #include "ephemeris_time.h"
 #include "inertial_orbit.h"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/number.h"
+#include "core/text.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "product/nisar.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "io/hdf5_values.h"
 #include "orbit_path.h"
 #include <fmt/core.h>

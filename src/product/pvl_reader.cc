@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/number.h"
+#include "core/text.h"
 #include <fmt/core.h>
 
 namespace sarblock {

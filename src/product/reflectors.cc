@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "product/reflectors.h"
 
+#include "sarblock/core/error.h"
+
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
 
-#include "core/number.h"
-#include "core/units.h"
+#include "core/text.h"
 #include "io/csv_reader.h"
 
 namespace sarblock {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "product/sentinel1.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "core/units.h"
 #include "orbit_path.h"
 #include "xml_reader.h"
 

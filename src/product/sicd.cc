@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "product/sicd.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/geodesy/frame.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "byte_source.h"
-#include "core/units.h"
 #include "nitf_text.h"
 #include "sicd_error_reader.h"
 #include "xml_reader.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/number.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {

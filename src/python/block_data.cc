@@ -8,7 +8,7 @@
 
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "io/naming.h"
 #include "io/open_tables.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/core/version.h"
 #include "sarblock/io/adjust_table.h"
 
 #include <exception>

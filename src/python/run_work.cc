@@ -2,6 +2,7 @@
 #include "run_work.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/progress.h"
 
 #include <atomic>
 #include <chrono>
@@ -12,7 +13,6 @@
 #include <thread>
 
 #include "arrays.h"
-#include "core/cancellation.h"
 #include "sparse/dense_kernels.h"
 
 namespace sarblock::python {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accuracy.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/geodesy/frame.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/units.h"
 #include "statistics.h"
 #include <fmt/core.h>
 

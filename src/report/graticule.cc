@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graticule.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/geodesy/frame.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "core/units.h"
 #include "statistics.h"
 #include <fmt/core.h>
 

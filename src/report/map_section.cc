@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "charts.h"
-#include "core/units.h"
 #include "html.h"
 #include "io/geojson.h"
 #include "map_chart.h"

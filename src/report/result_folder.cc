@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_folder.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/io/result_reader.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-
-#include "core/units.h"
 
 namespace sarblock {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/version.h"
+#include "sarblock/core/error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/xml_text.h"
+#include "core/text.h"
 #include <fmt/core.h>
 
 namespace sarblock {

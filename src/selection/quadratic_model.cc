@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quadratic_model.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "selection.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <set>
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "linearised_data.h"

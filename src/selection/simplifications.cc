@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include <Eigen/Eigenvalues>
 
 namespace sarblock {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <functional>
 
-#include "core/units.h"
 #include "flight/track_axes.h"
 #include "geodesy/body.h"
 #include "geometry/cone_time.h"

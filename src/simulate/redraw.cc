@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "block/read_recorded.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "geometry/cone_time.h"
 #include "recording.h"
 #include "streams.h"

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <set>
 
-#include "core/units.h"
 #include "joint_names.h"
 
 namespace sarblock {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "nominal_paths.h"
 #include "place_points.h"
 #include "terrain.h"

@@ -2,7 +2,7 @@
 #include "visibility.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>

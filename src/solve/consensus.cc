@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "consensus.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "core/median.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "determinacy/connectivity.h"
 #include "ground_consensus.h"
 #include "normals/elimination.h"

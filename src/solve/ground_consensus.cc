@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ground_consensus.h"
 
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -11,8 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/median.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 

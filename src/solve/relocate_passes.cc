@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relocate_passes.h"
 
+#include "sarblock/core/statistics.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <vector>
 
-#include "core/median.h"
 #include "sparse/decompositions.h"
 
 namespace sarblock {

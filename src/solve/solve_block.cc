@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve_block.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/divided_loop.h"
+#include "core/threads.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "engine_choice.h"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/divided_loop.h"
+#include "core/threads.h"
 #include "geometry/look_side.h"
 
 namespace sarblock {

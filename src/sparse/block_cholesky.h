@@ -22,7 +22,7 @@ namespace sarblock {
 /// is a submatrix of the parent's Z (docs/theory/covariance.md). Work grows with the fill, never
 /// with the square of the matrix. Results do not depend on the number of threads.
 ///
-/// Threads: those ThreadLimit allows (core/parallel.h), over the branches of the elimination tree
+/// Threads: those ThreadLimit allows (core/threads.h), over the branches of the elimination tree
 /// and over the tiles of large fronts.
 ///
 /// Memory: factor_entries() doubles and, while factoring or inverting, the waiting fronts (about a

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "covariance/point_influence.h"
 #include "determinacy/rank_analysis.h"
 #include "model/problem.h"

@@ -3,7 +3,7 @@
 
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "accuracy.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "covariance/point_sweep.h"
 #include "study/block_covariance.h"
 #include "study/placement.h"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/nan.h"
 #include "exact_model.h"
 
 namespace sarblock {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability_geometry.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "core/units.h"
 
 namespace sarblock {
 namespace {

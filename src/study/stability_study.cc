@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

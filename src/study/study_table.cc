@@ -10,8 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/isolated.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

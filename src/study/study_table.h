@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/core/task_part.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -13,7 +13,7 @@
 
 #include "arithmetic.h"
 #include "block/read_recorded.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "run_cost.h"
 #include "solve/start_values.h"
 #include "study/tradeoff.h"

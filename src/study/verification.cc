@@ -3,7 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "accuracy.h"
-#include "core/isolated.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "model/symmetric_enu.h"
 #include "study/block_covariance.h"
 #include <Eigen/Cholesky>

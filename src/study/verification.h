@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/scene.h"

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study_journal.h"
 
-#include "sarblock/core/version.h"
+#include "sarblock/core/error.h"
 
 #include <charconv>
 #include <cstdint>
 #include <utility>
 
-#include "core/fnv1a.h"
-#include "core/number.h"
+#include "core/text.h"
 #include "io/csv_reader.h"
 #include "io/csv_writer.h"
 #include <fmt/core.h>

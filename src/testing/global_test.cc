@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "global_test.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/model/leaves_out.h"
 
 #include <algorithm>

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "montecarlo.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/model/montecarlo_result.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-#include "core/fnv1a.h"
-#include "core/parallel.h"
+#include "core/text.h"
+#include "core/threads.h"
 #include "model/symmetric_enu.h"
 #include "redraw_solution.h"
 #include "solve/solve_block.h"

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "montecarlo_report.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <string>
-
-#include "core/nan.h"
 
 namespace sarblock {
 namespace {

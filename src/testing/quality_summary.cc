@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quality_summary.h"
 
+#include "sarblock/core/statistics.h"
 #include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "core/median.h"
-#include "core/number_text.h"
+#include "core/text.h"
 #include "suspects.h"
 
 namespace sarblock {

@@ -2,11 +2,11 @@
 #include "redraw_solution.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <cmath>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "sparse/decompositions.h"
 
 namespace sarblock {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <string>
 
-#include "core/nan.h"
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "core/divided_loop.h"
+#include "core/threads.h"
 
 namespace sarblock {
 namespace {

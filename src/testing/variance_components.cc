@@ -10,7 +10,6 @@
 #include <set>
 #include <utility>
 
-#include "core/nan.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "global_test.h"

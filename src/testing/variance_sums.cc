@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "covariance/point_sweep.h"
 #include "normals/elimination.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
 
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
-#include "core/units.h"
 #include "geometry/cone_time.h"
 #include "support/small_blocks.h"
 #include <Eigen/QR>

@@ -4,11 +4,11 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/adjust/predict.h"
+#include "sarblock/core/error.h"
 
 #include <cmath>
 #include <vector>
 
-#include "core/units.h"
 #include "model/symmetric_enu.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>

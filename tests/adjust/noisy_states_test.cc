@@ -3,7 +3,7 @@
 // jumps at every state.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"

@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/units.h"
 #include "support/paper_block.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

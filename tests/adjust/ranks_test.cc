@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
 #include "support/scene_blocks.h"

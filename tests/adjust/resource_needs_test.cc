@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "determinacy/rank_analysis.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>

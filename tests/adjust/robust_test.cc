@@ -2,7 +2,7 @@
 #include "model/robust.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>

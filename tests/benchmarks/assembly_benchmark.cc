@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "network_block.h"
 #include "normals/reduced_system.h"
 #include <Eigen/Core>

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "covariance/point_sweep.h"
 #include "determinacy/rank_analysis.h"
 #include "model/symmetric_enu.h"
@@ -66,7 +66,8 @@ Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, R
   const CorrectionCovariance inverse = system.SelectedInverse();
   Covariances out;
   out.points = SweepPoints(problem, state, &inverse, false, nullptr, system.kept()).covariance_m2;
-  for (int b = 0; b < inverse.blocks.block_count(); ++b) out.passes.emplace_back(inverse.blocks.Block(b, b));
+  for (int b = 0; b < inverse.blocks.block_count(); ++b)
+    out.passes.emplace_back(inverse.blocks.Block(b, b));
   return out;
 }
 

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "solve/ceres_engine.h"
 #include "solve/reduced_engine.h"
 #include "strips_block.h"

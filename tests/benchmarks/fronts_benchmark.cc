@@ -16,8 +16,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/parallel.h"
 #include "core/ranks.h"
+#include "core/threads.h"
 #include "mpi/mpi_ranks.h"
 #include "network_block.h"
 #include "normals/reduced_system.h"

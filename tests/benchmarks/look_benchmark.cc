@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "model/problem.h"
 #include "normals/back_substitution.h"
 #include "normals/reduced_system.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/version.h"
+#include "sarblock/core/error.h"
 
 #include <sstream>
 #include <string>
@@ -104,7 +104,8 @@ TEST(UsageTest, HelpOfACommandNamesWhatAllHaveAndChoicesAsWords) {
     }
   }
   EXPECT_THAT(RunProgram({"report", "--help"}).out, Not(HasSubstr("--set")));
-  EXPECT_THAT(RunProgram({"import", "sentinel1", "--help"}).out, HasSubstr("{check,control,none,tie}"));
+  EXPECT_THAT(RunProgram({"import", "sentinel1", "--help"}).out,
+              HasSubstr("{check,control,none,tie}"));
 }
 
 TEST(UsageTest, WrongUsageExitsWithTwoAndAMessage) {

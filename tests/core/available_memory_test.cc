@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/available_memory.h"
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "core/memory.h"
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cancellation.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/core/progress.h"
 
 #include <atomic>
 #include <string_view>
 #include <thread>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/exact_sum.h"
-
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>

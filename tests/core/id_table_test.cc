@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/id_table.h"
 
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <string>
 #include <unordered_map>

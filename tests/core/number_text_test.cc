@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Expected texts by hand.
-#include "core/number_text.h"
-
 #include <cmath>
 
+#include "core/text.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

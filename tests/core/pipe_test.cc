@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/pipe.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/core/progress.h"
 
 #include <algorithm>
 #include <atomic>
 #include <functional>
 #include <vector>
 
-#include "core/cancellation.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

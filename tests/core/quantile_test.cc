@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/quantile.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <cmath>
 #include <limits>

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/random.h"
-
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <array>

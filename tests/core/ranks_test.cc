@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/divided_loop.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "support/thread_ranks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

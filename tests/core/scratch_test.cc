@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arrays in mapped files: what is mapped, that nothing stays behind, what is refused.
-#include "core/scratch.h"
-
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "core/memory.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/stage_timer.h"
-
 #include <vector>
 
+#include "core/threads.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/task_part.h"
+#include "sarblock/core/progress.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "covariance/error_ellipse.h"
 
+#include "sarblock/core/error.h"
+
 #include <cmath>
 
-#include "core/units.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -4,7 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>

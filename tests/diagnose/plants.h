@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <functional>
 #include <string>

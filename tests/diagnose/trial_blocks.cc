@@ -2,7 +2,7 @@
 #include "trial_blocks.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/scene_file.h"

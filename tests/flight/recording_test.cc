@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "flight/recording.h"
 
-#include "sarblock/core/quantile.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/cone_time.h"
 
+#include "sarblock/core/error.h"
+
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "core/units.h"
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 

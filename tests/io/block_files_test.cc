@@ -2,13 +2,12 @@
 #include "sarblock/io/block_files.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/io/adjust_table.h"
 
 #include <cmath>
 #include <numbers>
 
-#include "core/units.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include "io/csv_writer.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <array>
 #include <cmath>
@@ -11,8 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "core/nan.h"
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>

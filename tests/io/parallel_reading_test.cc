@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

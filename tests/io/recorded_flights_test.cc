@@ -3,7 +3,7 @@
 // written.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/io/block_files.h"
 
 #include <algorithm>

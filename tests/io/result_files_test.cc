@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/result_files.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/io/block_files.h"
 
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "core/nan.h"
-#include "core/units.h"
 #include "io/csv_reader.h"
 #include "io/result_fixture.h"
 #include <Eigen/LU>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/core/error.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/result_files.h"
 
 #include <string>
 
-#include "core/nan.h"
 #include "io/io_fixture.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

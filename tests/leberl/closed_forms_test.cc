@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/leberl/configuration.h"
 #include "sarblock/leberl/parallax.h"
 #include "sarblock/leberl/point_errors.h"
@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/units.h"
 #include <gtest/gtest.h>
 
 namespace sarblock::leberl {

@@ -2,7 +2,7 @@
 #include "model/look_model.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <map>
 #include <string>

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "normals/reduced_system.h"
 #include "support/small_blocks.h"
 #include "support/thread_ranks.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include <sarblock/core/quantile.h>
+#include <sarblock/core/statistics.h>
 #include <sarblock/geometry/look_equations.h>
 
 int main() {

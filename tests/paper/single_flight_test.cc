@@ -2,9 +2,8 @@
 #include "paper/single_flight.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
-#include "core/units.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "paper/stereo_errors.h"
 
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>

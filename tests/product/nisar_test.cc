@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <string>
 
-#include "core/units.h"
 #include "fuzz/nisar_fuzz_targets.h"
 #include "io/io_fixture.h"
 #include "product/import_block.h"

@@ -2,7 +2,7 @@
 // Errors of simulated flights with a full covariance.
 #include "simulate/joint_errors.h"
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "core/units.h"
 #include "flight/track_axes.h"
 #include "simulate/true_path.h"
 #include <Eigen/Geometry>

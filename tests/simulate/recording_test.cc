@@ -2,7 +2,7 @@
 #include "simulate/recording.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/simulate/simulate.h"
 
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "io/io_fixture.h"
 #include "simulate/small_scene.h"
 #include "simulate/true_path.h"

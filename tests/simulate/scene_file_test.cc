@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/units.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

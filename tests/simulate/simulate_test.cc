@@ -2,7 +2,7 @@
 #include "sarblock/simulate/simulate.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <cmath>
 

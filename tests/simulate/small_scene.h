@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/error.h"
 #include "sarblock/simulate/scene.h"
-
-#include "core/units.h"
 
 namespace sarblock::test {
 

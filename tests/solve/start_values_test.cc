@@ -2,7 +2,7 @@
 #include "solve/start_values.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/random.h"
+#include "sarblock/core/statistics.h"
 
 #include <cmath>
 #include <string>

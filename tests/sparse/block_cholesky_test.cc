@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "random_block_matrix.h"
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <new>
 #include <string>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "random_block_matrix.h"
 #include "sparse/bordered_matrix.h"
 #include "sparse/front_division.h"

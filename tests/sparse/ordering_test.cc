@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "random_block_matrix.h"
 #include "sparse/block_cholesky.h"
 #include "sparse/symbolic.h"

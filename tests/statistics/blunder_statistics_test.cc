@@ -3,7 +3,7 @@
 // are found as often as their redundancy numbers promise, good looks are lost no more often than
 // the level of the tests allows, and no look is named where only one degree of freedom speaks.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // Seeded statistics of path errors with a full covariance: simulated from a matrix, adjusted with
 // it and without its correlations.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <string>

@@ -2,7 +2,7 @@
 // Seeded statistics (docs/validation.md) of variance components, whose true values are planted, and
 // of the Monte Carlo covariance on shipped scenes.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>

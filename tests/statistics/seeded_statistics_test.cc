@@ -9,7 +9,7 @@
 // always passes. Where each of the thousands of points and parameters of all variants is tested,
 // the level holds for all of them together (Bonferroni).
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cctype>
@@ -19,7 +19,6 @@
 #include <string>
 #include <vector>
 
-#include "core/units.h"
 #include "statistics/scene_statistics.h"
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 // best fixed model, and their normalised errors follow chi-square.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "study_io/densification_file.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "covariance/point_sweep.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>

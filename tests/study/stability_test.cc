@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include "study/stability_families.h"
 #include "study_io/stability_file.h"
 #include <gmock/gmock.h>

@@ -9,7 +9,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "core/parallel.h"
+#include "core/threads.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/small_blocks.h"
 
-#include "sarblock/core/random.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "core/units.h"
 #include "geometry/cone_time.h"
 #include <Eigen/Geometry>
 

@@ -5,7 +5,7 @@
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <array>

@@ -14,7 +14,7 @@ struct ResourceNeeds {
   std::uint64_t looks_bytes = 0;   ///< looks, their weights and what a result says of them
   std::uint64_t points_bytes = 0;  ///< points, their state and what a result says of them
   std::uint64_t block_bytes = 0;   ///< of both, memory that a block takes as it was read
-  /// Of both, arrays large enough for scratch files (src/core/scratch.h) ...
+  /// Of both, arrays large enough for scratch files (src/core/memory.h) ...
   std::uint64_t large_bytes = 0;
   std::uint64_t scratch_bytes = 0;       ///< ... and what of these stands there, not in memory
   std::uint64_t matrix_bytes = 0;        ///< S, as formed and scaled

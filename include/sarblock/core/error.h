@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -40,5 +42,18 @@ class Interrupted : public std::runtime_error {
  public:
   explicit Interrupted(const std::string& stage);
 };
+
+/// Angles are radians inside and degrees at the edges (files, messages).
+inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+/// Speed of light in vacuum, exact (SI).
+inline constexpr double kSpeedOfLight_mps = 299792458.0;
+
+/// A number that is not there.
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Version of this build, "0.1.0".
+[[nodiscard]] const char* Version();
 
 }  // namespace sarblock

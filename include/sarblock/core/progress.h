@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -34,5 +35,44 @@ void Step(ProgressSink* sink,
           std::size_t done,
           std::size_t total,
           std::string_view detail = {});
+
+/// While one of these lives, ParallelForChunks() asks `sink` before every chunk whether to stop, in
+/// loops that this thread begins, and throws Interrupted then: who waits at a terminal need not
+/// wait for the end of a loop over a million points. `sink` must answer any thread.
+class CancellationScope {
+ public:
+  explicit CancellationScope(const ProgressSink& sink);
+  ~CancellationScope();
+  CancellationScope(const CancellationScope&) = delete;
+  CancellationScope& operator=(const CancellationScope&) = delete;
+
+  /// The sink of the innermost scope of this thread; null without one.
+  [[nodiscard]] static const ProgressSink* Current();
+
+ private:
+  const ProgressSink* outer_;
+};
+
+/// One of `count` parts of a series of tasks: those, counted from 0, whose number modulo `count` is
+/// `index`. Parts are for several processes or machines; together they hold every task once.
+struct TaskPart {
+  std::size_t index = 0, count = 1;
+
+  /// The part of no task at all, as a join computes none.
+  [[nodiscard]] static constexpr TaskPart None() { return {0, 0}; }
+  [[nodiscard]] bool IsWhole() const { return count == 1; }
+  [[nodiscard]] bool Holds(std::size_t task) const { return count > 0 && task % count == index; }
+  /// How many of `tasks` tasks it holds.
+  [[nodiscard]] std::size_t TasksOf(std::size_t tasks) const;
+  bool operator==(const TaskPart&) const = default;
+};
+
+/// "part 3/8" as --part takes it, 8/8 that of index 0.
+[[nodiscard]] std::string NameOf(const TaskPart& part);
+
+/// "I/N" with 0 <= I <= N and 1 <= N <= kMostParts: the tasks I modulo N, 0 and N the same, so that
+/// job arrays may count from 0 or from 1. Nothing for another text.
+inline constexpr std::size_t kMostParts = 1000000;
+[[nodiscard]] std::optional<TaskPart> TaskPartOf(const std::string& text);
 
 }  // namespace sarblock

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 
 #include <array>
 #include <cstddef>

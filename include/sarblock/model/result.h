@@ -3,7 +3,7 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/core/quantile.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/model/assessment.h"
 #include "sarblock/model/component_result.h"
 #include "sarblock/model/montecarlo_result.h"

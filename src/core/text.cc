@@ -1,12 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "number.h"
+#include "text.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <system_error>
 
 namespace sarblock {
+namespace {
+
+template <typename... Values>
+std::string Print(const char* format, Values... values) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+}  // namespace
+
+std::string Digits(double value, int digits) { return Print("%.*g", digits, value); }
+
+std::string ValueWithSigma(double value, double sigma) {
+  if (!(sigma > 0.0) || !std::isfinite(value) || !std::isfinite(sigma)) return Digits(value, 6);
+  const int second_digit = static_cast<int>(std::floor(std::log10(sigma))) - 1;
+  const double larger = std::max(std::abs(value), sigma);
+  constexpr int kDecimals = 7, kMostDecimals = 12;
+  constexpr double kSmall = 1e-3, kLarge = 1e9;
+  const int decimals = std::max(0, -second_digit);
+  if (decimals <= (larger < kSmall ? kDecimals : kMostDecimals) && larger < kLarge) {
+    const double unit = std::pow(10.0, second_digit);
+    const auto rounded = [&](double x) { return decimals > 0 ? x : unit * std::round(x / unit); };
+    return Print("%.*f +- %.*f", decimals, rounded(value), decimals, rounded(sigma));
+  }
+  const int digits = static_cast<int>(std::floor(std::log10(larger))) - second_digit;
+  return Print("%.*e +- %.1e", std::clamp(digits, 1, 16), value, sigma);
+}
 
 const char* ParseNumber(std::string_view text, double* value) {
   const char* begin = text.data();
@@ -59,6 +89,39 @@ double InUnit(double value, double factor) {
     if (candidate * factor == value && best * factor != value) best = candidate;
   }
   return best;
+}
+
+std::string ListNames(const std::vector<std::string>& names, std::size_t all, std::size_t shown) {
+  if (names.size() > 1 && names.size() == all) return "all passes";
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), shown); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  if (names.size() > shown) text += " and " + std::to_string(names.size() - shown) + " more";
+  return text;
+}
+
+std::string XmlText(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+    }
+  }
+  return out;
 }
 
 }  // namespace sarblock

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sarblock {
+
+/// Quantile of the chi-square distribution: P(X <= result) = `probability` for `degrees` > 0
+/// degrees of freedom (any real number). Throws InputError outside 0 < probability < 1.
+[[nodiscard]] double ChiSquareQuantile(double probability, double degrees);
+
+/// P(X <= value) of the chi-square distribution; value >= 0, degrees > 0.
+[[nodiscard]] double ChiSquareProbability(double value, double degrees);
+
+/// P(X > value) of Fisher's F distribution with `numerator` and `denominator` > 0 degrees of
+/// freedom; value >= 0. Keeps its digits in the tail.
+[[nodiscard]] double FisherTailProbability(double value, double numerator, double denominator);
+
+/// Quantile of the standard normal distribution, 0 < probability < 1.
+[[nodiscard]] double NormalQuantile(double probability);
+
+/// A two-sided acceptance interval.
+struct Interval {
+  double lower = 0.0;
+  double upper = 0.0;
+  [[nodiscard]] bool Contains(double value) const { return lower <= value && value <= upper; }
+};
+
+/// Two-sided interval holding a chi-square variable of `degrees` with probability `level`.
+[[nodiscard]] Interval ChiSquareInterval(double level, double degrees);
+
+/// The middle of values put in order, of an even number the upper of both; NaN of none. None may be
+/// NaN. Leaves them in another order.
+template <typename T>
+[[nodiscard]] T MedianInPlace(std::vector<T>* values) {
+  if (values->empty()) return std::numeric_limits<T>::quiet_NaN();
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+/// The same, of a copy.
+template <typename T>
+[[nodiscard]] T Median(std::vector<T> values) {
+  return MedianInPlace(&values);
+}
+
+/// A reproducible stream of random numbers: same (seed, stream) gives the same numbers on every
+/// machine, compiler and thread count. One stream per thing that is random (a pass, a point, a
+/// look), so that work may be shared among threads without changing a number.
+/// Generator: SplitMix64 seeding of xoshiro256++ (Blackman and Vigna, 2019); normals by the
+/// inverse distribution function, one uniform each.
+class RandomStream {
+ public:
+  RandomStream(std::uint64_t seed, std::uint64_t stream);
+  [[nodiscard]] std::uint64_t Bits();
+  [[nodiscard]] double Uniform();  ///< in the open interval (0, 1)
+  [[nodiscard]] double Normal();   ///< mean 0, standard deviation 1
+
+ private:
+  std::uint64_t state_[4];
+};
+
+/// Mixes numbers (for example a kind and an index) into one stream number.
+[[nodiscard]] std::uint64_t MixStream(std::uint64_t a, std::uint64_t b);
+
+/// A sum that does not depend on the order of its terms, nor on how they are divided into sums that
+/// are added later: each term is taken to the nearest smaller multiple of kUnit_1 in magnitude, an
+/// integer of 128 bits holds their sum. A term of 2^-8 or more loses nothing. It is for terms near
+/// 1: what lies beyond kMost_1 in magnitude counts as kMost_1 with its sign, what is no number as
+/// kMost_1. 2^31 terms fit.
+class ExactSum {
+ public:
+  static constexpr double kUnit_1 = 0x1p-60;
+  static constexpr double kMost_1 = 0x1p35;
+
+  void Add(double term_1) {
+    if (!(term_1 < kMost_1)) term_1 = kMost_1;
+    if (term_1 < -kMost_1) term_1 = -kMost_1;
+    units_ += static_cast<Units>(term_1 / kUnit_1);
+  }
+  void Add(const ExactSum& other) { units_ += other.units_; }
+  /// The sum, to the nearest double.
+  [[nodiscard]] double Value() const { return static_cast<double>(units_) * kUnit_1; }
+  /// Whether so many terms can have this sum.
+  [[nodiscard]] bool HasTerms(std::uint32_t count) const;
+
+  /// The units as decimal digits, and back; nothing for a text that is no integer of at most 38
+  /// digits.
+  [[nodiscard]] std::string Text() const;
+  [[nodiscard]] static std::optional<ExactSum> FromText(std::string_view text);
+
+  bool operator==(const ExactSum&) const = default;
+
+ private:
+  __extension__ using Units = __int128;
+  Units units_ = 0;
+};
+
+}  // namespace sarblock
