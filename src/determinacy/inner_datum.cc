@@ -8,10 +8,10 @@
 #include <string>
 
 #include "core/threads.h"
+#include "linear/dense.h"
 #include "model/symmetric_enu.h"
 #include "normals/elimination.h"
 #include "rank_analysis.h"
-#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "sparse/decompositions.h"
+#include "linear/dense.h"
 
 namespace sarblock {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sparse/bordered_matrix.h"
+#include "linear/block_cholesky.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "linear/block_cholesky.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
 #include "rank_report.h"
-#include "sparse/bordered_matrix.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -6,8 +6,8 @@
 
 #include "block_structure.h"
 #include "core/text.h"
+#include "linear/dense.h"
 #include "rigid_motions.h"
-#include "sparse/decompositions.h"
 #include "weak_words.h"
 
 namespace sarblock {

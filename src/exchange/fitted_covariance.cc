@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sparse/decompositions.h"
+#include "linear/dense.h"
 #include <Eigen/Dense>
 
 namespace sarblock {

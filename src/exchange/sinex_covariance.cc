@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "linear/block_cholesky.h"
 #include "model/symmetric_enu.h"
-#include "sparse/block_cholesky.h"
 
 namespace sarblock {
 namespace {

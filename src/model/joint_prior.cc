@@ -13,8 +13,8 @@
 
 #include "flight/track_axes.h"
 #include "geodesy/body.h"
+#include "linear/dense.h"
 #include "parameter.h"
-#include "sparse/decompositions.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

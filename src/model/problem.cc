@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/threads.h"
-#include "sparse/decompositions.h"
+#include "linear/dense.h"
 
 namespace sarblock {
 namespace {

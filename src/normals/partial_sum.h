@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "linear/block_matrix.h"
 #include "model/problem.h"
 #include "point_factor.h"
 #include "point_pieces.h"
 #include "point_terms.h"
-#include "sparse/block_matrix.h"
 #include "weak_point.h"
 #include <Eigen/Core>
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "kernel_choice.h"
+#include "linear/block_matrix.h"
 #include "model/problem.h"
 #include "point_factor.h"
 #include "products.h"
-#include "sparse/block_matrix.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "linear/block_matrix.h"
 #include "model/problem.h"
-#include "sparse/block_matrix.h"
 
 namespace sarblock {
 
@@ -30,7 +30,7 @@ struct BorderedPoints {
 ///
 /// A point couples all passes that see it: thousands of them would make the matrix dense. Such
 /// points, where they are few, stay out of the pattern; three rows of the border say what each
-/// takes (sparse/bordered_matrix.h; docs/theory/covariance.md, "Points that many passes see").
+/// takes (linear/block_cholesky.h; docs/theory/covariance.md, "Points that many passes see").
 struct ReducedPattern {
   std::shared_ptr<const BlockPattern> pattern;
   BorderedPoints bordered;

@@ -11,10 +11,10 @@
 
 #include "elimination.h"
 #include "kept_factors.h"
+#include "linear/block_cholesky.h"
 #include "model/problem.h"
 #include "point_pieces.h"
 #include "reduced_pattern.h"
-#include "sparse/bordered_matrix.h"
 #include "weak_point.h"
 #include <Eigen/Core>
 

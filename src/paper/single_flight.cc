@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sparse/decompositions.h"
+#include "linear/dense.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "arrays.h"
-#include "sparse/dense_kernels.h"
+#include "linear/dense.h"
 
 namespace sarblock::python {
 namespace {

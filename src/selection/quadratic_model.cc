@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "sparse/decompositions.h"
+#include "linear/dense.h"
 #include <glog/logging.h>
 
 namespace sarblock {

@@ -8,8 +8,8 @@
 #include "determinacy/rank_analysis.h"
 #include "determinacy/rigid_motions.h"
 #include "determinacy/target_effects.h"
+#include "linear/dense.h"
 #include "quadratic_model.h"
-#include "sparse/decompositions.h"
 
 namespace sarblock {
 

@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "sparse/decompositions.h"
+#include "linear/dense.h"
 
 namespace sarblock {
 namespace {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linear/dense.h"
 #include "model/symmetric_enu.h"
-#include "sparse/decompositions.h"
 #include "study/tradeoff.h"
 #include <Eigen/Cholesky>
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "linear/dense.h"
 #include "model/symmetric_enu.h"
-#include "sparse/decompositions.h"
 
 namespace sarblock {
 

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "covariance/point_sweep.h"
+#include "linear/dense.h"
 #include "normals/elimination.h"
 #include "reliability.h"
-#include "sparse/decompositions.h"
 
 namespace sarblock {
 namespace {

@@ -13,8 +13,8 @@
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "global_test.h"
+#include "linear/dense.h"
 #include "model/participation.h"
-#include "sparse/decompositions.h"
 #include "variance_sums.h"
 
 namespace sarblock {

@@ -18,10 +18,10 @@
 
 #include "core/ranks.h"
 #include "core/threads.h"
+#include "linear/block_cholesky.h"
 #include "mpi/mpi_ranks.h"
 #include "network_block.h"
 #include "normals/reduced_system.h"
-#include "sparse/block_cholesky.h"
 #include <Eigen/Core>
 #include <mpi.h>
 

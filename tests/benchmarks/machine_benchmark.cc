@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "sparse/dense_kernels.h"
+#include "linear/dense.h"
 
 namespace {
 

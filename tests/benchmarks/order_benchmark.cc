@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "linear/symbolic.h"
 #include "network_block.h"
 #include "normals/reduced_pattern.h"
-#include "sparse/symbolic.h"
 
 namespace sarblock {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "determinacy/least_eigenpairs.h"
-#include "sparse/block_cholesky.h"
+#include "linear/block_cholesky.h"
 #include "sparse/random_block_matrix.h"
 #include <benchmark/benchmark.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sparse/block_cholesky.h"
+#include "linear/block_cholesky.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sparse/block_matrix.h"
+#include "linear/block_matrix.h"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sparse/bordered_matrix.h"
-
 #include <cmath>
 #include <random>
 
+#include "linear/block_cholesky.h"
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <gtest/gtest.h>

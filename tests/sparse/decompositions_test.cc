@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sparse/decompositions.h"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "linear/dense.h"
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 

@@ -9,9 +9,9 @@
 #include <string>
 
 #include "core/threads.h"
+#include "linear/block_cholesky.h"
+#include "linear/front_ranks.h"
 #include "random_block_matrix.h"
-#include "sparse/bordered_matrix.h"
-#include "sparse/front_division.h"
 #include "support/thread_ranks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sparse/ordering.h"
-
 #include <algorithm>
 #include <csignal>
 #include <numeric>
@@ -8,9 +6,9 @@
 #include <vector>
 
 #include "core/threads.h"
+#include "linear/block_cholesky.h"
+#include "linear/symbolic.h"
 #include "random_block_matrix.h"
-#include "sparse/block_cholesky.h"
-#include "sparse/symbolic.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

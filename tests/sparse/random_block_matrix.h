@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sparse/block_matrix.h"
+#include "linear/block_matrix.h"
 #include <Eigen/Dense>
 
 namespace sarblock::test {

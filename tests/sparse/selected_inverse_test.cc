@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linear/block_cholesky.h"
 #include "random_block_matrix.h"
-#include "sparse/block_cholesky.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

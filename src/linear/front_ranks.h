@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "factor_needs.h"
+#include "core/ranks.h"
 #include "symbolic.h"
 
 namespace sarblock::sparse {
@@ -33,8 +33,8 @@ struct FrontDivision {
 /// part of all operations, and doubles of the largest rank as a part of those of a process alone.
 [[nodiscard]] FrontDivision DivideFronts(const std::vector<Front>& fronts, int ranks);
 
-/// Memory of each rank with one thread: `factor`, `waiting` and `inverse_fronts` (factor_needs.h),
-/// as front_factorisation.h and front_inverse.h take and give back.
+/// Memory of each rank with one thread: `factor`, `waiting` and `inverse_fronts` (symbolic.h),
+/// as fronts.h and fronts.h take and give back.
 [[nodiscard]] std::vector<FactorNeeds> NeedsOfRanks(const std::vector<Front>& fronts,
                                                     const FrontDivision& division);
 
@@ -74,6 +74,26 @@ struct LowerTriangle {
   [[nodiscard]] std::size_t Column(int c) const {
     return packed ? At(c) * (2 * At(rows) - At(c) - 1) / 2 : At(c) * At(rows);
   }
+};
+
+/// Those of the innermost scope (core/ranks.h), among which the fronts are divided; null where they
+/// are not. CHECKs that they are as many as the division was made for.
+[[nodiscard]] Ranks* RanksOf(const OwnFronts& own);
+
+/// The parts that move what crosses between ranks after one stage, in the order of fronts.
+class FrontMoves {
+ public:
+  FrontMoves(const OwnFronts& own, std::vector<RankPart>* parts) : own_(own), parts_(parts) {}
+
+  /// `count` doubles from one rank to another; `place` is used on these two.
+  void Add(double* place, std::size_t count, int from, int to);
+  /// The lower triangle of an r x r matrix. `from_place` holds it whole on the rank that sends it,
+  /// `to_place` packed on the one that gets it.
+  void AddTriangle(double* from_place, double* to_place, int rows, int from, int to);
+
+ private:
+  const OwnFronts& own_;
+  std::vector<RankPart>* parts_;
 };
 
 }  // namespace sarblock::sparse

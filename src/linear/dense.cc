@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dense_kernels.h"
+#include "dense.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdlib>
+#include <iterator>
 #include <mutex>
+#include <new>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 #include <dlfcn.h>
 #include <glog/logging.h>
+#include <sys/mman.h>
 
 // Fortran symbols; the trailing sizes are the hidden lengths of the character arguments.
 extern "C" {
@@ -263,4 +270,141 @@ void Product(
   }
 }
 
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Eigenpairs SymmetricEigenpairs(const MatrixXd& a) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(a);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+VectorXd SymmetricEigenvalues(const MatrixXd& a) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+Cholesky::Cholesky(const MatrixXd& a) : llt_(a) {}
+MatrixXd Cholesky::L() const { return llt_.matrixL(); }
+double Cholesky::LogDeterminant() const {
+  return 2.0 * llt_.matrixLLT().diagonal().array().log().sum();
+}
+MatrixXd Cholesky::Solve(const MatrixXd& b) const { return llt_.solve(b); }
+VectorXd Cholesky::Solve(const VectorXd& b) const { return llt_.solve(b); }
+MatrixXd Cholesky::Inverse() const { return Solve(MatrixXd(MatrixXd::Identity(rows(), rows()))); }
+MatrixXd Cholesky::SolveLower(MatrixXd b) const {
+  llt_.matrixL().solveInPlace(b);
+  return b;
+}
+VectorXd Cholesky::SolveLower(VectorXd b) const {
+  llt_.matrixL().solveInPlace(b);
+  return b;
+}
+
+PivotedCholesky::PivotedCholesky(const MatrixXd& a) : ldlt_(a) {}
+bool PivotedCholesky::PivotsAbove(double least) const {
+  return ldlt_.info() == Eigen::Success && ldlt_.vectorD().minCoeff() > least;
+}
+MatrixXd PivotedCholesky::Solve(const MatrixXd& b) const { return ldlt_.solve(b); }
+VectorXd PivotedCholesky::Solve(const VectorXd& b) const { return ldlt_.solve(b); }
+
+Orthogonal::Orthogonal(const MatrixXd& a) : qr_(a) {}
+MatrixXd Orthogonal::Q(Index columns) const {
+  return qr_.householderQ() * MatrixXd::Identity(qr_.rows(), columns);
+}
+MatrixXd Orthogonal::R() const {
+  return qr_.matrixQR().topRows(std::min(qr_.rows(), qr_.cols())).triangularView<Eigen::Upper>();
+}
+
+PivotedOrthogonal::PivotedOrthogonal(const MatrixXd& a) : qr_(a) {}
+PivotedOrthogonal::PivotedOrthogonal(const MatrixXd& a, double threshold) : qr_(a) {
+  qr_.setThreshold(threshold);
+}
+MatrixXd PivotedOrthogonal::Basis() const {
+  return qr_.householderQ() * MatrixXd::Identity(qr_.rows(), qr_.rank());
+}
+MatrixXd PivotedOrthogonal::Solve(const MatrixXd& b) const { return qr_.solve(b); }
+
+SingularValues DecomposeSingular(const MatrixXd& a) {
+  const Eigen::JacobiSVD<MatrixXd> svd(a, Eigen::ComputeThinV);
+  return {svd.singularValues(), svd.matrixV()};
+}
+
 }  // namespace sarblock::dense
+
+namespace sarblock::sparse {
+namespace {
+
+/// Small ranges come from the heap piece by piece: to map and unmap one takes longer than to use
+/// it.
+constexpr std::size_t kFromHeap = std::size_t{1} << 15;
+
+}  // namespace
+
+FrontMemory::FrontMemory(std::size_t most) : most_(Rounded(most)) {
+  if (most_ <= kFromHeap) return;
+  void* range = mmap(nullptr,
+                     most_ * sizeof(double),
+                     PROT_READ | PROT_WRITE,
+                     MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE,
+                     -1,
+                     0);
+  if (range == MAP_FAILED) return;
+#ifdef MADV_HUGEPAGE
+  static_cast<void>(madvise(range, most_ * sizeof(double), MADV_HUGEPAGE));  // advice only
+#endif
+  begin_ = static_cast<double*>(range);
+  free_[0] = most_;
+}
+
+FrontMemory::~FrontMemory() {
+  if (begin_ != nullptr) munmap(begin_, most_ * sizeof(double));
+}
+
+FrontMemory::Place FrontMemory::Take(std::size_t count) {
+  const std::size_t length = Rounded(count);
+  if (begin_ == nullptr) {
+    void* place = std::aligned_alloc(kGrain * sizeof(double), length * sizeof(double));
+    if (place == nullptr) throw std::bad_alloc();
+    const std::lock_guard lock(mutex_);
+    most_taken_ = std::max(most_taken_, taken_ += length);
+    return {static_cast<double*>(place), Return(this, length)};
+  }
+  const std::lock_guard lock(mutex_);
+  most_taken_ = std::max(most_taken_, taken_ += length);
+  const auto fits = std::find_if(
+      free_.begin(), free_.end(), [length](const auto& hole) { return hole.second >= length; });
+  CHECK(fits != free_.end()) << "more was taken than announced";
+  const auto [offset, available] = *fits;
+  free_.erase(fits);
+  if (available > length) free_[offset + length] = available - length;
+  return {begin_ + offset, Return(this, length)};
+}
+
+std::size_t FrontMemory::most_taken() const {
+  const std::lock_guard lock(mutex_);
+  return most_taken_;
+}
+
+void FrontMemory::Give(double* place, std::size_t count) {
+  const std::lock_guard lock(mutex_);
+  taken_ -= count;
+  if (begin_ == nullptr) {
+    std::free(place);
+    return;
+  }
+  auto hole = free_.emplace(static_cast<std::size_t>(place - begin_), count).first;
+  const auto after = std::next(hole);
+  if (after != free_.end() && hole->first + hole->second == after->first) {
+    hole->second += after->second;
+    free_.erase(after);
+  }
+  if (hole != free_.begin()) {
+    const auto before = std::prev(hole);
+    if (before->first + before->second == hole->first) {
+      before->second += hole->second;
+      free_.erase(hole);
+    }
+  }
+}
+
+}  // namespace sarblock::sparse

@@ -2,12 +2,26 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "block_matrix.h"
 
 namespace sarblock::sparse {
+
+/// Fill-reducing elimination order of the blocks: approximate minimum degree (Amestoy, Davis, Duff
+/// 1996) on the graph without `last`, then `last` as given (duplicates ignored). Element k is the
+/// block eliminated k-th.
+[[nodiscard]] std::vector<int> MinimumDegreeOrder(const BlockPattern& pattern,
+                                                  std::span<const int> last);
+
+/// The same by nested dissection (Karypis and Kumar 1998, METIS), each block as heavy as its rows.
+/// The same pattern gives the same order with the same version of METIS and of the C library, whose
+/// random numbers it takes: started from a fixed seed, while this is called one thread at a time.
+/// Nothing where METIS refuses: it has no memory.
+[[nodiscard]] std::optional<std::vector<int>> DissectionOrder(const BlockPattern& pattern,
+                                                              std::span<const int> last);
 
 /// An index that is not negative, for a container.
 [[nodiscard]] inline std::size_t At(int index) { return static_cast<std::size_t>(index); }
@@ -59,10 +73,25 @@ inline constexpr double kManyOperations = 1e9;
 
 /// Orders by approximate minimum degree on the graph of blocks, with `last` appended, or, where
 /// that leaves `many_operations` or more and nested dissection fewer than that, by nested
-/// dissection (ordering.h). Forms supernodes: columns of equal structure, then children merged into
+/// dissection (symbolic.h). Forms supernodes: columns of equal structure, then children merged into
 /// their parents while the explicit zeros stay few (the thresholds of CHOLMOD, ACM TOMS 887).
 [[nodiscard]] Symbolic Analyse(const BlockPattern& pattern,
                                std::span<const int> last,
                                double many_operations = kManyOperations);
 
 }  // namespace sarblock::sparse
+
+namespace sarblock {
+
+/// Memory and work of a block Cholesky factor and its selected inverse, in doubles and operations
+/// (a product and its sum). Known from the pattern alone, for fronts that one thread works on;
+/// further threads keep more fronts waiting, each at most a branch of the elimination tree.
+struct FactorNeeds {
+  std::size_t factor = 0;          ///< L
+  std::size_t waiting = 0;         ///< update matrices while it is formed, the most at once
+  std::size_t inverse_fronts = 0;  ///< fronts of the inverse, the most at once
+  double operations = 0.0;         ///< of the factor, half of sum h^2 over its columns
+  bool dissected = false;          ///< the order is METIS's, else AMD's
+};
+
+}  // namespace sarblock
