@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +17,7 @@
 #include "determinacy/point_defects.h"
 #include "determinacy/rank_analysis.h"
 #include "finish_result.h"
-#include "flight/track_axes.h"
-#include "geometry/cone_time.h"
+#include "geometry/track_axes.h"
 #include "option_checks.h"
 #include "testing/assess.h"
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <unordered_map>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include "model/look_model.h"
 
 namespace sarblock {

@@ -12,7 +12,7 @@
 
 #include "core/text.h"
 #include "core/threads.h"
-#include "flight/recording.h"
+#include "geometry/recorded_path.h"
 
 namespace sarblock {
 namespace {

@@ -11,7 +11,7 @@
 #include <set>
 
 #include "core/text.h"
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include <Eigen/Eigenvalues>
 
 namespace sarblock {

@@ -2,6 +2,7 @@
 #include "point_defects.h"
 
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@
 
 #include "core/text.h"
 #include "core/threads.h"
-#include "geometry/look_side.h"
 #include "weak_words.h"
 #include <Eigen/Geometry>
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "core/text.h"
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 
 namespace sarblock {
 namespace {

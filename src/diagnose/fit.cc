@@ -2,12 +2,12 @@
 #include "fit.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <cmath>
 #include <exception>
 #include <utility>
 
-#include "geometry/look_side.h"
 #include "normals/elimination.h"
 #include "normals/reduced_system.h"
 #include "solve/reduced_engine.h"

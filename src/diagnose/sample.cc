@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,6 @@
 
 #include "core/threads.h"
 #include "edits.h"
-#include "geometry/look_side.h"
 #include "model/look_model.h"
 #include "model/parameters.h"
 #include "sightings.h"

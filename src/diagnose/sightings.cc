@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sightings.h"
 
+#include "sarblock/geometry/look_equations.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "edits.h"
-#include "geometry/cone_time.h"
-#include "geometry/look_side.h"
 
 namespace sarblock {
 namespace {

@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include "io/result_corrections.h"
 #include <fmt/core.h>
 #include <glog/logging.h>

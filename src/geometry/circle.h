@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/geometry/sight.h"
+#include "sarblock/geometry/frame.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <array>
 #include <span>
@@ -58,5 +59,8 @@ struct Starts {
 
 /// True where every circle runs within the looks' noise of the first one, all the way round.
 [[nodiscard]] bool CirclesCoincide(std::span<const Sight> sights, const Eigen::Vector3d& origin_m);
+
+/// The point of one look's circle at a height above the reference surface, on the look side.
+[[nodiscard]] Intersection CircleAtHeight(const Sight& sight, const Frame& frame, double height_m);
 
 }  // namespace sarblock::internal

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/geometry/intersection.h"
+#include "intersection.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "circle.h"
-#include "circle_height.h"
-#include "intersection_solver.h"
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 
 namespace sarblock {
 namespace {
@@ -280,3 +284,413 @@ double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight
 }
 
 }  // namespace sarblock
+
+namespace sarblock::internal {
+namespace {
+
+// Converged when a step changes the whitened equations by less than this part of a standard
+// deviation ...
+constexpr double kStepSigmas = 1e-8;
+// ... or by less than the rounding of a range (a few units in its last place).
+constexpr double kRangeRounding = 8.0 * std::numeric_limits<double>::epsilon();
+// Singular values below this part of the largest are rounding: no step is taken along them.
+constexpr double kSingularPart = 1e-13;
+// Above this reciprocal condition no singular value has to be computed.
+constexpr double kRegular = 1e-4;
+// A point determined with this margin in every criterion is firmly so.
+constexpr double kFirmMargin = 4.0;
+constexpr double kLeastDamping = 1e-12;
+constexpr double kMaxDamping = 1e12;
+constexpr std::size_t kStackSights = 64;
+// A standard deviation beyond this part of the shortest range leaves the direction around the
+// flight axis open: no linear statement holds there.
+constexpr double kMaxDeviationPart = 0.5;
+// The mirror solution has to lie this many standard deviations away (section 4).
+constexpr double kLeastMirrorDistance = 3.0;
+
+// One whitening per sight: on the stack up to 64 sights.
+class Weights {
+ public:
+  explicit Weights(std::size_t count) {
+    if (count > kStackSights) {
+      many_.resize(count);
+    }
+  }
+  Whitening& operator[](std::size_t k) { return many_.empty() ? few_[k] : many_[k]; }
+  const Whitening& operator[](std::size_t k) const { return many_.empty() ? few_[k] : many_[k]; }
+
+ private:
+  Whitening few_[kStackSights];
+  std::vector<Whitening> many_;
+};
+
+class Solver {
+ public:
+  Solver(std::span<const Sight> sights,
+         const Eigen::Vector3d& origin_m,
+         double max_step_m,
+         const IntersectionOptions& options)
+      : sights_(sights),
+        origin_m_(origin_m),
+        max_step_m_(max_step_m),
+        options_(options),
+        weights_(sights.size()) {}
+
+  Candidate Run(const Eigen::Vector3d& start_m);
+
+ private:
+  bool Weigh(const Eigen::Vector3d& point_m);
+  bool Evaluate(const Eigen::Vector3d& point_m, Triangle* triangle) const;
+  struct Step {
+    Eigen::Vector3d move_m = Eigen::Vector3d::Zero();
+    double change = 0.0;  // of the whitened equations, by the model the step comes from
+  };
+  Step GaussNewtonStep() const;
+  Step NewtonStep(double radius_m) const;
+  Eigen::Matrix3d Curvature() const;
+  bool Descend();
+  void Judge();
+  bool FirmlyDetermined() const;
+  bool DeterminedAlong(const Eigen::Vector3d& step_m, double margin) const;
+  double SecondOrder(const Eigen::Vector3d& step_m) const;
+
+  std::span<const Sight> sights_;
+  Eigen::Vector3d origin_m_;
+  double max_step_m_;
+  IntersectionOptions options_;
+  Weights weights_;
+  double floor_ = 0.0;  // whitened size of rounding
+  Triangle triangle_;
+  Candidate at_;
+};
+
+bool EquationsOf(const Sight& sight,
+                 const Eigen::Vector3d& origin_m,
+                 const Eigen::Vector3d& point_m,
+                 LookEquations* look) {
+  return EvaluateLookEquations(
+      point_m, sight.antenna_m - origin_m, sight.velocity_mps, sight.cone, 0.0, look);
+}
+
+bool Solver::Weigh(const Eigen::Vector3d& point_m) {
+  floor_ = 0.0;
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    const Sight& sight = sights_[k];
+    const TimeRates rates = LookTimeRates(point_m,
+                                          sight.antenna_m - origin_m_,
+                                          sight.velocity_mps,
+                                          sight.acceleration_mps2,
+                                          sight.cone);
+    Whitening& w = weights_[k];
+    w = sight.exact_time           ? WhitenDoppler(sight.range_sigma_m, sight.azimuth_sigma)
+        : sight.azimuth_in_seconds ? WhitenTime(sight.range_sigma_m, sight.azimuth_sigma, rates)
+                                   : WhitenAzimuth(sight.range_sigma_m, sight.azimuth_sigma, rates);
+    const double largest = std::max(std::abs(w.w00), std::abs(w.w11));
+    if (!std::isfinite(largest) || !std::isfinite(w.w10)) {
+      return false;
+    }
+    floor_ = std::max(floor_, kRangeRounding * sight.range_m * largest);
+  }
+  return true;
+}
+
+bool Solver::Evaluate(const Eigen::Vector3d& point_m, Triangle* triangle) const {
+  *triangle = Triangle();
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    LookEquations look;
+    if (!EquationsOf(sights_[k], origin_m_, point_m, &look)) {
+      return false;
+    }
+    const Whitening& w = weights_[k];
+    const Eigen::Vector2d error = w.Apply(look.rho_m - sights_[k].range_m, look.doppler_error_m);
+    triangle->Absorb(w.w00 * look.drho_dp, error[0]);
+    triangle->Absorb(w.w10 * look.drho_dp + w.w11 * look.ded_dp, error[1]);
+  }
+  return std::isfinite(triangle->SquareSum()) && triangle->r.allFinite();
+}
+
+// Scales that give the columns unit length, so that singular values know no unit.
+Eigen::Vector3d InverseColumnNorms(const Eigen::Matrix3d& r) {
+  Eigen::Vector3d inverse_norm_m = Eigen::Vector3d::Ones();
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    const double norm = r.col(c).norm();
+    if (norm > 0.0) {
+      inverse_norm_m[c] = 1.0 / norm;
+    }
+  }
+  return inverse_norm_m;
+}
+
+struct Scaled {
+  Eigen::Vector3d inverse_norm_m = Eigen::Vector3d::Ones();
+  Eigen::JacobiSVD<Eigen::Matrix3d> svd;
+};
+
+Scaled Decompose(const Eigen::Matrix3d& r) {
+  Scaled scaled;
+  scaled.inverse_norm_m = InverseColumnNorms(r);
+  const Eigen::Matrix3d unit = r * scaled.inverse_norm_m.asDiagonal();
+  scaled.svd.compute(unit, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return scaled;
+}
+
+// R with unit columns, and its inverse where it has one.
+struct ScaledInverse {
+  Eigen::Vector3d inverse_norm_m = Eigen::Vector3d::Ones();
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
+  double reciprocal_condition = 0.0;  // Frobenius norms: below the ratio of singular values
+};
+
+ScaledInverse Invert(const Eigen::Matrix3d& r) {
+  ScaledInverse out;
+  out.inverse_norm_m = InverseColumnNorms(r);
+  const Eigen::Matrix3d unit = r * out.inverse_norm_m.asDiagonal();
+  if (!(unit.diagonal().cwiseAbs().minCoeff() > 0.0)) {
+    return out;
+  }
+  out.inverse = unit.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
+  out.reciprocal_condition = 1.0 / (unit.norm() * out.inverse.norm());
+  return out;
+}
+
+// Half the second derivative of v'Pv that J'J leaves out: sum of e times the curvature of the
+// equations, (I - g g')/rho of the range and -sin(tau) times that of the cone.
+Eigen::Matrix3d Solver::Curvature() const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    LookEquations look;
+    if (!EquationsOf(sights_[k], origin_m_, at_.point_m, &look)) {
+      continue;  // cannot happen: the point has been evaluated
+    }
+    const Whitening& w = weights_[k];
+    const Eigen::Vector2d error = w.Apply(look.rho_m - sights_[k].range_m, look.doppler_error_m);
+    const double factor = error[0] * w.w00 + error[1] * (w.w10 - w.w11 * look.sin_tau);
+    sum += factor / look.rho_m *
+           (Eigen::Matrix3d::Identity() - look.drho_dp.transpose() * look.drho_dp);
+  }
+  return sum;
+}
+
+Solver::Step Solver::GaussNewtonStep() const {
+  // Far from singular every direction counts and R itself gives the step.
+  const ScaledInverse regular = Invert(triangle_.r);
+  if (regular.reciprocal_condition > kRegular) {
+    return {regular.inverse_norm_m.cwiseProduct(-(regular.inverse * triangle_.z)),
+            triangle_.z.norm()};
+  }
+  const Scaled scaled = Decompose(triangle_.r);
+  const Eigen::Vector3d& s = scaled.svd.singularValues();
+  const Eigen::Vector3d projected = scaled.svd.matrixU().transpose() * triangle_.z;
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  Step step;
+  double square = 0.0;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (s[i] > kSingularPart * s[0]) {
+      along[i] = -projected[i] / s[i];
+      square += projected[i] * projected[i];
+    }
+  }
+  step.move_m = scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV() * along);
+  step.change = std::sqrt(square);
+  return step;
+}
+
+// Newton with the full second derivative, damped to at most `radius_m`: where circles touch, J is
+// singular and only the curvature holds the point (section 3).
+Solver::Step Solver::NewtonStep(double radius_m) const {
+  const Eigen::Vector3d inverse_norm_m = InverseColumnNorms(triangle_.r);
+  const Eigen::Matrix3d hessian = inverse_norm_m.asDiagonal() *
+                                  (triangle_.r.transpose() * triangle_.r + Curvature()) *
+                                  inverse_norm_m.asDiagonal();
+  const Eigen::Vector3d gradient =
+      inverse_norm_m.cwiseProduct(triangle_.r.transpose() * triangle_.z);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(hessian);
+  const Eigen::Vector3d projected = eigen.eigenvectors().transpose() * gradient;
+  Step step;
+  for (double damping = 0.0;; damping = std::max(4.0 * damping, kLeastDamping)) {
+    Eigen::Vector3d along = Eigen::Vector3d::Zero();
+    double square = 0.0;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      // A downward curvature is turned round: the step stays one of descent.
+      const double value = std::abs(eigen.eigenvalues()[i]) + damping;
+      if (value > kSingularPart) {
+        along[i] = -projected[i] / value;
+        square += projected[i] * projected[i] / value;
+      }
+    }
+    step.move_m = inverse_norm_m.cwiseProduct(eigen.eigenvectors() * along);
+    step.change = std::sqrt(square);
+    if (step.move_m.norm() <= radius_m || damping > kMaxDamping) {
+      return step;
+    }
+  }
+}
+
+bool Solver::Descend() {
+  if (!Evaluate(at_.point_m, &triangle_)) {
+    return false;
+  }
+  bool newton = false;  // from the first Gauss-Newton step that fails or gains little
+  double radius_m = max_step_m_;
+  while (at_.iterations < options_.max_iterations) {
+    ++at_.iterations;
+    const double before = triangle_.SquareSum();
+    Step step = newton ? NewtonStep(radius_m) : GaussNewtonStep();
+    const double length_m = step.move_m.norm();
+    if (!newton && length_m > radius_m) {
+      step.move_m *= radius_m / length_m;
+    }
+    Triangle trial;
+    const bool valid = Evaluate(at_.point_m + step.move_m, &trial);
+    // Rounding of the equations changes the sum by floor * |e|: below that the sum cannot tell
+    // whether a step helps, and the step is as good as the point it starts from.
+    const double blind = std::sqrt(floor_ * std::sqrt(before));
+    const bool small =
+        length_m <= radius_m && step.change <= std::max({kStepSigmas, floor_, blind});
+    const double gain = before - trial.SquareSum();
+    if (valid && (small || gain > 0.0)) {
+      at_.point_m += step.move_m;
+      triangle_ = trial;
+      if (small) {
+        return true;
+      }
+      const bool good = gain > 0.25 * step.change * step.change;
+      newton = newton || !good;
+      radius_m = good ? std::min(2.0 * radius_m, max_step_m_) : radius_m;
+    } else if (!newton) {
+      newton = true;
+    } else {
+      radius_m = 0.25 * std::min(step.move_m.norm(), radius_m);
+      if (radius_m < kRangeRounding * sights_[0].range_m) {
+        return true;  // no step lowers the sum any more
+      }
+    }
+  }
+  return false;
+}
+
+// Part of the second differences of the whitened equations along `step_m` (a unit change of the
+// linearised equations) that the linear solution mistakes for a displacement along the step.
+double Solver::SecondOrder(const Eigen::Vector3d& step_m) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < sights_.size(); ++k) {
+    const Whitening& w = weights_[k];
+    LookEquations here, ahead, behind;
+    if (!EquationsOf(sights_[k], origin_m_, at_.point_m, &here) ||
+        !EquationsOf(sights_[k], origin_m_, at_.point_m + step_m, &ahead) ||
+        !EquationsOf(sights_[k], origin_m_, at_.point_m - step_m, &behind)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const Eigen::Vector2d linear = w.Apply(here.drho_dp * step_m, here.ded_dp * step_m);
+    const Eigen::Vector2d second =
+        0.5 * w.Apply(ahead.rho_m - 2.0 * here.rho_m + behind.rho_m,
+                      ahead.doppler_error_m - 2.0 * here.doppler_error_m + behind.doppler_error_m);
+    sum += linear.dot(second);
+  }
+  return std::abs(sum);
+}
+
+bool Solver::DeterminedAlong(const Eigen::Vector3d& step_m, double margin) const {
+  double shortest_m = std::numeric_limits<double>::infinity();
+  for (const Sight& sight : sights_) {
+    shortest_m = std::min(shortest_m, sight.range_m);
+  }
+  return margin * step_m.norm() <= kMaxDeviationPart * shortest_m &&
+         margin * SecondOrder(step_m) * kLeastMirrorDistance <= 1.0;
+}
+
+// One standard deviation along (nearly) the worst determined direction by inverse iteration on
+// R'R, where R is regular: a comfortable point needs no singular values to be told as one.
+bool Solver::FirmlyDetermined() const {
+  const ScaledInverse regular = Invert(triangle_.r);
+  if (!(regular.reciprocal_condition >
+        std::max(kRegular, kFirmMargin * options_.min_reciprocal_condition))) {
+    return false;
+  }
+  Eigen::Index longest = 0;
+  regular.inverse.rowwise().squaredNorm().maxCoeff(&longest);
+  Eigen::Vector3d v = Eigen::Vector3d::Unit(longest);
+  double growth = 1.0;
+  for (int i = 0; i < 4; ++i) {
+    v = regular.inverse * (regular.inverse.transpose() * v);
+    growth = v.norm();
+    v /= growth;
+  }
+  return DeterminedAlong(regular.inverse_norm_m.cwiseProduct(v) * std::sqrt(growth), kFirmMargin);
+}
+
+void Solver::Judge() {
+  if (!Evaluate(at_.point_m, &triangle_)) {
+    return;
+  }
+  at_.r = triangle_.r;
+  at_.square_sum = triangle_.SquareSum();
+  at_.firmly = FirmlyDetermined();
+  at_.determined = at_.firmly;
+  if (at_.firmly) {
+    return;
+  }
+  const Scaled scaled = Decompose(triangle_.r);
+  const Eigen::Vector3d& s = scaled.svd.singularValues();
+  if (!(s[2] > options_.min_reciprocal_condition * s[0])) {
+    return;
+  }
+  // One standard deviation along the worst determined direction.
+  at_.determined =
+      DeterminedAlong(scaled.inverse_norm_m.cwiseProduct(scaled.svd.matrixV().col(2)) / s[2], 1.0);
+}
+
+Candidate Solver::Run(const Eigen::Vector3d& start_m) {
+  at_ = Candidate();
+  at_.point_m = start_m;
+  for (int round = 0; round < 2; ++round) {
+    at_.converged = Weigh(at_.point_m) && Descend();
+    if (!at_.converged) {
+      break;
+    }
+  }
+  Judge();
+  return at_;
+}
+
+}  // namespace
+
+void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
+  Eigen::RowVector3d left = row;
+  double last = error;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    // Whitened rows are far from the ends of the number range: no hypot is needed.
+    const double norm = std::sqrt(r(i, i) * r(i, i) + left[i] * left[i]);
+    if (norm == 0.0) {
+      continue;
+    }
+    const double inverse = 1.0 / norm;
+    const double c = r(i, i) * inverse;
+    const double s = left[i] * inverse;
+    for (Eigen::Index k = i; k < 3; ++k) {
+      const double above = r(i, k);
+      r(i, k) = c * above + s * left[k];
+      left[k] = c * left[k] - s * above;
+    }
+    const double above = z[i];
+    z[i] = c * above + s * last;
+    last = c * last - s * above;
+  }
+  rest = std::sqrt(rest * rest + last * last);
+}
+
+Candidate Refine(std::span<const Sight> sights,
+                 const Eigen::Vector3d& origin_m,
+                 const Eigen::Vector3d& start_m,
+                 double max_step_m,
+                 const IntersectionOptions& options) {
+  return Solver(sights, origin_m, max_step_m, options).Run(start_m);
+}
+
+Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& r) {
+  const Eigen::Matrix3d inverse =
+      r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity().eval());
+  return inverse * inverse.transpose();
+}
+
+}  // namespace sarblock::internal

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "look_equations_inline.h"
+#include <Eigen/Geometry>
 
 namespace sarblock {
 
@@ -53,6 +54,104 @@ Whitening WhitenAzimuth(double range_sigma_m, double azimuth_sigma_m, const Time
 
 Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m) {
   return {1.0 / range_sigma_m, 0.0, 1.0 / azimuth_sigma_m};
+}
+
+const char* NameOf(IntersectionOutcome outcome) {
+  switch (outcome) {
+    case IntersectionOutcome::kDetermined:
+      return "determined";
+    case IntersectionOutcome::kTooFewLooks:
+      return "too-few-looks";
+    case IntersectionOutcome::kCirclesDoNotMeet:
+      return "circles-do-not-meet";
+    case IntersectionOutcome::kCirclesTouch:
+      return "circles-touch";
+    case IntersectionOutcome::kCirclesCoincide:
+      return "circles-coincide";
+    case IntersectionOutcome::kWrongSide:
+      return "wrong-side";
+    case IntersectionOutcome::kAmbiguous:
+      return "ambiguous";
+    case IntersectionOutcome::kNotConverged:
+      return "not-converged";
+  }
+  return "unknown";
+}
+
+const char* Explain(IntersectionOutcome outcome) {
+  switch (outcome) {
+    case IntersectionOutcome::kDetermined:
+      return "The looks determine one point.";
+    case IntersectionOutcome::kTooFewLooks:
+      return "Fewer than two looks: one look confines the point to a circle only.";
+    case IntersectionOutcome::kCirclesDoNotMeet:
+      return "The circles of the looks stay apart by more than their standard deviations explain: "
+             "look for a blunder, a path error or standard deviations that are too small.";
+    case IntersectionOutcome::kCirclesTouch:
+      return "The circles of the looks meet tangentially: one direction is not determined.";
+    case IntersectionOutcome::kCirclesCoincide:
+      return "The circles of the looks are the same within the noise (zero base, or squinted "
+             "stereo "
+             "from a single flight line): the direction around the flight axis is not determined.";
+    case IntersectionOutcome::kWrongSide:
+      return "The circles meet, but not on the side the antennas look to: check the look sides.";
+    case IntersectionOutcome::kAmbiguous:
+      return "Two points satisfy the looks and their sides equally well: a third look or control "
+             "has to decide.";
+    case IntersectionOutcome::kNotConverged:
+      return "The iteration did not converge.";
+  }
+  return "";
+}
+
+ConeValue EvaluateCone(const Motion& motion, const Eigen::Vector3d& p_m, const Cone& cone) {
+  const Eigen::Vector3d sight_m = p_m - motion.position_m;
+  const double speed_mps = motion.velocity_mps.norm();
+  const double sin_tau = cone.Sine(speed_mps);
+  return {motion.velocity_mps.dot(sight_m) / speed_mps - sight_m.norm() * sin_tau,
+          LookTimeRates(p_m, motion.position_m, motion.velocity_mps, motion.acceleration_mps2, cone)
+              .doppler_mps};
+}
+
+std::optional<double> FindConeTime(const FlightPath& path,
+                                   const Eigen::Vector3d& p_m,
+                                   const Cone& cone,
+                                   double start_s,
+                                   double end_s) {
+  const std::optional<Motion> first = path.At(start_s);
+  const std::optional<Motion> last = path.At(end_s);
+  if (!first || !last) return std::nullopt;
+  const double at_start_m = EvaluateCone(*first, p_m, cone).doppler_error_m;
+  const double at_end_m = EvaluateCone(*last, p_m, cone).doppler_error_m;
+  if (!(at_start_m >= 0.0 && at_end_m <= 0.0)) return std::nullopt;  // it falls along the path
+  double low_s = start_s;
+  double high_s = end_s;
+  double time_s = start_s;
+  if (at_start_m > at_end_m) time_s += (end_s - start_s) * at_start_m / (at_start_m - at_end_m);
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    const std::optional<Motion> motion = path.At(time_s);
+    if (!motion) return std::nullopt;
+    const ConeValue at = EvaluateCone(*motion, p_m, cone);
+    if (std::abs(at.doppler_error_m) < 1e-7) return time_s;
+    (at.doppler_error_m > 0.0 ? low_s : high_s) = time_s;
+    double next_s = time_s - at.doppler_error_m / at.rate_mps;
+    if (!(at.rate_mps < 0.0) || !(next_s > low_s && next_s < high_s)) {
+      next_s = 0.5 * (low_s + high_s);
+    }
+    if (next_s == time_s) return time_s;
+    time_s = next_s;
+  }
+  return std::nullopt;
+}
+
+bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
+  // The signs of the track components of d (model.md, section 2) need no axes of unit length.
+  const Eigen::Vector3d up_1 = frame.VerticalAt(sight.antenna_m).up_1;
+  const Eigen::Vector3d& v = sight.velocity_mps;
+  const Eigen::Vector3d d = p_m - sight.antenna_m;
+  const double across = up_1.cross(v).dot(d) * sight.side;
+  const double up = up_1.dot(d) * v.squaredNorm() - up_1.dot(v) * v.dot(d);
+  return across > 0.0 && up < 0.0;
 }
 
 }  // namespace sarblock

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#pragma once
-
 // The definition of EvaluateLookEquations, for the loops that evaluate millions of looks: called
 // across files it takes a third longer. Everything else includes look_equations.h.
+#pragma once
+
 #include "sarblock/geometry/look_equations.h"
 
 #include <cmath>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/geometry/path.h"
 #include "sarblock/io/adjust_table.h"
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 #include "block_reader.h"
 #include "core/text.h"
 #include "ellipsoid_reader.h"
-#include "flight/paths_through.h"
 #include "toml_reader.h"
 
 namespace sarblock {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pixel_residuals.h"
 
+#include "sarblock/geometry/look_equations.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "geometry/cone_time.h"
 
 namespace sarblock {
 namespace {

@@ -2,11 +2,11 @@
 #include "sarblock/io/scene_file.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/path.h"
 
 #include "adjust_priors.h"
 #include "csv_reader.h"
 #include "ellipsoid_reader.h"
-#include "flight/paths_through.h"
 #include "scene_file.h"
 #include "scene_table.h"
 #include "toml_document.h"

@@ -9,8 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "flight/track_axes.h"
-#include "flight/vertical_table.h"
+#include "geometry/track_axes.h"
 #include "parameters.h"
 #include <Eigen/Core>
 

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
+#include "sarblock/geometry/frame.h"
 
 #include <algorithm>
 #include <charconv>
@@ -11,8 +12,7 @@
 #include <set>
 #include <utility>
 
-#include "flight/track_axes.h"
-#include "geodesy/body.h"
+#include "geometry/track_axes.h"
 #include "linear/dense.h"
 #include "parameter.h"
 #include <Eigen/Geometry>

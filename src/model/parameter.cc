@@ -5,7 +5,7 @@
 
 #include <variant>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 
 namespace sarblock {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "flight/basis.h"
+#include "geometry/basis.h"
 #include "joint_prior.h"
 #include "parameter.h"
 #include <Eigen/Core>

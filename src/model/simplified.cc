@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 
 namespace sarblock {
 

@@ -2,7 +2,7 @@
 #include "paper/single_flight.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/look_equations.h"
 
 #include <array>

@@ -2,7 +2,7 @@
 #include "paper/stereo_errors.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <algorithm>

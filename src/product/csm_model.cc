@@ -9,7 +9,7 @@
 
 #include "byte_source.h"
 #include "csm_isd_parts.h"
-#include "flight/state_noise.h"
+#include "geometry/smooth_path.h"
 #include "inertial_orbit.h"
 #include "json_numbers.h"
 #include <fmt/core.h>

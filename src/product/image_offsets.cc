@@ -2,12 +2,12 @@
 #include "image_offsets.h"
 
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <cmath>
 #include <cstddef>
 #include <optional>
 
-#include "geometry/cone_time.h"
 #include <fmt/core.h>
 
 namespace sarblock {

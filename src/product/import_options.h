@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/path_through.h"
+#include "sarblock/geometry/path.h"
 
 #include <optional>
 #include <string>

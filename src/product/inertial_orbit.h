@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/flight/path.h"
+#include "sarblock/geometry/path.h"
 
 #include <string>
 #include <vector>

@@ -2,9 +2,9 @@
 #include "orbit_path.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/path.h"
 
-#include "flight/resample.h"
-#include "flight/state_noise.h"
+#include "geometry/smooth_path.h"
 #include <fmt/core.h>
 
 namespace sarblock {

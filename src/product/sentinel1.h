@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/image_grid.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 
 #include <cstddef>
 #include <string>

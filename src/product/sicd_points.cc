@@ -2,7 +2,7 @@
 #include "sicd_points.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 
 #include <array>
 

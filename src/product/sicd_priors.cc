@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sicd_priors.h"
 
+#include "sarblock/geometry/frame.h"
+
 #include <utility>
 
-#include "geodesy/body.h"
 #include "model/joint_prior.h"
 #include "sicd_projection.h"
 #include <fmt/core.h>

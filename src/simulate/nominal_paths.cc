@@ -2,14 +2,14 @@
 #include "nominal_paths.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/frame.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
-#include "flight/track_axes.h"
-#include "geodesy/body.h"
-#include "geometry/cone_time.h"
+#include "geometry/track_axes.h"
 #include "joint_names.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>

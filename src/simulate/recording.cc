@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include "streams.h"
 
 namespace sarblock {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 #include "sarblock/simulate/scene.h"
 
 #include <cstddef>

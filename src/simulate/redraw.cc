@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/look_equations.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
@@ -9,7 +10,6 @@
 
 #include "block/read_recorded.h"
 #include "core/threads.h"
-#include "geometry/cone_time.h"
 #include "recording.h"
 #include "streams.h"
 #include "true_path.h"

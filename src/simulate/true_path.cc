@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include "joint_errors.h"
 #include "recording.h"
 #include "streams.h"

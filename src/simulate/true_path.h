@@ -2,8 +2,8 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/path.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
+#include "sarblock/geometry/path.h"
 #include "sarblock/simulate/scene.h"
 #include "sarblock/simulate/simulated_block.h"
 
@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-#include "flight/basis.h"
+#include "geometry/basis.h"
 #include "wander.h"
 
 namespace sarblock {

@@ -3,13 +3,13 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "flight/track_axes.h"
-#include "geometry/cone_time.h"
+#include "geometry/track_axes.h"
 
 namespace sarblock {
 namespace {

@@ -3,11 +3,10 @@
 
 #include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <utility>
-
-#include "geometry/look_side.h"
 
 namespace sarblock {
 namespace {

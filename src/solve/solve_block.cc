@@ -3,6 +3,7 @@
 
 #include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -13,7 +14,6 @@
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
 #include "engine_choice.h"
-#include "geometry/look_side.h"
 #include "reduced_engine.h"
 #include "step_tolerance.h"
 

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +14,6 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "geometry/look_side.h"
 
 namespace sarblock {
 namespace {

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,6 @@
 #include <utility>
 
 #include "block/read_recorded.h"
-#include "geometry/cone_time.h"
 #include "simulate/recording.h"
 #include "simulate/wander.h"
 #include <Eigen/Geometry>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/flight/path_through.h"
+#include "sarblock/geometry/path.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study_io/tradeoff_study.h"
 
+#include "sarblock/geometry/path.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
 
@@ -8,7 +9,6 @@
 #include <array>
 #include <utility>
 
-#include "flight/paths_through.h"
 #include "io/toml_document.h"
 #include "study_file.h"
 

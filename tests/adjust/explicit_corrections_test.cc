@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "flight/basis.h"
-#include "flight/track_axes.h"
+#include "geometry/basis.h"
+#include "geometry/track_axes.h"
 #include "model/parameters.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>

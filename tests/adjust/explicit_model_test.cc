@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
-#include "geometry/cone_time.h"
 #include "support/small_blocks.h"
 #include <Eigen/QR>
 #include <gtest/gtest.h>

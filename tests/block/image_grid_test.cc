@@ -2,13 +2,13 @@
 #include "sarblock/block/image_grid.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/flight/path.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/intersection.h"
+#include "sarblock/geometry/look_equations.h"
+#include "sarblock/geometry/path.h"
 
 #include <cmath>
 
-#include "geometry/cone_time.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "flight/basis.h"
+#include "geometry/basis.h"
 
 #include "sarblock/core/error.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/flight/path.h"
+#include "sarblock/geometry/path.h"
 
 #include "sarblock/core/error.h"
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "flight/recording.h"
-
 #include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "geometry/recorded_path.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

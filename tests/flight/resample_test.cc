@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "flight/resample.h"
-#include "flight/state_noise.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/path.h"
 
 #include <cmath>
 
+#include "geometry/smooth_path.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

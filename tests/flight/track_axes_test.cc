@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 
 #include <algorithm>
 #include <array>

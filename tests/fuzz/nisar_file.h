@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/intersection.h"
 
 #include <array>

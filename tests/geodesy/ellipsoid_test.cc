@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/geodesy/ellipsoid.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/frame.h"
 
 #include <limits>
 

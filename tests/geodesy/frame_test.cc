@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 
 #include "sarblock/core/error.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The turning of the vertical along a path against 50-digit finite differences.
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 
 #include <vector>
 

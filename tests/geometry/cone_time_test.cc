@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/cone_time.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
+#include "sarblock/geometry/look_equations.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"
@@ -9,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "geometry/cone_time.h"
 #include "model/problem.h"
 #include "model/symmetric_enu.h"
 #include "support/small_blocks.h"

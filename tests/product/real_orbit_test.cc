@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // A real restituted orbit file; skipped where it is not beside the project.
+#include "sarblock/geometry/path.h"
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "flight/recording.h"
-#include "flight/resample.h"
-#include "flight/state_noise.h"
+#include "geometry/recorded_path.h"
+#include "geometry/smooth_path.h"
 #include "io/io_fixture.h"
 #include "product/sentinel1.h"
 #include <gtest/gtest.h>

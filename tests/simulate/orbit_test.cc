@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include "simulate/true_path.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

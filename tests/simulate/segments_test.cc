@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines cut into segments, and which of many passes show a point.
+#include "sarblock/geometry/look_equations.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
-#include "geometry/cone_time.h"
 #include "simulate/small_scene.h"
 #include <gtest/gtest.h>
 

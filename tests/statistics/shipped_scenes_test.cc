@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "flight/track_axes.h"
+#include "geometry/track_axes.h"
 #include "statistics/scene_statistics.h"
 #include <gtest/gtest.h>
 

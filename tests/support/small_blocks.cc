@@ -3,13 +3,13 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "geometry/cone_time.h"
 #include <Eigen/Geometry>
 
 namespace sarblock::test {

@@ -4,9 +4,9 @@
 #include "sarblock/block/image_grid.h"
 #include "sarblock/block/recorded_flight.h"
 #include "sarblock/core/id_table.h"
-#include "sarblock/flight/path.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/look_equations.h"
+#include "sarblock/geometry/path.h"
 
 #include <array>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/geodesy/frame.h"
-#include "sarblock/geometry/sight.h"
+#include "sarblock/geometry/frame.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <span>
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/geometry/frame.h"
+#include "sarblock/geometry/path.h"
+
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -81,5 +85,91 @@ struct Whitening {
 /// Whitening where the time is exact and the Doppler is measured: the errors are independent,
 /// azimuth_sigma_m is that of e_d.
 [[nodiscard]] Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m);
+
+/// One look with its flight path held: everything that confines the point.
+struct Sight {
+  Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();
+  double range_m = 0.0;
+  Cone cone;
+  int side = +1;  ///< +1 left of the flight direction, -1 right (the sign of (up x along).d)
+  double range_sigma_m = 1.0;
+  double azimuth_sigma = 1.0;  ///< [m] at the target or [s]
+  bool azimuth_in_seconds = false;
+  /// The azimuth error is one of the Doppler at an exact time, in [m]: it moves no range.
+  bool exact_time = false;
+};
+
+enum class IntersectionOutcome {
+  kDetermined,
+  kTooFewLooks,
+  kCirclesDoNotMeet,  ///< the two circles stay apart by more than the looks' noise explains
+  kCirclesTouch,      ///< they meet tangentially: one direction is not determined
+  kCirclesCoincide,   ///< same circle (single-flight squinted stereo, zero base)
+  kWrongSide,         ///< they meet, but not on the side the antennas look to
+  kAmbiguous,         ///< two solutions satisfy looks and sides equally well
+  kNotConverged,
+};
+[[nodiscard]] const char* NameOf(IntersectionOutcome outcome);   ///< "circles-coincide", ...
+[[nodiscard]] const char* Explain(IntersectionOutcome outcome);  ///< one sentence for people
+
+struct Intersection {
+  IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< (J'J)^-1: frame axes, paths held
+  double weighted_square_sum = 0.0;                         ///< v'Pv of the 2 n equations
+  double intersection_rad = 0.0;  ///< largest angle between the planes of two looks' sights
+  int iterations = 0;
+};
+
+struct IntersectionOptions {
+  int max_iterations = 100;
+  /// Below this reciprocal condition of the column-scaled whitened Jacobian the point counts as not
+  /// determined (touching or coinciding circles).
+  double min_reciprocal_condition = 1e-9;
+};
+
+/// e_d of a look at fixed point as its time moves, and how fast it falls.
+struct ConeValue {
+  double doppler_error_m = 0.0;
+  double rate_mps = 0.0;  ///< de_d/dt, about -|v| cos^2(tau)
+};
+[[nodiscard]] ConeValue EvaluateCone(const Motion& motion,
+                                     const Eigen::Vector3d& p_m,
+                                     const Cone& cone);
+
+/// The explicit observation model's time: Newton's method on e_d(t) = 0 from `time_s` over any path
+/// with At(t) -> optional<Motion>. Converges to the rounding of e_d (below 10 nm for |p| < 1e7 m);
+/// nothing where an iterate leaves the path or 30 steps do not suffice.
+template <typename Path>
+[[nodiscard]] std::optional<double> SolveConeTime(const Path& path,
+                                                  const Eigen::Vector3d& p_m,
+                                                  const Cone& cone,
+                                                  double time_s) {
+  constexpr double kCloseEnough_m = 1e-7;  // one more step then reaches the rounding
+  for (int iteration = 0; iteration < 30; ++iteration) {
+    const std::optional<Motion> motion = path.At(time_s);
+    if (!motion) return std::nullopt;
+    const ConeValue at = EvaluateCone(*motion, p_m, cone);
+    if (!(at.rate_mps < 0.0)) return std::nullopt;  // beyond the cone's turning point, or NaN
+    time_s -= at.doppler_error_m / at.rate_mps;
+    if (std::abs(at.doppler_error_m) < kCloseEnough_m) return time_s;
+  }
+  return std::nullopt;
+}
+
+/// The time in [start_s, end_s] at which p lies on the cone, or nothing: sign change between the
+/// ends, then Newton kept inside the bracket by bisection.
+[[nodiscard]] std::optional<double> FindConeTime(const FlightPath& path,
+                                                 const Eigen::Vector3d& p_m,
+                                                 const Cone& cone,
+                                                 double start_s,
+                                                 double end_s);
+
+/// True where p lies on the side the antenna looks to and below it: a mirror solution does not.
+[[nodiscard]] bool LiesWhereItLooks(const Frame& frame,
+                                    const Sight& sight,
+                                    const Eigen::Vector3d& p_m);
 
 }  // namespace sarblock

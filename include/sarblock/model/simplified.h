@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/path.h"
+#include "sarblock/geometry/path.h"
 
 #include <Eigen/Core>
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/flight/path_through.h"
-#include "sarblock/geodesy/frame.h"
+#include "sarblock/geometry/frame.h"
+#include "sarblock/geometry/path.h"
 #include "sarblock/model/corrections.h"
 
 #include <array>

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "track_axes.h"
 
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <Eigen/Geometry>
@@ -72,6 +76,62 @@ TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion) {
   return TrackAxesOf(
       frame.VerticalAlong(motion.position_m, motion.velocity_mps, motion.acceleration_mps2),
       motion);
+}
+
+namespace {
+
+/// More knots than this in one piece of a path are taken for a path that is no flight.
+constexpr double kMostSteps = 1e6;
+
+}  // namespace
+
+VerticalTable::VerticalTable(const Frame& frame, const FlightPath& path) {
+  if (frame.kind() == FrameKind::kLocal) return;
+  pieces_.resize(path.piece_count());
+  polynomials_.reserve(pieces_.size());
+  const auto vertical_at = [&](double time_s) {
+    const Motion motion = *path.At(time_s);
+    return frame.VerticalAlong(motion.position_m, motion.velocity_mps, motion.acceleration_mps2);
+  };
+  // The vertical and its rate are continuous: the last knot of a piece is the first of the next.
+  VerticalMotion a = vertical_at(path.start_s());
+  for (std::size_t k = 0; k < pieces_.size(); ++k) {
+    const double start_s = path.PieceStart_s(k), length_s = path.PieceEnd_s(k) - start_s;
+    const VerticalMotion last = vertical_at(path.PieceEnd_s(k));
+    const double turn_rad = length_s * std::max(a.rate.norm(), last.rate.norm());
+    const double steps = std::max(1.0, std::ceil(turn_rad / kMostTurn_rad));
+    if (!(steps <= kMostSteps)) {
+      throw InputError("states", "the flight path turns around its body too fast to be tabulated");
+    }
+    const double step_s = length_s / steps, inverse_per_s = steps / length_s;
+    pieces_[k] = {start_s,
+                  step_s,
+                  inverse_per_s,
+                  static_cast<std::uint32_t>(polynomials_.size()),
+                  static_cast<std::uint32_t>(steps)};
+    for (std::uint32_t i = 1; i <= pieces_[k].steps; ++i) {
+      const VerticalMotion b = i == pieces_[k].steps ? last : vertical_at(start_s + i * step_s);
+      const Eigen::Vector3d mean = (b.up_1 - a.up_1) * inverse_per_s;
+      polynomials_.push_back({a.up_1,
+                              a.rate,
+                              (3.0 * mean - 2.0 * a.rate - b.rate) * inverse_per_s,
+                              (a.rate + b.rate - 2.0 * mean) * (inverse_per_s * inverse_per_s)});
+      a = b;
+    }
+  }
+}
+
+VerticalMotion VerticalTable::At(std::size_t index, double time_s) const {
+  if (pieces_.empty()) return {};
+  const Piece& piece = pieces_[index];
+  const double after_s = time_s - piece.start_s, steps = after_s * piece.inverse_per_s;
+  const std::uint32_t k =
+      steps > 0.0 ? std::min(piece.steps - 1, static_cast<std::uint32_t>(steps)) : 0U;
+  const Polynomial& p = polynomials_[piece.first + k];
+  const double x = after_s - k * piece.step_s;
+  return {.up_1 = p.up_1 + x * (p.rate + x * (p.second + x * p.third)),
+          .rate = p.rate + x * (2.0 * p.second + (3.0 * x) * p.third),
+          .acceleration = 2.0 * p.second + (6.0 * x) * p.third};
 }
 
 }  // namespace sarblock

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/geometry/sight.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <limits>
 #include <span>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "recording.h"
+#include "recorded_path.h"
 
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/path.h"
 
 #include <algorithm>
 #include <array>
@@ -10,10 +11,7 @@
 #include <span>
 #include <utility>
 
-#include "newton_polynomial.h"
-#include "resample.h"
 #include "smooth_path.h"
-#include "state_noise.h"
 
 namespace sarblock {
 namespace {

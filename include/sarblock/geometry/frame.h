@@ -1,11 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/geodesy/ellipsoid.h"
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
 
 namespace sarblock {
+
+/// An ellipsoid of revolution: equatorial radius and flattening f = (a - b)/a.
+struct Ellipsoid {
+  std::string name;
+  double a_m = 0.0;
+  double flattening = 0.0;
+};
+
+/// WGS84, GRS80, Moon (1737.4 km), Venus (6051.8 km), Mars (IAU 2000: 3396.19 km, 1/169.894447...).
+/// Names are matched without regard to case; throws InputError naming the nearest known one.
+[[nodiscard]] Ellipsoid NamedEllipsoid(const std::string& name);
+[[nodiscard]] const std::vector<std::string>& EllipsoidNames();
+
+/// Throws InputError unless a is finite and positive and 0 <= f < 1 (oblate or sphere).
+void Validate(const Ellipsoid& ellipsoid);
+
+/// How a body attracts and turns.
+struct Body {
+  std::string_view name;  ///< of its ellipsoid
+  double gm = 0.0;        ///< gravity parameter [m3/s2]
+  double rotation = 0.0;  ///< sidereal [rad/s], positive eastwards
+};
+
+/// The body of a named ellipsoid; null for an ellipsoid given by numbers. Moon: IAU/GRAIL GM;
+/// Venus: IAU 2015 rotation, retrograde; Mars: IAU 2015.
+[[nodiscard]] const Body* FindBody(const std::string& ellipsoid);
 
 enum class FrameKind { kLocal, kGeocentric };
 
