@@ -2,8 +2,7 @@
 #include "leberl_prediction.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/leberl/point_errors.h"
-#include "sarblock/leberl/relative_errors.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +13,7 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "leberl/reduction.h"
+#include "leberl/rigorous.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

@@ -2,7 +2,7 @@
 #include "leberl_command.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/leberl/parallax.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <algorithm>
 #include <array>
@@ -13,8 +13,8 @@
 
 #include "columns.h"
 #include "environment.h"
-#include "paper/paper_table.h"
-#include "paper/single_flight.h"
+#include "leberl/rigorous.h"
+#include "leberl/table1.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "leberl/rigorous.h"
 #include "leberl_command.h"
-#include "paper/stereo_errors.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

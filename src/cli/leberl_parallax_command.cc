@@ -7,8 +7,8 @@
 
 #include "command_line.h"
 #include "io/csv_reader.h"
+#include "leberl/rigorous.h"
 #include "leberl_command.h"
-#include "paper/stereo_errors.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

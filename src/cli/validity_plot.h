@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "paper/leberl_validity.h"
+#include "leberl/validity.h"
 
 namespace sarblock::cli {
 

@@ -2,10 +2,7 @@
 #include "leberl_binding.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/leberl/configuration.h"
-#include "sarblock/leberl/parallax.h"
-#include "sarblock/leberl/point_errors.h"
-#include "sarblock/leberl/relative_errors.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <cmath>
 #include <map>

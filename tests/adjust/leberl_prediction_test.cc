@@ -3,8 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/intersect_block.h"
-#include "sarblock/leberl/point_errors.h"
-#include "sarblock/leberl/relative_errors.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <cmath>
 #include <numbers>

@@ -4,7 +4,7 @@
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
-#include "sarblock/leberl/relative_errors.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <array>
 #include <cmath>

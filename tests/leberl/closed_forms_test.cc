@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/leberl/configuration.h"
-#include "sarblock/leberl/parallax.h"
-#include "sarblock/leberl/point_errors.h"
-#include "sarblock/leberl/relative_errors.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <cmath>
 #include <limits>

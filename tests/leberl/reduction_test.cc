@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "leberl/reduction.h"
-
 #include <cmath>
 
+#include "leberl/rigorous.h"
 #include <gtest/gtest.h>
 
 namespace sarblock::leberl {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "paper/leberl_validity.h"
-
 #include "sarblock/core/error.h"
 
 #include <cmath>
 
+#include "leberl/validity.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

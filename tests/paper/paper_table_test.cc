@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "paper/paper_table.h"
-
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "leberl/table1.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "paper/single_flight.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 
+#include "leberl/rigorous.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "paper/stereo_errors.h"
-
 #include "sarblock/core/statistics.h"
 #include "sarblock/geometry/intersection.h"
 
@@ -8,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "leberl/rigorous.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/leberl/configuration.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <optional>
 #include <string>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "paper/leberl_validity.h"
+#include "validity.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/leberl/point_errors.h"
+#include "sarblock/leberl/formulas.h"
 
 #include <array>
 #include <cmath>
 
-#include "paper/stereo_errors.h"
+#include "rigorous.h"
 
 namespace sarblock {
 namespace {
