@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "block/copies.h"
+#include "block/plausibility.h"
 #include "cone_mistakes.h"
 #include "control_mistakes.h"
 #include "core/threads.h"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "block/copies.h"
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
 #include "core/text.h"

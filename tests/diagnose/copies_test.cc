@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "block/copies.h"
-
 #include "sarblock/diagnose/diagnose.h"
 
+#include "block/plausibility.h"
 #include "diagnose/plants_edit.h"
 #include "diagnose/trial_blocks.h"
 #include <gmock/gmock.h>
