@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <array>
@@ -23,7 +24,6 @@
 #include "determinacy/inner_datum.h"
 #include "determinacy/rank_analysis.h"
 #include "finish_result.h"
-#include "model/montecarlo_draws.h"
 #include "normals/elimination.h"
 #include "resource_needs.h"
 #include "solve/pass_looks.h"

@@ -5,7 +5,6 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
-#include "sarblock/model/simplified.h"
 
 #include <functional>
 

@@ -5,8 +5,6 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
-#include "sarblock/model/selection_report.h"
-#include "sarblock/model/simplified.h"
 
 namespace sarblock {
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ordered_points.h"
 
+#include "sarblock/model/result.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <tuple>
 #include <utility>
 
 #include "core/memory.h"
-#include "model/montecarlo_draws.h"
-#include "model/symmetric_enu.h"
 
 namespace sarblock {
 namespace {

@@ -2,13 +2,13 @@
 #include "point_sweep.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "core/threads.h"
-#include "model/symmetric_enu.h"
 #include "normals/elimination.h"
 #include "normals/point_terms.h"
 #include <Eigen/LU>

@@ -2,6 +2,7 @@
 #include "inner_datum.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,6 @@
 
 #include "core/threads.h"
 #include "linear/dense.h"
-#include "model/symmetric_enu.h"
 #include "normals/elimination.h"
 #include "rank_analysis.h"
 

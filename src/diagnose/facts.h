@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <cstdint>
 #include <functional>

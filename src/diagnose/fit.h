@@ -3,7 +3,7 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <cstddef>
 #include <limits>

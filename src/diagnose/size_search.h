@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <cstdint>
 #include <limits>

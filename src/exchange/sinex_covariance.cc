@@ -2,13 +2,13 @@
 #include "sinex_covariance.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "linear/block_cholesky.h"
-#include "model/symmetric_enu.h"
 
 namespace sarblock {
 namespace {

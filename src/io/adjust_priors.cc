@@ -6,7 +6,7 @@
 
 #include "adjust_corrections.h"
 #include "core/text.h"
-#include "model/joint_prior.h"
+#include "model/priors.h"
 
 namespace sarblock {
 namespace {

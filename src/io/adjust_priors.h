@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/model/adjust_option.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <span>
 #include <string>

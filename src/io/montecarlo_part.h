@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "model/montecarlo_draws.h"
 #include "part_folders.h"
 #include "table_source.h"
 #include <nlohmann/json.hpp>

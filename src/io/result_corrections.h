@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/io/result_file.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <vector>
 

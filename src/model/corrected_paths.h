@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/model/simplified.h"
+#include "sarblock/model/result.h"
 
 #include <array>
 #include <cstddef>

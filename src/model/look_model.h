@@ -4,7 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/model/simplified.h"
+#include "sarblock/model/result.h"
 
 #include <array>
 #include <cstdint>

@@ -2,15 +2,14 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <array>
 #include <string>
 #include <vector>
 
 #include "geometry/basis.h"
-#include "joint_prior.h"
-#include "parameter.h"
+#include "priors.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -6,6 +6,7 @@
 #include "sarblock/model/result.h"
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -137,5 +138,58 @@ struct ProblemCounts {
   }
 };
 [[nodiscard]] ProblemCounts CountProblem(const AdjustmentProblem& problem);
+
+/// What takes part in an adjustment, kept so that a trial can be undone: looks and their weights,
+/// points, known positions.
+class Participation {
+ public:
+  explicit Participation(const AdjustmentProblem& problem)
+      : look_used_(problem.look_used),
+        point_status_(problem.point_status),
+        point_reason_(problem.point_reason),
+        misplaced_(problem.misplaced),
+        weights_(problem.weights),
+        control_of_(problem.control_of) {}
+
+  /// Of the problem that it was made of.
+  void Restore(AdjustmentProblem* problem) const {
+    problem->look_used = look_used_;
+    problem->point_status = point_status_;
+    problem->point_reason = point_reason_;
+    problem->misplaced = misplaced_;
+    problem->weights = weights_;
+    problem->control_of = control_of_;
+  }
+
+ private:
+  std::vector<std::uint8_t> look_used_;
+  std::vector<PointStatus> point_status_;
+  std::vector<std::string> point_reason_;
+  std::vector<std::uint8_t> misplaced_;
+  std::vector<LookWeights> weights_;
+  std::vector<std::int32_t> control_of_;
+};
+
+inline constexpr double kLeastRadialCurvature_1 = 0.05;
+
+/// Scale of a loss in sigmas: options.robust_scale, or the loss's own default where that is 0.
+[[nodiscard]] double RobustScale(const AdjustOptions& options);
+
+/// Whitened square length beyond which a look is far off in a robust solution: the 99.9 percent
+/// point of chi-square with two degrees of freedom.
+[[nodiscard]] double FarSquare_1();
+
+/// Weight rho'(s) of a look whose whitened squared length is s >= 0, and its loss rho(s).
+///     huber   rho = s, or 2 a sqrt(s) - a^2 beyond a       (Huber 1964)
+///     cauchy  rho = a^2 log(1 + s/a^2)
+///     tukey   rho = a^2/3 (1 - (1 - s/a^2)^3), a^2/3 beyond a   (Beaton and Tukey 1974)
+struct RobustValue {
+  double loss_1 = 0.0;
+  double weight_1 = 1.0;
+  /// Curvature along the residual over the weight, (rho' + 2 s rho'') / rho', not below
+  /// kLeastRadialCurvature_1: reweighting alone takes it for 1 and creeps.
+  double radial_1 = 1.0;
+};
+[[nodiscard]] RobustValue EvaluateLoss(RobustLoss loss, double scale, double square_1);
 
 }  // namespace sarblock

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <span>
 
-#include "model/robust.h"
+#include "model/problem.h"
 #include "point_terms.h"
 
 namespace sarblock {

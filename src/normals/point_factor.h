@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "model/look_model.h"
-#include "model/robust.h"
+#include "model/problem.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-#include "model/joint_prior.h"
+#include "model/priors.h"
 #include "sicd_projection.h"
 #include <fmt/core.h>
 

@@ -4,7 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/model/options.h"
-#include "sarblock/model/selection_report.h"
+#include "sarblock/model/result.h"
 
 #include <functional>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/model/options.h"
-#include "sarblock/model/selection_report.h"
+#include "sarblock/model/result.h"
 
 #include <string>
 #include <vector>

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simplification_choice.h"
 
+#include "sarblock/model/result.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <ctime>
 #include <limits>
 
-#include "model/symmetric_enu.h"
 #include "normals/reduced_system.h"
 #include "simplifications.h"
 #include "solve/reduced_engine.h"

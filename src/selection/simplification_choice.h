@@ -3,8 +3,6 @@
 
 #include "sarblock/core/progress.h"
 #include "sarblock/model/result.h"
-#include "sarblock/model/selection_report.h"
-#include "sarblock/model/simplified.h"
 
 #include <vector>
 

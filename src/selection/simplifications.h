@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/model/selection_report.h"
-#include "sarblock/model/simplified.h"
+#include "sarblock/model/result.h"
 
 #include <array>
 #include <cstddef>

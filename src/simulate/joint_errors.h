@@ -3,7 +3,7 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/geometry/frame.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 #include "sarblock/simulate/scene.h"
 #include "sarblock/simulate/simulated_block.h"
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "model/joint_prior.h"
+#include "model/priors.h"
 
 namespace sarblock {
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "engine_choice.h"
-#include "model/robust.h"
+#include "model/problem.h"
 #include "step_tolerance.h"
 #include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
@@ -18,7 +18,7 @@
 namespace sarblock {
 namespace {
 
-/// Our loss functions (robust.h) as one of Ceres.
+/// Our loss functions (model/problem.h) as one of Ceres.
 class Loss final : public ceres::LossFunction {
  public:
   Loss(RobustLoss loss, double scale) : loss_(loss), scale_(scale) {}

@@ -7,8 +7,7 @@
 #include <string>
 #include <variant>
 
-#include "model/joint_prior.h"
-#include "model/parameter.h"
+#include "model/priors.h"
 #include "study/densification.h"
 
 namespace sarblock {

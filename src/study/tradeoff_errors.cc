@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/model/result.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "linear/dense.h"
-#include "model/symmetric_enu.h"
 #include "study/tradeoff.h"
 #include <Eigen/Cholesky>
 

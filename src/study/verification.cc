@@ -4,6 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@
 
 #include "accuracy.h"
 #include "core/threads.h"
-#include "model/symmetric_enu.h"
 #include "study/block_covariance.h"
 #include <Eigen/Cholesky>
 

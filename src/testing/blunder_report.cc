@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "blunder_report.h"
 
-#include "sarblock/model/leaves_out.h"
+#include "sarblock/model/result.h"
 
 #include <string>
 

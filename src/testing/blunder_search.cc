@@ -13,7 +13,7 @@
 #include "determinacy/connectivity.h"
 #include "determinacy/form_determined.h"
 #include "determinacy/rank_analysis.h"
-#include "model/participation.h"
+#include "model/problem.h"
 #include "normals/reduced_system.h"
 #include "reliability.h"
 #include "residual_covariance.h"

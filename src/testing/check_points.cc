@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "check_points.h"
 
+#include "sarblock/model/result.h"
+
 #include <cmath>
 
 #include "linear/dense.h"
-#include "model/symmetric_enu.h"
 
 namespace sarblock {
 

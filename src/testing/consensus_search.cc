@@ -10,7 +10,7 @@
 
 #include "blunder_search.h"
 #include "determinacy/form_determined.h"
-#include "model/participation.h"
+#include "model/problem.h"
 #include "normals/elimination.h"
 #include "solve/consensus.h"
 #include "solve/pass_looks.h"

@@ -2,11 +2,11 @@
 #include "global_test.h"
 
 #include "sarblock/core/statistics.h"
-#include "sarblock/model/leaves_out.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 
-#include "model/robust.h"
+#include "model/problem.h"
 
 namespace sarblock {
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/model/component_result.h"
 #include "sarblock/model/result.h"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 #include "montecarlo.h"
 
 #include "sarblock/core/statistics.h"
-#include "sarblock/model/montecarlo_result.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,6 @@
 
 #include "core/text.h"
 #include "core/threads.h"
-#include "model/symmetric_enu.h"
 #include "redraw_solution.h"
 #include "solve/solve_block.h"
 #include <Eigen/Cholesky>

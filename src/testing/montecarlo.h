@@ -7,7 +7,6 @@
 
 #include <vector>
 
-#include "model/montecarlo_draws.h"
 #include "model/problem.h"
 
 namespace sarblock {

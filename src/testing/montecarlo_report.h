@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/model/montecarlo_result.h"
 #include "sarblock/model/result.h"
 
 #include <cstdint>
 #include <vector>
-
-#include "model/montecarlo_draws.h"
 
 namespace sarblock {
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <optional>
 
-#include "model/joint_prior.h"
+#include "model/priors.h"
 #include "quality_summary.h"
 #include "reliability.h"
 #include <Eigen/Core>

@@ -14,7 +14,7 @@
 #include "determinacy/rank_analysis.h"
 #include "global_test.h"
 #include "linear/dense.h"
-#include "model/participation.h"
+#include "model/problem.h"
 #include "variance_sums.h"
 
 namespace sarblock {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/model/component_result.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 

@@ -6,6 +6,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
+#include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "model/symmetric_enu.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -4,6 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
+#include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
@@ -11,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "model/symmetric_enu.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

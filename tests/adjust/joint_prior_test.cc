@@ -4,6 +4,7 @@
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/model/result.h"
 
 #include <cmath>
 #include <map>
@@ -12,7 +13,6 @@
 #include <vector>
 
 #include "model/problem.h"
-#include "model/symmetric_enu.h"
 #include "solve/ceres_engine.h"
 #include "solve/start_values.h"
 #include "support/dense_normals.h"

@@ -5,11 +5,11 @@
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <cmath>
 #include <vector>
 
-#include "model/symmetric_enu.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>

@@ -6,6 +6,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <array>
@@ -15,8 +16,6 @@
 
 #include "adjust/adjust_given.h"
 #include "adjust/describe_paths.h"
-#include "model/montecarlo_draws.h"
-#include "model/symmetric_enu.h"
 #include "support/scene_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

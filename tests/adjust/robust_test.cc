@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/robust.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "model/symmetric_enu.h"
+#include "model/problem.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>

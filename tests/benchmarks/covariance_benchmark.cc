@@ -3,6 +3,8 @@
 // ceres::Covariance (SPARSE_QR, SuiteSparse) on the same equations at the same linearisation point.
 //   covariance_benchmark SCENE.toml POINTS PASSES THREADS
 // Prints one row of a CSV (header: covariance_benchmark). Run by scripts/bench.sh covariance.
+#include "sarblock/model/result.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -18,7 +20,6 @@
 #include "core/threads.h"
 #include "covariance/point_sweep.h"
 #include "determinacy/rank_analysis.h"
-#include "model/symmetric_enu.h"
 #include "normals/reduced_system.h"
 #include "solve/ceres_engine.h"
 #include "strips_block.h"

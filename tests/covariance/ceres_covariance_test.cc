@@ -5,6 +5,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,6 @@
 #include <string>
 #include <utility>
 
-#include "model/symmetric_enu.h"
 #include "support/scene_blocks.h"
 #include <Eigen/Core>
 #include <gmock/gmock.h>

@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <cmath>
 #include <optional>
@@ -10,7 +11,6 @@
 #include "covariance/covariance.h"
 #include "covariance/point_sweep.h"
 #include "determinacy/rank_analysis.h"
-#include "model/symmetric_enu.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
 #include <Eigen/Eigenvalues>

@@ -3,6 +3,7 @@
 #include "sarblock/geometry/look_equations.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
+#include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
@@ -11,7 +12,6 @@
 #include <vector>
 
 #include "model/problem.h"
-#include "model/symmetric_enu.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>

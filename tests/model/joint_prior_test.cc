@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/joint_prior.h"
-
 #include "sarblock/core/error.h"
 
 #include <functional>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "model/parameters.h"
+#include "model/priors.h"
 #include "support/joint_priors.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>

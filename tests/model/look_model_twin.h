@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <array>
 #include <cmath>

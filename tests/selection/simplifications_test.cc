@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/intersect_block.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +12,6 @@
 #include <vector>
 
 #include "adjust/adjust_simplified.h"
-#include "model/symmetric_enu.h"
 #include "selection/simplification_choice.h"
 #include "solve/reduced_engine.h"
 #include "solve/start_values.h"

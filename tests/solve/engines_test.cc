@@ -3,13 +3,13 @@
 // what a user may choose of either: how Ceres solves, and where iteration ends.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "model/symmetric_enu.h"
 #include "normals/reduced_system.h"
 #include "solve/ceres_engine.h"
 #include "solve/reduced_engine.h"

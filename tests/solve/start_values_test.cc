@@ -3,12 +3,12 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/model/result.h"
 
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "model/symmetric_enu.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>

@@ -2,6 +2,7 @@
 #include "statistics/basin.h"
 
 #include "sarblock/core/statistics.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +11,6 @@
 #include <exception>
 #include <utility>
 
-#include "model/symmetric_enu.h"
 #include "simulate/true_path.h"
 #include "statistics/scene_statistics.h"
 #include <Eigen/Cholesky>

@@ -6,6 +6,7 @@
 #include "sarblock/core/statistics.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"
+#include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
@@ -15,7 +16,6 @@
 #include <string_view>
 #include <utility>
 
-#include "model/symmetric_enu.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock::test {

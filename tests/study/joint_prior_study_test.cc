@@ -3,11 +3,11 @@
 // prior is its own, and two more routes of the covariance.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/model/result.h"
 
 #include <optional>
 #include <vector>
 
-#include "model/symmetric_enu.h"
 #include "solve/start_values.h"
 #include "study/arithmetic.h"
 #include "study/densification.h"

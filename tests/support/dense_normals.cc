@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/dense_normals.h"
 
+#include "sarblock/model/result.h"
+
 #include <span>
 #include <stdexcept>
 
-#include "model/symmetric_enu.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 

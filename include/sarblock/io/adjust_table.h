@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/model/adjust_option.h"
 #include "sarblock/model/options.h"
 
 #include <span>

@@ -4,14 +4,12 @@
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/model/assessment.h"
-#include "sarblock/model/component_result.h"
-#include "sarblock/model/montecarlo_result.h"
+#include "sarblock/geometry/path.h"
 #include "sarblock/model/options.h"
-#include "sarblock/model/selection_report.h"
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -23,6 +21,278 @@
 #include <Eigen/Core>
 
 namespace sarblock {
+
+/// Parts of the look equations that are left out because they move no point by an amount that
+/// counts (simplifications.h; docs/theory/selection.md). Nothing is by default.
+struct Simplified {
+  bool flat_frame = false;        ///< delays see the tangent plane at `middle_m`, not the ellipsoid
+  bool fixed_track_axes = false;  ///< the axes of a pass are those at the middle of its strip
+  bool linear_velocity = false;   ///< a pass flies one straight line at constant velocity
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of the points, frame axes
+  [[nodiscard]] bool any() const { return flat_frame || fixed_track_axes || linear_velocity; }
+};
+
+/// The straight line of least squares through a pass's nominal path within its strip, continued
+/// over the whole path. A path that is straight already, or hardly gets anywhere, is left as it is.
+[[nodiscard]] FlightPath StraightenedPath(const Pass& pass);
+
+/// Track axes of a nominal path at the middle of a pass's strip; NaN where it has none.
+[[nodiscard]] Eigen::Matrix3d AxesInTheMiddle(const Frame& frame,
+                                              const FlightPath& path,
+                                              const Pass& pass);
+
+/// What a result is worth. Terminal, summary.json, report and exit code repeat this one judgement
+/// (docs/theory/quality.md).
+enum class Verdict : std::uint8_t {
+  kAccepted,     ///< converged, determined, and every test is passed
+  kTestsFailed,  ///< converged and determined; a test failed: see the reasons
+  kNotAccepted,  ///< not converged, or contradictions so gross that sigmas mean nothing
+};
+/// "accepted", "converged, tests failed", "not accepted".
+[[nodiscard]] const char* NameOf(Verdict verdict);
+
+/// Below this redundancy an observation has no test: what its residual shows is rounding.
+inline constexpr double kLeastRedundancy_1 = 1e-9;
+
+/// Levels, critical values and the non-centrality of the tests of single observations
+/// (docs/theory/quality.md, eq. (7)-(13)).
+struct ReliabilityFigures {
+  std::size_t tests = 0;        ///< observations that can be tested
+  double alpha_one_1 = 0.0;     ///< level of each test, after `family_wise`
+  double alpha_all_1 = 0.0;     ///< chance that one of all rejects without cause, were they
+                                ///< independent
+  double critical_w_1 = 0.0;    ///< of |w|
+  double critical_tau_1 = 0.0;  ///< of |tau|; NaN where the redundancy is 1 or less
+  double delta0_1 = 0.0;        ///< shift of w that is found with the power asked for
+};
+
+/// One observation whose test is among the largest.
+struct TestedLook {
+  std::uint64_t look = 0;
+  std::uint32_t point = 0;
+  bool azimuth = false;
+  double w_1 = 0.0;
+  double redundancy_1 = 0.0;
+};
+
+/// The tests of a result in short. Above the critical value counts |w| or, where that is the test,
+/// |tau|.
+struct QualitySummary {
+  ReliabilityFigures figures;
+  std::array<std::size_t, 2> looks_tested{};  ///< range, azimuth
+  std::array<std::size_t, 2> looks_above{};
+  std::size_t control_tested = 0, control_above = 0;
+  /// Looks tested whose point has one degree of freedom: all its tests are one.
+  std::size_t looks_not_localisable = 0;
+  std::array<double, 2> median_redundancy_1{};  ///< NaN without looks
+  std::vector<TestedLook> worst;                ///< largest |w| first, at most ten; none predicted
+  std::size_t worst_control = 0;                ///< index into `control_quality`
+  double worst_control_w_1 = kNotGiven;         ///< NaN where no control is tested
+  [[nodiscard]] std::size_t above() const {
+    return looks_above[0] + looks_above[1] + control_above;
+  }
+  /// Above the critical value by chance.
+  [[nodiscard]] double expected_above_1() const {
+    return figures.alpha_one_1 * static_cast<double>(figures.tests);
+  }
+};
+
+/// Check points together. The sum of their chi-squares has the expectation `components` if the
+/// predicted accuracy is realistic. The interval is that of a chi-square of `freedom` degrees,
+/// scaled to that expectation: errors of check points are correlated by the paths they share.
+struct CheckSummary {
+  std::size_t points = 0;  ///< compared: solved and, where there are covariances, with one
+  /// Check points that have an error but no standard deviation (left out as contradictory): they
+  /// count in no figure here.
+  std::size_t points_without_sigma = 0;
+  std::array<double, 3> rms_m{};  ///< east, north, up of the points compared; NaN: not known
+  int components = 0;
+  double freedom_1 = 0.0;  ///< independent components they are worth
+  double chi_square = 0.0;
+  Interval chi_square_interval;    ///< two-sided at test_level
+  std::size_t points_outside = 0;  ///< chi-square alone above the quantile at test_level
+  /// sqrt(chi_square / components): errors in units of what was predicted, and its interval.
+  double error_ratio_1 = kNotGiven;
+  Interval error_ratio_interval_1;
+  [[nodiscard]] bool realistic() const { return chi_square_interval.Contains(chi_square); }
+};
+
+/// The tests of priors in short, at the level of one observation.
+struct PriorSummary {
+  std::size_t priors = 0;  ///< with a redundancy number
+  std::size_t tested = 0;  ///< with a standardised residual
+  std::size_t above = 0;   ///< beyond the critical value of |w| (|tau| where that is the test)
+  double expected_above_1 = 0.0;    ///< by chance
+  std::size_t worst = 0;            ///< index of the parameter with the largest |w|
+  double worst_w_1 = kNotGiven;     ///< NaN where none is tested
+  double redundancy_1 = kNotGiven;  ///< of all priors together
+};
+
+/// What a pass (or a group of corrections that passes share) has of v'Pv and of the redundancy of
+/// the block. The shares of all, and of the control points, add to both but for observations
+/// without redundancy.
+struct PassShare {
+  std::string owner;                              ///< id of the pass, or name of the group
+  std::size_t looks = 0;                          ///< with redundancy numbers
+  double square_sum_1 = 0.0, redundancy_1 = 0.0;  ///< of its looks
+  double prior_square_sum_1 = 0.0, prior_redundancy_1 = 0.0;  ///< of its priors
+  /// v'Pv over redundancy of both together; NaN where there is no redundancy.
+  [[nodiscard]] double variance_factor() const {
+    const double redundancy = redundancy_1 + prior_redundancy_1;
+    return redundancy > kLeastRedundancy_1 ? (square_sum_1 + prior_square_sum_1) / redundancy
+                                           : kNotGiven;
+  }
+};
+
+/// The verdict on a result and the figures of the tests that it rests on.
+struct Assessment {
+  Verdict verdict = Verdict::kNotAccepted;
+  /// Why it is not `accepted`, the gravest first: what failed, by how much, and what usually causes
+  /// it. Empty for an accepted result.
+  std::vector<std::string> reasons;
+  QualitySummary tests;  ///< empty counts where no quality figures were computed
+  PriorSummary priors;
+  CheckSummary checks;            ///< empty counts without check points
+  std::vector<PassShare> shares;  ///< by pass in order, then shared groups; empty without figures
+};
+
+/// A standard deviation whose unit stands beside it: metres, or seconds of azimuth time.
+using SigmaInUnit = double;
+
+/// One estimated variance: that of the ranges or of the azimuths of a group of passes
+/// (docs/theory/variance_components.md).
+struct VarianceComponent {
+  std::string group;  ///< "all", or the passes: "A1", "A1+A2"
+  std::vector<std::size_t> passes;
+  int component = 0;  ///< 0 range, 1 azimuth
+  std::size_t looks = 0;
+  double redundancy_1 = 0.0;  ///< sum of the redundancy numbers, under the weights reached
+  double factor_1 = 1.0;      ///< variance after over variance before
+  /// Standard deviation of factor_1; NaN where it was held.
+  double factor_deviation_1 = std::numeric_limits<double>::quiet_NaN();
+  /// Root mean square of the looks' standard deviations before, in `unit`; NaN where units mix.
+  SigmaInUnit sigma_before = std::numeric_limits<double>::quiet_NaN();
+  std::string unit;        ///< "m" or "s"
+  bool estimated = false;  ///< else held at factor 1, `note` says why
+  std::string note;
+
+  [[nodiscard]] double sigma_after() const;
+  /// Standard deviation of sigma_after(), to first order half that of the variance.
+  [[nodiscard]] double sigma_deviation() const;
+};
+
+/// A global test as it was.
+struct GlobalTest {
+  double sigma0_squared = std::numeric_limits<double>::quiet_NaN();
+  double redundancy_1 = 0.0;
+  Interval chi_square;
+  bool passed = false;
+};
+
+/// What the estimation of variance components did.
+struct VarianceComponentReport {
+  std::vector<VarianceComponent> components;
+  GlobalTest before;  ///< with the standard deviations given
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// What estimated components multiply standard deviations by: by pass of `passes`, range and
+/// azimuth; 1 for passes in no component.
+[[nodiscard]] std::vector<std::array<double, 2>> SigmaFactors(
+    const std::vector<VarianceComponent>& components, std::size_t passes);
+
+/// A figure of one run, averaged over the runs: the runs are independent, the points of one are
+/// not. The interval holds the expectation with 99 percent (normal).
+struct RunMean {
+  double expected_1 = 0.0;
+  double mean_1 = 0.0;
+  double standard_error_1 = 0.0;
+  [[nodiscard]] double lower() const;
+  [[nodiscard]] double upper() const;
+  /// True where the interval holds what is expected.
+  [[nodiscard]] bool Agrees() const;
+};
+
+/// Errors of repeated noise against the rigorous covariance (montecarlo.h,
+/// docs/theory/montecarlo.md).
+struct MonteCarloReport {
+  static constexpr std::array<double, 3> kLevels{0.5, 0.9, 0.99};
+  int runs = 0;    ///< that were adjusted; the figures are theirs
+  int failed = 0;  ///< that did not converge
+  std::uint64_t seed = 0;
+  std::size_t points = 0;  ///< compared: solved, with a covariance
+
+  /// By point of the block; NaN or 0 where not compared. Mean of e e' over the runs, e the error
+  /// of a run against the solution it was drawn from, in east, north, up: ee, nn, uu, en, eu, nu
+  /// [m2].
+  std::vector<std::array<double, 6>> sample_m2;
+  std::vector<double> square_1;                      ///< mean of e' Q^-1 e / 3
+  std::array<std::vector<std::uint32_t>, 3> inside;  ///< runs inside the ellipsoid of kLevels
+
+  /// Mean over points of e_i^2 / Q_ii, i east, north, up; of e' Q^-1 e / 3.
+  std::array<RunMean, 3> variance_ratio;
+  RunMean square_ratio;
+  std::array<RunMean, 3> coverage;  ///< part of the points inside the ellipsoids of kLevels
+  /// Points whose sum of e' Q^-1 e lies outside the 99 percent interval of chi-square.
+  std::size_t points_outside = 0;
+  std::string sentence;  ///< what it says, for people
+};
+
+/// How a candidate was tested last.
+enum class SelectionTest {
+  kScore,    ///< Rao's score: what adding it to the final model would take off v'Pv
+  kWald,     ///< what leaving it out of the final model would add to v'Pv
+  kNotTried  ///< what it needs is not in the model
+};
+
+/// One candidate of the model selection with its figures at the final model. Degree d of a position
+/// polynomial that is not kept stands for all degrees above the kept ones up to d, together; a
+/// spline replaces the polynomial of its component. docs/theory/selection.md.
+struct CandidateResult {
+  std::string name;    ///< "position.up.1", "position.up.spline 10 s", "range.bias"
+  std::string passes;  ///< "all", pass ids, or the name of a shared group
+  int parameters = 0;  ///< that it adds
+  SelectionTest test = SelectionTest::kNotTried;
+  double statistic_1 = kNotGiven;        ///< score or Wald statistic: the change of v'Pv
+  double f_1 = kNotGiven;                ///< F
+  double probability_1 = kNotGiven;      ///< of a larger F without the correction
+  double delta_bic_1 = kNotGiven;        ///< with less without; below 0 it pays
+  double condition_1 = kNotGiven;        ///< largest factor by which the other unknowns, points
+                                         ///< included, inflate a variance; infinite: singular
+  double posterior_prior_1 = kNotGiven;  ///< mean ratio of standard deviations; NaN: no prior
+  bool kept = false;
+  int step = 0;  ///< in which it entered, or was dropped after it had; 0: neither
+  std::string reason;
+};
+
+/// What a simplification of the model would do to the points (simplifications.h).
+struct SimplificationBound {
+  std::string name{};             ///< "flat-frame", "fixed-track-axes", "linear-velocity"
+  double bound_m = kNotGiven;     ///< no point moves by more, at the point with the largest part
+  double sigma_m = kNotGiven;     ///< its standard deviation, paths held
+  double fraction_1 = kNotGiven;  ///< bound over sigma, the largest of all points
+  bool allowed = false;           ///< the part is below the limit
+  bool taken = false;             ///< the result is that of a model without it
+  double gain_1 = kNotGiven;      ///< measured: time of evaluating a look with it over without it;
+                                  ///< NaN where there is nothing to gain or it is not allowed
+  std::string verdict{};          ///< "taken", "not allowed" or why it was not taken
+};
+
+/// The outcome of a model selection.
+struct SelectionReport {
+  std::vector<CandidateResult> candidates;  ///< every one, in the order of the candidate groups
+  std::vector<CorrectionGroup> groups;      ///< the model chosen; may be empty
+  std::vector<SimplificationBound> simplifications;  ///< all four; empty without solved points
+  Simplified simplified;                             ///< what was taken
+  double simplified_gain_1 = kNotGiven;              ///< measured, of all that was taken together
+  double simplified_shift_1 = kNotGiven;  ///< by which the full model would move a point, in sigmas
+                                          ///< of it: of what was taken, or given up for that
+  int rounds = 0;                         ///< linearisations
+  int steps = 0;                          ///< candidates that entered or were dropped
+  bool settled = true;                    ///< the last round changed nothing
+  [[nodiscard]] bool empty() const { return candidates.empty(); }
+};
 
 struct MonteCarloDraws;
 
@@ -284,5 +554,49 @@ void Refuse(AdjustResult* result, const std::string& reason);
 
 /// Adds a warning to a result.
 void Warn(AdjustResult* result, const std::string& text);
+
+/// Something that the finding names takes no part any more.
+[[nodiscard]] bool LeavesOut(const BlunderFinding& finding);
+
+/// The 3 x 3 matrix, east, north, up, of its six numbers (SymmetricEnu).
+[[nodiscard]] inline Eigen::Matrix3d MatrixOf(const SymmetricEnu& c) {
+  Eigen::Matrix3d matrix;
+  matrix << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
+  return matrix;
+}
+
+/// The six numbers of a symmetric 3 x 3 matrix, from its upper triangle.
+[[nodiscard]] inline SymmetricEnu SymmetricOf(const Eigen::Matrix3d& c) {
+  return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
+}
+
+/// What one run of drawn noise adds to a MonteCarloReport: figures averaged over its points.
+struct MonteCarloRun {
+  std::uint32_t run = 0;  ///< number, from 0
+  bool converged = false;
+  std::array<double, 3> variance_ratio_1{};  ///< of e_i^2 / Q_ii, i east, north, up
+  double square_1 = 0.0;                     ///< of e' Q^-1 e / 3
+  std::array<double, 3> inside_1{};          ///< part of the points inside each ellipsoid
+};
+
+/// Sums of one point over the runs that converged, e its error in standard deviations:
+/// n_i = e_i / sqrt(Q_ii).
+struct MonteCarloPoint {
+  std::array<ExactSum, 6> product;        ///< of n_i n_j: ee, nn, uu, en, eu, nu
+  ExactSum square;                        ///< of e' Q^-1 e
+  std::array<std::uint32_t, 3> inside{};  ///< runs inside each ellipsoid
+  std::uint32_t point = 0;                ///< of the block
+};
+
+/// Runs of drawn noise about a solution, all or a part of them, as they are before they make a
+/// report: sums are exact, so that those of parts may be added in any order.
+/// docs/theory/montecarlo.md, "In parts".
+struct MonteCarloDraws {
+  /// FNV-1a over positions, corrections and covariances of the solution: the draws are about these
+  /// bytes.
+  std::uint64_t solution = 0;
+  std::vector<MonteCarloRun> runs;      ///< those that were drawn, by number
+  std::vector<MonteCarloPoint> points;  ///< those that are compared, in the order of the block
+};
 
 }  // namespace sarblock

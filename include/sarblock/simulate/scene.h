@@ -4,7 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/path.h"
-#include "sarblock/model/corrections.h"
+#include "sarblock/model/options.h"
 
 #include <array>
 #include <cstddef>
