@@ -24,7 +24,7 @@
 #include "determinacy/inner_datum.h"
 #include "determinacy/rank_analysis.h"
 #include "finish_result.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "resource_needs.h"
 #include "solve/pass_looks.h"
 #include "solve/solve_block.h"

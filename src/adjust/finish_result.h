@@ -6,7 +6,7 @@
 
 #include "determinacy/point_defects.h"
 #include "model/problem.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 
 namespace sarblock {
 

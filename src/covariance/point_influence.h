@@ -2,7 +2,7 @@
 #pragma once
 
 #include "model/problem.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "normals/elimination.h"
-#include "normals/point_terms.h"
+#include "normals/point.h"
 #include <Eigen/LU>
 
 namespace sarblock {

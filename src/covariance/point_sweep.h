@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "model/problem.h"
-#include "normals/kept_factors.h"
+#include "normals/back.h"
 #include "normals/reduced_system.h"
 #include <Eigen/Core>
 
@@ -27,7 +27,7 @@ struct PointSweep {
 };
 
 /// Covariance of every solved point in east-north-up at the point, exact marginals of the whole
-/// adjustment: with the factorisation of the point (elimination.h) and T = Q' J_c
+/// adjustment: with the factorisation of the point (normals/point.h) and T = Q' J_c
 ///
 ///     cov(p) = R^-1 (I + T C T') R^-T
 ///

@@ -10,7 +10,7 @@
 
 #include "core/threads.h"
 #include "linear/dense.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "rank_analysis.h"
 
 namespace sarblock {

@@ -9,7 +9,7 @@
 
 #include "core/threads.h"
 #include "least_eigenpairs.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "rigid_motions.h"
 #include "target_effects.h"

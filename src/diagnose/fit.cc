@@ -8,7 +8,7 @@
 #include <exception>
 #include <utility>
 
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "solve/reduced_engine.h"
 #include "solve/start_values.h"

@@ -10,8 +10,7 @@
 #include "core/memory.h"
 #include "core/ranks.h"
 #include "core/threads.h"
-#include "partial_sum.h"
-#include "share_pieces.h"
+#include "pieces.h"
 
 namespace sarblock {
 namespace {

@@ -9,18 +9,16 @@
 #include <string>
 #include <vector>
 
-#include "elimination.h"
-#include "kept_factors.h"
+#include "back.h"
 #include "linear/block_cholesky.h"
 #include "model/problem.h"
-#include "point_pieces.h"
-#include "reduced_pattern.h"
-#include "weak_point.h"
+#include "pieces.h"
+#include "point.h"
 #include <Eigen/Core>
 
 namespace sarblock {
 
-/// What a system does with a point that hundreds of passes see (reduced_pattern.h).
+/// What a system does with a point that hundreds of passes see (pieces.h).
 enum class ManyLooks {
   kBorder,     ///< rows of a border, where that pays
   kEliminate,  ///< eliminates it like all others: the pattern has all pairs of its passes

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "model/problem.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "solve_report.h"
 #include <ceres/cost_function.h>
 #include <ceres/problem.h>

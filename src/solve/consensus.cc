@@ -12,7 +12,7 @@
 #include "core/threads.h"
 #include "determinacy/connectivity.h"
 #include "ground_consensus.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "pass_looks.h"
 #include "point_consensus.h"
 #include "reduced_engine.h"

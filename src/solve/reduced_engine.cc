@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <string>
 
-#include "normals/back_substitution.h"
+#include "normals/back.h"
 #include "normals/reduced_system.h"
 #include "step_tolerance.h"
 

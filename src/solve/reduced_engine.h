@@ -4,7 +4,7 @@
 #include "sarblock/core/progress.h"
 
 #include "model/problem.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "solve_report.h"
 

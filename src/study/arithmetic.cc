@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "covariance/point_sweep.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 
 namespace sarblock {
 namespace {

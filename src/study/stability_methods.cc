@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "covariance/point_sweep.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 
 namespace sarblock {
 namespace {

@@ -11,7 +11,7 @@
 #include "blunder_search.h"
 #include "determinacy/form_determined.h"
 #include "model/problem.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "solve/consensus.h"
 #include "solve/pass_looks.h"
 #include "solve/solve_block.h"

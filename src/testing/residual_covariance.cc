@@ -7,7 +7,7 @@
 
 #include "covariance/point_sweep.h"
 #include "linear/dense.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "reliability.h"
 
 namespace sarblock {

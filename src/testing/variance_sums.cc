@@ -7,7 +7,7 @@
 
 #include "core/threads.h"
 #include "covariance/point_sweep.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 
 namespace sarblock {
 namespace {

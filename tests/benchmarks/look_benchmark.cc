@@ -12,7 +12,7 @@
 
 #include "core/threads.h"
 #include "model/problem.h"
-#include "normals/back_substitution.h"
+#include "normals/back.h"
 #include "normals/reduced_system.h"
 #include "solve/start_values.h"
 

@@ -11,7 +11,7 @@
 
 #include "linear/symbolic.h"
 #include "network_block.h"
-#include "normals/reduced_pattern.h"
+#include "normals/pieces.h"
 
 namespace sarblock {
 namespace {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "normals/elimination.h"
-
 #include <cmath>
 
+#include "normals/point.h"
 #include "support/small_blocks.h"
 #include <Eigen/LU>
 #include <Eigen/QR>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sum over points is cut into pieces that depend on the block alone: its bytes do not depend on
 // the threads, and what it takes is counted.
-#include "normals/point_pieces.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "core/threads.h"
+#include "normals/pieces.h"
 #include "normals/reduced_system.h"
 #include "support/small_blocks.h"
 #include "support/thread_ranks.h"

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "normals/products.h"
-
 #include "sarblock/core/statistics.h"
 
 #include <numeric>
 #include <vector>
 
-#include "normals/kernel_choice.h"
+#include "normals/kernels.h"
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 

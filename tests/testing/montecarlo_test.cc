@@ -12,7 +12,7 @@
 #include <cmath>
 #include <vector>
 
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "support/small_blocks.h"
 #include "testing/montecarlo_report.h"
 #include "testing/redraw_solution.h"

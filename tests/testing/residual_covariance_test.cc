@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "determinacy/rank_analysis.h"
-#include "normals/elimination.h"
+#include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"

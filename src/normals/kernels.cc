@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernel_choice.h"
+#include "kernels.h"
 
-#include "product_kernels.h"
-#include "products_avx2.h"
+#include "kernels_inline.h"
 
 namespace sarblock {
 

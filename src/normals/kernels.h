@@ -70,4 +70,12 @@ struct ProductKernels {
       int columns, const double* x, std::size_t stride, int terms, const double* c, double* out);
 };
 
+/// For every processor.
+[[nodiscard]] const ProductKernels& BaselineKernels();
+/// The fastest that this processor runs.
+[[nodiscard]] const ProductKernels& KernelsOfThisMachine();
+
+/// For x86-64 processors with vectors of four doubles and fused products.
+[[nodiscard]] const ProductKernels& Avx2Kernels();
+
 }  // namespace sarblock

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of products.h, compiled once for every processor and once for those with vectors of
-// four doubles (kernel_choice.cc, products_avx2.cc). No header of a library: nothing that a linker
-// could share between the two may be compiled here. The second rounds a product and its sum at
-// once, so that the two differ in the last digits.
 #pragma once
 
-#include "products.h"
+#include "kernels.h"
+
+// The kernels of kernels.h, compiled once for every processor and once for those with vectors of
+// four doubles (kernels.cc, kernels_avx2.cc). No header of a library: nothing that a linker
+// could share between the two may be compiled here. The second rounds a product and its sum at
+// once, so that the two differ in the last digits.
 
 // Vectors are written out, because compilers leave short loops over six or nine numbers scalar.
 #define SARBLOCK_INLINE inline __attribute__((always_inline))
 
 namespace sarblock {
-
 namespace {
 
 using Size = decltype(sizeof 0);
@@ -360,4 +360,5 @@ constexpr ProductKernels kKernelsHere{AddSquareHere,
                                       AddCombinationHere};
 
 }  // namespace
+
 }  // namespace sarblock

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -mavx2 -mfma; reached only where the processor has it (kernel_choice.cc).
-#include "products_avx2.h"
-
-#include "product_kernels.h"
+// Compiled with -mavx2 -mfma; reached only where the processor has it (kernels.cc).
+#include "kernels.h"
+#include "kernels_inline.h"
 
 namespace sarblock {
 
