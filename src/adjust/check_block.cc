@@ -2,10 +2,10 @@
 #include "sarblock/adjust/check_block.h"
 
 #include "core/threads.h"
-#include "determinacy/block_structure.h"
-#include "determinacy/point_defects.h"
 #include "resource_needs.h"
-#include "solve/start_values.h"
+#include "solve/point_defects.h"
+#include "solve/start.h"
+#include "solve/structure.h"
 
 namespace sarblock {
 

@@ -4,9 +4,9 @@
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
-#include "determinacy/point_defects.h"
 #include "model/problem.h"
 #include "normals/point.h"
+#include "solve/point_defects.h"
 
 namespace sarblock {
 

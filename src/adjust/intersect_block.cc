@@ -8,10 +8,10 @@
 #include "core/threads.h"
 #include "covariance/point_sweep.h"
 #include "describe_paths.h"
-#include "determinacy/form_determined.h"
 #include "finish_result.h"
 #include "model/problem.h"
 #include "option_checks.h"
+#include "solve/rank.h"
 #include "testing/assess.h"
 
 namespace sarblock {

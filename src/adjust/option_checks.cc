@@ -5,8 +5,8 @@
 
 #include <string>
 
-#include "determinacy/inner_datum.h"
-#include "solve/engine_choice.h"
+#include "solve/inner_datum.h"
+#include "solve/reduced_engine.h"
 
 namespace sarblock {
 

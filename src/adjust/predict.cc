@@ -11,14 +11,13 @@
 #include "core/threads.h"
 #include "covariance/result_covariance.h"
 #include "describe_paths.h"
-#include "determinacy/block_structure.h"
-#include "determinacy/form_determined.h"
-#include "determinacy/inner_datum.h"
-#include "determinacy/point_defects.h"
-#include "determinacy/rank_analysis.h"
 #include "finish_result.h"
 #include "geometry/track_axes.h"
 #include "option_checks.h"
+#include "solve/inner_datum.h"
+#include "solve/point_defects.h"
+#include "solve/rank.h"
+#include "solve/structure.h"
 #include "testing/assess.h"
 
 namespace sarblock {

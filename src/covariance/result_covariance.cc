@@ -14,7 +14,7 @@
 #include "covariance.h"
 #include "neighbours.h"
 #include "point_sweep.h"
-#include "solve/engine_choice.h"
+#include "solve/reduced_engine.h"
 
 namespace sarblock {
 namespace {

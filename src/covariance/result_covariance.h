@@ -7,9 +7,9 @@
 
 #include <optional>
 
-#include "determinacy/inner_datum.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
+#include "solve/inner_datum.h"
 
 namespace sarblock {
 

@@ -11,7 +11,7 @@
 #include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "solve/reduced_engine.h"
-#include "solve/start_values.h"
+#include "solve/start.h"
 
 namespace sarblock {
 namespace {

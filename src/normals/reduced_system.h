@@ -72,7 +72,7 @@ class ReducedSystem {
   /// S in units of its parameters in which its diagonal is one, but where elimination took all of
   /// it, with a place for its factor. There is one correction at least.
   [[nodiscard]] BorderedMatrix FormScaled();
-  /// Of the scaled S, for who factors it (rank_analysis.h); after FormScaled.
+  /// Of the scaled S, for who factors it (solve/rank.h); after FormScaled.
   [[nodiscard]] BorderedCholesky& factor() { return *factor_; }
   [[nodiscard]] const AdjustmentProblem& problem() const { return problem_; }
   /// Units of the parameters in which the scaled S has a unit diagonal; after a factorisation.

@@ -13,17 +13,16 @@
 #include <utility>
 
 #include "core/threads.h"
-#include "determinacy/form_determined.h"
-#include "determinacy/rank_analysis.h"
 #include "linearised_data.h"
 #include "normals/reduced_system.h"
 #include "quadratic_model.h"
 #include "selection_determinacy.h"
 #include "selection_rows.h"
 #include "selection_terms.h"
+#include "solve/rank.h"
 #include "solve/reduced_engine.h"
 #include "solve/solve_block.h"
-#include "solve/start_values.h"
+#include "solve/start.h"
 #include <glog/logging.h>
 
 namespace sarblock {

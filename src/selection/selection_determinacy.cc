@@ -5,11 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "determinacy/rank_analysis.h"
-#include "determinacy/rigid_motions.h"
-#include "determinacy/target_effects.h"
 #include "linear/dense.h"
 #include "quadratic_model.h"
+#include "solve/rank.h"
+#include "solve/weak_directions.h"
 
 namespace sarblock {
 

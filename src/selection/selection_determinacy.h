@@ -32,7 +32,7 @@ struct Determinacy {
 /// The largest condition that is asked for and that the rank analysis does not warn of.
 [[nodiscard]] double MostCondition(const SelectionOptions& options);
 
-/// True for a model of which the rank analysis of the adjustment that follows (rank_analysis.h)
+/// True for a model of which the rank analysis of the adjustment that follows (solve/rank.h)
 /// does not warn, let alone refuses it.
 [[nodiscard]] bool Stands(const Determinacy& determinacy, const SelectionOptions& options);
 

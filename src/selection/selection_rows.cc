@@ -4,8 +4,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "determinacy/rank_analysis.h"
 #include "selection_determinacy.h"
+#include "solve/rank.h"
 
 namespace sarblock {
 namespace {

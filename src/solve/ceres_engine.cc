@@ -8,9 +8,8 @@
 #include <limits>
 #include <string>
 
-#include "engine_choice.h"
 #include "model/problem.h"
-#include "step_tolerance.h"
+#include "reduced_engine.h"
 #include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/solver.h>

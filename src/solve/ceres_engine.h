@@ -8,7 +8,7 @@
 
 #include "model/problem.h"
 #include "normals/point.h"
-#include "solve_report.h"
+#include "reduced_engine.h"
 #include <ceres/cost_function.h>
 #include <ceres/problem.h>
 

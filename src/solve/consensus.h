@@ -5,11 +5,55 @@
 #include "sarblock/model/options.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "model/problem.h"
+#include <Eigen/Core>
 
 namespace sarblock {
+
+/// What the looks of a block say of each other before anything is adjusted
+/// (docs/theory/consensus.md, section 1).
+struct GroundConsensus {
+  /// By look: its place on the ground at the reference height, on the given paths, frame axes; NaN
+  /// where its circle does not reach that height.
+  std::vector<Eigen::Vector3d> place_m;
+  /// By look: 1 where it agrees with the other looks of its point as far as they can tell.
+  std::vector<std::uint8_t> agrees;
+};
+
+/// Puts every look on the ground at one reference height (that of the control, or of the
+/// intersections that are determined) and compares the places pair of passes by pair of passes. A
+/// path error moves all places of a pass alike: what a polynomial of time and range describes of
+/// the differences of a pair, fitted by least median of squares, is not held against them. What is
+/// left is parallax of the terrain, noise, and looks that belong to another point. Needs no
+/// position of a point, no intersection and no start of the corrections. Deterministic; linear in
+/// the looks.
+[[nodiscard]] GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem,
+                                                  double reference_height_m);
+
+/// What the looks of one point say of each other on the paths of a state.
+struct PointConsensus {
+  enum class Outcome {
+    kAgree,       ///< all looks meet in one place
+    kMajority,    ///< all but some do, and no other choice of as many
+    kContradict,  ///< nothing tells which are wrong
+    kOpen,        ///< too few looks, or they leave a direction open
+  };
+  Outcome outcome = Outcome::kOpen;
+  std::vector<std::size_t> looks;  ///< that agree, ascending; of kContradict all
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< the best place whatever the outcome
+  double weighted_square_sum = 0.0;                      ///< of the looks that agree
+};
+
+/// Minimal sets are pairs of looks: each pair's intersection is joined by every other look that
+/// meets it within its noise, v'Pv times 1 / `variance_1` within chi-square at 0.999. The largest
+/// set stands. `looks` are tried, whether they take part or not.
+[[nodiscard]] PointConsensus FindPointConsensus(const AdjustmentProblem& problem,
+                                                const BlockState& state,
+                                                std::size_t point,
+                                                double variance_1);
 
 /// What SolveByConsensus left out of a block.
 struct ConsensusReport {

@@ -8,10 +8,10 @@
 
 #include "core/threads.h"
 #include "covariance/point_influence.h"
-#include "determinacy/rank_analysis.h"
 #include "linear/dense.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
+#include "solve/rank.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 

@@ -15,7 +15,7 @@
 #include "block/read_recorded.h"
 #include "core/threads.h"
 #include "run_cost.h"
-#include "solve/start_values.h"
+#include "solve/start.h"
 #include "study/tradeoff.h"
 
 namespace sarblock {

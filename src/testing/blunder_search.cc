@@ -10,14 +10,13 @@
 #include <utility>
 
 #include "covariance/point_sweep.h"
-#include "determinacy/connectivity.h"
-#include "determinacy/form_determined.h"
-#include "determinacy/rank_analysis.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
 #include "reliability.h"
 #include "residual_covariance.h"
+#include "solve/rank.h"
 #include "solve/solve_block.h"
+#include "solve/structure.h"
 #include "suspects.h"
 
 namespace sarblock {

@@ -9,11 +9,10 @@
 #include <utility>
 
 #include "blunder_search.h"
-#include "determinacy/form_determined.h"
 #include "model/problem.h"
 #include "normals/point.h"
 #include "solve/consensus.h"
-#include "solve/pass_looks.h"
+#include "solve/rank.h"
 #include "solve/solve_block.h"
 
 namespace sarblock {

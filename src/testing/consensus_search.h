@@ -9,10 +9,10 @@
 #include <optional>
 #include <string>
 
-#include "determinacy/point_defects.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
-#include "solve/solve_report.h"
+#include "solve/point_defects.h"
+#include "solve/reduced_engine.h"
 
 namespace sarblock {
 

@@ -10,11 +10,10 @@
 #include <set>
 #include <utility>
 
-#include "determinacy/form_determined.h"
-#include "determinacy/rank_analysis.h"
 #include "global_test.h"
 #include "linear/dense.h"
 #include "model/problem.h"
+#include "solve/rank.h"
 #include "variance_sums.h"
 
 namespace sarblock {

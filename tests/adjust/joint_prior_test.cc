@@ -14,7 +14,7 @@
 
 #include "model/problem.h"
 #include "solve/ceres_engine.h"
-#include "solve/start_values.h"
+#include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/joint_priors.h"
 #include "support/share_sums.h"

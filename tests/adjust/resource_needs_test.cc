@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "determinacy/rank_analysis.h"
+#include "solve/rank.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

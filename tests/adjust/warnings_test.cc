@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "determinacy/point_defects.h"
+#include "solve/point_defects.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

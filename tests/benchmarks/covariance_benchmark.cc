@@ -19,9 +19,9 @@
 
 #include "core/threads.h"
 #include "covariance/point_sweep.h"
-#include "determinacy/rank_analysis.h"
 #include "normals/reduced_system.h"
 #include "solve/ceres_engine.h"
+#include "solve/rank.h"
 #include "strips_block.h"
 #include <Eigen/Core>
 #include <ceres/covariance.h>

@@ -14,7 +14,7 @@
 #include "model/problem.h"
 #include "normals/back.h"
 #include "normals/reduced_system.h"
-#include "solve/start_values.h"
+#include "solve/start.h"
 
 namespace sarblock {
 namespace {

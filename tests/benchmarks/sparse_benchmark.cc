@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "determinacy/least_eigenpairs.h"
 #include "linear/block_cholesky.h"
+#include "solve/rank.h"
 #include "sparse/random_block_matrix.h"
 #include <benchmark/benchmark.h>
 

@@ -12,8 +12,8 @@
 
 #include "covariance/neighbours.h"
 #include "covariance/point_sweep.h"
-#include "determinacy/rank_analysis.h"
 #include "solve/ceres_engine.h"
+#include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
 #include <Eigen/LU>

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "covariance/point_sweep.h"
-#include "determinacy/rank_analysis.h"
 #include "normals/reduced_system.h"
+#include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/extended_covariance.h"
 #include "support/small_blocks.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "covariance/point_sweep.h"
-#include "determinacy/rank_analysis.h"
 #include "normals/reduced_system.h"
+#include "solve/rank.h"
 #include "support/small_blocks.h"
 #include "testing/quality_summary.h"
 #include "testing/residual_covariance.h"

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "determinacy/block_structure.h"
-#include "solve/start_values.h"
+#include "solve/start.h"
+#include "solve/structure.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "determinacy/inner_datum.h"
+#include "solve/inner_datum.h"
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
@@ -10,7 +10,7 @@
 
 #include "covariance/covariance.h"
 #include "covariance/point_sweep.h"
-#include "determinacy/rank_analysis.h"
+#include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
 #include <Eigen/Eigenvalues>

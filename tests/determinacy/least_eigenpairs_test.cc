@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "determinacy/least_eigenpairs.h"
-
 #include <cmath>
 
+#include "solve/rank.h"
 #include "sparse/random_block_matrix.h"
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>

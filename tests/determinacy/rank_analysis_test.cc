@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "determinacy/rank_analysis.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
@@ -14,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "determinacy/rigid_motions.h"
-#include "determinacy/weak_basis.h"
 #include "normals/reduced_system.h"
+#include "solve/rank.h"
+#include "solve/weak_directions.h"
 #include "support/small_blocks.h"
 #include <Eigen/QR>
 #include <gmock/gmock.h>

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "determinacy/rank_analysis.h"
+#include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
 #include <Eigen/Eigenvalues>

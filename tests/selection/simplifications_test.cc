@@ -14,7 +14,7 @@
 #include "adjust/adjust_simplified.h"
 #include "selection/simplification_choice.h"
 #include "solve/reduced_engine.h"
-#include "solve/start_values.h"
+#include "solve/start.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>

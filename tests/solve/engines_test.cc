@@ -13,8 +13,7 @@
 #include "normals/reduced_system.h"
 #include "solve/ceres_engine.h"
 #include "solve/reduced_engine.h"
-#include "solve/start_values.h"
-#include "solve/step_tolerance.h"
+#include "solve/start.h"
 #include "support/scene_blocks.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solve/pass_looks.h"
-
 #include <cmath>
 
+#include "solve/solve_block.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solve/start_values.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/model/result.h"
@@ -9,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "solve/start.h"
 #include "support/small_blocks.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "solve/start_values.h"
+#include "solve/start.h"
 #include "support/scene_blocks.h"
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "solve/start_values.h"
+#include "solve/start.h"
 #include "study/arithmetic.h"
 #include "study/densification.h"
 #include "study/exact_adjustment.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "solve/engine_choice.h"
+#include "solve/reduced_engine.h"
 #include "study/tradeoff_report.h"
 #include "study/tradeoff_table.h"
 #include "study_io/study_rows.h"

@@ -10,8 +10,8 @@
 
 #include "covariance/covariance.h"
 #include "covariance/point_sweep.h"
-#include "determinacy/rank_analysis.h"
 #include "normals/reduced_system.h"
+#include "solve/rank.h"
 #include "support/small_blocks.h"
 #include "support/thread_ranks.h"
 #include "testing/residual_covariance.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "solve/start_values.h"
+#include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/share_sums.h"
 #include "support/small_blocks.h"

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "determinacy/rank_analysis.h"
 #include "normals/point.h"
 #include "normals/reduced_system.h"
+#include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
 #include <gtest/gtest.h>

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "determinacy/rank_analysis.h"
-#include "solve/start_values.h"
+#include "solve/rank.h"
+#include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
 #include "testing/blunder_sizes.h"

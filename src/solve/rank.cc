@@ -1,22 +1,94 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rank_analysis.h"
+#include "rank.h"
 
 #include "sarblock/core/error.h"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <random>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "core/threads.h"
-#include "least_eigenpairs.h"
+#include "linear/dense.h"
 #include "normals/point.h"
 #include "normals/reduced_system.h"
-#include "rigid_motions.h"
-#include "target_effects.h"
-#include "weak_basis.h"
-#include "weak_words.h"
+#include "weak_directions.h"
 
 namespace sarblock {
+namespace {
+
+/// The same start on every machine: std::mt19937_64 is specified bit by bit.
+Eigen::MatrixXd StartColumns(Eigen::Index rows, Eigen::Index columns) {
+  std::mt19937_64 engine(19790801);
+  Eigen::MatrixXd x(rows, columns);
+  for (Eigen::Index c = 0; c < columns; ++c) {
+    for (Eigen::Index r = 0; r < rows; ++r) {
+      x(r, c) = static_cast<double>(engine() >> 11) * 0x1p-53 - 0.5;
+    }
+  }
+  return x;
+}
+
+void Orthonormalise(Eigen::MatrixXd* x) { *x = dense::Orthogonal(*x).Q(x->cols()); }
+
+/// Rotates the columns to the Ritz vectors of `matrix`; returns the Ritz values.
+Eigen::VectorXd Ritz(const BorderedMatrix& matrix, Eigen::MatrixXd* x) {
+  Eigen::MatrixXd product(x->rows(), x->cols());
+  for (Eigen::Index c = 0; c < x->cols(); ++c) product.col(c) = matrix.Multiply(x->col(c));
+  const Eigen::MatrixXd h = x->transpose() * product;
+  const dense::Eigenpairs eigen = dense::SymmetricEigenpairs(0.5 * (h + h.transpose()));
+  *x = *x * eigen.vectors;
+  return eigen.values;
+}
+
+}  // namespace
+
+LeastEigenpairs FindLeastEigenpairs(const BorderedMatrix& matrix,
+                                    const BorderedCholesky& factor,
+                                    const LeastEigenpairOptions& options) {
+  LeastEigenpairs pairs;
+  const Eigen::Index n = matrix.rows(), k = std::min<Eigen::Index>(n, options.count);
+  if (k == 0) return pairs;
+  pairs.vectors = StartColumns(n, k);
+  Orthonormalise(&pairs.vectors);
+  pairs.values = Eigen::VectorXd::Constant(k, 1.0);
+  const auto settled = [&](const Eigen::VectorXd& now) {
+    for (Eigen::Index i = 0; i < k; ++i) {
+      if ((i > 0 && !(now[i] < options.settle_below_1)) || now[i] < options.rounding_1) continue;
+      if (std::abs(now[i] - pairs.values[i]) > options.relative_change_1 * now[i]) return false;
+    }
+    return true;
+  };
+  for (int step = 0; step < options.most_steps; ++step) {
+    factor.Solve(pairs.vectors);
+    Orthonormalise(&pairs.vectors);
+    const Eigen::VectorXd now = Ritz(matrix, &pairs.vectors);
+    const bool done = settled(now) && step > 0;
+    pairs.values = now;
+    if (done) break;
+  }
+  return pairs;
+}
+
+double LargestEigenvalue(const BorderedMatrix& matrix) {
+  constexpr int kSteps = 200;
+  constexpr double kRelativeChange = 1e-3;
+  Eigen::VectorXd x = StartColumns(matrix.rows(), 1).col(0).normalized();
+  double largest = 0.0;
+  for (int step = 0; step < kSteps && x.size() > 0; ++step) {
+    const Eigen::VectorXd next = matrix.Multiply(x);
+    const double value = x.dot(next);
+    x = next.normalized();
+    const double change = std::abs(value - largest);
+    largest = value;
+    if (change <= kRelativeChange * value) break;
+  }
+  return largest;
+}
+
 namespace {
 
 using Eigen::Index;
@@ -29,7 +101,7 @@ constexpr double kNullSpaceLift_1 = 1e-9;
 /// Eigenpairs above this are not looked at: a parameter a hundred times worse than it would be with
 /// all others known is nothing unusual.
 constexpr double kLooked_1 = 1e-4;
-constexpr int kFirstPairs = 6, kMostPairs = 48;
+constexpr int kFirstPairs = 6, kMostEigenpairs = 48;
 /// Parameters with less than this part of the largest share are not named.
 constexpr double kNamedShare_1 = 0.1;
 /// Of the effect of its parameters: below, what a direction moves a point by is rounding.
@@ -243,7 +315,7 @@ WeakSpaces FindWeak(const Context& context) {
   options.settle_below_1 = kLooked_1;
   std::vector<VectorXd> undetermined, nearly;
   const Index n = context.scale.size();
-  for (int count = kFirstPairs;; count = std::min(4 * count, kMostPairs)) {
+  for (int count = kFirstPairs;; count = std::min(4 * count, kMostEigenpairs)) {
     options.count = count;
     undetermined.clear();
     nearly.clear();
@@ -261,8 +333,8 @@ WeakSpaces FindWeak(const Context& context) {
     }
     const auto found = static_cast<Index>(undetermined.size() + nearly.size());
     const bool all = found == pairs.values.size() && found < n;
-    out.more = all && count >= kMostPairs;
-    if (!all || count >= kMostPairs) break;
+    out.more = all && count >= kMostEigenpairs;
+    if (!all || count >= kMostEigenpairs) break;
   }
   for (Index i = 0; i < n && nearly.size() < kDescribed; ++i) {
     if (context.At(i).has_prior()) continue;
@@ -374,6 +446,64 @@ MatrixXd NullSpace(ReducedSystem* system) {
     while (defects < pairs.values.size() && pairs.values[defects] <= kLeastEigenvalue_1) ++defects;
     if (defects == pairs.values.size() && defects < system->matrix().rows()) continue;
     return system->Unit().asDiagonal() * pairs.vectors.leftCols(defects);
+  }
+}
+
+namespace {
+
+void LeaveOutWeakPoints(const ReducedSystem& system, AdjustmentProblem* problem) {
+  for (const WeakPoint& weak : system.weak_points()) {
+    problem->LeaveOut(weak.point,
+                      PointStatus::kUndetermined,
+                      "its looks leave a direction open (their circles touch or coincide)");
+  }
+}
+
+}  // namespace
+
+void RequireSolvable(const AdjustmentProblem& problem) {
+  // Control points are known anyway: a block in which none of the others can be solved has no
+  // answer, however well its control fits. A point in no look that takes part asks for none.
+  const Block& block = problem.block;
+  const std::size_t points = block.points.size();
+  const auto asks = [&block](std::size_t point) {
+    if (block.points.role[point] == PointRole::kControl) return false;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      if (!block.looks.rejected(i)) return true;
+    }
+    return false;
+  };
+  bool only_control = true;
+  for (std::size_t point = 0; point < points; ++point) only_control &= !asks(point);
+  std::map<std::string, std::vector<std::string>> by_reason;
+  for (std::size_t point = 0; point < points; ++point) {
+    if (!only_control && !asks(point)) continue;
+    if (problem.Solves(point)) return;
+    by_reason[problem.point_reason[point]].emplace_back(block.points.ids[point]);
+  }
+  std::string text = only_control ? "no point of the block can be determined"
+                                  : "no tie or check point of the block can be determined";
+  std::vector<std::string> names;
+  for (const auto& [reason, ids] : by_reason) {
+    text += "; " + ids.front();
+    if (ids.size() > 1) text += " and " + std::to_string(ids.size() - 1) + " more";
+    text += ": " + reason;
+    names.insert(names.end(), ids.begin(), ids.end());
+  }
+  throw UndeterminedError(text, names);
+}
+
+void FormDetermined(const BlockState& state,
+                    const Weighting& weighting,
+                    AdjustmentProblem* problem,
+                    std::optional<ReducedSystem>* system,
+                    ProgressSink* progress) {
+  for (;;) {
+    RequireSolvable(*problem);
+    system->emplace(*problem, KeptFactors::kMostBytes);
+    (*system)->Form(state, weighting, progress);
+    if ((*system)->weak_points().empty()) return;
+    LeaveOutWeakPoints(**system, problem);
   }
 }
 

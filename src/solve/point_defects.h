@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "finding.h"
 #include "model/problem.h"
+#include "structure.h"
 
 namespace sarblock {
 

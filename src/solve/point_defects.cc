@@ -11,13 +11,13 @@
 
 #include "core/text.h"
 #include "core/threads.h"
-#include "weak_words.h"
+#include "weak_directions.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kPointsPerChunk = 1024;
+constexpr std::size_t kDefectsPerChunk = 1024;
 
 /// Circles that cut at a sharper angle than this many sqrt(sigma / R) cannot touch within their
 /// noise: the mirror solution is 3 standard deviations away at 1.7 (docs/theory/rank.md, section
@@ -77,7 +77,7 @@ PointDefects FindPointDefects(const AdjustmentProblem& problem, const BlockState
       outcome[point] = Intersect(sights, block.frame).outcome;
     }
   };
-  ForChunksOfRanks(points, kPointsPerChunk, {SharedArray::ByItem(&outcome)}, examine);
+  ForChunksOfRanks(points, kDefectsPerChunk, {SharedArray::ByItem(&outcome)}, examine);
   PointDefects out;
   for (std::size_t point = 0; point < points; ++point) {
     switch (outcome[point]) {

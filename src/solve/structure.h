@@ -6,10 +6,27 @@
 #include <string>
 #include <vector>
 
-#include "finding.h"
 #include "model/problem.h"
 
 namespace sarblock {
+
+/// Something in the make of a block that its adjustment will suffer from.
+struct Finding {
+  std::string text;                ///< what, of which passes or points, and what would mend it
+  std::vector<std::string> names;  ///< of the passes or points concerned
+};
+
+/// How the passes of a block hang together through the points that take part: passes are nodes, a
+/// point joins all passes whose looks of it are in use (union-find).
+struct PassConnection {
+  int islands = 0;                           ///< of the passes that have looks
+  std::vector<std::uint8_t> pass_has_looks;  ///< by pass
+
+  /// True where `after` has as few islands and no pass lost its last look.
+  [[nodiscard]] bool IsKeptBy(const PassConnection& after) const;
+};
+
+[[nodiscard]] PassConnection ConnectPasses(const AdjustmentProblem& problem);
 
 /// Findings in the make of a block, before any equation is formed: islands, passes that too few
 /// points see, one point, points or control on one line, control on one side or missing, time and

@@ -11,7 +11,7 @@
 #include "core/threads.h"
 #include "linear/dense.h"
 #include "normals/point.h"
-#include "rank_analysis.h"
+#include "rank.h"
 
 namespace sarblock {
 namespace {
@@ -24,7 +24,7 @@ constexpr double kDatumSettled_m = 1e-6;
 constexpr double kLeastDatumEigenvalue_1 = 1e-12;
 
 /// Factors of one point: R^-1 and R^-1 T over its blocks.
-struct PointTerms {
+struct DatumTerms {
   PointFactor factor;
   PointColumns columns;
   Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();
@@ -34,7 +34,7 @@ struct PointTerms {
 void FactorTerms(const AdjustmentProblem& problem,
                  const BlockState& state,
                  std::size_t point,
-                 PointTerms* out) {
+                 DatumTerms* out) {
   FactorPoint(problem, state, {}, 0.0, point, &out->factor);
   ProjectColumns(problem, out->factor, &out->columns);
   out->r_inverse = out->factor.r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
@@ -45,7 +45,7 @@ void FactorTerms(const AdjustmentProblem& problem,
 
 /// R^-1 T x of a point for columns x over all corrections.
 Eigen::Matrix<double, 3, Eigen::Dynamic> Times(const AdjustmentProblem& problem,
-                                               const PointTerms& terms,
+                                               const DatumTerms& terms,
                                                const Eigen::MatrixXd& x) {
   Eigen::Matrix<double, 3, Eigen::Dynamic> out =
       Eigen::Matrix<double, 3, Eigen::Dynamic>::Zero(3, x.cols());
@@ -109,7 +109,7 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
     Sums& sums = parts[part];
     sums.gram.setZero(d, d);
     sums.right_side.setZero(n, d);
-    PointTerms terms;
+    DatumTerms terms;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
       FactorTerms(problem, state, point, &terms);
@@ -154,7 +154,7 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Eigen::MatrixXd& sum = inner_parts[part];
     sum.setZero(d, d);
-    PointTerms terms;
+    DatumTerms terms;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
       FactorTerms(problem, state, point, &terms);

@@ -1,0 +1,543 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "weak_directions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/text.h"
+#include "geometry/track_axes.h"
+#include "linear/dense.h"
+#include "structure.h"
+#include <Eigen/Geometry>
+
+namespace sarblock {
+namespace {
+
+using Motions = Eigen::Matrix<double, 3, kMotions>;
+
+/// Movement of an antenna at s by each motion, frame axes.
+Motions MovementAt(const Eigen::Vector3d& arm_m, const Eigen::Matrix3d& enu) {
+  Motions out;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d direction = enu.row(axis).transpose();
+    out.col(axis) = direction;
+    out.col(3 + axis) = direction.cross(arm_m);
+  }
+  out.col(6) = arm_m;
+  return out;
+}
+
+/// The movement at a time of a pass in the axes of a correction.
+Motions MovementInAxes(const AdjustmentProblem& problem,
+                       std::uint32_t pass,
+                       double time_s,
+                       PositionCorrection::Axes axes,
+                       const Eigen::Vector3d& middle_m,
+                       const Eigen::Matrix3d& enu) {
+  const FlightPath& path = problem.block.passes[pass].path;
+  Motion motion;
+  if (!path.Evaluate(std::clamp(time_s, path.start_s(), path.end_s()), &motion)) {
+    return Motions::Zero();
+  }
+  const Motions moved = MovementAt(motion.position_m - middle_m, enu);
+  if (axes == PositionCorrection::Axes::kFrame) return moved;
+  return TrackAxesOf(problem.block.frame, motion).axes_1.transpose() * moved;
+}
+
+/// First parameter of a pass's own (not shared) static block and whether it has one.
+int OwnOffset(const ParameterLayout& layout, std::uint32_t pass) {
+  const PassCorrections& corrections = layout.passes[pass];
+  for (const int block : corrections.blocks) {
+    const ParameterBlock& b = layout.blocks[static_cast<std::size_t>(block)];
+    if (!b.shared) return b.offset;
+  }
+  return -1;
+}
+
+int ColumnsBeforeOwn(const ParameterLayout& layout, std::uint32_t pass) {
+  int columns = 0;
+  for (const int block : layout.passes[pass].blocks) {
+    const ParameterBlock& b = layout.blocks[static_cast<std::size_t>(block)];
+    if (!b.shared) break;
+    columns += b.size;
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::vector<int> PassOfParameters(const ParameterLayout& layout) {
+  std::vector<int> pass_of(layout.parameters.size(), -1);
+  const auto mark = [&](int block, std::size_t pass) {
+    const ParameterBlock& b = layout.blocks[static_cast<std::size_t>(block)];
+    if (b.shared) return;
+    for (int i = 0; i < b.size; ++i) {
+      pass_of[static_cast<std::size_t>(b.offset + i)] = static_cast<int>(pass);
+    }
+  };
+  for (std::size_t pass = 0; pass < layout.passes.size(); ++pass) {
+    for (const int block : layout.passes[pass].blocks) mark(block, pass);
+    for (const SplineTerm& term : layout.passes[pass].splines) {
+      for (std::size_t q = 0; q < term.spline.count(); ++q) {
+        mark(term.first_block + static_cast<int>(q), pass);
+      }
+    }
+  }
+  return pass_of;
+}
+
+Eigen::MatrixXd RigidMotions(const AdjustmentProblem& problem,
+                             const std::vector<int>& pass_of_parameter,
+                             const std::vector<std::uint32_t>& passes) {
+  const ParameterLayout& layout = problem.layout;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(layout.size(), kMotions);
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
+  for (const std::uint32_t pass : passes) {
+    const FlightPath& path = problem.block.passes[pass].path;
+    middle_m += path.At(0.5 * (path.start_s() + path.end_s()))->position_m /
+                static_cast<double>(passes.size());
+  }
+  const Eigen::Matrix3d enu = problem.block.frame.EnuFromFrame(middle_m);
+  constexpr std::size_t kOrders = PositionCorrection::kMaxDegree + 1;
+  std::array<double, kOrders> legendre{}, first_unused{}, second_unused{};
+  for (const std::uint32_t pass : passes) {
+    const PassCorrections& corrections = layout.passes[pass];
+    const int own = OwnOffset(layout, pass), before = ColumnsBeforeOwn(layout, pass);
+    bool carried = false;  // one term carries the movement
+    for (const PolynomialTerm& term : corrections.polynomials) {
+      if (carried || own < 0 || term.column < before) continue;
+      carried = true;
+      // Projection on Legendre polynomials by the midpoint rule; straight paths need degree 1.
+      constexpr int kNodes = 64;
+      const auto order = static_cast<std::size_t>(term.degree) + 1;
+      for (int node = 0; node < kNodes; ++node) {
+        const double x = (2.0 * node + 1.0) / kNodes - 1.0;
+        LegendreValues(x,
+                       {std::span<double>(legendre).first(order),
+                        std::span<double>(first_unused).first(order),
+                        std::span<double>(second_unused).first(order)});
+        const Motions moved = MovementInAxes(problem,
+                                             pass,
+                                             corrections.middle_s + x * corrections.half_length_s,
+                                             term.axes,
+                                             middle_m,
+                                             enu);
+        int row = own + term.column - before;
+        for (int axis = 0; axis < 3; ++axis) {
+          if (!term.components[static_cast<std::size_t>(axis)]) continue;
+          for (std::size_t k = 0; k < order; ++k) {
+            out.row(row++) +=
+                (2.0 * static_cast<double>(k) + 1.0) / kNodes * legendre[k] * moved.row(axis);
+          }
+        }
+      }
+    }
+    for (const SplineTerm& term : corrections.splines) {
+      const ParameterBlock& first = layout.blocks[static_cast<std::size_t>(term.first_block)];
+      if (carried || first.shared) continue;
+      carried = true;
+      // Coefficient q of a uniform cubic spline stands for the time of its own knot, q - 1 spacings
+      // from the start: exact for linear functions.
+      const double start_s = corrections.middle_s - corrections.half_length_s;
+      for (std::size_t q = 0; q < term.spline.count(); ++q) {
+        const double time_s = start_s + (static_cast<double>(q) - 1.0) * term.spline.spacing_s();
+        const Motions moved = MovementInAxes(problem, pass, time_s, term.axes, middle_m, enu);
+        int row = layout.blocks[static_cast<std::size_t>(term.first_block) + q].offset;
+        for (int axis = 0; axis < 3; ++axis) {
+          if (term.components[static_cast<std::size_t>(axis)]) out.row(row++) = moved.row(axis);
+        }
+      }
+    }
+  }
+  // Ranges grow with the size; R = (1 + kappa) rho keeps them, and without a scale nothing does.
+  bool scaled = false;
+  for (std::size_t i = 0; i < layout.parameters.size(); ++i) {
+    if (layout.parameters[i].kind != ParameterKind::kRangeScale) continue;
+    const int pass = pass_of_parameter[i];
+    const bool concerned =
+        pass < 0 ||
+        std::find(passes.begin(), passes.end(), static_cast<std::uint32_t>(pass)) != passes.end();
+    if (concerned) out(static_cast<Eigen::Index>(i), 6) = -1.0;
+    scaled = scaled || concerned;
+  }
+  if (!scaled) out.col(6).setZero();
+  return out;
+}
+
+std::string NameMotion(const Eigen::Matrix<double, kMotions, 1>& part,
+                       FrameKind frame,
+                       const std::string& whose) {
+  static constexpr std::array<std::array<const char*, 3>, 2> kAxes = {
+      {{"x", "y", "z"}, {"east", "north", "up"}}};
+  const auto& axes = kAxes[frame == FrameKind::kLocal ? 0 : 1];
+  const auto listed = [&](int first) {
+    const double most = part.segment<3>(first).cwiseAbs().maxCoeff();
+    std::string text;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (std::abs(part[first + axis]) < 0.2 * most) continue;
+      text += (text.empty() ? "" : " and ") + std::string(axes[static_cast<std::size_t>(axis)]);
+    }
+    return text;
+  };
+  // A rotation about another line than that through the middle has a translation besides.
+  if (part.segment<3>(3).norm() > 0.0) {
+    const Eigen::Vector3d turn = part.segment<3>(3).normalized();
+    const bool tilt = std::abs(turn[2]) < 0.5;
+    return std::string(tilt ? "tilt" : "rotation") + " of " + whose + " about " + listed(3);
+  }
+  if (part.head<3>().norm() > 0.0) return "translation of " + whose + " in " + listed(0);
+  return "scale of " + whose;
+}
+
+TargetEffects TargetEffectsOf(const AdjustmentProblem& problem, const std::vector<int>& pass_of) {
+  const Block& block = problem.block;
+  double sum_m = 0.0, speed_mps = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (problem.look_used[i] == 0 || !std::isfinite(block.looks.range_m[i])) continue;
+    sum_m += block.looks.range_m[i];
+    count += 1.0;
+  }
+  for (const Pass& pass : block.passes) {
+    speed_mps +=
+        pass.path.states().front().velocity_mps.norm() / static_cast<double>(block.passes.size());
+  }
+  TargetEffects out;
+  out.range_m = count > 0.0 ? sum_m / count : 0.0;
+  out.metres = Eigen::VectorXd::Ones(problem.layout.size());
+  for (std::size_t i = 0; i < problem.layout.parameters.size(); ++i) {
+    const int pass = pass_of[i];
+    double& metres = out.metres[static_cast<Eigen::Index>(i)];
+    switch (problem.layout.parameters[i].kind) {
+      case ParameterKind::kPosition:
+      case ParameterKind::kRangeBias:
+      case ParameterKind::kZenithDelay:
+        break;
+      case ParameterKind::kTimeBias:
+        metres = pass < 0 ? speed_mps
+                          : block.passes[static_cast<std::size_t>(pass)]
+                                .path.states()
+                                .front()
+                                .velocity_mps.norm();
+        break;
+      case ParameterKind::kVelocityAcross:
+      case ParameterKind::kVelocityUp:
+      case ParameterKind::kRangeScale:
+      case ParameterKind::kSquintBias:
+        metres = out.range_m;
+    }
+  }
+  return out;
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// A motion counts as weak where this much of its length lies in the weak subspace.
+constexpr double kInside_1 = 0.95;
+/// Islands beyond this number are told of by the structure alone.
+constexpr std::size_t kMostIslands = 8;
+
+MatrixXd Orthonormal(const MatrixXd& a) {
+  if (a.cols() == 0) return a;
+  return dense::PivotedOrthogonal(a).Basis();
+}
+
+/// Rows that tell the columns of q, which are orthonormal, apart: each the longest of what those
+/// before it leave. They belong to the subspace and not to its basis; of rows that are equal but
+/// for rounding the first is taken.
+std::vector<Index> TellingRows(const MatrixXd& q) {
+  std::vector<Index> rows;
+  MatrixXd left = q;
+  for (Index k = 0; k < q.cols(); ++k) {
+    const VectorXd lengths = left.rowwise().norm();
+    Index longest = 0;
+    for (Index i = 1; i < lengths.size(); ++i) {
+      if (lengths[i] > lengths[longest] * (1.0 + 1e-6)) longest = i;
+    }
+    rows.push_back(longest);
+    const VectorXd direction = left.row(longest).transpose() / lengths[longest];
+    left -= (left * direction) * direction.transpose();
+  }
+  return rows;
+}
+
+/// The basis of the columns' span in which each has a row of its own where all others are zero; it
+/// and its order do not depend on the columns that span it.
+void MakeEchelon(MatrixXd* a) {
+  if (a->cols() == 0) return;
+  const MatrixXd q = Orthonormal(*a);
+  const std::vector<Index> rows = TellingRows(q);
+  MatrixXd head(q.cols(), q.cols());
+  for (Index k = 0; k < q.cols(); ++k) head.row(k) = q.row(rows[static_cast<std::size_t>(k)]);
+  *a = dense::PivotedOrthogonal(head.transpose()).Solve(q.transpose()).transpose();
+}
+
+/// The rigid motions of every island, in scaled parameters, columns of unit length or zero.
+struct Candidates {
+  MatrixXd columns;
+  VectorXd lengths;  // of the columns before
+  std::vector<std::string> whose;
+};
+
+Candidates CandidatesOf(const AdjustmentProblem& problem,
+                        const std::vector<int>& pass_of_parameter,
+                        const VectorXd& scale) {
+  std::vector<std::vector<std::uint32_t>> islands = PassIslands(problem);
+  if (islands.size() > kMostIslands) islands.resize(kMostIslands);
+  Candidates out;
+  out.columns = MatrixXd::Zero(scale.size(), kMotions * static_cast<Index>(islands.size()));
+  out.lengths = VectorXd::Ones(out.columns.cols());
+  for (std::size_t k = 0; k < islands.size(); ++k) {
+    std::vector<std::string> names;
+    for (const std::uint32_t pass : islands[k]) names.push_back(problem.block.passes[pass].id);
+    out.whose.push_back(islands.size() == 1 ? "the whole block"
+                                            : "the island of " + ListNames(names));
+    out.columns.middleCols(kMotions * static_cast<Index>(k), kMotions) =
+        scale.cwiseInverse().asDiagonal() * RigidMotions(problem, pass_of_parameter, islands[k]);
+  }
+  for (Index c = 0; c < out.columns.cols(); ++c) {
+    const double length = out.columns.col(c).norm();
+    if (!(length > 0.0)) continue;
+    out.columns.col(c) /= length;
+    out.lengths[c] = length;
+  }
+  return out;
+}
+
+/// Mixtures of the candidates that lie in the subspace, by columns of coefficients.
+MatrixXd MotionsInside(const Candidates& candidates, const MatrixXd& weak) {
+  const dense::PivotedOrthogonal qr(candidates.columns, 1e-6);
+  if (qr.rank() == 0) return MatrixXd(candidates.columns.cols(), 0);
+  const MatrixXd q = qr.Basis();
+  const dense::SingularValues svd = dense::DecomposeSingular(weak.transpose() * q);
+  const Index inside = (svd.values.array() >= kInside_1).count();
+  if (inside == 0) return MatrixXd(candidates.columns.cols(), 0);
+  MatrixXd part = qr.Solve(q * svd.v.leftCols(inside));
+  MakeEchelon(&part);
+  return part;
+}
+
+}  // namespace
+
+std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
+                                          const std::vector<int>& pass_of_parameter,
+                                          const VectorXd& scale,
+                                          const MatrixXd& weak) {
+  std::vector<NamedDirection> out;
+  if (weak.cols() == 0) return out;
+  const MatrixXd space = Orthonormal(weak);
+  const Candidates candidates = CandidatesOf(problem, pass_of_parameter, scale);
+  const MatrixXd part = MotionsInside(candidates, space);
+  MatrixXd taken(space.cols(), part.cols());
+  for (Index k = 0; k < part.cols(); ++k) {
+    taken.col(k) = space.transpose() * (candidates.columns * part.col(k));
+    // The island with the largest part, and of its motions those that count.
+    Index most = 0;
+    part.col(k).cwiseAbs().maxCoeff(&most);
+    const Index first = most / kMotions * kMotions;
+    Eigen::Matrix<double, kMotions, 1> motion;
+    for (Index i = 0; i < kMotions; ++i) {
+      const double coefficient = part(first + i, k);
+      const bool counts = std::abs(coefficient) >= 0.1 * std::abs(part(most, k));
+      motion[i] = counts ? coefficient / candidates.lengths[first + i] : 0.0;
+    }
+    out.push_back({(space * taken.col(k)).normalized(),
+                   NameMotion(motion,
+                              problem.block.frame.kind(),
+                              candidates.whose[static_cast<std::size_t>(most / kMotions)])});
+  }
+  MatrixXd rest = space;
+  if (part.cols() > 0) {
+    const MatrixXd q = Orthonormal(taken);
+    rest = space * dense::Orthogonal(q).Q(q.rows()).rightCols(q.rows() - q.cols());
+  }
+  MakeEchelon(&rest);
+  for (Index k = 0; k < rest.cols(); ++k) out.push_back({rest.col(k).normalized(), {}});
+  return out;
+}
+
+namespace {
+
+/// Families of parameters that do alike things to a look.
+enum class Family { kAlong, kAcross, kUp, kFrame, kVelocity, kRange, kScale, kTime, kSquint, kAir };
+
+struct Kind {
+  Family family = Family::kFrame;
+  std::string words;
+};
+
+std::string Number(double value) { return Digits(value, 3); }
+
+Kind OfPosition(const Parameter& parameter) {
+  constexpr std::array kOfTrack = {Family::kAlong, Family::kAcross, Family::kUp};
+  const auto axis = static_cast<std::size_t>(parameter.axis);
+  const bool track = parameter.axes == PositionCorrection::Axes::kTrack;
+  Kind kind;
+  kind.family = track ? kOfTrack[axis] : Family::kFrame;
+  kind.words = std::string(track ? kTrackAxisNames[axis] : kFrameAxisNames[axis]) + " position (";
+  if (parameter.spline) {
+    kind.words += "spline)";
+  } else {
+    kind.words += parameter.degree == 0   ? "constant)"
+                  : parameter.degree == 1 ? "drift)"
+                                          : "degree " + std::to_string(parameter.degree) + ")";
+  }
+  return kind;
+}
+
+Kind KindOf(const Parameter& parameter) {
+  switch (parameter.kind) {
+    case ParameterKind::kPosition:
+      break;
+    case ParameterKind::kVelocityAcross:
+      return {Family::kVelocity, "across direction of flight"};
+    case ParameterKind::kVelocityUp:
+      return {Family::kVelocity, "up direction of flight"};
+    case ParameterKind::kRangeBias:
+      return {Family::kRange, "range bias"};
+    case ParameterKind::kRangeScale:
+      return {Family::kScale, "range scale"};
+    case ParameterKind::kTimeBias:
+      return {Family::kTime, "time bias"};
+    case ParameterKind::kSquintBias:
+      return {Family::kSquint, "squint bias"};
+    case ParameterKind::kZenithDelay:
+      return {Family::kAir, "zenith delay"};
+  }
+  return OfPosition(parameter);
+}
+
+struct Meaning {
+  std::string words, remedy;
+};
+
+/// What a mixture of parameters that is no rigid motion says.
+Meaning MeaningOf(const std::set<Family>& has, std::size_t owners, bool alone) {
+  const auto any = [&](std::initializer_list<Family> of) {
+    return std::any_of(of.begin(), of.end(), [&](Family f) { return has.count(f) > 0; });
+  };
+  const bool sideways = any({Family::kAcross, Family::kUp, Family::kFrame});
+  const bool forward = any({Family::kAlong, Family::kFrame});
+  if (alone) {
+    return {"hardly any look tells of it", "points that see it, a prior or leaving it out"};
+  }
+  if (has.count(Family::kTime) > 0 && forward) {
+    return {"a time bias and a shift along track are the same to a straight flight",
+            "leaving out one of the two or a prior for one; control does not help"};
+  }
+  if (has.count(Family::kRange) > 0 && sideways) {
+    return {"not separable at one look angle: a narrow swath sees only the part along the sight",
+            "a prior for the range bias, control from near to far range of a wide swath, or a pass "
+            "from the other side"};
+  }
+  if (has.count(Family::kAir) > 0 && any({Family::kRange, Family::kScale, Family::kUp})) {
+    return {"a delay hardly differs from a bias over the angles of incidence seen",
+            "a prior for the zenith delay or leaving one of the two out"};
+  }
+  if (any({Family::kSquint, Family::kVelocity}) &&
+      any({Family::kAlong, Family::kTime, Family::kFrame, Family::kSquint})) {
+    return {"a turned cone is a shift along track at one range",
+            "a prior for the squint or direction, control from near to far range, or leaving one "
+            "of the two out"};
+  }
+  if (has.count(Family::kScale) > 0) {
+    return {"a scale of the ranges acts as a height or size of the block",
+            "a prior for the range scale, or control at different heights and ranges"};
+  }
+  if (owners == 1) {
+    return {"too few points see this pass, or on too short a part of its strip",
+            "points and control along all of the strip, a prior, or a lower degree"};
+  }
+  return {"the passes move with the points between them and no look contradicts",
+          "control points where the points move most, a prior, or leaving a correction group out"};
+}
+
+Meaning MeaningOfMotion(const std::string& motion) {
+  Meaning meaning{motion, {}};
+  if (motion.rfind("translation", 0) == 0) {
+    meaning.remedy = "a control point held in that direction";
+  } else if (motion.rfind("scale", 0) == 0) {
+    meaning.remedy = "two control points far apart";
+  } else {
+    meaning.remedy = "control points far apart and not on one line";
+  }
+  meaning.remedy += ", or a prior for the flight paths";
+  return meaning;
+}
+
+}  // namespace
+
+std::string DescribeDirection(const AdjustmentProblem& problem,
+                              const std::vector<int>& pass_of_parameter,
+                              const WeakDirection& direction) {
+  const ParameterLayout& layout = problem.layout;
+  std::vector<std::string> kinds;                             // the largest share first
+  std::map<std::string, std::vector<std::string>> owners_of;  // by kind, in block order
+  std::map<std::string, std::size_t> passes_of;
+  std::set<std::string> owners;
+  std::set<Family> families;
+  std::vector<WeakParameter> in_order = direction.parameters;
+  std::sort(in_order.begin(), in_order.end(), [](const auto& a, const auto& b) {
+    return a.index < b.index;
+  });
+  const auto kind_of = [&](const WeakParameter& p) {
+    return KindOf(layout.parameters[static_cast<std::size_t>(p.index)]);
+  };
+  for (const WeakParameter& parameter : direction.parameters) {
+    const Kind kind = kind_of(parameter);
+    families.insert(kind.family);
+    if (std::find(kinds.begin(), kinds.end(), kind.words) == kinds.end()) {
+      kinds.push_back(kind.words);
+    }
+  }
+  for (const WeakParameter& parameter : in_order) {
+    const std::string words = kind_of(parameter).words;
+    const auto i = static_cast<std::size_t>(parameter.index);
+    std::vector<std::string>& list = owners_of[words];
+    owners.insert(layout.parameters[i].owner);
+    if (!list.empty() && list.back() == layout.parameters[i].owner) continue;
+    list.push_back(layout.parameters[i].owner);
+    passes_of[words] += pass_of_parameter[i] >= 0 ? 1u : 0u;
+  }
+  constexpr std::size_t kKindsShown = 6;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(kinds.size(), kKindsShown); ++k) {
+    const bool own = passes_of[kinds[k]] == owners_of[kinds[k]].size();
+    text += (k == 0 ? "" : " and ") + kinds[k] + " of " +
+            ListNames(owners_of[kinds[k]], own ? layout.passes.size() : 0);
+  }
+  if (kinds.size() > kKindsShown) {
+    text += " and " + std::to_string(kinds.size() - kKindsShown) + " more kinds";
+  }
+  const bool alone = direction.parameters.size() == 1;
+  text += alone ? " stands open" : " move together";
+  const Meaning meaning = direction.motion.empty() ? MeaningOf(families, owners.size(), alone)
+                                                   : MeaningOfMotion(direction.motion);
+  text += ": " + meaning.words;
+  if (!direction.undetermined || std::isfinite(direction.parameters.front().sigma)) {
+    const WeakParameter& first = direction.parameters.front();
+    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(first.index)];
+    text += " (" + layout.Describe(first.index) + " has a standard deviation of " +
+            Number(first.sigma) + " " + parameter.unit +
+            (parameter.has_prior() ? ", its prior " + Number(parameter.prior_sigma)
+                                   : std::string(" without a prior"));
+    if (direction.correlation_1 != 0.0) {
+      text += ", correlation with " + layout.Describe(direction.parameters[1].index) + " " +
+              Number(direction.correlation_1);
+    }
+    text += ", eigenvalue " + Number(direction.eigenvalue_1) + ")";
+  }
+  if (direction.moved_point) {
+    text += ", most at " + std::string(problem.block.points.ids[*direction.moved_point]);
+    if (!direction.undetermined) text += " by " + Number(direction.moved_m) + " m";
+  }
+  return text + "; removed by " + meaning.remedy;
+}
+
+}  // namespace sarblock
