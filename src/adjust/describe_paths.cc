@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/threads.h"
+#include "quality/point_sweep.h"
 #include "strip_stations.h"
-#include "testing/fixed_path_covariance.h"
 
 namespace sarblock {
 namespace {

@@ -15,8 +15,7 @@
 #include "block/read_recorded.h"
 #include "core/threads.h"
 #include "leberl_prediction.h"
-#include "testing/check_points.h"
-#include "testing/global_test.h"
+#include "quality/reliability.h"
 
 namespace sarblock {
 namespace {

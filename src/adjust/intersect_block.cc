@@ -6,13 +6,13 @@
 #include <algorithm>
 
 #include "core/threads.h"
-#include "covariance/point_sweep.h"
 #include "describe_paths.h"
 #include "finish_result.h"
 #include "model/problem.h"
 #include "option_checks.h"
+#include "quality/assess.h"
+#include "quality/point_sweep.h"
 #include "solve/rank.h"
-#include "testing/assess.h"
 
 namespace sarblock {
 namespace {

@@ -9,16 +9,16 @@
 #include <cmath>
 
 #include "core/threads.h"
-#include "covariance/result_covariance.h"
 #include "describe_paths.h"
 #include "finish_result.h"
 #include "geometry/track_axes.h"
 #include "option_checks.h"
+#include "quality/assess.h"
+#include "quality/result_covariance.h"
 #include "solve/inner_datum.h"
 #include "solve/point_defects.h"
 #include "solve/rank.h"
 #include "solve/structure.h"
-#include "testing/assess.h"
 
 namespace sarblock {
 namespace {

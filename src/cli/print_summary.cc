@@ -12,7 +12,7 @@
 #include "columns.h"
 #include "core/text.h"
 #include "print_realism.h"
-#include "testing/quality_summary.h"
+#include "quality/assess.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

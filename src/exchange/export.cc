@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "covariance/error_ellipse.h"
 #include "csm_states.h"
 #include "geopackage.h"
 #include "io/geojson.h"
 #include "isis_tables.h"
 #include "kml.h"
 #include "orbit_files.h"
+#include "quality/covariance.h"
 #include "sicd_offsets.h"
 #include "sinex.h"
 

@@ -17,7 +17,7 @@ struct ExportImage {
 };
 
 struct ExportOptions {
-  /// Probability of the ellipses (error_ellipse.h); left out: standard ellipses, 39.3 percent.
+  /// Probability of the ellipses (quality/covariance.h); left out: standard ellipses, 39.3 percent.
   std::optional<double> confidence_1;
   bool ellipses = true;           ///< GeoJSON, KML, GeoPackage: as polygons too, 1 to 2 kB each
   bool cross_covariances = true;  ///< SINEX: also between the points of pairs.csv

@@ -16,9 +16,9 @@
 #include <string_view>
 #include <vector>
 
-#include "covariance/error_ellipse.h"
 #include "io/geojson.h"
 #include "product/utc_time.h"
+#include "quality/covariance.h"
 #include <fmt/core.h>
 #include <sqlite3.h>
 

@@ -9,8 +9,8 @@
 #include <iterator>
 
 #include "core/text.h"
-#include "covariance/error_ellipse.h"
 #include "io/geojson.h"
+#include "quality/covariance.h"
 #include <fmt/core.h>
 
 namespace sarblock {

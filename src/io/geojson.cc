@@ -10,8 +10,8 @@
 #include <cmath>
 
 #include "core/text.h"
-#include "covariance/error_ellipse.h"
 #include "ordered_pieces.h"
+#include "quality/covariance.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {

@@ -12,9 +12,9 @@
 #include "folder_content.h"
 #include "json_reader.h"
 #include "open_tables.h"
+#include "quality/montecarlo.h"
 #include "run_origin.h"
 #include "table_columns.h"
-#include "testing/montecarlo_report.h"
 #include "write_tables.h"
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include "sarblock/io/adjust_table.h"
 
 #include "adjust_table.h"
-#include "testing/quality_summary.h"
+#include "quality/assess.h"
 
 namespace sarblock {
 namespace {

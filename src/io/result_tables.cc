@@ -8,9 +8,7 @@
 
 #include "look_rows.h"
 #include "pixel_residuals.h"
-#include "testing/blunder_sizes.h"
-#include "testing/prior_quality.h"
-#include "testing/quality_summary.h"
+#include "quality/assess.h"
 
 namespace sarblock {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "covariance/error_ellipse.h"
 #include "graticule.h"
+#include "quality/covariance.h"
 #include "statistics.h"
 #include <fmt/core.h>
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "covariance/point_sweep.h"
 #include "normals/point.h"
+#include "quality/point_sweep.h"
 
 namespace sarblock {
 namespace {

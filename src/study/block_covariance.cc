@@ -7,10 +7,10 @@
 #include <string>
 
 #include "core/threads.h"
-#include "covariance/point_influence.h"
 #include "linear/dense.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
+#include "quality/point_sweep.h"
 #include "solve/rank.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

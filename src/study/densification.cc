@@ -14,7 +14,7 @@
 
 #include "accuracy.h"
 #include "core/threads.h"
-#include "covariance/point_sweep.h"
+#include "quality/point_sweep.h"
 #include "study/block_covariance.h"
 #include "study/placement.h"
 #include "verification.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "covariance/point_sweep.h"
 #include "normals/point.h"
+#include "quality/point_sweep.h"
 
 namespace sarblock {
 namespace {

@@ -13,14 +13,14 @@
 #include <vector>
 
 #include "model/problem.h"
+#include "quality/assess.h"
+#include "quality/montecarlo.h"
 #include "solve/ceres_engine.h"
 #include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/joint_priors.h"
 #include "support/share_sums.h"
 #include "support/small_blocks.h"
-#include "testing/prior_quality.h"
-#include "testing/redraw_solution.h"
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>

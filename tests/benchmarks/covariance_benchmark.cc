@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "covariance/point_sweep.h"
 #include "normals/reduced_system.h"
+#include "quality/point_sweep.h"
 #include "solve/ceres_engine.h"
 #include "solve/rank.h"
 #include "strips_block.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An independent code: the covariance of the whole adjustment by ceres::Covariance (sparse QR of
 // all equations, no elimination of points) beside the reduced route, on every shipped scene.
-#include "covariance/ceres_covariance.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/model/result.h"
@@ -13,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "quality/result_covariance.h"
 #include "support/scene_blocks.h"
 #include <Eigen/Core>
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "covariance/covariance.h"
+#include "quality/covariance.h"
 
 #include <array>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "covariance/neighbours.h"
-#include "covariance/point_sweep.h"
+#include "quality/point_sweep.h"
+#include "quality/result_covariance.h"
 #include "solve/ceres_engine.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"

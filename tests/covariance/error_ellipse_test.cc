@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "covariance/error_ellipse.h"
-
 #include "sarblock/core/error.h"
 
 #include <cmath>
 
+#include "quality/covariance.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

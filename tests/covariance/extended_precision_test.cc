@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "covariance/point_sweep.h"
 #include "normals/reduced_system.h"
+#include "quality/point_sweep.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/extended_covariance.h"

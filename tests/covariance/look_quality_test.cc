@@ -7,12 +7,11 @@
 #include <cmath>
 #include <vector>
 
-#include "covariance/point_sweep.h"
 #include "normals/reduced_system.h"
+#include "quality/assess.h"
+#include "quality/point_sweep.h"
 #include "solve/rank.h"
 #include "support/small_blocks.h"
-#include "testing/quality_summary.h"
-#include "testing/residual_covariance.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

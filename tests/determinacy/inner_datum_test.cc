@@ -8,8 +8,8 @@
 #include <cmath>
 #include <optional>
 
-#include "covariance/covariance.h"
-#include "covariance/point_sweep.h"
+#include "quality/covariance.h"
+#include "quality/point_sweep.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"

@@ -8,7 +8,7 @@
 
 #include "io/csv_reader.h"
 #include "io/io_fixture.h"
-#include "testing/assess.h"
+#include "quality/assess.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

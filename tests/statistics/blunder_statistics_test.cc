@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "quality/reliability.h"
 #include "statistics/scene_statistics.h"
-#include "testing/reliability.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "core/threads.h"
-#include "covariance/point_sweep.h"
+#include "quality/point_sweep.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "testing/prior_quality.h"
+#include "quality/assess.h"
 
 namespace sarblock::test {
 

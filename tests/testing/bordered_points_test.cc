@@ -8,14 +8,13 @@
 #include <optional>
 #include <vector>
 
-#include "covariance/covariance.h"
-#include "covariance/point_sweep.h"
 #include "normals/reduced_system.h"
+#include "quality/covariance.h"
+#include "quality/point_sweep.h"
+#include "quality/variance_components.h"
 #include "solve/rank.h"
 #include "support/small_blocks.h"
 #include "support/thread_ranks.h"
-#include "testing/residual_covariance.h"
-#include "testing/variance_sums.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "testing/quality_summary.h"
+#include "quality/assess.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

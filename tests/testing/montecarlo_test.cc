@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "testing/montecarlo.h"
+#include "quality/montecarlo.h"
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/intersect_block.h"
@@ -14,8 +14,6 @@
 
 #include "normals/point.h"
 #include "support/small_blocks.h"
-#include "testing/montecarlo_report.h"
-#include "testing/redraw_solution.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests of priors, against the definition with dense matrices and by what they must add up to.
-#include "testing/prior_quality.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/predict.h"
 
 #include <cmath>
 #include <vector>
 
+#include "quality/assess.h"
 #include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/share_sums.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "testing/reliability.h"
+#include "quality/reliability.h"
 
 #include "sarblock/core/error.h"
 

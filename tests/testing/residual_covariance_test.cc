@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "testing/residual_covariance.h"
-
 #include "sarblock/adjust/adjust.h"
 
 #include <cmath>
@@ -8,6 +6,7 @@
 
 #include "normals/point.h"
 #include "normals/reduced_system.h"
+#include "quality/point_sweep.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"

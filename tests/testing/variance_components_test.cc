@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "testing/variance_components.h"
+#include "quality/variance_components.h"
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
@@ -8,12 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "quality/assess.h"
 #include "solve/rank.h"
 #include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
-#include "testing/blunder_sizes.h"
-#include "testing/variance_sums.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

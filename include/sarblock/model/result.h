@@ -321,7 +321,7 @@ struct PointResults {
   std::vector<std::uint32_t> looks;         ///< looks that count (not rejected)
   std::vector<Eigen::Vector3d> position_m;  ///< frame axes; NaN where not solved
   std::vector<SymmetricEnu> covariance_m2;  ///< empty at level `none`; NaN where not solved
-  /// With the corrections known exactly (fixed_path_covariance.h); empty without that split.
+  /// With the corrections known exactly (quality/point_sweep.h); empty without that split.
   std::vector<SymmetricEnu> fixed_path_covariance_m2;
   std::vector<double> intersection_rad;  ///< largest intersection angle; NaN below two looks
   std::vector<double> redundancy;        ///< of the point's looks; empty where not computed

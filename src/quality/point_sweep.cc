@@ -4,12 +4,19 @@
 #include "sarblock/core/error.h"
 #include "sarblock/model/result.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "core/threads.h"
+#include "linear/dense.h"
+#include "model/problem.h"
 #include "normals/point.h"
+#include "reliability.h"
 #include <Eigen/LU>
 
 namespace sarblock {
@@ -376,6 +383,310 @@ std::vector<ControlQuality> ControlQualities(const AdjustmentProblem& problem,
     }
   }
   return out;
+}
+
+namespace {
+
+/// The equations of one point, [J_p | J_c | e] with the columns of J_c those of `blocks`.
+struct ResidualEquations {
+  std::vector<std::uint64_t> looks;
+  std::vector<int> blocks;  // parameter blocks, ascending
+  std::vector<int> column;  // of each within J_c
+  int columns = 0;          // of J_c
+  Eigen::MatrixXd a;
+};
+
+std::vector<WhitenedLook> EvaluateLooks(const AdjustmentProblem& problem,
+                                        const BlockState& state,
+                                        std::size_t point,
+                                        std::vector<std::uint64_t>* indices) {
+  std::vector<WhitenedLook> looks;
+  const auto& offsets = problem.block.looks.offsets;
+  for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    looks.emplace_back();
+    if (EvaluateWhitened(problem, state, {}, point, i, &looks.back())) {
+      indices->push_back(i);
+    } else {
+      looks.pop_back();
+    }
+  }
+  return looks;
+}
+
+void CollectBlocks(const ParameterLayout& layout,
+                   const std::vector<WhitenedLook>& looks,
+                   ResidualEquations* out) {
+  for (const WhitenedLook& look : looks) {
+    out->blocks.insert(out->blocks.end(),
+                       look.columns.block.begin(),
+                       look.columns.block.begin() + look.columns.block_count);
+  }
+  std::sort(out->blocks.begin(), out->blocks.end());
+  out->blocks.erase(std::unique(out->blocks.begin(), out->blocks.end()), out->blocks.end());
+  for (const int block : out->blocks) {
+    out->column.push_back(out->columns);
+    out->columns += layout.blocks[static_cast<std::size_t>(block)].size;
+  }
+}
+
+void AddLook(const WhitenedLook& look,
+             const ParameterLayout& layout,
+             Eigen::Index row,
+             ResidualEquations* out) {
+  out->a.block<2, 3>(row, 0) = look.by_point;
+  out->a.block<2, 1>(row, 3 + out->columns) = look.error_1;
+  std::size_t local = 0;
+  for (int b = 0; b < look.columns.block_count; ++b) {
+    const int block = look.columns.block[static_cast<std::size_t>(b)];
+    const auto at = std::lower_bound(out->blocks.begin(), out->blocks.end(), block);
+    const auto first = 3 + out->column[static_cast<std::size_t>(at - out->blocks.begin())];
+    for (int c = 0; c < layout.blocks[static_cast<std::size_t>(block)].size; ++c, ++local) {
+      out->a(row, first + c) = look.row[0][local];
+      out->a(row + 1, first + c) = look.row[1][local];
+    }
+  }
+}
+
+ResidualEquations EquationsOf(const AdjustmentProblem& problem,
+                              const BlockState& state,
+                              std::size_t point) {
+  ResidualEquations out;
+  const std::vector<WhitenedLook> looks = EvaluateLooks(problem, state, point, &out.looks);
+  CollectBlocks(problem.layout, looks, &out);
+  const ControlEquations* control =
+      problem.control_of[point] < 0
+          ? nullptr
+          : &problem.control[static_cast<std::size_t>(problem.control_of[point])];
+  const auto look_rows = static_cast<Eigen::Index>(2 * looks.size());
+  out.a.setZero(look_rows + (control == nullptr ? 0 : control->rows), 3 + out.columns + 1);
+  for (std::size_t k = 0; k < looks.size(); ++k) {
+    AddLook(looks[k], problem.layout, static_cast<Eigen::Index>(2 * k), &out);
+  }
+  if (control != nullptr) {
+    const ControlEvaluation at = EvaluateControl(
+        problem.block.frame, *control, state.start_m[point], state.displacement_m[point]);
+    out.a.bottomLeftCorner(control->rows, 3) = at.by_point.topRows(control->rows);
+    out.a.bottomRightCorner(control->rows, 1) = at.residual.head(control->rows);
+  }
+  return out;
+}
+
+/// C over the blocks of a point.
+Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const ResidualEquations& equations) {
+  Eigen::MatrixXd c(equations.columns, equations.columns);
+  for (std::size_t i = 0; i < equations.blocks.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      const auto block = inverse.Block(equations.blocks[i], equations.blocks[j]);
+      const int ri = equations.column[i], rj = equations.column[j];
+      c.block(ri, rj, block.rows(), block.cols()) = block;
+      c.block(rj, ri, block.cols(), block.rows()) = block.transpose();
+    }
+  }
+  return c;
+}
+
+}  // namespace
+
+double PointResiduals::w_1(Eigen::Index i) const {
+  const double r = q_vv_1(i, i);
+  return r > kLeastRedundancy_1 ? v_1[i] / std::sqrt(r) : std::numeric_limits<double>::quiet_NaN();
+}
+
+double PointResiduals::Correlation(Eigen::Index i, Eigen::Index k) const {
+  return q_vv_1(i, k) / std::sqrt(q_vv_1(i, i) * q_vv_1(k, k));
+}
+
+PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
+                                const BlockState& state,
+                                const CorrectionCovariance* inverse,
+                                std::size_t point) {
+  PointResiduals out;
+  ResidualEquations equations = EquationsOf(problem, state, point);
+  out.looks = equations.looks;
+  out.looks_of_point = out.looks.size();
+  Eigen::MatrixXd& a = equations.a;
+  const Eigen::Index m = a.rows(), columns = equations.columns;
+  out.control_rows = static_cast<int>(m) - 2 * static_cast<int>(out.looks.size());
+  out.v_1 = a.col(3 + columns);
+  const dense::Orthogonal qr(a.leftCols(3));
+  const Eigen::MatrixXd q = qr.Q(m);
+  const Eigen::MatrixXd q2 = q.rightCols(m - 3);
+  const Eigen::Matrix3d r = qr.R();
+  out.q_vv_1 = q2 * q2.transpose();
+  Eigen::MatrixXd gain = q.leftCols(3).transpose();
+  out.information_1 = q.leftCols(3);
+  out.shared_1.setZero(m);
+  if (inverse != nullptr && columns > 0) {
+    const Eigen::MatrixXd turned = q.transpose() * a.middleCols(3, columns);
+    const Eigen::MatrixXd c_b =
+        Gather(inverse->blocks, equations) * turned.bottomRows(m - 3).transpose();
+    const Eigen::MatrixXd shared = q2 * (turned.bottomRows(m - 3) * c_b) * q2.transpose();
+    out.q_vv_1 -= shared;
+    out.shared_1 = shared.diagonal();
+    gain -= turned.topRows(3) * c_b * q2.transpose();
+  }
+  out.shift_m = r.triangularView<Eigen::Upper>().solve(gain);
+  return out;
+}
+
+PointResiduals ResidualsOfLook(const AdjustmentProblem& problem,
+                               const BlockState& state,
+                               const CorrectionCovariance* inverse,
+                               std::size_t point,
+                               std::uint64_t look) {
+  const std::vector<LookCovariance> looks = CovariancesOfLooks(problem, state, inverse, point);
+  const LookCovariance& at = *std::find_if(
+      looks.begin(), looks.end(), [look](const LookCovariance& of) { return of.look == look; });
+  PointResiduals out;
+  out.looks = {look};
+  out.looks_of_point = static_cast<std::size_t>(problem.CountLooks(point));
+  out.v_1 = at.error_1;
+  out.q_vv_1 = Eigen::Matrix2d::Identity() - at.adjusted_1;
+  out.information_1 = at.information_1;
+  const Eigen::Matrix2d own_1 = at.information_1 * at.information_1.transpose();
+  out.shared_1 = (at.adjusted_1 - own_1).diagonal();
+  out.shift_m = at.shift_m;
+  return out;
+}
+
+PointResiduals InformationOfPoint(const AdjustmentProblem& problem,
+                                  const BlockState& state,
+                                  std::size_t point) {
+  PointFactor factor;
+  FactorPoint(problem, state, {}, 0.0, point, &factor);
+  PointResiduals out;
+  for (int k = 0; k < factor.look_count; ++k) {
+    out.looks.push_back(factor.looks[static_cast<std::size_t>(k)].look);
+  }
+  out.looks_of_point = out.looks.size();
+  out.control_rows = factor.row_count - 2 * factor.look_count;
+  out.v_1 = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), factor.row_count);
+  out.information_1 = Eigen::Map<const Eigen::MatrixX3d>(factor.q.data(), factor.row_count, 3);
+  return out;
+}
+
+namespace {
+
+constexpr std::size_t kRoundedPerChunk = 4096;
+constexpr double kRounding_1 = std::numeric_limits<double>::epsilon();
+/// Of a standard deviation, above which rounding is told of.
+constexpr double kTold_1 = 1e-4;
+
+/// The worst equation met so far.
+struct Worst {
+  double part_1 = 0.0;
+  double rounding_m = 0.0;
+  std::size_t point = 0, points = 0;
+
+  void Add(const Worst& other) {
+    points += other.points;
+    if (other.part_1 <= part_1) return;
+    part_1 = other.part_1;
+    rounding_m = other.rounding_m;
+    point = other.point;
+  }
+};
+
+Worst OfPoint(const AdjustmentProblem& problem, const BlockState& state, std::size_t point) {
+  const Looks& looks = problem.block.looks;
+  const double point_m = state.Position(point).lpNorm<Eigen::Infinity>();
+  Worst worst;
+  worst.point = point;
+  const auto meet = [&](double rounding_m, double per_m) {
+    if (!(rounding_m * per_m > worst.part_1)) return;
+    worst.part_1 = rounding_m * per_m;
+    worst.rounding_m = rounding_m;
+  };
+  for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    const std::size_t pass = looks.pass[i];
+    Motion motion;
+    if (!problem.block.passes[pass].path.Evaluate(looks.time_s[i], &motion)) continue;
+    double rounding_m =
+        kRounding_1 *
+        std::max({point_m, motion.position_m.lpNorm<Eigen::Infinity>(), looks.range_m[i]});
+    // A time is no finer in its file than it is here.
+    rounding_m += kRounding_1 * std::abs(looks.time_s[i]) * motion.velocity_mps.norm();
+    const LookWeights& w = problem.weights[i];
+    const double unit_m = problem.block.RoughAzimuthUnit_m(i, motion.velocity_mps.norm());
+    meet(rounding_m, std::max(w.range_per_m, w.azimuth_per_unit / unit_m));
+  }
+  worst.points = worst.part_1 > kTold_1 ? 1 : 0;
+  return worst;
+}
+
+}  // namespace
+
+void WarnOfRounding(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    AdjustResult* result) {
+  const std::size_t points = problem.block.points.size();
+  std::vector<Worst> parts((points + kRoundedPerChunk - 1) / kRoundedPerChunk);
+  ForChunksOfRanks(points,
+                   kRoundedPerChunk,
+                   {SharedArray::ByChunk(&parts)},
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                     for (std::size_t point = begin; point < end; ++point) {
+                       if (problem.Solves(point)) parts[chunk].Add(OfPoint(problem, state, point));
+                     }
+                   });
+  Worst worst;
+  for (const Worst& part : parts) worst.Add(part);
+  if (worst.points == 0) return;
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%.1e m, %.1e", worst.rounding_m, worst.part_1);
+  Warn(result,
+       std::to_string(worst.points) +
+           " points have looks weighted finer than the rounding of double precision "
+           "carries their coordinates or times, the worst is " +
+           std::string(problem.block.points.ids[worst.point]) + ": one rounding is " + text.data() +
+           " of the standard deviation; sigmas describe the weights, not the digits of the "
+           "positions. Move the origin of coordinates or times nearer");
+}
+
+namespace {
+
+bool HasMeaning(const AdjustResult& result) {
+  return !result.parameters.empty() && !result.parameter_covariance.empty() &&
+         !result.points.covariance_m2.empty() && !result.variance_components;
+}
+
+}  // namespace
+
+std::vector<SymmetricEnu> FixedPathCovariances(const Block& block,
+                                               const std::vector<CorrectionGroup>& groups,
+                                               const AdjustResult& result) {
+  if (!HasMeaning(result)) return {};
+  AdjustmentProblem problem(block, groups, result.selection.simplified);
+  const auto parameters = static_cast<Eigen::Index>(result.parameters.size());
+  if (problem.layout.size() != parameters) return {};
+  BlockState state;
+  state.start_m = result.points.position_m;
+  state.displacement_m.assign(state.start_m.size(), Eigen::Vector3d::Zero());
+  state.corrections.resize(parameters);
+  for (Eigen::Index i = 0; i < parameters; ++i) {
+    state.corrections[i] = result.parameters[static_cast<std::size_t>(i)].value;
+  }
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    problem.point_status[point] = result.points.status[point];
+    if (!IsSolved(result.points.status[point])) {
+      problem.LeaveOut(point, result.points.status[point], "");
+    }
+  }
+  const std::vector<std::uint8_t>& rejected = result.looks.rejected;
+  for (std::size_t look = 0; look < rejected.size() && look < block.looks.size(); ++look) {
+    if (rejected[look] != 0) problem.look_used[look] = 0;
+  }
+  if (result.snooping) {
+    for (const BlunderFinding& finding : result.snooping->findings) {
+      if (finding.action == BlunderFinding::Action::kControlReleased) {
+        problem.control_of[finding.point] = -1;
+      }
+    }
+  }
+  UpdateWeights(state, &problem);
+  return SweepPoints(problem, state, nullptr, false, nullptr).covariance_m2;
 }
 
 }  // namespace sarblock

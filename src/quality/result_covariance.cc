@@ -1,20 +1,74 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ceres_covariance.h"
+#include "result_covariance.h"
 
 #include "sarblock/core/error.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "covariance.h"
 #include "point_sweep.h"
 #include "solve/ceres_engine.h"
+#include "solve/reduced_engine.h"
 #include <Eigen/Core>
+#include <boost/geometry.hpp>
+#include <boost/geometry/index/rtree.hpp>
 #include <ceres/covariance.h>
 
 namespace sarblock {
+
+PointPairs NeighbourPairs(const AdjustmentProblem& problem, const BlockState& state) {
+  namespace bg = boost::geometry;
+  using Place = bg::model::point<double, 3, bg::cs::cartesian>;
+  using Entry = std::pair<Place, std::uint32_t>;
+  std::vector<Entry> entries;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    const Eigen::Vector3d p_m = state.Position(point);
+    entries.emplace_back(Place(p_m.x(), p_m.y(), p_m.z()), static_cast<std::uint32_t>(point));
+  }
+  const bg::index::rtree<Entry, bg::index::quadratic<16>> tree(entries);
+  PointPairs pairs;
+  std::vector<Entry> nearest;
+  for (const Entry& entry : entries) {
+    nearest.clear();
+    tree.query(bg::index::nearest(entry.first, 2), std::back_inserter(nearest));
+    for (const Entry& other : nearest) {
+      if (other.second == entry.second) continue;
+      pairs.emplace_back(std::min(entry.second, other.second),
+                         std::max(entry.second, other.second));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+PointPairs AllPairs(const AdjustmentProblem& problem, std::size_t most) {
+  std::vector<std::uint32_t> solved;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (problem.Solves(point)) solved.push_back(static_cast<std::uint32_t>(point));
+  }
+  const std::size_t count = solved.size() < 2 ? 0 : solved.size() * (solved.size() - 1) / 2;
+  if (count > most) {
+    throw InputError("adjust.pairs",
+                     "'all' means " + std::to_string(count) + " pairs, at most " +
+                         std::to_string(most) + " are allowed; name the pairs in a file");
+  }
+  PointPairs pairs;
+  for (std::size_t i = 0; i < solved.size(); ++i) {
+    for (std::size_t j = i + 1; j < solved.size(); ++j) pairs.emplace_back(solved[i], solved[j]);
+  }
+  return pairs;
+}
+
 namespace {
 
 using Blocks = std::vector<std::pair<const double*, const double*>>;
@@ -175,6 +229,100 @@ CeresCovariances CovariancesByCeres(
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
     int threads) {
   return CeresRoute(problem, state, threads).Run(pairs);
+}
+
+namespace {
+
+PointPairs WantedPairs(const AdjustmentProblem& problem,
+                       const BlockState& state,
+                       const AdjustOptions& options,
+                       const PointPairs& listed) {
+  switch (options.pairs) {
+    case PairChoice::kNone:
+      return {};
+    case PairChoice::kNeighbours:
+      return NeighbourPairs(problem, state);
+    case PairChoice::kAll:
+      return AllPairs(problem);
+    case PairChoice::kList:
+      break;
+  }
+  return listed;
+}
+
+void FillCovarianceByCeres(const AdjustmentProblem& problem,
+                           const BlockState& state,
+                           const AdjustOptions& options,
+                           const PointPairs& pairs,
+                           AdjustResult* result) {
+  CeresCovariances found = CovariancesByCeres(
+      problem, state, WantedPairs(problem, state, options, pairs), options.threads);
+  result->points.covariance_m2 = std::move(found.points);
+  result->pairs = std::move(found.pairs);
+  result->parameter_covariance = std::move(found.parameters);
+  for (const ParameterCovariance& c : result->parameter_covariance) {
+    if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
+  }
+}
+
+}  // namespace
+
+void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options) {
+  if (Resolve(options.covariance_method) != CovarianceMethod::kCeres) return;
+  const std::size_t unknowns = CountProblem(problem).parameters;
+  if (unknowns <= kMostCeresUnknowns) return;
+  throw InputError("adjust.covariance_method",
+                   "'ceres' is for blocks of at most " + std::to_string(kMostCeresUnknowns) +
+                       " unknowns, this one has " + std::to_string(unknowns) +
+                       "; allowed: auto, reduced");
+}
+
+void FillCovariance(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ReducedSystem& system,
+                    const std::optional<DatumTransform>& datum,
+                    const AdjustOptions& options,
+                    const PointPairs& pairs,
+                    ProgressSink* progress,
+                    AdjustResult* result) {
+  if (options.covariance == CovarianceLevel::kNone) return;
+  if (Resolve(options.covariance_method) == CovarianceMethod::kCeres) {
+    FillCovarianceByCeres(problem, state, options, pairs, result);
+    return;
+  }
+  const bool block_level = (options.covariance == CovarianceLevel::kBlock ||
+                            options.covariance == CovarianceLevel::kMonteCarlo) &&
+                           problem.layout.size() > 0;
+  std::optional<CorrectionCovariance> inverse;
+  if (block_level) {
+    inverse = system.SelectedInverse();
+    result->parameter_covariance = ParameterCovariances(system, *inverse);
+    if (datum) datum->Transform(&result->parameter_covariance);
+    for (const ParameterCovariance& c : result->parameter_covariance) {
+      if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
+    }
+  }
+  const bool rigorous = options.covariance != CovarianceLevel::kLeberl;
+  if (rigorous) {
+    PointSweep sweep =
+        SweepPoints(problem, state, inverse ? &*inverse : nullptr, true, progress, system.kept());
+    if (datum && block_level) {
+      datum->Transform(problem, state, &sweep.covariance_m2);
+      for (std::vector<float>& shift_m : sweep.quality.shift_m) {
+        std::fill(shift_m.begin(), shift_m.end(), std::numeric_limits<float>::quiet_NaN());
+      }
+    }
+    result->control_quality = ControlQualities(problem, state, sweep.covariance_m2);
+    result->points.covariance_m2 = std::move(sweep.covariance_m2);
+    result->points.redundancy = std::move(sweep.redundancy);
+    result->quality = std::move(sweep.quality);
+  }
+  if (options.pairs == PairChoice::kNone) return;
+  const PointPairs wanted = WantedPairs(problem, state, options, pairs);
+  result->pairs =
+      rigorous ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
+               : PairDifferences(problem, state, wanted);
+  if (datum && block_level) datum->Transform(problem, state, &result->pairs);
 }
 
 }  // namespace sarblock

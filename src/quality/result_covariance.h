@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "model/problem.h"
+#include "normals/reduced_system.h"
+#include "solve/inner_datum.h"
 
 namespace sarblock {
+
+/// Each solved point with its nearest solved neighbour, each pair once, ascending.
+[[nodiscard]] PointPairs NeighbourPairs(const AdjustmentProblem& problem, const BlockState& state);
+
+/// All pairs of solved points; throws InputError above `most` pairs.
+[[nodiscard]] PointPairs AllPairs(const AdjustmentProblem& problem, std::size_t most = 2000000);
 
 /// Covariances by ceres::Covariance: the slow independent route beside the reduced normals
 /// (`covariance_method = "ceres"`).
@@ -35,5 +46,19 @@ inline constexpr std::size_t kMostCeresUnknowns = 10000;
     const BlockState& state,
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
     int threads);
+
+/// Refuses a block too large for the method asked for (result_covariance.h).
+void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options);
+
+/// Values, sigmas, covariance of points, corrections and pairs at options.covariance.
+/// `datum`: of a floating block, whose covariances are transformed to it.
+void FillCovariance(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ReducedSystem& system,
+                    const std::optional<DatumTransform>& datum,
+                    const AdjustOptions& options,
+                    const PointPairs& pairs,
+                    ProgressSink* progress,
+                    AdjustResult* result);
 
 }  // namespace sarblock

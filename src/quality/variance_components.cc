@@ -10,13 +10,287 @@
 #include <set>
 #include <utility>
 
-#include "global_test.h"
+#include "core/threads.h"
 #include "linear/dense.h"
 #include "model/problem.h"
+#include "normals/point.h"
+#include "point_sweep.h"
+#include "reliability.h"
 #include "solve/rank.h"
-#include "variance_sums.h"
 
 namespace sarblock {
+namespace {
+
+constexpr std::size_t kPointsPerPartial = 256;
+constexpr std::size_t kMostPartials = 8;
+/// Of the dense normals by component, all partial sums together.
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+
+/// What every range of points needs.
+struct Sweep {
+  const AdjustmentProblem& problem;
+  const BlockState& state;
+  const ReducedSystem& system;
+  const std::vector<std::array<int, 2>>& component_of;
+  std::size_t components;
+  std::optional<CorrectionCovariance> inverse;  // C on the pattern of S; empty without corrections
+  bool couples = false;                         // points of all the block through C
+};
+
+/// What one range of points adds.
+struct Partial {
+  explicit Partial(const Sweep& sweep) {
+    const auto k = static_cast<Eigen::Index>(sweep.components);
+    sums.looks.assign(sweep.components, 0);
+    sums.square_1.setZero(k);
+    sums.redundancy_1.setZero(k);
+    sums.helmert_1.setZero(k, k);
+    const Eigen::Index n = sweep.couples ? sweep.problem.layout.size() : 0;
+    normals.assign(sweep.couples ? sweep.components : 0, Eigen::MatrixXd::Zero(n, n));
+  }
+  VarianceSums sums;
+  std::vector<Eigen::MatrixXd> normals;  // M_k = B' E_k B, over all corrections
+};
+
+/// Everything about one point; storage reused from point to point.
+struct GroupedPoint {
+  PointFactor factor;
+  PointColumns columns;
+  std::vector<int> component;  // by row, -1 for control
+};
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// C over the parameter blocks of a point.
+Eigen::MatrixXd BlocksOf(const BlockSymmetricMatrix& inverse, const PointColumns& columns) {
+  Eigen::MatrixXd c(columns.width, columns.width);
+  for (std::size_t i = 0; i < columns.blocks.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      const auto block = inverse.Block(columns.blocks[i], columns.blocks[j]);
+      const int ri = columns.begin[i], rj = columns.begin[j];
+      c.block(ri, rj, block.rows(), block.cols()) = block;
+      c.block(rj, ri, block.cols(), block.rows()) = block.transpose();
+    }
+  }
+  return c;
+}
+
+/// normals += b' b of one row over the blocks of its point.
+void AddNormals(const AdjustmentProblem& problem,
+                const PointColumns& columns,
+                const Eigen::RowVectorXd& b,
+                Eigen::MatrixXd* normals) {
+  for (std::size_t i = 0; i < columns.blocks.size(); ++i) {
+    const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(columns.blocks[i])];
+    for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
+      const ParameterBlock& bj = problem.layout.blocks[static_cast<std::size_t>(columns.blocks[j])];
+      normals->block(bi.offset, bj.offset, bi.size, bj.size).noalias() +=
+          b.segment(columns.begin[i], bi.size).transpose() * b.segment(columns.begin[j], bj.size);
+    }
+  }
+}
+
+void AddPoint(const Sweep& sweep, std::size_t point, GroupedPoint* at, Partial* out) {
+  const PointFactor& factor = at->factor;
+  FactorPoint(sweep.problem, sweep.state, {}, 0.0, point, &at->factor);
+  const Eigen::Index m = factor.row_count;
+  at->component.clear();
+  for (int k = 0; k < factor.look_count; ++k) {
+    const std::size_t look = factor.looks[static_cast<std::size_t>(k)].look;
+    for (const int c : sweep.component_of[sweep.problem.block.looks.pass[look]]) {
+      at->component.push_back(c);
+    }
+  }
+  at->component.resize(static_cast<std::size_t>(m), -1);
+  Eigen::MatrixXd q = Eigen::Map<const Eigen::MatrixXd>(factor.q.data(), m, 3);
+  Eigen::MatrixXd v = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), m);
+  // R = P - B C B' within the point; P projects on what the point leaves open, B = P J_c.
+  const Eigen::MatrixXd p = Eigen::MatrixXd::Identity(m, m) - q * q.transpose();
+  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(m, m), b;
+  if (sweep.inverse) {
+    ProjectColumns(sweep.problem, factor, &at->columns);
+    Complement(sweep.problem, factor, &at->columns);
+    const Eigen::Index n = at->columns.width;
+    b = Eigen::Map<const RowMajor>(at->columns.m.data(), m, n + 1).leftCols(n);
+    shared = b * BlocksOf(sweep.inverse->blocks, at->columns) * b.transpose();
+  }
+  VarianceSums& sums = out->sums;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int k = at->component[static_cast<std::size_t>(i)];
+    if (k < 0) continue;
+    ++sums.looks[static_cast<std::size_t>(k)];
+    sums.square_1[k] += v(i, 0) * v(i, 0);
+    sums.redundancy_1[k] += p(i, i) - shared(i, i);
+    for (Eigen::Index j = 0; j < m; ++j) {
+      const int l = at->component[static_cast<std::size_t>(j)];
+      if (l < 0) continue;
+      // The square of `shared` is a part of the sum over all pairs of points, added at the end.
+      sums.helmert_1(k, l) += sweep.couples ? p(i, j) * (p(i, j) - 2.0 * shared(i, j))
+                                            : (p(i, j) - shared(i, j)) * (p(i, j) - shared(i, j));
+    }
+    if (sweep.couples) {
+      AddNormals(sweep.problem, at->columns, b.row(i), &out->normals[static_cast<std::size_t>(k)]);
+    }
+  }
+}
+
+/// h += q' j of one row of a look, and normals, where given, += j' j.
+void AddRow(const ParameterLayout& layout,
+            const WhitenedLook& look,
+            std::size_t axis,
+            const Eigen::RowVector3d& q,
+            Eigen::MatrixXd* h,
+            Eigen::MatrixXd* normals) {
+  std::vector<std::pair<Eigen::Index, double>> row;
+  for (int b = 0, local = 0; b < look.columns.block_count; ++b) {
+    const ParameterBlock& block =
+        layout.blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
+    for (int c = 0; c < block.size; ++c, ++local) {
+      row.emplace_back(block.offset + c, look.row[axis][static_cast<std::size_t>(local)]);
+    }
+  }
+  for (const auto& [i, value] : row) {
+    h->col(i) += value * q.transpose();
+    if (normals == nullptr) continue;
+    for (const auto& [j, other] : row) (*normals)(i, j) += value * other;
+  }
+}
+
+/// What the rows of one component of a point add: G = sum q' q, H = sum q' j, the sum of |q|^2 and
+/// of b C b', with q a row of Q, j of J_c, b = j - q T.
+struct ComponentSums {
+  int rows = 0;
+  Eigen::Matrix3d g = Eigen::Matrix3d::Zero();
+  Eigen::MatrixXd h;  // 3 x corrections
+  double squares_1 = 0.0, shared_1 = 0.0;
+};
+
+/// A point of the border, which has too many rows for pairs of them:
+///
+///     sum p_ij^2      = [k = l] (n_k - 2 sum |q_i|^2) + tr(G_k G_l),     p_ij = [i = j] - q_i q_j'
+///     sum p_ij s_ij   = [k = l] sum s_ii - tr(U_k C U_l'),               s_ij = b_i C b_j'
+///     U_k             = H_k - G_k T,   M_k = sum j' j - T' H_k - H_k' T + T' G_k T
+///
+/// over i of component k and j of l. The square of s within the point stands in M where points are
+/// coupled; else it is left out with the rest of the coupling.
+void AddBorderedPoint(
+    const Sweep& sweep, std::size_t point, int row, GroupedPoint* at, Partial* out) {
+  const AdjustmentProblem& problem = sweep.problem;
+  const ParameterLayout& layout = problem.layout;
+  const Eigen::Index n = layout.size();
+  FactorPoint(problem, sweep.state, {}, 0.0, point, &at->factor);
+  const std::vector<LookCovariance> looks =
+      CovariancesOfLooks(problem, sweep.state, &*sweep.inverse, point);
+  const Eigen::MatrixXd t = sweep.system.matrix().border.middleRows(row, 3);
+  std::vector<ComponentSums> of(sweep.components);
+  for (ComponentSums& component : of) component.h.setZero(3, n);
+  VarianceSums& sums = out->sums;
+  for (std::size_t k = 0; k < looks.size(); ++k) {
+    const WhitenedLook& look = at->factor.looks[k];
+    const std::array<int, 2>& components = sweep.component_of[problem.block.looks.pass[look.look]];
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const int c = components[axis];
+      if (c < 0) continue;
+      const auto i = static_cast<Eigen::Index>(axis);
+      ComponentSums& component = of[static_cast<std::size_t>(c)];
+      const Eigen::RowVector3d q = looks[k].information_1.row(i);
+      const double own_1 = q.squaredNorm(), shared_1 = looks[k].adjusted_1(i, i) - own_1;
+      ++component.rows;
+      ++sums.looks[static_cast<std::size_t>(c)];
+      sums.square_1[c] += look.error_1[i] * look.error_1[i];
+      sums.redundancy_1[c] += 1.0 - own_1 - shared_1;
+      component.g += q.transpose() * q;
+      component.squares_1 += own_1;
+      component.shared_1 += shared_1;
+      Eigen::MatrixXd* normals =
+          sweep.couples ? &out->normals[static_cast<std::size_t>(c)] : nullptr;
+      AddRow(layout, look, axis, q, &component.h, normals);
+    }
+  }
+  std::vector<Eigen::MatrixXd> solved;
+  for (const ComponentSums& component : of) {
+    solved.push_back((component.h - component.g * t).transpose());
+  }
+  sweep.system.SolveEach(solved);
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    const auto ki = static_cast<Eigen::Index>(k);
+    const Eigen::MatrixXd& c_u = solved[k];
+    for (std::size_t l = 0; l < of.size(); ++l) {
+      const double of_p = of[k].g.cwiseProduct(of[l].g).sum();
+      const double of_s = c_u.transpose().cwiseProduct(of[l].h - of[l].g * t).sum();
+      sums.helmert_1(ki, static_cast<Eigen::Index>(l)) += of_p + 2.0 * of_s;
+    }
+    sums.helmert_1(ki, ki) += of[k].rows - 2.0 * of[k].squares_1 - 2.0 * of[k].shared_1;
+    if (sweep.couples) {
+      out->normals[k] +=
+          -t.transpose() * of[k].h - of[k].h.transpose() * t + t.transpose() * (of[k].g * t);
+    }
+  }
+}
+
+/// Sum over all pairs of rows of (B C B')_ij^2 by component: tr(C M_k C M_l).
+void AddCoupling(const ReducedSystem& system,
+                 const std::vector<Eigen::MatrixXd>& normals,
+                 Eigen::MatrixXd* helmert_1) {
+  std::vector<Eigen::MatrixXd> solved = normals;
+  system.SolveEach(solved);
+  for (std::size_t k = 0; k < solved.size(); ++k) {
+    for (std::size_t l = 0; l < solved.size(); ++l) {
+      (*helmert_1)(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) +=
+          solved[k].cwiseProduct(solved[l].transpose()).sum();
+    }
+  }
+}
+
+}  // namespace
+
+VarianceSums SumVariances(const AdjustmentProblem& problem,
+                          const BlockState& state,
+                          const ReducedSystem& system,
+                          const std::vector<std::array<int, 2>>& component_of,
+                          std::size_t component_count) {
+  Sweep sweep{problem, state, system, component_of, component_count, std::nullopt};
+  const std::size_t points = problem.block.points.size();
+  std::size_t partials = std::clamp<std::size_t>(points / kPointsPerPartial, 1, kMostPartials);
+  if (problem.layout.size() > 0) {
+    sweep.inverse = system.SelectedInverse();
+    const auto n = static_cast<std::size_t>(problem.layout.size());
+    const std::size_t bytes = component_count * n * n * sizeof(double);
+    sweep.couples = bytes <= kMostBytes;
+    if (sweep.couples) partials = std::clamp<std::size_t>(kMostBytes / bytes, 1, partials);
+  }
+  const auto border_row_of = [&](std::size_t point) {
+    return sweep.inverse ? sweep.inverse->bordered.RowOf(point) : -1;
+  };
+  std::vector<std::optional<Partial>> parts(partials);
+  const std::size_t per_part = (points + partials - 1) / partials;
+  ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
+    Partial& out = parts[part].emplace(sweep);
+    GroupedPoint at;
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem.Solves(point)) continue;
+      if (border_row_of(point) < 0) AddPoint(sweep, point, &at, &out);
+    }
+  });
+  Partial total(sweep);
+  for (const std::optional<Partial>& part : parts) {
+    if (!part) continue;
+    for (std::size_t k = 0; k < component_count; ++k) total.sums.looks[k] += part->sums.looks[k];
+    total.sums.square_1 += part->sums.square_1;
+    total.sums.redundancy_1 += part->sums.redundancy_1;
+    total.sums.helmert_1 += part->sums.helmert_1;
+    for (std::size_t k = 0; k < total.normals.size(); ++k) total.normals[k] += part->normals[k];
+  }
+  // A few points with many looks each, which solve: not within a loop (SolveEach).
+  GroupedPoint at;
+  for (std::size_t point = 0; point < points; ++point) {
+    const int row = problem.Solves(point) ? border_row_of(point) : -1;
+    if (row >= 0) AddBorderedPoint(sweep, point, row, &at, &total);
+  }
+  if (sweep.couples) AddCoupling(system, total.normals, &total.sums.helmert_1);
+  return total.sums;
+}
+
 namespace {
 
 constexpr int kMostIterations = 200;

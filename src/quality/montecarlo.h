@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include <cstdint>
+#include <vector>
+
+#include "model/problem.h"
+
+namespace sarblock {
+
+/// What the looks of a solved block would read without noise.
+struct ExactReadings {
+  // By look in use:
+  std::vector<double> range_m;        ///< the range equation's solution
+  std::vector<double> azimuth;        ///< the cone equation's: time [s] or measured Doppler [Hz]
+  std::vector<double> azimuth_sigma;  ///< of that
+};
+
+/// Readings of the solution `state`: points, corrected paths and biases as estimated. Throws
+/// InputError where the time of a look leaves its path.
+[[nodiscard]] ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& state);
+
+/// A draw of everything that an adjustment takes for random, about a solution: the looks' ranges
+/// and times or Dopplers, the control coordinates and the priors' values. `block` is a copy of
+/// problem.block. One stream of random numbers a look, a control point and a parameter: a function
+/// of seed and run.
+void RedrawSolution(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ExactReadings& exact,
+                    std::uint64_t seed,
+                    std::uint64_t run,
+                    Block* block,
+                    std::vector<double>* prior_values);
+
+/// Repeats the adjustment of a solved block options.montecarlo_runs times (or those of them that
+/// options.montecarlo_part holds), each with noise drawn anew about the solution (RedrawSolution)
+/// and started from it, and compares the errors with the rigorous covariance `covariance_m2`, by
+/// point in east, north, up. Same weights, looks and groups as the solution's, by least squares;
+/// blunders are not simulated. Runs are parallel; what a run adds depends neither on the number of
+/// threads nor on the other runs. docs/theory/montecarlo.md.
+[[nodiscard]] MonteCarloDraws DrawMonteCarlo(const AdjustmentProblem& problem,
+                                             const BlockState& state,
+                                             const AdjustOptions& options,
+                                             const std::vector<SymmetricEnu>& covariance_m2,
+                                             ProgressSink* progress);
+
+/// What the runs say of `covariance_m2`, by point in east, north, up, which they were compared
+/// with. docs/theory/montecarlo.md, Eq. 1 to 4. `seed` is that of the draws.
+[[nodiscard]] MonteCarloReport ReportMonteCarlo(const MonteCarloDraws& draws,
+                                                std::uint64_t seed,
+                                                const std::vector<SymmetricEnu>& covariance_m2);
+
+}  // namespace sarblock
