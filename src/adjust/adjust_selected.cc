@@ -7,10 +7,9 @@
 
 #include "adjust_simplified.h"
 #include "core/threads.h"
+#include "selection/candidates.h"
 #include "selection/selection.h"
-#include "selection/selection_rows.h"
-#include "selection/simplification_choice.h"
-#include "selection/simplifications.h"
+#include "selection/simplify.h"
 
 namespace sarblock {
 namespace {

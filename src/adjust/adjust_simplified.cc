@@ -7,8 +7,7 @@
 
 #include "adjust_given.h"
 #include "core/text.h"
-#include "selection/simplification_choice.h"
-#include "selection/simplifications.h"
+#include "selection/simplify.h"
 
 namespace sarblock {
 AdjustResult AdjustSimplified(const Block& block,

@@ -11,7 +11,7 @@
 #include "cone_mistakes.h"
 #include "normals/reduced_system.h"
 #include "range_mistakes.h"
-#include "selection/linearised_data.h"
+#include "selection/quadratic_model.h"
 #include "time_mistakes.h"
 
 namespace sarblock {

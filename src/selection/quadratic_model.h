@@ -4,6 +4,8 @@
 #include <initializer_list>
 #include <vector>
 
+#include "model/parameters.h"
+#include "normals/reduced_system.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -103,5 +105,11 @@ class QuadraticModel {
   double omega_1_ = 0.0;
   double redundancy_1_ = 0.0;
 };
+
+/// v'Pv as a quadratic function of the corrections of a system formed at `corrections`, with the
+/// priors that `parameters` say; all but its redundancy.
+[[nodiscard]] QuadraticModel::Data DataAt(const ReducedSystem& system,
+                                          const Eigen::VectorXd& corrections,
+                                          const std::vector<Parameter>& parameters);
 
 }  // namespace sarblock

@@ -12,13 +12,10 @@
 #include <set>
 #include <utility>
 
+#include "candidates.h"
 #include "core/threads.h"
-#include "linearised_data.h"
 #include "normals/reduced_system.h"
 #include "quadratic_model.h"
-#include "selection_determinacy.h"
-#include "selection_rows.h"
-#include "selection_terms.h"
 #include "solve/rank.h"
 #include "solve/reduced_engine.h"
 #include "solve/solve_block.h"

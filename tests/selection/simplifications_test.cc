@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "selection/simplifications.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/adjust/intersect_block.h"
 #include "sarblock/model/result.h"
@@ -12,7 +10,7 @@
 #include <vector>
 
 #include "adjust/adjust_simplified.h"
-#include "selection/simplification_choice.h"
+#include "selection/simplify.h"
 #include "solve/reduced_engine.h"
 #include "solve/start.h"
 #include "support/small_blocks.h"

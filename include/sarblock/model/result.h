@@ -23,7 +23,7 @@
 namespace sarblock {
 
 /// Parts of the look equations that are left out because they move no point by an amount that
-/// counts (simplifications.h; docs/theory/selection.md). Nothing is by default.
+/// counts (selection/simplify.h; docs/theory/selection.md). Nothing is by default.
 struct Simplified {
   bool flat_frame = false;        ///< delays see the tangent plane at `middle_m`, not the ellipsoid
   bool fixed_track_axes = false;  ///< the axes of a pass are those at the middle of its strip
@@ -266,7 +266,7 @@ struct CandidateResult {
   std::string reason;
 };
 
-/// What a simplification of the model would do to the points (simplifications.h).
+/// What a simplification of the model would do to the points (selection/simplify.h).
 struct SimplificationBound {
   std::string name{};             ///< "flat-frame", "fixed-track-axes", "linear-velocity"
   double bound_m = kNotGiven;     ///< no point moves by more, at the point with the largest part
