@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <exception>
 
-#include <sarblock/adjust/predict.h>
+#include <sarblock/adjust/adjust.h>
 #include <sarblock/core/error.h>
 #include <sarblock/io/block_files.h>
 

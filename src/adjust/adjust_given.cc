@@ -17,7 +17,8 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "finish_result.h"
+#include "finish.h"
+#include "needs.h"
 #include "normals/point.h"
 #include "quality/assess.h"
 #include "quality/blunder_search.h"
@@ -28,7 +29,6 @@
 #include "quality/reliability.h"
 #include "quality/result_covariance.h"
 #include "quality/variance_components.h"
-#include "resource_needs.h"
 #include "solve/inner_datum.h"
 #include "solve/rank.h"
 #include "solve/solve_block.h"
@@ -36,6 +36,35 @@
 #include "solve/structure.h"
 
 namespace sarblock {
+namespace {
+
+/// The correction groups that a result was made with: given or chosen.
+std::vector<CorrectionGroup> UsedGroups(const AdjustOptions& options, const AdjustResult& result) {
+  switch (options.corrections) {
+    case CorrectionChoice::kGiven:
+      return options.groups;
+    case CorrectionChoice::kAuto:
+      return result.selection.groups;
+    case CorrectionChoice::kNone:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+
+void DescribePaths(const Block& block,
+                   const Block& measured,
+                   const AdjustOptions& options,
+                   AdjustResult* result) {
+  const ThreadLimit limit(options.threads);
+  const std::vector<CorrectionGroup> groups = UsedGroups(options, *result);
+  result->strips = SampleStrips(block, groups, *result);
+  if (options.datum != Datum::kGiven) return;
+  const StageTimer timer("covariance", &result->stages);
+  result->points.fixed_path_covariance_m2 = FixedPathCovariances(measured, groups, *result);
+}
+
 namespace {
 
 std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks) {

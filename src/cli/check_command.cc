@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/check_block.h"
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
-#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"

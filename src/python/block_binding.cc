@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_binding.h"
 
-#include "sarblock/adjust/check_block.h"
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/io/adjust_table.h"
 
 #include <algorithm>

@@ -2,8 +2,6 @@
 #include "result_data.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
-#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/diagnose/diagnose.h"
 #include "sarblock/io/result_reader.h"

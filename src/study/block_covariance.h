@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/predict.h"
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/block/block.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"

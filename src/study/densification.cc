@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/densification.h"
 
-#include "sarblock/adjust/predict.h"
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"

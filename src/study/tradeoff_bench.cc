@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Joint priors against dense algebra, the other engine, other axes and repeated noise.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/model/result.h"

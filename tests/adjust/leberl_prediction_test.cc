@@ -2,7 +2,6 @@
 #include "adjust/leberl_prediction.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
 #include "sarblock/leberl/formulas.h"
 
 #include <cmath>

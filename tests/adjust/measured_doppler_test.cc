@@ -2,8 +2,6 @@
 // Looks whose Doppler is the measurement, at exact times (docs/theory/observations.md). Evidence:
 // closed forms of their equations, two engines, invariance and seeded statistics.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
-#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/model/result.h"
 

@@ -2,8 +2,6 @@
 // Two routes: a block whose points are taken in the order of their passes, and the same block
 // adjusted as it stands. Sums differ in their order alone; the tolerances are those of the steps
 // still to go.
-#include "adjust/ordered_points.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/model/result.h"
@@ -14,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "adjust/adjust.h"
 #include "adjust/adjust_given.h"
-#include "adjust/describe_paths.h"
 #include "support/scene_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

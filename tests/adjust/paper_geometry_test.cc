@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ordinary adjustment code in the geometry of Leberl (1979).
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
-#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/leberl/formulas.h"
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/adjust/predict.h"
-
 #include "sarblock/adjust/adjust.h"
 
 #include <cmath>

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an adjustment is predicted to need against what is allocated, by count.
-#include "adjust/resource_needs.h"
-
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/check_block.h"
 #include "sarblock/core/error.h"
 
 #include <cmath>
@@ -11,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "adjust/needs.h"
 #include "core/threads.h"
 #include "solve/rank.h"
 #include "support/small_blocks.h"

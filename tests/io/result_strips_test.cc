@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "adjust/strip_stations.h"
+#include "adjust/finish.h"
 #include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include "support/small_blocks.h"

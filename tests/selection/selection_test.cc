@@ -2,7 +2,6 @@
 #include "selection/selection.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/io/scene_file.h"

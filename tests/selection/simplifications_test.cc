@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
 #include "sarblock/model/result.h"
 
 #include <algorithm>
@@ -9,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "adjust/adjust_simplified.h"
+#include "adjust/adjust.h"
 #include "selection/simplify.h"
 #include "solve/reduced_engine.h"
 #include "solve/start.h"

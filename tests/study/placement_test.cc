@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/placement.h"
 
-#include "sarblock/adjust/predict.h"
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/scene_file.h"

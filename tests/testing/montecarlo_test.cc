@@ -2,8 +2,6 @@
 #include "quality/montecarlo.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/intersect_block.h"
-#include "sarblock/adjust/predict.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 

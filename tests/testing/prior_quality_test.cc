@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests of priors, against the definition with dense matrices and by what they must add up to.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/adjust/predict.h"
 
 #include <cmath>
 #include <vector>

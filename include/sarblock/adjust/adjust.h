@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/adjust/needs.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
 
 namespace sarblock {
 
@@ -38,5 +44,41 @@ namespace sarblock {
                                   const AdjustOptions& options,
                                   const PointPairs& pairs = {},
                                   ProgressSink* progress = nullptr);
+
+/// The covariance that an adjustment of this block would have, from geometry and weights alone.
+/// `positions_m` are the points' positions (truth or approximate); a point without one is
+/// intersected from its measurements if it has some. Looks without measured time or range get
+/// those of the geometry; with `looks` empty every pass that sees a point on its look side within
+/// its path takes a look.
+[[nodiscard]] AdjustResult Predict(const Block& block,
+                                   const AdjustOptions& options,
+                                   const std::vector<Eigen::Vector3d>& positions_m,
+                                   const PointPairs& pairs = {},
+                                   ProgressSink* progress = nullptr);
+
+/// Fills time and range of looks that have none from the geometry of known positions on the nominal
+/// paths; adds all visible looks where the block has none at all. Looks and points that cannot be
+/// filled are left out of the result's looks.
+[[nodiscard]] Block FillMeasurements(const Block& block,
+                                     const std::vector<Eigen::Vector3d>& positions_m);
+
+/// Rigorous intersection of every point, flight paths held (corrections none): position,
+/// covariance R^-1 R^-T and residuals of each point alone, control not used.
+[[nodiscard]] AdjustResult IntersectBlock(const Block& block,
+                                          const AdjustOptions& options,
+                                          ProgressSink* progress = nullptr);
+
+/// What an adjustment would say of a block before it forms an equation.
+struct BlockCheck {
+  int corrections = 0;                ///< parameters of the corrections given
+  std::vector<std::string> findings;  ///< what it will suffer from, and what would mend that
+  ResourceNeeds needs;                ///< of an adjustment with the corrections given
+};
+
+/// Examines the make of a block and, on its start values, the points that its looks leave open.
+/// Throws InputError for options that do not fit the block, UndeterminedError, Interrupted.
+[[nodiscard]] BlockCheck CheckBlock(const Block& block,
+                                    const AdjustOptions& options,
+                                    ProgressSink* progress = nullptr);
 
 }  // namespace sarblock

@@ -208,7 +208,7 @@ struct AdjustOptions {
   double test_level = 0.95;     ///< of the global (chi-square) test, two-sided
   bool diagnose = true;         ///< the command explains a result whose tests fail, see diagnose.h
   int threads = 1;              ///< set by the command line, not by the table
-  /// Memory that an adjustment may be predicted to need (resource_needs.h); more is refused before
+  /// Memory that an adjustment may be predicted to need (adjust/needs.h); more is refused before
   /// it is allocated. 0: what this computer has free. Set by the command line.
   double memory_mib = 0.0;
 };

@@ -463,7 +463,7 @@ struct CheckResult {
 };
 
 /// One place of a flight path within its strip: where the antenna is, what it sees, and how the
-/// adjustment corrected it there (strip_stations.h).
+/// adjustment corrected it there (adjust/finish.h).
 struct StripStation {
   std::uint32_t pass = 0;
   double time_s = 0.0;

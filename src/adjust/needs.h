@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/resource_needs.h"
+#include "sarblock/adjust/needs.h"
 #include "sarblock/model/options.h"
 
 #include "model/problem.h"

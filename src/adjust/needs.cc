@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "resource_needs.h"
+#include "needs.h"
+
+#include "sarblock/adjust/needs.h"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include "block/point_order.h"
+
+namespace sarblock {
+
+/// Adjust() with options.corrections == kAuto: the selection, then the adjustment with what it
+/// chose.
+[[nodiscard]] AdjustResult AdjustSelected(const Block& block,
+                                          const AdjustOptions& options,
+                                          const PointPairs& pairs,
+                                          ProgressSink* progress);
+
+/// Adjusts a block with `options.groups` and a simplified model and examines it: where a point
+/// would move by more than the limit, or a bound of what was taken is above it at the solution, the
+/// block is adjusted again with the full model. `report` holds what ChooseSimplified() said and
+/// gets the outcome.
+[[nodiscard]] AdjustResult AdjustSimplified(const Block& block,
+                                            const AdjustOptions& options,
+                                            const Simplified& simplified,
+                                            const PointPairs& pairs,
+                                            SelectionReport* report,
+                                            ProgressSink* progress = nullptr);
+
+/// Refuses options that this build does not offer, by name.
+void RequireOffered(const AdjustOptions& options);
+
+/// For commands that adjust nothing: refuses `montecarlo` and says that variance components are not
+/// estimated.
+void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustResult* result);
+
+/// A block whose points stand in another order for a while (point_order.h).
+class OrderedPoints {
+ public:
+  /// Reorders `block`, which must outlive this.
+  OrderedPoints(PointOrder order, Block* block);
+
+  /// Pairs of the points as they stood before, as they stand now.
+  [[nodiscard]] PointPairs Pairs(PointPairs pairs) const;
+  /// A result of the points as they stand now becomes one of the points as they stood before. Only
+  /// what is listed by point or look changes its place; pairs that were not asked for one by one
+  /// (`sort_pairs`) are those of the first point with the second and sorted. Call it before
+  /// RestoreBlock.
+  void RestoreResult(bool sort_pairs, AdjustResult* result) const;
+  /// The block becomes what it was, once.
+  void RestoreBlock() const;
+
+ private:
+  PointOrder order_, back_;
+  Block* block_;
+};
+
+}  // namespace sarblock
