@@ -12,23 +12,11 @@
 #include <utility>
 
 #include "block/plausibility.h"
-#include "cone_mistakes.h"
-#include "control_mistakes.h"
 #include "core/threads.h"
-#include "fit.h"
-#include "id_mistakes.h"
-#include "look_mistakes.h"
-#include "path_mistakes.h"
-#include "range_mistakes.h"
+#include "mistake.h"
+#include "mistakes.h"
 #include "sample.h"
-#include "score_screen.h"
-#include "sightings.h"
-#include "sigma_mistakes.h"
-#include "size_search.h"
-#include "time_mistakes.h"
-#include "wander_mistakes.h"
-#include "words.h"
-#include "work.h"
+#include "trials.h"
 
 namespace sarblock {
 namespace {

@@ -1,207 +1,781 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "look_mistakes.h"
+#include "sarblock/core/error.h"
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <map>
 #include <string>
 #include <utility>
 
-#include "edits.h"
-#include "words.h"
+#include "mistake.h"
+#include "mistakes.h"
+#include "normals/reduced_system.h"
+#include "sample.h"
+#include "selection/quadratic_model.h"
 
 namespace sarblock {
 namespace {
 
-enum class Part { kTime, kDoppler, kRange, kBoth };
+using Names = std::vector<std::string>;
 
-const char* UnitOf(Part part) {
-  return part == Part::kTime      ? "s"
-         : part == Part::kDoppler ? "Hz"
-         : part == Part::kRange   ? "m"
-                                  : "";
+/// Numbers that clocks differ by, either sign.
+std::vector<KnownNumber> ClockNumbers() {
+  std::vector<KnownNumber> numbers;
+  for (const double sign : {1.0, -1.0}) {
+    numbers.push_back({sign * 1.0, "one leap second"});
+    numbers.push_back({sign * 18.0, "GPS and UTC differ by 18 s since 2017"});
+    numbers.push_back({sign * 17.0, "GPS and UTC differed by 17 s until 2016"});
+    numbers.push_back({sign * 19.0, "TAI and GPS differ by 19 s"});
+    numbers.push_back({sign * 37.0, "TAI and UTC differ by 37 s since 2017"});
+    numbers.push_back({sign * 60.0, "one minute"});
+    numbers.push_back({sign * 3600.0, "one hour"});
+    numbers.push_back({sign * 86400.0, "one day"});
+  }
+  return numbers;
 }
 
-/// One look: of a point in a pass.
-struct LookName {
-  std::string pass, point;
-  [[nodiscard]] std::string Words() const { return "point " + point + " in pass " + pass; }
-  template <typename Edit>
-  void Apply(Block* block, const Edit& edit) const {
-    const auto p = FindPass(*block, pass);
-    const std::uint32_t j = block->points.ids.Find(point);
-    if (!p || j == IdTable::kNone) return;
-    for (std::size_t i = block->looks.offsets[j]; i < block->looks.offsets[j + 1]; ++i) {
-      if (block->looks.pass[i] == *p) edit(i);
-    }
-  }
+/// Times measured and those at which the known points come abeam.
+struct Times {
+  std::vector<double> measured_s, true_s, late_s;
 };
 
-Hypothesis OneLook(const LookName& look, Part part, double value, double step) {
-  Hypothesis out;
-  out.kind = part == Part::kTime      ? MistakeKind::kTime
-             : part == Part::kDoppler ? MistakeKind::kCone
-             : part == Part::kRange   ? MistakeKind::kRange
-                                      : MistakeKind::kIds;
-  out.cause = part == Part::kTime      ? "time.one"
-              : part == Part::kDoppler ? "cone.one"
-              : part == Part::kRange   ? "range.one"
-                                       : "ids.look";
-  out.passes = {look.pass};
-  out.points = {look.point};
-  out.undo = [look, part](Block* block, double size) {
-    look.Apply(block, [&](std::size_t i) {
-      if (part == Part::kTime) block->looks.time_s[i] -= size;
-      if (part == Part::kDoppler) block->looks.cone[i] -= size;
-      if (part == Part::kRange) block->looks.range_m[i] -= size;
-      if (part == Part::kBoth) block->looks.flags[i] |= Looks::kRejected;
-    });
-  };
-  out.within_last = part != Part::kBoth;
-  out.parameters = part == Part::kBoth ? 0 : 1;  // a look left out takes its equations with it
-  out.free = part != Part::kBoth;
-  out.value = value;
-  out.step = step;
-  out.unit = UnitOf(part);
-  out.says = [look, part](const Size& size) {
-    if (part == Part::kBoth) return "the look of " + look.Words() + " is of something else";
-    const bool more = size.value > 0.0;
-    const std::string text =
-        look.Words() + " is " + SizeOf(std::abs(size.value), size.sigma, UnitOf(part)).text;
-    if (part == Part::kTime) return "the time of " + text + (more ? " late" : " early");
-    if (part == Part::kDoppler) return "the Doppler of " + text + (more ? " too high" : " too low");
-    return "the range of " + text + (more ? " too long" : " too short");
-  };
-  out.change = [look](const Size&) {
-    return "observations.csv: the row of " + look.Words() + ", or rejected = 1 there";
-  };
-  out.screened = true;
-  out.local = true;
-  return out;
+Times TimesOf(const PassSightings& pass) {
+  Times times;
+  for (const Sighting& sighting : pass.sightings) {
+    if (std::isnan(sighting.true_time_s)) continue;
+    times.measured_s.push_back(sighting.time_s);
+    times.true_s.push_back(sighting.true_time_s);
+    times.late_s.push_back(sighting.time_s - sighting.true_time_s);
+  }
+  return times;
 }
 
-Hypothesis OnePoint(const std::string& point, int looks) {
-  Hypothesis out;
-  out.kind = MistakeKind::kIds;
-  out.cause = "ids.point";
-  out.points = {point};
-  out.undo = [point](Block* block, double) {
-    const std::uint32_t j = block->points.ids.Find(point);
-    if (j == IdTable::kNone) return;
-    for (std::size_t i = block->looks.offsets[j]; i < block->looks.offsets[j + 1]; ++i) {
-      block->looks.flags[i] |= Looks::kRejected;
-    }
-  };
-  out.parameters = 0;
-  out.says = [point, looks](const Size&) {
-    return "the " + std::to_string(looks) + " looks of point " + point +
-           " contradict each other and cannot tell which is wrong";
-  };
-  out.change = [point](const Size&) {
-    return "observations.csv: the rows of " + point + ", or rejected = 1 in them";
-  };
-  out.screened = true;
-  out.local = true;
-  return out;
-}
-
-/// How late or too high its Doppler and how much too long a look is against the position of the
-/// point: the known one, or where its other looks meet on the given paths.
-struct LookErrors {
-  double late_s = 0.0, higher_hz = 0.0, longer_m = 0.0;
-};
-
-LookErrors ErrorsOf(const Block& block, std::uint32_t point, std::size_t look) {
-  LookErrors out;
-  Eigen::Vector3d p_m = block.points.given_m[point];
-  if (block.points.FindKnown(point) == nullptr) {
-    Block others = PartOf(block, {point});
-    const std::size_t place = look - block.looks.offsets[point];
-    others.looks.flags[place] |= Looks::kRejected;
-    others.points.given_m[0].setConstant(kNotGiven);
-    const Fit fit = SolveSample(others, {}, {.effort = Effort::kQuick}, nullptr);
-    if (!fit.solved) return out;
-    p_m = fit.state.Position(0);
+/// Standard deviation of an azimuth time of the pass.
+double SigmaOfTime(const PassSightings& pass, const Facts& facts) {
+  const LookSigma& sigma = facts.sample.block.passes[pass.pass].sigma;
+  const double azimuth = sigma.azimuth > 0.0 ? sigma.azimuth : 1.0;
+  if (sigma.azimuth_unit == AzimuthUnit::kHertz && pass.part.looks.size() > 0) {
+    return azimuth * pass.part.RoughAzimuthUnit_m(0, pass.speed_mps) / pass.speed_mps;
   }
-  const Sighting sighting = SightingAt(block, look, p_m);
-  if (block.MeasuresDoppler(look)) {
-    const Pass& pass = block.passes[block.looks.pass[look]];
-    const auto motion = pass.path.At(sighting.time_s);
-    if (!motion) return out;
-    const Eigen::Vector3d sight_m = p_m - motion->position_m;
-    const double distance_m = sight_m.norm();
-    out.higher_hz = block.looks.cone[look] -
-                    2.0 * motion->velocity_mps.dot(sight_m) / (pass.wavelength_m * distance_m);
-    out.longer_m = sighting.range_m - distance_m;
-    return out;
-  }
-  if (std::isnan(sighting.true_time_s)) return out;
-  out.late_s = sighting.time_s - sighting.true_time_s;
-  out.longer_m = sighting.range_m - sighting.true_range_m;
-  return out;
-}
-
-/// Points whose residuals are the largest, after the suspects.
-std::vector<std::uint32_t> DoubtfulPoints(const Facts& facts, std::size_t most) {
-  const Block& block = facts.sample.block;
-  std::vector<std::uint32_t> out = facts.sample.suspects;
-  std::vector<std::pair<double, std::uint32_t>> sums;
-  for (std::uint32_t j = 0; j < block.points.size(); ++j) {
-    double sum_1 = 0.0;
-    for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
-      const double square_1 =
-          facts.residuals.whitened_1.row(static_cast<Eigen::Index>(i)).squaredNorm();
-      if (std::isfinite(square_1)) sum_1 += square_1;
-    }
-    sums.emplace_back(-sum_1, j);
-  }
-  std::sort(sums.begin(), sums.end());
-  if (out.size() > most) out.resize(most);
-  // To explain the block a point must have a part of v'Pv by itself.
-  constexpr double kLeastShare_1 = 0.1;
-  for (std::size_t k = 0; k < std::min<std::size_t>(2, sums.size()); ++k) {
-    if (-sums[k].first < kLeastShare_1 * facts.before.square_sum_1) break;
-    if (std::find(out.begin(), out.end(), sums[k].second) == out.end()) {
-      out.push_back(sums[k].second);
-    }
-  }
-  return out;
+  return sigma.azimuth_unit == AzimuthUnit::kSeconds ? azimuth : azimuth / pass.speed_mps;
 }
 
 }  // namespace
 
-void AddLookMistakes(const Facts& facts, Hypotheses* out) {
-  constexpr std::size_t kMostPoints = 4;
-  const Block& block = facts.sample.block;
-  const std::vector<std::uint32_t> doubtful = DoubtfulPoints(facts, kMostPoints);
-  if (doubtful.empty() || !facts.may_explain(doubtful)) return;
-  for (const std::uint32_t j : doubtful) {
-    const std::string point(block.points.ids[j]);
-    std::vector<std::size_t> looks;
-    for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
-      if (!block.looks.rejected(i)) looks.push_back(i);
-    }
-    if (!facts.may_explain({j})) continue;
-    const bool known = block.points.FindKnown(j) != nullptr;
-    if (!known && looks.size() < 3) {
-      if (looks.size() == 2) out->push_back(OnePoint(point, 2));
-      continue;
-    }
-    for (const std::size_t i : looks) {
-      const std::uint32_t p = block.looks.pass[i];
-      const LookName name{block.passes[p].id, point};
-      const LookErrors errors = ErrorsOf(block, j, i);
-      const LookSigma sigma = block.SigmaOf(i);
-      out->push_back(OneLook(name, Part::kBoth, 0.0, 0.0));
-      if (block.MeasuresDoppler(i)) {
-        out->push_back(OneLook(name, Part::kDoppler, errors.higher_hz, sigma.azimuth));
-      } else {
-        const double speed_mps = facts.passes[p].speed_mps;
-        const double sigma_s = block.RoughAzimuthSigma_m(i, speed_mps) / speed_mps;
-        out->push_back(OneLook(name, Part::kTime, errors.late_s, sigma_s));
-      }
-      out->push_back(OneLook(name, Part::kRange, errors.longer_m, sigma.range_m));
+Hypothesis ConstantTime(const Names& passes, double late_s, double step_s) {
+  Hypothesis out;
+  out.kind = MistakeKind::kTime;
+  out.cause = "time.constant";
+  out.passes = passes;
+  out.undo = [passes](Block* block, double late) {
+    ForLooks(*block, passes, [&](std::size_t i) { block->looks.time_s[i] -= late; });
+  };
+  out.free = true;
+  out.value = late_s;
+  out.step = step_s;
+  out.unit = "s";
+  out.numbers = ClockNumbers();
+  out.says = [passes](const Size& size) {
+    return "the times of " + PassWords(passes) + " are " +
+           SizeOf(std::abs(size.value), size.sigma, "s").text +
+           (size.value > 0.0 ? " late" : " early");
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: time_s " + OfPasses(passes) +
+           (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(size.value)) +
+           ", or correction.time " + OfPasses(passes);
+  };
+  return out;
+}
+
+namespace {
+
+Hypothesis Reversed(const Names& passes, double sum_s, double step_s) {
+  Hypothesis out;
+  out.kind = MistakeKind::kTime;
+  out.cause = "time.reversed";
+  out.passes = passes;
+  out.undo = [passes](Block* block, double sum) {
+    ForLooks(*block, passes, [&](std::size_t i) {
+      block->looks.time_s[i] = sum - block->looks.time_s[i];
+    });
+  };
+  out.free = true;
+  out.value = sum_s;
+  out.step = step_s;
+  out.unit = "s";
+  out.says = [passes](const Size&) {
+    return "the times of " + PassWords(passes) + " run backward";
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: time_s " + OfPasses(passes) + " is " + size.text +
+           " minus what it is";
+  };
+  return out;
+}
+
+Hypothesis ScaledTime(const Names& passes, const KnownNumber& factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kTime;
+  out.cause = "time.scale";
+  out.parameters = 0;
+  out.passes = passes;
+  out.undo = [passes](Block* block, double value) {
+    ForLooks(*block, passes, [&](std::size_t i) { block->looks.time_s[i] /= value; });
+  };
+  out.value = factor.value;
+  out.unit = "1";
+  out.says = [passes, factor](const Size& size) {
+    return "the times of " + PassWords(passes) + " are " + Short(size.value) +
+           " times too large (" + factor.text + ")";
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: time_s " + OfPasses(passes) + " divided by " + Short(size.value);
+  };
+  return out;
+}
+
+const std::vector<KnownNumber>& TimeFactors() {
+  static const std::vector<KnownNumber> factors{{1e3, "milliseconds for seconds"},
+                                                {1e6, "microseconds for seconds"},
+                                                {1e-3, "the states are in milliseconds"},
+                                                {1.0 / 60.0, "minutes for seconds"},
+                                                {1.0 / 86400.0, "days for seconds"}};
+  return factors;
+}
+
+bool Near(double value, double wanted, double part_1) {
+  return std::abs(value - wanted) < part_1 * std::abs(wanted);
+}
+
+void AddOf(const Names& passes, const Times& times, double sigma_s, Hypotheses* out) {
+  if (times.late_s.size() < 3) return;
+  const Line line = RobustLine(times.true_s, times.measured_s);
+  out->push_back(ConstantTime(passes, Median(times.late_s), sigma_s));
+  if (Near(line.slope, -1.0, 0.2)) {
+    out->push_back(Reversed(passes, line.offset, sigma_s));
+  }
+  for (const KnownNumber& factor : TimeFactors()) {
+    if (Near(line.slope, factor.value, 0.2)) out->push_back(ScaledTime(passes, factor));
+  }
+}
+
+}  // namespace
+
+void AddTimeMistakes(const Facts& facts, Hypotheses* out) {
+  Times all;
+  double sigma_s = 0.0;
+  for (const PassSightings& pass : facts.passes) {
+    const Names name{facts.sample.block.passes[pass.pass].id};
+    const Times times = TimesOf(pass);
+    sigma_s = std::max(sigma_s, SigmaOfTime(pass, facts));
+    AddOf(name, times, SigmaOfTime(pass, facts), out);
+    const auto append = [](const std::vector<double>& from, std::vector<double>* to) {
+      to->insert(to->end(), from.begin(), from.end());
+    };
+    append(times.measured_s, &all.measured_s);
+    append(times.true_s, &all.true_s);
+    append(times.late_s, &all.late_s);
+    if (times.late_s.size() >= 3) continue;
+    // Nothing known is seen: what clocks differ by is tried.
+    for (const KnownNumber& number : ClockNumbers()) {
+      if (std::abs(number.value) > 40.0) continue;
+      Hypothesis blind = ConstantTime(name, number.value, SigmaOfTime(pass, facts));
+      blind.screened = true;
+      out->push_back(std::move(blind));
     }
   }
+  if (facts.passes.size() > 1) AddOf({}, all, sigma_s, out);
+}
+
+namespace {
+
+using Names = std::vector<std::string>;
+
+/// Ranges written over one-way ranges in metres.
+const std::vector<KnownNumber>& RangeFactors() {
+  static const std::vector<KnownNumber> factors{
+      {2.0, "the way there and back"},
+      {0.5, "half of a one-way range"},
+      {1e-3, "kilometres for metres"},
+      {1e3, "millimetres for metres"},
+      {2e6 / kSpeedOfLight_mps, "two-way travel times in microseconds"},
+      {1e6 / kSpeedOfLight_mps, "one-way travel times in microseconds"},
+      {2e3 / kSpeedOfLight_mps, "two-way travel times in milliseconds"},
+      {2.0 / kSpeedOfLight_mps, "two-way travel times in seconds"}};
+  return factors;
+}
+
+Hypothesis ScaledRange(const Names& passes, const KnownNumber& factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kRange;
+  out.cause = "range.scale";
+  out.parameters = 0;
+  out.passes = passes;
+  out.undo = [passes](Block* block, double value) {
+    ForLooks(*block, passes, [&](std::size_t i) { block->looks.range_m[i] /= value; });
+  };
+  out.value = factor.value;
+  out.unit = "1";
+  out.says = [passes, factor](const Size& size) {
+    return "the ranges of " + PassWords(passes) + " are " + Short(size.value) +
+           " times what they should be (" + factor.text + ")";
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: range_m " + OfPasses(passes) + " divided by " + Short(size.value);
+  };
+  return out;
+}
+
+/// How a pass sees the ground: to turn ground ranges into slant ranges.
+struct Ground {
+  bool sphere = false;
+  double antenna_m = 0.0, ground_m = 0.0;  ///< heights, or radii on a sphere
+
+  [[nodiscard]] double SlantOf(double ground_range_m) const {
+    if (!sphere) return std::hypot(ground_range_m, antenna_m - ground_m);
+    const double angle_rad = ground_range_m / ground_m;
+    return std::sqrt(std::max(0.0,
+                              antenna_m * antenna_m + ground_m * ground_m -
+                                  2.0 * antenna_m * ground_m * std::cos(angle_rad)));
+  }
+};
+
+/// Above the middle of the known points of the block.
+Ground GroundOf(const Block& block, std::uint32_t pass) {
+  const bool sphere = block.frame.kind() == FrameKind::kGeocentric;
+  const auto height = [&](const Eigen::Vector3d& p_m) { return sphere ? p_m.norm() : p_m.z(); };
+  std::vector<double> ground_m;
+  for (const KnownPosition& known : block.points.known) {
+    const Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    if (p_m.allFinite()) ground_m.push_back(height(p_m));
+  }
+  const std::vector<StateVector>& states = block.passes[pass].path.states();
+  Ground out;
+  out.sphere = sphere;
+  out.antenna_m = height(states[states.size() / 2].position_m);
+  out.ground_m =
+      ground_m.empty() ? (sphere ? block.frame.ellipsoid().a_m : 0.0) : Median(std::move(ground_m));
+  return out;
+}
+
+Hypothesis GroundRange(const Names& passes) {
+  Hypothesis out;
+  out.kind = MistakeKind::kRange;
+  out.cause = "range.ground";
+  out.parameters = 0;
+  out.passes = passes;
+  out.undo = [passes](Block* block, double) {
+    std::vector<Ground> ground;
+    for (std::uint32_t p = 0; p < block->passes.size(); ++p) ground.push_back(GroundOf(*block, p));
+    ForLooks(*block, passes, [&](std::size_t i) {
+      block->looks.range_m[i] = ground[block->looks.pass[i]].SlantOf(block->looks.range_m[i]);
+    });
+  };
+  out.says = [passes](const Size&) {
+    return "the ranges of " + PassWords(passes) + " are ground ranges, not slant ranges";
+  };
+  out.change = [passes](const Size&) {
+    return "observations.csv: slant ranges in range_m " + OfPasses(passes);
+  };
+  return out;
+}
+
+/// Measured over true range, and their differences.
+struct Ranges {
+  std::vector<double> ratio_1, longer_m;
+};
+
+Ranges RangesOf(const PassSightings& pass) {
+  Ranges ranges;
+  for (const Sighting& sighting : pass.sightings) {
+    if (std::isnan(sighting.true_range_m)) continue;
+    ranges.ratio_1.push_back(sighting.range_m / sighting.true_range_m);
+    ranges.longer_m.push_back(sighting.range_m - sighting.true_range_m);
+  }
+  return ranges;
+}
+
+void AddOf(const Names& passes, const Ranges& ranges, double sigma_m, Hypotheses* out) {
+  if (ranges.ratio_1.size() < 3) return;
+  out->push_back(RangeBias(passes, Median(ranges.longer_m), sigma_m));
+  out->push_back(GroundRange(passes));
+  const double ratio_1 = Median(ranges.ratio_1);
+  for (const KnownNumber& factor : RangeFactors()) {
+    if (std::abs(ratio_1 / factor.value - 1.0) < 0.1) {
+      out->push_back(ScaledRange(passes, factor));
+    }
+  }
+}
+
+void AddBlind(const Names& passes, Hypotheses* out) {
+  for (const KnownNumber& factor : {RangeFactors()[0], RangeFactors()[2]}) {
+    Hypothesis blind = ScaledRange(passes, factor);
+    blind.screened = true;
+    out->push_back(std::move(blind));
+  }
+}
+
+}  // namespace
+
+Hypothesis RangeBias(const std::vector<std::string>& passes, double longer_m, double step_m) {
+  Hypothesis out;
+  out.kind = MistakeKind::kRange;
+  out.cause = "range.bias";
+  out.passes = passes;
+  out.undo = [passes](Block* block, double longer) {
+    ForLooks(*block, passes, [&](std::size_t i) { block->looks.range_m[i] -= longer; });
+  };
+  out.free = true;
+  out.value = longer_m;
+  out.step = step_m;
+  out.unit = "m";
+  out.says = [passes](const Size& size) {
+    return "the ranges of " + PassWords(passes) + " are " +
+           SizeOf(std::abs(size.value), size.sigma, "m").text +
+           (size.value > 0.0 ? " too long" : " too short");
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: range_m " + OfPasses(passes) +
+           (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(size.value)) +
+           ", or correction.range (bias) " + OfPasses(passes);
+  };
+  return out;
+}
+
+void AddRangeMistakes(const Facts& facts, Hypotheses* out) {
+  Ranges all;
+  double sigma_m = 0.0;
+  for (const PassSightings& pass : facts.passes) {
+    const Pass& of = facts.sample.block.passes[pass.pass];
+    const double sigma_of_m = of.sigma.range_m > 0.0 ? of.sigma.range_m : 1.0;
+    sigma_m = std::max(sigma_m, sigma_of_m);
+    const Ranges ranges = RangesOf(pass);
+    AddOf({of.id}, ranges, sigma_of_m, out);
+    if (ranges.ratio_1.size() < 3) AddBlind({of.id}, out);
+    all.ratio_1.insert(all.ratio_1.end(), ranges.ratio_1.begin(), ranges.ratio_1.end());
+    all.longer_m.insert(all.longer_m.end(), ranges.longer_m.begin(), ranges.longer_m.end());
+  }
+  if (facts.passes.size() < 2) return;
+  AddOf({}, all, sigma_m, out);
+  if (all.ratio_1.size() < 3) AddBlind({}, out);
+}
+
+namespace {
+
+using Names = std::vector<std::string>;
+
+Hypothesis WrongSide(const Names& passes) {
+  Hypothesis out;
+  out.kind = MistakeKind::kCone;
+  out.cause = "side";
+  out.passes = passes;
+  out.parameters = 0;
+  out.undo = [passes](Block* block, double) {
+    for (const std::uint32_t p : PassesOf(*block, passes)) {
+      LookSide& side = block->passes[p].side;
+      side = side == LookSide::kLeft ? LookSide::kRight : LookSide::kLeft;
+    }
+  };
+  out.says = [passes](const Size&) {
+    return PassWords(passes) + (passes.size() == 1 ? " looks" : " look") +
+           " to the other side of the flight than block.toml says";
+  };
+  out.change = [passes](const Size&) {
+    return "block.toml: the other value of `look` " + OfPasses(passes);
+  };
+  return out;
+}
+
+Hypothesis ScaledCone(const Names& passes, const char* column, const KnownNumber& factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kCone;
+  out.cause = factor.value < 0.0 ? "cone.sign" : "cone.unit";
+  out.parameters = 0;
+  out.passes = passes;
+  out.undo = [passes](Block* block, double value) {
+    if (block->looks.cone.empty()) return;
+    ForLooks(*block, passes, [&](std::size_t i) { block->looks.cone[i] /= value; });
+  };
+  out.value = factor.value;
+  out.unit = "1";
+  const std::string name = column;
+  out.says = [passes, factor, name](const Size&) {
+    return "the values of " + name + " " + OfPasses(passes) + " " + factor.text;
+  };
+  out.change = [passes, factor, name](const Size&) {
+    return "observations.csv: " + name + " " + OfPasses(passes) + " divided by " +
+           Short(factor.value);
+  };
+  return out;
+}
+
+Hypothesis Wavelength(const Names& passes, const KnownNumber& factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kCone;
+  out.cause = "cone.wavelength";
+  out.parameters = 0;
+  out.passes = passes;
+  out.undo = [passes](Block* block, double value) {
+    for (const std::uint32_t p : PassesOf(*block, passes)) block->passes[p].wavelength_m /= value;
+  };
+  out.value = factor.value;
+  out.unit = "1";
+  out.says = [passes, factor](const Size& size) {
+    return "the wavelength " + OfPasses(passes) + " is " + Short(size.value) +
+           " times too large (" + factor.text + ")";
+  };
+  out.change = [passes](const Size& size) {
+    return "block.toml: wavelength_m " + OfPasses(passes) + " divided by " + Short(size.value);
+  };
+  return out;
+}
+
+/// Sines of the squints at which known points are seen and that the looks give.
+struct Squints {
+  std::vector<double> seen_1, given_1, ratio_1, off_rad;
+  bool doppler = false, given = false;
+};
+
+Squints SquintsOf(const PassSightings& pass) {
+  Squints out;
+  const Looks& looks = pass.part.looks;
+  for (const Sighting& sighting : pass.sightings) {
+    if (std::isnan(sighting.ahead_sine_1)) continue;
+    double given_1 = 0.0;
+    if (!looks.cone.empty()) {
+      const double cone = looks.cone[sighting.look];
+      const bool doppler = (looks.flags[sighting.look] & Looks::kDoppler) != 0;
+      out.doppler = out.doppler || doppler;
+      out.given = out.given || cone != 0.0;
+      given_1 =
+          doppler ? 0.5 * pass.part.passes[0].wavelength_m * cone / pass.speed_mps : std::sin(cone);
+    }
+    out.seen_1.push_back(sighting.ahead_sine_1);
+    out.given_1.push_back(given_1);
+    if (sighting.ahead_sine_1 != 0.0) out.ratio_1.push_back(given_1 / sighting.ahead_sine_1);
+    out.off_rad.push_back(std::asin(std::clamp(given_1, -1.0, 1.0)) -
+                          std::asin(sighting.ahead_sine_1));
+  }
+  return out;
+}
+
+void AddOf(const Names& passes, const Squints& squints, Hypotheses* out) {
+  if (squints.given) {
+    const char* column = squints.doppler ? "doppler_hz" : "squint_deg";
+    out->push_back(ScaledCone(passes, column, {-1.0, "have the wrong sign"}));
+    if (squints.doppler) {
+      out->push_back(Wavelength(passes, {100.0, "centimetres for metres"}));
+      out->push_back(Wavelength(passes, {1000.0, "millimetres for metres"}));
+    } else {
+      out->push_back(ScaledCone(passes, column, {kRadPerDeg, "are radians, not degrees"}));
+    }
+  }
+  if (squints.doppler || squints.off_rad.size() < 3) return;
+  out->push_back(SquintBias(passes, Median(squints.off_rad), 1e-6));
+}
+
+}  // namespace
+
+Hypothesis SquintBias(const std::vector<std::string>& passes, double value_rad, double step_rad) {
+  Hypothesis out;
+  out.kind = MistakeKind::kCone;
+  out.cause = "cone.squint";
+  out.passes = passes;
+  out.undo = [passes](Block* block, double value) {
+    Looks& looks = block->looks;
+    if (looks.cone.empty()) looks.cone.assign(looks.size(), 0.0);
+    ForLooks(*block, passes, [&](std::size_t i) {
+      if ((looks.flags[i] & Looks::kDoppler) != 0) return;
+      looks.cone[i] -= value;
+    });
+  };
+  out.free = true;
+  out.value = value_rad;
+  out.step = step_rad;
+  out.unit = "rad";
+  out.says = [passes](const Size& size) {
+    const Size degrees = SizeOf(-kDegPerRad * size.value, kDegPerRad * size.sigma, "deg");
+    return PassWords(passes) + (passes.size() == 1 ? " looks" : " look") + " with a squint of " +
+           degrees.text + " that squint_deg leaves out";
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: squint_deg " + OfPasses(passes) +
+           (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(kDegPerRad * size.value)) +
+           ", or correction.squint " + OfPasses(passes);
+  };
+  return out;
+}
+
+void AddConeMistakes(const Facts& facts, Hypotheses* out) {
+  Names turned;
+  Squints all;
+  for (const PassSightings& pass : facts.passes) {
+    const std::string& id = facts.sample.block.passes[pass.pass].id;
+    const auto wrong = std::count_if(pass.sightings.begin(),
+                                     pass.sightings.end(),
+                                     [](const Sighting& s) { return !s.on_its_side; });
+    if (2 * static_cast<std::size_t>(wrong) > pass.sightings.size()) turned.push_back(id);
+    if (pass.sightings.empty()) {
+      out->push_back(WrongSide({id}));
+      out->back().screened = true;
+    }
+    const Squints squints = SquintsOf(pass);
+    AddOf({id}, squints, out);
+    all.off_rad.insert(all.off_rad.end(), squints.off_rad.begin(), squints.off_rad.end());
+    all.doppler = all.doppler || squints.doppler;
+    all.given = all.given || squints.given;
+  }
+  if (!turned.empty()) {
+    out->push_back(WrongSide(turned));
+    out->back().screened = true;
+    out->back().order_1 = Hypothesis::kTold_1;
+  }
+  if (facts.passes.size() > 1) AddOf({}, all, out);
+}
+
+namespace {
+
+using Names = std::vector<std::string>;
+
+enum class Measured { kRange, kAzimuth, kBoth };
+
+const char* WordOf(Measured measured) {
+  return measured == Measured::kRange     ? "ranges"
+         : measured == Measured::kAzimuth ? "azimuths"
+                                          : "ranges and azimuths";
+}
+
+/// What standard deviations are mistaken by; with one given value also its square root, which a
+/// variance that was written as a standard deviation is too large by.
+std::vector<KnownNumber> SigmaNumbers(double given) {
+  std::vector<KnownNumber> numbers;
+  if (given > 0.0 && std::abs(given - 1.0) > 0.05) {
+    numbers.push_back({std::sqrt(given), "a variance given as standard deviation"});
+  }
+  numbers.push_back({100.0, "centimetres for metres, or a hundred"});
+  numbers.push_back({0.01, "metres written as centimetres, or a hundred"});
+  numbers.push_back({1000.0, "milliseconds for seconds, millimetres for metres"});
+  numbers.push_back({0.001, "thousandths"});
+  return numbers;
+}
+
+/// The value that all looks of some passes have; NaN where they differ.
+double CommonSigma(const Block& block, const Names& passes, Measured measured) {
+  double common = kNotGiven;
+  bool differ = measured == Measured::kBoth;
+  ForLooks(block, passes, [&](std::size_t i) {
+    const LookSigma sigma = block.SigmaOf(i);
+    const double value = measured == Measured::kRange ? sigma.range_m : sigma.azimuth;
+    if (std::isnan(common)) common = value;
+    differ = differ || value != common;
+  });
+  return differ ? kNotGiven : common;
+}
+
+Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measured, double factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kSigma;
+  out.cause = measured == Measured::kRange     ? "sigma.range"
+              : measured == Measured::kAzimuth ? "sigma.azimuth"
+                                               : "sigma.all";
+  out.passes = passes;
+  out.undo = [passes, measured](Block* edited, double log_factor) {
+    const double by = std::exp(-log_factor);
+    const auto scale = [&](double* range, double* azimuth) {
+      if (range != nullptr && measured != Measured::kAzimuth) *range *= by;
+      if (azimuth != nullptr && measured != Measured::kRange) *azimuth *= by;
+    };
+    for (const std::uint32_t p : PassesOf(*edited, passes)) {
+      LookSigma& sigma = edited->passes[p].sigma;
+      scale(&sigma.range_m, &sigma.azimuth);
+    }
+    Looks& looks = edited->looks;
+    ForLooks(*edited, passes, [&](std::size_t i) {
+      scale(looks.range_sigma_m.empty() ? nullptr : &looks.range_sigma_m[i],
+            looks.azimuth_sigma.empty() ? nullptr : &looks.azimuth_sigma[i]);
+    });
+  };
+  out.free = true;
+  out.logarithm = true;
+  out.value = std::log(factor);
+  out.step = 0.1;
+  out.unit = "1";
+  out.numbers = SigmaNumbers(CommonSigma(block, passes, measured));
+  out.says = [passes, measured](const Size& size) {
+    const bool large = size.value > 1.0;
+    const double by = large ? size.value : 1.0 / size.value;
+    return "the standard deviations of the " + std::string(WordOf(measured)) + " " +
+           OfPasses(passes) + " are " + SizeOf(by, size.sigma / size.value * by, "").text +
+           " times too " + (large ? "large" : "small");
+  };
+  out.change = [passes, measured](const Size& size) {
+    return "block.toml: [sigma] (or the columns of observations.csv) of the " +
+           std::string(WordOf(measured)) + " " + OfPasses(passes) + " divided by " +
+           Short(size.value);
+  };
+  out.screened = true;
+  out.local = true;
+  return out;
+}
+
+/// Square root of v'Pv over the redundancy of the ranges or of the azimuths alone; 0 where they
+/// have none, or for both together.
+double OwnS0(const SampleResiduals& residuals, Measured measured) {
+  if (measured == Measured::kBoth) return 0.0;
+  const Eigen::Index column = measured == Measured::kRange ? 0 : 1;
+  double square_1 = 0.0, redundancy_1 = 0.0;
+  for (Eigen::Index i = 0; i < residuals.whitened_1.rows(); ++i) {
+    const double error_1 = residuals.whitened_1(i, column);
+    const double part_1 = residuals.redundancy_1(i, column);
+    if (!std::isfinite(error_1) || !std::isfinite(part_1)) continue;
+    square_1 += error_1 * error_1;
+    redundancy_1 += part_1;
+  }
+  return redundancy_1 > 1.0 ? std::sqrt(square_1 / redundancy_1) : 0.0;
+}
+
+}  // namespace
+
+void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  const double s0_1 = std::sqrt(facts.before.square_sum_1 / facts.before.redundancy_1);
+  if (!(s0_1 > 0.0) || !std::isfinite(s0_1)) return;
+  for (const Measured measured : {Measured::kBoth, Measured::kRange, Measured::kAzimuth}) {
+    const double own_s0_1 = OwnS0(facts.residuals, measured);
+    out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0_1 > 0.0 ? own_s0_1 : s0_1)));
+    if (block.passes.size() < 2) continue;
+    for (const Pass& pass : block.passes) {
+      // A pass whose residuals are the rule is none to ask of.
+      double sum_1 = 0.0, count = 0.0;
+      ForLooks(block, {pass.id}, [&](std::size_t i) {
+        const auto row = facts.residuals.whitened_1.row(static_cast<Eigen::Index>(i));
+        const double square_1 = measured == Measured::kRange     ? row[0] * row[0]
+                                : measured == Measured::kAzimuth ? row[1] * row[1]
+                                                                 : row.squaredNorm();
+        if (!std::isfinite(square_1)) return;
+        sum_1 += square_1;
+        count += measured == Measured::kBoth ? 2.0 : 1.0;
+      });
+      const double all_1 =
+          facts.before.square_sum_1 / (2.0 * static_cast<double>(facts.before.looks));
+      const double share_1 = count > 0.0 ? sum_1 / count / all_1 : 1.0;
+      if (share_1 < 1.3 && share_1 > 0.3) continue;
+      if (share_1 > 1.0 && sum_1 < 0.3 * facts.before.square_sum_1) continue;
+      out->push_back(ScaledSigma(block, {pass.id}, measured, 1.0 / std::sqrt(share_1 * all_1)));
+    }
+  }
+}
+
+namespace {
+
+/// Of v'Pv, in squares of sigma, that a constant is to take to be solved for; and how many are.
+constexpr double kLeastStatistic_1 = 25.0;
+constexpr std::size_t kMostScored = 6;
+/// Passes up to which the dense score test of all of them is no matter of time.
+constexpr std::size_t kMostPasses = 60;
+
+using Names = std::vector<std::string>;
+using ParameterKey = std::pair<std::string, std::string>;  // owner and name
+
+ParameterKey KeyOf(const Parameter& parameter) { return {parameter.owner, parameter.name}; }
+
+/// The constants, each of one pass by itself and of all together.
+std::vector<CorrectionGroup> Constants() {
+  std::vector<CorrectionGroup> groups;
+  for (const bool shared : {false, true}) {
+    const std::string all = shared ? "diagnose." : "";
+    groups.push_back({all + "range", RangeCorrection{.bias = true}, {}, shared});
+    groups.push_back({all + "time", TimeCorrection{}, {}, shared});
+    groups.push_back({all + "squint", SquintCorrection{}, {}, shared});
+  }
+  return groups;
+}
+
+Hypothesis HypothesisOf(const Parameter& parameter, const Names& passes, const Facts& facts) {
+  const Block& block = facts.sample.block;
+  const Pass& pass = block.passes[0];
+  const double speed_mps = facts.passes[0].speed_mps;
+  const double range_m = block.looks.size() > 0 ? block.looks.range_m[0] : 1.0;
+  const double azimuth_m = block.looks.size() > 0 ? block.RoughAzimuthSigma_m(0, speed_mps) : 1.0;
+  switch (parameter.kind) {
+    case ParameterKind::kRangeBias:
+      return RangeBias(passes, 0.0, pass.sigma.range_m);
+    case ParameterKind::kTimeBias:
+      return ConstantTime(passes, 0.0, azimuth_m / speed_mps);
+    default:
+      return SquintBias(passes, 0.0, azimuth_m / range_m);
+  }
+}
+
+}  // namespace
+
+Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress) {
+  Hypotheses out;
+  const Block& block = facts.sample.block;
+  if (!facts.before.solved || block.passes.size() > kMostPasses) return out;
+  try {
+    std::vector<CorrectionGroup> groups = facts.corrections.groups;
+    for (const CorrectionGroup& constant : Constants()) {
+      const bool stands = std::any_of(groups.begin(), groups.end(), [&](const CorrectionGroup& g) {
+        return !constant.shared && !g.shared && Overlap(g, constant);
+      });
+      if (!stands) groups.push_back(constant);
+    }
+    const std::vector<JointPrior>& priors = facts.corrections.priors;
+    AdjustmentProblem base(block, facts.corrections.groups, {}, priors);
+    AdjustmentProblem extended(block, groups, {}, priors);
+    std::map<ParameterKey, double> value_of;
+    for (int i = 0; i < base.layout.size(); ++i) {
+      value_of[KeyOf(base.layout.parameters[static_cast<std::size_t>(i)])] =
+          facts.before.state.corrections[i];
+    }
+    BlockState state = facts.before.state;
+    state.corrections = Eigen::VectorXd::Zero(extended.layout.size());
+    std::vector<int> active, constants;
+    for (int i = 0; i < extended.layout.size(); ++i) {
+      const auto found =
+          value_of.find(KeyOf(extended.layout.parameters[static_cast<std::size_t>(i)]));
+      (found == value_of.end() ? constants : active).push_back(i);
+      if (found != value_of.end()) state.corrections[i] = found->second;
+    }
+    for (std::size_t point = 0; point < block.points.size(); ++point) {
+      if (!state.Position(point).allFinite()) {
+        extended.LeaveOut(point, PointStatus::kUndetermined, "no place");
+      }
+    }
+    UpdateWeights(state, &extended);
+    ReducedSystem system(extended);
+    system.Form(state, {}, progress);
+    QuadraticModel::Data data = DataAt(system, state.corrections, extended.layout.parameters);
+    data.redundancy_1 = facts.before.redundancy_1;
+    QuadraticModel model(std::move(data));
+    if (!model.Reset(active)) return out;
+    std::vector<std::pair<double, int>> scores;
+    for (const int column : constants) {
+      const double statistic_1 = model.Score({column}).statistic_1;
+      if (statistic_1 > kLeastStatistic_1) scores.emplace_back(-statistic_1, column);
+    }
+    std::sort(scores.begin(), scores.end());
+    if (scores.size() > kMostScored) scores.resize(kMostScored);
+    for (const auto& [score, column] : scores) {
+      const Parameter& parameter = extended.layout.parameters[static_cast<std::size_t>(column)];
+      const bool shared = parameter.owner.rfind("diagnose.", 0) == 0;
+      if (shared && block.passes.size() < 2) continue;
+      out.push_back(HypothesisOf(parameter, shared ? Names{} : Names{parameter.owner}, facts));
+      out.back().screened = true;
+      // What a constant takes where all is linear is its statistic.
+      const double excess_1 = facts.before.SquareSum() - facts.before.redundancy_1;
+      if (-2.0 * score > excess_1) out.back().order_1 = Hypothesis::kScored_1;
+      out.back().local = true;
+    }
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception&) {  // a block that cannot be linearised has no scores
+    out.clear();
+  }
+  return out;
 }
 
 }  // namespace sarblock

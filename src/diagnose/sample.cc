@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 
+#include "block/read_recorded.h"
 #include "core/threads.h"
-#include "edits.h"
 #include "model/look_model.h"
 #include "model/parameters.h"
-#include "sightings.h"
 #include <Eigen/Cholesky>
 
 namespace sarblock {
@@ -217,6 +217,288 @@ Sample TakeSample(const Block& block, ProgressSink* progress) {
   const std::vector<std::array<RowValues, 4>> neighbours = NeighboursOf(block);
   for (const std::size_t look : look_of) sample.neighbours.push_back(neighbours[look]);
   return sample;
+}
+
+std::optional<std::uint32_t> FindPass(const Block& block, const std::string& id) {
+  for (std::uint32_t i = 0; i < block.passes.size(); ++i) {
+    if (block.passes[i].id == id) return i;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::uint32_t> PassesOf(const Block& block, const std::vector<std::string>& ids) {
+  std::vector<std::uint32_t> out;
+  for (std::uint32_t i = 0; i < block.passes.size(); ++i) {
+    const bool named = std::find(ids.begin(), ids.end(), block.passes[i].id) != ids.end();
+    if (ids.empty() || named) out.push_back(i);
+  }
+  return out;
+}
+
+void ForLooks(const Block& block,
+              const std::vector<std::string>& passes,
+              const std::function<void(std::size_t look)>& edit) {
+  std::vector<std::uint8_t> named(block.passes.size(), 0);
+  for (const std::uint32_t pass : PassesOf(block, passes)) named[pass] = 1;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    if (named[block.looks.pass[i]] != 0) edit(i);
+  }
+}
+
+namespace {
+
+/// Changes passes; where no path can be made of what becomes of them they stay as they were.
+template <typename Change>
+void TryOnPasses(Block* block, const Change& change) {
+  std::vector<Pass> before = block->passes;
+  try {
+    change();
+  } catch (const InputError&) {
+    block->passes = std::move(before);
+  }
+}
+
+}  // namespace
+
+void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block) {
+  TryOnPasses(block, [&] {
+    Pass& edited = block->passes[pass];
+    std::vector<StateVector> states = edited.RecordedStates();
+    for (StateVector& state : states) edit(&state);
+    if (edited.recorded.asked.through == PathThrough::kStates) {
+      edited.path = FlightPath(std::move(states));
+      edited.recorded.states.clear();
+      return;
+    }
+    edited.path = FlightPath(states);
+    edited.recorded.states = std::move(states);
+    ReadRecordedFlights({static_cast<std::uint32_t>(pass)}, block);
+  });
+}
+
+void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block) {
+  TryOnPasses(block, [&] {
+    const std::vector<std::uint32_t> asked = PassesOf(*block, passes);
+    for (const std::uint32_t p : asked) {
+      Pass& pass = block->passes[p];
+      if (pass.recorded.states.empty()) pass.recorded.states = pass.path.states();
+      pass.recorded.asked.through = PathThrough::kAuto;
+    }
+    ReadRecordedFlights(asked, block);
+  });
+}
+
+void FitStrips(Block* block) {
+  struct Span {
+    double first_s = 0.0, last_s = 0.0;
+    bool seen = false;
+  };
+  std::vector<Span> spans(block->passes.size());
+  for (std::size_t i = 0; i < block->looks.size(); ++i) {
+    const double time_s = block->looks.time_s[i];
+    if (block->looks.rejected(i) || !std::isfinite(time_s)) continue;
+    Span& span = spans[block->looks.pass[i]];
+    span.first_s = span.seen ? std::min(span.first_s, time_s) : time_s;
+    span.last_s = span.seen ? std::max(span.last_s, time_s) : time_s;
+    span.seen = true;
+  }
+  for (std::size_t p = 0; p < spans.size(); ++p) {
+    Pass& pass = block->passes[p];
+    const Span& span = spans[p];
+    const double slack_s = 0.25 * (pass.end_s - pass.start_s);
+    const bool inside =
+        span.first_s >= pass.start_s - slack_s && span.last_s <= pass.end_s + slack_s;
+    if (!span.seen || inside || !(span.last_s > span.first_s)) continue;
+    pass.start_s = span.first_s;
+    pass.end_s = span.last_s;
+  }
+}
+
+namespace {
+
+/// Points with those of their looks that `take` takes; passes and the looks' pass are not set.
+template <typename Take>
+Block PointsOf(const Block& block,
+               const std::vector<std::uint32_t>& points,
+               const Take& take,
+               std::vector<std::size_t>* look_of) {
+  Block part;
+  part.name = block.name;
+  part.frame = block.frame;
+  const Looks& from = block.looks;
+  Looks& to = part.looks;
+  const auto copy = [](const auto& source, std::size_t i, auto* target) {
+    if (!source.empty()) target->push_back(source[i]);
+  };
+  for (const std::uint32_t point : points) {
+    const auto index = static_cast<std::uint32_t>(part.points.ids.size());
+    part.points.ids.Append(block.points.ids[point]);
+    part.points.role.push_back(block.points.role[point]);
+    part.points.given_m.push_back(block.points.given_m[point]);
+    if (const KnownPosition* known = block.points.FindKnown(point)) {
+      part.points.known.push_back(*known);
+      part.points.known.back().point = index;
+    }
+    for (std::size_t i = from.offsets[point]; i < from.offsets[point + 1]; ++i) {
+      if (!take(i)) continue;
+      to.pass.push_back(from.pass[i]);
+      to.flags.push_back(from.flags[i]);
+      to.time_s.push_back(from.time_s[i]);
+      to.range_m.push_back(from.range_m[i]);
+      copy(from.cone, i, &to.cone);
+      copy(from.range_sigma_m, i, &to.range_sigma_m);
+      copy(from.azimuth_sigma, i, &to.azimuth_sigma);
+      if (look_of != nullptr) look_of->push_back(i);
+    }
+    to.offsets.push_back(to.pass.size());
+  }
+  return part;
+}
+
+}  // namespace
+
+Block PartOf(const Block& block,
+             const std::vector<std::uint32_t>& points,
+             std::vector<std::size_t>* look_of) {
+  Block part = PointsOf(
+      block, points, [](std::size_t) { return true; }, look_of);
+  part.passes = block.passes;
+  return part;
+}
+
+Block PartOfPass(const Block& block, std::uint32_t pass, const std::vector<std::uint32_t>& points) {
+  const auto of_pass = [&](std::size_t look) { return block.looks.pass[look] == pass; };
+  Block part = PointsOf(block, points, of_pass, nullptr);
+  part.passes.push_back(block.passes[pass]);
+  part.looks.pass.assign(part.looks.size(), 0);
+  return part;
+}
+
+namespace {
+
+constexpr std::size_t kMostKnown = 60;
+
+Sighting See(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
+  const Pass& pass = block.passes[block.looks.pass[look]];
+  Sighting out;
+  out.look = look;
+  out.time_s = block.looks.time_s[look];
+  out.range_m = block.looks.range_m[look];
+  const Cone cone = block.ConeOf(look);
+  Motion motion;
+  out.off_m = (p_m - pass.path.states().front().position_m).norm();
+  if (!pass.path.Read(out.time_s, Acceleration::kOfCubic, &motion)) return out;
+  const Eigen::Vector3d sight_m = p_m - motion.position_m;
+  const double distance_m = sight_m.norm(), speed_mps = motion.velocity_mps.norm();
+  const double ahead_m = motion.velocity_mps.dot(sight_m) / speed_mps;
+  Sight sight;
+  sight.antenna_m = motion.position_m;
+  sight.velocity_mps = motion.velocity_mps;
+  sight.side = pass.side == LookSide::kLeft ? 1 : -1;
+  out.on_its_side = LiesWhereItLooks(block.frame, sight, p_m);
+  out.ahead_sine_1 = ahead_m / distance_m;
+  out.off_m = std::hypot(distance_m - out.range_m, ahead_m - distance_m * cone.Sine(speed_mps));
+  if (!out.on_its_side) out.off_m += distance_m;
+  return out;
+}
+
+void FindAbeam(const Block& block, const Eigen::Vector3d& p_m, Sighting* sighting) {
+  const FlightPath& path = block.passes[block.looks.pass[sighting->look]].path;
+  const std::optional<double> time_s =
+      FindConeTime(path, p_m, block.ConeOf(sighting->look), path.start_s(), path.end_s());
+  const std::optional<Motion> motion = time_s ? path.At(*time_s) : std::nullopt;
+  if (!motion) return;
+  sighting->true_time_s = *time_s;
+  sighting->true_range_m = (p_m - motion->position_m).norm();
+}
+
+bool WhollyKnown(const Block& block, std::uint32_t point) {
+  const KnownPosition* known = block.points.FindKnown(point);
+  return known != nullptr && block.points.role[point] != PointRole::kTie && known->held[0] &&
+         known->held[1] && known->held[2] && block.points.given_m[point].allFinite();
+}
+
+template <typename Use>
+void ForKnownLooks(const Block& block, const Use& use) {
+  for (std::uint32_t point = 0; point < block.points.size(); ++point) {
+    if (!WhollyKnown(block, point)) continue;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      if (!block.looks.rejected(i)) use(point, i);
+    }
+  }
+}
+
+}  // namespace
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return kNotGiven;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Line RobustLine(const std::vector<double>& x, const std::vector<double>& y) {
+  std::vector<double> slopes, offsets, distances;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t j = i + 1; j < x.size(); ++j) {
+      if (x[i] != x[j]) slopes.push_back((y[j] - y[i]) / (x[j] - x[i]));
+    }
+  }
+  Line line;
+  if (slopes.empty()) return line;
+  line.slope = Median(std::move(slopes));
+  for (std::size_t i = 0; i < x.size(); ++i) offsets.push_back(y[i] - line.slope * x[i]);
+  line.offset = Median(offsets);
+  for (const double offset : offsets) distances.push_back(std::abs(offset - line.offset));
+  line.spread = Median(std::move(distances));
+  return line;
+}
+
+double MisfitOf(const Block& block) {
+  std::vector<double> off_m;
+  ForKnownLooks(block, [&](std::uint32_t point, std::size_t look) {
+    off_m.push_back(See(block, look, block.points.given_m[point]).off_m);
+  });
+  return Median(std::move(off_m));
+}
+
+Sighting SightingAt(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
+  Sighting sighting = See(block, look, p_m);
+  FindAbeam(block, p_m, &sighting);
+  return sighting;
+}
+
+std::vector<PassSightings> SightingsOf(const Block& block) {
+  std::vector<std::vector<std::uint32_t>> known(block.passes.size());
+  ForKnownLooks(block, [&](std::uint32_t point, std::size_t look) {
+    std::vector<std::uint32_t>& points = known[block.looks.pass[look]];
+    if (points.empty() || points.back() != point) points.push_back(point);
+  });
+  std::vector<PassSightings> out(block.passes.size());
+  for (std::uint32_t p = 0; p < out.size(); ++p) {
+    PassSightings& of = out[p];
+    of.pass = p;
+    of.speed_mps = block.passes[p].path.states().front().velocity_mps.norm();
+    std::vector<std::uint32_t>& points = known[p];
+    if (points.size() > kMostKnown) {
+      std::vector<std::uint32_t> kept;
+      for (std::size_t i = 0; i < kMostKnown; ++i) {
+        kept.push_back(points[i * points.size() / kMostKnown]);
+      }
+      points = std::move(kept);
+    }
+    of.part = PartOfPass(block, p, points);
+    // Medians of metres need no smoothed path: other states are tried as they are.
+    of.part.passes[0].recorded.asked.through = PathThrough::kStates;
+    std::vector<double> off_m;
+    ForKnownLooks(of.part, [&](std::uint32_t point, std::size_t look) {
+      const Sighting sighting = SightingAt(of.part, look, of.part.points.given_m[point]);
+      off_m.push_back(sighting.off_m);
+      of.sightings.push_back(sighting);
+    });
+    of.misfit_m = Median(std::move(off_m));
+  }
+  return out;
 }
 
 }  // namespace sarblock

@@ -5,8 +5,14 @@
 #include "sarblock/core/progress.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace sarblock {
 
@@ -32,5 +38,79 @@ struct Sample {
 /// How badly the looks of a point meet on the given paths, in metres; of a known point how far they
 /// pass it by. NaN where there is nothing to tell.
 [[nodiscard]] double ContradictionOf(const Block& block, std::uint32_t point);
+
+/// Index of a pass; nothing where the block has none of this id.
+[[nodiscard]] std::optional<std::uint32_t> FindPass(const Block& block, const std::string& id);
+
+/// Passes of these ids that the block has, all of them for an empty list.
+[[nodiscard]] std::vector<std::uint32_t> PassesOf(const Block& block,
+                                                  const std::vector<std::string>& ids);
+
+/// Calls `edit` for every look of these passes (empty: all).
+void ForLooks(const Block& block,
+              const std::vector<std::string>& passes,
+              const std::function<void(std::size_t look)>& edit);
+
+/// Changes the states of a pass as recorded and makes its path of them in the way asked for.
+/// Changes that leave no valid path leave the pass as it was.
+void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block);
+
+/// Reads these passes (empty: all) as `auto` decides. Where no path can be made so they stay as
+/// they were.
+void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block);
+
+/// Where looks lie beyond the ends of their strip, the strip is the span of its looks.
+void FitStrips(Block* block);
+
+/// Block of some points with their looks, in the order given; passes as they are. `look_of`, where
+/// given, becomes the look of `block` that each of its looks is.
+[[nodiscard]] Block PartOf(const Block& block,
+                           const std::vector<std::uint32_t>& points,
+                           std::vector<std::size_t>* look_of = nullptr);
+
+/// The same of one pass alone.
+[[nodiscard]] Block PartOfPass(const Block& block,
+                               std::uint32_t pass,
+                               const std::vector<std::uint32_t>& points);
+
+/// A look of a pass at a known point and what the pass's given flight would have measured of it.
+struct Sighting {
+  std::size_t look = 0;
+  double time_s = 0.0, range_m = 0.0;  ///< as measured
+  double off_m = 0.0;  ///< how far the known position lies from the look's circle at its time
+  bool on_its_side = false;
+  // Where the known position comes abeam on the given path; NaN where it does not.
+  double true_time_s = kNotGiven, true_range_m = kNotGiven;
+  double ahead_sine_1 = kNotGiven;  ///< sine of the squint at which it is seen at the measured time
+};
+
+/// What one pass sees of the points whose position is known (control and check).
+struct PassSightings {
+  std::uint32_t pass = 0;
+  Block part;  ///< the pass alone with these points
+  std::vector<Sighting> sightings;
+  double misfit_m = kNotGiven;  ///< median of off_m
+  double speed_mps = 0.0;
+};
+
+/// Median of off_m over the looks of a block at its known points, which need not be solved: range
+/// error and distance from the cone at the measured time, the whole range where the point is not on
+/// the look's side or the time not on the path. NaN without known points.
+[[nodiscard]] double MisfitOf(const Block& block);
+
+/// A look and a position.
+[[nodiscard]] Sighting SightingAt(const Block& block, std::size_t look, const Eigen::Vector3d& p_m);
+
+/// Of every pass of the block.
+[[nodiscard]] std::vector<PassSightings> SightingsOf(const Block& block);
+
+/// Line through the median: b of y = a + b x from the pairs' slopes (Theil and Sen), and a.
+struct Line {
+  double offset = 0.0, slope = 0.0;
+  double spread = 0.0;  ///< median distance from it
+};
+[[nodiscard]] Line RobustLine(const std::vector<double>& x, const std::vector<double>& y);
+
+[[nodiscard]] double Median(std::vector<double> values);
 
 }  // namespace sarblock

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "block/read_recorded.h"
-#include "diagnose/edits.h"
+#include "diagnose/sample.h"
 #include "diagnose/trial_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

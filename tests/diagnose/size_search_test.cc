@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/size_search.h"
-
-#include "diagnose/range_mistakes.h"
+#include "diagnose/mistakes.h"
 #include "diagnose/sample.h"
 #include "diagnose/trial_blocks.h"
+#include "diagnose/trials.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/words.h"
-
+#include "diagnose/mistake.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

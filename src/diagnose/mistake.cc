@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "words.h"
+#include "mistake.h"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+
+#include <string>
+#include <vector>
+
+#include "trials.h"
+
+namespace sarblock {
+
+/// Times that are late by a constant, from `late_s` on; empty `passes`: of all.
+[[nodiscard]] Hypothesis ConstantTime(const std::vector<std::string>& passes,
+                                      double late_s,
+                                      double step_s);
+
+/// Adds the hypotheses of times that this block gives reason to try, with first values
+/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+void AddTimeMistakes(const Facts& facts, Hypotheses* out);
+
+/// Ranges that are too long by a constant, from `longer_m` on; empty `passes`: of all.
+[[nodiscard]] Hypothesis RangeBias(const std::vector<std::string>& passes,
+                                   double longer_m,
+                                   double step_m);
+
+/// Adds the hypotheses of ranges that this block gives reason to try, with first values
+/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+void AddRangeMistakes(const Facts& facts, Hypotheses* out);
+
+/// Squints that are too large by a constant, from `value_rad` on; empty `passes`: of all.
+[[nodiscard]] Hypothesis SquintBias(const std::vector<std::string>& passes,
+                                    double value_rad,
+                                    double step_rad);
+
+/// Adds the hypotheses of look sides and cones that this block gives reason to try, with first
+/// values of their sizes: those that the sightings suggest, and those that show in a solution
+/// alone.
+void AddConeMistakes(const Facts& facts, Hypotheses* out);
+
+/// Adds the hypotheses of standard deviations that this block gives reason to try, with first
+/// values of their sizes: those that the sightings suggest, and those that show in a solution
+/// alone.
+void AddSigmaMistakes(const Facts& facts, Hypotheses* out);
+
+/// Constants of time, range and squint, of one pass or of all, that Rao's score test (selection)
+/// finds at the fit as it is: what they would take off v'Pv in one linearisation, the most first.
+/// Nothing where the fit is none.
+[[nodiscard]] Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress);
+
+/// Adds the hypotheses of flight paths that this block gives reason to try, with first values
+/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+void AddPathMistakes(const Facts& facts, Hypotheses* out);
+
+/// Errors that are correlated in time: residuals of a pass that wander along its strip, of its
+/// ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq. (9).
+void AddWanderMistakes(const Facts& facts, Hypotheses* out);
+
+/// Adds the hypotheses of known positions that this block gives reason to try, with first values
+/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+void AddControlMistakes(const Facts& facts, Hypotheses* out);
+/// Of single known points, and of pairs of them, whose rows may explain the block.
+void AddKnownPointMistakes(const Facts& facts, Hypotheses* out);
+
+/// Adds the hypotheses of single looks and points: time, range, or both that this block gives
+/// reason to try, with first values of their sizes: those that the sightings suggest, and those
+/// that show in a solution alone.
+void AddLookMistakes(const Facts& facts, Hypotheses* out);
+
+/// Adds the hypotheses that the ids of a pass are shifted by a row or by a time.
+void AddShiftedIds(const Facts& facts, Hypotheses* out);
+/// Adds the hypotheses that two suspects are exchanged in a pass, where both agree better then.
+void AddExchangedPoints(const Facts& facts, Hypotheses* out);
+
+}  // namespace sarblock

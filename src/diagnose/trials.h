@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/diagnose/diagnosis.h"
+#include "sarblock/model/options.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "mistake.h"
+#include "model/problem.h"
+#include "sample.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// A sample of a block solved by least squares, as far as it can be.
+struct Fit {
+  bool solved = false;
+  double square_sum_1 = 0.0;  ///< v'Pv of what has a place
+  double redundancy_1 = 0.0;
+  std::size_t looks = 0;  ///< that have a place
+  std::size_t lost = 0;   ///< looks without one, or whose point lies where they do not look to
+  /// Sum of ln sigma^2 of the measurements less that of the sample as it was given, times the
+  /// redundancy of a measurement.
+  double log_sigmas_1 = 0.0;
+  int formed = 0;        ///< times that the system was formed
+  bool settled = false;  ///< the solution converged
+  BlockState state;
+
+  /// v'Pv with a look that has no place counted by kLost_1.
+  [[nodiscard]] double SquareSum() const;
+  /// -2 log of the restricted likelihood but for a constant (docs/theory/diagnosis.md, eq. (2)).
+  [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas_1; }
+};
+
+/// What a look without a place counts: residuals of 30 sigma in range and azimuth.
+inline constexpr double kLost_1 = 1800.0;
+
+/// How often a solution may form its system. A hypothesis that is right is there after two or three
+/// times; the others need not get there.
+enum class Effort { kQuick, kFull };
+
+struct FitOptions {
+  /// State of another fit of the same points to start from, which leaves out what has no place
+  /// there. None: start values of the sample's own.
+  const BlockState* warm = nullptr;
+  Effort effort = Effort::kFull;
+  /// v'Pv above which the fit is of no use: it may be given up (SolveOptions).
+  double useless_above_1 = std::numeric_limits<double>::infinity();
+};
+
+/// Solves the sample. Never throws but Interrupted: what cannot be solved is a Fit that is not.
+[[nodiscard]] Fit SolveSample(const Block& sample,
+                              const CorrectionModel& corrections,
+                              const FitOptions& options,
+                              ProgressSink* progress);
+
+/// Of every look at a fit, NaN where it has none; columns range and azimuth.
+struct SampleResiduals {
+  Eigen::MatrixX2d whitened_1;    ///< over their standard deviations
+  Eigen::MatrixX2d redundancy_1;  ///< part of an error of the measurement that its own residual
+                                  ///< shows while corrections stay: 1 less what its point follows
+};
+[[nodiscard]] SampleResiduals ResidualsOf(const Block& sample,
+                                          const CorrectionModel& corrections,
+                                          const Fit& fit);
+
+/// What hypotheses are made of.
+struct Facts {
+  const Sample& sample;
+  const std::vector<PassSightings>& passes;  ///< of the sample's known points
+  const CorrectionModel& corrections;
+  const Fit& before;                 ///< the sample as it is
+  const SampleResiduals& residuals;  ///< of `before`
+  /// Whether a mistake in the rows of these points alone may be told: without all of them, which no
+  /// change of them beats, v'Pv falls by as much as an explanation is to take.
+  const std::function<bool(const std::vector<std::uint32_t>& points)>& may_explain;
+};
+
+using Hypotheses = std::vector<Hypothesis>;
+
+/// Work of a diagnosis, counted and not timed, so that the same block is told the same on every
+/// machine and with any number of threads. Its unit is a look formed: the equations of one look
+/// made once, with its part of their elimination (docs/theory/diagnosis.md, eq. (11)).
+class Work {
+ public:
+  enum class Start { kOfItsOwn, kOfAnother };
+
+  /// At most so many adjustments of a block, of which a sample is solved.
+  Work(const Block& block, const Block& sample, const DiagnosisBounds& bounds)
+      : most_looks_(bounds.adjustments_1 *
+                    std::max(kFormedByAdjustment * static_cast<double>(block.looks.size()),
+                             kLeastOfSample * static_cast<double>(sample.looks.size()))) {}
+
+  /// A solution of a sample of so many looks, and the recorded states that it copied.
+  void AddSolution(std::size_t looks, const Fit& fit, Start start, std::size_t states) {
+    const double of_start = fit.lost > 0 ? kStartOfLost : kStartValues;
+    const double beside = kLastSum + (start == Start::kOfItsOwn ? of_start : 0.0);
+    done_looks_ += static_cast<double>(looks) * (fit.formed + beside) +
+                   kCopiedState * static_cast<double>(states);
+  }
+  /// Recorded states of which a path was made that does not go through them.
+  void AddSmoothed(std::size_t states) {
+    done_looks_ += kSmoothedState * static_cast<double>(states);
+  }
+
+  /// Less than this part of it is done.
+  [[nodiscard]] bool Allows(double part_1) const { return done_looks_ < part_1 * most_looks_; }
+  [[nodiscard]] double done_looks() const { return done_looks_; }
+  [[nodiscard]] double most_looks() const { return most_looks_; }
+
+ private:
+  /// What one adjustment forms of each look, its covariance counted as what takes as long; and of
+  /// each look of the sample at least, which is most of a small block.
+  static constexpr double kFormedByAdjustment = 5.5, kLeastOfSample = 36.0;
+  /// The last square sum with the places of the looks, and start values, also where circles do not
+  /// meet, in looks formed once.
+  static constexpr double kLastSum = 2.0, kStartValues = 2.0, kStartOfLost = 5.0;
+  static constexpr double kCopiedState = 0.005, kSmoothedState = 4.0;
+
+  double most_looks_;
+  double done_looks_ = 0.0;
+};
+
+/// Solves a sample with mistakes undone, and counts how often and with how much work.
+class Trials {
+ public:
+  Trials(const Block& sample, CorrectionModel corrections, Work work, ProgressSink* progress);
+
+  /// The sample as it is.
+  [[nodiscard]] Fit AsItIs();
+  /// Without the looks of some points.
+  [[nodiscard]] Fit Without(const std::vector<std::uint32_t>& points, const FitOptions& options);
+  [[nodiscard]] Fit With(const Hypothesis& hypothesis, double value, const FitOptions& options);
+  /// The block that AsItIs() solves: check points as control.
+  [[nodiscard]] const Block& given() const { return given_; }
+  [[nodiscard]] int solutions() const { return solutions_; }
+  [[nodiscard]] const Work& work() const { return work_; }
+
+ private:
+  [[nodiscard]] Fit Solve(const Block& block, const FitOptions& options);
+
+  const Block& sample_;
+  Block given_;
+  CorrectionModel corrections_;
+  Work work_;
+  std::size_t states_ = 0;  ///< recorded states of the passes, which every trial copies
+  ProgressSink* progress_;
+  int solutions_ = 0;
+};
+
+/// A hypothesis solved: at its size, with the size's standard deviation where it is free.
+struct Solved {
+  double value = 0.0, sigma = kNotGiven;
+  Fit fit;
+};
+
+struct SearchOptions {
+  Effort effort = Effort::kFull;
+  /// Cost above which a size is of no use: the search ends where four times what the parabola
+  /// promises would not bring it there.
+  double useless_above_1 = std::numeric_limits<double>::infinity();
+  double part_of_work_1 = 1.0;  ///< at which the search ends where it is
+};
+
+/// Finds the size of least cost from hypothesis.value on: Newton's steps on the parabola through
+/// three solutions, a fixed number at most, fewer with Effort::kQuick. Its standard deviation is
+/// that of the likelihood, sqrt(2 / cost''). Returns `first` where the cost has no minimum there.
+[[nodiscard]] Solved SearchSize(const Hypothesis& hypothesis,
+                                const Fit& first,
+                                const SearchOptions& options,
+                                Trials* trials);
+
+}  // namespace sarblock
