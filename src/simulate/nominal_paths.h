@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/geometry/frame.h"
 #include "sarblock/simulate/scene.h"
 
+#include <array>
+#include <cstdint>
+#include <unordered_map>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace sarblock {
 
@@ -19,5 +25,50 @@ struct NominalPass {
 /// what six standard deviations of the navigation errors and noise can move a look's time.
 /// Throws InputError where an orbit cannot see its aim.
 [[nodiscard]] std::vector<NominalPass> PlanPasses(const Scene& scene);
+
+/// One planned look at a point.
+struct PlannedLook {
+  std::uint32_t pass = 0;
+  double time_s = 0.0;  ///< cone time on the nominal path
+};
+
+/// Which strips show a point (docs/scenes.md). Space is cut into cubes half as wide as the farthest
+/// reach of a pass; a cube lists the passes whose reach touches it, so that a point asks the passes
+/// around it and not all of a large block. Reading is thread-safe.
+class Visibility {
+ public:
+  /// `frame` and `planned` must outlive it. Throws InputError where a strip lies outside its path.
+  Visibility(const Frame& frame, const std::vector<NominalPass>& planned);
+
+  /// Looks at p in order of passes.
+  void LooksAt(const Eigen::Vector3d& p_m, std::vector<PlannedLook>* looks) const;
+
+ private:
+  /// The cone's apex and axis at one end of the strip.
+  struct End {
+    Eigen::Vector3d position_m;
+    Eigen::Vector3d ahead_1;
+  };
+  /// The sphere about the middle of a path that holds its strip, and the strip's two ends.
+  struct Reach {
+    Eigen::Vector3d middle_m;
+    double square_m2 = 0.0;
+    double sine_of_squint_1 = 0.0;
+    std::array<End, 2> ends;
+  };
+  using Cell = std::array<std::int64_t, 3>;
+  struct HashCell {
+    std::size_t operator()(const Cell& cell) const;
+  };
+
+  [[nodiscard]] Cell CellOf(const Eigen::Vector3d& p_m) const;
+  [[nodiscard]] bool MayShow(const Reach& reach, const Eigen::Vector3d& p_m) const;
+
+  const Frame& frame_;
+  const std::vector<NominalPass>& planned_;
+  std::vector<Reach> reaches_;
+  double cell_m_ = 1.0;
+  std::unordered_map<Cell, std::vector<std::uint32_t>, HashCell> passes_of_;
+};
 
 }  // namespace sarblock

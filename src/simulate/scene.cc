@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/scene.h"
+#include "scene.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/id_table.h"
+#include "sarblock/simulate/scene.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
-
-#include "joint_names.h"
 
 namespace sarblock {
 namespace {
@@ -280,10 +282,6 @@ Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
   return std::nullopt;
 }
 
-}  // namespace
-
-namespace {
-
 std::vector<std::string> PassIds(const Scene& scene) {
   std::vector<std::string> ids;
   for (const SceneFlight& flight : scene.flights) {
@@ -355,6 +353,77 @@ Eigen::Vector3d FrameFromPlane(const Scene& scene,
   const Eigen::Matrix3d enu_from_frame = scene.frame.EnuFromFrame(origin_m);
   const Eigen::Vector3d tangent_m(plane_m.x(), plane_m.y(), 0.0);
   return scene.frame.AtHeight(origin_m + enu_from_frame.transpose() * tangent_m, height_m);
+}
+
+namespace {
+
+constexpr int kMostDrawnDegree = 2;
+constexpr std::array<const char*, 4> kDrawnBiases = {
+    "range.bias", "range.scale", "time.bias", "squint.bias"};
+
+}  // namespace
+
+std::optional<DrawnParameter> ParseDrawn(const JointPrior& prior, const std::string& name) {
+  const auto* const bias = std::find(kDrawnBiases.begin(), kDrawnBiases.end(), name);
+  if (bias != kDrawnBiases.end()) {
+    return DrawnParameter{{}, {}, static_cast<DrawnBias>(bias - kDrawnBiases.begin())};
+  }
+  std::vector<JointPrior::Axes> tried{prior.axes};
+  if (prior.axes == JointPrior::Axes::kCorrection) {
+    tried = {JointPrior::Axes::kTrack, JointPrior::Axes::kFrame};
+  }
+  for (const JointPrior::Axes axes : tried) {
+    const auto position = ParsePositionName(name, axes);
+    if (position && position->degree <= kMostDrawnDegree) return DrawnParameter{position, axes, {}};
+  }
+  return std::nullopt;
+}
+
+std::optional<JointErrorProblem> FindJointProblem(const std::vector<JointPrior>& joint,
+                                                  const std::vector<std::string>& passes) {
+  for (const JointPrior& prior : joint) {
+    const std::string key = "navigation." + KeyOf(prior);
+    if (const auto problem = FindOwnProblem(prior)) {
+      return JointErrorProblem{key + "." + problem->field, problem->problem};
+    }
+    for (const std::string& pass : prior.passes) {
+      if (std::find(passes.begin(), passes.end(), pass) != passes.end()) continue;
+      return JointErrorProblem{
+          key + ".passes",
+          "no pass '" + pass + "' in the scene" + DidYouMean(NearestName(pass, passes))};
+    }
+    for (const std::string& name : prior.parameters) {
+      if (ParseDrawn(prior, name)) continue;
+      return JointErrorProblem{
+          key + ".parameters",
+          "'" + name +
+              "' cannot be drawn, position parameters of degree 0 to 2 in the axes given, "
+              "range.bias, range.scale, time.bias and squint.bias can"};
+    }
+  }
+  return std::nullopt;
+}
+
+JointSigmas SumJointSigmas(const std::vector<JointPrior>& joint) {
+  constexpr std::array<double, 3> kEndSlopes = {0.0, 1.0, 3.0};  // of Legendre polynomials
+  JointSigmas out;
+  for (const JointPrior& prior : joint) {
+    const Eigen::VectorXd sigma = prior.Covariance().diagonal().cwiseSqrt();
+    for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
+      const double own = sigma[static_cast<Eigen::Index>(i)];
+      const auto drawn = ParseDrawn(prior, prior.parameters[i]);
+      if (!drawn) continue;
+      if (drawn->position) {
+        out.shift_m += own;
+        out.end_slope_m += own * kEndSlopes[static_cast<std::size_t>(drawn->position->degree)];
+      } else if (drawn->bias == DrawnBias::kTime) {
+        out.time_bias_s += own;
+      } else if (drawn->bias == DrawnBias::kSquint) {
+        out.squint_bias_rad += own;
+      }
+    }
+  }
+  return out;
 }
 
 }  // namespace sarblock

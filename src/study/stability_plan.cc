@@ -12,8 +12,7 @@
 #include <utility>
 
 #include "block/read_recorded.h"
-#include "simulate/recording.h"
-#include "simulate/wander.h"
+#include "simulate/true_path.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

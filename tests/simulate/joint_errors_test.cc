@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Errors of simulated flights with a full covariance.
-#include "simulate/joint_errors.h"
-
 #include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
@@ -9,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "simulate/joint_names.h"
+#include "simulate/scene.h"
 #include "simulate/true_path.h"
 #include "support/small_blocks.h"
 #include <Eigen/Geometry>

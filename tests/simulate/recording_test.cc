@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/recording.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/io/block_files.h"
@@ -14,7 +12,6 @@
 #include "io/io_fixture.h"
 #include "simulate/small_scene.h"
 #include "simulate/true_path.h"
-#include "simulate/wander.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

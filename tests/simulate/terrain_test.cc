@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/terrain.h"
-
 #include "sarblock/core/statistics.h"
 
 #include <cmath>
 
+#include "simulate/places.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

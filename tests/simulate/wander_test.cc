@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/wander.h"
-
 #include "sarblock/core/statistics.h"
 
 #include <array>
@@ -8,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulate/gauss_markov.h"
+#include "simulate/true_path.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -3,7 +3,6 @@
 
 #include "sarblock/core/progress.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/simulated_block.h"
 
 #include <cstdint>
 

@@ -5,12 +5,36 @@
 #include "sarblock/simulate/scene.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace sarblock {
+
+/// Heights of a simulated terrain, anywhere in the scene plane.
+///
+///     h(x) = h_0 + relief sum_m a_m cos(k_m . x + phi_m),    sum_m a_m^2 = 2
+///
+/// with wave vectors k_m ~ N(0, 2/L^2 I), which gives the correlation exp(-(r/L)^2), and uniform
+/// phases. Rolling: 64 waves of one L. Rugged: 4 octaves of 32 waves, L and the amplitude halved
+/// from octave to octave. The mean square over all draws is exactly relief^2; over one area it
+/// scatters with the number of correlation lengths in it.
+class Terrain {
+ public:
+  Terrain(const SceneTerrain& terrain, std::uint64_t seed);
+  [[nodiscard]] double HeightAt(const Eigen::Vector2d& plane_m) const;
+
+ private:
+  struct Wave {
+    Eigen::Vector2d wave_rad_per_m;
+    double phase_rad;
+    double amplitude_m;
+  };
+  double mean_m_ = 0.0;
+  std::vector<Wave> waves_;
+};
 
 /// A point as planned: where it stands in the scene plane, and as what.
 struct PlacedPoint {

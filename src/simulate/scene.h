@@ -4,6 +4,7 @@
 #include "sarblock/model/options.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,5 +41,21 @@ struct JointSigmas {
   double squint_bias_rad = 0.0;
 };
 [[nodiscard]] JointSigmas SumJointSigmas(const std::vector<JointPrior>& joint);
+
+/// First argument of MixStream for each kind of random thing of a scene; the second is its index.
+/// The numbers are part of the reproducibility of a seed: never renumber.
+enum StreamKind : std::uint64_t {
+  kTerrainStream = 1,
+  kTieStream = 2,
+  kControlPlaceStream = 3,
+  kCheckPlaceStream = 4,
+  kPassStream = 5,
+  kBiasStream = 6,
+  kLookStream = 7,
+  kKnownStream = 8,
+  kWanderStream = 9,
+  kRecorderStream = 10,
+  kJointStream = 11,
+};
 
 }  // namespace sarblock
