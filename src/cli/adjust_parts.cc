@@ -3,9 +3,9 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/progress.h"
+#include "sarblock/tables/output.h"
 
 #include "io/montecarlo_part.h"
-#include "io/part_folders.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/io/atomic_file.h"
 #include "sarblock/io/input_files.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
+#include "sarblock/tables/output.h"
 
 #include <string>
 #include <vector>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/convert.h"
+#include "sarblock/tables/output.h"
 
 #include <memory>
 
 #include "commands.h"
-#include "io/open_tables.h"
-#include "io/output_folder.h"
+#include "tables/open.h"
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>

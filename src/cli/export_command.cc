@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/atomic_file.h"
 #include "sarblock/io/result_reader.h"
+#include "sarblock/tables/output.h"
 
 #include <chrono>
 #include <filesystem>

@@ -3,13 +3,12 @@
 
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
+#include "sarblock/tables/output.h"
 
 #include <map>
 #include <vector>
 
 #include "command_line.h"
-#include "io/folder_content.h"
-#include "io/output_folder.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

@@ -6,9 +6,9 @@
 #include <map>
 
 #include "command_line.h"
-#include "io/csv_reader.h"
 #include "leberl/rigorous.h"
 #include "leberl_command.h"
+#include "tables/csv.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <cmath>
 #include <filesystem>
 
-#include "io/csv_writer.h"
 #include "leberl_command.h"
+#include "tables/csv.h"
 #include "validity_plot.h"
 #include <fmt/core.h>
 

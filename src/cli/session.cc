@@ -2,7 +2,7 @@
 #include "session.h"
 
 #include "sarblock/core/progress.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <atomic>
 #include <chrono>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
+#include "sarblock/tables/output.h"
 
 #include <functional>
 #include <memory>
@@ -10,8 +11,7 @@
 
 #include "core/ranks.h"
 #include "exit_code.h"
-#include "io/naming.h"
-#include "io/output_folder.h"
+#include "tables/table.h"
 #include <CLI/CLI.hpp>
 
 namespace sarblock::cli {

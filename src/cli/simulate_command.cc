@@ -3,12 +3,12 @@
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"
+#include "sarblock/tables/output.h"
 
 #include <memory>
 
 #include "commands.h"
 #include "core/threads.h"
-#include "io/output_folder.h"
 #include "print_summary.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>

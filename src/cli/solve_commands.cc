@@ -4,6 +4,7 @@
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
 #include "sarblock/io/result_files.h"
+#include "sarblock/tables/output.h"
 
 #include <cmath>
 #include <filesystem>
@@ -18,7 +19,6 @@
 #include "diagnose_command.h"
 #include "environment.h"
 #include "io/montecarlo_part.h"
-#include "io/output_folder.h"
 #include "print_summary.h"
 #include "report_command.h"
 #include <fmt/core.h>

@@ -2,7 +2,7 @@
 #include "study_command.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <array>
 #include <filesystem>
@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "core/threads.h"
-#include "io/part_folders.h"
 #include "study_io/densification_file.h"
 #include "study_io/stability_file.h"
 #include "study_io/study_file.h"

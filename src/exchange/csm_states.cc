@@ -3,7 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <cmath>

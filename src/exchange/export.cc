@@ -2,7 +2,7 @@
 #include "exchange/export.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/tables/output.h"
+
 #include <filesystem>
 
 #include "exchange/export.h"
-#include "io/output_folder.h"
 
 namespace sarblock {
 

@@ -4,7 +4,7 @@
 // GeoPackage 1.3 (OGC 12-128r17) by SQLite alone: three feature tables whose geometries are blobs
 // of a short header and well-known binary.
 #include "sarblock/core/error.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <array>
 #include <bit>

@@ -11,10 +11,10 @@
 #include <iterator>
 #include <numbers>
 
-#include "io/csv_writer.h"
 #include "io/geojson.h"
 #include "product/utc_time.h"
 #include "sinex_covariance.h"
+#include "tables/csv.h"
 #include <fmt/core.h>
 
 namespace sarblock {

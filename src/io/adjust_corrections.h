@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "toml_reader.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "toml_reader.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 

@@ -11,9 +11,9 @@
 #include <cstdint>
 
 #include "adjust_corrections.h"
-#include "adjust_overrides.h"
 #include "adjust_priors.h"
 #include "core/text.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

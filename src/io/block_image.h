@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "toml_reader.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 

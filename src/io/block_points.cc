@@ -14,7 +14,7 @@
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
-#include "toml_reader.h"
+#include "tables/toml.h"
 #include <Eigen/Eigenvalues>
 
 namespace sarblock {

@@ -7,9 +7,8 @@
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
 #include "core/text.h"
-#include "open_tables.h"
-#include "table_texts.h"
-#include "toml_reader.h"
+#include "tables/open.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 

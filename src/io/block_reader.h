@@ -10,8 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cells.h"
-#include "table_source.h"
+#include "tables/table.h"
 
 namespace sarblock {
 

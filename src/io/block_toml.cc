@@ -6,13 +6,12 @@
 #include <array>
 #include <cmath>
 
-#include "adjust_overrides.h"
 #include "adjust_table.h"
 #include "block_image.h"
 #include "block_reader.h"
 #include "core/text.h"
 #include "ellipsoid_reader.h"
-#include "toml_reader.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "block_reader.h"
 #include "core/text.h"
-#include "csv_reader.h"
-#include "open_tables.h"
+#include "tables/csv.h"
+#include "tables/open.h"
 
 namespace sarblock {
 namespace {

@@ -2,6 +2,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
 #include "sarblock/io/block_files.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +11,8 @@
 #include "block_image.h"
 #include "core/text.h"
 #include "look_rows.h"
-#include "output_folder.h"
 #include "path_writer.h"
-#include "write_tables.h"
+#include "tables/open.h"
 
 namespace sarblock {
 namespace {

@@ -16,10 +16,9 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "json_reader.h"
-#include "open_tables.h"
-#include "toml_reader.h"
-#include "write_tables.h"
+#include "tables/json.h"
+#include "tables/open.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "sarblock/geometry/frame.h"
 
-#include "toml_reader.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 

@@ -2,7 +2,7 @@
 #include "geojson.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 #include <cmath>
 
 #include "core/text.h"
-#include "ordered_pieces.h"
 #include "quality/covariance.h"
+#include "tables/table.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <memory>
 
-#include "open_tables.h"
+#include "tables/open.h"
 #include <openssl/evp.h>
 
 namespace sarblock {

@@ -2,6 +2,7 @@
 #include "montecarlo_part.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <array>
@@ -9,13 +10,11 @@
 #include <system_error>
 #include <utility>
 
-#include "folder_content.h"
-#include "json_reader.h"
-#include "open_tables.h"
 #include "quality/montecarlo.h"
 #include "run_origin.h"
-#include "table_columns.h"
-#include "write_tables.h"
+#include "tables/json.h"
+#include "tables/open.h"
+#include "tables/table.h"
 #include <fmt/format.h>
 
 namespace sarblock {

@@ -3,18 +3,17 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/io/atomic_file.h"
 #include "sarblock/io/input_files.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
+#include "sarblock/tables/output.h"
 
 #include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "part_folders.h"
-#include "table_source.h"
+#include "tables/table.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "table_sink.h"
+#include "tables/table.h"
 
 namespace sarblock {
 

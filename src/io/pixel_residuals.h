@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "result_view.h"
-#include "table_writer.h"
+#include "tables/table.h"
 
 namespace sarblock {
 

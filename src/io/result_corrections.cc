@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "json_reader.h"
+#include "tables/json.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/io/adjust_table.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +13,12 @@
 #include "adjust_table.h"
 #include "core/threads.h"
 #include "diagnosis_section.h"
-#include "folder_content.h"
 #include "path_writer.h"
 #include "result_quality.h"
 #include "result_realism.h"
 #include "result_tables.h"
 #include "run_origin.h"
-#include "write_tables.h"
+#include "tables/open.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/io/result_reader.h"
 
-#include "open_tables.h"
 #include "result_summary_reader.h"
 #include "result_table_reader.h"
-#include "table_texts.h"
+#include "tables/open.h"
 
 namespace sarblock {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "result_view.h"
-#include "table_sink.h"
+#include "tables/table.h"
 #include <nlohmann/json.hpp>
 
 namespace sarblock {

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "core/text.h"
-#include "json_reader.h"
+#include "tables/json.h"
 
 namespace sarblock {
 namespace {

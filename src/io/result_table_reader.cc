@@ -12,7 +12,7 @@
 #include "core/text.h"
 #include "geojson.h"
 #include "result_tables.h"
-#include "toml_reader.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

@@ -4,7 +4,7 @@
 #include "sarblock/core/id_table.h"
 #include "sarblock/io/result_file.h"
 
-#include "table_source.h"
+#include "tables/table.h"
 
 namespace sarblock {
 

@@ -3,7 +3,7 @@
 
 #include "geojson.h"
 #include "result_view.h"
-#include "table_sink.h"
+#include "tables/table.h"
 
 namespace sarblock {
 

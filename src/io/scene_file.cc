@@ -5,11 +5,10 @@
 #include "sarblock/geometry/path.h"
 
 #include "adjust_priors.h"
-#include "csv_reader.h"
 #include "ellipsoid_reader.h"
 #include "scene_file.h"
-#include "scene_table.h"
-#include "toml_document.h"
+#include "tables/csv.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "inertial_orbit.h"
-#include "io/json_reader.h"
 #include "product/radar_image.h"
+#include "tables/json.h"
 
 namespace sarblock {
 

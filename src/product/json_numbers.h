@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "io/json_reader.h"
+#include "tables/json.h"
 #include <Eigen/Core>
 
 namespace sarblock {

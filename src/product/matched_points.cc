@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "product/matched_points.h"
 
-#include "io/cells.h"
-#include "io/csv_reader.h"
+#include "tables/csv.h"
+#include "tables/table.h"
 
 namespace sarblock {
 namespace {

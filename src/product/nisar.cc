@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "core/text.h"
-#include "io/hdf5_values.h"
 #include "orbit_path.h"
+#include "tables/hdf5_file.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "core/text.h"
-#include "io/csv_reader.h"
+#include "tables/csv.h"
 
 namespace sarblock {
 namespace {

@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/io/adjust_table.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <functional>
@@ -13,9 +14,8 @@
 
 #include "arrays.h"
 #include "block_data.h"
-#include "io/naming.h"
-#include "io/output_folder.h"
 #include "run_work.h"
+#include "tables/table.h"
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 

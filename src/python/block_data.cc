@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/threads.h"
-#include "io/naming.h"
-#include "io/open_tables.h"
+#include "tables/open.h"
+#include "tables/table.h"
 
 namespace sarblock::python {
 namespace {

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/io/convert.h"
+#include "sarblock/tables/output.h"
 
 #include <cmath>
 #include <functional>
@@ -12,10 +13,9 @@
 #include <vector>
 
 #include "arrays.h"
-#include "io/open_tables.h"
-#include "io/output_folder.h"
 #include "result_data.h"
 #include "run_work.h"
+#include "tables/open.h"
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/naming.h"
+#include "tables/table.h"
 
 namespace sarblock::python {
 namespace {

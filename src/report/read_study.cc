@@ -5,11 +5,11 @@
 #include <fstream>
 #include <iterator>
 
-#include "io/csv_reader.h"
-#include "io/open_tables.h"
-#include "io/toml_document.h"
 #include "result_folder.h"
 #include "study_page.h"
+#include "tables/csv.h"
+#include "tables/open.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

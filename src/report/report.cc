@@ -2,11 +2,10 @@
 #include "report/report.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <utility>
 
-#include "io/folder_content.h"
 #include "result_folder.h"
 #include "sections.h"
 #include "study_page.h"

@@ -12,8 +12,8 @@
 #include <sstream>
 #include <utility>
 
-#include "io/toml_document.h"
 #include "study_file.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "io/toml_document.h"
 #include "study_file.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

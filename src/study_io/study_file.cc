@@ -5,7 +5,7 @@
 #include <sstream>
 #include <utility>
 
-#include "io/toml_document.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

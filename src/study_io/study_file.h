@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "io/scene_table.h"
 #include "study/study_table.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 

@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "core/text.h"
-#include "io/csv_reader.h"
-#include "io/csv_writer.h"
+#include "tables/csv.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/csv_reader.h"
 #include "study/study_table.h"
+#include "tables/csv.h"
 
 namespace sarblock {
 

@@ -2,13 +2,13 @@
 #include "study_parts.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/tables/output.h"
 
 #include <fstream>
 #include <iterator>
 #include <system_error>
 #include <utility>
 
-#include "io/part_folders.h"
 #include <fmt/format.h>
 
 namespace sarblock {

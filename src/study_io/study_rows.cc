@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study_rows.h"
 
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <cerrno>
 #include <cstring>
@@ -12,8 +12,8 @@
 #include <system_error>
 #include <utility>
 
-#include "io/csv_reader.h"
 #include "study_file.h"
+#include "tables/csv.h"
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>

@@ -9,8 +9,8 @@
 #include <array>
 #include <utility>
 
-#include "io/toml_document.h"
 #include "study_file.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {

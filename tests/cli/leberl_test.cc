@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include "support/run_program.h"
+#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -14,13 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "io/csv_reader.h"
 #include "io/montecarlo_part.h"
-#include "io/table_source.h"
-#include "io/table_texts.h"
 #include "study_io/densification_file.h"
 #include "study_io/stability_file.h"
 #include "study_io/tradeoff_study.h"
+#include "tables/csv.h"
+#include "tables/open.h"
+#include "tables/table.h"
 
 // What the fuzzers run and the unit tests replay on the corpus. A file may be refused by
 // InputError and by nothing else; what is accepted has to keep its promises.

@@ -2,6 +2,7 @@
 // Blocks and results in one HDF5 file: round trips against the folder, and what is refused.
 #include "sarblock/io/convert.h"
 #include "sarblock/io/result_reader.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <csignal>
@@ -9,10 +10,9 @@
 #include <fstream>
 
 #include "fuzz/container_fuzz_targets.h"
-#include "io/hdf5_file.h"
-#include "io/output_folder.h"
 #include "io/result_fixture.h"
-#include "io/write_tables.h"
+#include "tables/hdf5_file.h"
+#include "tables/open.h"
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/csv_reader.h"
-
 #include <array>
 #include <cmath>
 
 #include "io/io_fixture.h"
+#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/csv_writer.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 
@@ -12,8 +10,8 @@
 #include <utility>
 
 #include "core/threads.h"
-#include "io/csv_reader.h"
 #include "io/io_fixture.h"
+#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <string>
 
-#include "io/csv_reader.h"
 #include "io/io_fixture.h"
+#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

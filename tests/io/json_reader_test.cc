@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places named by refusals of JSON files: file, line and dotted key.
-#include "io/json_reader.h"
-
 #include "sarblock/core/error.h"
 
 #include <string>
 
 #include "io/io_fixture.h"
+#include "tables/json.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 
 #include "fuzz/fuzz_targets.h"
 #include "io/io_fixture.h"
-#include "io/table_texts.h"
+#include "tables/open.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {

@@ -6,9 +6,9 @@
 #include <array>
 #include <limits>
 
-#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include "quality/assess.h"
+#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

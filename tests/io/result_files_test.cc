@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "io/csv_reader.h"
 #include "io/result_fixture.h"
+#include "tables/csv.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

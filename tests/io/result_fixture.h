@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/csv_reader.h"
 #include "io/io_fixture.h"
+#include "tables/csv.h"
 
 namespace sarblock::test {
 

@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "adjust/finish.h"
-#include "io/csv_reader.h"
 #include "io/io_fixture.h"
 #include "support/small_blocks.h"
+#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

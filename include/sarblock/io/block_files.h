@@ -3,8 +3,8 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/io/atomic_file.h"
 #include "sarblock/model/options.h"
+#include "sarblock/tables/output.h"
 
 #include <cstdint>
 #include <filesystem>

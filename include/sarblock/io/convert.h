@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/io/atomic_file.h"
+#include "sarblock/tables/output.h"
 
 #include <cstddef>
 #include <filesystem>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "sarblock/diagnose/diagnosis.h"
-#include "sarblock/io/atomic_file.h"
 #include "sarblock/io/input_files.h"
 #include "sarblock/model/result.h"
+#include "sarblock/tables/output.h"
 
 #include <cstddef>
 #include <filesystem>

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sarblock {
+
+enum class Compression { kNone, kGzip };
+
+/// The name `.NAME.tmp-PID` beside a target, for a file that appears whole or not at all: whoever
+/// writes it calls Commit(), which renames it. Without a Commit() the destructor removes it.
+class TemporaryName {
+ public:
+  /// Removes what a killed process that had the same number left.
+  explicit TemporaryName(const std::filesystem::path& target);
+  ~TemporaryName();
+  TemporaryName(const TemporaryName&) = delete;
+  TemporaryName& operator=(const TemporaryName&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  /// Throws InputError naming the target if it cannot be replaced. Call once.
+  void Commit();
+
+ private:
+  std::filesystem::path target_;
+  std::string name_;  // empty: committed
+  int slot_ = -1;
+};
+
+/// A file that appears whole or not at all: written under a TemporaryName and renamed by Commit().
+/// A target that exists and is no regular file (a pipe, a device) is written directly.
+/// Every write is checked; failures (no space left, no such folder) throw InputError naming the
+/// file. Gzip output is the same bytes for the same text (no time stamp, no name).
+class AtomicFile {
+ public:
+  explicit AtomicFile(const std::filesystem::path& target,
+                      Compression compression = Compression::kNone);
+  ~AtomicFile();
+  AtomicFile(AtomicFile&&) noexcept;
+  AtomicFile& operator=(AtomicFile&&) = delete;
+
+  void Write(std::string_view text);
+  /// Writes what is buffered, closes and renames. Call once.
+  void Commit();
+
+ private:
+  struct State;
+  void Flush();
+  void WriteThrough(std::string_view text);
+  [[noreturn]] void Fail(const std::string& doing);
+  std::unique_ptr<State> state_;
+};
+
+/// Removes the temporary files that are open in this process. Async-signal-safe (a signal handler
+/// may call it before the process ends); the files' AtomicFile objects must not be used afterwards.
+void RemoveOpenTemporaryFiles() noexcept;
+
+/// A file that goes with a block or a result: `name` in its folder, or beside the file that stands
+/// for one: "x.report.html" for "x.h5".
+[[nodiscard]] std::filesystem::path FileOf(const std::filesystem::path& owner,
+                                           const std::string& name);
+
+/// Makes a folder and its parents; throws InputError naming it where that fails.
+void MakeFolder(const std::filesystem::path& folder);
+
+/// What a folder, or a file that stands for one, holds. Studies are folders, and so are parts of
+/// the draws of an adjustment (montecarlo_part.h).
+enum class FolderContent { kResult, kBlock, kStudy, kPart };
+
+/// "result", "block", "study" or "part of an adjustment".
+[[nodiscard]] constexpr const char* NameOf(FolderContent content) {
+  constexpr const char* kNames[] = {"result", "block", "study", "part of an adjustment"};
+  return kNames[static_cast<std::size_t>(content)];
+}
+
+/// Whether a file that is to be written is one file of all tables: its name ends in ".h5".
+[[nodiscard]] bool NamesContainer(const std::filesystem::path& path);
+/// What a block or a result at this path is called where it has no other name: the folder's own, or
+/// the file's without ".h5".
+[[nodiscard]] std::string NameAt(const std::filesystem::path& path);
+/// Whether an HDF5 file stands there.
+[[nodiscard]] bool IsContainer(const std::filesystem::path& path);
+/// What an HDF5 file says that it holds; nothing if it is not one of ours or cannot be read.
+[[nodiscard]] std::optional<FolderContent> ContentOf(const std::filesystem::path& container);
+
+/// What to do with a folder that holds files of somebody else.
+enum class ForeignFiles { kRefuse, kReplace };
+
+/// Throws InputError naming the folder where `content` must not be written to it: it is a file, it
+/// cannot be read, or (kRefuse) it holds files that this program did not write as `content`. A
+/// folder is one of ours by its summary.json (a result) or part.json (a part) or by the first line
+/// of its block.toml (a block) or of a NAME.study.toml (a study), or where a run of this program
+/// was killed while it wrote there; files beside the tables of such a folder stay and do not
+/// matter. A folder that does not exist, and an empty one, can be written. Names that begin with a
+/// dot do not count. Call it before the work whose outcome is to be written. A name that ends in
+/// ".h5" is one of a file, which is one of ours by what it holds.
+void RequireFolderFor(FolderContent content,
+                      const std::filesystem::path& folder,
+                      ForeignFiles foreign);
+
+/// Whether this program wrote what a folder holds as `content`.
+[[nodiscard]] bool HoldsOurs(FolderContent content, const std::filesystem::path& folder);
+
+/// What tells files of ours from others: texts, one of which stands in the first 64 KiB of each.
+using FileMarks = std::initializer_list<std::string_view>;
+
+/// Throws InputError where `file` must not be written: it is a folder, or (kRefuse) a file stands
+/// there that is not empty and has none of `marks`.
+void RequireFileFor(const std::filesystem::path& file, FileMarks marks, ForeignFiles foreign);
+
+/// The same for a folder of files without one that says what the folder is: (kRefuse) every file in
+/// it must be empty or have one of `marks`.
+void RequireFilesFor(const std::filesystem::path& folder, FileMarks marks, ForeignFiles foreign);
+
+/// Removes what ended processes left half written of this file: `.NAME.tmp-PID` beside it.
+void RemoveAbandoned(const std::filesystem::path& file);
+
+/// Files that appear in a folder together: they are written to a hidden folder inside it and moved
+/// into place when all are whole. The file that says what the folder is (summary.json, block.toml)
+/// is taken away before the others are moved and comes last. So a run that is killed, or finds no
+/// space, leaves the older content whole or, ended while files move, a folder that no reader takes.
+class StagedFolder {
+ public:
+  /// Makes the folder and removes what ended processes left half written in it. Throws InputError.
+  StagedFolder(FolderContent content, std::filesystem::path folder);
+  /// Removes what was not published.
+  ~StagedFolder();
+  StagedFolder(const StagedFolder&) = delete;
+  StagedFolder& operator=(const StagedFolder&) = delete;
+
+  /// Has `write` write all files to the folder it is given; the errors it throws name the final
+  /// files.
+  void Write(const std::function<void(const std::filesystem::path&)>& write);
+  /// Moves the files into place. Those in `known` that were not written now are of an older content
+  /// and are removed; a page (.html) only if it is a report of ours. Call once.
+  void Publish(const std::vector<std::string>& known);
+
+ private:
+  [[nodiscard]] std::filesystem::path stage() const;
+  FolderContent content_;
+  std::filesystem::path folder_;
+};
+
+/// First line of every block.toml that this program writes.
+inline constexpr const char* kWrittenBySarblock = "# written by sarblock\n";
+/// What stands in every report.
+inline constexpr std::string_view kReportMark = "<meta name=\"generator\" content=\"sarblock ";
+
+/// Which folder holds which part of what is to be joined. Errors are InputErrors that name the
+/// folder.
+class PartFolders {
+ public:
+  /// Takes a folder with what it says that it holds; refuses a part of another number of parts and
+  /// one that is there already.
+  void Add(const std::filesystem::path& folder, const TaskPart& part);
+  /// Refuses if a part is missing, naming the first five.
+  void RequireAll() const;
+  /// In the order of Add().
+  [[nodiscard]] const std::vector<std::filesystem::path>& folders() const { return folders_; }
+
+ private:
+  std::vector<std::filesystem::path> folders_;
+  std::vector<std::string> held_by_;  // by part
+};
+
+/// Refuses an output that is one of the folders to join.
+void RequireNoneOf(const std::vector<std::string>& folders, const std::filesystem::path& output);
+
+}  // namespace sarblock

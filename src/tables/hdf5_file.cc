@@ -1,0 +1,571 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hdf5_file.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstddef>
+#include <cstdio>
+#include <limits>
+#include <set>
+#include <vector>
+
+#include "core/text.h"
+#include <fcntl.h>
+#include <malloc.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace sarblock {
+
+std::mutex& Hdf5Mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+std::string AttributeOf(std::string_view file) {
+  std::string name(file);
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+}
+
+Hdf5Id StringType(std::size_t bytes) {
+  Hdf5Id type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type.get(), bytes);
+  H5Tset_cset(type.get(), H5T_CSET_UTF8);
+  if (bytes != H5T_VARIABLE) H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
+  return type;
+}
+
+Hdf5Id ColumnAccess(std::size_t cached_bytes) {
+  Hdf5Id access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_chunk_cache(access.get(), 11, cached_bytes, 1.0);
+  return access;
+}
+
+void SilenceHdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+std::vector<std::string> MembersOf(hid_t group) {
+  std::vector<std::string> names;
+  H5G_info_t info;
+  if (H5Gget_info(group, &info) < 0) return names;
+  for (hsize_t i = 0; i < info.nlinks; ++i) {
+    std::array<char, 256> name{};
+    if (H5Lget_name_by_idx(
+            group, ".", H5_INDEX_NAME, H5_ITER_INC, i, name.data(), name.size(), H5P_DEFAULT) >=
+        0) {
+      names.emplace_back(name.data());
+    }
+  }
+  return names;
+}
+
+Hdf5Id SelectRows(hid_t dataset, std::uint64_t first, std::uint64_t count) {
+  Hdf5Id space(H5Dget_space(dataset), H5Sclose);
+  const hsize_t start = first, size = count;
+  if (!space.valid() ||
+      H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &start, nullptr, &size, nullptr) < 0) {
+    return {};
+  }
+  return space;
+}
+
+namespace {
+
+constexpr std::size_t kMostChunkBytes = std::size_t{1} << 26;
+constexpr std::uint64_t kMostInflation = 1032;  // of deflate, bytes out of one byte
+constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+
+std::uint64_t BoundedProduct(std::uint64_t a, std::uint64_t b) {
+  return b != 0 && a > kMost / b ? kMost : a * b;
+}
+
+/// Values of a chunk, and the chunks that all values fill.
+struct Chunks {
+  std::uint64_t values = 1, needed = 1;
+};
+Chunks ChunksOf(const OpenedHdf5& opened,
+                const std::string& path,
+                hid_t made,
+                const StoredDataset& stored) {
+  std::vector<hsize_t> chunk(stored.size.size());
+  const int rank = static_cast<int>(chunk.size());
+  const bool known = H5Pget_chunk(made, rank, chunk.data()) == rank;
+  Chunks chunks;
+  for (std::size_t i = 0; known && i < chunk.size(); ++i) {
+    chunks.values = BoundedProduct(chunks.values, chunk[i]);
+    if (chunk[i] > 0) {
+      chunks.needed = BoundedProduct(chunks.needed, (stored.size[i] - 1) / chunk[i] + 1);
+    }
+  }
+  if (!known || chunks.values == 0 || chunks.values > kMostChunkBytes / stored.value_bytes) {
+    opened.Fail(path,
+                "has chunks of " + std::to_string(chunks.values) + " values, at most " +
+                    std::to_string(kMostChunkBytes) + " bytes are allowed");
+  }
+  return chunks;
+}
+
+/// Sets whole and none.
+void LookForValues(const OpenedHdf5& opened, const std::string& path, StoredDataset* of) {
+  StoredDataset& stored = *of;
+  if (stored.count == 0) return;
+  const Hdf5Id made(H5Dget_create_plist(stored.dataset.get()), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(made.get());
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(made.get()) > 0) {
+    opened.Fail(path, "has its values in another file, they are needed in this one");
+  }
+  const bool filtered = H5Pget_nfilters(made.get()) > 0;
+  bool whole = true;
+  if (layout == H5D_CHUNKED) {
+    const Chunks chunks = ChunksOf(opened, path, made.get(), stored);
+    hsize_t there = 0;
+    const Hdf5Id all(H5Dget_space(stored.dataset.get()), H5Sclose);  // H5S_ALL is refused
+    const bool known = H5Dget_num_chunks(stored.dataset.get(), all.get(), &there) >= 0;
+    whole = known && there >= chunks.needed;
+    stored.none = known && there == 0;
+    if (!filtered && stored.size.size() == 1) stored.chunk_values = chunks.values;
+  } else if (layout == H5D_CONTIGUOUS) {
+    const hsize_t bytes = H5Dget_storage_size(stored.dataset.get());
+    whole = bytes / stored.value_bytes >= stored.count;
+    stored.none = bytes == 0;
+  }
+  const std::uint64_t most =
+      BoundedProduct(opened.bytes, filtered ? kMostInflation : 1) / stored.value_bytes;
+  stored.whole = whole && stored.count <= most;
+}
+
+}  // namespace
+
+void OpenedHdf5::Fail(const std::string& object, const std::string& problem) const {
+  throw InputError(FilePlace{path, 0, object}, problem);
+}
+
+OpenedHdf5 OpenHdf5(const std::filesystem::path& path) {
+  SilenceHdf5();
+  OpenedHdf5 opened{path.string(), std::filesystem::file_size(path), {}};
+  TryHdf5(opened.path, opened.bytes);
+  opened.file = Hdf5Id(H5Fopen(opened.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (!opened.file.valid()) {
+    opened.Fail("", "cannot be opened as an HDF5 file: damaged, cut off, or being written");
+  }
+  return opened;
+}
+
+bool HasMember(const OpenedHdf5& opened,
+               hid_t group,
+               const std::string& name,
+               const std::string& path) {
+  if (H5Lexists(group, name.c_str(), H5P_DEFAULT) <= 0) return false;
+  H5L_info_t info;
+  if (H5Lget_info(group, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type != H5L_TYPE_HARD) {
+    opened.Fail(path, "is a link, the data themselves are needed");
+  }
+  return true;
+}
+
+StoredDataset OpenStored(const OpenedHdf5& opened,
+                         hid_t group,
+                         const std::string& name,
+                         const std::string& path,
+                         int rank) {
+  StoredDataset stored;
+  const auto open = [&](std::size_t cached_bytes) {
+    const Hdf5Id access = ColumnAccess(cached_bytes);
+    stored.dataset = Hdf5Id(H5Dopen2(group, name.c_str(), access.get()), H5Dclose);
+    if (!stored.dataset.valid()) opened.Fail(path, "is no dataset that can be read");
+  };
+  open(0);
+  const Hdf5Id creation(H5Dget_create_plist(stored.dataset.get()), H5Pclose);
+  // A part of a chunk that is deflated needs all of it; others are read from the file.
+  if (H5Pget_nfilters(creation.get()) > 0) open(kSlabRows * sizeof(double));
+  const Hdf5Id type(H5Dget_type(stored.dataset.get()), H5Tclose);
+  const Hdf5Id space(H5Dget_space(stored.dataset.get()), H5Sclose);
+  if (!type.valid() || !space.valid()) opened.Fail(path, "is no dataset that can be read");
+  stored.type = H5Tget_class(type.get());
+  stored.value_bytes = H5Tget_size(type.get());
+  stored.variable_text = H5Tis_variable_str(type.get()) > 0;
+  const int dimensions = std::max(0, H5Sget_simple_extent_ndims(space.get()));
+  if (dimensions != rank) {
+    opened.Fail(path,
+                "has " + std::to_string(dimensions) + " dimensions, " +
+                    (rank == 1 ? "one" : std::to_string(rank)) + " is needed");
+  }
+  std::vector<hsize_t> size(static_cast<std::size_t>(rank));
+  if (H5Sget_simple_extent_type(space.get()) != H5S_NULL) {
+    if (rank > 0) H5Sget_simple_extent_dims(space.get(), size.data(), nullptr);
+    stored.count = 1;
+  }
+  for (const hsize_t length : size) {
+    stored.size.push_back(length);
+    stored.count = BoundedProduct(stored.count, length);
+  }
+  if (stored.value_bytes == 0) opened.Fail(path, "has values without a size");
+  for (const hid_t own : {H5T_NATIVE_DOUBLE, H5T_NATIVE_UINT32}) {
+    if (H5Tequal(type.get(), own) > 0) stored.own_type = own;
+  }
+  LookForValues(opened, path, &stored);
+  return stored;
+}
+
+StoredRows ReadRows(const StoredDataset& stored,
+                    std::uint64_t first,
+                    std::uint64_t count,
+                    hid_t memory,
+                    hid_t type,
+                    void* values) {
+  const hid_t dataset = stored.dataset.get();
+  const std::uint64_t chunk = stored.chunk_values;
+  if (stored.none && type == H5T_NATIVE_DOUBLE) return StoredRows::kNone;
+  if (count == chunk && first % chunk == 0 && stored.whole && type == stored.own_type) {
+    const hsize_t begin = first;
+    hsize_t bytes = 0;
+    std::uint32_t filters = 0;
+    if (H5Dget_chunk_storage_size(dataset, &begin, &bytes) >= 0 &&
+        bytes == chunk * stored.value_bytes &&  // another size would not fit
+        H5Dread_chunk(dataset, H5P_DEFAULT, &begin, &filters, values) >= 0) {
+      return StoredRows::kRead;
+    }
+  }
+  const Hdf5Id from = SelectRows(dataset, first, count);
+  const bool read =
+      from.valid() && H5Dread(dataset, type, memory, from.get(), H5P_DEFAULT, values) >= 0;
+  return read ? StoredRows::kRead : StoredRows::kDamaged;
+}
+
+std::optional<std::string> ReadTextAttribute(const OpenedHdf5& opened,
+                                             hid_t object,
+                                             const std::string& name,
+                                             const std::string& place) {
+  if (H5Aexists(object, name.c_str()) <= 0) return std::nullopt;
+  const Hdf5Id attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
+  const Hdf5Id type(H5Aget_type(attribute.get()), H5Tclose);
+  const Hdf5Id space(H5Aget_space(attribute.get()), H5Sclose);
+  if (!type.valid() || !space.valid() || H5Tget_class(type.get()) != H5T_STRING ||
+      H5Sget_simple_extent_npoints(space.get()) != 1) {
+    opened.Fail(place, "is no text, an attribute with one string is needed");
+  }
+  bool read = false;
+  std::string text;
+  if (H5Tis_variable_str(type.get()) > 0) {
+    char* value = nullptr;
+    read = H5Aread(attribute.get(), type.get(), &value) >= 0 && value != nullptr;
+    if (read) text = value;
+    H5free_memory(value);
+  } else if (H5Tget_size(type.get()) <= opened.bytes) {
+    text.resize(H5Tget_size(type.get()));
+    read = H5Aread(attribute.get(), type.get(), text.data()) >= 0;
+    text.resize(std::min(text.size(), text.find('\0')));
+  }
+  if (!read) opened.Fail(place, "cannot be read, the file is damaged");
+  return text;
+}
+
+}  // namespace sarblock
+
+#ifdef __SANITIZE_ADDRESS__  // gcc
+#define SARBLOCK_ADDRESS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SARBLOCK_ADDRESS_SANITIZER
+#endif
+#endif
+
+namespace sarblock {
+namespace {
+
+/// Datasets up to this size are read whole.
+constexpr std::uint64_t kWholeBytes = std::uint64_t{1} << 20;
+/// A walk of a file of ours takes milliseconds; one of 10 GB that stores chunks of 64 KiB a second.
+constexpr rlim_t kLeastSeconds = 10;
+constexpr std::uint64_t kBytesPerSecond = std::uint64_t{100} << 20;
+[[maybe_unused]] constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{2} << 30;
+
+/// All that can be opened in a file. Nothing is reported: what counts is that it comes to its end.
+class Walk {
+ public:
+  void Through(const std::string& path) {
+    SilenceHdf5();
+    const Hdf5Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file.valid()) Open(file.get(), "/", 0);
+  }
+
+ private:
+  static constexpr int kMostDepth = 64;
+  static constexpr std::size_t kMostOpened = 1000000;
+
+  void Open(hid_t parent, const std::string& name, int depth) {
+    const Hdf5Id object(H5Oopen(parent, name.c_str(), H5P_DEFAULT), H5Oclose);
+    if (!object.valid() || depth > kMostDepth || ++opened_ > kMostOpened) return;
+    H5O_info_t info;  // what cannot be told of an object keeps no one from reading it
+    if (H5Oget_info(object.get(), &info) >= 0 && !seen_.insert(info.addr).second) return;
+    ReadAttributes(object.get());
+    const H5I_type_t kind = H5Iget_type(object.get());
+    if (kind == H5I_DATASET) {
+      // Without a cache values are not copied; as the reader opens what is not deflated.
+      const Hdf5Id access = ColumnAccess(0);
+      const Hdf5Id dataset(H5Dopen2(parent, name.c_str(), access.get()), H5Dclose);
+      ReadValues(dataset.valid() ? dataset.get() : object.get());
+    }
+    if (kind != H5I_GROUP) return;
+    // Both ways to the members, for one may fail where the other does not.
+    std::vector<std::string> names = MembersOf(object.get());
+    H5Literate(object.get(), H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, &Collect, &names);
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    for (const std::string& member : names) {
+      H5L_info_t link;
+      if (H5Lget_info(object.get(), member.c_str(), &link, H5P_DEFAULT) < 0) continue;
+      if (link.type == H5L_TYPE_HARD) Open(object.get(), member, depth + 1);
+    }
+  }
+  static herr_t Collect(hid_t, const char* name, const H5L_info_t*, void* names) {
+    static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+    return 0;
+  }
+
+  void ReadAttributes(hid_t object) {
+    const int count = H5Aget_num_attrs(object);
+    for (int i = 0; i < count; ++i) {
+      const Hdf5Id attribute(H5Aopen_by_idx(object,
+                                            ".",
+                                            H5_INDEX_NAME,
+                                            H5_ITER_NATIVE,
+                                            static_cast<hsize_t>(i),
+                                            H5P_DEFAULT,
+                                            H5P_DEFAULT),
+                             H5Aclose);
+      if (!attribute.valid()) continue;
+      const Hdf5Id type(H5Aget_type(attribute.get()), H5Tclose);
+      const Hdf5Id space(H5Aget_space(attribute.get()), H5Sclose);
+      if (!type.valid() || !space.valid()) continue;
+      Into(type.get(), space.get(), [&](void* values) {
+        return H5Aread(attribute.get(), type.get(), values);
+      });
+    }
+  }
+
+  void ReadValues(hid_t dataset) {
+    const Hdf5Id type(H5Dget_type(dataset), H5Tclose);
+    const Hdf5Id space(H5Dget_space(dataset), H5Sclose);
+    const Hdf5Id made(H5Dget_create_plist(dataset), H5Pclose);
+    if (!type.valid() || !space.valid() || !made.valid()) return;
+    hsize_t chunks = 0;
+    if (H5Pget_layout(made.get()) == H5D_CHUNKED) {
+      H5Dget_num_chunks(dataset, space.get(), &chunks);
+    }
+    static_cast<void>(H5Dget_storage_size(dataset));
+    const auto read = [&](hid_t memory, hid_t from) {
+      return [&, memory, from](void* values) {
+        return H5Dread(dataset, type.get(), memory, from, H5P_DEFAULT, values);
+      };
+    };
+    if (Into(type.get(), space.get(), read(H5S_ALL, H5S_ALL))) return;
+    // The first and the last row of values, 1024 of them at most.
+    std::array<hsize_t, H5S_MAX_RANK> size{}, start{}, count{};
+    const int rank = H5Sget_simple_extent_ndims(space.get());
+    if (rank < 1 || H5Sget_simple_extent_dims(space.get(), size.data(), nullptr) < 0) return;
+    count.fill(1);
+    count[static_cast<std::size_t>(rank - 1)] =
+        std::min<hsize_t>(1024, size[static_cast<std::size_t>(rank - 1)]);
+    const Hdf5Id memory(H5Screate_simple(rank, count.data(), nullptr), H5Sclose);
+    for (const bool last : {false, true}) {
+      for (std::size_t i = 0; last && i < static_cast<std::size_t>(rank); ++i) {
+        start[i] = size[i] - count[i];
+      }
+      if (H5Sselect_hyperslab(
+              space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0) {
+        Into(type.get(), memory.get(), read(memory.get(), space.get()));
+      }
+    }
+  }
+
+  /// Reads as many values as a space has; false where they are too many for that.
+  template <typename Read>
+  bool Into(hid_t type, hid_t space, const Read& read) {
+    const hssize_t count = H5Sget_simple_extent_npoints(space);
+    const std::size_t each = H5Tget_size(type);
+    if (count <= 0 || each == 0) return true;
+    if (static_cast<std::uint64_t>(count) > kWholeBytes / each) return false;
+    buffer_.assign(static_cast<std::size_t>(count) * each, std::byte{0});
+    const bool there = read(static_cast<void*>(buffer_.data())) >= 0;
+    const bool variable = H5Tis_variable_str(type) > 0 || H5Tdetect_class(type, H5T_VLEN) > 0;
+    if (there && variable) H5Dvlen_reclaim(type, space, H5P_DEFAULT, buffer_.data());
+    return true;
+  }
+
+  std::set<haddr_t> seen_;
+  std::size_t opened_ = 0;
+  std::vector<std::byte> buffer_;
+};
+
+void Limit(int resource, rlim_t value) {
+  const rlimit limit{value, value};
+  setrlimit(static_cast<__rlimit_resource_t>(resource), &limit);
+}
+
+/// A walk must not take all memory; processes with sanitizers ask for terabytes.
+void LimitMemory([[maybe_unused]] std::uint64_t bytes) {
+#ifndef SARBLOCK_ADDRESS_SANITIZER
+  unsigned long pages = 0;  // that this process has asked for, its code among them
+  if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  const std::uint64_t asked = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  Limit(RLIMIT_AS, asked + kLeastMemoryBytes + 4 * bytes);
+#endif
+}
+
+[[noreturn]] void WalkAndExit(const std::string& path, std::uint64_t bytes) {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGXCPU}) {
+    std::signal(signal, SIG_DFL);
+  }
+  std::signal(SIGINT, SIG_IGN);  // the process that waits answers it
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+  // Memory that libhdf5 reads without having written it is zero in one process and a pointer in
+  // another; here it is never what would do no harm, and no block comes from lists of its own.
+  mallopt(M_PERTURB, 0x5a);
+  H5set_free_list_limits(0, 0, 0, 0, 0, 0);
+  H5garbage_collect();
+  Limit(RLIMIT_CORE, 0);
+  Limit(RLIMIT_CPU, kLeastSeconds + static_cast<rlim_t>(bytes / kBytesPerSecond));
+  LimitMemory(bytes);
+  Walk().Through(path);
+  _exit(0);
+}
+
+}  // namespace
+
+void TryHdf5(const std::string& path, std::uint64_t bytes) {
+  const pid_t process = fork();
+  if (process < 0) return;  // no process to spare: the file is read untried
+  if (process == 0) WalkAndExit(path, bytes);
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0) {
+    if (errno != EINTR) return;
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+  const bool endless = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
+  throw InputError(FilePlace{path, 0, ""},
+                   std::string("is damaged: libhdf5 ") +
+                       (endless ? "does not come to an end" : "fails") + " as it walks through it");
+}
+
+namespace {
+
+constexpr std::size_t kLongestText = std::size_t{1} << 16;
+
+void Require(const Hdf5Values& values, const std::string& path) {
+  if (!values.Has(path)) values.Fail(path, "is missing");
+}
+
+std::string TrimmedText(std::string text) {
+  text.resize(std::min(text.size(), text.find('\0')));
+  while (text.ends_with(' ')) text.pop_back();
+  return text;
+}
+
+void RequireWhole(const OpenedHdf5& opened, const std::string& path, const StoredDataset& stored) {
+  if (stored.whole) return;
+  opened.Fail(path,
+              "has " + std::to_string(stored.count) + " values, not all of which are in the file");
+}
+
+}  // namespace
+
+Hdf5Values::Hdf5Values(const std::string& file)
+    : opened_(std::make_unique<OpenedHdf5>(OpenHdf5(file))) {}
+Hdf5Values::~Hdf5Values() = default;
+
+const std::string& Hdf5Values::file() const { return opened_->path; }
+
+void Hdf5Values::Fail(const std::string& path, const std::string& problem) const {
+  opened_->Fail(path, problem);
+}
+
+bool Hdf5Values::Has(const std::string& path) const {
+  // Name by name, for libhdf5 asks of the last one alone whether it is a link.
+  for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+    const std::string part = path.substr(0, end);
+    if (!HasMember(*opened_, opened_->file.get(), part, part)) return false;
+    if (end == std::string::npos) return true;
+  }
+}
+
+std::string Hdf5Values::Text(const std::string& path) const {
+  Require(*this, path);
+  const StoredDataset stored = OpenStored(*opened_, opened_->file.get(), path, path, 0);
+  if (stored.type != H5T_STRING || stored.count != 1 || stored.value_bytes > kLongestText) {
+    Fail(path, "is no text, one string is needed");
+  }
+  RequireWhole(*opened_, path, stored);
+  const Hdf5Id type(H5Dget_type(stored.dataset.get()), H5Tclose);
+  bool read = false;
+  std::string text;
+  if (stored.variable_text) {
+    char* value = nullptr;
+    read = H5Dread(stored.dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &value) >= 0 &&
+           value != nullptr;
+    if (read) text = value;
+    H5free_memory(value);
+  } else {
+    text.resize(stored.value_bytes);
+    read =
+        H5Dread(stored.dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) >= 0;
+  }
+  if (!read) Fail(path, "cannot be read, the file is damaged");
+  return TrimmedText(std::move(text));
+}
+
+double Hdf5Values::Number(const std::string& path) const {
+  return Numbers(path, 0, 1).values.front();
+}
+
+Hdf5Array Hdf5Values::Numbers(const std::string& path, int rank, std::size_t most) const {
+  Require(*this, path);
+  const StoredDataset stored = OpenStored(*opened_, opened_->file.get(), path, path, rank);
+  if (stored.type != H5T_FLOAT && stored.type != H5T_INTEGER) {
+    Fail(path, "holds no numbers, which are needed");
+  }
+  if (stored.count == 0) Fail(path, "is empty, numbers are needed");
+  if (stored.count > most) {
+    Fail(path,
+         "has " + std::to_string(stored.count) + " values, at most " + std::to_string(most) +
+             (most == 1 ? " is" : " are") + " allowed");
+  }
+  RequireWhole(*opened_, path, stored);
+  Hdf5Array array;
+  array.size.assign(stored.size.begin(), stored.size.end());
+  array.values.resize(stored.count);
+  if (H5Dread(stored.dataset.get(),
+              H5T_NATIVE_DOUBLE,
+              H5S_ALL,
+              H5S_ALL,
+              H5P_DEFAULT,
+              array.values.data()) < 0) {
+    Fail(path, "cannot be read, the file is damaged");
+  }
+  for (const double value : array.values) {
+    if (!std::isfinite(value)) Fail(path, "holds " + NumberText(value) + ", numbers are needed");
+  }
+  return array;
+}
+
+std::string Hdf5Values::TextAttribute(const std::string& path, const std::string& name) const {
+  Require(*this, path);
+  const Hdf5Id object(H5Oopen(opened_->file.get(), path.c_str(), H5P_DEFAULT), H5Oclose);
+  if (!object.valid()) Fail(path, "is no dataset that can be read");
+  const std::string place = path + " (" + name + ")";
+  auto text = ReadTextAttribute(*opened_, object.get(), name, place);
+  if (!text) Fail(place, "the attribute is missing");
+  return TrimmedText(std::move(*text));
+}
+
+}  // namespace sarblock

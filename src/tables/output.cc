@@ -1,0 +1,522 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarblock/tables/output.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <climits>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "hdf5_file.h"
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+#include <zlib.h>
+
+namespace sarblock {
+namespace {
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+
+// Names of open temporary files at fixed addresses, so that a signal handler can walk them.
+struct Slot {
+  std::atomic<int> state{0};  // 0 free, 1 being filled or emptied, 2 holds a name
+  char name[PATH_MAX];
+};
+std::array<Slot, 32> g_slots;
+
+// A file beyond the last slot is still removed by its destructor, only not by a signal.
+int Register(const std::string& name) {
+  if (name.size() >= PATH_MAX) return -1;
+  for (std::size_t i = 0; i < g_slots.size(); ++i) {
+    int free = 0;
+    if (!g_slots[i].state.compare_exchange_strong(free, 1)) continue;
+    std::memcpy(g_slots[i].name, name.c_str(), name.size() + 1);
+    g_slots[i].state.store(2);
+    return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void Unregister(int slot) {
+  if (slot >= 0) g_slots[static_cast<std::size_t>(slot)].state.store(0);
+}
+
+bool IsSpecial(const std::filesystem::path& target) {
+  std::error_code error;
+  const auto status = std::filesystem::status(target, error);
+  return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+}
+
+}  // namespace
+
+TemporaryName::TemporaryName(const std::filesystem::path& target) : target_(target) {
+  const std::string ending = ".tmp-" + std::to_string(::getpid());
+  name_ = (target.parent_path() / ("." + target.filename().string() + ending)).string();
+  ::unlink(name_.c_str());
+  slot_ = Register(name_);
+}
+
+TemporaryName::~TemporaryName() {
+  if (name_.empty()) return;
+  ::unlink(name_.c_str());
+  Unregister(slot_);
+}
+
+void TemporaryName::Commit() {
+  if (std::rename(name_.c_str(), target_.c_str()) != 0) {
+    throw InputError(FilePlace{target_.string(), 0, ""},
+                     std::string("cannot be replaced: ") + std::strerror(errno));
+  }
+  Unregister(slot_);
+  name_.clear();
+}
+
+struct AtomicFile::State {
+  std::filesystem::path target;
+  std::optional<TemporaryName> temporary;  // nothing: written directly
+  int descriptor = -1;
+  gzFile gzip = nullptr;
+  std::string buffer;
+
+  void Close() {
+    if (gzip != nullptr) gzclose_w(gzip);
+    if (gzip == nullptr && descriptor >= 0) ::close(descriptor);
+    gzip = nullptr;
+    descriptor = -1;
+  }
+  ~State() { Close(); }
+};
+
+AtomicFile::AtomicFile(const std::filesystem::path& target, Compression compression)
+    : state_(std::make_unique<State>()) {
+  state_->target = target;
+  state_->buffer.reserve(kBufferBytes);
+  std::string name = target.string();
+  int flags = O_WRONLY | O_CLOEXEC;
+  if (!IsSpecial(target)) {
+    name = state_->temporary.emplace(target).name();
+    flags |= O_CREAT | O_EXCL;
+  }
+  state_->descriptor = ::open(name.c_str(), flags, 0666);
+  if (state_->descriptor < 0) Fail("cannot be written");
+  if (compression == Compression::kGzip) {
+    state_->gzip = gzdopen(state_->descriptor, "wb");
+    if (state_->gzip == nullptr) Fail("cannot be written");
+    gzbuffer(state_->gzip, 1u << 17);
+  }
+}
+
+AtomicFile::~AtomicFile() = default;
+AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
+
+void AtomicFile::Write(std::string_view text) {
+  if (state_->buffer.size() + text.size() > kBufferBytes) Flush();
+  if (text.size() > kBufferBytes) {
+    WriteThrough(text);
+  } else {
+    state_->buffer += text;
+  }
+}
+
+void AtomicFile::Flush() {
+  WriteThrough(state_->buffer);
+  state_->buffer.clear();
+}
+
+void AtomicFile::WriteThrough(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t size = std::min<std::size_t>(text.size(), std::size_t{1} << 30);
+    errno = 0;
+    const auto done = state_->gzip != nullptr
+                          ? gzwrite(state_->gzip, text.data(), static_cast<unsigned>(size))
+                          : ::write(state_->descriptor, text.data(), size);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) Fail("writing failed");
+    text.remove_prefix(static_cast<std::size_t>(done));
+  }
+}
+
+void AtomicFile::Commit() {
+  Flush();
+  errno = 0;
+  const bool gzip = state_->gzip != nullptr;
+  const int code = gzip ? gzclose_w(state_->gzip) : ::close(state_->descriptor);
+  state_->gzip = nullptr;
+  state_->descriptor = -1;
+  if (code != 0) Fail("writing failed");
+  if (state_->temporary) state_->temporary->Commit();
+}
+
+void AtomicFile::Fail(const std::string& doing) {
+  const std::string reason = errno != 0 ? std::strerror(errno) : "compression failed";
+  throw InputError(FilePlace{state_->target.string(), 0, ""}, doing + ": " + reason);
+}
+
+void RemoveOpenTemporaryFiles() noexcept {
+  for (Slot& slot : g_slots) {
+    if (slot.state.load() == 2) ::unlink(slot.name);
+  }
+}
+
+std::filesystem::path FileOf(const std::filesystem::path& owner, const std::string& name) {
+  if (!std::filesystem::is_regular_file(owner)) return owner / name;
+  return owner.parent_path() / (owner.stem().string() + "." + name);
+}
+
+void MakeFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder, error)) {
+    throw InputError(FilePlace{folder.string(), 0, ""},
+                     "cannot be made a folder: " +
+                         (error ? error.message() : std::string("a file has this name")));
+  }
+}
+
+bool NamesContainer(const std::filesystem::path& path) { return path.extension() == ".h5"; }
+
+std::string NameAt(const std::filesystem::path& path) {
+  const auto whole = std::filesystem::absolute(path).lexically_normal();
+  const auto last = (whole.has_filename() ? whole : whole.parent_path()).filename();
+  return (NamesContainer(last) ? last.stem() : last).string();
+}
+
+bool IsContainer(const std::filesystem::path& path) {
+  if (!std::filesystem::is_regular_file(path)) return false;
+  constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
+  std::array<char, kSignature.size()> begin{};
+  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+  return std::string_view(begin.data(), begin.size()) == kSignature;
+}
+
+std::optional<FolderContent> ContentOf(const std::filesystem::path& container) {
+  SilenceHdf5();
+  const Hdf5Id file(H5Fopen(container.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (!file.valid()) return std::nullopt;
+  const bool block = H5Aexists(file.get(), AttributeOf("block.toml").c_str()) > 0;
+  const bool result = H5Aexists(file.get(), AttributeOf("summary.json").c_str()) > 0;
+  if (block == result) return std::nullopt;
+  return block ? FolderContent::kBlock : FolderContent::kResult;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kTemporary = ".tmp-";  // and the number of the process
+
+const char* MarkerOf(FolderContent content) {
+  if (content == FolderContent::kPart) return "part.json";
+  return content == FolderContent::kResult ? "summary.json" : "block.toml";
+}
+
+[[noreturn]] void Fail(const fs::path& folder, const std::string& problem) {
+  throw InputError(FilePlace{folder.string(), 0, ""}, problem);
+}
+
+std::string TextOf(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Whether a file is JSON whose `format` begins like this.
+bool HasFormat(const fs::path& file, std::string_view begin) {
+  const nlohmann::json text = nlohmann::json::parse(TextOf(file), nullptr, false);
+  if (!text.is_object() || !text.contains("format") || !text["format"].is_string()) return false;
+  return text["format"].get<std::string>().starts_with(begin);
+}
+
+bool IsBlockOfOurs(const fs::path& folder) {
+  return TextOf(folder / "block.toml").starts_with(kWrittenBySarblock);
+}
+
+bool HasMark(const fs::path& file, FileMarks marks) {
+  constexpr std::streamsize kRead = 65536;
+  std::string head(kRead, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), kRead);
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  return std::any_of(marks.begin(), marks.end(), [&head](std::string_view mark) {
+    return head.find(mark) != std::string::npos;
+  });
+}
+
+/// Names in a folder that do not begin with a dot, in order.
+std::vector<std::string> VisibleNames(const fs::path& folder) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with('.')) names.push_back(name);
+  }
+  if (error) Fail(folder, "cannot be read: " + error.message());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool IsStudyOfOurs(const fs::path& folder) {
+  if (!fs::is_directory(folder)) return false;
+  const std::vector<std::string> names = VisibleNames(folder);
+  return std::any_of(names.begin(), names.end(), [&folder](const std::string& name) {
+    return name.ends_with(".study.toml") && HasMark(folder / name, {"# written by sarblock"});
+  });
+}
+
+/// Whether there is a folder; throws InputError where its name is taken by a file.
+bool IsThere(const fs::path& folder) {
+  std::error_code error;
+  const fs::file_status status = fs::status(folder, error);
+  if (status.type() == fs::file_type::not_found) return false;
+  if (status.type() == fs::file_type::none) Fail(folder, "cannot be read: " + error.message());
+  if (!fs::is_directory(status)) Fail(folder, "is a file, the name of a folder is needed");
+  return true;
+}
+
+bool CanReplace(const fs::path& file, FileMarks marks) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored) || fs::file_size(file, ignored) == 0) return true;
+  return HasMark(file, marks);
+}
+
+std::string FirstOf(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, names.size()); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  if (names.size() > kShown) text += " and " + std::to_string(names.size() - kShown) + " more";
+  return text;
+}
+
+/// Number of the process that a name `.NAME.tmp-PID` belongs to (output.h); 0: no such name.
+pid_t WriterOf(std::string_view name) {
+  const std::size_t at = name.rfind(kTemporary);
+  if (!name.starts_with('.') || at == std::string_view::npos || at == 0) return 0;
+  const std::string_view digits = name.substr(at + kTemporary.size());
+  const char* const end = digits.data() + digits.size();
+  pid_t process = 0;
+  const auto [stop, error] = std::from_chars(digits.data(), end, process);
+  return error == std::errc() && stop == end && process > 0 ? process : 0;
+}
+
+bool HasEnded(pid_t process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
+
+/// What killed processes left half written.
+std::vector<fs::path> AbandonedIn(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> abandoned;
+  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
+       entry.increment(ignored)) {
+    const pid_t writer = WriterOf(entry->path().filename().string());
+    if (writer != 0 && HasEnded(writer)) abandoned.push_back(entry->path());
+  }
+  return abandoned;
+}
+
+std::string StageName(FolderContent content) {
+  return std::string(".") + MarkerOf(content) + std::string(kTemporary);
+}
+
+/// Whether a run was killed while it moved files into this folder.
+bool IsUnfinished(FolderContent content, const fs::path& folder) {
+  const std::vector<fs::path> abandoned = AbandonedIn(folder);
+  return std::any_of(abandoned.begin(), abandoned.end(), [&](const fs::path& file) {
+    return file.filename().string().starts_with(StageName(content));
+  });
+}
+
+void RequireContainerFor(FolderContent content,
+                         const fs::path& file,
+                         const fs::file_status& status,
+                         ForeignFiles foreign) {
+  if (fs::is_directory(status)) Fail(file, "is a folder, the name of a file is needed");
+  if (!fs::is_regular_file(status)) Fail(file, "is neither a folder nor a file");
+  if (foreign == ForeignFiles::kReplace || ContentOf(file) == content) return;
+  Fail(file,
+       std::string("is no ") + NameOf(content) +
+           " that sarblock wrote; the name of a new file is allowed, or --force to replace it");
+}
+
+}  // namespace
+
+bool HoldsOurs(FolderContent content, const fs::path& folder) {
+  switch (content) {
+    case FolderContent::kResult:
+      return HasFormat(folder / "summary.json", "sarblock-result ");
+    case FolderContent::kBlock:
+      return IsBlockOfOurs(folder);
+    case FolderContent::kStudy:
+      return IsStudyOfOurs(folder);
+    case FolderContent::kPart:
+      return HasFormat(folder / "part.json", "sarblock-part ");
+  }
+  return false;
+}
+
+void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFiles foreign) {
+  std::error_code error;
+  const fs::file_status status = fs::status(folder, error);
+  if (NamesContainer(folder) && fs::exists(status)) {
+    RequireContainerFor(content, folder, status, foreign);
+    return;
+  }
+  if (!IsThere(folder)) return;
+  const std::vector<std::string> names = VisibleNames(folder);
+  if (foreign == ForeignFiles::kReplace || names.empty()) return;
+  if (content == FolderContent::kResult &&
+      std::find(names.begin(), names.end(), "block.toml") != names.end()) {
+    Fail(folder,
+         "is a block, whose tables a result would overwrite; a new or empty folder is allowed, or "
+         "--force");
+  }
+  if (HoldsOurs(content, folder) || IsUnfinished(content, folder)) return;
+  Fail(folder,
+       std::string("is not empty and no ") + NameOf(content) + " that sarblock wrote (" +
+           FirstOf(names) +
+           "); a new or empty folder is allowed, or --force to write among these files");
+}
+
+void RequireFileFor(const fs::path& file, FileMarks marks, ForeignFiles foreign) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored)) Fail(file, "is a folder, the name of a file is needed");
+  if (foreign == ForeignFiles::kReplace || CanReplace(file, marks)) return;
+  Fail(file,
+       "is there and sarblock did not write it; another name is allowed, or --force to replace it");
+}
+
+void RequireFilesFor(const fs::path& folder, FileMarks marks, ForeignFiles foreign) {
+  if (!IsThere(folder) || foreign == ForeignFiles::kReplace) return;
+  std::vector<std::string> others;
+  for (const std::string& name : VisibleNames(folder)) {
+    if (!CanReplace(folder / name, marks)) others.push_back(name);
+  }
+  if (others.empty()) return;
+  Fail(folder,
+       "holds files that sarblock did not write (" + FirstOf(others) +
+           "); a new or empty folder is allowed, or --force to write among these files");
+}
+
+void RemoveAbandoned(const fs::path& file) {
+  std::error_code ignored;
+  const std::string begin = "." + file.filename().string() + std::string(kTemporary);
+  for (const fs::path& left : AbandonedIn(file.has_parent_path() ? file.parent_path() : ".")) {
+    if (left.filename().string().starts_with(begin)) fs::remove(left, ignored);
+  }
+}
+
+StagedFolder::StagedFolder(FolderContent content, fs::path folder)
+    : content_(content), folder_(std::move(folder)) {
+  MakeFolder(folder_);
+  std::error_code ignored;
+  const std::vector<fs::path> abandoned = AbandonedIn(folder_);
+  fs::remove_all(stage(), ignored);  // of a killed process that had the same number
+  MakeFolder(stage());
+  for (const fs::path& file : abandoned) fs::remove_all(file, ignored);
+}
+
+StagedFolder::~StagedFolder() {
+  std::error_code ignored;
+  fs::remove_all(stage(), ignored);
+}
+
+fs::path StagedFolder::stage() const {
+  return folder_ / (StageName(content_) + std::to_string(::getpid()));
+}
+
+void StagedFolder::Write(const std::function<void(const fs::path&)>& write) {
+  try {
+    write(stage());
+  } catch (const InputError& error) {
+    std::string text = error.what();
+    const std::string from = stage().string(), to = folder_.string();
+    const std::size_t at = text.find(from);
+    if (at == std::string::npos) throw;
+    throw InputError(FilePlace{}, text.replace(at, from.size(), to));
+  }
+}
+
+void StagedFolder::Publish(const std::vector<std::string>& known) {
+  const std::string marker = MarkerOf(content_);
+  std::vector<std::string> written;
+  for (const fs::directory_entry& entry : fs::directory_iterator(stage())) {
+    const std::string name = entry.path().filename().string();
+    if (name != marker) written.push_back(name);
+  }
+  std::sort(written.begin(), written.end());
+  written.push_back(marker);  // last
+  fs::remove(folder_ / marker);
+  for (const std::string& name : known) {
+    if (std::find(written.begin(), written.end(), name) != written.end()) continue;
+    if (name.ends_with(".html") && !HasMark(folder_ / name, {kReportMark})) continue;
+    fs::remove(folder_ / name);
+  }
+  for (const std::string& name : written) fs::rename(stage() / name, folder_ / name);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void RefuseFolder(const fs::path& folder, const std::string& problem) {
+  throw InputError(FilePlace{folder.string(), 0, ""}, problem);
+}
+
+}  // namespace
+
+void PartFolders::Add(const fs::path& folder, const TaskPart& part) {
+  if (folders_.empty()) held_by_.resize(part.count);
+  if (part.count != held_by_.size()) {
+    RefuseFolder(folder,
+                 fmt::format("holds {}, but {} one of {} parts",
+                             NameOf(part),
+                             folders_.front().string(),
+                             held_by_.size()));
+  }
+  if (!held_by_[part.index].empty()) {
+    RefuseFolder(folder, "holds " + NameOf(part) + ", as does " + held_by_[part.index]);
+  }
+  folders_.push_back(folder);
+  held_by_[part.index] = folder.string();
+}
+
+void PartFolders::RequireAll() const {
+  std::vector<std::string> missing;
+  for (std::size_t number = 1; number <= held_by_.size(); ++number) {
+    const TaskPart part{number % held_by_.size(), held_by_.size()};
+    if (held_by_[part.index].empty()) missing.push_back(NameOf(part));
+  }
+  if (missing.empty()) return;
+  const std::size_t count = missing.size(), named = std::min<std::size_t>(5, count);
+  missing.resize(named);
+  std::string names = fmt::format("{}", fmt::join(missing, ", "));
+  if (count > named) names += fmt::format(" and {} more", count - named);
+  RefuseFolder(folders_.front(), "is one of several parts; missing to join: " + names);
+}
+
+void RequireNoneOf(const std::vector<std::string>& folders, const fs::path& output) {
+  for (const std::string& folder : folders) {
+    std::error_code ignored;
+    if (fs::equivalent(folder, output, ignored)) {
+      RefuseFolder(output, "is one of the parts to join; another folder is needed");
+    }
+  }
+}
+
+}  // namespace sarblock
