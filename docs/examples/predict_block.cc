@@ -10,7 +10,7 @@
 
 #include <sarblock/adjust/adjust.h>
 #include <sarblock/core/error.h>
-#include <sarblock/io/block_files.h>
+#include <sarblock/files/block_file.h>
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/tables/output.h"
 
-#include "io/montecarlo_part.h"
+#include "files/montecarlo_part.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

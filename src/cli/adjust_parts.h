@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/io/input_files.h"
+#include "sarblock/files/result.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 #include "sarblock/tables/output.h"
@@ -14,7 +14,8 @@
 
 namespace sarblock::cli {
 
-/// The draws of an adjustment in parts (io/montecarlo_part.h): --part writes one, --join takes all.
+/// The draws of an adjustment in parts (files/montecarlo_part.h): --part writes one, --join takes
+/// all.
 struct AdjustParts {
   std::string part;               ///< "I/N"; empty without one
   std::vector<std::string> join;  ///< folders

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 
 #include <array>
 #include <filesystem>

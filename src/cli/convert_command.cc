@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/convert.h"
+#include "sarblock/files/convert.h"
 #include "sarblock/tables/output.h"
 
 #include <memory>

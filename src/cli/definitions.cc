@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "definitions.h"
 
-#include "sarblock/io/adjust_table.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 
 #include <algorithm>
 #include <string_view>
 
-#include "io/scene_file.h"
 #include "session.h"
 #include "study_command.h"
 #include <CLI/CLI.hpp>

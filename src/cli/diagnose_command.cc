@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose_command.h"
 
-#include "sarblock/io/adjust_table.h"
+#include "sarblock/files/adjust_options.h"
 
 #include <filesystem>
 #include <limits>
 #include <memory>
 
-#include "io/diagnosis_section.h"
+#include "files/summary.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

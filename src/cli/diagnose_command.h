@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/diagnose/diagnose.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/block_file.h"
 
 #include <string>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/result_reader.h"
+#include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
 #include <chrono>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import_output.h"
 
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/tables/output.h"
 
 #include <map>

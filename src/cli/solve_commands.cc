@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/result_files.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
 #include <cmath>
@@ -18,7 +18,7 @@
 #include "core/threads.h"
 #include "diagnose_command.h"
 #include "environment.h"
-#include "io/montecarlo_part.h"
+#include "files/montecarlo_part.h"
 #include "print_summary.h"
 #include "report_command.h"
 #include <fmt/core.h>

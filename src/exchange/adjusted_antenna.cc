@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "files/summary.h"
 #include "geometry/track_axes.h"
-#include "io/result_corrections.h"
 #include <fmt/core.h>
 #include <glog/logging.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/io/result_file.h"
+#include "sarblock/files/result.h"
 
 #include <cstddef>
 #include <string>

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "csm_states.h"
+#include "files/geojson.h"
 #include "geopackage.h"
-#include "io/geojson.h"
 #include "isis_tables.h"
 #include "kml.h"
 #include "orbit_files.h"

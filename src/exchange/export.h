@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/result_file.h"
+#include "sarblock/files/result.h"
 
 #include <filesystem>
 #include <string>

@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/geojson.h"
+#include "files/geojson.h"
 #include "product/utc_time.h"
 #include "quality/covariance.h"
 #include <fmt/core.h>

@@ -9,7 +9,7 @@
 #include <iterator>
 
 #include "core/text.h"
-#include "io/geojson.h"
+#include "files/geojson.h"
 #include "quality/covariance.h"
 #include <fmt/core.h>
 

@@ -11,7 +11,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "io/geojson.h"
+#include "files/geojson.h"
 #include "product/utc_time.h"
 #include "sinex_covariance.h"
 #include "tables/csv.h"

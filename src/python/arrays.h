@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/core/id_table.h"
-#include "sarblock/io/block_arrays.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/model/result.h"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 #include "block_binding.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/io/adjust_table.h"
+#include "sarblock/files/adjust_options.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>

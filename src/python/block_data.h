@@ -2,9 +2,8 @@
 #pragma once
 
 #include "sarblock/core/progress.h"
-#include "sarblock/io/block_arrays.h"
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/input_files.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
 
 #include <filesystem>
 #include <memory>

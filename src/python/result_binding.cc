@@ -2,7 +2,7 @@
 #include "result_binding.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/convert.h"
+#include "sarblock/files/convert.h"
 #include "sarblock/tables/output.h"
 
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/diagnose/diagnose.h"
-#include "sarblock/io/result_reader.h"
+#include "sarblock/files/result.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/result_file.h"
-#include "sarblock/io/result_files.h"
+#include "sarblock/files/result.h"
 #include "sarblock/model/result.h"
 
 #include <filesystem>

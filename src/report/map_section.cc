@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "charts.h"
+#include "files/geojson.h"
 #include "html.h"
-#include "io/geojson.h"
 #include "map_chart.h"
 #include "sections.h"
 #include <fmt/core.h>

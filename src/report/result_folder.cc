@@ -2,7 +2,7 @@
 #include "result_folder.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/result_reader.h"
+#include "sarblock/files/result.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study_io/densification_file.h"
 
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study_io/tradeoff_study.h"
 
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/path.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
 
 #include <algorithm>
 #include <array>

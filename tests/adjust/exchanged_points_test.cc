@@ -2,8 +2,8 @@
 // Two points exchanged in one image, the commonest mistake of a matcher, with and without a search
 // for blunders: no result is accepted in which a point that nobody touched is wrong.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 

@@ -2,8 +2,8 @@
 // Blocks far from their solution: an adjustment goes on while its steps shrink, says what to raise
 // where it was ended, and accepts no wrong place.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 

@@ -4,8 +4,8 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 

@@ -4,7 +4,7 @@
 // each other.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/io/result_files.h"
+#include "sarblock/files/result.h"
 
 #include <filesystem>
 #include <fstream>

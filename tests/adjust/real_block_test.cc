@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/block_file.h"
 
 #include <algorithm>
 #include <cmath>

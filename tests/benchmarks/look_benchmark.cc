@@ -3,7 +3,7 @@
 // least of many short repetitions, so that other work on the machine hardly counts.
 //
 //     look_benchmark BLOCK...
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/block_file.h"
 
 #include <algorithm>
 #include <chrono>

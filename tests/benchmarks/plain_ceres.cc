@@ -15,8 +15,8 @@
 // the seconds that a metre of azimuth is.
 // It does what the scenes leberl-aircraft, block-12-strips and earth-same-side need: azimuth in
 // metres, no squint, one position polynomial a pass, at most a drift. Anything else is refused.
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/result_reader.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
 
 #include <algorithm>
 #include <array>

@@ -3,8 +3,8 @@
 // Known by construction of each scene. And no warning on any good scene.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>

@@ -3,9 +3,9 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>

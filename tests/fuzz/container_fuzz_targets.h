@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/convert.h"
+#include "sarblock/files/convert.h"
 
 #include <filesystem>
 #include <string_view>

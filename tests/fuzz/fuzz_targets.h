@@ -2,10 +2,10 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/result_reader.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
+#include "sarblock/files/scene_file.h"
 
 #include <array>
 #include <cstdlib>
@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/montecarlo_part.h"
+#include "files/montecarlo_part.h"
 #include "study_io/densification_file.h"
 #include "study_io/stability_file.h"
 #include "study_io/tradeoff_study.h"

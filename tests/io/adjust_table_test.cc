@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/adjust_table.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/files/adjust_options.h"
 
 #include <cmath>
 #include <set>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks of arrays in memory: hand values, and what is refused.
-#include "sarblock/io/block_arrays.h"
-
 #include "sarblock/core/error.h"
+#include "sarblock/files/block_file.h"
 
 #include <cmath>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every fault of a block's files is refused with its place, its field and what is allowed.
 #include "sarblock/core/error.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/block_file.h"
 
 #include <optional>
 #include <string>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/block_files.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/io/adjust_table.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks and results in one HDF5 file: round trips against the folder, and what is refused.
-#include "sarblock/io/convert.h"
-#include "sarblock/io/result_reader.h"
+#include "sarblock/files/convert.h"
+#include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Looks given by line and pixel, standard deviations in lines and pixels.
 #include "sarblock/core/error.h"
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/result_files.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
 
 #include <array>
 #include <cmath>

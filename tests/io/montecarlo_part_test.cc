@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/montecarlo_part.h"
+#include "files/montecarlo_part.h"
 
 #include "sarblock/core/error.h"
 

@@ -2,8 +2,8 @@
 // A large table of looks is read and copied in parts by all threads: what is read, and what is
 // refused, is what one thread reading row by row would have found.
 #include "sarblock/core/error.h"
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/convert.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/convert.h"
 
 #include <algorithm>
 #include <cstdint>

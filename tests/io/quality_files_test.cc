@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Quality figures in the files of a result, and looks left out again by a table.
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/result_files.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
 
 #include <array>
 #include <limits>

@@ -4,7 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/block_file.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/result_files.h"
-
 #include "sarblock/core/error.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
 
 #include <array>
 #include <cmath>

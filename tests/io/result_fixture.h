@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/io/block_files.h"
-#include "sarblock/io/result_files.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
 
 #include <string>
 #include <string_view>

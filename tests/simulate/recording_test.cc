@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/io/block_files.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/scene_file.h"
 
 #include "sarblock/core/error.h"
 

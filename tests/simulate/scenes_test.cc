@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scenes of datasets/scenes, each on its own.
+#include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/io/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/scene_blocks.h"
 
-#include "sarblock/io/adjust_table.h"
-#include "sarblock/io/scene_file.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>

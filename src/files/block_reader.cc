@@ -1,0 +1,576 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "block_reader.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/core/id_table.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/geometry/path.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "block/plausibility.h"
+#include "block/read_recorded.h"
+#include "core/text.h"
+#include "correction_options.h"
+#include "tables/open.h"
+#include "tables/toml.h"
+
+namespace sarblock {
+
+BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
+  BlockReading reading{source, options, {}, {}, {}, {}, {}};
+  ReadBlockToml(&reading);
+  ReadTrajectories(&reading);
+  ReadPoints(&reading);
+  ReadLooks(&reading);
+  SetStripSpans(reading.strip_spans_s, &reading.result.block);
+  if (options.contradictions == Contradictions::kRefuse) RequireAboveGround(reading.result.block);
+  for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {
+    reading.result.warnings.push_back(std::move(warning));
+  }
+  for (std::string& remark : ExaminePlausibility(reading.result.block)) {
+    reading.result.warnings.push_back(std::move(remark));
+  }
+  const Copies copies = FindCopiedPasses(reading.result.block);
+  CountOnce(copies, &reading.result.block);
+  for (const std::string& remark : copies.remarks) reading.result.warnings.push_back(remark);
+  reading.result.block.points.ids.DropIndex();
+  return std::move(reading.result);
+}
+
+BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
+  return ReadBlockFrom(*TablesAt(folder, FolderContent::kBlock), options);
+}
+
+BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
+  return ReadBlockFrom(*TablesOfTexts({{"block.toml", texts.block_toml},
+                                       {"trajectories.csv", texts.trajectories_csv},
+                                       {"observations.csv", texts.observations_csv},
+                                       {"points.csv", texts.points_csv}},
+                                      FolderContent::kBlock),
+                       options);
+}
+
+std::uint32_t FindPass(const TableReader& reader,
+                       std::size_t column,
+                       const IdTable& pass_ids,
+                       const char* holder) {
+  return reader.Lookup(column, [&] {
+    const std::string_view id = reader.Id(column);
+    const std::uint32_t pass = pass_ids.Find(id);
+    if (pass == IdTable::kNone) {
+      reader.Fail(
+          column,
+          std::string(holder) + " has no pass " + Quoted(id) + DidYouMean(pass_ids.Nearest(id)));
+    }
+    return pass;
+  });
+}
+
+std::uint32_t FindPoint(const TableReader& reader,
+                        std::size_t column,
+                        const IdTable& ids,
+                        const char* holder) {
+  return reader.Lookup(column, [&] {
+    const std::string_view id = reader.Id(column);
+    const std::uint32_t point = ids.Find(id);
+    if (point == IdTable::kNone) {
+      reader.Fail(
+          column,
+          std::string(holder) + " has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
+    }
+    return point;
+  });
+}
+
+double LengthNumber(const TableReader& reader, std::size_t column) {
+  const double value_m = reader.Number(column);
+  if (std::abs(value_m) > kLargestLength_m) {
+    reader.Fail(column,
+                NumberText(value_m) + " m is not allowed, at most " + NumberText(kLargestLength_m) +
+                    " m is");
+  }
+  return value_m;
+}
+
+namespace {
+
+std::vector<double> Numbers(const TomlValue& list) {
+  std::vector<double> numbers;
+  for (const TomlValue& entry : list.Entries()) numbers.push_back(entry.Number());
+  return numbers;
+}
+
+// A list of numbers is one polynomial; a list of tables is one a time.
+std::vector<GroundRangePolynomial> ReadGroundRange(const TomlValue& value) {
+  const std::vector<TomlValue> entries = value.Entries();
+  if (entries.empty()) value.Fail("is empty, the coefficients c0, c1, ... are needed");
+  if (entries.front().IsNumber()) return {{0.0, 0.0, Numbers(value)}};
+  std::vector<GroundRangePolynomial> all;
+  for (const TomlValue& entry : entries) {
+    const TomlTable table(entry);
+    table.RefuseOthers({"time_s", "origin_m", "coefficients"});
+    GroundRangePolynomial polynomial;
+    polynomial.coefficients = Numbers(table.Require("coefficients", "a list c0, c1, ..."));
+    const auto origin = table.Find("origin_m"), time = table.Find("time_s");
+    if (origin) polynomial.origin_m = origin->Number();
+    if (time) polynomial.time_s = time->Number();
+    if (!time && entries.size() > 1) {
+      static_cast<void>(table.Require("time_s", "with several polynomials the time of each"));
+    }
+    all.push_back(std::move(polynomial));
+  }
+  return all;
+}
+
+void ReadLines(const TomlTable& table, ImageGrid* grid) {
+  grid->line_interval_s = table.Require("line_interval_s", "the time from line to line").Positive();
+  const auto bursts = table.Find("burst_start_s");
+  if (!bursts) {
+    grid->first_line_s = table.Require("first_line_s", "the time of line 0").Number();
+    return;
+  }
+  grid->burst_start_s = Numbers(*bursts);
+  if (grid->burst_start_s.empty()) bursts->Fail("is empty, the time of every burst is needed");
+  constexpr int kMostLines = 10'000'000;
+  grid->lines_per_burst = static_cast<std::size_t>(
+      table.Require("lines_per_burst", "with burst_start_s the lines of a burst")
+          .Integer(1, kMostLines));
+  const auto first = table.Find("first_line_s");
+  grid->first_line_s = first ? first->Number() : grid->burst_start_s.front();
+}
+
+std::string ListText(const std::vector<double>& numbers) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    text += (i > 0 ? ", " : "") + NumberText(numbers[i]);
+  }
+  return text + "]";
+}
+
+}  // namespace
+
+ImageGrid ReadImageTable(const TomlTable& table, PixelSigma* sigma) {
+  table.RefuseOthers({"presentation",
+                      "first_line_s",
+                      "line_interval_s",
+                      "near_range_m",
+                      "range_spacing_m",
+                      "ground_range",
+                      "burst_start_s",
+                      "lines_per_burst",
+                      "line_sigma_px",
+                      "pixel_sigma_px"});
+  ImageGrid grid;
+  const std::vector<std::string> names{"slant", "ground"};
+  const bool slant = table.Require("presentation", Listed(names)).OneOf(names) == 0;
+  grid.presentation = slant ? Presentation::kSlant : Presentation::kGround;
+  ReadLines(table, &grid);
+  grid.range_spacing_m =
+      table.Require("range_spacing_m", "the range from pixel to pixel").Positive();
+  if (slant) {
+    grid.near_range_m = table.Require("near_range_m", "the slant range of pixel 0").Positive();
+  } else if (const auto near = table.Find("near_range_m")) {
+    grid.near_range_m = near->Number();
+  }
+  if (const auto polynomial = table.Find("ground_range")) {
+    grid.ground_range = ReadGroundRange(*polynomial);
+  }
+  try {
+    CheckImageGrid(grid);
+  } catch (const InputError& error) {
+    const std::string text = error.what();  // "key: problem"
+    const std::size_t colon = text.find(": ");
+    const std::string key = text.substr(0, colon);
+    FilePlace place = table.PlaceOf(key);
+    if (const auto value = table.Find(key.substr(0, key.find('[')))) {
+      place.line = value->Place().line;
+    }
+    throw InputError(place, text.substr(colon + 2));
+  }
+  if (const auto value = table.FindPositive("line_sigma_px")) sigma->line_px = *value;
+  if (const auto value = table.FindPositive("pixel_sigma_px")) sigma->pixel_px = *value;
+  return grid;
+}
+
+std::string ImageTableText(const ImageGrid& grid) {
+  const bool slant = grid.presentation == Presentation::kSlant;
+  std::string text = "[pass.image]\npresentation = ";
+  text += slant ? "\"slant\"\n" : "\"ground\"\n";
+  text += "first_line_s = " + NumberText(grid.first_line_s) + "\n";
+  text += "line_interval_s = " + NumberText(grid.line_interval_s) + "\n";
+  text += "near_range_m = " + NumberText(grid.near_range_m) + "\n";
+  text += "range_spacing_m = " + NumberText(grid.range_spacing_m) + "\n";
+  if (!grid.burst_start_s.empty()) {
+    text += "burst_start_s = " + ListText(grid.burst_start_s) + "\n";
+    text += "lines_per_burst = " + std::to_string(grid.lines_per_burst) + "\n";
+  }
+  for (const GroundRangePolynomial& polynomial : grid.ground_range) {
+    text += "[[pass.image.ground_range]]\ntime_s = " + NumberText(polynomial.time_s) + "\n";
+    text += "origin_m = " + NumberText(polynomial.origin_m) + "\n";
+    text += "coefficients = " + ListText(polynomial.coefficients) + "\n";
+  }
+  return text;
+}
+
+namespace {
+
+bool SameIgnoringCase(const std::string& a, const std::string& b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  return std::equal(
+      a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+}  // namespace
+
+Ellipsoid ReadEllipsoid(const TomlValue& value) {
+  if (value.IsText()) {
+    const std::string text = value.Text();
+    for (const std::string& name : EllipsoidNames()) {
+      if (SameIgnoringCase(name, text)) return NamedEllipsoid(name);
+    }
+    value.Fail(Quoted(text) + " is not known, " + Listed(EllipsoidNames()) +
+               " or { a_m = ..., f = ... } is allowed" +
+               DidYouMean(NearestName(text, EllipsoidNames())));
+  }
+  const TomlTable table(value);
+  table.RefuseOthers({"a_m", "f"});
+  Ellipsoid ellipsoid;
+  ellipsoid.name = "custom";
+  ellipsoid.a_m = table.Require("a_m", "the equatorial radius in metres").Positive();
+  const TomlValue flattening = table.Require("f", "the flattening (a - b)/a");
+  ellipsoid.flattening = flattening.Number();
+  if (!(ellipsoid.flattening >= 0.0 && ellipsoid.flattening < 1.0)) {
+    flattening.Fail(NumberText(ellipsoid.flattening) + " is not allowed, 0 <= f < 1 is");
+  }
+  return ellipsoid;
+}
+
+namespace {
+
+constexpr const char* kBlockFormat = "sarblock-block 1";
+
+Frame ReadFrame(const TomlTable& file) {
+  const TomlTable table(file.Require("frame", "a table [frame] with kind"));
+  table.RefuseOthers({"kind", "ellipsoid"});
+  const std::vector<std::string> kinds{"local", "geocentric"};
+  const bool local = table.Require("kind", Listed(kinds)).OneOf(kinds) == 0;
+  if (!local) return Frame::Geocentric(ReadEllipsoid(table.Require("ellipsoid", "its name")));
+  if (const auto ellipsoid = table.Find("ellipsoid")) {
+    ellipsoid->Fail("belongs to kind = \"geocentric\", a local frame has none");
+  }
+  return Frame::Local();
+}
+
+// Overrides the parts of `sigma` that the table gives. `suffix` is "" or "_sigma".
+void ReadLookSigma(const TomlTable& table, const std::string& infix, LookSigma* sigma) {
+  if (const auto range_m = table.FindPositive("range" + infix + "_m")) sigma->range_m = *range_m;
+  std::string given;
+  for (const auto& [key, unit] : {std::pair{"azimuth" + infix + "_m", AzimuthUnit::kMetres},
+                                  std::pair{"azimuth" + infix + "_s", AzimuthUnit::kSeconds},
+                                  std::pair{"doppler" + infix + "_hz", AzimuthUnit::kHertz}}) {
+    const auto value = table.FindPositive(key);
+    if (!value) continue;
+    if (!given.empty()) {
+      table.Find(key)->Fail("stands beside " + given + ", one of both is allowed");
+    }
+    given = key;
+    sigma->azimuth = *value;
+    sigma->azimuth_unit = unit;
+  }
+}
+
+// Overrides the parts that the table gives.
+void ReadTrajectoryTable(const TomlTable& table, TrajectoryOptions* options) {
+  table.RefuseOthers({"through", "sigma_m", "sigma_mps"});
+  if (const auto through = table.Find("through")) {
+    std::vector<std::string> names;
+    for (const PathThrough way : kPathsThrough) names.emplace_back(NameOf(way));
+    options->through = kPathsThrough[through->OneOf(names)];
+  }
+  if (const auto value = table.FindPositive("sigma_m")) options->sigma.position_m = *value;
+  if (const auto value = table.FindPositive("sigma_mps")) options->sigma.velocity_mps = *value;
+}
+
+// The raster of the pass. Standard deviations in pixels become those of the pass, but for pixels of
+// a ground presentation, whose size in range differs from look to look.
+void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
+  PixelSigma sigma;
+  if (const auto image = table.Find("image")) {
+    pass->image = ReadImageTable(TomlTable(*image), &sigma);
+    const auto refuse_both = [&table](bool in_pixels, const char* key, const char* pixel_key) {
+      const auto other = table.Find(key);
+      if (in_pixels && other) {
+        other->Fail(std::string("stands beside image.") + pixel_key + ", one of both is allowed");
+      }
+    };
+    refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_m", "line_sigma_px");
+    refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_s", "line_sigma_px");
+    refuse_both(!std::isnan(sigma.line_px), "doppler_sigma_hz", "line_sigma_px");
+    refuse_both(!std::isnan(sigma.pixel_px), "range_sigma_m", "pixel_sigma_px");
+    if (!std::isnan(sigma.line_px)) {
+      pass->sigma.azimuth = sigma.line_px * pass->image->line_interval_s;
+      pass->sigma.azimuth_unit = AzimuthUnit::kSeconds;
+    }
+    if (pass->image->presentation == Presentation::kSlant && !std::isnan(sigma.pixel_px)) {
+      pass->sigma.range_m = sigma.pixel_px * pass->image->range_spacing_m;
+      sigma.pixel_px = kNotGiven;
+    }
+  }
+  reading->pixel_sigma_px.push_back(sigma.pixel_px);
+}
+
+void ReadPass(const TomlTable& table,
+              const LookSigma& standard,
+              const TrajectoryOptions& trajectory,
+              BlockReading* reading) {
+  table.RefuseOthers({"id",
+                      "look",
+                      "wavelength_m",
+                      "range_sigma_m",
+                      "azimuth_sigma_m",
+                      "azimuth_sigma_s",
+                      "doppler_sigma_hz",
+                      "start_s",
+                      "end_s",
+                      "epoch_utc",
+                      "image",
+                      "trajectory"});
+  Pass pass;
+  const TomlValue id = table.Require("id", "the name of the pass");
+  pass.id = id.Text();
+  if (pass.id.empty()) id.Fail("is empty, a name is needed");
+  const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::any_of(pass.id.begin(), pass.id.end(), control)) {
+    id.Fail("the name holds a control character, which is not allowed");
+  }
+  const std::uint32_t other = reading->pass_ids.Find(pass.id);
+  if (other != IdTable::kNone) {
+    id.Fail("pass " + Quoted(pass.id) + " stands twice, first on line " +
+            std::to_string(reading->pass_places[other].line));
+  }
+  reading->pass_ids.FindOrAppend(pass.id);
+  reading->pass_places.push_back(id.Place());
+  const bool left = table.Require("look", "left or right").OneOf({"left", "right"}) == 0;
+  pass.side = left ? LookSide::kLeft : LookSide::kRight;
+  if (const auto value = table.FindPositive("wavelength_m")) pass.wavelength_m = *value;
+  pass.sigma = standard;
+  ReadLookSigma(table, "_sigma", &pass.sigma);
+  if (const auto value = table.Find("epoch_utc")) pass.epoch_utc = value->Text();
+  pass.recorded.asked = trajectory;
+  if (const auto own = table.Find("trajectory")) {
+    ReadTrajectoryTable(TomlTable(*own), &pass.recorded.asked);
+  }
+  ReadImageGrid(table, &pass, reading);
+  std::optional<std::array<double, 2>> span_s;
+  const auto start = table.Find("start_s"), end = table.Find("end_s");
+  if (start || end) {
+    span_s = {table.Require("start_s", "with end_s the start of the strip").Number(),
+              table.Require("end_s", "with start_s the end of the strip").Number()};
+    if (!((*span_s)[0] < (*span_s)[1])) {
+      end->Fail(NumberText((*span_s)[1]) +
+                " is not allowed, an end after start_s = " + NumberText((*span_s)[0]) + " is");
+    }
+  }
+  reading->strip_spans_s.push_back(span_s);
+  reading->result.block.passes.push_back(std::move(pass));
+}
+
+}  // namespace
+
+void ReadBlockToml(BlockReading* reading) {
+  const auto [name, text] = reading->source.Read("block.toml");
+  toml::table parsed = ParseToml(text, name);
+  const TomlTable file(parsed, "");
+  const TomlValue format = file.Require("format", std::string("format = \"") + kBlockFormat + "\"");
+  if (format.Text() != kBlockFormat) {
+    format.Fail(Quoted(format.Text()) + " is not known, \"" + kBlockFormat + "\" is allowed");
+  }
+  file.RefuseOthers({"format", "name", "frame", "sigma", "trajectory", "adjust", "pass"});
+  ApplyOverrides(reading->options.set_overrides, &parsed);
+  Block& block = reading->result.block;
+  const auto block_name = file.Find("name");
+  block.name = block_name ? block_name->Text() : reading->source.DefaultName();
+  block.frame = ReadFrame(file);
+  LookSigma standard;
+  if (const auto sigma = file.Find("sigma")) {
+    const TomlTable table(*sigma);
+    table.RefuseOthers({"range_m", "azimuth_m", "azimuth_s", "doppler_hz"});
+    ReadLookSigma(table, "", &standard);
+  }
+  TrajectoryOptions trajectory;
+  if (const auto given = file.Find("trajectory")) {
+    ReadTrajectoryTable(TomlTable(*given), &trajectory);
+  }
+  const TomlValue passes = file.Require("pass", "a table [[pass]] for every pass");
+  for (const TomlValue& pass : passes.Entries()) {
+    ReadPass(TomlTable(pass), standard, trajectory, reading);
+  }
+  if (block.passes.empty()) passes.Fail("is empty, a table [[pass]] for every pass is needed");
+  std::vector<std::string> ids;
+  for (const Pass& pass : block.passes) ids.push_back(pass.id);
+  reading->result.adjust = ReadAdjust(file, ids);
+}
+
+namespace {
+
+/// By texts, what TableReader::Lookup() found for each.
+using TextMemos = std::map<const IdTable*, std::vector<std::uint32_t>>;
+
+class ArrayReader final : public TableReader {
+ public:
+  ArrayReader(const ArrayTable& table, std::span<const TableColumn> columns, TextMemos* memos)
+      : TableReader(table.name, columns),
+        table_(table),
+        end_(table.columns.empty() ? 0 : table.columns.front().rows()),
+        columns_(columns.size()),
+        memos_(columns.size()),
+        buffers_(columns.size()) {
+    for (const ArrayColumn& column : table.columns) {
+      const auto asked = std::find(names_.begin(), names_.end(), column.name);
+      if (asked == names_.end()) {
+        unknown_.push_back(column.name);
+        continue;
+      }
+      OpenColumn(static_cast<std::size_t>(asked - names_.begin()), column, columns, memos);
+    }
+    RequireColumns(columns);
+  }
+
+  bool Next() override {
+    if (line_ == end_) return false;
+    at_ = line_++;
+    return true;
+  }
+  std::unique_ptr<TableReader> Part() override {
+    if (line_ == end_) return nullptr;
+    auto part = std::make_unique<ArrayReader>(*this);
+    part->end_ = std::min(end_, line_ + kPartRows);
+    line_ = part->end_;
+    return part;
+  }
+  std::size_t RowCount() const override { return end_ - line_; }
+  FilePlace PlaceAt(std::size_t line, std::size_t column) const override {
+    std::string field = file_ + "." + names_[column];
+    if (line > 0) field += "[" + std::to_string(line - 1) + "]";
+    return {{}, 0, std::move(field)};
+  }
+  std::string NameOfLine(std::size_t line) const override {
+    return "row " + std::to_string(line - 1);
+  }
+
+ private:
+  static constexpr std::size_t kPartRows = 16384;
+
+  void OpenColumn(std::size_t index,
+                  const ArrayColumn& column,
+                  std::span<const TableColumn> columns,
+                  TextMemos* memos) {
+    const FilePlace place = PlaceAt(0, index);
+    if (Has(index)) throw InputError(place, "stands twice, one column is allowed");
+    if (column.rows() != RowCount()) {
+      throw InputError(place,
+                       "has " + std::to_string(column.rows()) + " rows where " + file_ + "." +
+                           table_.columns.front().name + " has " + std::to_string(RowCount()) +
+                           ", as many are needed");
+    }
+    columns_[index] = &column;
+    place_[index] = index;
+    if (column.texts != nullptr) {
+      memos_[index] = &(*memos)[column.texts.get()];
+      memos_[index]->resize(column.texts->size(), kUnknown);
+      for (std::size_t row = 0; row < column.indices.size(); ++row) {
+        if (column.indices[row] < column.texts->size()) continue;
+        throw InputError(PlaceAt(row + 1, index),
+                         std::to_string(column.indices[row]) + " is not allowed, an index below " +
+                             std::to_string(column.texts->size()) + ", the number of texts, is");
+      }
+      return;
+    }
+    const CellKind kind = columns[index].kind;
+    if (kind == CellKind::kPass || kind == CellKind::kPoint || kind == CellKind::kText) {
+      throw InputError(place, "holds numbers, texts are needed");
+    }
+    for (std::size_t row = 0; row < column.cells.size(); ++row) {
+      if (!std::isinf(column.cells[row])) continue;
+      throw InputError(PlaceAt(row + 1, index),
+                       NumberText(column.cells[row]) + " is not allowed, a finite number is");
+    }
+    numbers_[index] = column.cells.data();
+  }
+
+  std::string_view TextOf(std::size_t column) const override {
+    const ArrayColumn& cells = *columns_[column];
+    if (cells.texts != nullptr) return (*cells.texts)[cells.indices[at_]];
+    return TextOfNumber(cells.cells[at_], &buffers_[column]);
+  }
+  std::uint32_t* Memo(std::size_t column) const override {
+    if (!Has(column) || memos_[column] == nullptr) return nullptr;
+    return &(*memos_[column])[columns_[column]->indices[at_]];
+  }
+  NumberedTexts TextsAhead(std::size_t column) const override {
+    if (!Has(column) || memos_[column] == nullptr) return {};
+    const ArrayColumn& cells = *columns_[column];
+    return {cells.indices.subspan(line_, end_ - line_), cells.texts->size()};
+  }
+  std::uint32_t* MemosAhead(std::size_t column) const override {
+    return Has(column) && memos_[column] != nullptr ? memos_[column]->data() : nullptr;
+  }
+  std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
+    return (*columns_[column]->texts)[text];
+  }
+  std::span<const double> CellsAhead(std::size_t column) const override {
+    const ArrayColumn& cells = *columns_[column];
+    if (cells.texts != nullptr) return {};
+    return cells.cells.subspan(line_, end_ - line_);
+  }
+  std::string ColumnsThere() const override {
+    std::string text = "there are ";
+    for (const ArrayColumn& column : table_.columns) {
+      text += (&column == &table_.columns.front() ? "" : ",") + column.name;
+    }
+    return text;
+  }
+
+  const ArrayTable& table_;
+  std::size_t end_;                                 // of the rows of this reader
+  std::vector<const ArrayColumn*> columns_;         // by asked column; null: not there
+  std::vector<std::vector<std::uint32_t>*> memos_;  // null: numbers
+  mutable std::vector<std::string> buffers_;
+};
+
+class ArraySource final : public TableSource {
+ public:
+  explicit ArraySource(const BlockArrays& arrays)
+      : TableSource(FolderContent::kBlock), arrays_(arrays) {}
+  std::pair<std::string, std::string> Read(std::string_view file) const override {
+    return {std::string(file), std::string(arrays_.block_toml)};
+  }
+  std::unique_ptr<TableReader> Open(std::string_view table,
+                                    std::span<const TableColumn> columns) const override {
+    for (const ArrayTable& held : arrays_.tables) {
+      if (held.name == table) return std::make_unique<ArrayReader>(held, columns, &memos_);
+    }
+    return nullptr;
+  }
+  std::string NameOf(std::string_view table) const override { return std::string(table); }
+  std::string DefaultName() const override { return "block"; }
+
+ private:
+  const BlockArrays& arrays_;
+  mutable TextMemos memos_;
+};
+
+}  // namespace
+
+BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options) {
+  return ReadBlockFrom(ArraySource(arrays), options);
+}
+
+}  // namespace sarblock

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/geometry/frame.h"
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tables/table.h"
+#include "tables/toml.h"
+
+namespace sarblock {
+
+/// What the readers of the single files share.
+struct BlockReading {
+  const TableSource& source;
+  const ReadOptions& options;
+  BlockFile result;
+  IdTable pass_ids;
+  std::vector<FilePlace> pass_places;                               ///< by pass: its `id` key
+  std::vector<std::optional<std::array<double, 2>>> strip_spans_s;  ///< by pass, where given
+  /// By pass: standard deviation of range in pixels of a ground presentation; NaN: none.
+  std::vector<double> pixel_sigma_px;
+};
+
+/// Reads a block wherever its tables stand.
+[[nodiscard]] BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options);
+
+void ReadBlockToml(BlockReading* reading);
+void ReadTrajectories(BlockReading* reading);
+void ReadPoints(BlockReading* reading);
+void ReadLooks(BlockReading* reading);
+
+/// Index of the pass a cell names; refuses others, giving the nearest. `holder` is where passes
+/// stand.
+[[nodiscard]] std::uint32_t FindPass(const TableReader& reader,
+                                     std::size_t column,
+                                     const IdTable& pass_ids,
+                                     const char* holder = "block.toml");
+/// Index of the point a cell names, in the same way.
+[[nodiscard]] std::uint32_t FindPoint(const TableReader& reader,
+                                      std::size_t column,
+                                      const IdTable& ids,
+                                      const char* holder = "the block");
+/// The role of a point by its name.
+[[nodiscard]] PointRole ReadRole(const TableReader& reader, std::size_t column);
+
+/// Lengths beyond this have squares and positions without a meaning; no body's ground is as far
+/// from the origin of its frame, nor an antenna from the ground.
+inline constexpr double kLargestLength_m = 1e12;
+/// A coordinate or a range of at most kLargestLength_m, or NaN for an empty cell.
+[[nodiscard]] double LengthNumber(const TableReader& reader, std::size_t column);
+
+/// Paths by pass from a table with the columns of trajectories.csv. A pass without states gets an
+/// empty path.
+struct PathTable {
+  std::vector<std::vector<StateVector>> states;  ///< by pass
+  std::vector<std::size_t> lines;                ///< of each pass's last state
+};
+[[nodiscard]] PathTable ReadPaths(TableReader* reader,
+                                  const IdTable& pass_ids,
+                                  const char* holder = "block.toml");
+
+/// Standard deviations that a pass gives in pixels; NaN where it gives none.
+struct PixelSigma {
+  double line_px = kNotGiven;
+  double pixel_px = kNotGiven;
+};
+
+/// Reads the table `[pass.image]` (docs/formats.md).
+[[nodiscard]] ImageGrid ReadImageTable(const TomlTable& table, PixelSigma* sigma);
+
+/// The same as TOML text, to stand behind the keys of its `[[pass]]`.
+[[nodiscard]] std::string ImageTableText(const ImageGrid& grid);
+
+/// The `ellipsoid` of a block's or a scene's frame: a name, or { a_m = ..., f = ... }.
+[[nodiscard]] Ellipsoid ReadEllipsoid(const TomlValue& value);
+
+}  // namespace sarblock

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/id_table.h"
+
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "tables/table.h"
+
+namespace sarblock {
+
+/// Calls write(look, point) for the looks [begin, end) in their order.
+template <typename Write>
+void ForLooks(const Looks& looks, std::size_t begin, std::size_t end, const Write& write) {
+  std::size_t point = looks.PointOf(begin);
+  for (std::size_t look = begin; look < end; ++look) {
+    while (looks.offsets[point + 1] <= look) ++point;
+    write(look, point);
+  }
+}
+
+/// Writes flight paths, one a pass of the block, with the columns of trajectories.csv.
+void WritePaths(TableSink* sink,
+                std::string_view name,
+                const Block& block,
+                const std::vector<FlightPath>& paths);
+
+/// What BlockIds takes.
+[[nodiscard]] IdTable PassIds(const Block& block);
+
+/// The paths as the block gives them.
+[[nodiscard]] std::vector<FlightPath> NominalPaths(const Block& block);
+
+}  // namespace sarblock

@@ -1,0 +1,630 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "summary.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/result.h"
+#include "sarblock/tables/output.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <initializer_list>
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "block_tables.h"
+#include "core/threads.h"
+#include "correction_options.h"
+#include "quality/assess.h"
+#include "result_tables.h"
+#include "tables/json.h"
+#include "tables/open.h"
+#include <nlohmann/json.hpp>
+#include <openssl/evp.h>
+#include <toml++/toml.h>
+
+namespace sarblock {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* NameOf(AdjustStatus status) {
+  switch (status) {
+    case AdjustStatus::kConverged:
+      return "converged";
+    case AdjustStatus::kNotConverged:
+      return "not_converged";
+    case AdjustStatus::kIntersected:
+      return "intersected";
+    case AdjustStatus::kPredicted:
+      return "predicted";
+  }
+  return "";
+}
+
+Json FrameJson(const Frame& frame) {
+  if (frame.kind() == FrameKind::kLocal) return {{"kind", "local"}};
+  const Ellipsoid& ellipsoid = frame.ellipsoid();
+  return {{"kind", "geocentric"},
+          {"ellipsoid",
+           {{"name", ellipsoid.name}, {"a_m", ellipsoid.a_m}, {"f", ellipsoid.flattening}}}};
+}
+
+/// How the recorded flight of a pass was read and what that does to a point.
+Json TrajectoryJson(const RecordedFlight& recorded) {
+  const RecordingEffect& effect = recorded.effect;
+  Json json = {{"through", NameOf(effect.through)},
+               {"asked", NameOf(recorded.asked.through)},
+               {"noise_m", effect.noise_m},
+               {"contradiction_m", effect.contradiction_m},
+               {"interpolation_m", effect.interpolation_m},
+               {"azimuth_sigma_m", effect.azimuth_sigma_m},
+               {"state_sigma_m", effect.noise.position_m},
+               {"state_sigma_mps", effect.noise.velocity_mps}};
+  if (!effect.why.empty()) json["why"] = effect.why;
+  if (effect.fit) {
+    json["fit"] = {{"position", effect.fit->position_1},
+                   {"position_freedom", effect.fit->position_freedom},
+                   {"velocity", effect.fit->velocity_1},
+                   {"velocity_freedom", effect.fit->velocity_freedom}};
+  }
+  return json;
+}
+
+Json PassesJson(const Block& block) {
+  Json passes = Json::array();
+  for (const Pass& pass : block.passes) {
+    Json entry = {{"id", pass.id},
+                  {"look", pass.side == LookSide::kLeft ? "left" : "right"},
+                  {"start_s", pass.start_s},
+                  {"end_s", pass.end_s}};
+    if (!std::isnan(pass.wavelength_m)) entry["wavelength_m"] = pass.wavelength_m;
+    if (!pass.epoch_utc.empty()) entry["epoch_utc"] = pass.epoch_utc;
+    entry["trajectory"] = TrajectoryJson(pass.recorded);
+    passes.push_back(std::move(entry));
+  }
+  return passes;
+}
+
+Json Counts(const Block& block, const AdjustResult& result) {
+  Json counts = {{"passes", block.passes.size()},
+                 {"points", block.points.size()},
+                 {"looks", block.looks.size()},
+                 {"parameters", result.parameter_count},
+                 {"observations", result.observation_count},
+                 {"datum_defects", result.datum_defects},
+                 {"redundancy", result.redundancy()},
+                 {"looks_used", result.looks_used},
+                 {"looks_not_evaluated", result.looks_not_evaluated}};
+  for (const PointRole role : {PointRole::kTie, PointRole::kControl, PointRole::kCheck}) {
+    counts[std::string(NameOf(role)) + "_points"] =
+        std::count(block.points.role.begin(), block.points.role.end(), role);
+  }
+  counts["point_status"] = Json::object();
+  for (const PointStatus status : result.points.status) {
+    Json& count = counts["point_status"][sarblock::NameOf(status)];
+    count = count.is_null() ? 1 : count.get<int>() + 1;
+  }
+  return counts;
+}
+
+Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
+  if (std::isnan(result.sigma0_squared)) return nullptr;
+  return {{"value", result.sigma0_squared * result.redundancy()},
+          {"lower", result.chi_square.lower},
+          {"upper", result.chi_square.upper},
+          {"level", options.test_level},
+          {"passed", result.chi_square_passed}};
+}
+
+Json Selection(const SelectionReport& selection) {
+  Json kept = Json::array();
+  for (const CandidateResult& candidate : selection.candidates) {
+    if (candidate.kept)
+      kept.push_back({{"candidate", candidate.name}, {"passes", candidate.passes}});
+  }
+  Json simplifications = Json::array();
+  for (const SimplificationBound& bound : selection.simplifications) {
+    simplifications.push_back({{"simplification", bound.name},
+                               {"fraction", bound.fraction_1},
+                               {"allowed", bound.allowed},
+                               {"taken", bound.taken},
+                               {"gain", bound.gain_1},
+                               {"verdict", bound.verdict}});
+  }
+  return {{"candidates", selection.candidates.size()},
+          {"rounds", selection.rounds},
+          {"steps", selection.steps},
+          {"settled", selection.settled},
+          {"kept", kept},
+          {"simplifications", simplifications},
+          {"simplified_gain", selection.simplified_gain_1},
+          {"simplified_shift", selection.simplified_shift_1},
+          {"model", DumpCorrections(selection.groups)}};
+}
+
+// A stage that ran more than once has the sum of its times.
+Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
+  Json stages = Json::object();
+  for (const std::vector<StageCost>* list : lists) {
+    for (const StageCost& cost : *list) {
+      Json& stage = stages[cost.stage];
+      const double before_s = stage.is_null() ? 0.0 : stage["wall_s"].get<double>();
+      stage = {{"wall_s", before_s + cost.wall_s}, {"peak_mib", cost.peak_mib}};
+    }
+  }
+  return stages;
+}
+
+std::string Summary(const Block& block,
+                    const AdjustOptions& options,
+                    const AdjustResult& result,
+                    const ResultContext& context,
+                    const std::vector<StageCost>& written) {
+  Json summary;
+  summary["format"] = "sarblock-result 1";
+  summary["version"] = Version();
+  summary["command"] = context.command;
+  summary["block"] = block.name;
+  summary["status"] = NameOf(result.status);
+  summary["verdict"] = NameOf(result.assessment.verdict);
+  summary["verdict_reasons"] = result.assessment.reasons;
+  summary["accepted"] = result.accepted();
+  summary["frame"] = FrameJson(block.frame);
+  summary["passes"] = PassesJson(block);
+  summary["counts"] = Counts(block, result);
+  summary["iterations"] = result.iterations;
+  summary["initial_cost"] = result.initial_cost;
+  summary["final_cost"] = result.final_cost;
+  summary["gradient"] = result.gradient;
+  summary["remaining_step"] = result.remaining_step;
+  summary["sigma0_squared"] = result.sigma0_squared;
+  summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
+  summary["chi_square"] = ChiSquare(options, result);
+  if (!result.checks.empty()) {
+    summary["check_points"] = CheckPointsJson(result.assessment.checks, options.test_level);
+  }
+  if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
+  if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
+  if (result.variance_components) {
+    summary["variance_components"] = VarianceComponentsSection(options, result);
+  }
+  if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
+  summary["covariance"] = NameOfChoice("covariance", options);
+  summary["condition"] = result.condition;
+  if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
+  if (context.diagnosis) summary["diagnosis"] = DiagnosisSection(*context.diagnosis);
+  summary["stages"] = Stages({&context.stages, &result.stages, &written});
+  summary["warnings"] = context.warnings;
+  for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
+  summary["inputs"] = InputsJson(context.inputs);
+  summary["configuration"] = ConfigurationJson(options);
+  return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string SummaryJson(const Block& block,
+                        const AdjustOptions& options,
+                        const AdjustResult& result,
+                        const ResultContext& context) {
+  return Summary(block, options, result, context, {});
+}
+
+namespace {
+
+void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t ellipse_limit) {
+  const Block& block = view.block;
+  const AdjustResult& result = view.result;
+  WritePointTable(sink, view);
+  WriteParameterTable(sink, view);
+  WriteParameterCovariance(sink, view);
+  if (!result.selection.empty()) {
+    WriteSelectionTable(sink, view);
+    WriteSimplificationTable(sink, view);
+  }
+  WriteStripTable(sink, view);
+  WriteResidualTable(sink, view);
+  if (!result.control_quality.empty()) WriteControlTable(sink, view);
+  if (view.options.pairs != PairChoice::kNone) WritePairTable(sink, view);
+  if (result.montecarlo) WriteMonteCarloTable(sink, view);
+  const bool corrected = !result.corrected_paths.empty();
+  WritePaths(sink, "trajectories", block, corrected ? result.corrected_paths : NominalPaths(block));
+  const auto folder = sink->folder();
+  if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;
+  WriteGeoJson(*folder / "points.geojson",
+               {.frame = block.frame,
+                .name = block.name,
+                .ids = block.points.ids,
+                .role = block.points.role,
+                .points = result.points,
+                .covariance_factor_1 = view.factor,
+                .polygons = result.points.status.size() <= ellipse_limit});
+}
+
+}  // namespace
+
+std::string WriteResult(const std::filesystem::path& target,
+                        const Block& block,
+                        const AdjustOptions& options,
+                        const AdjustResult& result,
+                        const ResultContext& context) {
+  const ResultView view{block, options, result, CovarianceFactor(options, result)};
+  ResultContext said = context;
+  if (block.frame.kind() == FrameKind::kGeocentric && !NamesContainer(target) &&
+      result.points.status.size() > context.ellipse_limit) {
+    said.warnings.push_back(
+        "points.geojson has the numbers of the error ellipses but not their "
+        "polygons, there are more than " +
+        std::to_string(context.ellipse_limit) + " points");
+  }
+  std::string summary;
+  const IdTable passes = PassIds(block);
+  const TextsOfTable pass_ids(passes), point_ids(block.points.ids);
+  const BlockIds ids{&pass_ids, &point_ids};
+  const auto write = [&](TableSink* sink) {
+    std::vector<StageCost> written;
+    {
+      const StageTimer timer("write", &written);
+      WriteResultTables(sink, view, context.ellipse_limit);
+    }
+    summary = Summary(block, options, result, said, written);
+    sink->WriteText("summary.json", summary);
+  };
+  WriteTables(FolderContent::kResult, target, context.compression, ids, write);
+  return summary;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* ComponentName(bool azimuth) { return azimuth ? "azimuth" : "range"; }
+
+Json WorstJson(const Block& block, const QualitySummary& summary) {
+  Json worst = Json::array();
+  for (const TestedLook& look : summary.worst) {
+    worst.push_back({{"pass", block.passes[block.looks.pass[look.look]].id},
+                     {"point", std::string(block.points.ids[look.point])},
+                     {"component", ComponentName(look.azimuth)},
+                     {"w", look.w_1},
+                     {"redundancy", look.redundancy_1}});
+  }
+  return worst;
+}
+
+Json PriorsJson(const AdjustResult& result) {
+  const PriorSummary& summary = result.assessment.priors;
+  Json json = {{"priors", summary.priors},
+               {"redundancy", summary.redundancy_1},
+               {"tested", summary.tested},
+               {"above_critical", summary.above},
+               {"expected_above", summary.expected_above_1}};
+  if (summary.tested > 0) {
+    const ParameterResult& worst = result.parameters[summary.worst];
+    json["worst"] = {{"pass", worst.owner}, {"parameter", worst.name}, {"w", summary.worst_w_1}};
+  }
+  return json;
+}
+
+Json SharesJson(const std::vector<PassShare>& all) {
+  Json shares = Json::array();
+  for (const PassShare& share : all) {
+    shares.push_back({{"pass", share.owner},
+                      {"looks", share.looks},
+                      {"square_sum", share.square_sum_1},
+                      {"redundancy", share.redundancy_1},
+                      {"prior_square_sum", share.prior_square_sum_1},
+                      {"prior_redundancy", share.prior_redundancy_1},
+                      {"sigma0_squared", share.variance_factor()}});
+  }
+  return shares;
+}
+
+}  // namespace
+
+Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustResult& result) {
+  const QualitySummary& summary = result.assessment.tests;
+  const ReliabilityFigures& figures = summary.figures;
+  return {
+      {"alpha", options.quality.alpha_1},
+      {"power", options.quality.power_1},
+      {"family_wise", NameOfChoice("quality.family_wise", options)},
+      {"test", NameOfChoice("quality.test", options)},
+      {"tests", figures.tests},
+      {"alpha_one", figures.alpha_one_1},
+      {"alpha_all", figures.alpha_all_1},
+      {"critical_w", figures.critical_w_1},
+      {"critical_tau", figures.critical_tau_1},
+      {"delta0", figures.delta0_1},
+      {"median_redundancy",
+       {{"range", summary.median_redundancy_1[0]}, {"azimuth", summary.median_redundancy_1[1]}}},
+      {"above_critical",
+       {{"range", summary.looks_above[0]},
+        {"azimuth", summary.looks_above[1]},
+        {"control", summary.control_above}}},
+      {"expected_above", summary.expected_above_1()},
+      {"looks_not_localisable", summary.looks_not_localisable},
+      {"worst", WorstJson(block, summary)},
+      {"priors", PriorsJson(result)},
+      {"passes", SharesJson(result.assessment.shares)}};
+}
+
+Json SnoopingJson(const Block& block, const SnoopingReport& report) {
+  Json findings = Json::array();
+  for (const BlunderFinding& finding : report.findings) {
+    Json passes = Json::array();
+    for (const std::uint64_t look : finding.looks) {
+      passes.push_back(block.passes[block.looks.pass[look]].id);
+    }
+    findings.push_back({{"round", finding.round},
+                        {"point", std::string(block.points.ids[finding.point])},
+                        {"passes", passes},
+                        {"control", finding.control},
+                        {"component", ComponentName(finding.azimuth)},
+                        {"w", finding.w_1},
+                        {"located", finding.located()},
+                        {"action", NameOf(finding.action)},
+                        {"note", finding.note}});
+  }
+  return {{"rounds", report.rounds},
+          {"left_out_by_robust_start", report.robust.size()},
+          {"findings", findings}};
+}
+
+Json CheckPointsJson(const CheckSummary& summary, double level) {
+  Json json = {{"points", summary.points},
+               {"points_without_sigma", summary.points_without_sigma},
+               {"rms_e_m", summary.rms_m[0]},
+               {"rms_n_m", summary.rms_m[1]},
+               {"rms_u_m", summary.rms_m[2]},
+               {"components", summary.components},
+               {"chi_square", summary.chi_square}};
+  if (summary.components == 0) return json;
+  json["freedom"] = summary.freedom_1;
+  json["lower"] = summary.chi_square_interval.lower;
+  json["upper"] = summary.chi_square_interval.upper;
+  json["level"] = level;
+  json["realistic"] = summary.realistic();
+  json["error_ratio"] = summary.error_ratio_1;
+  json["points_outside"] = summary.points_outside;
+  json["says"] = DescribeChecks(summary, level);
+  return json;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json TestSection(const GlobalTest& test, double level) {
+  return {{"sigma0_squared", test.sigma0_squared},
+          {"redundancy", test.redundancy_1},
+          {"value", test.sigma0_squared * test.redundancy_1},
+          {"lower", test.chi_square.lower},
+          {"upper", test.chi_square.upper},
+          {"level", level},
+          {"passed", test.passed}};
+}
+
+Json MeanSection(const RunMean& mean) {
+  return {{"expected", mean.expected_1},
+          {"mean", mean.mean_1},
+          {"lower", mean.lower()},
+          {"upper", mean.upper()},
+          {"agrees", mean.Agrees()}};
+}
+
+}  // namespace
+
+Json VarianceComponentsSection(const AdjustOptions& options, const AdjustResult& result) {
+  const VarianceComponentReport& report = *result.variance_components;
+  Json section;
+  section["iterations"] = report.iterations;
+  section["converged"] = report.converged;
+  section["before"] = TestSection(report.before, options.test_level);
+  section["after"] = TestSection(
+      {result.sigma0_squared, result.redundancy(), result.chi_square, result.chi_square_passed},
+      options.test_level);
+  section["components"] = Json::array();
+  for (const VarianceComponent& c : report.components) {
+    section["components"].push_back({{"group", c.group},
+                                     {"component", c.component == 0 ? "range" : "azimuth"},
+                                     {"looks", c.looks},
+                                     {"redundancy", c.redundancy_1},
+                                     {"estimated", c.estimated},
+                                     {"factor", c.factor_1},
+                                     {"factor_sigma", c.factor_deviation_1},
+                                     {"sigma_before", c.sigma_before},
+                                     {"sigma_after", c.sigma_after()},
+                                     {"sigma_after_sigma", c.sigma_deviation()},
+                                     {"unit", c.unit},
+                                     {"note", c.note}});
+  }
+  return section;
+}
+
+Json MonteCarloSection(const MonteCarloReport& report) {
+  Json section;
+  section["runs"] = report.runs;
+  section["failed"] = report.failed;
+  section["seed"] = report.seed;
+  section["points"] = report.points;
+  section["confidence"] = 0.99;
+  section["normalised_square"] = MeanSection(report.square_ratio);
+  section["variance_ratio_e"] = MeanSection(report.variance_ratio[0]);
+  section["variance_ratio_n"] = MeanSection(report.variance_ratio[1]);
+  section["variance_ratio_u"] = MeanSection(report.variance_ratio[2]);
+  section["coverage_50"] = MeanSection(report.coverage[0]);
+  section["coverage_90"] = MeanSection(report.coverage[1]);
+  section["coverage_99"] = MeanSection(report.coverage[2]);
+  section["points_outside"] = report.points_outside;
+  section["verdict"] = report.sentence;
+  return section;
+}
+
+void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
+  const auto table = sink->Open("montecarlo", kMonteCarloColumns);
+  TableWriter& out = *table;
+  const MonteCarloReport& report = *view.result.montecarlo;
+  for (std::uint32_t point = 0; point < report.square_1.size(); ++point) {
+    if (report.runs == 0 || std::isnan(report.square_1[point])) continue;
+    out.Id(view.block.points.ids[point], point);
+    const std::array<double, 6>& sample_m2 = report.sample_m2[point];
+    const SymmetricEnu& rigorous_m2 = view.result.points.covariance_m2[point];
+    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(view.factor * sample_m2[i]));
+    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(view.factor * rigorous_m2[i]));
+    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(sample_m2[i] / rigorous_m2[i]));
+    out.Number(report.square_1[point]);
+    for (const std::vector<std::uint32_t>& inside : report.inside) {
+      out.Number(static_cast<double>(inside[point]) / report.runs);
+    }
+    out.EndRow();
+  }
+  out.Commit();
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// null where there is no number.
+Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+}  // namespace
+
+Json DiagnosisSection(const Diagnosis& diagnosis) {
+  Json section = Json::array();
+  for (const Explanation& told : diagnosis.explanations) {
+    section.push_back({{"kind", NameOf(told.kind)},
+                       {"cause", told.cause},
+                       {"sentence", told.sentence},
+                       {"passes", told.passes},
+                       {"points", told.points},
+                       {"value", Number(told.value)},
+                       {"sigma", Number(told.sigma)},
+                       {"unit", told.unit},
+                       {"equals", told.equals},
+                       {"change", told.change},
+                       {"part", Number(told.part_1)},
+                       {"square_sum_before", Number(told.square_sum_before_1)},
+                       {"square_sum_after", Number(told.square_sum_after_1)},
+                       {"redundancy_before", Number(told.redundancy_before_1)},
+                       {"redundancy_after", Number(told.redundancy_after_1)},
+                       {"looks_lost_before", told.looks_lost_before},
+                       {"looks_lost_after", told.looks_lost_after}});
+  }
+  return section;
+}
+
+nlohmann::ordered_json ConfigurationJson(const AdjustOptions& options) {
+  const toml::table table = toml::parse(DumpAdjustTable(options));
+  std::ostringstream text;
+  text << toml::json_formatter{*table.get("adjust")};
+  auto configuration = nlohmann::ordered_json::parse(text.str());
+  configuration["threads"] = options.threads;
+  return configuration;
+}
+
+nlohmann::ordered_json InputsJson(const std::vector<InputFile>& files) {
+  auto inputs = nlohmann::ordered_json::array();
+  for (const InputFile& file : files) {
+    inputs.push_back({{"file", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+  }
+  return inputs;
+}
+
+std::string Sha256OfFile(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(FilePlace{file.string(), 0, ""}, "cannot be opened");
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> digest(EVP_MD_CTX_new(),
+                                                                       &EVP_MD_CTX_free);
+  bool good = digest != nullptr && EVP_DigestInit_ex(digest.get(), EVP_sha256(), nullptr) == 1;
+  std::vector<char> buffer(std::size_t{1} << 18U);
+  while (good && stream) {
+    stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    const auto count = static_cast<std::size_t>(stream.gcount());
+    good = EVP_DigestUpdate(digest.get(), buffer.data(), count) == 1;
+  }
+  std::array<unsigned char, EVP_MAX_MD_SIZE> value{};
+  unsigned int size = 0;
+  good = good && stream.eof() && EVP_DigestFinal_ex(digest.get(), value.data(), &size) == 1;
+  if (!good) throw InputError(FilePlace{file.string(), 0, ""}, "cannot be read to its end");
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string text;
+  for (unsigned int i = 0; i < size; ++i) {
+    text += kDigits[value[i] >> 4U];
+    text += kDigits[value[i] & 15U];
+  }
+  return text;
+}
+
+std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
+                                      const AdjustOptions& options) {
+  std::vector<std::filesystem::path> files;
+  if (std::filesystem::is_regular_file(block)) {
+    files.push_back(block);
+  } else {
+    files.push_back(block / "block.toml");
+    for (const char* table : {"trajectories", "observations", "points"}) {
+      if (const auto found = FindTable(block, table)) files.push_back(*found);
+    }
+  }
+  for (const std::string& list : {options.pairs_file, options.rejections_file}) {
+    if (!list.empty()) files.push_back(FolderOf(block) / list);
+  }
+  std::vector<InputFile> out;
+  for (const std::filesystem::path& file : files) {
+    if (!std::filesystem::is_regular_file(file)) continue;
+    out.push_back({file.filename().string(), std::filesystem::file_size(file), Sha256OfFile(file)});
+  }
+  return out;
+}
+
+namespace {
+
+// A JSON value as a TOML value on one line: tables are inline, what is null is left out. Texts and
+// numbers are written alike in both.
+std::string TomlOf(const nlohmann::ordered_json& value) {
+  std::string text;
+  const auto append = [&text](const std::string& part) {
+    text += (text.size() > 1 ? ", " : "") + part;
+  };
+  if (value.is_object()) {
+    text = "{";
+    for (const auto& [key, member] : value.items()) {
+      if (!member.is_null()) append(nlohmann::ordered_json(key).dump() + " = " + TomlOf(member));
+    }
+    return text + "}";
+  }
+  if (value.is_array()) {
+    text = "[";
+    for (const auto& entry : value) append(TomlOf(entry));
+    return text + "]";
+  }
+  return value.dump();
+}
+
+}  // namespace
+
+std::vector<CorrectionGroup> CorrectionsOf(const ResultFile& result) {
+  constexpr const char* kFile = "summary.json";
+  std::vector<std::string> passes;
+  for (const ResultPass& pass : result.passes) passes.push_back(pass.id);
+  if (!result.summary.selected_model.empty()) {
+    return ReadAdjustTable(result.summary.selected_model, kFile, passes).groups;
+  }
+  const JsonFile json(result.summary.json, kFile);
+  const auto configuration = json.Root().Find("configuration");
+  if (!configuration) return {};
+  const auto chosen = configuration->Find("corrections");
+  const auto correction = configuration->Find("correction");
+  if (!chosen || chosen->Text() != "given" || !correction) return {};
+  return ReadAdjustTable(
+             "[adjust]\ncorrection = " + TomlOf(correction->Node()) + "\n", kFile, passes)
+      .groups;
+}
+
+}  // namespace sarblock
