@@ -10,10 +10,9 @@
 #include "import_matches.h"
 #include "import_network_command.h"
 #include "import_output.h"
-#include "product/import_block.h"
-#include "product/nisar.h"
-#include "product/reflectors.h"
-#include "product/sensor_image.h"
+#include "products/block_builder.h"
+#include "products/image_table.h"
+#include "products/import.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -6,8 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "product/matched_points.h"
-#include "product/pixel_offset.h"
+#include "products/block_builder.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json_fwd.hpp>
 

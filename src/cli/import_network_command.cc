@@ -14,10 +14,10 @@
 #include "command_line.h"
 #include "import_matches.h"
 #include "import_output.h"
-#include "product/control_network.h"
-#include "product/csm_isd.h"
-#include "product/import_network.h"
-#include "product/isis_cube.h"
+#include "products/csm.h"
+#include "products/import.h"
+#include "products/isis.h"
+#include "products/network.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "product/imported_network.h"
+#include "products/block_builder.h"
 #include "session.h"
 #include <CLI/CLI.hpp>
 

@@ -12,10 +12,9 @@
 #include "adjusted_antenna.h"
 #include "fitted_covariance.h"
 #include "image_exports.h"
-#include "product/csm_model.h"
-#include "product/ephemeris_time.h"
-#include "product/image_passes.h"
-#include "product/range_polynomial.h"
+#include "products/csm.h"
+#include "products/image_table.h"
+#include "products/utc.h"
 #include <fmt/core.h>
 
 namespace sarblock {

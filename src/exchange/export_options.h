@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "product/imported_network.h"
+#include "products/block_builder.h"
 
 namespace sarblock {
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "files/geojson.h"
-#include "product/utc_time.h"
+#include "products/utc.h"
 #include "quality/covariance.h"
 #include <fmt/core.h>
 #include <sqlite3.h>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "export_view.h"
-#include "product/utc_time.h"
+#include "products/utc.h"
 
 namespace sarblock {
 

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "image_exports.h"
-#include "product/sentinel1.h"
+#include "products/image_table.h"
 #include <fmt/core.h>
 
 namespace sarblock {

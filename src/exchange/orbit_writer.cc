@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sstream>
 
-#include "product/sentinel1.h"
+#include "products/image_table.h"
 #include <fmt/core.h>
 #include <pugixml.hpp>
 

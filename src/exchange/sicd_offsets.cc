@@ -12,8 +12,8 @@
 #include "adjusted_antenna.h"
 #include "fitted_covariance.h"
 #include "image_exports.h"
-#include "product/sicd_pass.h"
-#include "product/sicd_projection.h"
+#include "products/sicd.h"
+#include "products/sicd_image.h"
 #include "sicd_writer.h"
 #include <Eigen/Dense>
 #include <fmt/core.h>

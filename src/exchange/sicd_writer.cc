@@ -9,9 +9,8 @@
 #include <utility>
 
 #include "core/text.h"
-#include "product/byte_source.h"
-#include "product/nitf_text.h"
-#include "product/xml_reader.h"
+#include "products/bytes.h"
+#include "products/xml.h"
 
 namespace sarblock {
 namespace {

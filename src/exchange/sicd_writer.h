@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "product/sicd.h"
+#include "products/sicd.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -12,7 +12,7 @@
 #include <numbers>
 
 #include "files/geojson.h"
-#include "product/utc_time.h"
+#include "products/utc.h"
 #include "sinex_covariance.h"
 #include "tables/csv.h"
 #include <fmt/core.h>

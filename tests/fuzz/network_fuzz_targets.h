@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "product/csm_isd.h"
-#include "product/import_network.h"
-#include "product/isis_cube.h"
+#include "products/csm.h"
+#include "products/import.h"
+#include "products/isis.h"
 
 // As fuzz_targets.h, for networks and their images.
 namespace sarblock::fuzz {

@@ -10,7 +10,7 @@
 
 #include "fuzz/container_edit.h"
 #include "fuzz/nisar_file.h"
-#include "product/import_block.h"
+#include "products/import.h"
 
 // As fuzz_targets.h, for products of NISAR and for the tables of points that go with images.
 namespace sarblock::fuzz {

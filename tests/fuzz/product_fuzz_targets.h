@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "product/import_block.h"
+#include "products/import.h"
 
 // As fuzz_targets.h, for the readers of products.
 namespace sarblock::fuzz {

@@ -10,8 +10,8 @@
 
 #include "exchange/sicd_writer.h"
 #include "fuzz/nisar_fuzz_targets.h"
-#include "product/import_block.h"
-#include "product/sicd.h"
+#include "products/import.h"
+#include "products/sicd.h"
 
 // As fuzz_targets.h, for SICD images.
 namespace sarblock::fuzz {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "product/import_block.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/look_equations.h"
 
@@ -9,6 +7,7 @@
 
 #include "io/io_fixture.h"
 #include "product/synthetic_annotation.h"
+#include "products/import.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

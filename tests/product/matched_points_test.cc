@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tables of matched points and of reflectors, with images of one kind and of several.
-#include "product/matched_points.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/look_equations.h"
 
@@ -11,10 +9,10 @@
 
 #include "fuzz/nisar_fuzz_targets.h"
 #include "io/io_fixture.h"
-#include "product/import_block.h"
-#include "product/import_network.h"
-#include "product/isis_cube.h"
 #include "product/synthetic_annotation.h"
+#include "products/block_builder.h"
+#include "products/import.h"
+#include "products/isis.h"
 #include <fmt/core.h>
 #include <gmock/gmock.h>
 

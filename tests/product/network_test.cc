@@ -9,10 +9,10 @@
 
 #include "fuzz/network_fuzz_targets.h"
 #include "io/io_fixture.h"
-#include "product/csm_isd.h"
-#include "product/ephemeris_time.h"
-#include "product/import_network.h"
-#include "product/isis_cube.h"
+#include "products/csm.h"
+#include "products/import.h"
+#include "products/isis.h"
+#include "products/utc.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Products of NISAR written by nisar_file.h: a closed form is the truth.
-#include "product/nisar.h"
-
 #include "sarblock/core/error.h"
 
 #include <cmath>
@@ -10,7 +8,8 @@
 
 #include "fuzz/nisar_fuzz_targets.h"
 #include "io/io_fixture.h"
-#include "product/import_block.h"
+#include "products/image_table.h"
+#include "products/import.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {

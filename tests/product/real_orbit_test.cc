@@ -11,7 +11,7 @@
 #include "geometry/recorded_path.h"
 #include "geometry/smooth_path.h"
 #include "io/io_fixture.h"
-#include "product/sentinel1.h"
+#include "products/image_table.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

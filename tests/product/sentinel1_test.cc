@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reader of annotations and orbit files on annotations of our own making.
-#include "product/sentinel1.h"
-
 #include "sarblock/core/error.h"
 
 #include <string>
 
 #include "io/io_fixture.h"
 #include "product/synthetic_annotation.h"
+#include "products/image_table.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

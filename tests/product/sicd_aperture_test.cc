@@ -14,9 +14,9 @@
 #include <string>
 
 #include "io/io_fixture.h"
-#include "product/import_block.h"
-#include "product/sicd_projection.h"
 #include "product/synthetic_annotation.h"
+#include "products/import.h"
+#include "products/sicd.h"
 #include <Eigen/Geometry>
 #include <fmt/core.h>
 #include <gmock/gmock.h>

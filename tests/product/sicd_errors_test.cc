@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "io/io_fixture.h"
-#include "product/import_block.h"
-#include "product/sicd.h"
 #include "product/synthetic_annotation.h"
+#include "products/import.h"
+#include "products/sicd.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {

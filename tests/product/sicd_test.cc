@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SICD images: one made from a closed form, and those of others where they are beside the project.
-#include "product/sicd.h"
+#include "products/sicd.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
@@ -12,8 +12,8 @@
 
 #include "fuzz/sicd_fuzz_targets.h"
 #include "io/io_fixture.h"
-#include "product/import_block.h"
 #include "product/synthetic_annotation.h"
+#include "products/import.h"
 #include <fmt/core.h>
 #include <gmock/gmock.h>
 

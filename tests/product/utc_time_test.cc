@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "product/utc_time.h"
-
+#include "products/utc.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

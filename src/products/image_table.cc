@@ -1,0 +1,621 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image_table.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "core/text.h"
+#include "csm.h"
+#include "image.h"
+#include "tables/hdf5_file.h"
+#include "utc.h"
+#include "xml.h"
+#include <fmt/core.h>
+
+namespace sarblock {
+namespace {
+
+constexpr double kRangePerTime_mps = 0.5 * kSpeedOfLight_mps;  // two-way time to one-way range
+
+Eigen::Vector3d ReadVector(const XmlElement& element, const char* x, const char* y, const char* z) {
+  return {element.Child(x).Number(), element.Child(y).Number(), element.Child(z).Number()};
+}
+
+void AppendState(const XmlElement& element, const OrbitState& state, std::vector<OrbitState>* all) {
+  const auto problem = ProblemOfState(all->empty() ? nullptr : &all->back(), state);
+  if (problem) element.Fail(*problem);
+  all->push_back(state);
+}
+
+void ReadOrbit(const XmlElement& list, std::vector<OrbitState>* states) {
+  for (const XmlElement& orbit : list.Children("orbit")) {
+    const XmlElement frame = orbit.Child("frame");
+    if (frame.Text() != "Earth Fixed") {
+      frame.Fail("'" + frame.Text() + "' is not allowed, 'Earth Fixed' is");
+    }
+    AppendState(orbit,
+                {orbit.Child("time").Time(),
+                 ReadVector(orbit.Child("position"), "x", "y", "z"),
+                 ReadVector(orbit.Child("velocity"), "x", "y", "z")},
+                states);
+  }
+  if (states->size() < 2) list.Fail("has fewer than two states, a path needs two or more");
+}
+
+GeolocationGridPoint ReadGridPoint(const XmlElement& element) {
+  GeolocationGridPoint point;
+  point.line = element.Child("line").Count();
+  point.pixel = element.Child("pixel").Count();
+  point.time = element.Child("azimuthTime").Time();
+  point.slant_range_m = kRangePerTime_mps * element.Child("slantRangeTime").Positive();
+  const XmlElement lat = element.Child("latitude"), lon = element.Child("longitude");
+  const double lat_deg = lat.Number(), lon_deg = lon.Number();
+  if (std::abs(lat_deg) > 90.0) lat.Fail("is not between -90 and 90 degrees");
+  if (std::abs(lon_deg) > 360.0) lon.Fail("is not between -360 and 360 degrees");
+  point.place = {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, element.Child("height").Number()};
+  constexpr double kHighest_m = 20e3;
+  if (std::abs(point.place.h_m) > kHighest_m) {
+    element.Child("height").Fail("is not between -20 and 20 km");
+  }
+  point.file_line = element.line();
+  return point;
+}
+
+void ReadGrid(const XmlElement& list, std::vector<GeolocationGridPoint>* grid) {
+  std::vector<std::pair<std::pair<int, int>, XmlElement>> places;
+  for (const XmlElement& element : list.Children("geolocationGridPoint")) {
+    grid->push_back(ReadGridPoint(element));
+    places.push_back({{grid->back().line, grid->back().pixel}, element});
+  }
+  if (grid->empty()) list.Fail("has no geolocationGridPoint");
+  const auto by_place = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::stable_sort(places.begin(), places.end(), by_place);
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    if (places[i].first == places[i - 1].first) {
+      places[i].second.Fail("line " + std::to_string(places[i].first.first) + ", pixel " +
+                            std::to_string(places[i].first.second) + " stands twice");
+    }
+  }
+  std::stable_sort(grid->begin(), grid->end(), [](const auto& a, const auto& b) {
+    return std::pair(a.line, a.pixel) < std::pair(b.line, b.pixel);
+  });
+}
+
+void ReadGroundRange(const XmlElement& root, Sentinel1Product* product) {
+  const XmlElement list = root.Child("coordinateConversion").Child("coordinateConversionList");
+  for (const XmlElement& element : list.Children("coordinateConversion")) {
+    ProductGroundRange polynomial{element.Child("azimuthTime").Time(),
+                                  element.Child("gr0").Number(),
+                                  element.Child("grsrCoefficients").Numbers()};
+    auto& all = product->ground_range;
+    if (!all.empty() && !(SecondsBetween(all.back().time, polynomial.time) > 0.0)) {
+      element.Fail("its azimuthTime is not after that of the one before");
+    }
+    if (polynomial.coefficients.size() < 2) {
+      element.Child("grsrCoefficients").Fail("has one coefficient, two or more are needed");
+    }
+    all.push_back(std::move(polynomial));
+  }
+  if (product->ground_range.empty()) {
+    list.Fail("is empty, a ground range product needs its polynomials");
+  }
+}
+
+void ReadBursts(const XmlElement& root, Sentinel1Product* product) {
+  const auto timing = root.Find("swathTiming");
+  const auto list = timing ? timing->Find("burstList") : std::nullopt;
+  if (!list) return;
+  for (const XmlElement& burst : list->Children("burst")) {
+    const UtcTime time = burst.Child("azimuthTime").Time();
+    if (!product->bursts.empty() && !(SecondsBetween(product->bursts.back(), time) > 0.0)) {
+      burst.Fail("its azimuthTime is not after that of the burst before");
+    }
+    product->bursts.push_back(time);
+  }
+  if (product->bursts.empty()) return;
+  const XmlElement lines = timing->Child("linesPerBurst");
+  product->lines_per_burst = lines.Count();
+  if (product->lines_per_burst == 0) lines.Fail("is 0 although there are bursts");
+}
+
+void ReadImage(const XmlElement& root, const XmlElement& information, Sentinel1Product* product) {
+  const XmlElement image = root.Child("imageAnnotation").Child("imageInformation");
+  product->first_line = image.Child("productFirstLineUtcTime").Time();
+  product->last_line = image.Child("productLastLineUtcTime").Time();
+  if (!(SecondsBetween(product->first_line, product->last_line) > 0.0)) {
+    image.Child("productLastLineUtcTime").Fail("is not after productFirstLineUtcTime");
+  }
+  product->line_interval_s = image.Child("azimuthTimeInterval").Positive();
+  const XmlElement projection = information.Child("projection");
+  if (projection.Text() == "Slant Range") {
+    product->near_range_m = kRangePerTime_mps * image.Child("slantRangeTime").Positive();
+    product->range_spacing_m =
+        kRangePerTime_mps / information.Child("rangeSamplingRate").Positive();
+    ReadBursts(root, product);
+  } else if (projection.Text() == "Ground Range") {
+    product->presentation = Presentation::kGround;
+    product->range_spacing_m = image.Child("rangePixelSpacing").Positive();
+    ReadGroundRange(root, product);
+  } else {
+    projection.Fail("'" + projection.Text() +
+                    "' is not allowed, 'Slant Range' or 'Ground Range' is");
+  }
+}
+
+std::string OptionalText(const XmlElement& element, const char* name) {
+  const auto child = element.Find(name);
+  return child ? child->Text() : std::string();
+}
+
+// A name that becomes part of an id.
+std::string Name(const XmlElement& element) {
+  const std::string name = element.Text();
+  const auto odd = [](char c) { return static_cast<unsigned char>(c) <= 0x20 || c == 0x7f; };
+  if (name.size() > 20 || std::any_of(name.begin(), name.end(), odd)) {
+    element.Fail("is not a short name without blanks");
+  }
+  return name;
+}
+
+}  // namespace
+
+Sentinel1Product ParseSentinel1(std::string_view text, const std::string& file) {
+  const XmlFile xml(text, file, "product");
+  const XmlElement root = xml.Root();
+  Sentinel1Product product;
+  product.file = file;
+  const XmlElement header = root.Child("adsHeader");
+  product.mission = Name(header.Child("missionId"));
+  product.swath = Name(header.Child("swath"));
+  product.polarisation = Name(header.Child("polarisation"));
+  const XmlElement general = root.Child("generalAnnotation");
+  const XmlElement information = general.Child("productInformation");
+  product.wavelength_m = kSpeedOfLight_mps / information.Child("radarFrequency").Positive();
+  ReadImage(root, information, &product);
+  if (const auto processing = root.Child("imageAnnotation").Find("processingInformation")) {
+    product.orbit_source = OptionalText(*processing, "orbitSource");
+  }
+  ReadOrbit(general.Child("orbitList"), &product.orbit);
+  ReadGrid(root.Child("geolocationGrid").Child("geolocationGridPointList"), &product.grid);
+  return product;
+}
+
+OrbitFile ParseOrbitFile(std::string_view text, const std::string& file) {
+  const XmlFile xml(text, file, "Earth_Explorer_File");
+  const XmlElement header = xml.Root().Child("Earth_Explorer_Header");
+  OrbitFile orbit;
+  orbit.file = file;
+  orbit.mission = header.Child("Fixed_Header").Child("Mission").Text();
+  const XmlElement frame = header.Child("Variable_Header").Child("Ref_Frame");
+  if (frame.Text() != "EARTH_FIXED") {
+    frame.Fail("'" + frame.Text() + "' is not allowed, 'EARTH_FIXED' is");
+  }
+  const XmlElement list = xml.Root().Child("Data_Block").Child("List_of_OSVs");
+  for (const XmlElement& element : list.Children("OSV")) {
+    AppendState(element,
+                {element.Child("UTC").Time(),
+                 ReadVector(element, "X", "Y", "Z"),
+                 ReadVector(element, "VX", "VY", "VZ")},
+                &orbit.states);
+  }
+  if (orbit.states.size() < 2) list.Fail("has fewer than two states, a path needs two or more");
+  return orbit;
+}
+
+namespace {
+
+constexpr std::size_t kMostLines = 10'000'000;  // and samples
+constexpr std::size_t kMostStates = 10'000;
+constexpr std::size_t kMostGridPoints = std::size_t{1} << 25;
+
+/// The group of the image, with its band.
+struct Root {
+  std::string band;
+  std::string path;  // "/science/LSAR/RSLC"
+};
+Root FindRoot(const Hdf5Values& file) {
+  for (const char* band : {"LSAR", "SSAR"}) {
+    for (const char* product : {"RSLC", "SLC"}) {
+      std::string path = std::string("/science/") + band + "/" + product;
+      if (file.Has(path)) return {band, std::move(path)};
+    }
+  }
+  file.Fail("/science/LSAR/RSLC",
+            "is missing: an RSLC of NISAR is needed; products in map geometry have no times and "
+            "ranges");
+}
+
+/// Seconds from an epoch that the attribute "units" gives.
+struct Times {
+  UtcTime epoch;
+  std::vector<double> seconds_s;
+  [[nodiscard]] UtcTime At(std::size_t i) const { return AddSeconds(epoch, seconds_s[i]); }
+};
+Times ReadTimes(const Hdf5Values& file, const std::string& path, std::size_t most) {
+  constexpr std::string_view kSince = "seconds since ";
+  std::string units = file.TextAttribute(path, "units");
+  std::optional<UtcTime> epoch;
+  if (units.starts_with(kSince)) {
+    std::string text = units.substr(kSince.size());
+    if (text.size() > 10 && text[10] == ' ') text[10] = 'T';
+    epoch = ParseUtc(text);
+  }
+  if (!epoch) {
+    file.Fail(path + " (units)",
+              Quoted(units) + " is not allowed, 'seconds since ' and a UTC time from 1972 on is");
+  }
+  constexpr double kMost_s = 1e9;
+  Times times{*epoch, file.Numbers(path, 1, most).values};
+  for (const double seconds_s : times.seconds_s) {
+    if (std::abs(seconds_s) > kMost_s) {
+      file.Fail(path, NumberText(seconds_s) + " s are no time of an image");
+    }
+  }
+  return times;
+}
+
+/// First value and step of values that must be evenly spaced.
+struct Axis {
+  double first = 0.0, step = 0.0;
+};
+Axis EvenAxis(const Hdf5Values& file, const std::string& path, const std::vector<double>& values) {
+  if (values.size() < 2) file.Fail(path, "has one value, two or more are needed");
+  const Axis axis{values.front(),
+                  (values.back() - values.front()) / static_cast<double>(values.size() - 1)};
+  if (!(axis.step > 0.0)) file.Fail(path, "must increase");
+  constexpr double kUneven = 0.01;  // of a step: times of seconds in a day are good to 1e-11 s
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double off = values[i] - (axis.first + static_cast<double>(i) * axis.step);
+    if (std::abs(off) > kUneven * axis.step) {
+      file.Fail(path + "[" + std::to_string(i) + "]",
+                NumberText(values[i]) + " is not evenly spaced: " + NumberText(axis.step) +
+                    " from one to the next is");
+    }
+  }
+  return axis;
+}
+
+double Positive(const Hdf5Values& file, const std::string& path) {
+  const double value = file.Number(path);
+  if (const char* problem = ProblemOfPositive(value)) file.Fail(path, NumberText(value) + problem);
+  return value;
+}
+
+LookSide ReadSide(const Hdf5Values& file, const std::string& path) {
+  const std::string given = file.Text(path);
+  std::string text = given;
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  if (text != "left" && text != "right") {
+    file.Fail(path, Quoted(given) + " is not allowed, left or right is");
+  }
+  return text == "left" ? LookSide::kLeft : LookSide::kRight;
+}
+
+void RequireSize(const Hdf5Values& file,
+                 const std::string& path,
+                 const Hdf5Array& array,
+                 const std::vector<std::size_t>& size) {
+  if (array.size == size) return;
+  const auto text = [](const std::vector<std::size_t>& lengths) {
+    std::string list;
+    for (const std::size_t length : lengths) {
+      list += (list.empty() ? "" : " x ") + std::to_string(length);
+    }
+    return list;
+  };
+  file.Fail(path, "is " + text(array.size) + ", " + text(size) + " is needed");
+}
+
+void ReadOrbit(const Hdf5Values& file, const std::string& path, NisarProduct* product) {
+  const Times times = ReadTimes(file, path + "/time", kMostStates);
+  const std::vector<std::size_t> size{times.seconds_s.size(), 3};
+  const Hdf5Array positions = file.Numbers(path + "/position", 2, 3 * kMostStates);
+  const Hdf5Array velocities = file.Numbers(path + "/velocity", 2, 3 * kMostStates);
+  RequireSize(file, path + "/position", positions, size);
+  RequireSize(file, path + "/velocity", velocities, size);
+  if (size[0] < 2) file.Fail(path + "/time", "has one state, a path needs two or more");
+  for (std::size_t i = 0; i < size[0]; ++i) {
+    const OrbitState state{times.At(i),
+                           Eigen::Vector3d::Map(positions.values.data() + 3 * i),
+                           Eigen::Vector3d::Map(velocities.values.data() + 3 * i)};
+    const auto problem =
+        ProblemOfState(product->orbit.empty() ? nullptr : &product->orbit.back(), state);
+    if (problem) file.Fail(fmt::format("{}: state {}", path, i + 1), *problem);
+    product->orbit.push_back(state);
+  }
+  if (file.Has(path + "/orbitType")) product->orbit_type = file.Text(path + "/orbitType");
+}
+
+void ReadSwath(const Hdf5Values& file, const std::string& swaths, NisarProduct* product) {
+  const std::string frequency = swaths + "/" + product->frequency;
+  const std::string lines = swaths + "/zeroDopplerTime", ranges = frequency + "/slantRange";
+  if (!file.Has(frequency)) file.Fail(frequency, "is missing; --frequency takes the other one");
+  const Times times = ReadTimes(file, lines, kMostLines);
+  const Axis time_s = EvenAxis(file, lines, times.seconds_s);
+  product->lines = times.seconds_s.size();
+  product->first_line = AddSeconds(times.epoch, time_s.first);
+  product->last_line = times.At(product->lines - 1);
+  product->line_interval_s = time_s.step;
+  const std::vector<double> ranges_m = file.Numbers(ranges, 1, kMostLines).values;
+  const Axis range_m = EvenAxis(file, ranges, ranges_m);
+  if (!(range_m.first > 0.0) || ranges_m.back() > kLargestNumber) {
+    file.Fail(ranges, NumberText(range_m.first) + " m is no slant range");
+  }
+  product->samples = ranges_m.size();
+  product->near_range_m = range_m.first;
+  product->range_spacing_m = range_m.step;
+  product->wavelength_m =
+      kSpeedOfLight_mps / Positive(file, frequency + "/processedCenterFrequency");
+}
+
+void ReadGrid(const Hdf5Values& file, const std::string& path, NisarGrid* grid) {
+  if (!file.Has(path)) return;
+  constexpr double kGeographic = 4326.0;
+  if (file.Number(path + "/epsg") != kGeographic) {
+    file.Fail(path + "/epsg", "is not allowed, 4326 (longitude and latitude of WGS84) is");
+  }
+  const Times times = ReadTimes(file, path + "/zeroDopplerTime", kMostGridPoints);
+  for (std::size_t i = 0; i < times.seconds_s.size(); ++i) grid->time.push_back(times.At(i));
+  grid->height_m = file.Numbers(path + "/heightAboveEllipsoid", 1, kMostGridPoints).values;
+  grid->slant_range_m = file.Numbers(path + "/slantRange", 1, kMostGridPoints).values;
+  for (const double range_m : grid->slant_range_m) {
+    if (!(range_m > 0.0) || range_m > kLargestNumber) {
+      file.Fail(path + "/slantRange", NumberText(range_m) + " m is no slant range");
+    }
+  }
+  constexpr double kHighest_m = 20e3;
+  for (const double height_m : grid->height_m) {
+    if (std::abs(height_m) > kHighest_m) {
+      file.Fail(path + "/heightAboveEllipsoid",
+                NumberText(height_m) + " is not between -20 and 20 km");
+    }
+  }
+  const std::vector<std::size_t> size{
+      grid->height_m.size(), grid->time.size(), grid->slant_range_m.size()};
+  const auto read = [&](const char* name, double most_deg, std::vector<double>* into) {
+    const std::string dataset = path + "/" + name;
+    Hdf5Array array = file.Numbers(dataset, 3, kMostGridPoints);
+    RequireSize(file, dataset, array, size);
+    for (const double value_deg : array.values) {
+      if (std::abs(value_deg) > most_deg) {
+        file.Fail(
+            dataset,
+            fmt::format(
+                "{} is not between -{} and {} degrees", NumberText(value_deg), most_deg, most_deg));
+      }
+    }
+    *into = std::move(array.values);
+  };
+  read("coordinateX", 360.0, &grid->longitude_deg);
+  read("coordinateY", 90.0, &grid->latitude_deg);
+}
+
+}  // namespace
+
+NisarProduct ReadNisar(const std::string& name, NisarFrequency frequency) {
+  const Hdf5Values file(name);
+  const Root root = FindRoot(file);
+  NisarProduct product;
+  product.file = name;
+  product.band = root.band;
+  product.frequency = frequency == NisarFrequency::kA ? "frequencyA" : "frequencyB";
+  product.side = ReadSide(file, "/science/" + root.band + "/identification/lookDirection");
+  ReadSwath(file, root.path + "/swaths", &product);
+  ReadOrbit(file, root.path + "/metadata/orbit", &product);
+  ReadGrid(file, root.path + "/metadata/geolocationGrid", &product.grid);
+  return product;
+}
+
+namespace {
+
+// The time of an id: 20221016T015044.
+std::string CompactTime(const UtcTime& time) {
+  std::string text = UtcText(time);
+  std::erase_if(text, [](char c) { return c == '-' || c == ':' || c == 'Z'; });
+  return text;
+}
+
+// S1A of an annotation and Sentinel-1A of an orbit file name the same satellite.
+bool SameMission(const std::string& product, const std::string& orbit) {
+  return !product.empty() && !orbit.empty() &&
+         (product == orbit || (orbit.starts_with("Sentinel-") && product == "S" + orbit.substr(9)));
+}
+
+/// Times of the product's image and grid, from its epoch.
+struct Span {
+  double start_s = 0.0, end_s = 0.0;
+  void Include(double time_s) {
+    start_s = std::min(start_s, time_s);
+    end_s = std::max(end_s, time_s);
+  }
+};
+Span SpanOf(const Sentinel1Product& product, const UtcTime& epoch) {
+  Span span{SecondsBetween(epoch, product.first_line), SecondsBetween(epoch, product.last_line)};
+  for (const GeolocationGridPoint& point : product.grid) {
+    span.Include(SecondsBetween(epoch, point.time));
+  }
+  return span;
+}
+
+// States of the first orbit file of the mission that covers the product, with margin as far as it
+// goes.
+std::vector<StateVector> StatesOfFiles(const std::vector<OrbitFile>& orbits,
+                                       const Sentinel1Product& product,
+                                       const UtcTime& epoch,
+                                       double margin_s) {
+  const Span span = SpanOf(product, epoch);
+  for (const OrbitFile& orbit : orbits) {
+    if (!SameMission(product.mission, orbit.mission)) continue;
+    std::vector<StateVector> states = StatesFrom(orbit.states, epoch);
+    if (states.front().time_s > span.start_s || states.back().time_s < span.end_s) continue;
+    const auto from = std::find_if(states.begin(), states.end(), [&](const StateVector& state) {
+      return state.time_s >= span.start_s - margin_s;
+    });
+    const auto to = std::find_if(states.begin(), states.end(), [&](const StateVector& state) {
+      return state.time_s > span.end_s + margin_s;
+    });
+    // One state more on both sides: the span with its margin then lies inside the path.
+    return {from == states.begin() ? from : from - 1, to == states.end() ? to : to + 1};
+  }
+  std::string files;
+  for (const OrbitFile& orbit : orbits) {
+    files += fmt::format("{}{} ({}, {} to {})",
+                         files.empty() ? "" : "; ",
+                         orbit.file,
+                         orbit.mission,
+                         UtcText(orbit.states.front().time),
+                         UtcText(orbit.states.back().time));
+  }
+  throw InputError(FilePlace{product.file, 0, "orbit"},
+                   fmt::format("no orbit file covers this product ({}, {} to {}); given: {}",
+                               product.mission,
+                               UtcText(product.first_line),
+                               UtcText(product.last_line),
+                               files));
+}
+
+ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
+  ImageGrid image;
+  image.presentation = product.presentation;
+  image.first_line_s = SecondsBetween(epoch, product.first_line);
+  image.line_interval_s = product.line_interval_s;
+  image.near_range_m = product.near_range_m;
+  image.range_spacing_m = product.range_spacing_m;
+  for (const ProductGroundRange& polynomial : product.ground_range) {
+    image.ground_range.push_back(
+        {SecondsBetween(epoch, polynomial.time), polynomial.origin_m, polynomial.coefficients});
+  }
+  for (const UtcTime& burst : product.bursts) {
+    image.burst_start_s.push_back(SecondsBetween(epoch, burst));
+  }
+  image.lines_per_burst = static_cast<std::size_t>(product.lines_per_burst);
+  return image;
+}
+
+ImageGrid ImageOf(const NisarProduct& product, const UtcTime& epoch) {
+  ImageGrid image;
+  image.first_line_s = SecondsBetween(epoch, product.first_line);
+  image.line_interval_s = product.line_interval_s;
+  image.near_range_m = product.near_range_m;
+  image.range_spacing_m = product.range_spacing_m;
+  return image;
+}
+
+ImageGrid ImageOf(const RadarImage& image, RangePolynomialTimes reading, double epoch_s) {
+  ImageGrid grid;
+  grid.presentation = Presentation::kGround;
+  grid.first_line_s = image.first_line_s - epoch_s;
+  grid.line_interval_s = image.line_interval_s;
+  grid.near_range_m = image.first_sample_m;
+  grid.range_spacing_m = image.sample_spacing_m;
+  grid.ground_range = image.ground_range;
+  if (reading == RangePolynomialTimes::kUsgscsm) {
+    grid.ground_range =
+        AsUsgscsmReads(image.ground_range, image.states.front().time_s, image.states.back().time_s);
+  }
+  for (GroundRangePolynomial& polynomial : grid.ground_range) polynomial.time_s -= epoch_s;
+  return grid;
+}
+
+}  // namespace
+
+ImagePass PassOfSentinel1(const Sentinel1Product& product,
+                          const std::vector<OrbitFile>& orbits,
+                          const ImportOptions& options,
+                          std::vector<std::string>* warnings) {
+  ImagePass image{.file = product.file, .ellipsoid = NamedEllipsoid("WGS84")};
+  Pass& pass = image.pass;
+  pass.id = product.mission + "_" + product.swath + "_" + product.polarisation + "_" +
+            CompactTime(product.first_line);
+  image.first_line = product.first_line;
+  const UtcTime epoch = SetEpoch(product.first_line, &pass);
+  pass.wavelength_m = product.wavelength_m;
+  pass.path = PathThroughOrbit(product.file,
+                               orbits.empty()
+                                   ? StatesFrom(product.orbit, epoch)
+                                   : StatesOfFiles(orbits, product, epoch, options.orbit_margin_s),
+                               options.orbit_step_s,
+                               options.through,
+                               warnings);
+  pass.image = ImageOf(product, epoch);
+  CheckImageGrid(*pass.image);
+  const Span span = SpanOf(product, epoch);
+  image.span_s = {span.start_s, span.end_s};
+  const GeolocationGridPoint& middle = product.grid[product.grid.size() / 2];
+  image.middle = {SecondsBetween(epoch, middle.time), middle.slant_range_m};
+  return image;
+}
+
+ImagePass PassOfNisar(const NisarProduct& product,
+                      const ImportOptions& options,
+                      std::vector<std::string>* warnings) {
+  ImagePass image{.file = product.file, .ellipsoid = NamedEllipsoid("WGS84")};
+  image.lines = product.lines;
+  image.samples = product.samples;
+  Pass& pass = image.pass;
+  pass.id = "NISAR_" + product.band + "_" + product.frequency.back() + "_" +
+            CompactTime(product.first_line);
+  image.first_line = product.first_line;
+  const UtcTime epoch = SetEpoch(product.first_line, &pass);
+  pass.side = product.side;
+  pass.wavelength_m = product.wavelength_m;
+  pass.path = PathThroughOrbit(product.file,
+                               StatesFrom(product.orbit, epoch),
+                               options.orbit_step_s,
+                               options.through,
+                               warnings);
+  pass.image = ImageOf(product, epoch);
+  Span span{SecondsBetween(epoch, product.first_line), SecondsBetween(epoch, product.last_line)};
+  if (!pass.path.At(span.start_s) || !pass.path.At(span.end_s)) {
+    throw InputError(FilePlace{product.file, 0, "metadata/orbit/time"},
+                     fmt::format("covers {:.3f} to {:.3f} s after {}, the image {:.3f} to {:.3f} s",
+                                 pass.path.start_s(),
+                                 pass.path.end_s(),
+                                 UtcText(epoch),
+                                 span.start_s,
+                                 span.end_s));
+  }
+  image.middle = {0.5 * (span.start_s + span.end_s),
+                  product.near_range_m +
+                      0.5 * static_cast<double>(product.samples - 1) * product.range_spacing_m};
+  if (options.grid) {
+    for (const UtcTime& time : product.grid.time) span.Include(SecondsBetween(epoch, time));
+  }
+  image.span_s = {span.start_s, span.end_s};
+  return image;
+}
+
+ImagePass PassOfRadarImage(const RadarImage& given, RangePolynomialTimes range_polynomial) {
+  ImagePass image{.file = given.file, .ellipsoid = given.ellipsoid};
+  Pass& pass = image.pass;
+  pass.id = std::filesystem::path(given.file).stem().string();
+  image.first_line = UtcOfEphemerisTime(given.first_line_s);
+  const UtcTime epoch = SetEpoch(image.first_line, &pass);
+  const double epoch_s = EphemerisTime_s(epoch);
+  pass.side = given.side;
+  pass.wavelength_m = given.wavelength_m;
+  std::vector<StateVector> states = given.states;
+  for (StateVector& state : states) state.time_s -= epoch_s;
+  try {
+    pass.image = ImageOf(given, range_polynomial, epoch_s);
+    pass.path = FlightPath(std::move(states));
+    CheckImageGrid(*pass.image);
+  } catch (const InputError& error) {
+    throw InputError(FilePlace{given.file, 0, ""}, error.what());
+  }
+  image.lines = given.lines;
+  image.samples = given.samples;
+  image.middle = RadarFromImage(
+      *pass.image,
+      {0.5 * static_cast<double>(given.lines - 1), 0.5 * static_cast<double>(given.samples - 1)});
+  return image;
+}
+
+}  // namespace sarblock

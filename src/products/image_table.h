@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/block/image_grid.h"
+#include "sarblock/geometry/frame.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "block_builder.h"
+#include "image.h"
+#include "utc.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// One point of a geolocation grid: what the processor says of one pixel.
+struct GeolocationGridPoint {
+  int line = 0;
+  int pixel = 0;
+  UtcTime time;                ///< zero-Doppler azimuth time
+  double slant_range_m = 0.0;  ///< one way: c/2 times slantRangeTime
+  Geodetic place;              ///< WGS84
+  std::size_t file_line = 0;   ///< of its element
+};
+
+/// Ground range polynomial of a product, see GroundRangePolynomial.
+struct ProductGroundRange {
+  UtcTime time;
+  double origin_m = 0.0;             ///< gr0
+  std::vector<double> coefficients;  ///< grsrCoefficients, m^(1-k)
+};
+
+/// What a Sentinel-1 annotation file (SLC or GRD) says of geometry. Names and meanings: Sentinel-1
+/// Product Specification, S1-RS-MDA-52-7441.
+struct Sentinel1Product {
+  std::string file;
+  std::string mission, swath, polarisation;  ///< S1A, IW2, VV
+  std::string orbit_source;                  ///< Auxiliary, Downlink, ...
+  double wavelength_m = 0.0;                 ///< c / radarFrequency
+  UtcTime first_line, last_line;
+  Presentation presentation = Presentation::kSlant;
+  double line_interval_s = 0.0;
+  double near_range_m = 0.0;     ///< kSlant: c/2 slantRangeTime; kGround: 0
+  double range_spacing_m = 0.0;  ///< kSlant: c/2 / rangeSamplingRate; kGround: rangePixelSpacing
+  std::vector<ProductGroundRange> ground_range;
+  std::vector<UtcTime> bursts;  ///< azimuthTime of each; empty for images in one piece
+  int lines_per_burst = 0;
+  std::vector<OrbitState> orbit;           ///< two or more, times increasing
+  std::vector<GeolocationGridPoint> grid;  ///< by line, then pixel
+};
+
+/// Reads an annotation. What it lacks or what makes no sense throws InputError with file, line and
+/// element. Slant range products with bursts are taken as one image of bursts.
+[[nodiscard]] Sentinel1Product ParseSentinel1(std::string_view text, const std::string& file);
+
+/// An orbit file (Earth Explorer `List_of_OSVs`: AUX_RESORB, AUX_POEORB, AUX_PREORB).
+struct OrbitFile {
+  std::string file;
+  std::string mission;  ///< as its header names it: Sentinel-1A
+  std::vector<OrbitState> states;
+};
+/// Reads the UTC times of an orbit file; earth-fixed only.
+[[nodiscard]] OrbitFile ParseOrbitFile(std::string_view text, const std::string& file);
+
+/// An orbit file's text; `file` is its name without ending. Times are written to the microsecond,
+/// so states must stand at whole ones (WholeMicrosecond); positions and velocities with the digits
+/// that read back to the same double. UT1 and the orbit number, which nobody told, are left out.
+[[nodiscard]] std::string OrbitFileText(const OrbitFile& orbit,
+                                        const UtcTime& created,
+                                        const std::string& creator_version);
+
+/// Which of the two images of a product: the main band, or the narrower one beside it.
+enum class NisarFrequency : std::uint8_t { kA, kB };
+
+/// The geolocation grid: longitude and latitude (WGS84) by height, time and range, the last one
+/// running fastest.
+struct NisarGrid {
+  std::vector<double> height_m;
+  std::vector<UtcTime> time;  ///< zero-Doppler
+  std::vector<double> slant_range_m;
+  std::vector<double> longitude_deg, latitude_deg;
+
+  [[nodiscard]] std::size_t Index(std::size_t height, std::size_t row, std::size_t column) const {
+    return (height * time.size() + row) * slant_range_m.size() + column;
+  }
+};
+
+/// What an RSLC product of NISAR (HDF5) says of geometry. Names and meanings: NISAR L1 RSLC product
+/// specification, JPL D-102268.
+struct NisarProduct {
+  std::string file;
+  std::string band;       ///< LSAR or SSAR
+  std::string frequency;  ///< frequencyA or frequencyB
+  std::string orbit_type;
+  LookSide side = LookSide::kLeft;
+  double wavelength_m = 0.0;  ///< c / processedCenterFrequency
+  std::size_t lines = 0, samples = 0;
+  UtcTime first_line, last_line;  ///< zero-Doppler times of the centres of lines
+  double line_interval_s = 0.0;
+  double near_range_m = 0.0;  ///< one way, of the centre of the first sample
+  double range_spacing_m = 0.0;
+  std::vector<OrbitState> orbit;  ///< two or more, times increasing
+  NisarGrid grid;                 ///< empty where the product has none
+};
+
+/// Reads the metadata of an RSLC; its pixels are never read. At most 10,000 states and a grid of at
+/// most 33,554,432 points. Throws InputError with the file and the path of the dataset for what is
+/// missing, makes no sense, or claims more values than are in the file. docs/import_nisar.md.
+[[nodiscard]] NisarProduct ReadNisar(const std::string& file,
+                                     NisarFrequency frequency = NisarFrequency::kA);
+
+/// The image of a product as a pass, its id made of the product's own names. An annotation of
+/// Sentinel-1 does not tell the look side: its grid does.
+[[nodiscard]] ImagePass PassOfSentinel1(const Sentinel1Product& product,
+                                        const std::vector<OrbitFile>& orbits,
+                                        const ImportOptions& options,
+                                        std::vector<std::string>* warnings);
+[[nodiscard]] ImagePass PassOfNisar(const NisarProduct& product,
+                                    const ImportOptions& options,
+                                    std::vector<std::string>* warnings);
+/// Of a cube or an ISD; its id is the file's name without ending.
+[[nodiscard]] ImagePass PassOfRadarImage(const RadarImage& image,
+                                         RangePolynomialTimes range_polynomial);
+
+}  // namespace sarblock

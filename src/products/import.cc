@@ -1,0 +1,501 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import.h"
+
+#include "sarblock/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "block_builder.h"
+#include "bytes.h"
+#include "csm.h"
+#include "image.h"
+#include "image_table.h"
+#include "isis.h"
+#include "sicd.h"
+#include "sicd_image.h"
+#include <fmt/core.h>
+
+namespace sarblock {
+namespace {
+
+void CheckOptions(const ImportOptions& options, std::size_t images) {
+  const auto positive = [](const std::optional<double>& value, const char* name) {
+    if (value && !(*value > 0.0 && std::isfinite(*value))) {
+      throw InputError(name, fmt::format("{} is not allowed, a number above 0 is", *value));
+    }
+  };
+  positive(options.grid_sigma_m, "grid-sigma-m");
+  positive(options.corner_sigma_m, "corner-sigma-m");
+  positive(options.reflector_sigma_m, "reflector-sigma-m");
+  positive(options.range_sigma_m, "range-sigma-m");
+  positive(options.azimuth_sigma_m, "azimuth-sigma-m");
+  positive(options.max_misfit_m, "max-misfit-m");
+  positive(options.orbit_margin_s, "orbit-margin-s");
+  constexpr double kShortestStep_s = 0.01;
+  if (options.orbit_step_s != 0.0 && !(options.orbit_step_s >= kShortestStep_s)) {
+    throw InputError(
+        "orbit-step-s",
+        fmt::format(
+            "{} is not allowed, 0 or {} and more is", options.orbit_step_s, kShortestStep_s));
+  }
+  if (images == 0) throw InputError("images", "none given, one or more are needed");
+  if (!options.pass_ids.empty() && options.pass_ids.size() != images) {
+    throw InputError(
+        "id",
+        fmt::format("{} ids for {} images, one each is needed", options.pass_ids.size(), images));
+  }
+  if (options.grid == PointRole::kControl && !options.grid_sigma_m) {
+    throw InputError("grid-sigma-m",
+                     "is missing, control points need the standard deviation of their position");
+  }
+  if (options.reflectors && options.reflector_role == PointRole::kControl &&
+      !options.reflector_sigma_m) {
+    throw InputError("reflector-sigma-m",
+                     "is missing, control points need the standard deviation of their position");
+  }
+}
+
+// Standard deviations of looks in metres, where they are given: asked for, or of the image itself.
+struct GivenSigma {
+  std::optional<double> range_m, azimuth_m;
+};
+GivenSigma GivenSigmaOf(const ImagePass& image, const ImportOptions& options) {
+  return {options.range_sigma_m ? options.range_sigma_m : image.range_sigma_m,
+          options.azimuth_sigma_m ? options.azimuth_sigma_m : image.azimuth_sigma_m};
+}
+
+// The given ones, or those of a row and a column, of range and Doppler in the middle of the image.
+// A hertz is lambda R/(2 |v|) at the target.
+LookSigma SigmaOfAperture(const ImagePass& image, const GivenSigma& given) {
+  const SicdImage& sicd = image.aperture->sicd;
+  const double hertz_per_mps = 2.0 / image.pass.wavelength_m;
+  const auto pixel = SigmaOfPlace(sicd,
+                                  0.5 * static_cast<double>(image.lines - 1),
+                                  0.5 * static_cast<double>(image.samples - 1),
+                                  kEvenly,
+                                  kEvenly);
+  const auto motion = image.pass.path.At(image.middle->time_s);
+  if (!pixel || !motion) {
+    throw InputError(sicd.PlaceOf("SICD.Grid"),
+                     "range and range rate do not change in the middle of the image");
+  }
+  LookSigma sigma;
+  sigma.range_m = given.range_m.value_or(pixel->range_m);
+  const double rate_mps =
+      given.azimuth_m ? *given.azimuth_m * motion->velocity_mps.norm() / image.middle->range_m
+                      : pixel->range_rate_mps;
+  sigma.azimuth = rate_mps * hertz_per_mps;
+  sigma.azimuth_unit = AzimuthUnit::kHertz;
+  return sigma;
+}
+
+// The given standard deviations, or those of a line and a pixel.
+LookSigma SigmaOf(const ImagePass& image, const ImportOptions& options) {
+  const GivenSigma given = GivenSigmaOf(image, options);
+  if (image.aperture) return SigmaOfAperture(image, given);
+  const ImageGrid& grid = *image.pass.image;
+  LookSigma sigma;
+  const auto pixel_m =
+      image.middle ? SlantRangePerPixel_m(grid, *image.middle) : std::optional<double>();
+  if (!given.range_m && !pixel_m) {
+    throw InputError(FilePlace{image.file, 0, "range polynomials"},
+                     "give no slant range in the middle of the image");
+  }
+  sigma.range_m = given.range_m ? *given.range_m : kEvenly * *pixel_m;
+  if (given.azimuth_m) {
+    sigma.azimuth = *given.azimuth_m;
+  } else {
+    sigma.azimuth = kEvenly * grid.line_interval_s;
+    sigma.azimuth_unit = AzimuthUnit::kSeconds;
+  }
+  return sigma;
+}
+
+/// A point of a geolocation grid beside its fit.
+struct GridPlace {
+  std::string name;  ///< of the point, behind the id of its pass
+  GridPoint point;
+  std::size_t file_line = 0;
+};
+
+/// Calls `row(line, same_time)` and `point(place)` for a product's grid, row by row.
+template <typename Row, typename Point>
+void ForGrid(const Sentinel1Product& product,
+             const UtcTime& epoch,
+             const Row& row,
+             const Point& point) {
+  const GeolocationGridPoint* before = nullptr;
+  for (const GeolocationGridPoint& given : product.grid) {
+    if (before == nullptr || before->line != given.line) {
+      row(given.line, before != nullptr && SecondsBetween(before->time, given.time) == 0.0);
+    }
+    before = &given;
+    point(GridPlace{fmt::format("{}:{}", given.line, given.pixel),
+                    {SecondsBetween(epoch, given.time), given.slant_range_m, given.place},
+                    given.file_line});
+  }
+}
+
+template <typename Row, typename Point>
+void ForGrid(const NisarProduct& product,
+             const UtcTime& epoch,
+             const Row& row,
+             const Point& point) {
+  const NisarGrid& grid = product.grid;
+  for (std::size_t i = 0; i < grid.time.size(); ++i) {
+    const double line = SecondsBetween(product.first_line, grid.time[i]) / product.line_interval_s;
+    constexpr double kFarthest = 1e9;
+    row(static_cast<int>(std::lround(std::clamp(line, -kFarthest, kFarthest))),
+        i > 0 && SecondsBetween(grid.time[i - 1], grid.time[i]) == 0.0);
+    for (std::size_t h = 0; h < grid.height_m.size(); ++h) {
+      for (std::size_t j = 0; j < grid.slant_range_m.size(); ++j) {
+        const std::size_t k = grid.Index(h, i, j);
+        point(GridPlace{fmt::format("{}:{}:{}", i + 1, j + 1, grid.height_m[h]),
+                        {SecondsBetween(epoch, grid.time[i]),
+                         grid.slant_range_m[j],
+                         {grid.latitude_deg[k] * kRadPerDeg,
+                          grid.longitude_deg[k] * kRadPerDeg,
+                          grid.height_m[h]}},
+                        0});
+      }
+    }
+  }
+}
+
+// The scene centre point, which the metadata place in the image and on the ground.
+template <typename Row, typename Point>
+void ForGrid(const SicdImage& image, const UtcTime& epoch, const Row& row, const Point& point) {
+  row(static_cast<int>(image.centre_column_px - image.first_column_px), false);
+  const SicdPoint centre = CentreOfSicd(image, SecondsBetween(epoch, image.start));
+  point(GridPlace{centre.name, centre.point, 0});
+}
+
+template <typename Row, typename Point>
+void ForGrid(const RadarImage& /*image*/,
+             const UtcTime& /*epoch*/,
+             const Row& /*row*/,
+             const Point& /*point*/) {}
+
+/// Corners are approximate and never a fault.
+constexpr double kAnyMisfit_m = 1e9;
+
+/// Collects what all images add to the block.
+class Importer {
+ public:
+  Importer(const std::vector<OrbitFile>& orbits, const ImportOptions& options)
+      : orbits_(orbits), options_(options), builder_(options.name) {}
+
+  void Add(const Sentinel1Product& product, const std::string& id) {
+    Add(product,
+        PassOfSentinel1(product, orbits_, options_, &result_.warnings),
+        product.orbit_source,
+        id);
+  }
+  void Add(const NisarProduct& product, const std::string& id) {
+    Add(product, PassOfNisar(product, options_, &result_.warnings), product.orbit_type, id);
+  }
+  void Add(const SicdImage& image, const std::string& id) {
+    ImagePass pass = PassOfSicd(image);
+    if (!id.empty()) pass.pass.id = id;
+    const SicdPriors priors = PriorsOfSicd(image, pass);
+    if (image.errors) {
+      pass.range_sigma_m = image.errors->row_sigma_m;
+      pass.azimuth_sigma_m = image.errors->column_sigma_m;
+    }
+    Add(image,
+        std::move(pass),
+        image.offsets ? "ARPPoly with its AdjustableParameterOffsets" : "ARPPoly",
+        "");
+    result_.products.back().priors = priors.says;
+    const auto append = [](const auto& from, auto* to) {
+      to->insert(to->end(), from.begin(), from.end());
+    };
+    append(priors.corrections, &result_.corrections);
+    append(priors.priors, &result_.priors);
+    append(priors.warnings, &result_.warnings);
+    if (options_.corner_sigma_m) AddCorners(image);
+  }
+  void Add(const RadarImage& image, const std::string& id) {
+    Add(image, PassOfRadarImage(image, RangePolynomialTimes::kGiven), "", id);
+  }
+
+  ImportedBlock Finish() {
+    if (options_.reflectors) AddReflectors();
+    if (options_.points) {
+      builder_.AddMatches(*options_.points);
+      CountMatches();
+    }
+    result_.block = builder_.Finish();
+    return std::move(result_);
+  }
+
+ private:
+  template <typename Product>
+  void Add(const Product& product,
+           ImagePass image,
+           const std::string& orbit_source,
+           const std::string& id) {
+    if (!id.empty()) image.pass.id = id;
+    const UtcTime first_line = image.first_line;
+    image.pass.sigma = SigmaOf(image, options_);
+    ImportedProduct summary{
+        .file = image.file, .pass = image.pass.id, .orbit_source = orbit_source};
+    const std::vector<GridFit> fits = FitGrid(product, &image.pass, first_line, &summary);
+    const std::uint32_t pass = builder_.AddImage(std::move(image));
+    first_lines_.push_back(first_line);
+    result_.products.push_back(std::move(summary));
+    if (options_.grid) AddGrid(product, pass, first_line, fits);
+  }
+
+  // Holds the grid against the path. The fits are kept where they become looks.
+  template <typename Product>
+  std::vector<GridFit> FitGrid(const Product& product,
+                               Pass* pass,
+                               const UtcTime& first_line,
+                               ImportedProduct* summary) {
+    // A grid is that of the Earth's ellipsoid.
+    const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
+    FaultyRows rows(summary->file);
+    std::vector<GridFit> fits;
+    std::size_t left = 0;
+    ForGrid(
+        product,
+        WholeSecond(first_line),
+        [&](int line, bool same_time) { rows.Begin(line, same_time); },
+        [&](const GridPlace& place) {
+          const auto fit = FitGridPoint(place.point, earth, pass->path, options_.max_misfit_m);
+          if (!fit) FailOutside(*summary, *pass, place);
+          rows.Add(*fit, place.file_line);
+          Count(*fit, summary);
+          left += fit->side == LookSide::kLeft ? 1U : 0U;
+          if (options_.grid) fits.push_back(*fit);
+        });
+    if (summary->good > 0) summary->mean_along_m /= static_cast<double>(summary->good);
+    for (FaultyRow& row : rows.Take()) {
+      row.used = options_.grid.has_value();
+      result_.faults.push_back(std::move(row));
+    }
+    if (summary->grid_points > 0) SetSide(product, 2 * left > summary->grid_points, pass);
+    return fits;
+  }
+
+  [[noreturn]] static void FailOutside(const ImportedProduct& summary,
+                                       const Pass& pass,
+                                       const GridPlace& place) {
+    throw InputError(
+        FilePlace{summary.file,
+                  place.file_line,
+                  place.file_line > 0 ? "geolocationGridPoint.azimuthTime"
+                                      : "geolocationGrid/zeroDopplerTime"},
+        fmt::format("{:.6f} s after {} is outside the orbit, which goes from {:.6f} to {:.6f} s",
+                    place.point.time_s,
+                    pass.epoch_utc,
+                    pass.path.start_s(),
+                    pass.path.end_s()));
+  }
+
+  // The corners of the image added last, known as well as the option says.
+  void AddCorners(const SicdImage& image) {
+    const auto pass = static_cast<std::uint32_t>(builder_.block().passes.size() - 1);
+    const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
+    ImportedProduct& summary = result_.products.back();
+    const double start_s = SecondsBetween(WholeSecond(first_lines_.back()), image.start);
+    for (const SicdPoint& corner : CornersOfSicd(image, start_s)) {
+      const auto fit =
+          FitGridPoint(corner.point, earth, builder_.block().passes[pass].path, kAnyMisfit_m);
+      if (!fit) {
+        throw InputError(image.PlaceOf("SICD.GeoData.ImageCorners"),
+                         corner.name + " has a time outside the path");
+      }
+      ++summary.corners;
+      summary.corner_range_m = std::max(summary.corner_range_m, std::abs(fit->range_error_m));
+      summary.corner_along_m = std::max(summary.corner_along_m, std::abs(fit->along_error_m));
+      AddPlace(
+          pass, {corner.name, corner.point, 0}, *fit, PointRole::kCheck, options_.corner_sigma_m);
+    }
+  }
+
+  static void Count(const GridFit& fit, ImportedProduct* summary) {
+    ++summary->grid_points;
+    if (fit.fault) return;
+    ++summary->good;
+    summary->largest_range_m = std::max(summary->largest_range_m, std::abs(fit.range_error_m));
+    summary->largest_along_m = std::max(summary->largest_along_m, std::abs(fit.along_error_m));
+    summary->mean_along_m += fit.along_error_m;
+  }
+
+  void SetSide(const Sentinel1Product& /*product*/, bool left, Pass* pass) {
+    pass->side = left ? LookSide::kLeft : LookSide::kRight;
+  }
+  void SetSide(const NisarProduct& product, bool left, Pass* pass) {
+    if (left == (pass->side == LookSide::kLeft)) return;
+    result_.warnings.push_back(fmt::format(
+        "{}: lookDirection is {}, but the geolocation grid lies to the {} of the flight",
+        product.file,
+        left ? "right" : "left",
+        left ? "left" : "right"));
+  }
+  void SetSide(const SicdImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
+  void SetSide(const RadarImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
+
+  template <typename Product>
+  void AddGrid(const Product& product,
+               std::uint32_t pass,
+               const UtcTime& first_line,
+               const std::vector<GridFit>& fits) {
+    std::size_t i = 0;
+    ForGrid(
+        product,
+        WholeSecond(first_line),
+        [](int, bool) {},
+        [&](const GridPlace& place) {
+          AddPlace(pass, place, fits[i++], *options_.grid, options_.grid_sigma_m);
+        });
+  }
+
+  void AddPlace(std::uint32_t pass,
+                const GridPlace& place,
+                const GridFit& fit,
+                PointRole role,
+                const std::optional<double>& sigma_m) {
+    const std::string id = builder_.block().passes[pass].id + ":" + place.name;
+    const auto point = builder_.AddPoint(id);
+    if (!point) throw InputError("id", "'" + id + "' would be the name of two grid points");
+    const bool wrong_height = fit.fault == GridFault::kHeight;
+    const bool known = role != PointRole::kTie && (!wrong_height || sigma_m);
+    const bool usable = known || (!fit.fault && role == PointRole::kTie);
+    if (usable) builder_.SetPosition(*point, fit.position_m);
+    if (known) {
+      builder_.SetKnown(role,
+                        EquallyKnown(*point, {true, true, !wrong_height}, sigma_m.value_or(0.0)));
+    }
+    NewLook look{.point = *point, .pass = pass};
+    look.flags = fit.fault == GridFault::kPosition ? Looks::kRejected : 0;
+    look.time_s = place.point.time_s;
+    look.range_m = place.point.range_m;
+    if (place.point.cone.kind == Cone::Kind::kDoppler) {
+      look.doppler_hz =
+          2.0 * place.point.cone.closing_mps / builder_.block().passes[pass].wavelength_m;
+    }
+    builder_.AddLook(look);
+  }
+
+  // Only those that are measured, where it is known which are.
+  void AddReflectors() {
+    std::set<std::string> measured;
+    if (options_.points) {
+      for (const MatchedPoint& row : options_.points->rows) measured.insert(row.point);
+    }
+    const SeenReflectors seen =
+        ReflectorsInImages(*options_.reflectors, first_lines_, builder_, &result_.warnings);
+    for (const SeenReflector& reflector : seen.reflectors) {
+      if (options_.points && !measured.contains(reflector.id)) continue;
+      const auto point = builder_.AddPoint(reflector.id);
+      if (!point)
+        throw InputError("reflectors", "'" + reflector.id + "' is the name of a grid point");
+      builder_.SetPosition(*point, reflector.position_m);
+      builder_.SetKnown(
+          options_.reflector_role,
+          EquallyKnown(*point, {true, true, true}, options_.reflector_sigma_m.value_or(0.0)));
+      for (const auto& [pass, place] : reflector.places) {
+        const std::array<double, 2> origin_px =
+            options_.points ? options_.points->origin_px : std::array<double, 2>{};
+        result_.reflectors.push_back(
+            {reflector.id, pass, place.line_px + origin_px[0], place.pixel_px + origin_px[1]});
+      }
+    }
+    for (const auto& [id, why] : seen.left_out) {
+      if (measured.contains(id)) {
+        result_.warnings.push_back(options_.reflectors->file + ": " + id +
+                                   " is measured but left as a tie point: " + why);
+      }
+    }
+  }
+
+  void CountMatches() {
+    const MatchedPoints& points = *options_.points;
+    const std::vector<std::size_t> matches = builder_.MatchCounts();
+    const std::vector<PixelOffset> offsets = builder_.MatchOffsets();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      result_.products[i].matches = matches[i];
+      result_.products[i].offset = offsets[i];
+    }
+    for (const std::string& warning : points.warnings) result_.warnings.push_back(warning);
+    for (std::string& remark :
+         NameOffsets(builder_.block(), offsets, points.origin_px, points.file, "--points-origin")) {
+      result_.warnings.push_back(std::move(remark));
+    }
+  }
+
+  const std::vector<OrbitFile>& orbits_;
+  const ImportOptions& options_;
+  BlockBuilder builder_;
+  ImportedBlock result_;
+  std::vector<UtcTime> first_lines_;
+};
+
+}  // namespace
+
+ImportedBlock ImportProducts(const std::vector<SensorImage>& images,
+                             const std::vector<OrbitFile>& orbits,
+                             const ImportOptions& options) {
+  CheckOptions(options, images.size());
+  Importer importer(orbits, options);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::string id = options.pass_ids.empty() ? "" : options.pass_ids[i];
+    std::visit([&](const auto& image) { importer.Add(image, id); }, images[i]);
+  }
+  return importer.Finish();
+}
+
+namespace {
+
+std::string ReadXml(const std::string& file) {
+  constexpr std::uint64_t kLargest = std::uint64_t{1} << 30U;
+  ByteSource source = ByteSource::OfFile(file);
+  if (source.size() > kLargest) {
+    throw InputError(FilePlace{file, 0, ""}, "is larger than 1 GiB, which no such file is");
+  }
+  return source.Read(0, source.size(), "text");
+}
+
+// What stands at the front, without a byte order mark and blanks.
+std::string FrontOf(const std::string& file) {
+  constexpr std::uint64_t kFront = 256;
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf", kBlanks = " \t\r\n";
+  ByteSource source = ByteSource::OfFile(file);
+  std::string front = source.Read(0, std::min(kFront, source.size()), "text");
+  if (front.starts_with(kByteOrderMark)) front.erase(0, kByteOrderMark.size());
+  front.erase(0, std::min(front.size(), front.find_first_not_of(kBlanks)));
+  return front;
+}
+
+}  // namespace
+
+Sentinel1Product ReadSentinel1(const std::string& file) {
+  return ParseSentinel1(ReadXml(file), file);
+}
+
+OrbitFile ReadOrbitFile(const std::string& file) { return ParseOrbitFile(ReadXml(file), file); }
+
+SensorImage ReadSensorImage(const std::string& file, NisarFrequency frequency) {
+  const std::string front = FrontOf(file);
+  if (front.starts_with("\x89HDF")) return ReadNisar(file, frequency);
+  if (front.starts_with("NITF") || front.starts_with("NSIF")) return ReadSicd(file);
+  if (front.starts_with("<")) {
+    if (front.find("<SICD") != std::string::npos) return ReadSicd(file);
+    return ReadSentinel1(file);
+  }
+  if (front.starts_with("{") || front.starts_with(kCsmModelName)) return ReadCsmIsd(file);
+  if (front.starts_with("Object")) return ReadIsisCube(file);
+  throw InputError(FilePlace{file, 0, ""},
+                   "is no image that is read: a Sentinel-1 annotation (XML), an RSLC of NISAR "
+                   "(HDF5), a SICD image (NITF, XML), a cube of ISIS or an ISD (JSON) is needed");
+}
+
+}  // namespace sarblock

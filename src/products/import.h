@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/model/options.h"
+
+#include <cstddef>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "block_builder.h"
+#include "image.h"
+#include "image_table.h"
+#include "network.h"
+#include "sicd.h"
+
+namespace sarblock {
+
+/// An image of any kind that an importer reads.
+using SensorImage = std::variant<Sentinel1Product, NisarProduct, SicdImage, RadarImage>;
+
+/// Reads a Sentinel-1 annotation (XML), an RSLC of NISAR (HDF5), a SICD image (NITF or XML), a cube
+/// of ISIS or an ISD of USGSCSM (JSON), known by how the file begins. Throws InputError with what
+/// the file's reader says, and for files of other kinds.
+[[nodiscard]] SensorImage ReadSensorImage(const std::string& file,
+                                          NisarFrequency frequency = NisarFrequency::kA);
+
+/// Reads a Sentinel-1 annotation.
+[[nodiscard]] Sentinel1Product ReadSentinel1(const std::string& file);
+/// Reads an orbit file.
+[[nodiscard]] OrbitFile ReadOrbitFile(const std::string& file);
+
+/// What was found for one image; misfits of its good grid points, predicted minus given.
+struct ImportedProduct {
+  std::string file, pass, orbit_source;
+  std::size_t grid_points = 0, good = 0;
+  double largest_range_m = 0.0;  ///< |e_r|
+  double largest_along_m = 0.0;  ///< |e_d|
+  double mean_along_m = 0.0;     ///< e_d
+  std::size_t corners = 0;       ///< of ImportOptions::corner_sigma_m
+  double corner_range_m = 0.0;   ///< their largest misfits
+  double corner_along_m = 0.0;
+  std::size_t matches = 0;  ///< looks of ImportOptions::points
+  PixelOffset offset{};     ///< of those whose point has a position
+  std::string priors{};     ///< of SICD: what its own error statistics became, for people
+};
+
+/// Where a reflector should be seen, by the path as given.
+struct ReflectorInImage {
+  std::string id;
+  std::size_t pass = 0;                   ///< index
+  double line_px = 0.0, sample_px = 0.0;  ///< counted as ImportOptions::points counts
+};
+
+struct ImportedBlock {
+  Block block;
+  std::vector<ImportedProduct> products;
+  std::vector<ReflectorInImage> reflectors;
+  std::vector<FaultyRow> faults;
+  std::vector<std::string> warnings;
+  /// Corrections and priors that the products' own error statistics ask for.
+  std::vector<CorrectionGroup> corrections;
+  std::vector<JointPrior> priors;
+};
+
+/// Makes one block of several images of any kinds, one pass each: geocentric frame of their body,
+/// times counted from the whole UTC second before an image's first line, leap seconds included;
+/// squint 0 (zero-Doppler images), or the Doppler measured at an exact time (SICD images of other
+/// kinds). The paths of Sentinel-1 products are their own states or, where
+/// `orbits` are given, those of the file that covers the product with margin.
+///
+/// A grid point is held against the orbit: e_r = |p - s(t)| - R, e_d = v.(p - s)/|v|. Beyond
+/// max_misfit_m in either it is faulty. Where grid points become points, each has one look, its
+/// time and range those of the grid; if a change of height alone makes a faulty one fit, its
+/// latitude and longitude are kept, its height is free (control and check points with
+/// grid_sigma_m) or its position is dropped (others); else its look is rejected.
+///
+/// Reflectors that stood in the images become points where `points` measures them, or all of them
+/// where there is no such table. docs/import.md.
+///
+/// Throws InputError for options that make no sense, two images with one id, images of different
+/// bodies, a product that no orbit file covers, a grid outside the orbit's time span, matched
+/// points outside their image, and reflectors that were moved by more than a metre between the
+/// images.
+[[nodiscard]] ImportedBlock ImportProducts(const std::vector<SensorImage>& images,
+                                           const std::vector<OrbitFile>& orbits,
+                                           const ImportOptions& options);
+
+/// Makes one block of a control network and its images, one pass an image that is measured in:
+/// geocentric frame of the images' ellipsoid, paths body-fixed, times counted from the whole UTC
+/// second before the first line. Free points become tie points, constrained and fixed ones control
+/// with the covariance that the network gives them; measures ignored or rejected, and those of such
+/// points, become rejected looks. docs/import_isis.md.
+///
+/// Throws InputError for options that make no sense, serial numbers without an image (unless they
+/// are to be left out), images of another body than the network's or each other's, constrained
+/// points without position or covariance, measures without standard deviations and measures outside
+/// their image's path. What is likely a mistake but not certain is a warning: images without
+/// measures, a network and an image whose start times are a line apart, offsets of half a pixel or
+/// of a line.
+[[nodiscard]] ImportedNetwork ImportNetwork(const ControlNetwork& network,
+                                            const std::vector<RadarImage>& images,
+                                            const NetworkImportOptions& options);
+
+}  // namespace sarblock
