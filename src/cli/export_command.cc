@@ -10,7 +10,6 @@
 #include "command_line.h"
 #include "commands.h"
 #include "exchange/export.h"
-#include "exchange/export_target.h"
 #include "import_output.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>

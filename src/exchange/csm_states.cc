@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "csm_states.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/intersection.h"
 #include "sarblock/tables/output.h"
@@ -9,9 +7,8 @@
 #include <cmath>
 #include <utility>
 
-#include "adjusted_antenna.h"
-#include "fitted_covariance.h"
-#include "image_exports.h"
+#include "adjusted_image.h"
+#include "formats.h"
 #include "products/csm.h"
 #include "products/image_table.h"
 #include "products/utc.h"

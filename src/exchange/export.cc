@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "exchange/export.h"
+#include "export.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/tables/output.h"
@@ -7,15 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "csm_states.h"
 #include "files/geojson.h"
-#include "geopackage.h"
-#include "isis_tables.h"
-#include "kml.h"
-#include "orbit_files.h"
+#include "formats.h"
 #include "quality/covariance.h"
-#include "sicd_offsets.h"
-#include "sinex.h"
 
 namespace sarblock {
 namespace {
@@ -139,6 +133,29 @@ ExportReport ExportResult(const ResultFile& result,
       break;
   }
   return report;
+}
+
+void RequireTargetFor(ExportFormat format, const std::filesystem::path& out, ForeignFiles foreign) {
+  switch (format) {
+    case ExportFormat::kGeoJson:
+      return RequireFileFor(out, {"\"generator\":\"sarblock\""}, foreign);
+    case ExportFormat::kKml:
+    case ExportFormat::kGeoPackage:
+      return RequireFileFor(out, {"written by sarblock"}, foreign);
+    case ExportFormat::kIsis:
+      return RequireFilesFor(out,
+                             {",,,x image,y image,Measured,Measured,sample,line,Residual Vector\n",
+                              ",,,,,3-d,3-d,3-d,Sigma,Sigma,Sigma,Correction,Correction,"},
+                             foreign);
+    case ExportFormat::kSinex:
+      RequireFileFor(out, {" SOFTWARE           sarblock "}, foreign);
+      return RequireFileFor(SitesOf(out), {"code,point,role\n"}, foreign);
+    case ExportFormat::kOrbitFiles:
+      return RequireFilesFor(out, {"<Creator>sarblock</Creator>"}, foreign);
+    case ExportFormat::kCsmStates:
+    case ExportFormat::kSicd:
+      return RequireFilesFor(out, {"written by sarblock"}, foreign);
+  }
 }
 
 }  // namespace sarblock

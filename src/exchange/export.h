@@ -2,12 +2,13 @@
 #pragma once
 
 #include "sarblock/files/result.h"
+#include "sarblock/tables/output.h"
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "exchange/export_options.h"
+#include "formats.h"
 
 namespace sarblock {
 
@@ -43,5 +44,9 @@ ExportReport ExportResult(const ResultFile& result,
                           ExportFormat format,
                           const std::filesystem::path& out,
                           const ExportOptions& options);
+
+/// Throws InputError where ExportResult() must not write: `out` is a folder in place of a file or
+/// the reverse, or (kRefuse) files stand there that it did not write in this format.
+void RequireTargetFor(ExportFormat format, const std::filesystem::path& out, ForeignFiles foreign);
 
 }  // namespace sarblock

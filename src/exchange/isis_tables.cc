@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "isis_tables.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/tables/output.h"
 
@@ -10,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "formats.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -1,15 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
 
-#include "export_view.h"
+#include "products/sicd.h"
+#include <Eigen/Core>
 
 namespace sarblock {
 
-/// The XML of each SICD image given, with the result's offsets (docs/export.md).
-void WriteSicdOffsets(const std::filesystem::path& folder,
-                      const ExportView& view,
-                      ExportReport* report);
+/// Standard deviations of an image in its slant plane at the scene centre: range and azimuth.
+struct SicdComposite {
+  double range_m = 0.0;
+  double azimuth_m = 0.0;
+  double correlation_1 = 0.0;
+};
+
+/// What an adjustment adds to the metadata of a SICD image (NGA.STND.0024-1,
+/// ErrorStatistics.AdjustableParameterOffsets).
+struct SicdAdjustment {
+  SicdOffsets offsets;  ///< in place of those that the file has
+  /// Of ARPPosSCPCOA [m], ARPVel [m/s], TxTimeSCPCOA and RcvTimeSCPCOA [s], in this order; left out
+  /// where it is not known.
+  std::optional<Eigen::Matrix<double, 8, 8>> covariance;
+  std::optional<SicdComposite> composite;  ///< of the adjusted image; likewise
+};
+
+struct AdjustedSicd {
+  std::string text;
+  bool raised = false;  ///< the version was one before 1.4.0, which knows no offsets
+};
+
+/// The XML of a SICD image, given alone or in a NITF file, with AdjustableParameterOffsets as the
+/// schema of version 1.4.0 orders them; all else stays as it stands. The offset of the ranges goes
+/// into RcvTimeSCPCOA. Versions 1.0.0 to 1.3.0 are raised to 1.4.0, to which they conform. Throws
+/// InputError with file and line for texts that are no XML and for versions before 1.0.0.
+[[nodiscard]] AdjustedSicd AdjustSicd(std::string_view bytes,
+                                      const std::string& file,
+                                      const SicdAdjustment& adjustment);
+/// Of a file.
+[[nodiscard]] AdjustedSicd AdjustSicdFile(const std::string& file,
+                                          const SicdAdjustment& adjustment);
 
 }  // namespace sarblock

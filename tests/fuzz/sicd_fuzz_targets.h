@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "exchange/sicd_writer.h"
+#include "exchange/sicd_offsets.h"
 #include "fuzz/nisar_fuzz_targets.h"
 #include "products/import.h"
 #include "products/sicd.h"

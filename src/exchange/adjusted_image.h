@@ -5,13 +5,40 @@
 #include "sarblock/files/result.h"
 
 #include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "formats.h"
 #include "model/look_model.h"
+#include "products/utc.h"
 #include <Eigen/Core>
 
 namespace sarblock {
+
+/// What one time contributes to a fit: the antenna by the q parameters of a format (`by_format`)
+/// and by the n corrections of a result (`by_result`), as many rows each.
+struct FitTime {
+  Eigen::MatrixXd by_format, by_result;
+};
+
+/// The parameters of a format by least squares: of all q those that come nearest to what x
+/// corrections do to the antenna at all times together,
+///
+///     sum_k |A_k q - J_k x|^2 = min,   q = G x,   G = (sum A_k' A_k)^-1 sum A_k' J_k
+///
+/// docs/export.md, eq. (1). Where the corrections are parameters of the format, J_k = A_k T, it is
+/// T. Throws InputError where the times do not determine q.
+[[nodiscard]] Eigen::MatrixXd FitParameters(std::span<const FitTime> times);
+
+/// Largest standard deviation, over the times, of what the format does not hold: the root of the
+/// largest trace of (J_k - A_k G) C (J_k - A_k G)' over its first `rows` rows, which are in metres.
+[[nodiscard]] double UnfittedSigma_m(std::span<const FitTime> times,
+                                     Eigen::Index rows,
+                                     const Eigen::MatrixXd& fit,
+                                     const Eigen::MatrixXd& covariance);
 
 /// Position and velocity of an antenna by parameters: rows x, y, z [m] and vx, vy, vz [m/s] per
 /// unit of the parameter.
@@ -85,5 +112,40 @@ class AdjustedAntenna {
 [[nodiscard]] Eigen::Vector3d ConeVelocity(const AdjustedAntenna& antenna,
                                            const Frame& frame,
                                            const Motion& motion);
+
+/// What time_s = 0 of a pass is. Throws InputError where it is not told; `what` ("an orbit file")
+/// needs it.
+[[nodiscard]] UtcTime EpochOf(const ResultPass& pass, const std::string& what);
+
+/// The id of a pass as the name of a file: letters, digits, dots and dashes; anything else becomes
+/// an underscore.
+[[nodiscard]] std::string FileNameOf(const std::string& id);
+
+/// An image that was given for a pass.
+struct PassImage {
+  std::size_t pass = 0;  ///< index in the result
+  std::string file;
+};
+
+/// What is said of one image's file.
+struct ImageNotes {
+  std::vector<std::string> not_carried;  ///< with its size where it has one
+  std::vector<std::string> warnings;
+};
+/// One image's file as it was made.
+struct MadeImage {
+  std::string text;
+  ImageNotes notes;
+};
+using ImageMaker = std::function<MadeImage(const PassImage&)>;
+
+/// Writes one file for each image given, its name that of the pass and an ending, after all of them
+/// are made. Passes without an image are told among what is not carried. Throws InputError where no
+/// image is given, two are of one pass, or a pass is not in the result.
+void WriteImageFiles(const std::filesystem::path& folder,
+                     const ExportView& view,
+                     const char* ending,
+                     const ImageMaker& make,
+                     ExportReport* report);
 
 }  // namespace sarblock
