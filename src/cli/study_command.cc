@@ -11,12 +11,10 @@
 #include <utility>
 
 #include "core/threads.h"
-#include "study_io/densification_file.h"
-#include "study_io/stability_file.h"
-#include "study_io/study_file.h"
-#include "study_io/study_parts.h"
-#include "study_io/study_rows.h"
-#include "study_io/tradeoff_study.h"
+#include "studies/densification_file.h"
+#include "studies/stability.h"
+#include "studies/study.h"
+#include "studies/tradeoff_study.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

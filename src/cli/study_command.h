@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "session.h"
-#include "study/study_table.h"
+#include "studies/study.h"
 
 namespace sarblock::cli {
 

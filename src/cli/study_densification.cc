@@ -9,8 +9,8 @@
 #include <memory>
 
 #include "report/svg_plot.h"
+#include "studies/densification_file.h"
 #include "study_command.h"
-#include "study_io/densification_file.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "report/svg_plot.h"
+#include "studies/stability.h"
+#include "studies/study.h"
 #include "study_command.h"
-#include "study_io/stability_file.h"
-#include "study_io/study_file.h"
 
 namespace sarblock::cli {
 namespace {

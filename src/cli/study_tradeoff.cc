@@ -8,10 +8,9 @@
 #include <utility>
 
 #include "report/svg_plot.h"
-#include "study/tradeoff_report.h"
-#include "study/tradeoff_table.h"
+#include "studies/tradeoff.h"
+#include "studies/tradeoff_study.h"
 #include "study_command.h"
-#include "study_io/tradeoff_study.h"
 #include <fmt/core.h>
 
 namespace sarblock::cli {

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "files/montecarlo_part.h"
-#include "study_io/densification_file.h"
-#include "study_io/stability_file.h"
-#include "study_io/tradeoff_study.h"
+#include "studies/densification_file.h"
+#include "studies/stability.h"
+#include "studies/tradeoff_study.h"
 #include "tables/csv.h"
 #include "tables/open.h"
 #include "tables/table.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The adjustment in other arithmetics. Evidence: two routes (the library's own solver and
 // covariance) and higher precision (19 digits).
-#include "study/arithmetic.h"
+#include "studies/arithmetic.h"
 
 #include "sarblock/adjust/adjust.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/densification.h"
+#include "studies/densification.h"
 
 #include "sarblock/core/error.h"
 
@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "core/threads.h"
-#include "study_io/densification_file.h"
+#include "studies/densification_file.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "solve/start.h"
-#include "study/arithmetic.h"
-#include "study/densification.h"
-#include "study/exact_adjustment.h"
-#include "study/stability_methods.h"
+#include "studies/arithmetic.h"
+#include "studies/densification.h"
+#include "studies/exact.h"
+#include "studies/stability.h"
 #include "support/joint_priors.h"
 #include "support/small_blocks.h"
 #include <gtest/gtest.h>

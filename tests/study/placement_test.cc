@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/placement.h"
+#include "studies/placement.h"
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"

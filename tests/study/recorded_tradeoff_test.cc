@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "solve/reduced_engine.h"
-#include "study/tradeoff_report.h"
-#include "study/tradeoff_table.h"
-#include "study_io/study_rows.h"
-#include "study_io/tradeoff_study.h"
+#include "studies/study.h"
+#include "studies/tradeoff.h"
+#include "studies/tradeoff_study.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stability study in small: every family at a comfortable and at a hard step, the production
 // adjustment beside the same one in 50 digits.
-#include "study/stability.h"
+#include "studies/stability.h"
 
 #include "sarblock/core/error.h"
 
@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "study/stability_families.h"
-#include "study_io/stability_file.h"
+#include "studies/stability_plan.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/study_table.h"
-
 #include "sarblock/core/error.h"
 
 #include <atomic>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/threads.h"
+#include "studies/study.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the study of speed against accuracy computes of its runs. Evidence: hand values.
+#include "studies/tradeoff.h"
+
 #include <cmath>
 
-#include "study/tradeoff_report.h"
-#include "study/tradeoff_table.h"
+#include "studies/tradeoff_study.h"
 #include "support/scene_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

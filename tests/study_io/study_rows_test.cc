@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study_io/study_rows.h"
-
 #include "sarblock/core/error.h"
 
 #include "io/io_fixture.h"
+#include "studies/study.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,0 +1,530 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "densification.h"
+
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
+#include "sarblock/model/result.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "core/threads.h"
+#include "placement.h"
+#include "quality/point_sweep.h"
+#include <Eigen/Cholesky>
+
+namespace sarblock {
+
+std::vector<std::uint32_t> PointsCounted(const Block& block, const PointResults& points) {
+  std::vector<std::uint32_t> counted;
+  for (std::size_t i = 0; i < points.status.size(); ++i) {
+    if (IsSolved(points.status[i]) && block.points.role[i] != PointRole::kControl) {
+      counted.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return counted;
+}
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const std::size_t middle = values.size() / 2;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(middle);
+  std::nth_element(values.begin(), at, values.end());
+  if (values.size() % 2 == 1) return *at;
+  return 0.5 * (*at + *std::max_element(values.begin(), at));
+}
+
+Accuracy SummariseAccuracy(const std::vector<SymmetricEnu>& points_m2,
+                           const std::vector<SymmetricEnu>& differences_m2,
+                           const std::vector<double>& distances_m) {
+  Accuracy out;
+  const auto sigmas = [](const std::vector<SymmetricEnu>& covariances_m2, std::size_t axis) {
+    std::vector<double> values;
+    for (const SymmetricEnu& q : covariances_m2) values.push_back(std::sqrt(q[axis]));
+    return values;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    out.median_sigma_m[axis] = MedianOf(sigmas(points_m2, axis));
+    double sum = 0.0;
+    for (const SymmetricEnu& q : points_m2) sum += q[axis];
+    out.rms_sigma_m[axis] = std::sqrt(sum / static_cast<double>(points_m2.size()));
+    out.median_difference_sigma_m[axis] = MedianOf(sigmas(differences_m2, axis));
+  }
+  std::vector<double> horizontal_m;
+  for (const SymmetricEnu& q : points_m2) {
+    horizontal_m.push_back(std::sqrt(q[0] + q[1]));
+    out.max_sigma_h_m = std::max(out.max_sigma_h_m, horizontal_m.back());
+    out.max_sigma_u_m = std::max(out.max_sigma_u_m, std::sqrt(q[2]));
+  }
+  out.median_sigma_h_m = MedianOf(std::move(horizontal_m));
+  out.median_distance_m = MedianOf(distances_m);
+  return out;
+}
+
+namespace {
+
+using Kind = StudyCellKind;
+
+const std::vector<StudyColumn>& Columns() {
+  static const std::vector<StudyColumn> columns = {
+      {"layout", Kind::kText},
+      {"control_points", Kind::kInteger},
+      {"tie_points", Kind::kInteger},
+      {"passes", Kind::kInteger},
+      {"median_sigma_e_m"},
+      {"median_sigma_n_m"},
+      {"median_sigma_u_m"},
+      {"max_sigma_h_m"},
+      {"max_sigma_u_m"},
+      {"montecarlo_rms_e_m"},
+      {"montecarlo_rms_n_m"},
+      {"montecarlo_rms_u_m"},
+      {"nees"},
+      {"runs", Kind::kInteger},
+      {"determined", Kind::kInteger},
+      {"variant", Kind::kText},
+      {"looks", Kind::kInteger},
+      {"median_sigma_h_m"},
+      {"rms_sigma_e_m"},
+      {"rms_sigma_n_m"},
+      {"rms_sigma_u_m"},
+      {"neighbour_distance_m"},
+      {"median_difference_sigma_e_m"},
+      {"median_difference_sigma_n_m"},
+      {"median_difference_sigma_u_m"},
+      {"nees_lower"},
+      {"nees_upper"},
+      {"agrees", Kind::kInteger},
+      {"added_point", Kind::kText},
+      {"added_east_m"},
+      {"added_north_m"},
+      {"message", Kind::kText},
+      {"criterion_m2"},
+  };
+  return columns;
+}
+
+/// A row by the names of its columns; what is not set stays empty.
+class RowMaker {
+ public:
+  RowMaker& Set(const std::string& column, StudyCell cell) {
+    for (std::size_t i = 0; i < Columns().size(); ++i) {
+      if (Columns()[i].name != column) continue;
+      if (const auto* number = std::get_if<double>(&cell); number && !std::isfinite(*number)) {
+        cell = StudyCell{};
+      }
+      row_[i] = std::move(cell);
+      return *this;
+    }
+    throw std::logic_error("no column " + column);
+  }
+  RowMaker& Count(const std::string& column, std::size_t count) {
+    return Set(column, static_cast<std::int64_t>(count));
+  }
+  RowMaker& Message(std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return Set("message", std::move(text));
+  }
+  [[nodiscard]] const StudyRow& row() const { return row_; }
+
+ private:
+  StudyRow row_ = StudyRow(Columns().size());
+};
+
+void SetAccuracy(const Accuracy& accuracy, RowMaker* row) {
+  const std::array<std::string, 3> axes = {"e", "n", "u"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    row->Set("median_sigma_" + axes[axis] + "_m", accuracy.median_sigma_m[axis]);
+    row->Set("rms_sigma_" + axes[axis] + "_m", accuracy.rms_sigma_m[axis]);
+    row->Set("median_difference_sigma_" + axes[axis] + "_m",
+             accuracy.median_difference_sigma_m[axis]);
+  }
+  row->Set("median_sigma_h_m", accuracy.median_sigma_h_m)
+      .Set("max_sigma_h_m", accuracy.max_sigma_h_m)
+      .Set("max_sigma_u_m", accuracy.max_sigma_u_m)
+      .Set("neighbour_distance_m", accuracy.median_distance_m);
+}
+
+void SetBlock(const DensificationCase& of, const Block& block, RowMaker* row) {
+  std::size_t control = 0, tie = 0;
+  for (const PointRole role : block.points.role) {
+    control += role == PointRole::kControl ? 1 : 0;
+    tie += role == PointRole::kTie ? 1 : 0;
+  }
+  row->Set("layout", of.layout)
+      .Set("variant", of.variant)
+      .Count("control_points", control)
+      .Count("tie_points", tie)
+      .Count("passes", block.passes.size())
+      .Count("looks", block.looks.size());
+}
+
+/// The scene's block as planned: paths as planned, looks at the nominal times, nothing measured.
+SimulatedBlock Planned(const Scene& scene) {
+  SimulatedBlock planned = Simulate(scene);
+  if (!planned.planned.empty()) planned.block.passes = planned.planned;
+  planned.block.looks.time_s = planned.exact.nominal_time_s;
+  std::fill(planned.block.looks.range_m.begin(), planned.block.looks.range_m.end(), kNotGiven);
+  return planned;
+}
+
+AdjustOptions OptionsOf(const DensificationCase& of) {
+  AdjustOptions options = of.adjust;
+  options.threads = AvailableCores();  // what the caller's ThreadLimit allows
+  options.covariance = CovarianceLevel::kBlock;
+  options.pairs = PairChoice::kNeighbours;
+  return options;
+}
+
+Accuracy AccuracyOf(const SimulatedBlock& planned, const AdjustResult& predicted) {
+  std::vector<SymmetricEnu> points_m2, differences_m2;
+  for (const std::uint32_t point : PointsCounted(planned.block, predicted.points)) {
+    points_m2.push_back(predicted.points.covariance_m2[point]);
+  }
+  std::vector<double> distances_m;
+  for (const PairResult& pair : predicted.pairs) {
+    if (planned.block.points.role[pair.a] == PointRole::kControl ||
+        planned.block.points.role[pair.b] == PointRole::kControl) {
+      continue;
+    }
+    differences_m2.push_back(pair.covariance_m2);
+    distances_m.push_back(pair.difference_enu_m.norm());
+  }
+  return SummariseAccuracy(points_m2, differences_m2, distances_m);
+}
+
+/// Cases that are verified.
+bool IsVerified(const DensificationStudy& study, std::size_t index) {
+  return study.verify.runs > 0 && index % study.verify.every == 0;
+}
+
+/// Level of one bound so that all hold together (Sidak).
+double LevelOfOne(const DensificationStudy& study) {
+  std::size_t verified = 0;
+  for (std::size_t i = 0; i < study.cases.size(); ++i) verified += IsVerified(study, i) ? 1U : 0U;
+  return std::pow(study.verify.level,
+                  1.0 / static_cast<double>(std::max<std::size_t>(1, verified)));
+}
+
+void SetVerification(const Verification& verified, RowMaker* row) {
+  row->Count("runs", static_cast<std::size_t>(verified.runs));
+  if (verified.runs > 0) {
+    row->Set("montecarlo_rms_e_m", verified.rms_m[0])
+        .Set("montecarlo_rms_n_m", verified.rms_m[1])
+        .Set("montecarlo_rms_u_m", verified.rms_m[2])
+        .Set("nees", verified.nees_1)
+        .Set("nees_lower", verified.bound.lower)
+        .Set("nees_upper", verified.bound.upper);
+  }
+  const bool agrees = verified.failed == 0 && verified.bound.Contains(verified.nees_1);
+  row->Count("agrees", agrees ? 1 : 0);
+  if (verified.failed > 0) {
+    row->Message(std::to_string(verified.failed) +
+                 " runs could not be compared, the first: " + verified.why);
+  }
+}
+
+std::vector<StudyRow> ComputeCase(const DensificationStudy& study,
+                                  std::size_t index,
+                                  ProgressSink* progress) {
+  const DensificationCase& of = study.cases[index];
+  const bool verify = IsVerified(study, index);
+  Scene scene = of.scene;
+  if (verify && study.verify.navigation == VerificationOptions::Navigation::kPriors) {
+    scene.navigation = NavigationFromPriors(of.adjust, of.scene.navigation);
+  }
+  const AdjustOptions options = OptionsOf(of);
+  const SimulatedBlock planned = Planned(scene);
+  RowMaker row;
+  SetBlock(of, planned.block, &row);
+  try {
+    const AdjustResult predicted = Predict(planned.block, options, planned.truth.points_m);
+    row.Count("determined", 1).Count("runs", 0);
+    SetAccuracy(AccuracyOf(planned, predicted), &row);
+    if (verify) {
+      SetVerification(Verify(scene,
+                             planned,
+                             options,
+                             predicted,
+                             study.verify.runs,
+                             MixStream(study.heading.seed, index),
+                             LevelOfOne(study),
+                             progress),
+                      &row);
+    }
+  } catch (const UndeterminedError& error) {
+    row.Count("determined", 0).Count("runs", 0).Message(error.what());
+  }
+  return {row.row()};
+}
+
+/// Accuracy with the control placed so far.
+Accuracy AccuracyOf(const SimulatedBlock& planned,
+                    const BlockCovariance& covariance,
+                    const std::vector<std::size_t>& points,
+                    const BlockCovariance::Pairs& pairs) {
+  const std::vector<Eigen::Vector3d>& at_m = planned.truth.points_m;
+  const Frame& frame = planned.block.frame;
+  std::vector<SymmetricEnu> points_m2, differences_m2;
+  std::vector<double> distances_m;
+  for (const std::size_t i : points) {
+    points_m2.push_back(ToEnu(frame, at_m[covariance.points()[i]], covariance.Of(i)));
+  }
+  for (const auto& [a, b] : pairs) {
+    const Eigen::Vector3d& a_m = at_m[covariance.points()[a]];
+    differences_m2.push_back(ToEnu(frame, a_m, covariance.OfDifference(a, b)));
+    distances_m.push_back((at_m[covariance.points()[b]] - a_m).norm());
+  }
+  return SummariseAccuracy(points_m2, differences_m2, distances_m);
+}
+
+/// Where a point lies in the scene plane, but for the curvature of verticals.
+Eigen::Vector2d PlaneOf(const Scene& scene, const Eigen::Vector3d& p_m) {
+  const Eigen::Vector3d origin_m = FrameFromPlane(scene, Eigen::Vector2d::Zero(), 0.0);
+  return (scene.frame.EnuFromFrame(origin_m) * (p_m - origin_m)).head<2>();
+}
+
+bool IsCandidate(PlacementCase::Candidates candidates, PointRole role) {
+  switch (candidates) {
+    case PlacementCase::Candidates::kTie:
+      return role == PointRole::kTie;
+    case PlacementCase::Candidates::kCheck:
+      return role == PointRole::kCheck;
+    case PlacementCase::Candidates::kAll:
+      break;
+  }
+  return role != PointRole::kControl;
+}
+
+std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
+                                       std::size_t index,
+                                       ProgressSink* progress) {
+  const PlacementCase& of = study.placements[index];
+  const AdjustOptions options = OptionsOf(of.start);
+  const SimulatedBlock planned = Planned(of.start.scene);
+  const Block& block = planned.block;
+  RowMaker first;
+  SetBlock(of.start, block, &first);
+  first.Set("layout", std::string("greedy ") + NameOf(of.criterion)).Count("runs", 0);
+  try {
+    const AdjustResult predicted = Predict(block, options, planned.truth.points_m);
+    BlockCovariance covariance(block, options, planned.truth.points_m, predicted.points.status);
+    PlacementObjective objective;
+    objective.criterion = of.criterion;
+    std::vector<std::size_t> index_of(block.points.size()), candidates;
+    std::vector<Eigen::Matrix3d> sigma_m2;
+    for (std::size_t i = 0; i < covariance.points().size(); ++i) {
+      const std::uint32_t point = covariance.points()[i];
+      index_of[point] = i;
+      const PointRole role = block.points.role[point];
+      if (role != PointRole::kControl) objective.points.push_back(i);
+      if (!IsCandidate(of.candidates, role)) continue;
+      const Eigen::Matrix3d enu = block.frame.EnuFromFrame(planned.truth.points_m[point]);
+      const Eigen::Vector3d square_m2(of.sigma_m[0] * of.sigma_m[0],
+                                      of.sigma_m[1] * of.sigma_m[1],
+                                      of.sigma_m[2] * of.sigma_m[2]);
+      candidates.push_back(i);
+      sigma_m2.push_back(enu.transpose() * square_m2.asDiagonal() * enu);
+    }
+    for (const PairResult& pair : predicted.pairs) {
+      if (block.points.role[pair.a] == PointRole::kControl ||
+          block.points.role[pair.b] == PointRole::kControl) {
+        continue;
+      }
+      objective.pairs.emplace_back(index_of[pair.a], index_of[pair.b]);
+    }
+    if (objective.points.empty() || objective.pairs.empty()) {
+      throw InputError("placement", "needs a block with points beside its control");
+    }
+    first.Count("determined", 1);
+    const auto control = static_cast<std::size_t>(
+        std::count(block.points.role.begin(), block.points.role.end(), PointRole::kControl));
+    std::vector<StudyRow> rows;
+    const auto tell = [&](RowMaker row) {
+      if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
+      SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &row);
+      row.Set("criterion_m2", ValueOf(objective, covariance));
+      rows.push_back(row.Count("control_points", control + rows.size()).row());
+    };
+    tell(first);
+    const auto place_of = [&](std::size_t i) {
+      return PlaneOf(of.start.scene, planned.truth.points_m[covariance.points()[i]]);
+    };
+    const auto id_of = [&](std::size_t i) {
+      return std::string(block.points.ids[covariance.points()[i]]);
+    };
+    std::vector<std::size_t> chosen;
+    static_cast<void>(PlaceGreedily(
+        objective, candidates, sigma_m2, of.count, &covariance, [&](const PlacementStep& step) {
+          chosen.push_back(step.point);
+          const Eigen::Vector2d plane_m = place_of(step.point);
+          RowMaker row = first;
+          row.Set("added_point", id_of(step.point))
+              .Set("added_east_m", plane_m.x())
+              .Set("added_north_m", plane_m.y());
+          tell(row);
+        }));
+    if (of.exchange == PlacementCase::Exchange::kOff || chosen.size() < 2) return rows;
+    std::string told;
+    for (const PlacementExchange& exchange :
+         ExchangePlacement(objective, candidates, sigma_m2, &chosen, &covariance, [progress] {
+           if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
+         })) {
+      const Eigen::Vector2d at_m = place_of(exchange.added);
+      told += (told.empty() ? "" : ", ") + id_of(exchange.removed) + " for " +
+              id_of(exchange.added) + " at (" + std::to_string(std::lround(at_m.x())) + ", " +
+              std::to_string(std::lround(at_m.y())) + ")";
+    }
+    RowMaker last = first;
+    last.Set("layout", std::string("exchange ") + NameOf(of.criterion)).Message(told);
+    SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &last);
+    last.Set("criterion_m2", ValueOf(objective, covariance))
+        .Count("control_points", control + chosen.size());
+    rows.push_back(last.row());
+    return rows;
+  } catch (const UndeterminedError& error) {
+    return {first.Count("determined", 0).Message(error.what()).row()};
+  }
+}
+
+}  // namespace
+
+StudyPlan PlanDensification(const DensificationStudy& study) {
+  StudyPlan plan;
+  plan.columns = Columns();
+  for (std::size_t i = 0; i < study.cases.size(); ++i) {
+    const DensificationCase& of = study.cases[i];
+    plan.tasks.push_back(
+        {of.layout + " " + std::to_string(of.scene.control.count),
+         [&study, i](ProgressSink* progress) { return ComputeCase(study, i, progress); }});
+  }
+  for (std::size_t i = 0; i < study.placements.size(); ++i) {
+    plan.tasks.push_back(
+        {std::string("greedy ") + NameOf(study.placements[i].criterion),
+         [&study, i](ProgressSink* progress) { return ComputePlacement(study, i, progress); }});
+  }
+  return plan;
+}
+
+namespace {
+
+/// Square sums of one run over the points.
+struct RunSums {
+  std::string why_not = {};  // not empty: not compared
+  std::array<double, 3> square_m2{};
+  double whitened_1 = 0.0;
+};
+
+/// What a point's errors are compared with.
+struct Reference {
+  std::uint32_t point = 0;
+  Eigen::Matrix3d enu_from_frame;
+  Eigen::Matrix3d whiten;  // inverse Cholesky factor of the covariance
+};
+
+RunSums Compare(const SimulatedBlock& drawn,
+                const AdjustResult& result,
+                const std::vector<Reference>& references) {
+  RunSums sums;
+  if (!result.accepted()) {
+    sums.why_not = "not converged";
+    return sums;
+  }
+  for (const Reference& reference : references) {
+    if (!IsSolved(result.points.status[reference.point])) {
+      sums.why_not = "point " + std::string(drawn.block.points.ids[reference.point]) + " " +
+                     NameOf(result.points.status[reference.point]);
+      return sums;
+    }
+    const Eigen::Vector3d e_m =
+        reference.enu_from_frame *
+        (result.points.position_m[reference.point] - drawn.truth.points_m[reference.point]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sums.square_m2[axis] +=
+          e_m[static_cast<Eigen::Index>(axis)] * e_m[static_cast<Eigen::Index>(axis)];
+    }
+    sums.whitened_1 += (reference.whiten * e_m).squaredNorm();
+  }
+  return sums;
+}
+
+}  // namespace
+
+Verification Verify(const Scene& scene,
+                    const SimulatedBlock& simulated,
+                    const AdjustOptions& options,
+                    const AdjustResult& predicted,
+                    int runs,
+                    std::uint64_t seed,
+                    double level,
+                    ProgressSink* progress) {
+  const std::vector<Eigen::Vector3d>& truth_m = simulated.truth.points_m;
+  std::vector<Reference> references;
+  for (const std::uint32_t point : PointsCounted(simulated.block, predicted.points)) {
+    const SymmetricEnu& q = predicted.points.covariance_m2[point];
+    const Eigen::Matrix3d matrix = MatrixOf(q);
+    const Eigen::LLT<Eigen::Matrix3d> factor(matrix);
+    if (factor.info() != Eigen::Success) continue;
+    references.push_back({point,
+                          simulated.block.frame.EnuFromFrame(truth_m[point]),
+                          factor.matrixL().solve(Eigen::Matrix3d::Identity())});
+  }
+  AdjustOptions adjust = options;
+  adjust.covariance = CovarianceLevel::kNone;
+  adjust.pairs = PairChoice::kNone;
+  std::vector<RunSums> sums(static_cast<std::size_t>(runs));
+  ParallelForChunks(sums.size(), 1, [&](std::size_t run, std::size_t, std::size_t) {
+    RunIsolated([&] {
+      if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
+      SimulatedBlock drawn = simulated;
+      Redraw(scene, MixStream(seed, run), RedrawChoice{}, &drawn);
+      std::vector<Eigen::Vector3d>& start_m = drawn.block.points.given_m;
+      for (std::size_t point = 0; point < start_m.size(); ++point) {
+        if (!start_m[point].allFinite()) start_m[point] = truth_m[point];  // where it was planned
+      }
+      try {
+        sums[run] = Compare(drawn, Adjust(drawn.block, adjust), references);
+      } catch (const UndeterminedError& error) {
+        sums[run].why_not = error.what();
+      }
+    });
+  });
+
+  Verification out;
+  double whitened_1 = 0.0;
+  std::array<double, 3> square_m2{};
+  for (const RunSums& run : sums) {
+    if (!run.why_not.empty()) {
+      if (++out.failed == 1) out.why = run.why_not;
+      continue;
+    }
+    ++out.runs;
+    whitened_1 += run.whitened_1;
+    for (std::size_t axis = 0; axis < 3; ++axis) square_m2[axis] += run.square_m2[axis];
+  }
+  if (out.runs == 0 || references.empty()) return out;
+  const double count = static_cast<double>(out.runs) * static_cast<double>(references.size());
+  out.nees_1 = whitened_1 / (3.0 * count);
+  for (std::size_t axis = 0; axis < 3; ++axis) out.rms_m[axis] = std::sqrt(square_m2[axis] / count);
+  const BlockCovariance covariance(simulated.block, options, truth_m, predicted.points.status);
+  std::vector<std::size_t> chosen;
+  std::size_t at = 0;
+  for (const Reference& reference : references) {
+    while (covariance.points()[at] != reference.point) ++at;
+    chosen.push_back(at);
+  }
+  const double degrees = out.runs * covariance.SquareFreedom(chosen);
+  const Interval square = ChiSquareInterval(level, degrees);
+  out.bound = {square.lower / degrees, square.upper / degrees};
+  return out;
+}
+
+}  // namespace sarblock

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/block/block.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/core/statistics.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+#include "sarblock/simulate/scene.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "placement.h"
+#include "study.h"
+
+namespace sarblock {
+
+/// Points that a densification study speaks of: solved and not control.
+[[nodiscard]] std::vector<std::uint32_t> PointsCounted(const Block& block,
+                                                       const PointResults& points);
+
+/// Accuracy of a block in a few numbers [m]; axes east, north, up.
+struct Accuracy {
+  std::array<double, 3> median_sigma_m{};
+  std::array<double, 3> rms_sigma_m{};
+  double median_sigma_h_m = 0.0;
+  double max_sigma_h_m = 0.0;
+  double max_sigma_u_m = 0.0;
+  double median_distance_m = 0.0;  ///< of neighbours; NaN without any
+  std::array<double, 3> median_difference_sigma_m{};
+};
+
+/// Covariances of points and of differences of neighbours, with the distances of those.
+[[nodiscard]] Accuracy SummariseAccuracy(const std::vector<SymmetricEnu>& points_m2,
+                                         const std::vector<SymmetricEnu>& differences_m2,
+                                         const std::vector<double>& distances_m);
+
+[[nodiscard]] double MedianOf(std::vector<double> values);  ///< NaN of none
+
+/// How much control a block needs, and where (docs/studies.md).
+
+/// One block of the study.
+struct DensificationCase {
+  std::string layout;   ///< of its control, "corners", ...; "none" without any
+  std::string variant;  ///< what else it was chosen by, "tie strips: none"; may be empty
+  Scene scene;
+  AdjustOptions adjust;
+};
+
+/// Greedy placement on one block, and what exchanging its points one by one makes of it.
+struct PlacementCase {
+  enum class Candidates { kTie, kCheck, kAll };
+  enum class Exchange { kOn, kOff };
+  DensificationCase start;
+  PlacementCriterion criterion = PlacementCriterion::kMeanVariance;
+  std::size_t count = 4;                     ///< control points to add
+  Candidates candidates = Candidates::kTie;  ///< kCheck: the scene's check points, a grid if wanted
+  Exchange exchange = Exchange::kOn;         ///< of the points placed, once all are there
+  std::array<double, 3> sigma_m{};           ///< e, n, u of an added point, > 0
+};
+
+/// Monte Carlo verification of some of the cases.
+struct VerificationOptions {
+  int runs = 0;           ///< of each case verified; 0: none
+  std::size_t every = 1;  ///< the first case and every so many after it
+  double level = 0.99;    ///< with which all bounds hold together if the predictions are right
+  /// Whose standard deviations the flight path and measurement errors are drawn from: the priors of
+  /// the corrections, which is what a prediction assumes, or the scene's [navigation].
+  enum class Navigation { kPriors, kScene };
+  Navigation navigation = Navigation::kPriors;
+};
+
+struct DensificationGoal {
+  double sigma_h_m = kNotGiven;  ///< not given: any
+  double sigma_u_m = kNotGiven;
+  enum class Of { kWorstPoint, kMedian };
+  Of of = Of::kWorstPoint;
+};
+
+struct DensificationStudy {
+  StudyHeading heading;
+  std::vector<DensificationCase> cases;
+  std::vector<PlacementCase> placements;
+  VerificationOptions verify;
+  DensificationGoal goal;
+};
+
+/// The study as tasks: one a case, then one a placement, whose rows are the steps. Columns in
+/// docs/studies.md. `study` must outlive the plan.
+///
+/// A case is predicted with Predict() at the true positions, times and ranges of the nominal paths:
+/// geometry and weights alone. Verified, it is then drawn and adjusted `runs` times (Redraw,
+/// Adjust) and the errors are compared with the predicted covariance. Points counted are those that
+/// are not control; sigma_h is sqrt(sigma_e^2 + sigma_n^2). A block that cannot be determined gives
+/// a row with determined 0 and the reason as message.
+[[nodiscard]] StudyPlan PlanDensification(const DensificationStudy& study);
+
+/// What the table answers, in sentences: the smallest layout that reaches the goal, for each
+/// variant; where the next points help most; whether the verified rows agree.
+[[nodiscard]] std::vector<std::string> DescribeDensification(const DensificationStudy& study,
+                                                             const StudyTable& table);
+
+/// Navigation errors with the standard deviations of the priors: what a prediction takes for
+/// granted. Throws InputError where priors are of kinds that a scene cannot draw (splines, frame
+/// axes, degrees above 2, velocity, troposphere, single passes). What stands without a prior is
+/// drawn as in `scene`.
+[[nodiscard]] SceneNavigation NavigationFromPriors(const AdjustOptions& options,
+                                                   const SceneNavigation& scene);
+
+/// Errors of adjustments of drawn blocks against a predicted covariance.
+struct Verification {
+  int runs = 0;                   ///< compared
+  int failed = 0;                 ///< not converged, or a point not solved
+  std::string why;                ///< of the first that failed
+  std::array<double, 3> rms_m{};  ///< east, north, up, over all points and runs
+  double nees_1 = 0.0;            ///< mean of e' Q^-1 e / 3
+  Interval bound;                 ///< that holds nees_1 with probability `level`
+};
+
+/// Draws noise, paths and control `runs` times about the same nominal block, adjusts each draw and
+/// compares. Points without coordinates of their own start where they are planned: it is the
+/// covariance that is verified, not the way to a start. Runs go side by side; the result does not
+/// depend on the number of threads. The bound is that of a chi-square with runs times
+/// SquareFreedom() degrees over these degrees: points of one run hang together, runs do not.
+[[nodiscard]] Verification Verify(const Scene& scene,
+                                  const SimulatedBlock& simulated,
+                                  const AdjustOptions& options,
+                                  const AdjustResult& predicted,
+                                  int runs,
+                                  std::uint64_t seed,
+                                  double level,
+                                  ProgressSink* progress);
+
+}  // namespace sarblock

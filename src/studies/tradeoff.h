@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/core/progress.h"
+#include "sarblock/geometry/path.h"
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arithmetic.h"
+#include "study.h"
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// The study of speed against accuracy (docs/studies/tradeoff.md): what a user can choose, one
+/// stage at a time, each choice against the reference of its stage on blocks of known truth.
+enum class TradeoffStage { kModel, kSolver, kCovariance, kPrecision };
+[[nodiscard]] const char* NameOf(TradeoffStage stage);  ///< "model", "solver", ...
+
+/// What speed is told by. CPU time, of all threads, is the one to take on a machine that does other
+/// things too; it does not see what threads gain.
+enum class TradeoffClock { kWall, kCpu };
+[[nodiscard]] const char* NameOf(TradeoffClock clock);  ///< "wall", "cpu"
+
+/// One row to measure.
+struct TradeoffChoice {
+  enum class Run {
+    kAdjust,      ///< Adjust() with `options`
+    kIntersect,   ///< IntersectBlock(): all looks of a point, flight paths held
+    kTwoLooks,    ///< the same of the two looks of each point that intersect best
+    kArithmetic,  ///< SolveInArithmetic() from the start values, in `arithmetic` by `elimination`,
+                  ///< with the correction groups of the bench's reference
+  };
+  TradeoffStage stage = TradeoffStage::kModel;
+  std::string name;
+  Run run = Run::kAdjust;
+  AdjustOptions options;  ///< threads included; not used by kArithmetic
+  Arithmetic arithmetic = Arithmetic::kDouble;
+  Elimination elimination = Elimination::kQr;
+  /// kAdjust: how the recorded flights are read, the time of it included; nothing: as they are in
+  /// the block, before the clock runs.
+  std::optional<PathThrough> through;
+};
+
+/// What a choice says of the points of a block.
+struct TradeoffAnswer {
+  std::vector<Eigen::Vector3d> position_m;  ///< by point, frame axes; NaN where it has none
+  std::vector<SymmetricEnu> covariance_m2;  ///< by point; empty: none
+  /// Of the closed form: standard deviations across and up, and the direction of across clockwise
+  /// from north; empty with any other covariance.
+  std::vector<double> sigma_across_m, sigma_up_m, across_azimuth_rad;
+  bool accepted = false;
+  int iterations = 0;
+  std::size_t corrections = 0;  ///< parameters of the passes
+  std::string note;             ///< for people: what was chosen, why not accepted
+};
+
+/// An answer against the best one and against the truth, over the tie points.
+struct AnswerErrors {
+  double position_error_1 = kNotGiven;   ///< largest sqrt(d' Q^-1 d), Q of the best answer
+  double position_median_1 = kNotGiven;  ///< median of the same
+  /// Largest |C - Q| / |Q| (Frobenius) of a 3 x 3; of a closed form that of its diagonal 2 x 2
+  /// across and up against the same part of Q. NaN without covariance.
+  double covariance_error_1 = kNotGiven;
+  double covariance_median_1 = kNotGiven;
+  double rms_error_m = kNotGiven;  ///< root mean square length of the errors against the truth
+  /// Mean of e' C^-1 e over its dimension, e the errors against the truth: 1 where C is realistic.
+  double nees_1 = kNotGiven;
+  std::size_t points_missing = 0;   ///< that have a position in the best answer alone
+  std::size_t points_unjudged = 0;  ///< that have a position here but no covariance
+};
+[[nodiscard]] AnswerErrors CompareAnswers(const Block& block,
+                                          const TradeoffAnswer& answer,
+                                          const TradeoffAnswer& best,
+                                          const std::vector<Eigen::Vector3d>& truth_m);
+
+/// A row of tradeoff.csv.
+struct TradeoffRow {
+  TradeoffStage stage = TradeoffStage::kModel;
+  std::string choice;
+  std::size_t points = 0;  ///< asked for of the scene
+  std::size_t looks = 0;
+  std::size_t corrections = 0;  ///< parameters of the passes
+  int threads = 1;              ///< that it might use
+  double wall_s = kNotGiven;    ///< median of the runs, of the whole call
+  double cpu_s = kNotGiven;     ///< the same, of all threads
+  /// Resident memory that the run added at its largest to what the process held before (block,
+  /// truth, answers to compare with); median. NaN where the system does not tell.
+  double peak_mib = kNotGiven;
+  TradeoffClock clock = TradeoffClock::kWall;  ///< of the speeds
+  double speed_ratio_1 = kNotGiven;  ///< reference / this: median over pairs of neighbouring runs
+  double speed_low_1 = kNotGiven;    ///< smallest and largest of these ratios
+  double speed_high_1 = kNotGiven;
+  int repeats = 0;  ///< 0: not run, for the reason that `note` has
+  int iterations = 0;
+  bool accepted = false;
+  bool reference = false;
+  bool pareto = false;
+  AnswerErrors errors;
+  std::string note;
+};
+
+/// Differences that do not count when rows are compared: times of repeated runs differ by as much,
+/// and below the step of 1e-6 sigmas that the solver may leave errors have no meaning.
+inline constexpr double kSameSpeed_1 = 0.1;      ///< of the ratio
+inline constexpr double kSamePosition_1 = 1e-6;  ///< sigmas
+inline constexpr double kSameCovariance_1 = 1e-6;
+
+/// Marks in each stage of each size the rows that no other beats: none is faster without being less
+/// accurate in position or covariance, nor more accurate without being slower. A row without the
+/// covariance of every point counts as the worst of all in covariance; rows not accepted or that
+/// miss points are not marked and beat nobody.
+void MarkPareto(std::vector<TradeoffRow>* rows);
+
+/// Step left, in sigmas over all unknowns, of the best answer.
+inline constexpr double kBestTolerance_1 = 1e-9;
+
+/// What is good enough for a recommendation.
+struct TradeoffGoal {
+  double position_1 = 0.1;     ///< largest shift, in sigmas
+  double covariance_1 = 0.05;  ///< largest relative error of a 3 x 3
+};
+/// One sentence a size: the fastest solver and covariance that are on the Pareto set and good
+/// enough, with the time of the adjustment and its threads; then, for comparison, what the row
+/// `leberl` of the models and the row `single` of the arithmetics gain and lose; of a study of
+/// models alone the fastest of them that is good enough. "100000 points:
+/// reduced, double, block: 0.30 s on 2 threads, ...; leberl is 40 times faster, ...".
+[[nodiscard]] std::string Recommend(const std::vector<TradeoffRow>& rows,
+                                    std::size_t points,
+                                    const TradeoffGoal& goal);
+
+/// The row of a choice that is left out of a size.
+[[nodiscard]] TradeoffRow NotRun(const TradeoffChoice& choice,
+                                 std::size_t points,
+                                 TradeoffClock clock,
+                                 const std::string& reason);
+
+/// How often a choice is run.
+struct TradeoffRepeats {
+  int repeats = 5;  ///< at most
+  /// Wall time of all runs of the row, those of the reference too, after which none is begun but
+  /// the reference that belongs to the last.
+  double longest_s = std::numeric_limits<double>::infinity();
+};
+
+/// A simulated block to measure choices on. Holds its own copies.
+class TradeoffBench {
+ public:
+  /// Solves the block once with `reference`, to kBestTolerance_1 whatever its own: the best answer.
+  /// For arithmetic it is that of Arithmetic::kExtended by kQr.
+  TradeoffBench(SimulatedBlock simulated,
+                std::size_t points,
+                const TradeoffChoice& reference,
+                ProgressSink* progress);
+  ~TradeoffBench();
+  TradeoffBench(const TradeoffBench&) = delete;
+  TradeoffBench& operator=(const TradeoffBench&) = delete;
+
+  [[nodiscard]] const Block& block() const;
+
+  /// Runs `choice` as often as `times` says and between each two of them `reference` (of the same
+  /// stage), so that every run of the choice has one of the reference as its neighbour, and
+  /// compares. A choice that the library refuses (InputError, UndeterminedError) is a row with its
+  /// words as note. The reference itself runs alone; its ratio is 1. Throws Interrupted.
+  [[nodiscard]] TradeoffRow Measure(const TradeoffChoice& choice,
+                                    const TradeoffChoice& reference,
+                                    const TradeoffRepeats& times,
+                                    TradeoffClock clock,
+                                    ProgressSink* progress);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Columns of tradeoff.csv (docs/studies.md).
+[[nodiscard]] std::vector<StudyColumn> TradeoffColumns();
+
+/// A row as cells, without `pareto`: that needs the other rows.
+[[nodiscard]] StudyRow CellsOf(const TradeoffRow& row);
+
+/// The rows of a table with these columns, every number to the bit. Throws std::logic_error for a
+/// stage or clock that is none.
+[[nodiscard]] std::vector<TradeoffRow> TradeoffRowsOf(const StudyTable& table);
+
+/// The table of all rows, with `pareto` as the rows have it.
+[[nodiscard]] StudyTable TradeoffTable(const std::vector<TradeoffRow>& rows);
+
+/// What one call cost.
+struct RunCost {
+  double wall_s = 0.0;
+  double cpu_s = 0.0;     ///< all threads
+  double peak_mib = 0.0;  ///< NaN where the system does not tell
+};
+
+/// Runs `work` and measures it. The peak is that of the resident set during the call less what was
+/// resident before it. Freed memory is given back first (malloc_trim); the process's high-water
+/// mark, which otherwise only grows, is set back by /proc/self/clear_refs (Linux).
+[[nodiscard]] RunCost MeasureRun(const std::function<void()>& work);
+
+}  // namespace sarblock
