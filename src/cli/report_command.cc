@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "report/report.h"
+#include "report/result_page.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 

@@ -3,9 +3,8 @@
 #include <cmath>
 
 #include "charts.h"
-#include "html.h"
-#include "sections.h"
-#include "statistics.h"
+#include "page.h"
+#include "result_page.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -4,9 +4,8 @@
 #include <numeric>
 
 #include "charts.h"
-#include "html.h"
-#include "sections.h"
-#include "statistics.h"
+#include "page.h"
+#include "result_page.h"
 #include <fmt/core.h>
 
 namespace sarblock {

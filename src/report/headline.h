@@ -1,13 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
-#include "accuracy.h"
-#include "headline_struct.h"
+#include "page.h"
+#include "result_folder.h"
 
 namespace sarblock {
+
+/// How well the points of a result are known, and what limits it.
+struct AccuracyFigures {
+  std::size_t points = 0;                                     ///< solved, with standard deviations
+  std::array<double, 3> median_m{kAbsent, kAbsent, kAbsent};  ///< east, north, up
+  std::array<double, 3> most_m{kAbsent, kAbsent, kAbsent};    ///< 95 % are at or below it
+  std::array<double, 3> largest_m{kAbsent, kAbsent, kAbsent};
+  std::array<std::string, 3> largest_point;
+  int weakest = 2;  ///< component with the largest median
+  /// What follows is of the points that geometry decides: not control, two looks at least. What
+  /// control or a single look decides says nothing of what would help.
+  std::size_t free_points = 0;
+  /// Median part of the variance of the weakest component that the flight paths bring; the looks
+  /// bring the rest. NaN where the result does not tell.
+  double path_part_1 = kAbsent;
+  double median_intersection_deg = kAbsent;
+  /// Mean square of the cosine between the weakest component and the tracks of the passes, each
+  /// with its looks: 1 along track, 0 across or up. NaN for plan components without strips.csv.
+  double along_track_1 = kAbsent;
+  /// The twentieth of the points that is weakest in that component, against all.
+  struct Group {
+    std::size_t points = 0;
+    double median_intersection_deg = kAbsent;
+    double median_looks_1 = kAbsent;
+    double outside_control_1 = kAbsent;  ///< part outside the hull of the control points
+  };
+  Group weak, all;
+};
+[[nodiscard]] AccuracyFigures DescribeAccuracy(const ResultFolder& result);
+
+/// Names of east, north and up in a result: in a local frame x, y and z.
+[[nodiscard]] std::array<const char*, 3> AxisNames(const Frame& frame);
+
+/// Places in a horizontal plane [m]: east and north of the middle of the solved points, or x and y.
+class MapPlane {
+ public:
+  explicit MapPlane(const ResultFolder& result);
+  [[nodiscard]] std::array<double, 2> Place(const Eigen::Vector3d& position_m) const;
+  /// "10.1234, 45.6789": the middle in degrees; empty for a local frame.
+  [[nodiscard]] const std::string& middle() const { return middle_; }
+  [[nodiscard]] const Eigen::Vector3d& origin_m() const { return origin_m_; }
+  /// The position that lies in the plane at a place.
+  [[nodiscard]] Eigen::Vector3d PositionAt(const std::array<double, 2>& place_m) const {
+    return origin_m_ + axes_1_.transpose() * Eigen::Vector3d(place_m[0], place_m[1], 0.0);
+  }
+
+ private:
+  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes_1_ = Eigen::Matrix3d::Identity();
+  std::string middle_;
+};
+
+/// What limits the accuracy, and what would improve it; empty where control or a single look
+/// decides every point.
+struct Advice {
+  std::string would_help;  ///< "azimuth accuracy, more looks"
+  std::string sentence;
+};
+
+/// The advice follows from three numbers of the points that geometry decides (AccuracyFigures):
+/// the flight paths' part of the variance of the weakest component (above 0.6: control or better
+/// paths; below 0.4: better looks; between: both), the direction of that component (along track,
+/// where azimuth measures it, above 0.7; across track or up, which ranges measure, below 0.3), and
+/// the angle of intersection (larger ones are advised below 60 degrees only).
+[[nodiscard]] Advice AdviceOf(const AccuracyFigures& accuracy, const Frame& frame);
 
 [[nodiscard]] Headline HeadlineOf(const ResultFolder& result, const AccuracyFigures& accuracy);
 

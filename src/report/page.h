@@ -2,12 +2,27 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
-#include "headline_struct.h"
-
 namespace sarblock {
+
+enum class HeadlineState {
+  kAccepted,
+  kTestsFailed,
+  kNotAccepted,
+  kNeutral,  ///< nothing to accept: a prediction, a study, a comparison
+};
+
+/// The first thing a reader sees: is it accepted and why, how accurate, what limits it.
+struct Headline {
+  HeadlineState state = HeadlineState::kNeutral;
+  std::string word;                    ///< "Accepted"
+  std::vector<std::string> sentences;  ///< three at most: verdict, accuracy, what would help
+  std::string would_help;              ///< in a few words; may be empty
+  std::vector<std::string> attention;  ///< what a careful reader should look at; may be empty
+};
 
 /// A report before it is written: plain text everywhere, escaped only by RenderPage.
 
@@ -91,5 +106,36 @@ struct Page {
 
 /// The page as one HTML file that needs no other.
 [[nodiscard]] std::string RenderPage(const Page& page);
+
+/// Text as it may stand between tags and in quoted attributes: & < > " ' become references, control
+/// characters other than tab and newline the replacement character, and so does what is not UTF-8.
+[[nodiscard]] std::string EscapeHtml(std::string_view text);
+
+/// JSON as it may stand inside a script element: < > & and the two line separators that a script
+/// would take for line ends become \u escapes. They occur in strings only, so the value is the
+/// same.
+[[nodiscard]] std::string EscapeScriptJson(std::string_view json);
+
+/// A number for people with `digits` significant digits and without an exponent between 1e-5 and
+/// 1e9; "-" for NaN. A thin space parts thousands from five digits before the point on.
+[[nodiscard]] std::string ReadableNumber(double value, int digits = 4);
+
+/// A count with thin spaces between groups of three from five digits on.
+[[nodiscard]] std::string ReadableCount(double count_1);
+[[nodiscard]] inline std::string ReadableCount(std::size_t count) {
+  return ReadableCount(static_cast<double>(count));
+}
+
+/// A number with four significant digits; a probability or a part of one as percent.
+[[nodiscard]] std::string Shown(double value, int digits = 4);
+[[nodiscard]] std::string ShownPercent(double part);
+/// "1.2 +- 0.3"
+[[nodiscard]] std::string ShownWithSigma(double value, double sigma);
+/// The first letter in capitals.
+[[nodiscard]] std::string Capital(std::string text);
+
+/// A file of src/report/assets, or the chart library, as it stood when the program was built
+/// (cmake/embed_files.cmake writes the definition). std::out_of_range for another name.
+[[nodiscard]] std::string_view AssetText(std::string_view name);
 
 }  // namespace sarblock

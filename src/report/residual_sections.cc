@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <unordered_map>
 
 #include "charts.h"
-#include "html.h"
-#include "sections.h"
-#include "statistics.h"
-#include "strip_residuals.h"
+#include "page.h"
+#include "result_page.h"
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -148,6 +148,314 @@ PageSection ResidualSection(const ResultFolder& result) {
   }
   section.items.emplace_back(std::move(figures));
   section.items.emplace_back(ResidualTable(looks));
+  return section;
+}
+
+namespace {
+
+constexpr std::size_t kMostResidualCharts = 18;
+constexpr std::size_t kMostResidualDots = 400;
+constexpr std::size_t kMedianBins = 10, kLeastInMedianBin = 3;
+
+using Place = std::array<double, 2>;
+
+/// How far a place lies ahead of what station k looks at, along the track [m].
+double Ahead_m(std::span<const StripStation> strip,
+               std::size_t k,
+               const MapPlane& plane,
+               const Place& place_m) {
+  const Place before = plane.Place(strip[k > 0 ? k - 1 : k].antenna_m);
+  const Place after = plane.Place(strip[std::min(k + 1, strip.size() - 1)].antenna_m);
+  const Place track = {after[0] - before[0], after[1] - before[1]};
+  Place origin = plane.Place(strip[k].antenna_m), ahead = track;
+  if (strip[k].near_m.allFinite() && strip[k].far_m.allFinite()) {
+    origin = plane.Place(strip[k].near_m);
+    const Place far = plane.Place(strip[k].far_m);
+    ahead = {origin[1] - far[1], far[0] - origin[0]};  // across the line from near to far
+    if (ahead[0] * track[0] + ahead[1] * track[1] < 0.0) ahead = {-ahead[0], -ahead[1]};
+  }
+  return ((place_m[0] - origin[0]) * ahead[0] + (place_m[1] - origin[1]) * ahead[1]) /
+         std::hypot(ahead[0], ahead[1]);
+}
+
+double TrendOf_1(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto n = static_cast<double>(x.size());
+  if (x.size() < 5) return 0.0;
+  const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / n;
+  const double mean_y = std::accumulate(y.begin(), y.end(), 0.0) / n;
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    xx += (x[i] - mean_x) * (x[i] - mean_x);
+    xy += (x[i] - mean_x) * (y[i] - mean_y);
+    yy += (y[i] - mean_y) * (y[i] - mean_y);
+  }
+  const double trend_1 = std::abs(xy) / std::sqrt(xx * yy) * std::sqrt(n);
+  return std::isfinite(trend_1) ? trend_1 : 0.0;
+}
+
+PageFigure FigureOfStrip(const ResultFolder& result,
+                         const StripResiduals& strip,
+                         std::size_t number) {
+  XyChart chart;
+  chart.x.label = "time along the strip [s]";
+  chart.y.label = "residual [m]";
+
+  constexpr const char* kColors[] = {"sky", "yellow"};
+  constexpr const char* kLineColors[] = {"blue", "orange"};
+  const std::vector<std::uint32_t> shown = SampleIndices(strip.time_s.size(), kMostResidualDots);
+  for (std::size_t k = 0; k < 2; ++k) {
+    ChartSeries dots{kLookComponents[k], "points", kColors[k], {}, {}, {}, {}, {}};
+    for (const std::uint32_t i : shown) {
+      dots.x.push_back(strip.time_s[i]);
+      dots.y.push_back(strip.residual_m[k][i]);
+      const std::uint32_t point = result.file.looks.point[strip.looks[i]];
+      dots.names.emplace_back(result.file.points.ids[point]);
+    }
+    chart.series.push_back(std::move(dots));
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    ChartSeries line{
+        std::string(kLookComponents[k]) + ", median", "line", kLineColors[k], {}, {}, {}, {}, {}};
+    for (const BinnedMedian& bin :
+         MedianInBins(strip.time_s, strip.residual_m[k], kMedianBins, kLeastInMedianBin)) {
+      line.x.push_back(bin.x);
+      line.y.push_back(bin.value);
+    }
+    if (line.x.size() > 1) chart.series.push_back(std::move(line));
+  }
+  const std::string id = fmt::format("along-{}", number);
+  return {id, "Pass " + result.file.passes[strip.pass].id, "", "small", ChartJson(id, chart)};
+}
+
+}  // namespace
+
+double StripTimeOf_s(std::span<const StripStation> strip,
+                     const MapPlane& plane,
+                     const Place& place_m) {
+  if (strip.size() < 2) return kAbsent;
+  double ahead_m = Ahead_m(strip, 0, plane, place_m);
+  for (std::size_t k = 1; k < strip.size(); ++k) {
+    const double next_m = Ahead_m(strip, k, plane, place_m);
+    const bool last = k + 1 == strip.size();
+    if (next_m <= 0.0 || last) {
+      const double part = ahead_m / (ahead_m - next_m);
+      if (!(part >= -1.0 && part <= 2.0)) return kAbsent;
+      return strip[k - 1].time_s + part * (strip[k].time_s - strip[k - 1].time_s);
+    }
+    ahead_m = next_m;
+  }
+  return kAbsent;
+}
+
+double StripResiduals::Trend_1() const {
+  return std::max(TrendOf_1(time_s, residual_m[0]), TrendOf_1(time_s, residual_m[1]));
+}
+
+std::vector<StripResiduals> ResidualsAlongStrips(const ResultFolder& result) {
+  const ResultLooks& looks = result.file.looks;
+  const MapPlane plane(result);
+  std::vector<std::span<const StripStation>> strip_of(result.file.passes.size());
+  for (const auto& strip : StripsOf(result.file)) strip_of[strip.front().pass] = strip;
+  std::vector<StripResiduals> by_pass(result.file.passes.size());
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    const Eigen::Vector3d& position_m = result.file.points.results.position_m[looks.point[i]];
+    const std::array<double, 2> residual_m{looks.range_residual_m[i], looks.azimuth_residual_m[i]};
+    if (looks.rejected[i] != 0 || !position_m.allFinite() || std::isnan(residual_m[0]) ||
+        std::isnan(residual_m[1])) {
+      continue;
+    }
+    const double time_s = StripTimeOf_s(strip_of[looks.pass[i]], plane, plane.Place(position_m));
+    if (std::isnan(time_s)) continue;
+    StripResiduals& pass = by_pass[looks.pass[i]];
+    pass.looks.push_back(i);
+    pass.time_s.push_back(time_s);
+    for (std::size_t k = 0; k < 2; ++k) pass.residual_m[k].push_back(residual_m[k]);
+  }
+  std::vector<StripResiduals> out;
+  for (std::uint32_t p = 0; p < by_pass.size(); ++p) {
+    by_pass[p].pass = p;
+    if (!by_pass[p].looks.empty()) out.push_back(std::move(by_pass[p]));
+  }
+  return out;
+}
+
+std::vector<PageItem> StripResidualItems(const ResultFolder& result) {
+  std::vector<StripResiduals> strips = ResidualsAlongStrips(result);
+  if (strips.empty()) {
+    if (result.file.looks.size() == 0 || result.file.summary.status == "predicted") return {};
+    return {PageText{"Residuals along the strips: the result has no strips.csv to place them.",
+                     "note"}};
+  }
+  std::string note =
+      "Residuals of the looks of each pass against the time along its strip, with medians. They "
+      "should scatter about zero all along: an offset asks for a bias, a slope for a drift, a bow "
+      "for a quadratic term of the flight path. Each chart has its own scale.";
+  const std::size_t all = strips.size();
+  if (all > kMostResidualCharts) {
+    std::stable_sort(
+        strips.begin(), strips.end(), [](const StripResiduals& a, const StripResiduals& b) {
+          return a.Trend_1() > b.Trend_1();
+        });
+    strips.resize(kMostResidualCharts);
+    note += fmt::format(" The {} of {} passes with the largest trend.", kMostResidualCharts, all);
+  }
+  PageFigures figures;
+  for (std::size_t i = 0; i < strips.size(); ++i) {
+    figures.figures.push_back(FigureOfStrip(result, strips[i], i));
+  }
+  return {PageText{"Along the strips", "heading"}, std::move(figures), PageText{note, "note"}};
+}
+
+namespace {
+
+double ResidualOf_m(const ResultLooks& looks, std::size_t look, std::size_t component) {
+  return component == 0 ? looks.range_residual_m[look] : looks.azimuth_residual_m[look];
+}
+
+/// The largest |w| by point: the looks of one point share a blunder, so they are one row.
+PageTable WorstTable(const ResultFolder& result, double critical) {
+  PageTable table;
+  table.title = "Worst looks by point";
+  table.columns = {{"point", false},
+                   {"largest w", true},
+                   {"of", false},
+                   {"residual [m]", true},
+                   {"redundancy", true},
+                   {"minimal detectable blunder [m]", true},
+                   {"its influence on the point [m]", true},
+                   {"further w of the point", false}};
+  const ResultFile& file = result.file;
+  const ResultLooks& looks = file.looks;
+  std::vector<std::vector<ReportLook>> by_point;
+  std::unordered_map<std::uint32_t, std::size_t> row_of;
+  for (const ReportLook& look : result.looks.worst) {
+    const auto [found, added] = row_of.emplace(looks.point[look.look], by_point.size());
+    if (added) by_point.emplace_back();
+    by_point[found->second].push_back(look);
+  }
+  constexpr std::size_t kMostRows = 100, kMostFurther = 4;
+  const auto name = [&](const ReportLook& look) {
+    return file.passes[looks.pass[look.look]].id + " " + kLookComponents[look.component];
+  };
+  const auto w_of = [&](const ReportLook& look) {
+    return static_cast<double>(looks.w_1[look.component][look.look]);
+  };
+  for (std::size_t p = 0; p < std::min(by_point.size(), kMostRows); ++p) {
+    const ReportLook& first = by_point[p].front();
+    const auto figure = [&](const std::array<std::vector<float>, 2>& of_looks) {
+      const std::vector<float>& values = of_looks[first.component];
+      return Shown(values.empty() ? kAbsent : static_cast<double>(values[first.look]), 3);
+    };
+    std::string further;
+    for (std::size_t i = 1; i < by_point[p].size(); ++i) {
+      if (i > kMostFurther) {
+        further += fmt::format(" and {} more", by_point[p].size() - i);
+        break;
+      }
+      further += fmt::format(
+          "{}{} {}", i == 1 ? "" : ", ", name(by_point[p][i]), Shown(w_of(by_point[p][i]), 3));
+    }
+    if (std::abs(w_of(first)) > critical) table.marked.push_back(p);
+    table.rows.push_back({std::string(file.points.ids[looks.point[first.look]]),
+                          Shown(w_of(first), 3),
+                          name(first),
+                          Shown(ResidualOf_m(looks, first.look, first.component), 3),
+                          figure(looks.redundancy_1),
+                          figure(looks.mdb_m),
+                          figure(looks.influence_m),
+                          further});
+  }
+  table.note = fmt::format(
+      "The {} largest |w| whose redundancy is {} at least, by point; beyond the critical value "
+      "they "
+      "are marked. The minimal detectable blunder is found with a power of {}; smaller ones may "
+      "stay, and move the point by up to the influence.",
+      result.looks.worst.size(),
+      ReportLooks::kLeastTested_1,
+      ShownPercent(file.summary.tests ? file.summary.tests->power_1 : kAbsent));
+  return table;
+}
+
+PageTable FindingTable(const ResultSummary& summary) {
+  constexpr std::size_t kRows = 300;
+  PageTable table;
+  table.title = "What the search for blunders found";
+  table.columns = {{"round", true},
+                   {"point", false},
+                   {"passes", false},
+                   {"component", false},
+                   {"w", true},
+                   {"located", false},
+                   {"done", false},
+                   {"note", false}};
+  for (std::size_t i = 0; i < std::min(kRows, summary.findings.size()); ++i) {
+    const ResultFinding& f = summary.findings[i];
+    table.rows.push_back({std::to_string(f.round),
+                          f.point,
+                          f.passes,
+                          f.component,
+                          Shown(f.w_1, 3),
+                          f.located ? "yes" : "no",
+                          f.action,
+                          f.note});
+  }
+  table.note =
+      fmt::format("{} findings in {} rounds{}.",
+                  summary.findings.size(),
+                  *summary.snooping_rounds,
+                  summary.findings.size() > kRows ? "; the others stand in summary.json" : "");
+  return table;
+}
+
+}  // namespace
+
+PageSection WorstLooksSection(const ResultFolder& result) {
+  PageSection section{"worst", "Worst looks", {}};
+  const ReportLooks& looks = result.looks;
+  const auto& tests = result.file.summary.tests;
+  if (looks.worst.empty()) {
+    section.items.emplace_back(PageText{"No look was tested.", "note"});
+  } else {
+    if (tests) {
+      section.items.emplace_back(PageText{
+          fmt::format("{} observations were tested one by one at level {}: |w| above {} is rare. "
+                      "{} range, {} azimuth and {} control components are above it, {} "
+                      "are expected by chance. {} looks belong to points with one degree of "
+                      "freedom, where a blunder shows but cannot be located.",
+                      ReadableCount(tests->tests),
+                      Shown(tests->alpha_1, 2),
+                      Shown(tests->critical_w_1, 3),
+                      tests->above[0],
+                      tests->above[1],
+                      tests->above[2],
+                      Shown(tests->expected_above_1, 2),
+                      ReadableCount(tests->not_localisable)),
+          ""});
+    }
+    section.items.emplace_back(WorstTable(result, tests ? tests->critical_w_1 : kAbsent));
+  }
+  if (result.file.summary.snooping_rounds && !result.file.summary.findings.empty()) {
+    section.items.emplace_back(FindingTable(result.file.summary));
+  }
+  if (!looks.left_out.empty()) {
+    PageTable table;
+    table.title = "Looks that were left out";
+    table.columns = {
+        {"pass", false}, {"point", false}, {"reason", false}, {"largest residual [m]", true}};
+    const ResultLooks& all = result.file.looks;
+    for (const auto& [look, k] : looks.left_out) {
+      table.rows.push_back({result.file.passes[all.pass[look]].id,
+                            std::string(result.file.points.ids[all.point[look]]),
+                            NameOf(all.reason[look]),
+                            Shown(ResidualOf_m(all, look, k), 3) + " " + kLookComponents[k]});
+    }
+    table.note = fmt::format(
+        "{} of {}, the largest residuals first. A list to use again: --rejections with "
+        "residuals.csv.",
+        looks.left_out.size(),
+        ReadableCount(looks.rejected));
+    section.items.emplace_back(std::move(table));
+  }
   return section;
 }
 

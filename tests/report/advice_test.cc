@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/advice.h"
-
 #include <cmath>
 
 #include "report/headline.h"

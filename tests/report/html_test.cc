@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/html.h"
-
 #include <limits>
 
+#include "report/page.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

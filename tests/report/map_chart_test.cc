@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/map_chart.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "report/graticule.h"
 #include "report/made_result.h"
-#include "report/strip_residuals.h"
+#include "report/map_sections.h"
+#include "report/result_page.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "io/io_fixture.h"
-#include "report/report.h"
 #include "report/result_folder.h"
+#include "report/result_page.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

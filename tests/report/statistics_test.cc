@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/statistics.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <set>
 
+#include "report/charts.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
