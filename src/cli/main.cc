@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <exception>
 
-#include "commands.h"
 #include "core/threads.h"
-#include "diagnose_command.h"
-#include "environment.h"
-#include "leberl_command.h"
+#include "leberl.h"
 #include "program.h"
-#include "report_command.h"
-#include "study_command.h"
+#include "session.h"
+#include "solve.h"
+#include "study.h"
 
 int main(int argc, char** argv) {
   using namespace sarblock::cli;

@@ -4,9 +4,8 @@
 //     mpirun -n 8 sarblock-mpi adjust BLOCK -o RESULT
 #include <cstdio>
 
-#include "cli/commands.h"
-#include "cli/environment.h"
 #include "cli/program.h"
+#include "cli/session.h"
 #include "mpi_ranks.h"
 #include <mpi.h>
 

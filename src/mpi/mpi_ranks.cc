@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "cli/environment.h"
+#include "cli/session.h"
 #include "core/threads.h"
 #include <mpi.h>
 #include <sched.h>

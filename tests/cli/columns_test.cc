@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/columns.h"
-
+#include "cli/terminal.h"
 #include <gtest/gtest.h>
 
 namespace sarblock::cli {

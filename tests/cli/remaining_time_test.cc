@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The estimate beside the progress bar, on sequences of stages made up here.
-#include "cli/remaining_time.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/terminal.h"
 #include <gtest/gtest.h>
 
 namespace sarblock::cli {

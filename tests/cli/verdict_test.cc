@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cli/cli_fixture.h"
-#include "cli/columns.h"
+#include "cli/terminal.h"
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 

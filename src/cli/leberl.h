@@ -6,7 +6,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "leberl/validity.h"
 #include "session.h"
 
 namespace sarblock::cli {
@@ -30,5 +32,11 @@ void AddConfiguration(CLI::App* command,
 
 /// A number for a cell of a CSV; NaN, an empty cell, where there is none.
 [[nodiscard]] double OrNaN(const std::optional<double>& value);
+
+/// An SVG of the lines where the first order of `source` is off by 1, 5 and 20 percent: look angle
+/// against log10(error/H), one colour a base-to-height ratio, the case of `terrain_ratio` z/H.
+[[nodiscard]] std::string PlotValidity(const std::vector<ValidityLine>& lines,
+                                       ValiditySource source,
+                                       double terrain_ratio);
 
 }  // namespace sarblock::cli

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "exchange/export.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/files/convert.h"
 #include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
@@ -7,11 +11,12 @@
 #include <map>
 #include <memory>
 
-#include "command_line.h"
-#include "commands.h"
-#include "exchange/export.h"
-#include "import_output.h"
+#include "import.h"
+#include "program.h"
+#include "report/result_page.h"
+#include "tables/open.h"
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
@@ -145,6 +150,117 @@ void AddExport(CLI::App* app, Session* session) {
                      &arguments->options.range_polynomial);
   AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
   command->callback([=] { session->run = [=] { return RunExport(*arguments, *session); }; });
+}
+
+namespace {
+
+struct ConvertArguments {
+  std::string from;
+  std::string to;
+  bool gzip = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
+};
+
+int RunConvert(const ConvertArguments& arguments, const Session& session) {
+  RequireFolderFor(ContentAt(arguments.from), arguments.to, arguments.foreign);
+  const ConversionReport report = Convert(arguments.from,
+                                          arguments.to,
+                                          arguments.gzip ? Compression::kGzip : Compression::kNone,
+                                          session.progress.get());
+  if (session.json) {
+    const nlohmann::json summary = {{"format", "sarblock-conversion 1"},
+                                    {"kind", report.kind},
+                                    {"output", arguments.to},
+                                    {"tables", report.tables},
+                                    {"rows", report.rows},
+                                    {"left_out", report.left_out}};
+    fmt::print("{}\n", summary.dump(2));
+    return kAccepted;
+  }
+  if (!report.left_out.empty()) {
+    session.Say(fmt::format("sarblock: not tables of a {} and left out: {}",
+                            report.kind,
+                            fmt::join(report.left_out, ", ")));
+  }
+  session.Show(fmt::format("{}: {} tables, {} rows written to {}\n",
+                           report.kind,
+                           report.tables,
+                           report.rows,
+                           arguments.to));
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddConvert(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<ConvertArguments>();
+  CLI::App* command = app->add_subcommand(
+      "convert", "Write a block or a result as one HDF5 file, or such a file as a folder");
+  command->add_option("from", arguments->from, "Folder or .h5 file of a block or a result")
+      ->required();
+  command->add_option("to", arguments->to, "Folder or .h5 file to write")->required();
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
+  AddForce(command, &arguments->foreign);
+  command->callback([=] { session->run = [=] { return RunConvert(*arguments, *session); }; });
+}
+
+namespace {
+
+struct ReportArguments {
+  std::vector<std::string> folders;
+  std::string out;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
+};
+
+int RunReport(const ReportArguments& arguments, const Session& session) {
+  ProgressSink* progress = session.progress.get();
+  const std::vector<std::string>& folders = arguments.folders;
+  const bool two = folders.size() == 2;
+  std::filesystem::path out = arguments.out;
+  if (out.empty()) out = FileOf(folders.back(), two ? "comparison.html" : "report.html");
+  RequireFileFor(out, {kReportMark}, arguments.foreign);
+  const ReportFile report = two ? WriteComparison(folders[0], folders[1], out, progress)
+                                : WriteReport(folders[0], out, progress);
+  if (session.json) {
+    const nlohmann::json summary = {{"format", "sarblock-report 1"},
+                                    {"file", report.file.string()},
+                                    {"kind", report.kind},
+                                    {"verdict", report.verdict},
+                                    {"bytes", report.bytes}};
+    fmt::print("{}\n", summary.dump(2));
+  } else {
+    session.Show(fmt::format("{} ({:.2f} MB)\n  written to {}\n",
+                             report.verdict,
+                             1e-6 * static_cast<double>(report.bytes),
+                             report.file.string()));
+  }
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddReport(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<ReportArguments>();
+  CLI::App* command = app->add_subcommand(
+      "report", "One HTML file that shows a result or a study, or two results side by side");
+  command
+      ->add_option("folders",
+                   arguments->folders,
+                   "Folder of a result or a study, .h5 file of a result; or two results")
+      ->required()
+      ->expected(1, 2);
+  command->add_option(
+      "-o,--output",
+      arguments->out,
+      "File to write (report.html in the folder or beside the file, comparison.html in the "
+      "second)");
+  AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
+  command->callback([=] { session->run = [=] { return RunReport(*arguments, *session); }; });
+}
+
+void ReportResult(const std::string& folder, const Session& session) {
+  const ReportFile report = WriteReport(folder, {}, session.progress.get());
+  if (!session.json) session.Show(fmt::format("  report: {}\n", report.file.string()));
 }
 
 }  // namespace sarblock::cli

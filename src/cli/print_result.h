@@ -18,4 +18,8 @@ namespace sarblock::cli {
 /// What a block holds: passes, points by role, looks, looks a point, what will not work.
 [[nodiscard]] std::string DescribeBlock(const Block& block);
 
+/// Variance components and Monte Carlo runs of a result for people, where it has some.
+[[nodiscard]] std::string DescribeVarianceComponents(const AdjustResult& result);
+[[nodiscard]] std::string DescribeMonteCarlo(const AdjustResult& result);
+
 }  // namespace sarblock::cli

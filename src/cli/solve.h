@@ -2,6 +2,8 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/diagnose/diagnose.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
@@ -13,6 +15,18 @@
 #include "session.h"
 
 namespace sarblock::cli {
+
+void AddDiagnose(CLI::App* app, Session* session);
+
+/// The diagnosis of a block that could not be solved, on standard error; nothing with
+/// `diagnose = false`.
+void ExplainRefusal(const BlockFile& file, const Session& session);
+
+/// The same of a block that was refused for contradictions as it was read.
+void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session);
+
+/// Two spaces, the sentence and a new line for each.
+[[nodiscard]] std::string DescribeDiagnosis(const Diagnosis& diagnosis);
 
 /// The draws of an adjustment in parts (files/montecarlo_part.h): --part writes one, --join takes
 /// all.

@@ -1,0 +1,546 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve.h"
+
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+#include "sarblock/core/progress.h"
+#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/result.h"
+#include "sarblock/files/scene_file.h"
+#include "sarblock/simulate/simulate.h"
+#include "sarblock/tables/output.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include "core/memory.h"
+#include "core/threads.h"
+#include "files/montecarlo_part.h"
+#include "files/summary.h"
+#include "print_result.h"
+#include "program.h"
+#include "session.h"
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock::cli {
+namespace {
+
+struct SolveArguments {
+  std::string block;
+  std::string out;
+  bool strict = false;
+  bool gzip = false;
+  bool report = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
+  std::string rejections;
+  double memory_mib = 0.0;
+  std::string scratch;
+  AdjustParts parts;
+};
+
+/// What differs between the three commands.
+struct Solver {
+  const char* name;
+  const char* help;
+  Measurements measurements;
+  bool adjusts;  ///< explains a result that fails, draws in parts
+  std::function<AdjustResult(BlockFile*, const std::string& folder, ProgressSink*)> solve;
+};
+
+PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
+  if (file.adjust.pairs != PairChoice::kList) return {};
+  return ReadPairs(folder, file.adjust.pairs_file, file.block);
+}
+
+/// What threads of Ceres sum in the order in which they finish would not be the same on all ranks.
+void RequireOwnEngine(const AdjustOptions& options) {
+  const char* const words = "'ceres' is for a process alone; among ranks auto, reduced are allowed";
+  if (options.engine == Engine::kCeres) throw InputError("adjust.engine", words);
+  if (options.covariance_method == CovarianceMethod::kCeres) {
+    throw InputError("adjust.covariance_method", words);
+  }
+}
+
+int RunSolve(const Solver& solver, const SolveArguments& arguments, const Session& session) {
+  std::optional<ScratchScope> scratch;
+  if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
+  std::vector<StageCost> reading;
+  BlockFile file;
+  {
+    const StageTimer timer("read", &reading);
+    ReadOptions read;
+    read.measurements = solver.measurements;
+    read.set_overrides = session.set;
+    read.progress = session.progress.get();
+    try {
+      RunTogether(session.ranks, [&] { file = ReadBlock(arguments.block, read); });
+    } catch (const InputError&) {
+      if (solver.adjusts && session.first()) ExplainUnread(arguments.block, read, session);
+      throw;
+    }
+  }
+  if (!arguments.rejections.empty()) {
+    file.adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
+  }
+  file.adjust.threads = session.Threads();
+  file.adjust.memory_mib = arguments.memory_mib;
+  if (session.dump_config) {
+    fmt::print("{}", DumpAdjustTable(file.adjust));
+    return kAccepted;
+  }
+  std::error_code ignored;
+  if (std::filesystem::equivalent(arguments.block, arguments.out, ignored)) {
+    throw InputError(arguments.out,
+                     "is the block, whose tables the result would overwrite; any other name is "
+                     "allowed");
+  }
+  if (session.ranks != nullptr) RequireOwnEngine(file.adjust);
+  SetParts(arguments.parts, arguments.out, &file.adjust);
+  RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
+  if (!file.adjust.rejections_file.empty()) {
+    const std::size_t rejected =
+        ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
+    session.Say(
+        fmt::format("sarblock: {} looks left out by {}", rejected, file.adjust.rejections_file));
+  }
+  ResultContext context;
+  {
+    const StageTimer timer("checksum", &reading);
+    context.inputs = ListInputFiles(arguments.block, file.adjust);
+  }
+  std::optional<MonteCarloParts> joined;
+  if (!arguments.parts.join.empty()) {
+    joined.emplace(arguments.parts.join, file.adjust, context.inputs);
+  }
+  AdjustResult result;
+  try {
+    RunTogether(session.ranks, [&] {
+      result = Naming(arguments.block,
+                      [&] { return solver.solve(&file, arguments.block, session.progress.get()); });
+    });
+  } catch (const UndeterminedError&) {
+    if (solver.adjusts && session.first()) ExplainRefusal(file, session);
+    throw;
+  }
+  if (!session.first()) return kAccepted;  // the first rank writes, and its exit code holds for all
+  result.stages.insert(result.stages.begin(), reading.begin(), reading.end());
+  context.command = solver.name;
+  context.warnings = file.warnings;
+  context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
+  const bool failed = arguments.strict && result.assessment.verdict == Verdict::kTestsFailed;
+  const int exit_code = result.accepted() && !failed ? kAccepted : kNotAccepted;
+  if (!arguments.parts.part.empty()) {
+    WritePart(arguments.out,
+              file.block,
+              file.adjust,
+              result,
+              context.inputs,
+              context.compression,
+              session);
+    return exit_code;
+  }
+  if (joined) joined->Join(file.block, file.adjust, &result);
+  if (solver.adjusts) {
+    context.diagnosis =
+        ExplainFailure(file.block, file.adjust, file.warnings, &result, session.progress.get());
+  }
+  const std::string summary = WriteResult(arguments.out, file.block, file.adjust, result, context);
+  if (session.json) {
+    fmt::print("{}", summary);
+  } else {
+    for (const std::string& warning : file.warnings) session.Say("sarblock: warning: " + warning);
+    session.Show(
+        DescribeResult(
+            file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))) +
+        "  written to " + arguments.out + "\n");
+  }
+  if (arguments.report) ReportResult(arguments.out, session);
+  return exit_code;
+}
+
+void AddSolver(CLI::App* app, Session* session, Solver solver) {
+  auto arguments = std::make_shared<SolveArguments>();
+  CLI::App* command = app->add_subcommand(solver.name, solver.help);
+  command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
+  command->add_option("-o,--output", arguments->out, "Folder or .h5 file of the result to write")
+      ->required();
+  command->add_flag("--strict", arguments->strict, "Exit code 1 also if a test failed");
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
+  AddForce(command, &arguments->foreign);
+  CLI::Option* const report = command->add_flag(
+      "--report", arguments->report, "Write report.html into the result's folder as well");
+  command->add_option("--rejections",
+                      arguments->rejections,
+                      "Leave out the looks with rejected = 1 in this table, such as residuals.csv "
+                      "of a result");
+  if (solver.adjusts) AddMemory(command, &arguments->memory_mib);
+  AddScratch(command, &arguments->scratch);
+  if (solver.adjusts) AddAdjustParts(command, report, &arguments->parts);
+  command->callback([=] { session->run = [=] { return RunSolve(solver, *arguments, *session); }; });
+}
+
+}  // namespace
+
+void AddAdjust(CLI::App* app, Session* session) {
+  AddSolver(app,
+            session,
+            {"adjust",
+             "Adjust a block: positions, flight-path corrections, exact covariances",
+             Measurements::kRequired,
+             true,
+             [](BlockFile* file, const std::string& folder, ProgressSink* progress) {
+               const PointPairs pairs = PairsOf(*file, folder);
+               return Adjust(&file->block, file->adjust, pairs, progress);
+             }});
+}
+
+void AddIntersect(CLI::App* app, Session* session) {
+  AddSolver(app,
+            session,
+            {"intersect",
+             "Intersect every point alone, flight paths held, with its covariance",
+             Measurements::kRequired,
+             false,
+             [](BlockFile* file, const std::string&, ProgressSink* progress) {
+               return IntersectBlock(file->block, file->adjust, progress);
+             }});
+}
+
+void AddPredict(CLI::App* app, Session* session) {
+  AddSolver(app,
+            session,
+            {"predict",
+             "Covariance from geometry and weights alone, no measured values needed",
+             Measurements::kOptional,
+             false,
+             [](BlockFile* file, const std::string& folder, ProgressSink* progress) {
+               const Truth truth = ReadTruth(folder, file->block);
+               const PointPairs pairs = PairsOf(*file, folder);
+               return Predict(file->block, file->adjust, truth.points_m, pairs, progress);
+             }});
+}
+
+namespace {
+
+struct CheckArguments {
+  std::string block;
+  std::string rejections;
+  double memory_mib = 0.0;
+  std::string scratch;
+};
+
+/// Reads the other files that an adjustment of the block would read; returns looks left out.
+std::size_t ReadNamedFiles(const CheckArguments& arguments, BlockFile* file) {
+  AdjustOptions& adjust = file->adjust;
+  if (!arguments.rejections.empty()) {
+    adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
+  }
+  if (adjust.pairs == PairChoice::kList) {
+    static_cast<void>(ReadPairs(arguments.block, adjust.pairs_file, file->block));
+  }
+  if (adjust.rejections_file.empty()) return 0;
+  return ApplyRejections(arguments.block, adjust.rejections_file, &file->block);
+}
+
+nlohmann::json NeedsJson(const ResourceNeeds& needs) {
+  return {{"memory_bytes", needs.peak_bytes},
+          {"scratch_bytes", needs.scratch_bytes},
+          {"looks_bytes", needs.looks_bytes},
+          {"points_bytes", needs.points_bytes},
+          {"matrix_bytes", needs.matrix_bytes},
+          {"partial_sums_bytes", needs.partial_sums_bytes},
+          {"factor_bytes", needs.factor_bytes},
+          {"fronts_bytes", needs.fronts_bytes},
+          {"inverse_bytes", needs.inverse_bytes},
+          {"sum_operations", needs.sum_operations_1},
+          {"factor_operations", needs.factor_operations_1}};
+}
+
+int RunCheck(const CheckArguments& arguments, const Session& session) {
+  std::optional<ScratchScope> scratch;
+  if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
+  ReadOptions read;
+  read.set_overrides = session.set;
+  read.progress = session.progress.get();
+  BlockFile file = ReadBlock(arguments.block, read);
+  const std::size_t left_out = ReadNamedFiles(arguments, &file);
+  if (session.dump_config) {
+    fmt::print("{}", DumpAdjustTable(file.adjust));
+    return kAccepted;
+  }
+  file.adjust.threads = session.Threads();
+  file.adjust.memory_mib = arguments.memory_mib;
+  const BlockCheck check = Naming(
+      arguments.block, [&] { return CheckBlock(file.block, file.adjust, session.progress.get()); });
+  std::vector<std::string> warnings = file.warnings;
+  warnings.insert(warnings.end(), check.findings.begin(), check.findings.end());
+  if (session.json) {
+    std::array<std::size_t, 3> roles{};
+    for (const PointRole role : file.block.points.role) ++roles[static_cast<std::size_t>(role)];
+    const nlohmann::json summary = {{"format", "sarblock-check 1"},
+                                    {"block", file.block.name},
+                                    {"passes", file.block.passes.size()},
+                                    {"points", file.block.points.size()},
+                                    {"tie", roles[0]},
+                                    {"control", roles[1]},
+                                    {"check", roles[2]},
+                                    {"looks", file.block.looks.size()},
+                                    {"left_out_by_rejections", left_out},
+                                    {"corrections", check.corrections},
+                                    {"needs", NeedsJson(check.needs)},
+                                    {"warnings", warnings}};
+    fmt::print("{}\n", summary.dump(2));
+    return kAccepted;
+  }
+  std::string text =
+      fmt::format("{}  corrections {}\n", DescribeBlock(file.block), check.corrections);
+  if (left_out > 0) {
+    text += fmt::format("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
+  }
+  text += fmt::format("  {}\n", DescribeNeeds(check.needs));
+  for (const std::string& warning : warnings) text += fmt::format("  warning: {}\n", warning);
+  session.Show(text);
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddCheck(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<CheckArguments>();
+  CLI::App* command = app->add_subcommand("check", "Validate and describe a block, change nothing");
+  command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
+  command->add_option("--rejections",
+                      arguments->rejections,
+                      "Leave out the looks with rejected = 1 in this table, as adjust would");
+  AddMemory(command, &arguments->memory_mib);
+  AddScratch(command, &arguments->scratch);
+  command->callback([=] { session->run = [=] { return RunCheck(*arguments, *session); }; });
+}
+
+namespace {
+
+struct DiagnoseArguments {
+  std::string block;
+  std::string rejections;
+  bool all = false;
+};
+
+int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
+  ReadOptions read;
+  read.set_overrides = session.set;
+  read.progress = session.progress.get();
+  read.contradictions = Contradictions::kKeep;
+  BlockFile file = ReadBlock(arguments.block, read);
+  file.adjust.threads = session.Threads();
+  if (!arguments.rejections.empty()) {
+    file.adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
+  }
+  if (session.dump_config) {
+    fmt::print("{}", DumpAdjustTable(file.adjust));
+    return kAccepted;
+  }
+  if (!file.adjust.rejections_file.empty()) {
+    static_cast<void>(ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block));
+  }
+  DiagnosisBounds bounds;
+  if (arguments.all) bounds.adjustments_1 = std::numeric_limits<double>::infinity();
+  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get(), bounds);
+  if (session.json) {
+    const nlohmann::ordered_json summary = {{"format", "sarblock-diagnosis 1"},
+                                            {"block", file.block.name},
+                                            {"contradicts", diagnosis.contradicts},
+                                            {"points", diagnosis.points},
+                                            {"square_sum", diagnosis.square_sum},
+                                            {"redundancy", diagnosis.redundancy},
+                                            {"hypotheses", diagnosis.hypotheses},
+                                            {"solutions", diagnosis.solutions},
+                                            {"untried", diagnosis.untried},
+                                            {"diagnosis", DiagnosisSection(diagnosis)},
+                                            {"remarks", diagnosis.remarks},
+                                            {"warnings", file.warnings}};
+    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    return kAccepted;
+  }
+  std::string text =
+      fmt::format("{}: {} of {} points, v'Pv {:.4g}, redundancy {:g}: {}\n",
+                  file.block.name,
+                  diagnosis.points,
+                  file.block.points.size(),
+                  diagnosis.square_sum,
+                  diagnosis.redundancy,
+                  diagnosis.contradicts ? "contradicts itself" : "nothing contradicts");
+  for (const std::string& warning : file.warnings) text += "  warning: " + warning + "\n";
+  for (const std::string& remark : RemarksBeside(file.warnings, diagnosis)) {
+    text += "  warning: " + remark + "\n";
+  }
+  session.Show(text + DescribeDiagnosis(diagnosis));
+  return kAccepted;
+}
+
+}  // namespace
+
+void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session) {
+  read.contradictions = Contradictions::kKeep;
+  try {
+    ExplainRefusal(ReadBlock(folder, read), session);
+  } catch (const InputError&) {  // a file that cannot be read at all: its own message stands
+  }
+}
+
+void ExplainRefusal(const BlockFile& file, const Session& session) {
+  if (!file.adjust.diagnose) return;
+  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
+  for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
+  for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
+}
+
+std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
+  std::string text;
+  for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
+  if (diagnosis.contradicts && diagnosis.explanations.empty()) {
+    text += "  none of " + std::to_string(diagnosis.hypotheses) +
+            " mistakes tried takes half of what v'Pv exceeds its redundancy by\n";
+  }
+  if (diagnosis.untried > 0) {
+    text += "  " + std::to_string(diagnosis.untried) +
+            " explanations were not tried, since the work of five adjustments was done: "
+            "sarblock diagnose --all tries them\n";
+  }
+  return text;
+}
+
+void AddDiagnose(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<DiagnoseArguments>();
+  CLI::App* command = app->add_subcommand(
+      "diagnose", "Explain by people's mistakes why a block contradicts itself, most likely first");
+  command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
+  command->add_option("--rejections",
+                      arguments->rejections,
+                      "Leave out the looks with rejected = 1 in this table, as adjust would");
+  command->add_flag("--all",
+                    arguments->all,
+                    "Try every explanation, however much work; else that of five adjustments");
+  command->callback([=] { session->run = [=] { return RunDiagnose(*arguments, *session); }; });
+}
+
+namespace {
+
+struct SimulateArguments {
+  std::string scene;
+  std::string out;
+  bool gzip = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
+};
+
+int RunSimulate(const SimulateArguments& arguments, const Session& session) {
+  if (session.dump_config) {
+    fmt::print("{}\n", EffectiveSceneText(arguments.scene, session.set));
+    return kAccepted;
+  }
+  RequireFolderFor(FolderContent::kBlock, arguments.out, arguments.foreign);
+  const ThreadLimit limit(session.Threads());
+  const Scene scene = ReadScene(arguments.scene, session.set);
+  const SimulatedBlock simulated =
+      Naming(arguments.scene, [&] { return Simulate(scene, session.progress.get()); });
+  std::vector<std::string> passes;
+  for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
+  const AdjustOptions adjust = ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);
+  WriteBlock(arguments.out,
+             simulated.block,
+             adjust,
+             &simulated.truth,
+             arguments.gzip ? Compression::kGzip : Compression::kNone);
+  if (session.json) {
+    const nlohmann::json summary = {{"format", "sarblock-simulation 1"},
+                                    {"block", arguments.out},
+                                    {"scene", scene.name},
+                                    {"seed", scene.seed},
+                                    {"passes", simulated.block.passes.size()},
+                                    {"points", simulated.block.points.size()},
+                                    {"looks", simulated.block.looks.size()}};
+    fmt::print("{}\n", summary.dump(2));
+  } else {
+    session.Show(fmt::format("{}: {} passes, {} points, {} looks written to {}\n",
+                             scene.name,
+                             simulated.block.passes.size(),
+                             simulated.block.points.size(),
+                             simulated.block.looks.size(),
+                             arguments.out));
+  }
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddSimulate(CLI::App* app, Session* session) {
+  auto arguments = std::make_shared<SimulateArguments>();
+  CLI::App* command = app->add_subcommand("simulate", "Make a block with known truth from a scene");
+  command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
+  command->add_option("-o,--output", arguments->out, "Folder or .h5 file of the block to write")
+      ->required();
+  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
+  AddForce(command, &arguments->foreign);
+  command->callback([=] { session->run = [=] { return RunSimulate(*arguments, *session); }; });
+}
+
+void AddAdjustParts(CLI::App* command, CLI::Option* report, AdjustParts* parts) {
+  CLI::Option* const part = AddPart(
+      command,
+      &parts->part,
+      "Only the runs I modulo N of covariance = montecarlo, for --join; I from 0 or from 1");
+  part->excludes(report);
+  command
+      ->add_option(
+          "--join", parts->join, "Folders of all parts that --part wrote: their runs, none anew")
+      ->excludes(part);
+}
+
+void SetParts(const AdjustParts& parts, const std::string& out, AdjustOptions* options) {
+  if (parts.part.empty() && parts.join.empty()) return;
+  if (options->covariance != CovarianceLevel::kMonteCarlo) {
+    throw InputError("adjust.covariance",
+                     "only the runs of \"montecarlo\" have parts; --set covariance=montecarlo is "
+                     "allowed");
+  }
+  RequireNoneOf(parts.join, out);
+  if (!parts.part.empty() && NamesContainer(out)) {
+    throw InputError(FilePlace{out, 0, ""}, "is the name of a file, a part is a folder");
+  }
+  options->montecarlo_part = parts.part.empty() ? TaskPart::None() : TaskPartOf(parts.part);
+}
+
+void WritePart(const std::string& out,
+               const Block& block,
+               const AdjustOptions& options,
+               const AdjustResult& result,
+               const std::vector<InputFile>& inputs,
+               Compression compression,
+               const Session& session) {
+  const MonteCarloDraws& draws = *result.montecarlo_draws;
+  const std::string text = WriteMonteCarloPart(out, block, options, draws, inputs, compression);
+  if (!result.accepted()) {
+    for (const std::string& reason : result.assessment.reasons) {
+      session.Say("sarblock: the adjustment is not accepted: " + reason);
+    }
+  }
+  if (session.json) {
+    fmt::print("{}", text);
+    return;
+  }
+  session.Show(
+      fmt::format("{}: {} of {} runs written to {}; \"sarblock adjust --join\" makes the result of "
+                  "all parts\n",
+                  NameOf(*options.montecarlo_part),
+                  draws.runs.size(),
+                  options.montecarlo_runs,
+                  out));
+}
+
+}  // namespace sarblock::cli

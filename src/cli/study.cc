@@ -1,0 +1,673 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/simulate/simulate.h"
+#include "sarblock/tables/output.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "core/threads.h"
+#include "report/svg_plot.h"
+#include "studies/densification_file.h"
+#include "studies/stability.h"
+#include "studies/study.h"
+#include "studies/tradeoff.h"
+#include "studies/tradeoff_study.h"
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock::cli {
+namespace {
+
+/// Every kind of study; a new one is a line here and its Prepare function.
+constexpr std::array kKinds = {
+    StudyKind{"densification",
+              "How much control, where, and what the next point is worth",
+              PrepareDensification,
+              DensificationKeys,
+              true},
+    StudyKind{"tradeoff",
+              "Speed against accuracy of everything a user can choose, one stage at a time",
+              PrepareTradeoff,
+              TradeoffKeys,
+              false},  // timed, each row beside its reference
+    StudyKind{"stability",
+              "Blocks pushed to the extremes beside the same adjustment in 50 digits",
+              PrepareStability,
+              StabilityKeys,
+              true},
+};
+
+struct StudyArguments {
+  std::string file;
+  std::vector<std::string> parts;  ///< folders, of `join`
+  std::string part;
+  std::string out;
+  bool restart = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
+};
+
+void WriteFile(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+StudyIdentity IdentityOf(const StudyKind& kind, const PreparedStudy& study, TaskPart part = {}) {
+  return {kind.name, study.plan.columns, study.plan.tasks.size(), study.identity, part};
+}
+
+StudyStart StartIn(const StudyArguments& arguments) {
+  const bool replaces = arguments.foreign == ForeignFiles::kReplace &&
+                        !HoldsOurs(FolderContent::kStudy, arguments.out);  // nothing to go on from
+  return arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume;
+}
+
+/// What every run of a study says of itself, and what only this kind of run has.
+nlohmann::json Summary(const StudyKind& kind,
+                       const StudyTable& table,
+                       std::size_t kept,
+                       const StudyArguments& arguments,
+                       const nlohmann::json& more) {
+  nlohmann::json summary = {{"format", "sarblock-study-summary 1"},
+                            {"study", kind.name},
+                            {"folder", arguments.out},
+                            {"rows", table.size()},
+                            {"tasks_kept", kept}};
+  summary.update(more);
+  return summary;
+}
+
+void ShowSummary(const nlohmann::json& summary, const std::string& words, const Session& session) {
+  if (session.json) {
+    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    session.Show(words);
+  }
+}
+
+/// Words, plots and the table where it has columns that need all rows.
+void Conclude(const StudyKind& kind,
+              const PreparedStudy& study,
+              const StudyTable& table,
+              const StudyArguments& arguments,
+              std::size_t kept,
+              const Session& session) {
+  const std::filesystem::path folder = arguments.out;
+  StudyAnswer answer = study.conclude(table, session.progress.get());
+  std::vector<std::string> files = {fmt::format("{}.csv", kind.name)};
+  answer.files.emplace_back(fmt::format("{}.txt", kind.name),
+                            fmt::format("{}\n", fmt::join(answer.words, "\n")));
+  if (answer.table) WriteFile(folder / files.front(), StudyTableText(*answer.table));
+  for (const auto& [name, text] : answer.files) {
+    WriteFile(folder / name, text);
+    files.push_back(name);
+  }
+  ShowSummary(
+      Summary(kind,
+              table,
+              kept,
+              arguments,
+              {{"tasks", study.plan.tasks.size()}, {"words", answer.words}, {"files", files}}),
+      fmt::format("{}\n{} rows; {} written to {}\n",
+                  fmt::join(answer.words, "\n"),
+                  table.size(),
+                  fmt::join(files, ", "),
+                  arguments.out),
+      session);
+}
+
+int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Session& session) {
+  if (session.dump_config) {
+    fmt::print("{}", EffectiveStudyText(arguments.file, session.set));
+    return kAccepted;
+  }
+  const TaskPart part = TaskPartOf(arguments.part).value_or(TaskPart{});
+  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
+  const StudyStart start = StartIn(arguments);
+  const ThreadLimit limit(session.Threads());
+  const PreparedStudy study = Naming(
+      arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
+  StudyRows rows(arguments.out, IdentityOf(kind, study, part), start);
+  if (rows.kept() > 0) {
+    session.Say(fmt::format("sarblock: {} of {} tasks of the study are there already",
+                            rows.kept(),
+                            study.plan.tasks.size()));
+  }
+  const StudyTable table = Naming(
+      arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get(), part); });
+  if (part.IsWhole()) {
+    Conclude(kind, study, table, arguments, rows.kept(), session);
+  } else {
+    ShowSummary(
+        Summary(kind, table, rows.kept(), arguments, {{"part", arguments.part}}),
+        fmt::format(
+            "{}: {} rows written to {}; \"sarblock study join\" makes the study of all parts\n",
+            NameOf(part),
+            table.size(),
+            arguments.out),
+        session);
+  }
+  return kAccepted;
+}
+
+/// The kind of study of which a folder holds a part, and the study as it ran there.
+std::pair<const StudyKind*, std::string> StudyIn(const std::filesystem::path& folder) {
+  for (const StudyKind& kind : kKinds) {
+    const std::filesystem::path file = folder / fmt::format("{}.study.toml", kind.name);
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored)) return {&kind, file.string()};
+  }
+  throw InputError(FilePlace{folder.string(), 0, ""}, "holds no part of a study");
+}
+
+int RunJoin(const StudyArguments& arguments, const Session& session) {
+  RequireNoneOf(arguments.parts, arguments.out);
+  const auto [kind, file] = StudyIn(arguments.parts.front());
+  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
+  const StudyStart start = StartIn(arguments);
+  const ThreadLimit limit(session.Threads());
+  const PreparedStudy study = kind->prepare(file, {}, session.Threads());
+  const StudyIdentity identity = IdentityOf(*kind, study);
+  const std::vector<std::vector<StudyRow>> joined =
+      JoinStudyParts({arguments.parts.begin(), arguments.parts.end()}, identity);
+  StudyRows rows(arguments.out, identity, start);
+  std::vector<StudyRow> all;
+  for (std::size_t task = 0; task < joined.size(); ++task) {
+    if (rows.Find(task) == nullptr) rows.Keep(task, joined[task]);
+    all.insert(all.end(), joined[task].begin(), joined[task].end());
+  }
+  Conclude(*kind, study, {study.plan.columns, std::move(all)}, arguments, rows.kept(), session);
+  return kAccepted;
+}
+
+}  // namespace
+
+std::vector<std::string> StudyKeys(const std::string& command_path) {
+  for (const StudyKind& kind : kKinds) {
+    if (command_path == fmt::format("study {}", kind.name)) return kind.keys();
+  }
+  return {};
+}
+
+void AddStudy(CLI::App* app, Session* session) {
+  CLI::App* study = app->add_subcommand("study", "Studies over many blocks, before a mission");
+  study->require_subcommand(1);
+  for (const StudyKind& kind : kKinds) {
+    auto arguments = std::make_shared<StudyArguments>();
+    CLI::App* command = study->add_subcommand(kind.name, kind.help);
+    command->add_option("study", arguments->file, "Study file (TOML, docs/studies.md)")->required();
+    command->add_option("-o,--output", arguments->out, "Folder to write to")->required();
+    if (kind.divisible) {
+      AddPart(command,
+              &arguments->part,
+              "Only the tasks I modulo N, for `study join`; I from 0 or from 1");
+    }
+    command->add_flag(
+        "--restart", arguments->restart, "Compute all rows anew, whatever the folder holds");
+    AddForce(command, &arguments->foreign);
+    command->callback([=, &kind] {
+      session->run = [=, &kind] { return RunOneStudy(kind, *arguments, *session); };
+    });
+  }
+  auto arguments = std::make_shared<StudyArguments>();
+  CLI::App* join = study->add_subcommand("join", "One study of the parts that --part computed");
+  join->add_option("parts", arguments->parts, "Folders of all its parts")->required();
+  join->add_option("-o,--output", arguments->out, "Folder to write to")->required();
+  join->add_flag("--restart", arguments->restart, "Replace the study that the folder holds");
+  AddForce(join, &arguments->foreign);
+  join->callback([=] { session->run = [=] { return RunJoin(*arguments, *session); }; });
+}
+
+namespace {
+
+constexpr std::array kStages{TradeoffStage::kModel,
+                             TradeoffStage::kSolver,
+                             TradeoffStage::kCovariance,
+                             TradeoffStage::kPrecision};
+/// Measures rows; holds the block of the size at hand, simulated when its first row is measured.
+class Bench {
+ public:
+  Bench(TradeoffStudy study, int threads) : study_(std::move(study)), threads_(threads) {}
+
+  [[nodiscard]] const TradeoffStudy& study() const { return study_; }
+
+  std::vector<StudyRow> Measure(const TradeoffSize& size,
+                                const TradeoffEntry& entry,
+                                ProgressSink* progress) {
+    const std::string reason = study_.WhyNotRun(entry, size);
+    if (!reason.empty()) {
+      TradeoffChoice choice = entry.choice;
+      choice.options.threads = entry.ThreadsOf(threads_);
+      return {CellsOf(NotRun(choice, size.points, study_.clock, reason))};
+    }
+    Prepare(size, progress);
+    const int repeats = entry.repeats > 0  ? entry.repeats
+                        : size.repeats > 0 ? size.repeats
+                                           : study_.repeats;
+    return {CellsOf(
+        bench_->Measure(Bound(entry, size, bench_->block()),
+                        Bound(study_.ReferenceOf(entry.choice.stage), size, bench_->block()),
+                        {repeats, size.longest_s},
+                        study_.clock,
+                        progress))};
+  }
+
+ private:
+  [[nodiscard]] TradeoffChoice Bound(const TradeoffEntry& entry,
+                                     const TradeoffSize& size,
+                                     const Block& block) const {
+    return BindChoice(entry, size.scene, block, threads_);
+  }
+
+  void Prepare(const TradeoffSize& size, ProgressSink* progress) {
+    if (bench_ != nullptr && points_ == size.points) return;
+    bench_.reset();
+    SimulatedBlock simulated = Simulate(size.scene, progress);
+    // The best answer: the first reference that adjusts. The reader has seen to it that one does.
+    const auto best =
+        std::find_if(study_.choices.begin(), study_.choices.end(), [](const TradeoffEntry& entry) {
+          return entry.reference && entry.choice.run == TradeoffChoice::Run::kAdjust;
+        });
+    const TradeoffChoice tight = Bound(*best, size, simulated.block);
+    bench_ = std::make_unique<TradeoffBench>(std::move(simulated), size.points, tight, progress);
+    points_ = size.points;
+  }
+
+  TradeoffStudy study_;
+  int threads_ = 1;
+  std::unique_ptr<TradeoffBench> bench_;
+  std::size_t points_ = 0;
+};
+
+/// Choices of a stage in the order of the rows.
+std::vector<std::string> ChoicesOf(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
+  std::vector<std::string> names;
+  for (const TradeoffRow& row : rows) {
+    if (row.stage != stage) continue;
+    if (std::find(names.begin(), names.end(), row.choice) == names.end()) {
+      names.push_back(row.choice);
+    }
+  }
+  return names;
+}
+
+/// The error that a stage is about: of the covariance there, of positions in all others. Never
+/// below the floor of the plot: what counts as equal, or where digits are the matter the last one.
+double ErrorOf(const TradeoffRow& row) {
+  const double error_1 = row.stage == TradeoffStage::kCovariance ? row.errors.covariance_error_1
+                                                                 : row.errors.position_error_1;
+  const bool digits = row.stage == TradeoffStage::kSolver || row.stage == TradeoffStage::kPrecision;
+  return std::max(error_1, digits ? 1e-16 : kSamePosition_1);
+}
+
+/// A line a choice through its sizes.
+template <typename PointOf>
+std::string Draw(Plot plot,
+                 const std::vector<TradeoffRow>& rows,
+                 TradeoffStage stage,
+                 const PointOf& point_of) {
+  plot.x.scale = plot.y.scale = PlotScale::kLog;
+  for (const std::string& choice : ChoicesOf(rows, stage)) {
+    PlotSeries series;
+    series.name = choice;
+    SetStyle(plot.series.size(), &series);
+    for (const TradeoffRow& row : rows) {
+      if (row.stage != stage || row.choice != choice) continue;
+      const std::array<double, 2> point = point_of(row);
+      if (std::isfinite(point[0]) && std::isfinite(point[1])) series.points.push_back(point);
+    }
+    plot.series.push_back(std::move(series));
+  }
+  return SvgOf(plot);
+}
+
+std::string PlotError(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
+  Plot plot;
+  plot.title = fmt::format("{}: error against speed", NameOf(stage));
+  plot.x.label = fmt::format("speed by {} time, reference = 1",
+                             rows.front().clock == TradeoffClock::kWall ? "wall" : "CPU");
+  plot.y.label = stage == TradeoffStage::kCovariance ? "largest relative error of a 3 x 3"
+                                                     : "largest shift [sigma]";
+  plot.notes = {"a line: one choice,", "from small to large"};
+  return Draw(std::move(plot), rows, stage, [](const TradeoffRow& row) {
+    return std::array{row.speed_ratio_1, ErrorOf(row)};
+  });
+}
+
+std::string PlotTime(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
+  const bool wall = rows.front().clock == TradeoffClock::kWall;
+  Plot plot;
+  plot.title = fmt::format("{}: time", NameOf(stage));
+  plot.x.label = "points";
+  plot.y.label = wall ? "wall time [s]" : "CPU time [s]";
+  return Draw(std::move(plot), rows, stage, [wall](const TradeoffRow& row) {
+    return std::array{static_cast<double>(row.points), wall ? row.wall_s : row.cpu_s};
+  });
+}
+
+StudyAnswer ConcludeTradeoff(const TradeoffStudy& study, const StudyTable& table) {
+  std::vector<TradeoffRow> rows = TradeoffRowsOf(table);
+  MarkPareto(&rows);
+  StudyAnswer answer;
+  for (const std::size_t points : SizesOf(rows)) {
+    answer.words.push_back(Recommend(rows, points, study.goal));
+  }
+  answer.table = TradeoffTable(rows);
+  answer.files.emplace_back("tradeoff.md", TradeoffPage(rows, study.goal));
+  for (const TradeoffStage stage : kStages) {
+    if (ChoicesOf(rows, stage).empty()) continue;
+    const std::string name = fmt::format("tradeoff_{}", NameOf(stage));
+    answer.files.emplace_back(name + "_error.svg", PlotError(rows, stage));
+    answer.files.emplace_back(name + "_time.svg", PlotTime(rows, stage));
+  }
+  return answer;
+}
+
+}  // namespace
+
+PreparedStudy PrepareTradeoff(const std::string& file,
+                              const std::vector<std::string>& overrides,
+                              int threads) {
+  const auto bench = std::make_shared<Bench>(ReadTradeoffStudy(file, overrides), threads);
+  const TradeoffStudy& study = bench->study();
+  PreparedStudy prepared;
+  prepared.plan.columns = TradeoffColumns();
+  prepared.plan.order = TaskOrder::kOneByOne;
+  for (const TradeoffSize& size : study.sizes) {
+    for (const TradeoffEntry& entry : study.choices) {
+      if (!study.Wants(entry, size.points)) continue;
+      prepared.plan.tasks.push_back(
+          {fmt::format(
+               "{} {}, {} points", NameOf(entry.choice.stage), entry.choice.name, size.points),
+           [bench, &size, &entry](ProgressSink* progress) {
+             return bench->Measure(size, entry, progress);
+           }});
+    }
+  }
+  prepared.identity = study.identity;
+  prepared.conclude = [bench](const StudyTable& table, ProgressSink*) {
+    return ConcludeTradeoff(bench->study(), table);
+  };
+  return prepared;
+}
+
+namespace {
+
+/// Distinct texts of a column in the order they appear.
+std::vector<std::string> Distinct(const StudyTable& table, std::string_view column) {
+  std::vector<std::string> found;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    const std::string text = table.Text(row, column);
+    if (std::find(found.begin(), found.end(), text) == found.end()) found.push_back(text);
+  }
+  return found;
+}
+
+std::string TitleOf(const std::string& what, const std::string& variant) {
+  return variant.empty() ? what : what + ": " + variant;
+}
+
+Plot AgainstControl(std::string title, std::string quantity) {
+  Plot plot;
+  plot.title = std::move(title);
+  plot.x = {.label = "control points", .scale = PlotScale::kRoot, .range = {}};
+  plot.y = {.label = std::move(quantity), .scale = PlotScale::kLog, .range = {}};
+  return plot;
+}
+
+/// Values that stay within a factor of three are seen better on a linear axis.
+void ChooseScale(Plot* plot) {
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const PlotSeries& series : plot->series) {
+    for (const auto& point : series.points) {
+      if (!std::isfinite(point[0]) || !std::isfinite(point[1])) continue;
+      least = std::min(least, point[1]);
+      most = std::max(most, point[1]);
+    }
+  }
+  if (most < 3.0 * least) plot->y.scale = PlotScale::kLinear;
+}
+
+/// Worst sigma of a variant against the number of control points, a line a layout.
+std::string PlotWorst(const StudyTable& table,
+                      const std::string& variant,
+                      const std::string& direction) {
+  Plot plot = AgainstControl(TitleOf("Worst point", variant), "sigma_" + direction + " [m]");
+  const std::string column = "max_sigma_" + direction + "_m";
+  for (const std::string& layout : Distinct(table, "layout")) {
+    PlotSeries series;
+    bool own = false;  // a row beside that without control
+    const bool exchanged = layout.starts_with("exchange ");
+    const bool placed = exchanged || layout.starts_with("greedy ");  // has its own start
+    for (std::size_t row = 0; row < table.size(); ++row) {
+      const std::string of = table.Text(row, "layout");
+      // Without control every layout begins in the same place.
+      if ((of != layout && (of != "none" || placed)) || table.Text(row, "variant") != variant) {
+        continue;
+      }
+      own = own || of == layout;
+      const double count = table.Number(row, "control_points");
+      if (!series.points.empty() && count < series.points.back()[0]) {  // another placement
+        series.points.push_back({kNaN, kNaN});
+      }
+      series.points.push_back({count, table.Number(row, column)});
+    }
+    if (layout == "none" || !own) continue;
+    series.name = layout;
+    SetStyle(plot.series.size(), &series);
+    if (exchanged) series.mark = PlotMark::kMarkers;
+    plot.series.push_back(std::move(series));
+  }
+  ChooseScale(&plot);
+  return SvgOf(plot);
+}
+
+/// Median of positions and of differences of neighbours, the best layout of each number of points.
+std::string PlotRelative(const StudyTable& table, const std::vector<std::string>& variants) {
+  Plot plot =
+      AgainstControl("Positions and differences of neighbours, up, best layout", "sigma [m]");
+  for (std::size_t v = 0; v < variants.size() && v < PlotSeries::kColours; ++v) {
+    std::map<double, std::array<double, 2>> best;  // by number of control points
+    for (std::size_t row = 0; row < table.size(); ++row) {
+      if (table.Text(row, "variant") != variants[v] || table.Number(row, "determined") != 1.0) {
+        continue;
+      }
+      const std::array<double, 2> sigmas_m = {table.Number(row, "median_sigma_u_m"),
+                                              table.Number(row, "median_difference_sigma_u_m")};
+      const auto [at, added] = best.emplace(table.Number(row, "control_points"), sigmas_m);
+      if (!added && sigmas_m[0] < at->second[0]) at->second = sigmas_m;
+    }
+    PlotSeries position, difference;
+    for (const auto& [count, sigmas_m] : best) {
+      position.points.push_back({count, sigmas_m[0]});
+      difference.points.push_back({count, sigmas_m[1]});
+    }
+    position.name = variants[v].empty() ? "median sigma_u" : variants[v];
+    position.colour = difference.colour = v;
+    difference.dash = PlotDash::kDashed;
+    plot.series.push_back(std::move(position));
+    plot.series.push_back(std::move(difference));
+  }
+  plot.notes = {"solid: positions", "dashed: differences"};
+  return SvgOf(plot);
+}
+
+/// Normalised errors squared of the verified rows with the bounds that hold together.
+std::string PlotVerified(const StudyTable& table) {
+  Plot plot;
+  plot.title = "Monte Carlo against prediction";
+  plot.x.label = "row of densification.csv";
+  plot.y.label = "mean of e' Q^-1 e / 3";
+  PlotSeries found, bound;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    const double nees = table.Number(row, "nees");
+    if (std::isnan(nees)) continue;
+    const auto x = static_cast<double>(row + 1);
+    found.points.push_back({x, nees});
+    bound.points.push_back({x, 1.0});
+    bound.bars.push_back({table.Number(row, "nees_lower"), table.Number(row, "nees_upper")});
+  }
+  if (found.points.empty()) return {};
+  found.name = "found";
+  found.mark = PlotMark::kMarkers;
+  bound.name = "expected, with bound";
+  bound.mark = PlotMark::kLine;
+  bound.colour = 4;
+  plot.series = {bound, found};
+  return SvgOf(plot);
+}
+
+StudyAnswer ConcludeDensification(const DensificationStudy& study, const StudyTable& table) {
+  StudyAnswer answer;
+  answer.words = DescribeDensification(study, table);
+  const std::vector<std::string> variants = Distinct(table, "variant");
+  for (std::size_t v = 0; v < variants.size(); ++v) {
+    for (const char* direction : {"u", "h"}) {
+      answer.files.emplace_back(fmt::format("densification_{}_{}.svg", v + 1, direction),
+                                PlotWorst(table, variants[v], direction));
+    }
+  }
+  answer.files.emplace_back("densification_relative.svg", PlotRelative(table, variants));
+  if (std::string verified = PlotVerified(table); !verified.empty()) {
+    answer.files.emplace_back("densification_nees.svg", std::move(verified));
+  }
+  return answer;
+}
+
+}  // namespace
+
+PreparedStudy PrepareDensification(const std::string& file,
+                                   const std::vector<std::string>& overrides,
+                                   int /*threads*/) {
+  const auto read = std::make_shared<DensificationFile>(ReadDensification(file, overrides));
+  PreparedStudy prepared;
+  prepared.plan = PlanDensification(read->study);
+  prepared.identity = read->identity;
+  prepared.conclude = [read](const StudyTable& table, ProgressSink*) {
+    return ConcludeDensification(read->study, table);
+  };
+  return prepared;
+}
+
+namespace {
+
+/// Digits of a column against the condition, a marker a row.
+PlotSeries DigitsAgainstCondition(const StudyTable& table,
+                                  const char* column,
+                                  const char* name,
+                                  std::size_t colour) {
+  PlotSeries series;
+  series.name = name;
+  series.mark = PlotMark::kMarkers;
+  series.colour = colour;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    series.points.push_back({table.Number(row, "condition"), table.Number(row, column)});
+  }
+  return series;
+}
+
+/// The decades that hold every condition of the table.
+double LargestCondition(const StudyTable& table) {
+  double largest = 10.0;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    // NaN leaves it as it is.
+    largest = std::fmax(largest, table.Number(row, "condition"));
+  }
+  return std::pow(10.0, std::ceil(std::log10(largest)));
+}
+
+PlotAxis Condition(double largest) {
+  return {.label = "condition k of the column-scaled Jacobian",
+          .scale = PlotScale::kLog,
+          .range = {{1.0, largest}}};
+}
+
+/// A line without markers in black.
+PlotSeries Line(const char* name, PlotDash dash, std::vector<std::array<double, 2>> points) {
+  PlotSeries series;
+  series.name = name;
+  series.mark = PlotMark::kLine;
+  series.dash = dash;
+  series.colour = PlotSeries::kBlack;
+  series.points = std::move(points);
+  return series;
+}
+
+/// Digits that a rounding of `digits` leaves where the condition counts with its `power`.
+PlotSeries Law(const char* name, PlotDash dash, double digits, double power, double largest) {
+  const double end = std::min(largest, std::pow(10.0, digits / power));
+  return Line(name, dash, {{1.0, digits}, {end, digits - power * std::log10(end)}});
+}
+
+std::string PlotMethods(const StudyTable& table) {
+  const double largest = LargestCondition(table);
+  Plot plot;
+  plot.title = "Digits of the covariance by method";
+  plot.x = Condition(largest);
+  plot.y = {.label = "correct digits of the worst 3 x 3 block", .range = {{0.0, 16.0}}};
+  plot.series = {DigitsAgainstCondition(table, "covariance_digits", "production", 0),
+                 DigitsAgainstCondition(table, "normal_digits", "all normals, double", 1),
+                 DigitsAgainstCondition(table, "ceres_digits", "Ceres, sparse QR", 2),
+                 DigitsAgainstCondition(table, "single_digits", "all normals, single", 3),
+                 Law("16 - log k", PlotDash::kSolid, 16.0, 1.0, largest),
+                 Law("16 - 2 log k", PlotDash::kDashed, 16.0, 2.0, largest),
+                 Law("7.2 - 2 log k", PlotDash::kDotted, 7.2, 2.0, largest)};
+  return SvgOf(plot);
+}
+
+std::string PlotErrors(const StudyTable& table) {
+  const double largest = LargestCondition(table);
+  Plot plot;
+  plot.title = "Largest error of a position or correction";
+  plot.x = Condition(largest);
+  plot.y = {.label = "error [sigma]", .scale = PlotScale::kLog, .range = {}};
+  constexpr std::array kOutcomes = {std::pair{StabilityOutcome::kOk, 0u},
+                                    std::pair{StabilityOutcome::kWarned, 3u},
+                                    std::pair{StabilityOutcome::kWrong, 4u}};
+  for (const auto& [outcome, colour] : kOutcomes) {
+    PlotSeries series;
+    series.name = NameOf(outcome);
+    series.mark = PlotMark::kMarkers;
+    series.colour = colour;
+    for (std::size_t row = 0; row < table.size(); ++row) {
+      if (table.Text(row, "outcome") != series.name) continue;
+      series.points.push_back({table.Number(row, "condition"), table.Number(row, "error_sigma")});
+    }
+    plot.series.push_back(std::move(series));
+  }
+  plot.series.push_back(Line(
+      "wrong unless warned of", PlotDash::kDashed, {{1.0, kMostError_1}, {largest, kMostError_1}}));
+  return SvgOf(plot);
+}
+
+}  // namespace
+
+PreparedStudy PrepareStability(const std::string& file,
+                               const std::vector<std::string>& overrides,
+                               int /*threads*/) {
+  const auto study = std::make_shared<StabilityStudy>(ReadStability(file, overrides));
+  PreparedStudy prepared;
+  prepared.plan = PlanStability(*study);
+  prepared.identity = EffectiveStudyText(file, overrides);
+  prepared.conclude = [study](const StudyTable& table, ProgressSink*) {
+    StudyAnswer answer;
+    answer.words = DescribeStability(*study, table);
+    answer.files = {{"stability_methods.svg", PlotMethods(table)},
+                    {"stability_errors.svg", PlotErrors(table)}};
+    return answer;
+  };
+  return prepared;
+}
+
+}  // namespace sarblock::cli
