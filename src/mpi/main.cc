@@ -6,7 +6,7 @@
 
 #include "cli/program.h"
 #include "cli/session.h"
-#include "mpi_ranks.h"
+#include "ranks.h"
 #include <mpi.h>
 
 namespace {

@@ -19,7 +19,7 @@
 #include "core/ranks.h"
 #include "core/threads.h"
 #include "linear/block_cholesky.h"
-#include "mpi/mpi_ranks.h"
+#include "mpi/ranks.h"
 #include "network_block.h"
 #include "normals/reduced_system.h"
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mpi_ranks.h"
+#include "ranks.h"
 
 #include <algorithm>
 #include <chrono>
