@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "module.h"
+
 #include "sarblock/core/error.h"
 #include "sarblock/files/adjust_options.h"
 
@@ -8,10 +10,6 @@
 #include <vector>
 
 #include "arrays.h"
-#include "block_binding.h"
-#include "leberl_binding.h"
-#include "result_binding.h"
-#include "result_data.h"
 #include <glog/logging.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -102,6 +100,7 @@ py::list OptionTable() {
 }
 
 }  // namespace
+
 }  // namespace sarblock::python
 
 PYBIND11_MODULE(_core, module) {

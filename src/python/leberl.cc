@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "leberl_binding.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/leberl/formulas.h"
 
@@ -8,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "module.h"
 #include <pybind11/numpy.h>
 
 namespace sarblock::python {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run_work.h"
+#include "work.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/progress.h"
