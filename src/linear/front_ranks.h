@@ -34,7 +34,7 @@ struct FrontDivision {
 [[nodiscard]] FrontDivision DivideFronts(const std::vector<Front>& fronts, int ranks);
 
 /// Memory of each rank with one thread: `factor`, `waiting` and `inverse_fronts` (symbolic.h),
-/// as fronts.h and fronts.h take and give back.
+/// as fronts.h takes and gives back.
 [[nodiscard]] std::vector<FactorNeeds> NeedsOfRanks(const std::vector<Front>& fronts,
                                                     const FrontDivision& division);
 

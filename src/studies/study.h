@@ -74,7 +74,7 @@ struct StudyTask {
   std::function<std::vector<StudyRow>(ProgressSink* progress)> compute;
 };
 
-/// Where finished tasks are kept (io: study.h). Calls come from one thread at a time.
+/// Where finished tasks are kept (study.h). Calls come from one thread at a time.
 class StudyStore {
  public:
   virtual ~StudyStore() = default;

@@ -107,6 +107,46 @@ class CheckHeadersTest(CheckerTest):
     def test_finds_a_long_file(self):
         self.expect_finding("src/core/a.cc", SPDX + "\n" * 900, "901 lines")
 
+    def test_finds_too_many_public_headers(self):
+        files = {f"include/sarblock/core/a{i}.h": SPDX for i in range(26)}
+        self.assertEqual(self.check(files), (1, "include/sarblock/core/a9.h:1: 26 public headers, at most 25\n"))
+
+    def test_finds_a_picture_with_other_arrows_than_the_includes(self):
+        page = "```mermaid\nflowchart BT\n  geometry --> core\n  block --> geometry\n```\n"
+        files = {
+            "docs/architecture.md": page,
+            "include/sarblock/core/a.h": SPDX,
+            "src/geometry/b.h": SPDX + '#include "sarblock/core/a.h"\n',
+            "src/block/c.cc": SPDX + '#include "geometry/b.h"\n#include "sarblock/core/a.h"\n',
+        }
+        self.assertEqual(self.check(files), (0, ""))
+        files["docs/architecture.md"] = page.replace("  block --> geometry\n", "  block --> core\n")
+        self.assertEqual(self.check(files), (1, "docs/architecture.md:3: the includes draw other arrows: "
+                                                "block --> core, block --> geometry\n"))
+
+    def test_finds_small_files_and_headers_of_one_user_that_no_list_gives_a_reason(self):
+        lines = "\n" * 40
+        files = {
+            "src/core/a.h": SPDX + lines,
+            "src/core/a.cc": SPDX + '#include "a.h"\n' + lines,
+            "src/core/b.cc": SPDX + '#include "a.h"\n' + lines,
+            "src/core/c.cc": SPDX,
+            "tests/lint/listed_files.txt": "# a comment\nsmall src/core/c.cc: it ends\nsingle src/core/a.h: b\n",
+        }
+        self.assertEqual(self.check(files), (0, ""))
+        files["src/core/c.cc"] = SPDX + '#include "a.h"\n' + lines
+        self.assertEqual(self.check(files), (1, "tests/lint/listed_files.txt:2: 'src/core/c.cc' is not small any more\n"
+                                                "tests/lint/listed_files.txt:3: 'src/core/a.h' is not single any more\n"))
+        files["src/core/c.cc"] = SPDX
+        files["tests/lint/listed_files.txt"] = "small src/core/d.cc\n"
+        status, output = self.check(files)
+        self.assertEqual(status, 1)
+        self.assertEqual(output, "tests/lint/listed_files.txt:1: no line 'small|single FILE: reason'\n"
+                                 "src/core/a.h:1: includes of one unit or none: a part of its file, or listed in "
+                                 "listed_files.txt\n"
+                                 "src/core/c.cc:1: 1 lines: a part of another file, or listed in listed_files.txt with "
+                                 "a reason\n")
+
     def test_finds_a_relative_comparison(self):
         self.expect_finding("tests/core/a_test.cc", SPDX + "a.isApprox(b, 1e-8);\n", "isApprox")
 
