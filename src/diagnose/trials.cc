@@ -75,6 +75,7 @@ BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
       problem->LeaveOut(point, PointStatus::kTooFewLooks, "no place");
     }
   }
+  UpdateWeights(state, problem);
   return state;
 }
 
@@ -98,10 +99,8 @@ Fit SolveSample(const Block& sample,
     options.useless_above_1 = asked.useless_above_1;
     options.max_formed = asked.effort == Effort::kQuick ? kQuicklyFormed : kMostFormed;
     options.settled_1 = kSettled_1;
-    const Weighting weighting{.renewed = &problem.weights};
     ReducedSystem system(problem);
-    const SolveReport report =
-        SolveReduced(problem, weighting, options, &system, &fit.state, progress);
+    const SolveReport report = SolveReduced(problem, {}, options, &system, &fit.state, progress);
     fit.formed = report.formed;
     fit.settled = report.converged;
     UpdateWeights(fit.state, &problem);

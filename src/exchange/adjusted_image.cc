@@ -102,13 +102,7 @@ Motion ReadContinued(const FlightPath& path, double time_s) {
   const double beyond_s = time_s - inside_s;
   Motion motion;
   CHECK(path.Read(inside_s, Acceleration::kOfVelocities, &motion));
-  if (beyond_s == 0.0) return motion;
-  const Motion end = motion;
-  motion.position_m += beyond_s * (end.velocity_mps + beyond_s * (0.5 * end.acceleration_mps2 +
-                                                                  beyond_s / 6.0 * end.jerk_mps3));
-  motion.velocity_mps += beyond_s * (end.acceleration_mps2 + 0.5 * beyond_s * end.jerk_mps3);
-  motion.acceleration_mps2 += beyond_s * end.jerk_mps3;
-  return motion;
+  return beyond_s == 0.0 ? motion : motion.After(beyond_s);
 }
 
 }  // namespace

@@ -5,15 +5,17 @@
 #include "sarblock/core/statistics.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
 namespace sarblock {
 namespace {
 
-/// First and last time and largest range that each pass measured.
+/// First and last time and largest range that each pass measured, and one of its looks.
 struct Span {
   double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s, range_m = 0.0;
+  std::size_t look = 0;
 };
 
 std::vector<Span> SpansOf(const Block& block) {
@@ -23,6 +25,7 @@ std::vector<Span> SpansOf(const Block& block) {
     span.first_s = std::min(span.first_s, block.looks.time_s[i]);
     span.last_s = std::max(span.last_s, block.looks.time_s[i]);
     span.range_m = std::max(span.range_m, block.looks.range_m[i]);
+    span.look = i;
   }
   return out;
 }
@@ -42,6 +45,39 @@ ConeTurning MeasureTurning(const FlightPath& path, const Span& span) {
   out.largest_1 = *std::max_element(turning_1.begin(), turning_1.end());
   out.median_1 = Median(turning_1);
   return out;
+}
+
+/// Part of the standard deviation of azimuth that continuing a reading may be wrong by: on a path
+/// without noise, and where states are noisy, which is as wrong at any place.
+constexpr double kContinued_1 = 1e-7, kContinuedNoisy_1 = 0.01;
+/// Parts of a strip, and of a knot spacing, that functions of time are continued over.
+constexpr double kPartOfStrip_1 = 0.01, kPartOfKnots_1 = 0.05;
+/// Readings of the velocity by which an acceleration is found, evenly over a window.
+constexpr int kSlopeReadings = 9;
+/// Windows, each twice as long as the one before, and the places where they are compared.
+constexpr int kWindows = 12;
+constexpr int kComparedPlaces = 48;
+
+/// Slope of the straight line through the velocities within `half_s` of a time by least squares;
+/// near an end of the path the window lies inside it.
+Eigen::Vector3d VelocitySlope_mps2(const FlightPath& path, double time_s, double half_s) {
+  const double middle_s =
+      std::clamp(time_s,
+                 std::min(path.start_s() + half_s, 0.5 * (path.start_s() + path.end_s())),
+                 std::max(path.end_s() - half_s, 0.5 * (path.start_s() + path.end_s())));
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double squares_s2 = 0.0;
+  constexpr int kHalf = kSlopeReadings / 2;
+  for (int k = -kHalf; k <= kHalf; ++k) {
+    const double after_s = half_s * k / kHalf;
+    Motion motion;
+    if (!path.Evaluate(std::clamp(middle_s + after_s, path.start_s(), path.end_s()), &motion)) {
+      continue;
+    }
+    sum += after_s * motion.velocity_mps;
+    squares_s2 += after_s * after_s;
+  }
+  return sum / squares_s2;
 }
 
 /// Sum of the corrections along three axes, with time derivatives.
@@ -82,7 +118,10 @@ VerticalTable VerticalsOf(const Block& block, std::size_t pass, const FlightPath
 CorrectedPaths::CorrectedPaths(const Block& block,
                                const ParameterLayout& layout,
                                const Simplified& simplified)
-    : block_(block), layout_(layout), rules_(block.passes.size()) {
+    : block_(block),
+      layout_(layout),
+      rules_(block.passes.size()),
+      anchor_s_(block.passes.size(), 0.0) {
   if (simplified.linear_velocity) {
     for (const Pass& pass : block.passes) straightened_.push_back(StraightenedPath(pass));
   }
@@ -91,8 +130,14 @@ CorrectedPaths::CorrectedPaths(const Block& block,
     const FlightPath& path = PathOf(pass);
     Rule& rule = rules_[pass];
     rule.turning = MeasureTurning(path, spans[pass]);
-    rule.acceleration = rule.turning.largest_1 <= kMostTurn_1 ? Acceleration::kOfCubic
-                                                              : Acceleration::kOfVelocities;
+    const Span& span = spans[pass];
+    if (span.first_s <= span.last_s) {
+      if (rule.turning.largest_1 > kMostTurn_1) {
+        rule.steady = FindSteadyAcceleration(path, span.first_s, span.last_s, span.range_m);
+      }
+      const double speed_mps = path.PieceVelocity_mps(path.PieceOf(span.first_s)).norm();
+      rule.anchor_step_s = AnchorStep_s(pass, block.RoughAzimuthSigma_m(span.look, speed_mps));
+    }
     if (!layout.passes[pass].NeedsTrackAxes()) continue;
     if (simplified.fixed_track_axes ||
         (block.frame.kind() == FrameKind::kLocal && path.IsStraight())) {
@@ -103,6 +148,102 @@ CorrectedPaths::CorrectedPaths(const Block& block,
       rule.verticals = VerticalsOf(block, pass, path);
     }
   }
+}
+
+// The shortest window whose accelerations agree with those of one twice as long: noise falls with
+// the window's length to the power 3/2, what a longer window smears of the flight itself rises with
+// its square, and the first to agree is between the two (Lepski 1991).
+CorrectedPaths::SteadyAcceleration CorrectedPaths::FindSteadyAcceleration(const FlightPath& path,
+                                                                          double first_s,
+                                                                          double last_s,
+                                                                          double range_m) {
+  const double most_s = 0.25 * (path.end_s() - path.start_s());
+  const std::size_t middle = path.PieceOf(0.5 * (first_s + last_s));
+  double half_s = std::min(most_s, path.PieceEnd_s(middle) - path.PieceStart_s(middle));
+  double best_s = half_s;
+  SteadyAcceleration out;
+  out.noise_1 = std::numeric_limits<double>::infinity();
+  std::vector<double> change_1;
+  for (int window = 0; window < kWindows && 2.0 * half_s <= most_s; ++window, half_s *= 2.0) {
+    change_1.clear();
+    for (int k = 0; k < kComparedPlaces; ++k) {
+      const double time_s = first_s + (last_s - first_s) * (k + 0.5) / kComparedPlaces;
+      const double square = path.PieceVelocity_mps(path.PieceOf(time_s)).squaredNorm();
+      const Eigen::Vector3d change_mps2 =
+          VelocitySlope_mps2(path, time_s, 2.0 * half_s) - VelocitySlope_mps2(path, time_s, half_s);
+      change_1.push_back(change_mps2.norm() * range_m / square);
+    }
+    const double median_1 = MedianInPlace(&change_1);
+    if (median_1 < out.noise_1) {
+      out.noise_1 = median_1;
+      best_s = 2.0 * half_s;
+    }
+    if (median_1 <= kMostTurn_1) break;
+  }
+  out.step_s = 0.5 * best_s;
+  out.start_s = first_s;
+  const auto knots = static_cast<std::size_t>((last_s - first_s) / out.step_s) + 2;
+  for (std::size_t k = 0; k < knots; ++k) {
+    const double time_s = first_s + static_cast<double>(k) * out.step_s;
+    out.knots_mps2.push_back(VelocitySlope_mps2(path, time_s, best_s));
+  }
+  return out;
+}
+
+double CorrectedPaths::AnchorStep_s(std::size_t pass, double sigma_m) const {
+  const PassCorrections& c = layout_.passes[pass];
+  if (c.time_bias.empty()) return 0.0;
+  const Rule& rule = rules_[pass];
+  const FlightPath& path = PathOf(pass);
+  double step_s = std::numeric_limits<double>::infinity();
+  const bool noisy = IsNoisy(pass);
+  const double turning_1 = noisy ? rule.steady.noise_1 : rule.turning.largest_1;
+  if (turning_1 > 0.0) {
+    const double speed_mps = path.PieceVelocity_mps(path.PieceOf(c.middle_s)).norm();
+    const double part_1 = noisy ? kContinuedNoisy_1 : kContinued_1;
+    step_s = 2.0 * part_1 * sigma_m / (turning_1 * speed_mps);
+  }
+  if (!c.polynomials.empty()) step_s = std::min(step_s, kPartOfStrip_1 * c.half_length_s);
+  for (const SplineTerm& term : c.splines) {
+    step_s = std::min(step_s, kPartOfKnots_1 * term.spline.spacing_s());
+  }
+  return std::isfinite(step_s) ? step_s : 0.0;
+}
+
+bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack_1) {
+  bool changed = false;
+  for (std::size_t pass = 0; pass < rules_.size(); ++pass) {
+    const double step_s = rules_[pass].anchor_step_s;
+    if (step_s == 0.0) {
+      changed = changed || anchor_s_[pass] != 0.0;
+      anchor_s_[pass] = 0.0;
+      continue;
+    }
+    const double bias_s = layout_.TimeBias_s(pass, x);
+    if (std::abs(bias_s - anchor_s_[pass]) <= (0.5 + slack_1) * step_s && slack_1 > 0.0) continue;
+    const double anchor_s = step_s * std::round(bias_s / step_s);
+    changed = changed || anchor_s != anchor_s_[pass];
+    anchor_s_[pass] = anchor_s;
+  }
+  return changed;
+}
+
+bool CorrectedPaths::ReadNominal(std::size_t pass,
+                                 double time_s,
+                                 Motion* out,
+                                 std::size_t* piece) const {
+  if (!PathOf(pass).Read(time_s, Acceleration::kOfCubic, out, piece)) return false;
+  const SteadyAcceleration& steady = rules_[pass].steady;
+  const std::size_t knots = steady.knots_mps2.size();
+  if (knots == 0) return true;
+  const double place =
+      std::clamp((time_s - steady.start_s) / steady.step_s, 0.0, static_cast<double>(knots - 1));
+  const auto k = std::min(static_cast<std::size_t>(place), knots - 2);
+  const double part = place - static_cast<double>(k);
+  const Eigen::Vector3d change_mps2 = steady.knots_mps2[k + 1] - steady.knots_mps2[k];
+  out->acceleration_mps2 = steady.knots_mps2[k] + part * change_mps2;
+  out->jerk_mps3 = change_mps2 / steady.step_s;
+  return true;
 }
 
 void TermAtTime::Read(const PassCorrections& pass, const PolynomialTerm& term, double t_s) {
@@ -145,18 +286,16 @@ void TermAtTime::Read(const SplineTerm& term, int first_column, double measured_
 }
 
 bool CorrectedPaths::Read(
-    std::size_t pass, double measured_s, double path_s, const double* x, PathReading* out) const {
+    std::size_t pass, double measured_s, double read_s, const double* x, PathReading* out) const {
   const PassCorrections& c = layout_.passes[pass];
-  const FlightPath& path = PathOf(pass);
   const Rule& rule = rules_[pass];
   Motion& motion = out->motion;
   std::size_t piece = 0;
-  if (!path.Read(path_s, rule.acceleration, &motion, &piece)) return false;
-  out->beyond_path = path_s < path.start_s() || path_s > path.end_s();
+  if (!ReadNominal(pass, read_s, &motion, &piece)) return false;
   if (rule.axes == TrackAxesUse::kConstant) {
     out->axes_1 = &rule.axes_1;
   } else if (rule.axes == TrackAxesUse::kTurning) {
-    out->turning = TrackAxesOf(rule.verticals.At(piece, path_s), motion);
+    out->turning = TrackAxesOf(rule.verticals.At(piece, read_s), motion);
     out->axes_1 = &out->turning->axes_1;
   }
   AxisSums track, frame;
@@ -165,13 +304,13 @@ bool CorrectedPaths::Read(
   };
   for (const PolynomialTerm& term : c.polynomials) {
     TermAtTime& at = out->terms[out->term_count++];
-    at.Read(c, term, path_s);
+    at.Read(c, term, read_s);
     add(at);
   }
   int column = c.static_columns;
   for (const SplineTerm& term : c.splines) {
     TermAtTime& at = out->terms[out->term_count++];
-    at.Read(term, column, measured_s, path_s);
+    at.Read(term, column, measured_s, read_s);
     add(at);
     column += 4 * term.component_count;
   }

@@ -48,8 +48,7 @@ struct PathReading {
   PathReading() = default;
   PathReading(const PathReading&) = delete;  // it points to itself
   PathReading& operator=(const PathReading&) = delete;
-  Motion motion;  ///< corrected; jerk of the nominal path
-  bool beyond_path = false;
+  Motion motion;                            ///< corrected; jerk of the nominal path
   const Eigen::Matrix3d* axes_1 = nullptr;  ///< track axes, where a correction needs them
   std::optional<TrackAxes> turning;         ///< the same with their derivatives, where they turn
   std::size_t term_count = 0;
@@ -64,11 +63,31 @@ class CorrectedPaths {
   CorrectedPaths(const Block& block, const ParameterLayout& layout, const Simplified& simplified);
 
   /// Part of the speed at which the cone passes over a point; where noise of the states turns the
-  /// cone by more, the acceleration of the velocities takes the place of the cubic's.
-  static constexpr double kMostTurn_1 = 0.3;
-  [[nodiscard]] Acceleration AccelerationOf(std::size_t pass) const {
-    return rules_[pass].acceleration;
+  /// cone by more, the acceleration of the path without that noise takes the place of the cubic's.
+  static constexpr double kMostTurn_1 = 0.01;
+  /// The nominal path at a time: position and velocity as recorded, acceleration and jerk as the
+  /// antenna moves on from there. False too far beyond the path's ends. `piece`, where given,
+  /// becomes the index of the piece.
+  [[nodiscard]] bool ReadNominal(std::size_t pass,
+                                 double time_s,
+                                 Motion* out,
+                                 std::size_t* piece = nullptr) const;
+  /// Whether noise of its states makes a pass be read with the acceleration without that noise.
+  [[nodiscard]] bool IsNoisy(std::size_t pass) const {
+    return !rules_[pass].steady.knots_mps2.empty();
   }
+  /// Where the path is read for a look of a pass: at its measured time and the pass's anchor.
+  [[nodiscard]] double ReadingTime_s(std::size_t pass, double measured_s) const {
+    return measured_s + anchor_s_[pass];
+  }
+  /// Sets the anchors, whole steps of a grid, to the nearest of the time biases in all corrections
+  /// `x` of the block; returns whether one changed. A reading that moved with a time bias would
+  /// jump wherever it passes from one piece of the path to the next, and no step would end there;
+  /// one that stays is continued by its derivatives for what is left, less than half a step.
+  /// An anchor stays where its bias is within half a step and `slack_1` of one.
+  bool Anchor(const Eigen::VectorXd& x, double slack_1 = 0.0);
+  /// Those of other corrections of the same passes.
+  void AnchorLike(const CorrectedPaths& other) { anchor_s_ = other.anchor_s_; }
   [[nodiscard]] const ConeTurning& TurningOf(std::size_t pass) const {
     return rules_[pass].turning;
   }
@@ -80,25 +99,38 @@ class CorrectedPaths {
     return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
   }
 
-  /// Reads a pass under its local corrections `x`, measured_s choosing the pieces of splines. False
-  /// too far beyond the path's ends or where corrections overflow.
+  /// Reads a pass at read_s under its local corrections `x`, measured_s choosing the pieces of
+  /// splines. False too far beyond the path's ends or where corrections overflow.
   [[nodiscard]] bool Read(
-      std::size_t pass, double measured_s, double path_s, const double* x, PathReading* out) const;
+      std::size_t pass, double measured_s, double read_s, const double* x, PathReading* out) const;
 
  private:
   enum class TrackAxesUse { kNone, kConstant, kTurning };
+  /// Acceleration of a path without the noise of its states, linear between knots `step_s` apart.
+  struct SteadyAcceleration {
+    double start_s = 0.0, step_s = 1.0;
+    std::vector<Eigen::Vector3d> knots_mps2;  ///< empty: not used
+    double noise_1 = 0.0;  ///< how much of the speed of the cone the noise left turns it by
+  };
   /// How the path of a pass is read.
   struct Rule {
-    Acceleration acceleration = Acceleration::kOfCubic;
     TrackAxesUse axes = TrackAxesUse::kNone;
     Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< kConstant
     VerticalTable verticals;                               ///< kTurning
     ConeTurning turning;
+    SteadyAcceleration steady;
+    double anchor_step_s = 0.0;  ///< 0: the anchor stays 0
   };
+  [[nodiscard]] double AnchorStep_s(std::size_t pass, double sigma_m) const;
+  [[nodiscard]] static SteadyAcceleration FindSteadyAcceleration(const FlightPath& path,
+                                                                 double first_s,
+                                                                 double last_s,
+                                                                 double range_m);
   const Block& block_;
   const ParameterLayout& layout_;
   std::vector<FlightPath> straightened_;  // by pass; empty: the block's
   std::vector<Rule> rules_;               // by pass
+  std::vector<double> anchor_s_;          // by pass
 };
 
 }  // namespace sarblock

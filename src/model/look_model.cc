@@ -64,7 +64,7 @@ struct AxisTurn {
 /// the point.
 struct Crossing {
   LookEquations eq;        ///< there, e_d but for rounding 0
-  double dt_s = 0.0;       ///< after the measured time; 0 where that is exact
+  double dt_s = 0.0;       ///< after the reading; 0 where the time is exact
   double error = 0.0;      ///< of the azimuth measurement, predicted less measured [s] or [Hz]
   Eigen::Vector3d d_m;     ///< from the antenna to the point
   Eigen::Vector3d v_mps;   ///< of the antenna
@@ -278,8 +278,12 @@ bool LookModel::Evaluate(const LookState& at,
   const PassCorrections& c = layout_.passes[pass];
   const double* x = at.x;
   const double measured_s = looks.time_s[at.look];
+  const double read_s = paths_.ReadingTime_s(pass, measured_s);
+  const double path_s = measured_s + SumOf(c.time_bias, x);
+  const double biased_s = path_s - read_s;
+  const Beyond beyond = BeyondPath(pass, path_s);
   PathReading path;
-  if (!paths_.Read(pass, measured_s, measured_s + SumOf(c.time_bias, x), x, &path)) return false;
+  if (beyond == Beyond::kFar || !paths_.Read(pass, measured_s, read_s, x, &path)) return false;
   AxisTurn turn;
   turn.used = !c.velocity_across.empty() || !c.velocity_up.empty();
   if (turn.used) {
@@ -289,10 +293,16 @@ bool LookModel::Evaluate(const LookState& at,
       turn.rate = across * path.turning->rate.col(1) + up * path.turning->rate.col(2);
     }
   }
+  // An exact time has no error to be found: the path is continued to it.
+  const bool exact_time = block_.MeasuresDoppler(at.look);
+  const double exact_s = exact_time ? biased_s : 0.0;
+  if (exact_s != 0.0) {
+    path.motion = path.motion.After(exact_s);
+    turn.value_1 += exact_s * turn.rate;
+  }
   // d = (start - s) + displacement keeps the digits of a small displacement.
   const Eigen::Vector3d d_before = (at.start_m - path.motion.position_m) + at.displacement_m;
   Crossing crossing;
-  const bool exact_time = block_.MeasuresDoppler(at.look);
   const Cone cone = block_.ConeOf(at.look);
   const double squint_bias_rad = SumOf(c.squint_bias, x);
   const bool found =
@@ -305,8 +315,9 @@ bool LookModel::Evaluate(const LookState& at,
                                &crossing)
                  : FindCrossing(path.motion, d_before, turn, cone, squint_bias_rad, &crossing);
   if (!found) return false;
+  if (!exact_time) crossing.error -= biased_s;
   const LookEquations& eq = crossing.eq;
-  const double dt_s = crossing.dt_s;
+  const double dt_s = crossing.dt_s + exact_s;     // after the reading
   const double slowness = -1.0 / crossing.rate_m;  // dt_p or df_p = slowness de_d
 
   const double kappa = SumOf(c.range_scale, x);
@@ -336,7 +347,7 @@ bool LookModel::Evaluate(const LookState& at,
   const double wr = weights.range_per_m, wt = weights.azimuth_per_unit;
   out->error_1 = {wr * (range_error_m + range_rate * last_step), wt * (crossing.error + last_step)};
   out->azimuth_unit_m = -crossing.rate_m;
-  out->beyond_path = path.beyond_path;
+  out->beyond_path = beyond == Beyond::kNear;
   // Of a partial of e_r and one of e_d: those of range and of time or Doppler.
   const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;
   out->by_point.row(0) = wr * range_by_p + of_range * eq.ded_dp;
@@ -397,32 +408,39 @@ bool LookModel::Evaluate(const LookState& at,
   return out->error_1.allFinite();
 }
 
-std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
-                                                            double time_s,
-                                                            const Eigen::VectorXd& x) const {
-  double path_s = time_s;
-  const PassCorrections& c = layout_.passes[pass];
-  if (!c.time_bias.empty()) {
-    LookColumns columns;
-    ColumnsAt(pass, time_s, &columns);
-    std::array<double, ParameterLayout::kMaxLocalColumns> local;
-    GatherColumns(layout_, columns, x, local.data());
-    path_s += SumOf(c.time_bias, local.data());
-  }
-  return CorrectedMotionAtPathTime(pass, time_s, path_s, x);
+LookModel::Beyond LookModel::BeyondPath(std::size_t pass, double path_s) const {
+  const FlightPath& path = paths_.PathOf(pass);
+  const double start_s = path.start_s(), end_s = path.end_s(), most_s = end_s - start_s;
+  if (path_s >= start_s && path_s <= end_s) return Beyond::kInside;
+  return path_s >= start_s - most_s && path_s <= end_s + most_s ? Beyond::kNear : Beyond::kFar;
 }
 
-std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(
-    std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const {
+std::optional<CorrectedMotion> LookModel::ReadMotion(std::size_t pass,
+                                                     double measured_s,
+                                                     double read_s,
+                                                     double path_s,
+                                                     const Eigen::VectorXd& x) const {
+  if (BeyondPath(pass, path_s) != Beyond::kInside) return std::nullopt;
   LookColumns columns;
   ColumnsAt(pass, measured_s, &columns);
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   GatherColumns(layout_, columns, x, local.data());
   PathReading path;
-  if (!paths_.Read(pass, measured_s, path_s, local.data(), &path) || path.beyond_path) {
-    return std::nullopt;
-  }
-  return CorrectedMotion{path.motion, path_s};
+  if (!paths_.Read(pass, measured_s, read_s, local.data(), &path)) return std::nullopt;
+  const double later_s = path_s - read_s;
+  return CorrectedMotion{later_s == 0.0 ? path.motion : path.motion.After(later_s), path_s};
+}
+
+std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
+                                                            double time_s,
+                                                            const Eigen::VectorXd& x) const {
+  const double path_s = time_s + layout_.TimeBias_s(pass, x);
+  return ReadMotion(pass, time_s, paths_.ReadingTime_s(pass, time_s), path_s, x);
+}
+
+std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(
+    std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const {
+  return ReadMotion(pass, measured_s, path_s, path_s, x);
 }
 
 std::optional<Sight> LookModel::SightOf(std::size_t look, const Eigen::VectorXd& x) const {

@@ -49,7 +49,8 @@ struct LookEvaluation {
   Eigen::Matrix<double, 2, 3> by_point;  ///< [1] and [s/m] or [Hz/m], times the weights
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
-  /// Metres at the target that a unit of the azimuth measurement is: |de_d/dt| or |de_d/df|.
+  /// Metres at the target that a unit of the azimuth measurement is: |de_d/dt|, on the path without
+  /// the noise of its states, or |de_d/df|.
   double azimuth_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
 
@@ -87,15 +88,16 @@ struct CorrectedMotion {
 /// at t, f_p the Doppler whose cone holds the point then, e_d(p, t, f_p) = 0; f_p - f over sigma_f.
 ///
 /// s and v are position and velocity of the corrected path, the turning of the track axes included,
-/// read at the measured time t + b_t. From there the antenna moves on for the time error t_p - t
-/// with its acceleration and jerk: within a piece of the path that is the path itself, to third
-/// order in the time error. So the equations of a look are smooth however much the path's
-/// acceleration jumps at its states, nothing is read beyond the ends of a path but for a time bias,
-/// and a look depends on the same parameters at every state. Where noise of the states makes the
-/// cubic's acceleration turn the cone by more than CorrectedPaths::kMostTurn_1 of the speed at
-/// which it passes over the points, the acceleration of the velocities takes its place. t_p is
-/// found anew at every evaluation (Newton's method on the cone, to 1e-12 of rho). Thread-safe;
-/// holds references to the block and the layout, which must outlive it.
+/// read at the measured time t, moved by whole steps of a grid to near t + b_t (Anchor). From there
+/// the antenna moves on for what is left of b_t and the time error t_p - t with its acceleration
+/// and jerk: within a piece of the path that is the path itself, to third order. So the equations
+/// of a look are smooth however much the path's acceleration jumps at its states, nothing is read
+/// beyond the ends of a path but for a time bias, and a look depends on the same parameters at
+/// every state. Where noise of the states makes the cubic's acceleration turn the cone by more than
+/// CorrectedPaths::kMostTurn_1 of the speed at which it passes over the points, the acceleration of
+/// the path without that noise takes its place. t_p is found anew at every evaluation (Newton's
+/// method on the cone, to 1e-12 of rho). Thread-safe but for Anchor; holds references to the block
+/// and the layout, which must outlive it.
 class LookModel {
  public:
   LookModel(const Block& block, const ParameterLayout& layout, const Simplified& simplified = {});
@@ -151,7 +153,21 @@ class LookModel {
     paths_.PathOf(block_.looks.pass[look]).Prefetch(block_.looks.time_s[look]);
   }
 
+  /// Reads the paths at the time biases in all corrections `x`; returns whether that changed what a
+  /// look reads (CorrectedPaths::Anchor).
+  bool Anchor(const Eigen::VectorXd& x, double slack_1 = 0.0) { return paths_.Anchor(x, slack_1); }
+  /// Reads the same passes where another model does.
+  void AnchorLike(const LookModel& other) { paths_.AnchorLike(other.paths_); }
+
  private:
+  enum class Beyond { kInside, kNear, kFar };
+  [[nodiscard]] Beyond BeyondPath(std::size_t pass, double path_s) const;
+  /// The motion read at read_s and continued to path_s.
+  [[nodiscard]] std::optional<CorrectedMotion> ReadMotion(std::size_t pass,
+                                                          double measured_s,
+                                                          double read_s,
+                                                          double path_s,
+                                                          const Eigen::VectorXd& x) const;
   [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
 
   const Block& block_;

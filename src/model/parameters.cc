@@ -286,6 +286,23 @@ std::string ParameterLayout::Describe(int parameter) const {
   return p.owner + " " + p.name;
 }
 
+double ParameterLayout::TimeBias_s(std::size_t pass, const Eigen::VectorXd& corrections) const {
+  const PassCorrections& c = passes[pass];
+  double sum_s = 0.0;
+  for (const int column : c.time_bias) {
+    int first = 0;
+    for (const int id : c.blocks) {
+      const ParameterBlock& block = blocks[static_cast<std::size_t>(id)];
+      if (column < first + block.size) {
+        sum_s += corrections[block.offset + column - first];
+        break;
+      }
+      first += block.size;
+    }
+  }
+  return sum_s;
+}
+
 Eigen::VectorXd ParameterLayout::FromPrior(const JointPriorTerm& prior,
                                            const Eigen::VectorXd& corrections) const {
   Eigen::VectorXd out = corrections(prior.parameters);

@@ -83,6 +83,8 @@ struct ParameterLayout {
   /// How far the parameters of a joint prior are from what it says, c - c0.
   [[nodiscard]] Eigen::VectorXd FromPrior(const JointPriorTerm& prior,
                                           const Eigen::VectorXd& corrections) const;
+  /// The sum of a pass's time biases in all corrections of the block.
+  [[nodiscard]] double TimeBias_s(std::size_t pass, const Eigen::VectorXd& corrections) const;
 };
 
 /// One whitened equation of a prior, the sum of weight (c - c0) over its terms.

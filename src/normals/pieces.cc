@@ -495,6 +495,15 @@ void PartialSum::Add(const PointEquations& equations, std::size_t point, PieceSc
   PointFactor& factor = scratch->factor;
   scratch->terms.columns.t.clear();
   FactorPoint(problem, equations.state, equations.weighting, equations.damping_1, point, &factor);
+  if (equations.following != nullptr && SettlePoint(problem,
+                                                    equations.weighting,
+                                                    equations.damping_1,
+                                                    equations.settled_1,
+                                                    point,
+                                                    equations.following,
+                                                    &factor)) {
+    moved_.push_back(static_cast<std::uint32_t>(point));
+  }
   totals_.cost_1 += factor.cost_1;
   totals_.not_evaluated += factor.looks_not_evaluated;
   totals_.beyond_path += factor.looks_beyond_path;

@@ -116,6 +116,8 @@ struct PointEquations {
   const BorderedPoints& bordered;
   double damping_1 = 0.0;
   bool exact = false;  ///< by what is left of a point's equations, however many they are
+  BlockState* following = nullptr;  ///< `state`, where its points are settled (SettlePoint)
+  double settled_1 = 0.0;
   Eigen::MatrixXd* border = nullptr;
 };
 
@@ -159,6 +161,8 @@ class PartialSum {
   [[nodiscard]] const PointTotals& totals() const { return totals_; }
   /// Points whose own equations are rank deficient.
   [[nodiscard]] const std::vector<WeakPoint>& weak() const { return weak_; }
+  /// Points that were moved until they were settled.
+  [[nodiscard]] const std::vector<std::uint32_t>& moved() const { return moved_; }
   /// The array.
   [[nodiscard]] std::span<double> numbers() { return numbers_; }
 
@@ -196,6 +200,7 @@ class PartialSum {
   std::vector<double> numbers_;
   PointTotals totals_;
   std::vector<WeakPoint> weak_;
+  std::vector<std::uint32_t> moved_;
 };
 
 /// Among ranks (core/ranks.h), what each made of its pieces of a group becomes known to all: the

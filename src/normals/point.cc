@@ -272,6 +272,39 @@ void FactorPoint(const AdjustmentProblem& problem,
       m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square_1);
 }
 
+bool SettlePoint(const AdjustmentProblem& problem,
+                 const Weighting& weighting,
+                 double damping_1,
+                 double settled_1,
+                 std::size_t point,
+                 BlockState* state,
+                 PointFactor* out) {
+  constexpr int kMostSteps = 8, kMostShortened = 3;
+  Eigen::Vector3d& at_m = state->displacement_m[point];
+  bool moved = false;
+  for (int step = 0; step < kMostSteps && out->looks_not_evaluated == 0; ++step) {
+    if (damping_1 == 0.0 && !(out->reciprocal_condition_1 >= kLeastPointCondition_1)) break;
+    const Eigen::Vector3d c = Project(*out, out->e);
+    if (!(c.squaredNorm() > settled_1 * settled_1)) break;
+    const Eigen::Vector3d before_m = at_m;
+    const double cost_1 = out->cost_1;
+    Eigen::Vector3d step_m = -out->r.triangularView<Eigen::Upper>().solve(c);
+    bool lower = false;
+    for (int k = 0; k < kMostShortened && !lower && step_m.allFinite(); ++k, step_m *= 0.25) {
+      at_m = before_m + step_m;
+      FactorPoint(problem, *state, weighting, damping_1, point, out);
+      lower = out->looks_not_evaluated == 0 && out->cost_1 < cost_1;
+    }
+    if (!lower) {
+      at_m = before_m;
+      FactorPoint(problem, *state, weighting, damping_1, point, out);
+      break;
+    }
+    moved = true;
+  }
+  return moved;
+}
+
 Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows) {
   const auto m = static_cast<std::size_t>(factor.row_count);
   const double* q = factor.q.data();

@@ -101,6 +101,25 @@ void FactorPoint(const AdjustmentProblem& problem,
                  std::size_t point,
                  PointFactor* out);
 
+/// Own steps of points, in standard deviations, that are left to the next step of all unknowns.
+inline constexpr double kMostOwnStep_1 = 0.1;
+
+/// Moves a point by Gauss-Newton steps of its own, the corrections as they are in the state, until
+/// the step left is at most `settled_1` standard deviations or lowers the cost of the point's
+/// equations no more. `out` holds its factor before, and at its new place afterwards. Returns
+/// whether it moved.
+///
+/// A step of the corrections moves a point along a curve, which its linear step leaves: with many
+/// points their costs would refuse all but short steps of the corrections (variable projection,
+/// Golub and Pereyra 1973; embedded point iterations, Jeong et al. 2012).
+bool SettlePoint(const AdjustmentProblem& problem,
+                 const Weighting& weighting,
+                 double damping_1,
+                 double settled_1,
+                 std::size_t point,
+                 BlockState* state,
+                 PointFactor* out);
+
 /// Q' of a vector of the point's rows.
 [[nodiscard]] Eigen::Vector3d Project(const PointFactor& factor, const std::vector<double>& rows);
 

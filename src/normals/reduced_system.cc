@@ -2,6 +2,7 @@
 #include "reduced_system.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -69,6 +70,39 @@ void ReducedSystem::Form(const BlockState& state,
   }
 }
 
+void ReducedSystem::FormSettled(const Weighting& weighting,
+                                double damping_1,
+                                double settled_1,
+                                BlockState* state,
+                                ProgressSink* progress) {
+  following_ = state;
+  settled_1_ = settled_1;
+  try {
+    Form(*state, weighting, progress, damping_1);
+  } catch (...) {
+    following_ = nullptr;
+    throw;
+  }
+  following_ = nullptr;
+}
+
+void ReducedSystem::ShareMoved(const std::vector<std::uint32_t>& moved) const {
+  struct Place {
+    std::uint64_t point;
+    std::array<double, 3> displacement_m;
+  };
+  std::vector<Place> places;
+  places.reserve(moved.size());
+  for (const std::uint32_t point : moved) {
+    const Eigen::Vector3d& at_m = following_->displacement_m[point];
+    places.push_back({point, {at_m[0], at_m[1], at_m[2]}});
+  }
+  for (const Place& place : JoinedOfRanks(std::move(places))) {
+    following_->displacement_m[place.point] =
+        Eigen::Map<const Eigen::Vector3d>(place.displacement_m.data());
+  }
+}
+
 bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, bool exact) {
   const ResidentScope resident;
   if (s_.sparse.pattern() != pattern_) s_ = {BlockSymmetricMatrix(pattern_), {}};
@@ -90,6 +124,8 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
                            .bordered = bordered_,
                            .damping_1 = damping_1_,
                            .exact = exact,
+                           .following = following_,
+                           .settled_1 = settled_1_,
                            .border = &s_.border};
   const NormalSums sums{&sparse, &right_side_, &full_diagonal_, &full_gradient_};
   const auto columns = static_cast<std::size_t>(sparse.block_count());
@@ -97,6 +133,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
       columns * kValuesPerStripe / (1 + sparse.values().size()), 1, columns + 1);
   Pool<PieceScratch> pool;
   bool subtracted = false;
+  std::vector<std::uint32_t> moved;
   std::vector<int> rank_of_piece;
   const int threads = ThreadsOfRanks();
   for (std::size_t first = 0; first < pieces_.size();) {
@@ -122,6 +159,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
     ForChunksOfRanks(parts.size(), 1, {SharedArray::ByItem(&totals)}, sum_piece);
     for (const PartialSum& part : parts) {
       weak_points_.insert(weak_points_.end(), part.weak().begin(), part.weak().end());
+      moved.insert(moved.end(), part.moved().begin(), part.moved().end());
     }
     const std::vector<int> ranks =
         SharePieces(pieces_, *sparse.pattern(), equations, first, &parts);
@@ -142,6 +180,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
     first = end;
   }
   weak_points_ = JoinedOfRanks(std::move(weak_points_));
+  if (following_ != nullptr && RanksScope::Current() != nullptr) ShareMoved(moved);
   if (kept_) kept_->Share(pieces_, rank_of_piece);
   std::sort(weak_points_.begin(), weak_points_.end(), [](const WeakPoint& a, const WeakPoint& b) {
     return a.point < b.point;
@@ -279,9 +318,11 @@ Eigen::VectorXd ReducedSystem::Step() const {
   return -SolveFor(right_side_);
 }
 
-double ReducedSystem::NewtonDecrement() const {
+double ReducedSystem::NewtonDecrement() const { return NewtonDecrement(Step()); }
+
+double ReducedSystem::NewtonDecrement(const Eigen::VectorXd& step) const {
   double square = point_step_square_1_;
-  if (rows() > 0) square += right_side_.dot(SolveFor(right_side_).col(0));
+  if (rows() > 0) square -= right_side_.dot(step);
   return std::sqrt(std::max(0.0, square));
 }
 

@@ -69,6 +69,14 @@ class ReducedSystem {
             ProgressSink* progress,
             double damping_1 = 0.0);
 
+  /// The same after the points of the state have followed its corrections: each is moved until its
+  /// own step is at most `settled_1` standard deviations (SettlePoint).
+  void FormSettled(const Weighting& weighting,
+                   double damping_1,
+                   double settled_1,
+                   BlockState* state,
+                   ProgressSink* progress);
+
   /// S in units of its parameters in which its diagonal is one, but where elimination took all of
   /// it, with a place for its factor. There is one correction at least.
   [[nodiscard]] BorderedMatrix FormScaled();
@@ -109,6 +117,8 @@ class ReducedSystem {
   [[nodiscard]] Eigen::VectorXd Step() const;
   /// Length of the whole Newton step in sigmas, sqrt(g' H^-1 g) over all unknowns.
   [[nodiscard]] double NewtonDecrement() const;
+  /// The same where Step() is known.
+  [[nodiscard]] double NewtonDecrement(const Eigen::VectorXd& step) const;
 
   [[nodiscard]] CorrectionCovariance SelectedInverse() const;
   [[nodiscard]] const BorderedPoints& bordered() const { return bordered_; }
@@ -127,6 +137,8 @@ class ReducedSystem {
   /// The sums over points; `exact`: by Q2 whatever the number of looks. True if a point was added
   /// as a difference.
   bool Sum(const BlockState& state, const Weighting& weighting, bool exact);
+  /// What other ranks moved, into the state of this one.
+  void ShareMoved(const std::vector<std::uint32_t>& moved) const;
   [[nodiscard]] bool PointsTakeNearlyAll() const;
   void AddPriors(const BlockState& state);
   [[nodiscard]] BorderedMatrix Scaled();
@@ -146,6 +158,8 @@ class ReducedSystem {
   std::size_t kept_bytes_ = 0;  // 0: none
   std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;
+  BlockState* following_ = nullptr;  // while it is formed
+  double settled_1_ = 0.0;
   bool exact_ = false;  // undamped sums by Q2: differences were found to lose digits
   double damping_1_ = 0.0;
   double cost_1_ = 0.0;

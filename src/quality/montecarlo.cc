@@ -88,6 +88,7 @@ ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& st
   Block block = problem.block;
   AdjustmentProblem exact(block, problem);
   exact.model.ScaleSigmas(problem.model.sigma_factors());
+  exact.model.AnchorLike(problem.model);
   ExactReadings out;
   for (std::vector<double>* column : {&out.range_m, &out.azimuth, &out.azimuth_sigma}) {
     column->assign(block.looks.size(), kNotGiven);

@@ -112,6 +112,7 @@ class Selector {
     to->point_status = from.point_status;
     to->point_reason = from.point_reason;
     to->weights = from.weights;
+    to->model.AnchorLike(from.model);
   }
 
   std::vector<int> ActiveColumns() const { return ActiveColumns(levels_); }

@@ -8,7 +8,9 @@
 #include <limits>
 #include <string>
 
+#include "core/threads.h"
 #include "model/problem.h"
+#include "normals/point.h"
 #include "reduced_engine.h"
 #include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
@@ -51,6 +53,8 @@ ceres::LinearSolverType TypeOf(CeresSolver solver) {
 
 /// As the reduced engine damps at first: 1e-8 of the diagonal. Starts are near.
 constexpr double kFirstRadius_1 = 1e8;
+/// Of a point that follows: as little as the engine's own.
+constexpr double kFollowDamping_1 = 1e-8;
 /// How much better the quadratic model may still get where conjugate gradients end.
 constexpr double kConjugateGradients_1 = 1e-3;
 
@@ -208,6 +212,7 @@ std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& proble
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::TAKE_OWNERSHIP;
   options.disable_all_safety_checks = true;
+  options.evaluation_callback = unknowns.before_evaluation;
   auto out = std::make_unique<ceres::Problem>(options);
   const Looks& looks = problem.block.looks;
   ceres::LossFunction* loss =
@@ -247,16 +252,66 @@ std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& proble
   return out;
 }
 
+namespace {
+
+CeresUnknowns UnknownsOf(BlockState* state) {
+  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+  return {state->displacement_m.empty() ? nullptr : state->displacement_m.front().data(),
+          state->corrections.data()};
+}
+
+/// Lets the points follow a trial step of the corrections before Ceres asks for its cost. Ceres
+/// keeps its displacements, which it does not let others change; the start positions move.
+class PointsFollow final : public ceres::EvaluationCallback {
+ public:
+  PointsFollow(const AdjustmentProblem& problem, const Weighting& weighting, BlockState* state)
+      : problem_(problem), weighting_(weighting), state_(state), accepted_m_(state->start_m) {}
+
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
+    if (new_evaluation_point) {
+      state_->start_m = accepted_m_;
+      ParallelForChunks(accepted_m_.size(),
+                        kPointsPerChunk,
+                        [&](std::size_t, std::size_t begin, std::size_t end) {
+                          PointFactor factor;
+                          for (std::size_t point = begin; point < end; ++point)
+                            Follow(point, &factor);
+                        });
+    }
+    // Ceres asks for Jacobians where it stays.
+    if (evaluate_jacobians) accepted_m_ = state_->start_m;
+  }
+
+  /// Leaves the points as they are where Ceres stayed.
+  void Settle() { state_->start_m = accepted_m_; }
+
+ private:
+  static constexpr std::size_t kPointsPerChunk = 512;
+
+  void Follow(std::size_t point, PointFactor* factor) {
+    if (!problem_.Solves(point)) return;
+    Eigen::Vector3d& displacement_m = state_->displacement_m[point];
+    const Eigen::Vector3d given_m = displacement_m;
+    FactorPoint(problem_, *state_, weighting_, kFollowDamping_1, point, factor);
+    if (SettlePoint(
+            problem_, weighting_, kFollowDamping_1, kMostOwnStep_1, point, state_, factor)) {
+      state_->start_m[point] += displacement_m - given_m;
+      displacement_m = given_m;
+    }
+  }
+
+  const AdjustmentProblem& problem_;
+  const Weighting weighting_;
+  BlockState* state_;
+  std::vector<Eigen::Vector3d> accepted_m_;
+};
+
+}  // namespace
+
 std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
                                                  const Weighting& weighting,
                                                  BlockState* state) {
-  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  return MakeCeresProblem(
-      problem,
-      weighting,
-      *state,
-      {state->displacement_m.empty() ? nullptr : state->displacement_m.front().data(),
-       state->corrections.data()});
+  return MakeCeresProblem(problem, weighting, *state, UnknownsOf(state));
 }
 
 SolveReport SolveWithCeres(const AdjustmentProblem& problem,
@@ -264,7 +319,11 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
                            const SolveOptions& options,
                            BlockState* state,
                            ProgressSink* progress) {
-  const std::unique_ptr<ceres::Problem> ceres_problem = MakeCeresProblem(problem, weighting, state);
+  PointsFollow follow(problem, weighting, state);
+  CeresUnknowns unknowns = UnknownsOf(state);
+  unknowns.before_evaluation = &follow;
+  const std::unique_ptr<ceres::Problem> ceres_problem =
+      MakeCeresProblem(problem, weighting, *state, unknowns);
   ceres::Solver::Options solver;
   solver.max_num_iterations = options.max_iterations;
   solver.num_threads = options.threads;
@@ -299,6 +358,7 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   solver.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, ceres_problem.get(), &summary);
+  follow.Settle();
   if (summary.termination_type == ceres::USER_FAILURE) throw Interrupted("solve");
   SolveReport report;
   report.converged = !watch.stagnates() && (summary.termination_type == ceres::CONVERGENCE ||

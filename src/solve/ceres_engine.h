@@ -10,6 +10,7 @@
 #include "normals/point.h"
 #include "reduced_engine.h"
 #include <ceres/cost_function.h>
+#include <ceres/evaluation_callback.h>
 #include <ceres/problem.h>
 
 namespace sarblock {
@@ -71,6 +72,8 @@ class PriorCost final : public ceres::CostFunction {
 struct CeresUnknowns {
   double* displacements_m = nullptr;  ///< three a point, of all points
   double* corrections = nullptr;
+  /// Called by Ceres before it evaluates; null: none. Must outlive the problem.
+  ceres::EvaluationCallback* before_evaluation = nullptr;
 };
 
 /// The whole adjustment as a Ceres problem over `unknowns`: one block a solved point (its
@@ -86,7 +89,8 @@ struct CeresUnknowns {
                                                                const Weighting& weighting,
                                                                BlockState* state);
 
-/// Levenberg-Marquardt by Ceres, points eliminated first. Ends after a step well below
+/// Levenberg-Marquardt by Ceres, points eliminated first; points follow each trial step of the
+/// corrections (SettlePoint), which moves their starts. Ends after a step well below
 /// options.settled_1; rounding of the cost hides the last digits (NewtonFinish). Under a robust
 /// loss, whose last steps shrink slowly, it ends where the cost changes by less than 1e-9 of
 /// itself. Without corrections there is nothing to reduce: sparse normal equations, whatever

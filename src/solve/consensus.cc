@@ -538,8 +538,9 @@ int SolveAt(double scale_1,
   solve.max_iterations = most_steps;
   solve.threads = options.threads;
   solve.settled_1 = 0.1;
-  Weighting weighting{RobustLoss::kCauchy, scale_1};
-  weighting.renewed = &problem->weights;
+  // Under a loss with many minima a point that settles on a path far off takes the nearest one.
+  solve.points_follow = false;
+  const Weighting weighting{RobustLoss::kCauchy, scale_1};
   return SolveReduced(*problem, weighting, solve, state, progress).iterations;
 }
 

@@ -6,11 +6,52 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "normals/back.h"
 #include "normals/reduced_system.h"
 
 namespace sarblock {
+
+void StepHistory::Add(const Eigen::VectorXd& moved,
+                      const Eigen::VectorXd& change,
+                      const Eigen::VectorXd& weight) {
+  if (!(moved.squaredNorm() > 0.0) || !change.allFinite()) return;
+  unit_ = weight.cwiseSqrt();
+  contraction_1_ = unit_.cwiseProduct(moved + change).norm() / unit_.cwiseProduct(moved).norm();
+  differences_.push_front({moved, change});
+  if (differences_.size() > kMost) differences_.pop_back();
+}
+
+Eigen::VectorXd StepHistory::Accelerate(const Eigen::VectorXd& step) const {
+  // A difference of which less than this part is new beside newer ones adds nothing.
+  constexpr double kLeastNew_1 = 1e-8;
+  if (differences_.empty()) return step;
+  Eigen::VectorXd rest = unit_.cwiseProduct(step);
+  Eigen::VectorXd out = step;
+  // Gram-Schmidt; each basis vector with the move that belongs to it.
+  std::vector<Eigen::VectorXd> basis, moves;
+  for (const Difference& difference : differences_) {
+    Eigen::VectorXd column = unit_.cwiseProduct(difference.change);
+    Eigen::VectorXd move = difference.moved + difference.change;
+    const double length = column.norm();
+    for (int pass = 0; pass < 2; ++pass) {
+      for (std::size_t k = 0; k < basis.size(); ++k) {
+        const double along = basis[k].dot(column);
+        column -= along * basis[k];
+        move -= along * moves[k];
+      }
+    }
+    const double left = column.norm();
+    if (!(left > kLeastNew_1 * length)) continue;
+    basis.emplace_back(column / left);
+    moves.emplace_back(move / left);
+    const double theta = basis.back().dot(rest);
+    rest -= theta * basis.back();
+    out -= theta * moves.back();
+  }
+  return out.allFinite() ? out : step;
+}
 
 double ToleranceFor(double tolerance_1, const AdjustmentProblem& problem) {
   const double share_1 = 1e-3 * static_cast<double>(problem.block.points.size());
@@ -58,10 +99,29 @@ constexpr double kNear_1 = 0.5;
 /// Changes of the cost below this part of it may be rounding: residuals of a sigma with an error of
 /// 1e-12 m in ranges of 1e4 m make 1e-13 of it, with 1e-9 m in ranges of 1e6 m 1e-10.
 constexpr double kUnclear_1 = 1e-9;
+/// The same while weights are formed anew with each state.
+constexpr double kUnclearRenewed_1 = 1e-5;
+/// Whole steps are compared by costs of the same weights. From the first of these Newton decrements
+/// on weights follow and steps are compared by their length; from the second on weights are kept:
+/// what is left moves none by 1e-8 of itself.
+constexpr double kWeightsFollow_1 = 0.1;
+constexpr double kWeightsKept_1 = 1e-4;
 /// A step below this is near enough to its end to be left alone where nothing shrinks any more.
 constexpr double kSettledAnyway_1 = 1e-6;
-/// Steps that shrink to less than this part of the one before have nothing of note behind them.
-constexpr double kFastContraction_1 = 0.1;
+/// A step must take this part of what it promises off the cost.
+constexpr double kLeastGain_1 = 0.1;
+/// Newton decrement, in sigmas over all unknowns, from which on steps are accelerated; trials with
+/// what refused ones have taught before more damping is tried.
+constexpr double kAccelerated_1 = 10.0;
+constexpr int kMostSecantTrials = 2;
+/// Shorter steps are too near rounding to say how the equations bend.
+constexpr double kLeastLearned_1 = 1e-5;
+/// Own steps of points that are left to the step of all unknowns, as a part of that step's share of
+/// a point, in sigmas.
+constexpr double kOwnStepPart_1 = 0.3;
+constexpr double kLeastOwnStep_1 = 1e-8;
+/// Of what is left behind a step no more is said than a hundred times its length.
+constexpr double kMostContraction_1 = 0.99;
 /// Where v'Pv has a limit: steps before it is asked for, and how far one step is trusted.
 constexpr int kLeastSteps = 3;
 constexpr double kPromised_1 = 4.0;
@@ -70,6 +130,12 @@ std::string Rounded(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1e", value);
   return text.data();
+}
+
+double OwnStepOf(double decrement_1, const AdjustmentProblem& problem) {
+  const auto points = static_cast<double>(problem.block.points.size());
+  return std::clamp(
+      kOwnStepPart_1 * decrement_1 / std::sqrt(points), kLeastOwnStep_1, kMostOwnStep_1);
 }
 
 /// Why a solution stopped early. Looks without a value refuse steps: that is said, its cure is not
@@ -95,6 +161,17 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   return SolveReduced(problem, weighting, options, &system, state, progress);
 }
 
+namespace {
+
+/// One state of the solution: its Newton step of the corrections, and how long the step of all
+/// unknowns is.
+struct Newton {
+  Eigen::VectorXd step;
+  double decrement_1 = 0.0;
+};
+
+}  // namespace
+
 SolveReport SolveReduced(const AdjustmentProblem& problem,
                          const Weighting& asked,
                          const SolveOptions& options,
@@ -105,54 +182,74 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   ReducedSystem& system = *formed;
   // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
   Weighting weighting = asked;
-  double damping = kFirstDamping_1;
+  double damping = options.undamped ? 0.0 : kFirstDamping_1;
+  double settled_1 = kMostOwnStep_1;
   int refused = 0;
-  double left_before = 0.0;  // at the last accepted step
   std::string left_text;
   ProgressOfSteps steps_so_far;
-  const auto form = [&](const BlockState& at, double with_damping) {
-    system.Form(at, weighting, nullptr, with_damping);
+  StepHistory history;
+  Newton newton;
+  const auto form = [&](BlockState* at, double with_damping) {
+    if (options.points_follow) {
+      system.FormSettled(weighting, with_damping, settled_1, at, nullptr);
+    } else {
+      system.Form(*at, weighting, nullptr, with_damping);
+    }
     ++report.formed;
   };
-  form(*state, damping);
+  const auto solve = [&](Newton* out) {
+    const bool rank = options.undamped && !system.weak_points().empty();
+    if (rank || !system.FactorDamped()) return false;
+    out->step = system.Step();
+    out->decrement_1 = system.NewtonDecrement(out->step);
+    return std::isfinite(out->decrement_1);
+  };
+  // Forms the state as it is and its step, damped as much as that takes.
+  const auto restart = [&] {
+    history.Clear();
+    report.formed_at_state = true;
+    form(state, damping);
+    while (!solve(&newton)) {
+      damping *= 10.0;
+      if (options.undamped || damping > kMostDamping_1 || report.formed >= options.max_formed) {
+        return false;
+      }
+      form(state, damping);
+    }
+    return true;
+  };
+  const bool starts = restart();
   report.initial_cost_1 = report.final_cost_1 = system.cost();
-  for (int trial = 0; trial < 4 * options.max_iterations; ++trial) {
+  if (!starts) {
+    report.message = "the equations at the start cannot be solved";
+    return report;
+  }
+  int refused_in_turn = 0;
+  for (int trial = 0; trial <= 4 * options.max_iterations; ++trial) {
     Step(progress,
          "solve",
          static_cast<std::size_t>(report.iterations),
          static_cast<std::size_t>(options.max_iterations),
          "cost " + std::to_string(report.final_cost_1) + left_text);
-    if (damping > kMostDamping_1) {
-      report.message = WhyStopped("no step lowers the cost", refused);
-      return report;
-    }
-    if (!system.FactorDamped()) {
-      if (report.formed >= options.max_formed) break;
-      damping *= 10.0;
-      form(*state, damping);
-      continue;
-    }
-    const double left = system.NewtonDecrement();
+    const double left = newton.decrement_1;
     left_text = ", newton decrement " + Rounded(left) + " sigmas";
     if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear_1) {
       weighting.second_order = true;
-      form(*state, damping);
+      if (!restart()) break;
       continue;
     }
-    // Where large residuals meet bent equations each step is a fixed part of the one before: what
-    // is left is the sum of all to come. Steps that no longer shrink are rounding.
-    const double contraction = left_before > 0.0 ? left / left_before : 0.0;
-    const bool slow = contraction > kFastContraction_1 && contraction < 1.0;
-    const double to_come = slow ? left / (1.0 - contraction) : left;
-    const bool stands = contraction >= 1.0 && left <= std::max(options.settled_1, kSettledAnyway_1);
-    if (to_come <= options.settled_1 || stands) {
+    // Where large residuals meet bent equations each step is a part of the one before: what is left
+    // is the sum of all to come.
+    report.decrement_1 = left / (1.0 - std::min(history.contraction(), kMostContraction_1));
+    if (report.decrement_1 <= options.settled_1 ||
+        (left <= options.settled_1 && refused_in_turn > 0)) {
       report.converged = true;
       report.message = "the Newton decrement is " + Rounded(left) + " sigmas";
-      if (options.take_last_step) {
-        const Eigen::VectorXd dx = system.Step();
+      if (options.take_last_step && report.iterations < options.max_iterations) {
         state->displacement_m =
-            SubstituteBack(problem, *state, weighting, damping, dx).displacement_m;
-        state->corrections += dx;
+            SubstituteBack(problem, *state, weighting, damping, newton.step).displacement_m;
+        state->corrections += newton.step;
+        report.formed_at_state = false;
         ++report.iterations;
       }
       return report;
@@ -170,43 +267,70 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       report.message = WhyStopped(kStagnates, refused);
       return report;
     }
-    const Eigen::VectorXd dx = system.Step();
+    const bool accelerated = left <= kAccelerated_1 && history.size() > 0;
+    const Eigen::VectorXd dx = accelerated ? history.Accelerate(newton.step) : newton.step;
     PointSteps steps = SubstituteBack(problem, *state, weighting, damping, dx);
-    const double predicted = steps.predicted_decrease_1 + system.PredictedDecrease(dx);
+    const double predicted =
+        accelerated ? 0.5 * left * left : steps.predicted_decrease_1 + system.PredictedDecrease(dx);
     BlockState next;
     next.displacement_m = std::move(steps.displacement_m);
     next.corrections = state->corrections + dx;
     next.start_m.swap(state->start_m);
-    const double next_damping = std::max(kLeastDamping_1, 0.1 * damping);
-    form(next, next_damping);
+    const double next_damping = options.undamped ? 0.0 : std::max(kLeastDamping_1, 0.1 * damping);
+    if (options.undamped) {
+      const bool near = left <= kWeightsFollow_1 && left > kWeightsKept_1;
+      weighting.renewed = near ? asked.renewed : nullptr;
+    }
+    settled_1 = OwnStepOf(left, problem);
+    form(&next, next_damping);
     next.start_m.swap(state->start_m);
     const double gain = report.final_cost_1 - system.cost();
-    // Rounding of the cost itself: a predicted decrease below it cannot be checked, and the step is
-    // taken.
-    const double rounding = 1e-13 * report.final_cost_1 + 1e-12;
     const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
-    bool better = valid && (gain > 0.1 * predicted || (predicted < rounding && gain > -rounding));
-    if (!better && valid && std::abs(gain) <= kUnclear_1 * report.final_cost_1) {
-      // The gradient keeps digits that the cost has lost.
-      better = system.FactorDamped() && system.NewtonDecrement() < 0.5 * left;
-      if (!better && left <= kSettledAnyway_1) {
-        report.converged = true;
-        report.message = "the step left is " + Rounded(left) + " sigmas, no more than rounding";
-        return report;
-      }
-    }
+    Newton there;
+    const bool solved = valid && solve(&there);
+    // A gain of less than the cost's own rounding is no evidence; the step that is left keeps the
+    // digits that the cost has lost.
+    const bool other_weights = options.undamped && weighting.renewed != nullptr;
+    const double unclear_1 = weighting.renewed == nullptr ? kUnclear_1 : kUnclearRenewed_1;
+    const bool unclear = other_weights || std::abs(gain) <= unclear_1 * report.final_cost_1 + 1e-12;
+    const bool better =
+        solved && (unclear ? there.decrement_1 < left : gain > kLeastGain_1 * predicted);
+    if (solved && left > kLeastLearned_1)
+      history.Add(dx, there.step - newton.step, system.full_diagonal());
     if (better) {
       state->displacement_m.swap(next.displacement_m);
       state->corrections = next.corrections;
       report.final_cost_1 = system.cost();
+      report.formed_at_state = true;
       damping = next_damping;
-      left_before = left;
+      newton = std::move(there);
       ++report.iterations;
-    } else {
-      if (system.looks_not_evaluated() > 0) ++refused;
-      damping *= 10.0;
-      form(*state, damping);
+      refused_in_turn = 0;
+      continue;
     }
+    report.formed_at_state = false;
+    if (system.looks_not_evaluated() > 0) ++refused;
+    ++refused_in_turn;
+    // What was learned of the equations there may give a better step from here.
+    if (solved && left <= kAccelerated_1 && refused_in_turn <= kMostSecantTrials) continue;
+    if (unclear && left <= kSettledAnyway_1) {
+      report.converged = true;
+      report.message = "the step left is " + Rounded(left) + " sigmas, no more than rounding";
+      return report;
+    }
+    if (options.undamped) {
+      report.message = WhyStopped(
+          ("a whole Newton step, " + Rounded(left) + " sigmas long, does not lower the cost")
+              .c_str(),
+          refused);
+      return report;
+    }
+    damping *= 10.0;
+    if (damping > kMostDamping_1) {
+      report.message = WhyStopped("no step lowers the cost", refused);
+      return report;
+    }
+    if (!restart()) break;
   }
   report.message = WhyStopped(LimitReached(options.max_iterations).c_str(), refused);
   return report;

@@ -4,12 +4,15 @@
 #include "sarblock/core/progress.h"
 #include "sarblock/model/options.h"
 
+#include <cstddef>
+#include <deque>
 #include <limits>
 #include <string>
 
 #include "model/problem.h"
 #include "normals/point.h"
 #include "normals/reduced_system.h"
+#include <Eigen/Core>
 
 namespace sarblock {
 
@@ -17,10 +20,11 @@ namespace sarblock {
 struct SolveReport {
   bool converged = false;
   int iterations = 0;
-  int formed = 0;  ///< times the system was formed, its work; of SolveReduced
+  int formed = 0;                ///< times the system was formed, its work; of SolveReduced
+  bool formed_at_state = false;  ///< the system is that of the state; of SolveReduced
   double initial_cost_1 = 0.0;
   double final_cost_1 = 0.0;
-  /// Newton decrement at the end in sigmas, steps to come included; of least squares.
+  /// Newton decrement at the end in sigmas, steps to come included.
   double decrement_1 = 0.0;
   std::string message;
 };
@@ -30,6 +34,11 @@ struct SolveOptions {
   /// Times the system may be formed, refused steps included: a bound of the work; of SolveReduced.
   int max_formed = std::numeric_limits<int>::max();
   int threads = 1;
+  /// Whole Newton steps, nothing damped: for the finish, from a state that is near. Ends where they
+  /// lower the cost no more.
+  bool undamped = false;  ///< of SolveReduced
+  /// Each step of the corrections is judged after every point has followed it.
+  bool points_follow = true;  ///< of SolveReduced
   /// Newton decrement, in sigmas over all unknowns, at which the solution is done.
   double settled_1 = AdjustOptions{}.tolerance_1;
   /// Takes the last step, shorter than settled_1, without forming the system again to verify it:
@@ -40,6 +49,43 @@ struct SolveOptions {
   /// given up where four times
   /// what the next Newton step promises (the equations are bent) would not bring it there.
   double useless_above_1 = std::numeric_limits<double>::infinity();  ///< of SolveReduced
+};
+
+/// Newton steps s(x) of the corrections at several states x, and from them a step that takes their
+/// change into account (Anderson 1965; Walker and Ni 2011, SIAM J. Numer. Anal. 49(4)):
+///
+///     dx = s - sum_j theta_j (dx_j + ds_j),    theta: |s - sum_j theta_j ds_j| least
+///
+/// dx_j from one state to another, ds_j the change of the Newton step between them. Gauss-Newton
+/// steps neglect what residuals times the curvature of the equations add to the second derivatives;
+/// in a direction that is known to some ten metres only that is as much as all the rest, and each
+/// step is then a fixed part of the one before, or of the other sign. A few differences hold those
+/// few directions.
+class StepHistory {
+ public:
+  /// Differences kept.
+  static constexpr std::size_t kMost = 8;
+
+  void Clear() { differences_.clear(); }
+  [[nodiscard]] std::size_t size() const { return differences_.size(); }
+  /// A step `moved` changed the Newton step by `change`. `weight`: by correction, the square of 1
+  /// over the unit in which steps are compared.
+  void Add(const Eigen::VectorXd& moved,
+           const Eigen::VectorXd& change,
+           const Eigen::VectorXd& weight);
+  /// The step to take where the Newton step is `step`.
+  [[nodiscard]] Eigen::VectorXd Accelerate(const Eigen::VectorXd& step) const;
+  /// What part of the one before a Newton step without acceleration would be, by the last
+  /// difference; 0 without one.
+  [[nodiscard]] double contraction() const { return size() == 0 ? 0.0 : contraction_1_; }
+
+ private:
+  struct Difference {
+    Eigen::VectorXd moved, change;
+  };
+  std::deque<Difference> differences_;  // the newest first
+  Eigen::VectorXd unit_;
+  double contraction_1_ = 0.0;
 };
 
 /// A tolerance for a block of so many points: few unknowns share what is left among them, and one

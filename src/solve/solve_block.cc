@@ -85,6 +85,8 @@ constexpr double kWeightsSettled_1 = 1e-7;
 /// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
 /// over to the finishing Newton steps; they start from up to ten times as much.
 constexpr double kApproached_1 = 1.0;
+/// Of a step of the anchors, that a time bias may go beyond where its looks are read.
+constexpr double kAnchorSlack_1 = 0.25;
 constexpr int kMostFinishingSteps = 25;
 constexpr int kMostRounds = 5;
 /// Of leaving out misplaced points and taking back those that fit then.
@@ -113,37 +115,21 @@ bool NewtonFinish(const AdjustOptions& options,
                   ReducedSystem* system,
                   SolveReport* solve,
                   ProgressSink* progress) {
-  // The weights of each state are formed on the way.
-  const auto form = [&](const BlockState& at) {
-    system->Form(at, {.renewed = &problem->weights}, progress);
-    return system->looks_not_evaluated() == 0 && system->weak_points().empty() &&
-           system->FactorDamped();
-  };
-  solve->decrement_1 = std::numeric_limits<double>::infinity();
-  if (!form(*state)) return false;
-  double left_1 = system->NewtonDecrement(), contraction = 0.0;
-  const double wanted_1 = ToleranceFor(options.tolerance_1, *problem);
-  const int most = std::min(kMostFinishingSteps, options.max_iterations);
-  for (int step = 0; step < most; ++step) {
-    if (!(left_1 > wanted_1 && left_1 < 10.0 * kApproached_1)) break;
-    Step(progress, "solve", static_cast<std::size_t>(solve->iterations), 0, "finish");
-    BlockState next = AfterNewtonStep(*problem, *state, system->Step());
-    const bool formed = form(next);
-    const double after_1 = formed ? system->NewtonDecrement() : left_1;
-    if (!(after_1 < left_1)) {
-      if (!form(*state)) return false;
-      break;
-    }
-    contraction = after_1 / left_1;
-    left_1 = after_1;
-    *state = std::move(next);
-    ++solve->iterations;
-  }
-  solve->final_cost_1 = system->cost();
-  // Where large residuals meet curved equations each step is a fixed part of the one before: the
-  // sum of all to come is what is left.
-  solve->decrement_1 = left_1 > options.tolerance_1 ? left_1 / (1.0 - contraction) : left_1;
-  return true;
+  problem->model.Anchor(state->corrections);
+  SolveOptions finish;
+  finish.undamped = true;
+  finish.max_iterations =
+      std::clamp(options.max_iterations - solve->iterations, 0, kMostFinishingSteps);
+  finish.settled_1 = ToleranceFor(options.tolerance_1, *problem);
+  const SolveReport report =
+      SolveReduced(*problem, {.renewed = &problem->weights}, finish, system, state, progress);
+  solve->iterations += report.iterations;
+  solve->final_cost_1 = report.final_cost_1;
+  solve->message = report.message;
+  solve->decrement_1 = report.decrement_1;
+  if (!report.formed_at_state) system->Form(*state, {}, progress);
+  return system->looks_not_evaluated() == 0 && system->weak_points().empty() &&
+         system->FactorDamped();
 }
 
 SolveReport SolveRounds(const Weighting& weighting,
@@ -178,9 +164,7 @@ SolveReport SolveRounds(const Weighting& weighting,
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
     Weighting weighted = weighting;
-    // Far from the solution weights follow the state; a solution to the end compares costs too
-    // finely for that.
-    if (solve.take_last_step) weighted.renewed = &problem->weights;
+    if (least_squares) weighted.renewed = &problem->weights;
     const SolveReport report =
         ceres && (approach || least_squares)
             ? SolveWithCeres(*problem, weighting, solve, state, progress)
@@ -196,11 +180,21 @@ SolveReport SolveRounds(const Weighting& weighting,
         total.converged =
             total.decrement_1 <= std::max(options.tolerance_1, kRemainingStepAccepted_1);
       }
-      if ((factored && total.converged) || round > 0 || total.iterations >= allowed) break;
-      continue;  // a damped solution to the end, once
+      if (total.iterations >= allowed) {
+        if (!total.converged) total.message = LimitReached(options.max_iterations);
+        break;
+      }
+      if (problem->model.Anchor(state->corrections, kAnchorSlack_1)) continue;
+      if ((factored && total.converged) || round > 1) break;
+      continue;  // a damped solution to the end
     }
     const double change_1 = UpdateWeights(*state, problem);
-    if (!report.converged || total.iterations >= allowed) break;
+    if (!report.converged) break;
+    if (approach && total.iterations >= allowed) {
+      total.converged = false;
+      total.message = LimitReached(options.max_iterations);
+    }
+    if (total.iterations >= allowed) break;
     if (!approach && change_1 <= kWeightsSettled_1) break;
   }
   if (!least_squares && solved != nullptr) system->Form(*state, {}, progress);

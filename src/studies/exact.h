@@ -12,6 +12,7 @@
 
 #include "model/problem.h"
 #include <boost/multiprecision/cpp_bin_float.hpp>
+#include <glog/logging.h>
 
 namespace sarblock::exact {
 
@@ -207,9 +208,9 @@ class LookModelOf {
  public:
   explicit LookModelOf(const AdjustmentProblem& problem) : problem_(problem) {}
 
-  /// `x` are all corrections of the block. The path is read at the measured time and continued by
-  /// its derivatives for `shift`, seconds; of a look whose Doppler is measured the time is exact
-  /// and `shift`, hertz, is added to the Doppler.
+  /// `x` are all corrections of the block. The path is read near the measured time and continued by
+  /// its derivatives to that time, its time bias and `shift`, seconds, later; of a look whose
+  /// Doppler is measured the time is exact and `shift`, hertz, is added to the Doppler.
   LookAt<T> Evaluate(std::size_t look,
                      const Vec<T>& p,
                      const std::vector<T>& x,
@@ -236,50 +237,32 @@ class LookModelOf {
     Path moves;
   };
 
-  Nominal NominalAt(std::size_t pass_index, const T& t) const {
+  Nominal NominalAt(std::size_t pass_index, double read_s) const {
     const Pass& pass = problem_.block.passes[pass_index];
-    const bool own = problem_.model.paths().AccelerationOf(pass_index) == Acceleration::kOfCubic;
     const std::vector<StateVector>& states = pass.path.states();
     std::size_t k = 0;
-    while (k + 2 < states.size() && T(states[k + 1].time_s) <= t) ++k;
+    while (k + 2 < states.size() && states[k + 1].time_s <= read_s) ++k;
     const Vec<T> p0 = Cast<T>(states[k].position_m), p1 = Cast<T>(states[k + 1].position_m);
     const Vec<T> v0 = Cast<T>(states[k].velocity_mps), v1 = Cast<T>(states[k + 1].velocity_mps);
     const T h = T(states[k + 1].time_s) - T(states[k].time_s);
-    const T u = t - T(states[k].time_s);
-    Vec<T> a0, a1;
-    if (!own) {
-      a0 = AccelerationAt(states, k);
-      a1 = AccelerationAt(states, k + 1);
-    }
+    const T u = T(read_s) - T(states[k].time_s);
+    // The acceleration of a noisy path is a given number.
+    const bool noisy = problem_.model.paths().IsNoisy(pass_index);
+    Motion steady;
+    if (noisy) CHECK(problem_.model.paths().ReadNominal(pass_index, read_s, &steady));
+    const Vec<T> a_steady = Cast<T>(steady.acceleration_mps2), j_steady = Cast<T>(steady.jerk_mps3);
     Nominal out;
     for (std::size_t i = 0; i < 3; ++i) {
       const T mean = (p1[i] - p0[i]) / h;
       const T c2 = (T(3) * mean - T(2) * v0[i] - v1[i]) / h;
       const T c3 = (v0[i] + v1[i] - T(2) * mean) / (h * h);
       const T v = v0[i] + u * (T(2) * c2 + T(3) * u * c3);
-      out.jerk[i] = own ? T(T(6) * c3) : T((a1[i] - a0[i]) / h);
-      const T a = (own ? T(T(2) * c2) : a0[i]) + u * out.jerk[i];
+      out.jerk[i] = noisy ? j_steady[i] : T(T(6) * c3);
+      const T a = noisy ? a_steady[i] : T(T(2) * c2 + u * out.jerk[i]);
       out.position[i] = {p0[i] + u * (v0[i] + u * (c2 + u * c3)), v, a};
       out.velocity[i] = {v, a, out.jerk[i]};
     }
     return out;
-  }
-
-  /// Acceleration at a state from the velocities of it and its neighbours (FlightPath::Read).
-  static Vec<T> AccelerationAt(const std::vector<StateVector>& states, std::size_t k) {
-    const auto length = [&](std::size_t j) {
-      return T(states[j + 1].time_s) - T(states[j].time_s);
-    };
-    const auto mean = [&](std::size_t j) {
-      return (T(1) / length(j)) *
-             (Cast<T>(states[j + 1].velocity_mps) - Cast<T>(states[j].velocity_mps));
-    };
-    const std::size_t pieces = states.size() - 1;
-    if (pieces == 1) return mean(0);
-    if (k == 0) return T(2) * mean(0) - AccelerationAt(states, 1);
-    if (k == pieces) return T(2) * mean(pieces - 1) - AccelerationAt(states, pieces - 1);
-    const T before = length(k - 1), after = length(k);
-    return (T(1) / (before + after)) * (after * mean(k - 1) + before * mean(k));
   }
 
   std::array<Path, 3> AxesOf(const Nominal& nominal) const {
@@ -342,7 +325,6 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   const PassCorrections& c = problem_.layout.passes[pass];
   const double measured_s = looks.time_s[look];
   const bool exact_time = block.MeasuresDoppler(look);
-  const T shift_s = exact_time ? T(0) : shift;
   LookColumns columns;
   problem_.model.ColumnsOf(look, &columns);
   std::vector<T> local;
@@ -359,8 +341,10 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   };
 
   // The corrected path and what moves it.
-  const T t = T(measured_s) + sum(c.time_bias);
-  const Nominal nominal = NominalAt(pass, t);
+  const double read_s = problem_.model.paths().ReadingTime_s(pass, measured_s);
+  const T t = T(read_s);
+  const T shift_s = (exact_time ? T(0) : shift) + (T(measured_s) - t) + sum(c.time_bias);
+  const Nominal nominal = NominalAt(pass, read_s);
   std::array<Path, 3> track;
   if (c.NeedsTrackAxes()) track = AxesOf(nominal);
   Path s = nominal.position;

@@ -101,7 +101,8 @@ class LookModelTwin {
   LookModelTwin(const Block& block, const std::vector<CorrectionGroup>& groups)
       : block_(block), groups_(groups) {}
 
-  TwinErrors<T> Errors(std::size_t look, const Vec<T>& p, const Value& value) const {
+  /// The path is read at `read` and continued from there to the measured time and its bias.
+  TwinErrors<T> Errors(std::size_t look, const Vec<T>& p, const Value& value, const T& read) const {
     using std::exp;
     using std::sin;
     const Pass& pass = block_.passes[block_.looks.pass[look]];
@@ -116,10 +117,11 @@ class LookModelTwin {
     ForEachGroup(pass, [&](const CorrectionGroup& group) {
       if (std::holds_alternative<TimeCorrection>(group.model)) path_time += sum(group, "time.bias");
     });
-    const Reading at = Read(pass, path_time);
-    const Vec<T> s0 = Position(pass, measured, path_time, at, T(0), value);
-    const Vec<T> later = Position(pass, measured, path_time, at, step, value);
-    const Vec<T> earlier = Position(pass, measured, path_time, at, -step, value);
+    const T after = path_time - read;
+    const Reading at = Read(pass, read);
+    const Vec<T> s0 = Position(pass, measured, read, at, T(0), value);
+    const Vec<T> later = Position(pass, measured, read, at, step, value);
+    const Vec<T> earlier = Position(pass, measured, read, at, -step, value);
     const Vec<T> s1 = (T(1) / (T(2) * step)) * (later - earlier);
     const Vec<T> s2 = (T(1) / (step * step)) * ((later - s0) - (s0 - earlier));
     const TwinVertical<T> vertical = VerticalOf(block_.frame, p);
@@ -144,7 +146,7 @@ class LookModelTwin {
     };
     Vec<T> d;
     const bool measures_doppler = block_.MeasuresDoppler(look);
-    // e_d a time dt later, with df added to a Doppler.
+    // e_d a time dt after the reading, with df added to a Doppler.
     const auto off_cone_at = [&](const T& dt, const T& df) {
       const Vec<T> v = s1 + dt * s2 + (dt * dt / T(2)) * at.jerk;
       d = p - (s0 + dt * (s1 + (dt / T(2)) * (s2 + (dt / T(3)) * at.jerk)));
@@ -159,7 +161,7 @@ class LookModelTwin {
     };
     // The time at which the cone holds the point, or the Doppler whose cone does at an exact time.
     const auto off_cone = [&](const T& error) {
-      return measures_doppler ? off_cone_at(T(0), error) : off_cone_at(error, T(0));
+      return measures_doppler ? off_cone_at(after, error) : off_cone_at(after + error, T(0));
     };
     using std::abs;
     T dt0 = 0, off0 = off_cone(dt0), dt = off0 / Norm(s1);

@@ -126,6 +126,8 @@ class Normals {
           range.emplace_back(column, Digits(w.range_per_m) * r);
           time.emplace_back(column, Digits(w.azimuth_per_unit) * t);
         };
+    const Looks& looks = problem_.block.looks;
+    const Digits read = problem_.model.paths().ReadingTime_s(looks.pass[look], looks.time_s[look]);
     std::pair<std::string, std::string> moved;
     Digits by = 0;
     const Twin::Value value = [&](const std::string& owner, const std::string& name) {
@@ -136,7 +138,9 @@ class Normals {
       Vec<Digits> after = p, before = p;
       after[axis] += step;
       before[axis] -= step;
-      add(3 * point + axis, twin_.Errors(look, after, value), twin_.Errors(look, before, value));
+      add(3 * point + axis,
+          twin_.Errors(look, after, value, read),
+          twin_.Errors(look, before, value, read));
     }
     LookColumns columns;
     problem_.model.ColumnsOf(look, &columns);
@@ -148,9 +152,9 @@ class Normals {
         const auto index = static_cast<std::size_t>(block.offset + c);
         moved = {problem_.layout.parameters[index].owner, problem_.layout.parameters[index].name};
         by = step;
-        const TwinErrors<Digits> after = twin_.Errors(look, p, value);
+        const TwinErrors<Digits> after = twin_.Errors(look, p, value, read);
         by = -step;
-        add(first_ + index, after, twin_.Errors(look, p, value));
+        add(first_ + index, after, twin_.Errors(look, p, value, read));
       }
     }
     Add(range);

@@ -114,7 +114,9 @@ TEST(BlunderSearchTest, IsNotMadeWhereThereIsNoSolution) {
   for (std::uint64_t i = 0; i < looks.size(); ++i) {
     if (looks.pass[i] == 1) looks.range_m[i] *= 0.001;  // kilometres
   }
-  const AdjustResult result = Adjust(known.block, Searching());
+  AdjustOptions options = Searching();
+  options.max_iterations = 4;
+  const AdjustResult result = Adjust(known.block, options);
   ASSERT_EQ(result.status, AdjustStatus::kNotConverged);
   EXPECT_FALSE(result.snooping.has_value());
   EXPECT_EQ(result.assessment.verdict, Verdict::kNotAccepted);

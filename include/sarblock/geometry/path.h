@@ -19,6 +19,15 @@ struct Motion {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d jerk_mps3 = Eigen::Vector3d::Zero();
+
+  /// The motion a time later, the jerk constant.
+  [[nodiscard]] Motion After(double time_s) const {
+    return {position_m + time_s * (velocity_mps + (0.5 * time_s) * (acceleration_mps2 +
+                                                                    (time_s / 3.0) * jerk_mps3)),
+            velocity_mps + time_s * (acceleration_mps2 + (0.5 * time_s) * jerk_mps3),
+            acceleration_mps2 + time_s * jerk_mps3,
+            jerk_mps3};
+  }
 };
 
 /// One state vector of a flight path.
