@@ -102,10 +102,11 @@ constexpr double kUnclear_1 = 1e-9;
 /// The same while weights are formed anew with each state.
 constexpr double kUnclearRenewed_1 = 1e-5;
 /// Whole steps are compared by costs of the same weights. From the first of these Newton decrements
-/// on weights follow and steps are compared by their length; from the second on weights are kept:
-/// what is left moves none by 1e-8 of itself.
+/// on weights follow and steps are compared by their length; weights of a state with the second or
+/// less are kept: what is left moves none by 1e-7 of itself, a body of some hundred metres
+/// included.
 constexpr double kWeightsFollow_1 = 0.1;
-constexpr double kWeightsKept_1 = 1e-4;
+constexpr double kWeightsKept_1 = 1e-6;
 /// A step below this is near enough to its end to be left alone where nothing shrinks any more.
 constexpr double kSettledAnyway_1 = 1e-6;
 /// A step must take this part of what it promises off the cost.
@@ -114,6 +115,8 @@ constexpr double kLeastGain_1 = 0.1;
 /// what refused ones have taught before more damping is tried.
 constexpr double kAccelerated_1 = 10.0;
 constexpr int kMostSecantTrials = 2;
+/// A step that leaves more than this part of the one before shows a direction that creeps.
+constexpr double kSlow_1 = 0.3;
 /// Shorter steps are too near rounding to say how the equations bend.
 constexpr double kLeastLearned_1 = 1e-5;
 /// Own steps of points that are left to the step of all unknowns, as a part of that step's share of
@@ -225,6 +228,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     return report;
   }
   int refused_in_turn = 0;
+  bool slow = false;
+  // Newton decrement where the weights of whole steps were formed.
+  double weights_at_1 = asked.renewed == nullptr ? 0.0 : newton.decrement_1;
   for (int trial = 0; trial <= 4 * options.max_iterations; ++trial) {
     Step(progress,
          "solve",
@@ -241,8 +247,15 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     // Where large residuals meet bent equations each step is a part of the one before: what is left
     // is the sum of all to come.
     report.decrement_1 = left / (1.0 - std::min(history.contraction(), kMostContraction_1));
-    if (report.decrement_1 <= options.settled_1 ||
-        (left <= options.settled_1 && refused_in_turn > 0)) {
+    const bool settled = report.decrement_1 <= options.settled_1 ||
+                         (left <= options.settled_1 && refused_in_turn > 0);
+    if (settled && options.undamped && weights_at_1 > kWeightsKept_1) {
+      weighting.renewed = asked.renewed;
+      weights_at_1 = left;
+      if (!restart()) break;
+      continue;
+    }
+    if (settled) {
       report.converged = true;
       report.message = "the Newton decrement is " + Rounded(left) + " sigmas";
       if (options.take_last_step && report.iterations < options.max_iterations) {
@@ -267,7 +280,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       report.message = WhyStopped(kStagnates, refused);
       return report;
     }
-    const bool accelerated = left <= kAccelerated_1 && history.size() > 0;
+    const bool accelerated =
+        left <= kAccelerated_1 && history.size() > 0 && (slow || refused_in_turn > 0);
     const Eigen::VectorXd dx = accelerated ? history.Accelerate(newton.step) : newton.step;
     PointSteps steps = SubstituteBack(problem, *state, weighting, damping, dx);
     const double predicted =
@@ -278,8 +292,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     next.start_m.swap(state->start_m);
     const double next_damping = options.undamped ? 0.0 : std::max(kLeastDamping_1, 0.1 * damping);
     if (options.undamped) {
-      const bool near = left <= kWeightsFollow_1 && left > kWeightsKept_1;
-      weighting.renewed = near ? asked.renewed : nullptr;
+      const bool follow = left <= kWeightsFollow_1 && weights_at_1 > kWeightsKept_1;
+      weighting.renewed = follow ? asked.renewed : nullptr;
     }
     settled_1 = OwnStepOf(left, problem);
     form(&next, next_damping);
@@ -303,6 +317,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       report.final_cost_1 = system.cost();
       report.formed_at_state = true;
       damping = next_damping;
+      slow = slow || there.decrement_1 > kSlow_1 * left;
+      if (weighting.renewed != nullptr) weights_at_1 = there.decrement_1;
       newton = std::move(there);
       ++report.iterations;
       refused_in_turn = 0;
