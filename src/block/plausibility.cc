@@ -82,7 +82,7 @@ bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, Kn
   const Eigen::Vector3d sight_m = block.points.given_m[point] - motion.position_m;
   const Eigen::Vector3d& v = motion.velocity_mps;
   const double distance_m = sight_m.norm(), speed_mps = v.norm();
-  const Eigen::Vector3d up_1 = block.frame.VerticalAt(motion.position_m).up_1;
+  const Eigen::Vector3d up_1 = block.frame.UpAt(motion.position_m);
   const double side = pass.side == LookSide::kLeft ? 1.0 : -1.0;
   out->point = point;
   out->range_m = looks.range_m[look];

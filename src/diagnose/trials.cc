@@ -91,10 +91,8 @@ Fit SolveSample(const Block& sample,
   try {
     AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
     const bool fits = asked.warm != nullptr && asked.warm->start_m.size() == sample.points.size();
-    fit.state =
-        fits ? Continue(*asked.warm, &problem)
-             : std::move(
-                   ComputeStartValues(&problem, progress, {.max_iterations = kStepsToStart}).state);
+    fit.state = fits ? Continue(*asked.warm, &problem)
+                     : std::move(ComputeStartValues(&problem, progress, kStepsToStart).state);
     SolveOptions options;
     options.useless_above_1 = asked.useless_above_1;
     options.max_formed = asked.effort == Effort::kQuick ? kQuicklyFormed : kMostFormed;

@@ -133,6 +133,9 @@ void RequireGeocentric(FrameKind kind) {
   }
 }
 
+/// Above, Bowring's formula is no longer good to 1e-8.
+constexpr double kMostFlattening = 0.01;
+
 }  // namespace
 
 Frame Frame::Local() { return Frame(); }
@@ -155,6 +158,21 @@ Vertical Frame::VerticalAt(const Vector3d& p_m) const {
   Vertical vertical;
   vertical.height_m = p_m.z();
   return vertical;
+}
+
+Vector3d Frame::UpAt(const Vector3d& p_m) const {
+  if (kind_ == FrameKind::kLocal) return Vector3d::UnitZ();
+  const double f = ellipsoid_.flattening, a_m = ellipsoid_.a_m;
+  const double axial_m = std::hypot(p_m.x(), p_m.y()), r_m = p_m.norm();
+  const bool usual = std::abs(f) < kMostFlattening && r_m > 0.9 * a_m && axial_m > 1e-6 * a_m;
+  if (!usual) return VerticalAt(p_m).up_1;
+  const double b_m = a_m * (1.0 - f), e2 = f * (2.0 - f), second_e2 = e2 / ((1.0 - f) * (1.0 - f));
+  const double sine = b_m * p_m.z() * (1.0 + second_e2 * b_m / r_m), cosine = a_m * axial_m;
+  const double inverse = 1.0 / std::sqrt(sine * sine + cosine * cosine);
+  const double s = sine * inverse, c = cosine * inverse;
+  const double outward = (1.0 - e2 * a_m * c * c * c / axial_m);
+  return Vector3d(outward * p_m.x(), outward * p_m.y(), p_m.z() + second_e2 * b_m * s * s * s)
+      .normalized();
 }
 
 // With n the vertical, G = diag(a^2, a^2, b^2) and w = sqrt(n'Gn), the point is

@@ -193,7 +193,7 @@ Intersection Intersect(std::span<const Sight> sights,
   std::vector<Eigen::Vector3d> up_1;
   up_1.reserve(sights.size());
   for (const Sight& sight : sights) {
-    up_1.push_back(frame.VerticalAt(sight.antenna_m).up_1);
+    up_1.push_back(frame.UpAt(sight.antenna_m));
   }
   const internal::Starts starts = internal::ClosedStarts(sights, origin_m, up_1[0]);
   // Half way between mirror solutions the basin of the other one begins.
@@ -288,10 +288,10 @@ double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight
 namespace sarblock::internal {
 namespace {
 
-// Converged when a step changes the whitened equations by less than this part of a standard
-// deviation ...
-constexpr double kStepSigmas = 1e-8;
-// ... or by less than the rounding of a range (a few units in its last place).
+// Solutions less exact than this part of a standard deviation need no second weighting.
+constexpr double kApproximateSigmas = 1e-6;
+// Converged also when a step changes the whitened equations by less than the rounding of a range (a
+// few units in its last place).
 constexpr double kRangeRounding = 8.0 * std::numeric_limits<double>::epsilon();
 // Singular values below this part of the largest are rounding: no step is taken along them.
 constexpr double kSingularPart = 1e-13;
@@ -546,7 +546,7 @@ bool Solver::Descend() {
     // whether a step helps, and the step is as good as the point it starts from.
     const double blind = std::sqrt(floor_ * std::sqrt(before));
     const bool small =
-        length_m <= radius_m && step.change <= std::max({kStepSigmas, floor_, blind});
+        length_m <= radius_m && step.change <= std::max({options_.settled_sigmas, floor_, blind});
     const double gain = before - trial.SquareSum();
     if (valid && (small || gain > 0.0)) {
       at_.point_m += step.move_m;
@@ -643,7 +643,8 @@ void Solver::Judge() {
 Candidate Solver::Run(const Eigen::Vector3d& start_m) {
   at_ = Candidate();
   at_.point_m = start_m;
-  for (int round = 0; round < 2; ++round) {
+  const int rounds = options_.settled_sigmas > kApproximateSigmas ? 1 : 2;
+  for (int round = 0; round < rounds; ++round) {
     at_.converged = Weigh(at_.point_m) && Descend();
     if (!at_.converged) {
       break;

@@ -198,8 +198,10 @@ struct AxisPartials {
   }
 };
 
-/// Sets the columns of a term.
-void SetColumns(const TermAtTime& term, const AxisPartials& partials, LookEvaluation* out) {
+using LocalRow = std::array<double, ParameterLayout::kMaxLocalColumns>;
+
+/// Sets the columns of a term in two rows.
+void SetColumns(const TermAtTime& term, const AxisPartials& partials, LocalRow* rows) {
   int rank = 0;
   for (int axis = 0; axis < 3; ++axis) {
     if (!term.components[static_cast<std::size_t>(axis)]) continue;
@@ -209,11 +211,84 @@ void SetColumns(const TermAtTime& term, const AxisPartials& partials, LookEvalua
     for (std::size_t k = 0; k < term.functions; ++k) {
       const Eigen::Vector2d both =
           by_value * term.value[k] + by_first * term.first[k] + by_second * term.second[k];
-      out->row[0][column] = both[0];
-      out->row[1][column] = both[1];
+      rows[0][column] = both[0];
+      rows[1][column] = both[1];
       column += static_cast<std::size_t>(term.by_function);
     }
   }
+}
+
+/// Sets the columns of all corrections of the path, `by_s` and `by_v` partials by position and
+/// velocity of the antenna a time `dt_s` after the reading.
+void SetPathColumns(const PathReading& path,
+                    const TwoRows& by_s,
+                    const TwoRows& by_v,
+                    double dt_s,
+                    LocalRow* rows) {
+  AxisPartials track, frame;  // three numbers an axis serve all basis functions
+  for (std::size_t q = 0; q < path.term_count; ++q) {
+    const bool in_track = path.terms[q].axes == PositionCorrection::Axes::kTrack;
+    AxisPartials& partials = in_track ? track : frame;
+    if (in_track && !partials.set) {
+      partials.SetInTrack(*path.axes_1, path.turning, by_s, by_v, dt_s);
+    } else if (!partials.set) {
+      partials.SetInFrame(by_s, by_v, dt_s);
+    }
+    SetColumns(path.terms[q], partials, rows);
+  }
+}
+
+/// The second derivatives of a look at its crossing. With t the time from there, the range
+/// r(t, d, v) = |d - v t - a t^2/2| and the cone F(t, d, v) = u.d - rho sin(tau) of d and v at t,
+///
+///     t' = -F'/F_t,   t'' = -(F'' + F_t' t' + t' F_t' + F_tt t' t')/F_t,
+///     R'' = r'' + r_t' t' + t' r_t' + r_tt t' t' + r_t t''
+void SetCurvature(const Crossing& crossing, const Eigen::Vector3d& a, LookCurvature* out) {
+  using Matrix6 = LookCurvature::Matrix6;
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  const Eigen::Vector3d &d = crossing.d_m, &v = crossing.v_mps;
+  const double rho = crossing.eq.rho_m, speed = v.norm();
+  const Eigen::Vector3d g = d / rho, u = v / speed;
+  const double along = u.dot(d), sine = along / rho;
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d r_dd = (identity - g * g.transpose()) / rho;
+  const Eigen::Matrix3d f_dd = -sine * r_dd, f_dv = (identity - u * u.transpose()) / speed;
+  const Eigen::Matrix3d f_vv =
+      (3.0 * along * u * u.transpose() - along * identity - d * u.transpose() - u * d.transpose()) /
+      (speed * speed);
+  const Eigen::Vector3d f_d = u - sine * g, f_v = f_dv * d;
+  const double f_t = f_v.dot(a) - f_d.dot(v), r_t = -g.dot(v);
+  const double f_tt = v.dot(f_dd * v) - 2.0 * v.dot(f_dv * a) + a.dot(f_vv * a) - f_d.dot(a);
+  const double r_tt = v.dot(r_dd * v) - g.dot(a);
+  Vector6 t1, f_t1, r_t1;
+  t1 << f_d, f_v;
+  t1 /= -f_t;
+  f_t1 << f_dv * a - f_dd * v, f_vv * a - f_dv * v - f_d;
+  r_t1 << -r_dd * v, -g;
+  Matrix6 f2;
+  f2 << f_dd, f_dv, f_dv, f_vv;
+  out->azimuth =
+      -(f2 + f_t1 * t1.transpose() + t1 * f_t1.transpose() + f_tt * t1 * t1.transpose()) / f_t;
+  out->range = r_t1 * t1.transpose() + t1 * r_t1.transpose() + r_tt * t1 * t1.transpose() +
+               r_t * out->azimuth;
+  out->range.topLeftCorner<3, 3>() += r_dd;
+}
+
+/// The same where the time is exact: of rho and of f = 2 v.d / (lambda rho).
+void SetCurvatureOfDoppler(const Crossing& crossing, double wavelength_m, LookCurvature* out) {
+  const Eigen::Vector3d &d = crossing.d_m, &v = crossing.v_mps;
+  const double rho = crossing.eq.rho_m;
+  const Eigen::Vector3d g = d / rho;
+  const Eigen::Matrix3d r_dd = (Eigen::Matrix3d::Identity() - g * g.transpose()) / rho;
+  const Eigen::Vector3d across = r_dd * v;
+  out->range.setZero();
+  out->range.topLeftCorner<3, 3>() = r_dd;
+  const double hz_per_mps = 2.0 / wavelength_m;
+  out->azimuth.setZero();
+  out->azimuth.topLeftCorner<3, 3>() =
+      -hz_per_mps / rho * (across * g.transpose() + g * across.transpose() + v.dot(g) * r_dd);
+  out->azimuth.topRightCorner<3, 3>() = hz_per_mps * r_dd;
+  out->azimuth.bottomLeftCorner<3, 3>() = hz_per_mps * r_dd;
 }
 
 }  // namespace
@@ -272,7 +347,8 @@ void GatherColumns(const ParameterLayout& layout,
 
 bool LookModel::Evaluate(const LookState& at,
                          const LookWeights& weights,
-                         LookEvaluation* out) const {
+                         LookEvaluation* out,
+                         LookCurvature* curvature) const {
   const Looks& looks = block_.looks;
   const std::size_t pass = looks.pass[at.look];
   const PassCorrections& c = layout_.passes[pass];
@@ -352,6 +428,18 @@ bool LookModel::Evaluate(const LookState& at,
   const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;
   out->by_point.row(0) = wr * range_by_p + of_range * eq.ded_dp;
   out->by_point.row(1) = of_azimuth * eq.ded_dp;
+  if (curvature != nullptr) {
+    if (exact_time) {
+      SetCurvatureOfDoppler(crossing, block_.passes[pass].wavelength_m, curvature);
+    } else {
+      const Motion& motion = path.motion;
+      SetCurvature(
+          crossing, motion.acceleration_mps2 + crossing.dt_s * motion.jerk_mps3, curvature);
+    }
+    for (auto& row : curvature->row) {
+      std::fill_n(row.begin(), static_cast<std::size_t>(at.columns.column_count), 0.0);
+    }
+  }
   if (at.columns.column_count == 0) return out->error_1.allFinite();
 
   if (path.term_count > 0) {
@@ -363,16 +451,19 @@ bool LookModel::Evaluate(const LookState& at,
     TwoRows by_s, by_v;
     by_s << wr * range_by_s - of_range * eq.ded_dp, -of_azimuth * eq.ded_dp;
     by_v << of_range * cone_by_v, of_azimuth * cone_by_v;
-    AxisPartials track, frame;  // three numbers an axis serve all basis functions
-    for (std::size_t q = 0; q < path.term_count; ++q) {
-      const bool in_track = path.terms[q].axes == PositionCorrection::Axes::kTrack;
-      AxisPartials& partials = in_track ? track : frame;
-      if (in_track && !partials.set) {
-        partials.SetInTrack(*path.axes_1, path.turning, by_s, by_v, dt_s);
-      } else if (!partials.set) {
-        partials.SetInFrame(by_s, by_v, dt_s);
+    SetPathColumns(path, by_s, by_v, dt_s, out->row.data());
+    for (std::size_t pair = 0; curvature != nullptr && pair < 3; ++pair) {
+      by_s.setZero();
+      by_v.setZero();
+      for (std::size_t k = 0; k < 2; ++k) {
+        const auto axis = static_cast<Eigen::Index>(2 * pair + k);
+        if (axis < 3) {
+          by_s(static_cast<Eigen::Index>(k), axis) = -1.0;
+        } else {
+          by_v(static_cast<Eigen::Index>(k), axis - 3) = 1.0;
+        }
       }
-      SetColumns(path.terms[q], partials, out);
+      SetPathColumns(path, by_s, by_v, dt_s, &curvature->row[2 * pair]);
     }
   }
   const auto set = [&](int column, double range, double doppler) {
@@ -386,6 +477,12 @@ bool LookModel::Evaluate(const LookState& at,
       if (path.turning) direction += dt_s * path.turning->rate.col(axis);
       for (const int column : columns) {
         set(column, 0.0, crossing.speed_mps * eq.ded_dv.dot(direction));
+        if (curvature != nullptr) {
+          for (std::size_t k = 0; k < 3; ++k) {
+            curvature->row[3 + k][static_cast<std::size_t>(column)] =
+                crossing.speed_mps * direction[static_cast<Eigen::Index>(k)];
+          }
+        }
       }
     };
     set_turn(c.velocity_across, 1);

@@ -66,6 +66,16 @@ struct LookEvaluation {
   }
 };
 
+/// Second derivatives of the two measurements of a look by d = p - s [m] and v [m/s], point and
+/// antenna at the crossing: of the implicit function, with the acceleration of the path
+/// (docs/theory/adjustment.md, section 4).
+struct LookCurvature {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Matrix6 range, azimuth;  ///< of R_p [m] and of t_p [s] or f_p [Hz]
+  /// Partials of d and v by the look's local columns; the first column_count of each are set.
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 6> row;
+};
+
 /// The antenna at a time of a pass under corrections.
 struct CorrectedMotion {
   Motion motion;             ///< corrected position, velocity and acceleration, nominal jerk
@@ -130,9 +140,11 @@ class LookModel {
   /// Errors and partials of a look. False where the model has no value: path too far away, point at
   /// the antenna, a cone that the point is never on, sight line level at the target under a
   /// troposphere, overflow.
+  /// `curvature`, where given, is set too.
   [[nodiscard]] bool Evaluate(const LookState& at,
                               const LookWeights& weights,
-                              LookEvaluation* out) const;
+                              LookEvaluation* out,
+                              LookCurvature* curvature = nullptr) const;
 
   /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
   /// nothing outside the path.

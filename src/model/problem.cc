@@ -132,7 +132,8 @@ bool EvaluateLook(const LookModel& model,
                   std::size_t look,
                   const LookWeights& weights,
                   LookColumns* columns,
-                  LookEvaluation* out) {
+                  LookEvaluation* out,
+                  LookCurvature* curvature) {
   model.ColumnsOf(look, columns);
   // The corrections of one block stand together as they are.
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
@@ -143,8 +144,10 @@ bool EvaluateLook(const LookModel& model,
   } else {
     GatherColumns(model.layout(), *columns, state.corrections, local.data());
   }
-  return model.Evaluate(
-      {look, *columns, state.start_m[point], state.displacement_m[point], x}, weights, out);
+  return model.Evaluate({look, *columns, state.start_m[point], state.displacement_m[point], x},
+                        weights,
+                        out,
+                        curvature);
 }
 
 LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m) {

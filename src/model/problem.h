@@ -116,7 +116,8 @@ struct CorrectionModel {
                                 std::size_t look,
                                 const LookWeights& weights,
                                 LookColumns* columns,
-                                LookEvaluation* out);
+                                LookEvaluation* out,
+                                LookCurvature* curvature = nullptr);
 
 /// Weights of a look with these standard deviations where a unit of its azimuth measurement is so
 /// many metres at its target (LookEvaluation::azimuth_unit_m).

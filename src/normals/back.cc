@@ -157,29 +157,30 @@ struct BackSubstitution {
   double damping_1;
   const Eigen::VectorXd& dx;
 
-  /// J_c dx of a look.
-  [[nodiscard]] Eigen::Vector2d Along(const WhitenedLook& look) const {
+  /// J_c dx of two rows over the columns of a look.
+  template <typename Rows>
+  [[nodiscard]] Eigen::Vector2d Along(const LookColumns& columns, const Rows& rows) const {
     Eigen::Vector2d along_1 = Eigen::Vector2d::Zero();
     std::size_t local = 0;
-    for (int b = 0; b < look.columns.block_count; ++b) {
+    for (int b = 0; b < columns.block_count; ++b) {
       const ParameterBlock& block =
           problem.layout
-              .blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
+              .blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
       for (int c = 0; c < block.size; ++c, ++local) {
-        along_1[0] += look.row[0][local] * dx[block.offset + c];
-        along_1[1] += look.row[1][local] * dx[block.offset + c];
+        along_1[0] += rows[0][local] * dx[block.offset + c];
+        along_1[1] += rows[1][local] * dx[block.offset + c];
       }
     }
     return along_1;
   }
 
   /// By the square V of the point's equations; false where V has lost digits that they have.
-  [[nodiscard]] bool BySquare(const PointFactor& factor, std::size_t point, PointStep* out) const {
+  [[nodiscard]] bool BySquare(PointFactor* factor, std::size_t point, PointStep* out) const {
     PointSums sums, along_sums;
-    for (int k = 0; k < factor.look_count; ++k) {
-      const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+    for (int k = 0; k < factor->look_count; ++k) {
+      const WhitenedLook& look = factor->looks[static_cast<std::size_t>(k)];
       sums.Add(look.by_point, look.error_1);
-      along_sums.AddGradient(look.by_point, Along(look));
+      along_sums.AddGradient(look.by_point, Along(look.columns, look.row));
     }
     if (problem.control_of[point] >= 0) {
       const ControlEquations& equations =
@@ -188,14 +189,20 @@ struct BackSubstitution {
           problem.block.frame, equations, state.start_m[point], state.displacement_m[point]));
     }
     const Eigen::Vector3d gradient = sums.Gradient();
-    const Eigen::Vector3d moved = gradient + along_sums.Gradient();
     Eigen::Vector3d square = sums.Diagonal();
     if (damping_1 > 0.0) square = square.cwiseMax(kLeastColumnPart_1 * square.maxCoeff());
     Eigen::Matrix3d r;
     Eigen::Vector3d inverse;
-    if (!FactorNormal((1.0 + damping_1) * square, sums.Above(), damping_1 > 0.0, &r, &inverse)) {
+    if (!FactorSquare(
+            (1.0 + damping_1) * square, sums.Above(), damping_1 > 0.0, factor, &r, &inverse)) {
       return false;
     }
+    for (int k = 0; k < factor->curved_count; ++k) {
+      const CurvedRows& rows = factor->curved[static_cast<std::size_t>(k)];
+      const Eigen::Vector2d along = Along(*rows.columns, rows.row);
+      along_sums.AddGradient(rows.by_point, rows.sign.cwiseProduct(along));
+    }
+    const Eigen::Vector3d moved = gradient + along_sums.Gradient();
     // V dp = R' R dp = -J_p' (e + J_c dx)
     Eigen::Vector3d y;
     y[0] = moved[0] * inverse[0];
@@ -212,7 +219,8 @@ struct BackSubstitution {
   [[nodiscard]] PointStep ByFactors(std::size_t point, PointFactor* factor) const {
     FactorPoint(problem, state, weighting, damping_1, point, factor);
     for (int k = 0; k < factor->look_count; ++k) {  // the right side becomes e + J_c dx
-      const Eigen::Vector2d along_1 = Along(factor->looks[static_cast<std::size_t>(k)]);
+      const WhitenedLook& look = factor->looks[static_cast<std::size_t>(k)];
+      const Eigen::Vector2d along_1 = Along(look.columns, look.row);
       factor->e[static_cast<std::size_t>(2 * k)] += along_1[0];
       factor->e[static_cast<std::size_t>(2 * k + 1)] += along_1[1];
     }
@@ -245,7 +253,7 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
                        if (!problem.Solves(point)) continue;
                        EvaluateLooks(problem, state, weighting, point, &factor);
                        PointStep step;
-                       if (!substitution.BySquare(factor, point, &step)) {
+                       if (!substitution.BySquare(&factor, point, &step)) {
                          step = substitution.ByFactors(point, &factor);
                        }
                        if (!step.step_m.allFinite()) continue;

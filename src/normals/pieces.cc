@@ -384,34 +384,49 @@ void PartialSum::AddLooks(const ParameterLayout& layout,
   }
 }
 
-/// J_c' J_c of each look's own blocks.
-void PartialSum::AddSquaresOfLooks(const ParameterLayout& layout, const PieceScratch& scratch) {
+/// A' B over the blocks of one look, two rows each.
+void PartialSum::AddSquareOfLook(const ParameterLayout& layout,
+                                 const LookColumns& columns,
+                                 const double* a,
+                                 const double* b,
+                                 const PieceScratch& scratch) {
   constexpr std::size_t kStride = ParameterLayout::kMaxLocalColumns;
-  for (int k = 0; k < scratch.factor.look_count; ++k) {
-    const WhitenedLook& look = scratch.factor.looks[AsSize(k)];
-    int first = 0;
-    for (int b = 0; b < look.columns.block_count; ++b) {
-      const int id = look.columns.block[AsSize(b)];
-      const int size = layout.blocks[AsSize(id)].size;
-      int other = 0;
-      for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
-        const int id2 = look.columns.block[AsSize(b2)];
-        const int size2 = layout.blocks[AsSize(id2)].size;
-        if (id2 <= id) {
-          const std::size_t slot = id2 == id ? pattern_->FirstSlot(id) : pattern_->Slot(id, id2);
-          CHECK_NE(scratch.value_of_slot[slot], kUntouched);
-          Kernels().AddProducts(numbers_.data() + scratch.value_of_slot[slot],
-                                size,
-                                size2,
-                                look.row[0].data() + first,
-                                look.row[0].data() + other,
-                                kStride,
-                                2);
-        }
-        other += size2;
+  int first = 0;
+  for (int i = 0; i < columns.block_count; ++i) {
+    const int id = columns.block[AsSize(i)];
+    const int size = layout.blocks[AsSize(id)].size;
+    int other = 0;
+    for (int j = 0; j < columns.block_count; ++j) {
+      const int id2 = columns.block[AsSize(j)];
+      const int size2 = layout.blocks[AsSize(id2)].size;
+      if (id2 <= id) {
+        const std::size_t slot = id2 == id ? pattern_->FirstSlot(id) : pattern_->Slot(id, id2);
+        CHECK_NE(scratch.value_of_slot[slot], kUntouched);
+        double* const at = numbers_.data() + scratch.value_of_slot[slot];
+        Kernels().AddProducts(at, size, size2, a + first, b + other, kStride, 2);
       }
-      first += size;
+      other += size2;
     }
+    first += size;
+  }
+}
+
+/// J_c' J_c of each look's own blocks, and of its rows.
+void PartialSum::AddSquaresOfLooks(const ParameterLayout& layout, const PieceScratch& scratch) {
+  const PointFactor& factor = scratch.factor;
+  for (int k = 0; k < factor.look_count; ++k) {
+    const WhitenedLook& look = factor.looks[AsSize(k)];
+    AddSquareOfLook(layout, look.columns, look.row[0].data(), look.row[0].data(), scratch);
+  }
+  for (int k = 0; k < factor.curved_count; ++k) {
+    const CurvedRows& rows = factor.curved[AsSize(k)];
+    auto with_sign = rows.row;
+    for (std::size_t row = 0; row < 2; ++row) {
+      for (std::size_t c = 0; c < AsSize(rows.columns->column_count); ++c) {
+        with_sign[row][c] *= rows.sign[static_cast<Eigen::Index>(row)];
+      }
+    }
+    AddSquareOfLook(layout, *rows.columns, with_sign[0].data(), rows.row[0].data(), scratch);
   }
 }
 
@@ -525,7 +540,8 @@ void PartialSum::Add(const PointEquations& equations, std::size_t point, PieceSc
     return;
   }
   // Up to three rows left are no more work than the three of T.
-  if (!damped && (equations.exact || factor.row_count <= 6)) {
+  const bool by_rest = !damped && !equations.weighting.curved;
+  if (by_rest && (equations.exact || factor.row_count <= 6)) {
     AddLooks(problem.layout, Row::kExactGradient, *scratch);
     AddRest(problem.layout, scratch);
   } else {

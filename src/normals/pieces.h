@@ -178,6 +178,11 @@ class PartialSum {
   /// Where the blocks of a point stand in the partial sum.
   [[nodiscard]] PointBlocks Blocks(const ParameterLayout& layout, PieceScratch* scratch) const;
   void AddLooks(const ParameterLayout& layout, Row gradient, const PieceScratch& scratch);
+  void AddSquareOfLook(const ParameterLayout& layout,
+                       const LookColumns& columns,
+                       const double* a,
+                       const double* b,
+                       const PieceScratch& scratch);
   void AddSquaresOfLooks(const ParameterLayout& layout, const PieceScratch& scratch);
   void AddRightSide(const ParameterLayout& layout,
                     const double* x,

@@ -7,9 +7,38 @@
 #include <span>
 
 #include "model/problem.h"
+#include <Eigen/Eigenvalues>
 
 namespace sarblock {
 namespace {
+
+/// out (`terms` rows over the columns) += B' J, two rows J over the columns of one look, B `terms`
+/// columns `stride` apart.
+void AddTurnedLook(const ParameterLayout& layout,
+                   const LookColumns& look,
+                   const std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2>& rows,
+                   const PointColumns& columns,
+                   const double* b,
+                   std::size_t stride,
+                   int terms,
+                   double* out) {
+  const double* first = rows[0].data();
+  const double* second = rows[1].data();
+  for (int q = 0; q < look.block_count; ++q) {
+    const auto id = static_cast<std::size_t>(look.block[static_cast<std::size_t>(q)]);
+    const int size = layout.blocks[id].size;
+    Kernels().AddTurned(out + columns.column_of_block[id],
+                        static_cast<std::size_t>(columns.width),
+                        terms,
+                        b,
+                        stride,
+                        first,
+                        second,
+                        size);
+    first += size;
+    second += size;
+  }
+}
 
 /// Makes column k of unit length; returns the length it had.
 double Normalise(std::size_t m, double* column) {
@@ -125,16 +154,22 @@ void EvaluateLooks(const AdjustmentProblem& problem,
     for (std::size_t i = end; i < looks.offsets[point + 2]; ++i) problem.model.Prefetch(i);
   }
   if (out->looks.size() < end - begin) out->looks.resize(end - begin);
-  out->look_count = 0;
+  if (weighting.curved && out->curved.size() < CurvedRows::kPerLook * out->looks.size()) {
+    out->curved.resize(CurvedRows::kPerLook * out->looks.size());
+  }
+  out->look_count = out->curved_count = 0;
   out->looks_not_evaluated = out->looks_beyond_path = 0;
   out->cost_1 = 0.0;
   for (std::size_t i = begin; i < end; ++i) {
     if (problem.look_used[i] == 0) continue;
     WhitenedLook& look = out->looks[static_cast<std::size_t>(out->look_count)];
-    if (!EvaluateWhitened(problem, state, weighting, point, i, &look)) {
+    CurvedRows* const curved =
+        weighting.curved ? &out->curved[static_cast<std::size_t>(out->curved_count)] : nullptr;
+    if (!EvaluateWhitened(problem, state, weighting, point, i, &look, curved)) {
       ++out->looks_not_evaluated;
       continue;
     }
+    if (curved != nullptr) out->curved_count += CurvedRows::kPerLook;
     if (look.beyond_path) ++out->looks_beyond_path;
     out->cost_1 += look.cost_1;
     if (weighting.second_order) BendAlongResidual(&look);
@@ -182,14 +217,34 @@ bool FactorNormal(const Eigen::Vector3d& diagonal,
   return true;
 }
 
+bool FactorSquare(const Eigen::Vector3d& diagonal,
+                  const Eigen::Vector3d& above,
+                  bool damped,
+                  PointFactor* factor,
+                  Eigen::Matrix3d* r,
+                  Eigen::Vector3d* inverse) {
+  if (factor->curved_count > 0) {
+    PointSums curved;
+    for (int k = 0; k < factor->curved_count; ++k) {
+      curved.Add(factor->curved[static_cast<std::size_t>(k)]);
+    }
+    if (FactorNormal(diagonal + curved.Diagonal(), above + curved.Above(), damped, r, inverse)) {
+      return true;
+    }
+    factor->curved_count = 0;
+  }
+  return FactorNormal(diagonal, above, damped, r, inverse);
+}
+
 namespace {
 
-/// Cost of a look that is evaluated and weighted, and its weight under a loss.
-void ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
+/// Cost of a look that is evaluated and weighted, and its weight under a loss; returns the root of
+/// that weight.
+double ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
   const double square = out->error_1.squaredNorm();
   out->cost_1 = 0.5 * square;
   out->radial_1 = 1.0;
-  if (weighting.loss == RobustLoss::kNone) return;
+  if (weighting.loss == RobustLoss::kNone) return 1.0;
   const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, square);
   const double root = std::sqrt(robust.weight_1);
   out->error_1 *= root;
@@ -201,6 +256,34 @@ void ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
   }
   out->cost_1 = 0.5 * robust.loss_1;
   out->radial_1 = robust.radial_1;
+  return root;
+}
+
+/// The rows of a look from its curvature, its errors and the weights of both.
+void SetCurvedRows(const LookCurvature& curvature,
+                   const Eigen::Vector2d& weighted_error,
+                   const LookColumns& columns,
+                   CurvedRows* out) {
+  using Matrix6 = LookCurvature::Matrix6;
+  const Matrix6 m = weighted_error[0] * curvature.range + weighted_error[1] * curvature.azimuth;
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(m);
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    CurvedRows& rows = out[k / 2];
+    rows.columns = &columns;
+    const double value = eigen.eigenvalues()[k];
+    rows.sign[k % 2] = value < 0.0 ? -1.0 : 1.0;
+    const Eigen::Matrix<double, 6, 1> axis =
+        std::sqrt(std::abs(value)) * eigen.eigenvectors().col(k);
+    rows.by_point.row(k % 2) = axis.head<3>().transpose();
+    auto& row = rows.row[static_cast<std::size_t>(k % 2)];
+    for (std::size_t c = 0; c < static_cast<std::size_t>(columns.column_count); ++c) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 6; ++i) {
+        sum += axis[static_cast<Eigen::Index>(i)] * curvature.row[i][c];
+      }
+      row[c] = sum;
+    }
+  }
 }
 
 }  // namespace
@@ -210,17 +293,33 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                       const Weighting& weighting,
                       std::size_t point,
                       std::size_t look,
-                      WhitenedLook* out) {
+                      WhitenedLook* out,
+                      CurvedRows* curved) {
   out->look = look;
   const bool renew = weighting.renewed != nullptr;
-  const LookWeights weights = renew ? LookWeights{} : problem.weights[look];
-  if (!EvaluateLook(problem.model, state, point, look, weights, &out->columns, out)) return false;
-  if (renew) {
-    const LookWeights now = WeightsAt(problem.model.SigmaOf(look), out->azimuth_unit_m);
-    (*weighting.renewed)[look] = now;
-    out->Scale(now, out->columns.column_count);
+  LookWeights weights = renew ? LookWeights{} : problem.weights[look];
+  LookCurvature curvature;
+  if (!EvaluateLook(problem.model,
+                    state,
+                    point,
+                    look,
+                    weights,
+                    &out->columns,
+                    out,
+                    curved != nullptr ? &curvature : nullptr)) {
+    return false;
   }
-  ApplyLoss(weighting, out);
+  if (renew) {
+    weights = WeightsAt(problem.model.SigmaOf(look), out->azimuth_unit_m);
+    (*weighting.renewed)[look] = weights;
+    out->Scale(weights, out->columns.column_count);
+  }
+  const double root = ApplyLoss(weighting, out);
+  if (curved != nullptr) {
+    const Eigen::Vector2d weighted_error(root * weights.range_per_m * out->error_1[0],
+                                         root * weights.azimuth_per_unit * out->error_1[1]);
+    SetCurvedRows(curvature, weighted_error, out->columns, curved);
+  }
   return true;
 }
 
@@ -261,12 +360,21 @@ void FactorPoint(const AdjustmentProblem& problem,
   // By the Cholesky factor of J'J, where that holds the digits, a third of the work of
   // FactorColumns: Q = J R^-1.
   Eigen::Vector3d inverse;
-  if (FactorNormal(
-          (1.0 + damping_1) * out->square_1, sums.Above(), damping_1 > 0.0, &out->r, &inverse)) {
+  if (FactorSquare((1.0 + damping_1) * out->square_1,
+                   sums.Above(),
+                   damping_1 > 0.0,
+                   out,
+                   &out->r,
+                   &inverse)) {
     FillRows(control, control_rows, damping_1, ByFactor{out->r, inverse}, out);
   } else {
     FillRows(control, control_rows, damping_1, AsTheyAre{}, out);
     FactorColumns(static_cast<std::size_t>(m), out->q.data(), &out->r);
+  }
+  for (int k = 0; k < out->curved_count; ++k) {
+    CurvedRows& rows = out->curved[static_cast<std::size_t>(k)];
+    rows.turned = out->r.triangularView<Eigen::Upper>().transpose().solve(
+        rows.by_point.transpose() * rows.sign.asDiagonal());
   }
   out->reciprocal_condition_1 =
       m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square_1);
@@ -317,6 +425,12 @@ void ProjectColumns(const AdjustmentProblem& problem,
   FindColumns(problem.layout, factor, columns);
   columns->t.assign(3 * static_cast<std::size_t>(columns->width), 0.0);
   AddTurnedColumns(problem.layout, factor, *columns, factor.q.data(), 3, columns->t.data());
+  for (int k = 0; k < factor.curved_count; ++k) {
+    const CurvedRows& rows = factor.curved[static_cast<std::size_t>(k)];
+    const Eigen::Matrix<double, 2, 3> basis = rows.turned.transpose();
+    AddTurnedLook(
+        problem.layout, *rows.columns, rows.row, *columns, basis.data(), 2, 3, columns->t.data());
+  }
 }
 
 void Complement(const AdjustmentProblem& problem,
@@ -432,22 +546,7 @@ void AddTurnedColumns(const ParameterLayout& layout,
   const auto m = static_cast<std::size_t>(factor.row_count);
   for (int k = 0; k < factor.look_count; ++k, b += 2) {
     const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-    const double* range = look.row[0].data();
-    const double* doppler = look.row[1].data();
-    for (int q = 0; q < look.columns.block_count; ++q) {
-      const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(q)]);
-      const int size = layout.blocks[id].size;
-      Kernels().AddTurned(out + columns.column_of_block[id],
-                          static_cast<std::size_t>(columns.width),
-                          terms,
-                          b,
-                          m,
-                          range,
-                          doppler,
-                          size);
-      range += size;
-      doppler += size;
-    }
+    AddTurnedLook(layout, look.columns, look.row, columns, b, m, terms, out);
   }
 }
 

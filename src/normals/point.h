@@ -20,6 +20,9 @@ struct Weighting {
   double scale = 0.0;
   /// The solver's last steps under a loss: take its curvature along the residual for what it is.
   bool second_order = false;
+  /// Adds what residuals times second derivatives make of each look (CurvedRows);
+  /// damped or not, S is then summed as a difference.
+  bool curved = false;
   /// Where given, looks are weighted as UpdateWeights would at this state, and their weights put
   /// here, by look. Else by the problem's.
   std::vector<LookWeights>* renewed = nullptr;
@@ -34,6 +37,18 @@ struct WhitenedLook : LookEvaluation {
   double radial_1 = 1.0;  ///< RobustValue::radial_1
 };
 
+/// What the errors of a look times its second derivatives (LookCurvature) add to J'J: the sum over
+/// the rows g, two here and six of a look, of sign g' g. Gauss-Newton leaves it out; in a direction
+/// that is known only to some ten metres it is as much as all the rest.
+struct CurvedRows {
+  static constexpr int kPerLook = 3;
+  const LookColumns* columns = nullptr;
+  Eigen::Vector2d sign = Eigen::Vector2d::Ones();
+  Eigen::Matrix<double, 2, 3> by_point;
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
+  Eigen::Matrix<double, 3, 2> turned;  ///< R^-T g' sign of each row, as Q' of those of J_p
+};
+
 /// The equations of one point and the thin QR factorisation of their Jacobian by the point
 /// (docs/theory/covariance.md, eq. (22)):
 ///
@@ -45,6 +60,9 @@ struct WhitenedLook : LookEvaluation {
 struct PointFactor {
   std::vector<WhitenedLook> looks;  ///< the first look_count are set; rows 2 k and 2 k + 1
   int look_count = 0;
+  /// Of the looks, where the weighting is curved; none where V is not positive definite with them.
+  std::vector<CurvedRows> curved;
+  int curved_count = 0;
   int looks_not_evaluated = 0;
   int looks_beyond_path = 0;  ///< that read a path continued beyond its ends
   double cost_1 = 0.0;        ///< half the square sum, robust loss applied
@@ -86,7 +104,8 @@ struct PointColumns {
                                     const Weighting& weighting,
                                     std::size_t point,
                                     std::size_t look,
-                                    WhitenedLook* out);
+                                    WhitenedLook* out,
+                                    CurvedRows* curved = nullptr);
 
 /// A column of J_p shorter than this part (squared) of the longest is damped as if it had that
 /// length.
@@ -150,6 +169,15 @@ void BendAlongResidual(WhitenedLook* look);
 [[nodiscard]] bool FactorNormal(const Eigen::Vector3d& diagonal,
                                 const Eigen::Vector3d& above,
                                 bool damped,
+                                Eigen::Matrix3d* r,
+                                Eigen::Vector3d* inverse);
+
+/// The same with the curved of the point added to V; without them, and no more in `factor`, where
+/// V is not positive definite with them.
+[[nodiscard]] bool FactorSquare(const Eigen::Vector3d& diagonal,
+                                const Eigen::Vector3d& above,
+                                bool damped,
+                                PointFactor* factor,
                                 Eigen::Matrix3d* r,
                                 Eigen::Vector3d* inverse);
 
@@ -251,6 +279,17 @@ class PointSums {
     sums_[6] += j0 * e;
     sums_[7] += j1 * e;
     sums_[8] += j2 * e;
+  }
+  void Add(const CurvedRows& rows) {
+    const Eigen::Array2d sign = rows.sign.array();
+    const Eigen::Array2d j0 = rows.by_point.col(0).array(), j1 = rows.by_point.col(1).array(),
+                         j2 = rows.by_point.col(2).array();
+    sums_[0] += sign * j0 * j0;
+    sums_[1] += sign * j1 * j1;
+    sums_[2] += sign * j2 * j2;
+    sums_[3] += sign * j0 * j1;
+    sums_[4] += sign * j0 * j2;
+    sums_[5] += sign * j1 * j2;
   }
   void AddGradient(const Eigen::Matrix<double, 2, 3>& j, const Eigen::Vector2d& error_1) {
     for (Eigen::Index c = 0; c < 3; ++c) {

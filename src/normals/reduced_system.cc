@@ -48,8 +48,9 @@ void ReducedSystem::Form(const BlockState& state,
     const Eigen::VectorXd& x = state.corrections;
     ranks->RequireSame(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));
   }
-  const bool subtracted = Sum(state, weighting, damping_1 == 0.0 && exact_);
-  if (damping_1 == 0.0 && subtracted && PointsTakeNearlyAll()) {
+  const bool may_be_exact = damping_1 == 0.0 && !weighting.curved;
+  const bool subtracted = Sum(state, weighting, may_be_exact && exact_);
+  if (may_be_exact && subtracted && PointsTakeNearlyAll()) {
     exact_ = true;
     Sum(state, weighting, true);
   }
@@ -115,7 +116,8 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   cost_1_ = gradient_1_ = point_step_square_1_ = 0.0;
   looks_not_evaluated_ = looks_beyond_path_ = 0;
   kept_.reset();
-  const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
+  const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone &&
+                    !weighting.curved;
   if (keep) kept_.emplace(problem_.block.points.size(), pieces_.size(), kept_bytes_);
   s_.border.setZero(bordered_.rows(), sparse.rows());
   PointEquations equations{.problem = problem_,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "normals/back.h"
@@ -99,8 +100,6 @@ constexpr double kNear_1 = 0.5;
 /// Changes of the cost below this part of it may be rounding: residuals of a sigma with an error of
 /// 1e-12 m in ranges of 1e4 m make 1e-13 of it, with 1e-9 m in ranges of 1e6 m 1e-10.
 constexpr double kUnclear_1 = 1e-9;
-/// The same while weights are formed anew with each state.
-constexpr double kUnclearRenewed_1 = 1e-5;
 /// Whole steps are compared by costs of the same weights. From the first of these Newton decrements
 /// on weights follow and steps are compared by their length; weights of a state with the second or
 /// less are kept: what is left moves none by 1e-7 of itself, a body of some hundred metres
@@ -115,6 +114,9 @@ constexpr double kLeastGain_1 = 0.1;
 /// what refused ones have taught before more damping is tried.
 constexpr double kAccelerated_1 = 10.0;
 constexpr int kMostSecantTrials = 2;
+/// The same from which on second derivatives are taken into account where steps creep: farther off
+/// they often leave no minimum.
+constexpr double kCurved_1 = 1.0;
 /// A step that leaves more than this part of the one before shows a direction that creeps.
 constexpr double kSlow_1 = 0.3;
 /// Shorter steps are too near rounding to say how the equations bend.
@@ -171,6 +173,7 @@ namespace {
 struct Newton {
   Eigen::VectorXd step;
   double decrement_1 = 0.0;
+  bool curved = false;  ///< second derivatives of the looks taken into account
 };
 
 }  // namespace
@@ -192,6 +195,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   ProgressOfSteps steps_so_far;
   StepHistory history;
   Newton newton;
+  bool curved = false;
+  bool plain = false;  // without second derivatives at the present state
   const auto form = [&](BlockState* at, double with_damping) {
     if (options.points_follow) {
       system.FormSettled(weighting, with_damping, settled_1, at, nullptr);
@@ -205,20 +210,29 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     if (rank || !system.FactorDamped()) return false;
     out->step = system.Step();
     out->decrement_1 = system.NewtonDecrement(out->step);
+    out->curved = weighting.curved;
     return std::isfinite(out->decrement_1);
+  };
+  // Forms a state and solves it; where the second derivatives leave no minimum, without them.
+  const auto form_and_solve = [&](BlockState* at, double with_damping, Newton* out) {
+    weighting.curved = curved && !plain;
+    form(at, with_damping);
+    if (solve(out)) return true;
+    if (!weighting.curved) return false;
+    weighting.curved = false;
+    form(at, with_damping);
+    return solve(out);
   };
   // Forms the state as it is and its step, damped as much as that takes.
   const auto restart = [&] {
     history.Clear();
-    report.formed_at_state = true;
-    form(state, damping);
-    while (!solve(&newton)) {
+    while (!form_and_solve(state, damping, &newton)) {
       damping *= 10.0;
       if (options.undamped || damping > kMostDamping_1 || report.formed >= options.max_formed) {
         return false;
       }
-      form(state, damping);
     }
+    report.formed_at_state = !newton.curved;
     return true;
   };
   const bool starts = restart();
@@ -237,6 +251,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
          static_cast<std::size_t>(report.iterations),
          static_cast<std::size_t>(options.max_iterations),
          "cost " + std::to_string(report.final_cost_1) + left_text);
+    weighting.curved = newton.curved;
     const double left = newton.decrement_1;
     left_text = ", newton decrement " + Rounded(left) + " sigmas";
     if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear_1) {
@@ -280,6 +295,12 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       report.message = WhyStopped(kStagnates, refused);
       return report;
     }
+    if ((slow || options.curved) && !curved && left <= kCurved_1) {
+      report.curved = curved = true;
+      slow = false;
+      if (!restart()) break;
+      continue;
+    }
     const bool accelerated =
         left <= kAccelerated_1 && history.size() > 0 && (slow || refused_in_turn > 0);
     const Eigen::VectorXd dx = accelerated ? history.Accelerate(newton.step) : newton.step;
@@ -291,22 +312,23 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     next.corrections = state->corrections + dx;
     next.start_m.swap(state->start_m);
     const double next_damping = options.undamped ? 0.0 : std::max(kLeastDamping_1, 0.1 * damping);
-    if (options.undamped) {
-      const bool follow = left <= kWeightsFollow_1 && weights_at_1 > kWeightsKept_1;
-      weighting.renewed = follow ? asked.renewed : nullptr;
-    }
+    // Costs are compared at the same weights: steps on the way have those of the start.
+    const bool follow =
+        options.undamped && left <= kWeightsFollow_1 && weights_at_1 > kWeightsKept_1;
+    weighting.renewed = follow ? asked.renewed : nullptr;
     settled_1 = OwnStepOf(left, problem);
-    form(&next, next_damping);
-    next.start_m.swap(state->start_m);
-    const double gain = report.final_cost_1 - system.cost();
-    const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
+    const bool was_plain = std::exchange(plain, false);
     Newton there;
-    const bool solved = valid && solve(&there);
+    const bool factored = form_and_solve(&next, next_damping, &there);
+    next.start_m.swap(state->start_m);
+    const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
+    const bool solved = valid && factored;
+    const double gain = report.final_cost_1 - system.cost();
     // A gain of less than the cost's own rounding is no evidence; the step that is left keeps the
     // digits that the cost has lost.
-    const bool other_weights = options.undamped && weighting.renewed != nullptr;
-    const double unclear_1 = weighting.renewed == nullptr ? kUnclear_1 : kUnclearRenewed_1;
-    const bool unclear = other_weights || std::abs(gain) <= unclear_1 * report.final_cost_1 + 1e-12;
+    const bool other_weights = weighting.renewed != nullptr;
+    const bool unclear =
+        other_weights || std::abs(gain) <= kUnclear_1 * report.final_cost_1 + 1e-12;
     const bool better =
         solved && (unclear ? there.decrement_1 < left : gain > kLeastGain_1 * predicted);
     if (solved && left > kLeastLearned_1)
@@ -315,20 +337,27 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       state->displacement_m.swap(next.displacement_m);
       state->corrections = next.corrections;
       report.final_cost_1 = system.cost();
-      report.formed_at_state = true;
+      report.formed_at_state = !there.curved;
       damping = next_damping;
-      slow = slow || there.decrement_1 > kSlow_1 * left;
-      if (weighting.renewed != nullptr) weights_at_1 = there.decrement_1;
+      slow = (slow && !curved) || there.decrement_1 > kSlow_1 * left;
+      if (follow) weights_at_1 = there.decrement_1;
       newton = std::move(there);
       ++report.iterations;
       refused_in_turn = 0;
       continue;
     }
+    plain = was_plain;
     report.formed_at_state = false;
     if (system.looks_not_evaluated() > 0) ++refused;
     ++refused_in_turn;
     // What was learned of the equations there may give a better step from here.
     if (solved && left <= kAccelerated_1 && refused_in_turn <= kMostSecantTrials) continue;
+    // Second derivatives reach less far than first ones where they nearly cancel.
+    if (newton.curved && !plain) {
+      plain = true;
+      if (!restart()) break;
+      continue;
+    }
     if (unclear && left <= kSettledAnyway_1) {
       report.converged = true;
       report.message = "the step left is " + Rounded(left) + " sigmas, no more than rounding";

@@ -22,6 +22,8 @@ struct SolveReport {
   int iterations = 0;
   int formed = 0;                ///< times the system was formed, its work; of SolveReduced
   bool formed_at_state = false;  ///< the system is that of the state; of SolveReduced
+  /// Steps crept until second derivatives were taken into account; of SolveReduced.
+  bool curved = false;
   double initial_cost_1 = 0.0;
   double final_cost_1 = 0.0;
   /// Newton decrement at the end in sigmas, steps to come included.
@@ -39,6 +41,9 @@ struct SolveOptions {
   bool undamped = false;  ///< of SolveReduced
   /// Each step of the corrections is judged after every point has followed it.
   bool points_follow = true;  ///< of SolveReduced
+  /// Takes second derivatives into account (Weighting::curved) wherever the decrement is small
+  /// enough; else only where steps creep.
+  bool curved = false;  ///< of SolveReduced
   /// Newton decrement, in sigmas over all unknowns, at which the solution is done.
   double settled_1 = AdjustOptions{}.tolerance_1;
   /// Takes the last step, shorter than settled_1, without forming the system again to verify it:

@@ -85,8 +85,9 @@ constexpr double kWeightsSettled_1 = 1e-7;
 /// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
 /// over to the finishing Newton steps; they start from up to ten times as much.
 constexpr double kApproached_1 = 1.0;
-/// Of a step of the anchors, that a time bias may go beyond where its looks are read.
-constexpr double kAnchorSlack_1 = 0.25;
+/// Of a step of the anchors, that a time bias may go beyond where its looks are read: at first, and
+/// once they were read near the solution, where noise of the states would move it with each anchor.
+constexpr double kAnchorSlack_1 = 0.25, kLateAnchorSlack_1 = 30.0;
 constexpr int kMostFinishingSteps = 25;
 constexpr int kMostRounds = 5;
 /// Of leaving out misplaced points and taking back those that fit then.
@@ -115,9 +116,9 @@ bool NewtonFinish(const AdjustOptions& options,
                   ReducedSystem* system,
                   SolveReport* solve,
                   ProgressSink* progress) {
-  problem->model.Anchor(state->corrections);
   SolveOptions finish;
   finish.undamped = true;
+  finish.curved = solve->curved;
   finish.max_iterations =
       std::clamp(options.max_iterations - solve->iterations, 0, kMostFinishingSteps);
   finish.settled_1 = ToleranceFor(options.tolerance_1, *problem);
@@ -125,6 +126,7 @@ bool NewtonFinish(const AdjustOptions& options,
       SolveReduced(*problem, {.renewed = &problem->weights}, finish, system, state, progress);
   solve->iterations += report.iterations;
   solve->final_cost_1 = report.final_cost_1;
+  solve->curved = solve->curved || report.curved;
   solve->message = report.message;
   solve->decrement_1 = report.decrement_1;
   if (!report.formed_at_state) system->Form(*state, {}, progress);
@@ -155,6 +157,7 @@ SolveReport SolveRounds(const Weighting& weighting,
   system.emplace(*problem, KeptFactors::kMostBytes);
   for (int round = 0; round < kMostRounds; ++round) {
     SolveOptions solve;
+    solve.curved = total.curved;
     solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
     // First come near; least squares are finished by steps that need no damping, a loss by the
@@ -171,10 +174,12 @@ SolveReport SolveRounds(const Weighting& weighting,
             : SolveReduced(*problem, weighted, solve, &*system, state, progress);
     if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
     total.iterations += report.iterations;
+    total.curved = total.curved || report.curved;
     total.converged = report.converged;
     total.final_cost_1 = report.final_cost_1;
     total.message = report.message;
     if (least_squares) {
+      if (round == 0) problem->model.Anchor(state->corrections);
       const bool factored = NewtonFinish(options, problem, state, &*system, &total, progress);
       if (factored) {
         total.converged =
@@ -184,7 +189,8 @@ SolveReport SolveRounds(const Weighting& weighting,
         if (!total.converged) total.message = LimitReached(options.max_iterations);
         break;
       }
-      if (problem->model.Anchor(state->corrections, kAnchorSlack_1)) continue;
+      const double slack_1 = round == 0 ? kAnchorSlack_1 : kLateAnchorSlack_1;
+      if (problem->model.Anchor(state->corrections, slack_1)) continue;
       if ((factored && total.converged) || round > 1) break;
       continue;  // a damped solution to the end
     }

@@ -24,6 +24,9 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kPointsPerChunk = 512;
+/// Points follow the paths as soon as these move: where they start need be no more exact than this
+/// part of a standard deviation.
+constexpr double kStartSettled_1 = 0.1;
 
 /// What one point starts with.
 struct PointStart {
@@ -116,9 +119,9 @@ void RequireSteadyCones(const AdjustmentProblem& problem) {
 
 }  // namespace
 
-StartReport ComputeStartValues(AdjustmentProblem* problem,
-                               ProgressSink* progress,
-                               const IntersectionOptions& intersection) {
+StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress, int max_steps) {
+  const IntersectionOptions intersection{.max_iterations = max_steps,
+                                         .settled_sigmas = kStartSettled_1};
   const Block& block = problem->block;
   RequireSteadyCones(*problem);
   const std::size_t points = block.points.size();

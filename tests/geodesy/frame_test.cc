@@ -51,6 +51,21 @@ TEST(FrameTest, AgreesWithTheTextbookFormulas) {
   }
 }
 
+// Second route: the exact vertical, from below the ground to orbits and from the equator to a pole.
+TEST(FrameTest, UpIsThatOfTheVertical) {
+  for (const Ellipsoid& e : {NamedEllipsoid("WGS84"), NamedEllipsoid("Mars"), kFlat}) {
+    const Frame frame = Frame::Geocentric(e);
+    for (const double height_m : {-9000.0, 0.0, 7e5, 3.6e7}) {
+      for (double latitude_rad = -M_PI_2; latitude_rad < 1.58; latitude_rad += M_PI / 32.0) {
+        const Vector3d p_m = Textbook(e, {latitude_rad, 2.3, height_m});
+        EXPECT_LE((frame.UpAt(p_m) - frame.VerticalAt(p_m).up_1).norm(), 1e-8)
+            << latitude_rad << ' ' << height_m;
+      }
+    }
+  }
+  EXPECT_EQ(Frame::Local().UpAt({1.0, 2.0, 3.0}), Vector3d::UnitZ());
+}
+
 TEST(FrameTest, GeodeticCoordinatesReturn) {  // round trip
   const Frame frame = Frame::Geocentric(NamedEllipsoid("WGS84"));
   for (const Geodetic& g : kPlaces) {

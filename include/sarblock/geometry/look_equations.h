@@ -128,6 +128,9 @@ struct IntersectionOptions {
   /// Below this reciprocal condition of the column-scaled whitened Jacobian the point counts as not
   /// determined (touching or coinciding circles).
   double min_reciprocal_condition = 1e-9;
+  /// The solution is reached where a step changes the whitened equations by less than this part of
+  /// a standard deviation. Above 1e-6 weights are those of the first approximation.
+  double settled_sigmas = 1e-8;
 };
 
 /// e_d of a look at fixed point as its time moves, and how fast it falls.
