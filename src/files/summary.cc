@@ -512,6 +512,17 @@ using Json = nlohmann::ordered_json;
 /// null where there is no number.
 Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+/// The whole block with an explanation undone; null where it was not tried.
+Json CureJson(const Explanation::Cure& cure) {
+  if (!cure.tried) return nullptr;
+  return {{"cures", cure.cures},
+          {"sigma0_squared", Number(cure.factor)},
+          {"lower", Number(cure.lower)},
+          {"upper", Number(cure.upper)},
+          {"priors", Number(cure.priors_factor)},
+          {"points", cure.points}};
+}
+
 }  // namespace
 
 Json DiagnosisSection(const Diagnosis& diagnosis) {
@@ -532,6 +543,7 @@ Json DiagnosisSection(const Diagnosis& diagnosis) {
                        {"square_sum_after", Number(told.square_sum_after_1)},
                        {"redundancy_before", Number(told.redundancy_before_1)},
                        {"redundancy_after", Number(told.redundancy_after_1)},
+                       {"cure", CureJson(told.cure)},
                        {"looks_lost_before", told.looks_lost_before},
                        {"looks_lost_after", told.looks_lost_after}});
   }
