@@ -47,13 +47,6 @@ constexpr double kRough_1 = 0.01, kLeastRough_1 = 0.1;
 /// Logarithm of the largest factor by which people mistake standard deviations.
 constexpr double kMostLogFactor_1 = 11.5;
 
-/// True where a fit is so good that changes of little can start from it: a gross mistake leads
-/// everything else away, and what has no place finds none from there.
-bool IsNear(const Fit& fit) {
-  constexpr double kNear_1 = 30.0;
-  return fit.solved && fit.lost == 0 && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
-}
-
 /// Every pass sees known points.
 bool AllSeen(const std::vector<PassSightings>& passes) {
   return std::all_of(passes.begin(), passes.end(), [](const PassSightings& pass) {
@@ -418,6 +411,15 @@ class Diagnosing {
     return FindPattern(block, ResidualsOf(block, corrections_, candidate.solved.fit));
   }
 
+  /// Standard deviations that leave the whole block, or its priors, contradicted: then it is no
+  /// matter of noise. They are known no better than the sample tells.
+  static bool FailsAsNoise(const Explanation& told) {
+    if (told.kind != MistakeKind::kSigma || !told.cure.tried || told.cure.cures) return false;
+    constexpr double kContradicted_1 = 2.0, kSigmas_1 = 8.0;
+    if (told.cure.priors_factor > kContradicted_1) return true;
+    return std::abs(std::log(told.cure.factor)) > kSigmas_1 * told.sigma / told.value;
+  }
+
   static int RankOf(const Explanation& told) {
     if (!told.cure.cures) return 2;
     return told.cause == "model.missing" ? 0 : 1;
@@ -454,7 +456,8 @@ class Diagnosing {
       told.push_back(&*chosen);
     }
     for (const Candidate* candidate : told) {
-      out_.explanations.push_back(Describe(before, *candidate));
+      Explanation described = Describe(before, *candidate);
+      if (!FailsAsNoise(described)) out_.explanations.push_back(std::move(described));
     }
     // What makes the whole block a good one stands before what only the sample likes better, and
     // corrections that are missing, the commonest mistake of all, before what would do as well.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -29,6 +30,8 @@ using NameSet = std::set<std::string>;
 constexpr double kWidePrior_1 = 1e3;
 /// Factors by which all priors are tried wider.
 constexpr std::array kWider_1 = {3.0, 10.0, 30.0, 100.0, 1000.0, 10000.0};
+/// Root mean square of a term over its priors above which these are doubted.
+constexpr double kDoubted_1 = 1.5;
 /// Standard deviation of a term that is added, in those of the terms beside it: an error that is
 /// much larger than they allow is not one of a degree or of knots.
 constexpr double kBesideOthers_1 = 3.0;
@@ -138,6 +141,7 @@ Hypothesis TightPriors(const NameSet& names, int priors) {
   out.step = 0.1;
   out.unit = "1";
   out.log_cost_1 = 2.0 * priors;
+  out.most_left_1 = 3.0;  // wide priors take a part of anything
   out.numbers = {{1000.0, "kilometres for metres, or milliseconds for seconds"},
                  {100.0, "metres for centimetres, or a hundred"}};
   out.says = [names](const Size& size) {
@@ -165,15 +169,27 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
     ++count;
   }
   if (all.empty()) return;
+  const auto asked = TermsOf(sample, model, facts.before);
+  const bool doubted = asked.empty() || std::any_of(asked.begin(), asked.end(), [](const auto& of) {
+                         return of.second.rms_1() > kDoubted_1;
+                       });
+  if (!doubted) return;
   const Hypothesis wider = TightPriors(all, count);
+  const FitOptions options{.warm = facts.near() ? &facts.before.state : nullptr,
+                           .effort = Effort::kQuick};
   Fit best;
-  double factor = 1.0, least_1 = facts.before.solved ? facts.before.Cost() : kLost_1 * 1e6;
+  double factor = 1.0;
+  double least_1 =
+      facts.before.solved ? facts.before.Cost() : std::numeric_limits<double>::infinity();
   for (const double tried : kWider_1) {
-    Fit fit = trials->With(wider, std::log(tried), {.effort = Effort::kQuick});
-    if (!fit.solved || !(fit.Cost() < least_1)) continue;
-    least_1 = fit.Cost();
-    factor = tried;
-    best = std::move(fit);
+    Fit fit = trials->With(wider, std::log(tried), options);
+    if (fit.solved && fit.Cost() < least_1) {
+      least_1 = fit.Cost();
+      factor = tried;
+      best = std::move(fit);
+    } else if (fit.solved && factor > 1.0) {
+      break;  // the cost has one minimum
+    }
   }
   if (factor == 1.0) return;
   CorrectionModel widened = model;
@@ -254,7 +270,10 @@ void AddOther(const Facts& facts, Choice choice, CorrectionModel other, Hypothes
     if (more <= 0) return;
     Hypothesis tried = OfModel(choice.cause);
     tried.passes = choice.passes;
+    // Far from a solution single mistakes that known points show come first.
+    if (!facts.near()) tried.order_1 = Hypothesis::kScored_1;
     tried.parameters = more;
+    tried.most_left_1 = 10.0;
     tried.remodel = [other](CorrectionModel* model, double) { *model = other; };
     tried.detail = [&sample, given, other](const Fit& fit) {
       return NewTerms(sample, given, other, fit);

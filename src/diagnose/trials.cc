@@ -83,6 +83,11 @@ BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
 
 }  // namespace
 
+bool IsNear(const Fit& fit) {
+  constexpr double kNear_1 = 30.0;
+  return fit.solved && fit.lost == 0 && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
+}
+
 double Fit::SquareSum() const { return square_sum_1 + kLost_1 * static_cast<double>(lost); }
 
 Fit SolveSample(const Block& sample,

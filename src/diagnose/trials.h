@@ -44,6 +44,10 @@ struct Fit {
   [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas_1; }
 };
 
+/// True where a fit is so good that changes of little can start from it: a gross mistake leads
+/// everything else away, and what has no place finds none from there.
+[[nodiscard]] bool IsNear(const Fit& fit);
+
 /// What a look without a place counts: residuals of 30 sigma in range and azimuth.
 inline constexpr double kLost_1 = 1800.0;
 
@@ -88,6 +92,8 @@ struct Facts {
   const CorrectionModel& corrections;
   const Fit& before;                 ///< the sample as it is
   const SampleResiduals& residuals;  ///< of `before`
+  /// Changes of little can start from it (IsNear).
+  [[nodiscard]] bool near() const { return IsNear(before); }
   /// Whether a mistake in the rows of these points alone may be told: without all of them, which no
   /// change of them beats, v'Pv falls by as much as an explanation is to take.
   const std::function<bool(const std::vector<std::uint32_t>& points)>& may_explain;
