@@ -28,6 +28,7 @@ namespace {
 constexpr std::size_t kPointsPerChunk = 1024;
 
 void CountAndTest(const AdjustmentProblem& problem,
+                  const BlockState& state,
                   const AdjustOptions& options,
                   const SquareSum& square_sum,
                   AdjustResult* result) {
@@ -37,13 +38,16 @@ void CountAndTest(const AdjustmentProblem& problem,
   result->parameter_count = counts.parameters;
   result->datum_defects = counts.defects;
   if (std::isnan(square_sum.kept_1)) return;  // a prediction has no residuals to test
-  const GlobalTest test =
-      TestGlobally(problem, options.test_level, square_sum.kept_1, square_sum.left_out_1);
+  const PriorSums priors =
+      SumPriors(problem.layout, state.corrections, result->parameter_covariance);
+  const GlobalTest test = TestMeasurements(counts, priors, square_sum, options.test_level);
+  result->assessment.groups = ListGroups(problem, priors, square_sum, options.test_level, *result);
   if (std::isnan(test.sigma0_squared)) {
     Warn(result, "no redundancy: the variance factor and its test do not exist");
     return;
   }
   result->sigma0_squared = test.sigma0_squared;
+  result->test_redundancy_1 = test.redundancy_1;
   result->chi_square = test.chi_square;
   result->chi_square_passed = test.passed;
 }
@@ -98,7 +102,7 @@ void FinishResult(const AdjustmentProblem& problem,
                   const SquareSum& square_sum,
                   const PointDefects& defects,
                   AdjustResult* result) {
-  CountAndTest(problem, options, square_sum, result);
+  CountAndTest(problem, state, options, square_sum, result);
   FillPoints(problem, state, result);
   const bool measured = !std::isnan(square_sum.kept_1);
   if (measured && result->looks.range_residual_m.empty()) FillResiduals(problem, state, result);

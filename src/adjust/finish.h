@@ -10,18 +10,13 @@
 
 #include "model/problem.h"
 #include "normals/point.h"
+#include "quality/groups.h"
 #include "solve/point_defects.h"
 
 namespace sarblock {
 
 /// Steps that adjustment, prediction and intersection share: from a problem at its final state to
 /// the result.
-
-/// v'Pv of the looks in use, and what of it good looks that were left out may have taken.
-struct SquareSum {
-  double kept_1 = kNotGiven;
-  double left_out_1 = 0.0;
-};
 
 /// The last step of all three: counts, global test, points, residuals (unless there already), check
 /// points, rejected looks, warnings of points left out.

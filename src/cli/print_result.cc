@@ -35,15 +35,27 @@ std::string Headline(const AdjustResult& result) {
 }
 
 void PrintTest(const AdjustResult& result, const AdjustOptions& options, Out out) {
-  const double f = result.redundancy();
+  const double f = result.test_redundancy_1;
   if (std::isnan(result.sigma0_squared)) return;
   fmt::format_to(out,
-                 "  variance factor s0^2 {:.4f}, {:g} % acceptance {:.4f} to {:.4f}: {}\n",
+                 "  variance factor s0^2 {:.4f}, {:.4f} to {:.4f} expected ({:g} % for all tests): "
+                 "{}\n",
                  result.sigma0_squared,
-                 100.0 * options.test_level,
                  result.chi_square.lower / f,
                  result.chi_square.upper / f,
+                 100.0 * options.test_level,
                  result.chi_square_passed ? "passed" : "FAILED");
+  for (const ObservationGroup& group : result.assessment.groups) {
+    fmt::format_to(out,
+                   "    {:<9} v'Pv {:>10.1f}, redundancy {:>10.1f}, factor {:>16}, {:.3f} to "
+                   "{:.3f} expected\n",
+                   group.name,
+                   group.square_sum_1,
+                   group.redundancy_1,
+                   ValueWithSigma(group.factor(), group.factor_deviation()),
+                   group.band.lower,
+                   group.band.upper);
+  }
 }
 
 void PrintSigmas(const Block& block, const AdjustResult& result, double factor, Out out) {
@@ -303,7 +315,7 @@ std::string DescribeResult(const Block& block,
   }
   PrintSigmas(block, result, sigma_factor_1, out);
   text += DescribeMonteCarlo(result);
-  PrintChecks(result, options.test_level, out);
+  PrintChecks(result, LevelOfOneTest(options.test_level), out);
   PrintQuality(block, result, out);
   PrintCorrections(result, sigma_factor_1, out);
   for (const std::string& warning : result.warnings) {

@@ -47,13 +47,6 @@ constexpr double kRough_1 = 0.01, kLeastRough_1 = 0.1;
 /// Logarithm of the largest factor by which people mistake standard deviations.
 constexpr double kMostLogFactor_1 = 11.5;
 
-/// True where a fit is so good that changes of little can start from it: a gross mistake leads
-/// everything else away, and what has no place finds none from there.
-bool IsNear(const Fit& fit) {
-  constexpr double kNear_1 = 30.0;
-  return fit.solved && fit.lost == 0 && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
-}
-
 /// Every pass sees known points.
 bool AllSeen(const std::vector<PassSightings>& passes) {
   return std::all_of(passes.begin(), passes.end(), [](const PassSightings& pass) {
@@ -188,6 +181,8 @@ class Diagnosing {
     if (options.corrections != CorrectionChoice::kNone) {
       corrections_ = {options.groups, options.priors};
     }
+    given_ = corrections_;
+    test_level_ = options.test_level;
   }
 
   Diagnosis Run() {
@@ -204,7 +199,11 @@ class Diagnosing {
     corrections_ = OfPassesWithLooks(sample.block, std::move(corrections_));
     const Work work(block_, sample.block, bounds_);
     Trials trials(sample.block, corrections_, work, progress_);
-    const Fit before = trials.AsItIs();
+    Fit before = trials.AsItIs();
+    const PriorSums priors = PriorsOf(trials.given(), corrections_, before);
+    const double empty_1 = std::max(0.0, priors.redundancy_1 - priors.square_sum_1);
+    before.redundancy_1 -= empty_1;
+    trials.LeaveOutOfRedundancy(empty_1);
     out_.contradicts = Contradicts(before);
     out_.square_sum = before.SquareSum();
     out_.redundancy = before.redundancy_1;
@@ -236,6 +235,7 @@ class Diagnosing {
         };
     const Facts facts{sample, passes, corrections_, before, residuals, may_explain};
     Hypotheses all;
+    AddModelMistakes(facts, trials, &all);
     for (const auto add :
          {AddTimeMistakes, AddRangeMistakes, AddConeMistakes, AddPathMistakes, AddShiftedIds}) {
       add(facts, &all);
@@ -282,7 +282,7 @@ class Diagnosing {
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, std::move(all), kForSigmas_1, trials, &candidates);
     Refine(before, trials, &candidates);
-    Tell(before, candidates);
+    Tell(before, sample, candidates);
   }
 
   static bool AnyExplainsAll(const std::vector<Candidate>& candidates) {
@@ -402,24 +402,72 @@ class Diagnosing {
     return out_.hypotheses * FisherTailProbability(f, k, left) < kSignificance_1;
   }
 
-  void Tell(const Fit& before, const std::vector<Candidate>& candidates) {
-    double most_1 = 0.0;
-    std::vector<const Hypothesis*> told;
-    for (const Candidate& candidate : candidates) {
-      if (out_.explanations.size() >= kMostTold) break;
-      if (!Explains(before, candidate)) continue;
-      if (told.empty()) most_1 = MostTold(before, candidate.cost_1, kNearlyAsGood_1);
-      if (candidate.cost_1 > most_1) break;
-      const bool again = std::any_of(told.begin(), told.end(), [&](const Hypothesis* other) {
-        return AreSame(*other, candidate.hypothesis);
-      });
-      if (again) continue;
-      told.push_back(&candidate.hypothesis);
-      out_.explanations.push_back(Describe(before, candidate));
-    }
+  /// Standard deviations are the cause of noise alone: what the residuals show under those of a
+  /// candidate, empty where that is noise.
+  std::string PatternUnder(const Candidate& candidate, const Sample& sample) const {
+    if (candidate.hypothesis.kind != MistakeKind::kSigma) return "";
+    Block block = sample.block;
+    candidate.hypothesis.undo(&block, candidate.solved.value);
+    return FindPattern(block, ResidualsOf(block, corrections_, candidate.solved.fit));
   }
 
-  static Explanation Describe(const Fit& before, const Candidate& candidate) {
+  /// Standard deviations that leave the whole block, or its priors, contradicted: then it is no
+  /// matter of noise. They are known no better than the sample tells.
+  static bool FailsAsNoise(const Explanation& told) {
+    if (told.kind != MistakeKind::kSigma || !told.cure.tried || told.cure.cures) return false;
+    constexpr double kContradicted_1 = 2.0, kSigmas_1 = 8.0;
+    if (told.cure.priors_factor > kContradicted_1) return true;
+    return std::abs(std::log(told.cure.factor)) > kSigmas_1 * told.sigma / told.value;
+  }
+
+  static int RankOf(const Explanation& told) {
+    if (!told.cure.cures) return 2;
+    return told.cause == "model.missing" ? 0 : 1;
+  }
+
+  void Tell(const Fit& before, const Sample& sample, const std::vector<Candidate>& candidates) {
+    double most_1 = 0.0;
+    std::vector<const Candidate*> told;
+    for (const Candidate& candidate : candidates) {
+      if (told.size() >= kMostTold) break;
+      if (!Explains(before, candidate)) continue;
+      if (!told.empty() && candidate.cost_1 > most_1) break;
+      const bool again = std::any_of(told.begin(), told.end(), [&](const Candidate* other) {
+        return AreSame(other->hypothesis, candidate.hypothesis);
+      });
+      if (again) continue;
+      const std::string pattern = PatternUnder(candidate, sample);
+      if (!pattern.empty()) {
+        out_.pattern = pattern;
+        continue;
+      }
+      if (told.empty()) most_1 = MostTold(before, candidate.cost_1, kNearlyAsGood_1);
+      told.push_back(&candidate);
+    }
+    // What was chosen is suspected too where it would explain all.
+    const auto chosen = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
+      return c.hypothesis.kind == MistakeKind::kModel && ExplainsAll(c.solved.fit) &&
+             Explains(before, c);
+    });
+    const bool beside =
+        chosen != candidates.end() && std::find(told.begin(), told.end(), &*chosen) == told.end();
+    if (beside) {
+      if (told.size() == kMostTold) told.pop_back();
+      told.push_back(&*chosen);
+    }
+    for (const Candidate* candidate : told) {
+      Explanation described = Describe(before, *candidate);
+      if (!FailsAsNoise(described)) out_.explanations.push_back(std::move(described));
+    }
+    // What makes the whole block a good one stands before what only the sample likes better, and
+    // corrections that are missing, the commonest mistake of all, before what would do as well.
+    std::stable_sort(
+        out_.explanations.begin(),
+        out_.explanations.end(),
+        [](const Explanation& a, const Explanation& b) { return RankOf(a) < RankOf(b); });
+  }
+
+  Explanation Describe(const Fit& before, const Candidate& candidate) const {
     const Hypothesis& hypothesis = candidate.hypothesis;
     Explanation out;
     out.kind = hypothesis.kind;
@@ -447,12 +495,22 @@ class Diagnosing {
     out.part_1 = out.square_sum_before_1 > 0.0
                      ? (out.square_sum_before_1 - out.square_sum_after_1) / out.square_sum_before_1
                      : 0.0;
-    out.sentence = SentenceOf(hypothesis, size, out);
+    const bool cured = std::any_of(out_.explanations.begin(),
+                                   out_.explanations.end(),
+                                   [](const Explanation& one) { return one.cure.cures; });
+    if (!cured || hypothesis.kind == MistakeKind::kModel) {
+      out.cure = CureOf(block_, given_, hypothesis, candidate.solved.value, test_level_, progress_);
+    }
+    const std::string detail =
+        hypothesis.detail ? hypothesis.detail(candidate.solved.fit) : std::string();
+    out.sentence = SentenceOf(hypothesis, size, detail, out);
     return out;
   }
 
   const Block& block_;
-  CorrectionModel corrections_;
+  CorrectionModel corrections_;  ///< of passes with looks in the sample
+  CorrectionModel given_;
+  double test_level_ = 0.0;
   DiagnosisBounds bounds_;
   ProgressSink* progress_;
   Diagnosis out_;

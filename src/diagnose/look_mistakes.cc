@@ -411,6 +411,30 @@ Hypothesis ScaledCone(const Names& passes, const char* column, const KnownNumber
   return out;
 }
 
+/// Dopplers in another unit, such as parts of the pulse rate, or of another wavelength.
+Hypothesis DopplerFactor(const Names& passes, double factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kCone;
+  out.cause = "cone.factor";
+  out.passes = passes;
+  out.undo = [passes](Block* block, double value) {
+    ForLooks(*block, passes, [&](std::size_t i) { block->looks.cone[i] /= value; });
+  };
+  out.free = true;
+  out.value = factor;
+  out.step = 1e-3 * factor;
+  out.unit = "1";
+  out.says = [passes](const Size& size) {
+    return "doppler_hz " + OfPasses(passes) + " are " + size.text +
+           " times what known points show (another unit, such as parts of the pulse rate, or "
+           "wavelength_m by that factor)";
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: doppler_hz " + OfPasses(passes) + " divided by " + Short(size.value);
+  };
+  return out;
+}
+
 Hypothesis Wavelength(const Names& passes, const KnownNumber& factor) {
   Hypothesis out;
   out.kind = MistakeKind::kCone;
@@ -466,6 +490,11 @@ void AddOf(const Names& passes, const Squints& squints, Hypotheses* out) {
     const char* column = squints.doppler ? "doppler_hz" : "squint_deg";
     out->push_back(ScaledCone(passes, column, {-1.0, "have the wrong sign"}));
     if (squints.doppler) {
+      constexpr double kFarFromOne_1 = 0.01;
+      const double factor = squints.ratio_1.size() < 3 ? 1.0 : Median(squints.ratio_1);
+      if (factor > 0.0 && std::abs(factor - 1.0) > kFarFromOne_1) {
+        out->push_back(DopplerFactor(passes, factor));
+      }
       out->push_back(Wavelength(passes, {100.0, "centimetres for metres"}));
       out->push_back(Wavelength(passes, {1000.0, "millimetres for metres"}));
     } else {
@@ -524,6 +553,7 @@ void AddConeMistakes(const Facts& facts, Hypotheses* out) {
     const Squints squints = SquintsOf(pass);
     AddOf({id}, squints, out);
     all.off_rad.insert(all.off_rad.end(), squints.off_rad.begin(), squints.off_rad.end());
+    all.ratio_1.insert(all.ratio_1.end(), squints.ratio_1.begin(), squints.ratio_1.end());
     all.doppler = all.doppler || squints.doppler;
     all.given = all.given || squints.given;
   }

@@ -65,9 +65,11 @@ std::string OfPasses(const std::vector<std::string>& passes) {
 
 std::string SentenceOf(const Hypothesis& hypothesis,
                        const Size& size,
+                       const std::string& detail,
                        const Explanation& explanation) {
   std::string text = hypothesis.says(size);
   if (!explanation.equals.empty()) text += " (" + explanation.equals + ")";
+  if (!detail.empty()) text += ", " + detail;
   if (hypothesis.kind != MistakeKind::kSigma || explanation.part_1 > 0.0) {
     text += ": takes " + Percent(explanation.part_1) + " of v'Pv";
   }
@@ -78,6 +80,14 @@ std::string SentenceOf(const Hypothesis& hypothesis,
   const double left_1 = explanation.square_sum_after_1 / explanation.redundancy_after_1;
   if (left_1 > 2.0 || explanation.looks_lost_after > 0) {
     text += " but does not explain all (v'Pv over redundancy " + Short(left_1) + " is left)";
+  }
+  const Explanation::Cure& cure = explanation.cure;
+  if (cure.tried) {
+    text += cure.cures ? "; with it the whole block is sound: s0^2 of looks and control "
+                       : "; of the whole block it is a part: s0^2 of looks and control ";
+    text += Short(cure.factor) + " (" + Short(cure.lower) + " to " + Short(cure.upper) +
+            " is expected)";
+    if (std::isfinite(cure.priors_factor)) text += ", of priors " + Short(cure.priors_factor);
   }
   return text + "; " + explanation.change;
 }

@@ -56,6 +56,10 @@ void AddPathMistakes(const Facts& facts, Hypotheses* out);
 /// ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq. (9).
 void AddWanderMistakes(const Facts& facts, Hypotheses* out);
 
+/// Adds those of the corrections asked for: priors too tight (one solution tells which and by how
+/// much), terms that are missing, passes held as exact.
+void AddModelMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
+
 /// Adds the hypotheses of known positions that this block gives reason to try, with first values
 /// of their sizes: those that the sightings suggest, and those that show in a solution alone.
 void AddControlMistakes(const Facts& facts, Hypotheses* out);
@@ -71,5 +75,17 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out);
 void AddShiftedIds(const Facts& facts, Hypotheses* out);
 /// Adds the hypotheses that two suspects are exchanged in a pass, where both agree better then.
 void AddExchangedPoints(const Facts& facts, Hypotheses* out);
+
+/// What the residuals of a fit show that is no noise, the most striking: one sign in a pass, a
+/// trend with range or time, correlation along the strip, heavy tails; empty where they are noise.
+[[nodiscard]] std::string FindPattern(const Block& block, const SampleResiduals& residuals);
+
+/// The whole block, with these corrections, solved with a mistake undone.
+[[nodiscard]] Explanation::Cure CureOf(const Block& given,
+                                       const CorrectionModel& corrections,
+                                       const Hypothesis& hypothesis,
+                                       double value,
+                                       double test_level,
+                                       ProgressSink* progress);
 
 }  // namespace sarblock

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -102,6 +103,13 @@ constexpr std::array kBodies{
     NamedBody{"a Venus sphere of 6051 km", 6051000.0, 0.0},
     NamedBody{"a Venus sphere of 6052 km", 6052000.0, 0.0}};
 
+/// DD.MMmm, degrees and minutes, read as degrees with decimals.
+double FromMinutes(double read_rad) {
+  const double read_deg = read_rad / kRadPerDeg;
+  const double degrees = std::trunc(read_deg);
+  return kRadPerDeg * (degrees + 100.0 * (read_deg - degrees) / 60.0);
+}
+
 void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
   out->push_back(Exchanged(whose));
   out->push_back(
@@ -112,6 +120,35 @@ void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
                }),
                "are radians where degrees are read",
                "lat_deg and lon_deg in degrees"));
+  out->push_back(Replaced(whose,
+                          "control.longitude_sign",
+                          Geodetically([](Geodetic at) {
+                            return Geodetic{at.lat_rad, -at.lon_rad, at.h_m};
+                          }),
+                          "have longitudes of the wrong sign",
+                          "lon_deg positive east"));
+  out->push_back(Replaced(whose,
+                          "control.latitude_sign",
+                          Geodetically([](Geodetic at) {
+                            return Geodetic{-at.lat_rad, at.lon_rad, at.h_m};
+                          }),
+                          "have latitudes of the wrong sign",
+                          "lat_deg positive north"));
+  out->push_back(Replaced(whose,
+                          "control.half_turn",
+                          Geodetically([](Geodetic at) {
+                            return Geodetic{at.lat_rad, at.lon_rad + std::numbers::pi, at.h_m};
+                          }),
+                          "have longitudes that are half a turn off",
+                          "lon_deg plus or minus 180"));
+  out->push_back(
+      Replaced(whose,
+               "control.minutes",
+               Geodetically([](Geodetic at) {
+                 return Geodetic{FromMinutes(at.lat_rad), FromMinutes(at.lon_rad), at.h_m};
+               }),
+               "are degrees and minutes where degrees with decimals are read",
+               "lat_deg and lon_deg in degrees with decimals"));
   out->push_back(Replaced(whose,
                           "control.height_km",
                           Geodetically([](Geodetic at) {
@@ -143,6 +180,46 @@ void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
         },
         std::string("refer to ") + body.name,
         "coordinates on the ellipsoid of the frame"));
+  }
+}
+
+/// Heights that were read as `meant` times what they are.
+Hypothesis ScaledHeights(const Whose& whose,
+                         bool geocentric,
+                         std::string cause,
+                         double meant_1,
+                         std::string says,
+                         std::string change) {
+  const Meant on_ellipsoid = Geodetically([meant_1](Geodetic at) {
+    return Geodetic{at.lat_rad, at.lon_rad, meant_1 * at.h_m};
+  });
+  const Meant flat = [meant_1](const Frame&, const Eigen::Vector3d& p_m) {
+    return Eigen::Vector3d(p_m.x(), p_m.y(), meant_1 * p_m.z());
+  };
+  return Replaced(whose,
+                  std::move(cause),
+                  geocentric ? on_ellipsoid : flat,
+                  std::move(says),
+                  std::move(change));
+}
+
+void AddHeights(const Whose& whose, bool geocentric, Hypotheses* out) {
+  constexpr double kFoot_m = 0.3048;
+  out->push_back(ScaledHeights(whose,
+                               geocentric,
+                               "control.height_sign",
+                               -1.0,
+                               "have heights of the wrong sign",
+                               "the other sign of the heights"));
+  out->push_back(ScaledHeights(whose,
+                               geocentric,
+                               "control.feet",
+                               kFoot_m,
+                               "have heights in feet",
+                               "heights in metres, times 0.3048,"));
+  for (Hypothesis* hypothesis : {&(*out)[out->size() - 2], &out->back()}) {
+    hypothesis->screened = true;  // small against errors of the flights
+    hypothesis->local = true;
   }
 }
 
@@ -290,7 +367,19 @@ void AddControlMistakes(const Facts& facts, Hypotheses* out) {
         [](const Frame&, const Eigen::Vector3d& p_m) { return Eigen::Vector3d(1e3 * p_m); },
         "are in kilometres",
         "metres in x_m, y_m, z_m"));
-    if (geocentric) AddGeodetic(whose, block.frame, out);
+    AddHeights(whose, geocentric, out);
+    if (geocentric) {
+      AddGeodetic(whose, block.frame, out);
+    } else {
+      out->push_back(Replaced(
+          whose,
+          "control.xy",
+          [](const Frame&, const Eigen::Vector3d& p_m) {
+            return Eigen::Vector3d(p_m.y(), p_m.x(), p_m.z());
+          },
+          "have x and y exchanged",
+          "exchange x_m and y_m"));
+    }
   }
 }
 

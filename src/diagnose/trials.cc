@@ -11,7 +11,9 @@
 
 #include "normals/point.h"
 #include "normals/reduced_system.h"
+#include "quality/covariance.h"
 #include "sample.h"
+#include "solve/rank.h"
 #include "solve/reduced_engine.h"
 #include "solve/start.h"
 #include <Eigen/Cholesky>
@@ -81,6 +83,11 @@ BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
 
 }  // namespace
 
+bool IsNear(const Fit& fit) {
+  constexpr double kNear_1 = 30.0;
+  return fit.solved && fit.lost == 0 && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
+}
+
 double Fit::SquareSum() const { return square_sum_1 + kLost_1 * static_cast<double>(lost); }
 
 Fit SolveSample(const Block& sample,
@@ -104,7 +111,8 @@ Fit SolveSample(const Block& sample,
     UpdateWeights(fit.state, &problem);
     system.Form(fit.state, {}, progress);
     fit.square_sum_1 = 2.0 * system.cost();
-    fit.redundancy_1 = CountProblem(problem).redundancy();
+    fit.counts = CountProblem(problem);
+    fit.redundancy_1 = fit.counts.redundancy();
     CountPlaces(problem, &fit);
     fit.solved = std::isfinite(fit.square_sum_1) && fit.looks > 0;
   } catch (const Interrupted&) {
@@ -117,6 +125,24 @@ Fit SolveSample(const Block& sample,
     fit.lost = sample.looks.size();
   }
   return fit;
+}
+
+PriorSums PriorsOf(const Block& sample, const CorrectionModel& corrections, const Fit& fit) {
+  if (!fit.solved) return {};
+  try {
+    AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
+    if (problem.layout.size() == 0) return {};
+    const BlockState state = Continue(fit.state, &problem);
+    ReducedSystem system(problem);
+    system.Form(state, {}, nullptr);
+    FactorRegular(&system);
+    return SumPriors(
+        problem.layout, state.corrections, ParameterCovariances(system, system.SelectedInverse()));
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception&) {  // no covariance where directions are open
+    return {};
+  }
 }
 
 SampleResiduals ResidualsOf(const Block& sample,
@@ -196,15 +222,18 @@ Trials::Trials(const Block& sample, CorrectionModel corrections, Work work, Prog
   for (const Pass& pass : sample_.passes) states_ += pass.RecordedStates().size();
 }
 
-Fit Trials::Solve(const Block& block, const FitOptions& options) {
+Fit Trials::Solve(const Block& block,
+                  const CorrectionModel& corrections,
+                  const FitOptions& options) {
   ++solutions_;
-  Fit fit = SolveSample(block, corrections_, options, progress_);
+  Fit fit = SolveSample(block, corrections, options, progress_);
+  if (fit.solved) fit.redundancy_1 -= empty_priors_1_;
   const auto start = options.warm == nullptr ? Work::Start::kOfItsOwn : Work::Start::kOfAnother;
   work_.AddSolution(block.looks.size(), fit, start, states_);
   return fit;
 }
 
-Fit Trials::AsItIs() { return Solve(given_, {}); }
+Fit Trials::AsItIs() { return Solve(given_, corrections_, {}); }
 
 Fit Trials::Without(const std::vector<std::uint32_t>& points, const FitOptions& options) {
   std::vector<std::uint8_t>& flags = given_.looks.flags;
@@ -214,7 +243,7 @@ Fit Trials::Without(const std::vector<std::uint32_t>& points, const FitOptions& 
       flags[i] |= Looks::kRejected;
     }
   }
-  Fit fit = Solve(given_, options);
+  Fit fit = Solve(given_, corrections_, options);
   flags = before;
   return fit;
 }
@@ -225,11 +254,14 @@ Fit Trials::With(const Hypothesis& hypothesis, double value, const FitOptions& o
   FitStrips(&block);
   HoldCheckPoints(&block);
   work_.AddSmoothed(hypothesis.smoothed_states);
-  Fit fit = Solve(block, options);
+  CorrectionModel corrections = corrections_;
+  if (hypothesis.remodel) hypothesis.remodel(&corrections, value);
+  Fit fit = Solve(block, corrections, options);
   if (block.looks.size() == sample_.looks.size() && fit.looks > 0) {
     const double part_1 =
         std::clamp(fit.redundancy_1 / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);
-    fit.log_sigmas_1 = part_1 * (LogSigmas(block) - LogSigmas(sample_));
+    fit.log_sigmas_1 =
+        part_1 * (LogSigmas(block) - LogSigmas(sample_)) + hypothesis.log_cost_1 * value;
   }
   return fit;
 }

@@ -17,6 +17,7 @@
 
 #include "mistake.h"
 #include "model/problem.h"
+#include "quality/groups.h"
 #include "sample.h"
 #include <Eigen/Core>
 
@@ -27,6 +28,7 @@ struct Fit {
   bool solved = false;
   double square_sum_1 = 0.0;  ///< v'Pv of what has a place
   double redundancy_1 = 0.0;
+  ProblemCounts counts;
   std::size_t looks = 0;  ///< that have a place
   std::size_t lost = 0;   ///< looks without one, or whose point lies where they do not look to
   /// Sum of ln sigma^2 of the measurements less that of the sample as it was given, times the
@@ -41,6 +43,10 @@ struct Fit {
   /// -2 log of the restricted likelihood but for a constant (docs/theory/diagnosis.md, eq. (2)).
   [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas_1; }
 };
+
+/// True where a fit is so good that changes of little can start from it: a gross mistake leads
+/// everything else away, and what has no place finds none from there.
+[[nodiscard]] bool IsNear(const Fit& fit);
 
 /// What a look without a place counts: residuals of 30 sigma in range and azimuth.
 inline constexpr double kLost_1 = 1800.0;
@@ -64,6 +70,11 @@ struct FitOptions {
                               const FitOptions& options,
                               ProgressSink* progress);
 
+/// The priors of a fit (quality/groups.h); all zero where it has none or no covariance.
+[[nodiscard]] PriorSums PriorsOf(const Block& sample,
+                                 const CorrectionModel& corrections,
+                                 const Fit& fit);
+
 /// Of every look at a fit, NaN where it has none; columns range and azimuth.
 struct SampleResiduals {
   Eigen::MatrixX2d whitened_1;    ///< over their standard deviations
@@ -81,6 +92,8 @@ struct Facts {
   const CorrectionModel& corrections;
   const Fit& before;                 ///< the sample as it is
   const SampleResiduals& residuals;  ///< of `before`
+  /// Changes of little can start from it (IsNear).
+  [[nodiscard]] bool near() const { return IsNear(before); }
   /// Whether a mistake in the rows of these points alone may be told: without all of them, which no
   /// change of them beats, v'Pv falls by as much as an explanation is to take.
   const std::function<bool(const std::vector<std::uint32_t>& points)>& may_explain;
@@ -138,6 +151,9 @@ class Trials {
 
   /// The sample as it is.
   [[nodiscard]] Fit AsItIs();
+  /// What priors that are wider than their corrections put into the redundancy without residuals:
+  /// taken off that of every fit from now on.
+  void LeaveOutOfRedundancy(double empty_priors_1) { empty_priors_1_ = empty_priors_1; }
   /// Without the looks of some points.
   [[nodiscard]] Fit Without(const std::vector<std::uint32_t>& points, const FitOptions& options);
   [[nodiscard]] Fit With(const Hypothesis& hypothesis, double value, const FitOptions& options);
@@ -147,12 +163,15 @@ class Trials {
   [[nodiscard]] const Work& work() const { return work_; }
 
  private:
-  [[nodiscard]] Fit Solve(const Block& block, const FitOptions& options);
+  [[nodiscard]] Fit Solve(const Block& block,
+                          const CorrectionModel& corrections,
+                          const FitOptions& options);
 
   const Block& sample_;
   Block given_;
   CorrectionModel corrections_;
   Work work_;
+  double empty_priors_1_ = 0.0;
   std::size_t states_ = 0;  ///< recorded states of the passes, which every trial copies
   ProgressSink* progress_;
   int solutions_ = 0;

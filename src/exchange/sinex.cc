@@ -245,7 +245,12 @@ class SinexWriter {
     Statistic("NUMBER OF OBSERVATIONS", summary.Count("observations"));
     Statistic("NUMBER OF UNKNOWNS", summary.Count("parameters"));
     Statistic("NUMBER OF DEGREES OF FREEDOM", summary.Count("redundancy"));
-    Statistic("VARIANCE FACTOR", summary.sigma0_squared);
+    // Of the observations and the degrees of freedom above, priors included.
+    double factor_1 = summary.sigma0_squared;
+    for (const ResultGroup& group : summary.groups) {
+      if (group.name == "all") factor_1 = group.factor_1;
+    }
+    Statistic("VARIANCE FACTOR", factor_1);
     Add("-SOLUTION/STATISTICS\n");
   }
 

@@ -303,7 +303,7 @@ const std::array kOptions = std::to_array<OptionRow>({
   {{"covariance_method", "text", "auto, reduced, ceres", "auto",
    "How the covariance is formed; ceres is the slow second route, up to 10,000 unknowns."},
    kChoice<&AdjustOptions::covariance_method>},
-  {{"test_level", "number", "above 0, below 1", "0.95", "Probability of the global test."},
+  {{"test_level", "number", "above 0, below 1", "0.999", "Probability with which a block without mistakes passes all tests of the verdict."},
    kPart<&AdjustOptions::test_level>},
   {{"diagnose", "flag", "true, false", "true",
    "Look for the mistake behind a block that is not accepted, fails a test or cannot be solved."},

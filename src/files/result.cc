@@ -635,7 +635,19 @@ void ReadSections(const JsonValue& root, ResultSummary* summary) {
   if (const auto test = root.Find("chi_square")) {
     summary->chi_square = ReadTest(*test);
     summary->chi_square->sigma0_squared = summary->sigma0_squared;
-    summary->chi_square->redundancy = summary->Count("redundancy");
+    // Results of older versions test all observations.
+    const double redundancy = NumberIn(*test, "redundancy");
+    summary->chi_square->redundancy =
+        std::isnan(redundancy) ? summary->Count("redundancy") : redundancy;
+  }
+  for (const JsonValue& entry : EntriesIn(root, "groups")) {
+    summary->groups.push_back({TextIn(entry, "group"),
+                               NumberIn(entry, "square_sum"),
+                               NumberIn(entry, "redundancy"),
+                               NumberIn(entry, "factor"),
+                               NumberIn(entry, "sigma"),
+                               NumberIn(entry, "lower"),
+                               NumberIn(entry, "upper")});
   }
   if (const auto checks = root.Find("check_points")) {
     summary->checks = {CountIn(*checks, "points"),

@@ -113,11 +113,26 @@ Json Counts(const Block& block, const AdjustResult& result) {
 
 Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
   if (std::isnan(result.sigma0_squared)) return nullptr;
-  return {{"value", result.sigma0_squared * result.redundancy()},
+  return {{"value", result.sigma0_squared * result.test_redundancy_1},
+          {"redundancy", result.test_redundancy_1},
           {"lower", result.chi_square.lower},
           {"upper", result.chi_square.upper},
           {"level", options.test_level},
           {"passed", result.chi_square_passed}};
+}
+
+Json Groups(const AdjustResult& result) {
+  Json groups = Json::array();
+  for (const ObservationGroup& group : result.assessment.groups) {
+    groups.push_back({{"group", group.name},
+                      {"square_sum", group.square_sum_1},
+                      {"redundancy", group.redundancy_1},
+                      {"factor", group.factor()},
+                      {"sigma", group.factor_deviation()},
+                      {"lower", group.band.lower},
+                      {"upper", group.band.upper}});
+  }
+  return groups;
 }
 
 Json Selection(const SelectionReport& selection) {
@@ -184,8 +199,10 @@ std::string Summary(const Block& block,
   summary["sigma0_squared"] = result.sigma0_squared;
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
+  summary["groups"] = Groups(result);
   if (!result.checks.empty()) {
-    summary["check_points"] = CheckPointsJson(result.assessment.checks, options.test_level);
+    summary["check_points"] =
+        CheckPointsJson(result.assessment.checks, LevelOfOneTest(options.test_level));
   }
   if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
   if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
@@ -425,9 +442,11 @@ Json VarianceComponentsSection(const AdjustOptions& options, const AdjustResult&
   section["iterations"] = report.iterations;
   section["converged"] = report.converged;
   section["before"] = TestSection(report.before, options.test_level);
-  section["after"] = TestSection(
-      {result.sigma0_squared, result.redundancy(), result.chi_square, result.chi_square_passed},
-      options.test_level);
+  section["after"] = TestSection({result.sigma0_squared,
+                                  result.test_redundancy_1,
+                                  result.chi_square,
+                                  result.chi_square_passed},
+                                 options.test_level);
   section["components"] = Json::array();
   for (const VarianceComponent& c : report.components) {
     section["components"].push_back({{"group", c.group},
@@ -493,6 +512,17 @@ using Json = nlohmann::ordered_json;
 /// null where there is no number.
 Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+/// The whole block with an explanation undone; null where it was not tried.
+Json CureJson(const Explanation::Cure& cure) {
+  if (!cure.tried) return nullptr;
+  return {{"cures", cure.cures},
+          {"sigma0_squared", Number(cure.factor)},
+          {"lower", Number(cure.lower)},
+          {"upper", Number(cure.upper)},
+          {"priors", Number(cure.priors_factor)},
+          {"points", cure.points}};
+}
+
 }  // namespace
 
 Json DiagnosisSection(const Diagnosis& diagnosis) {
@@ -513,6 +543,7 @@ Json DiagnosisSection(const Diagnosis& diagnosis) {
                        {"square_sum_after", Number(told.square_sum_after_1)},
                        {"redundancy_before", Number(told.redundancy_before_1)},
                        {"redundancy_after", Number(told.redundancy_after_1)},
+                       {"cure", CureJson(told.cure)},
                        {"looks_lost_before", told.looks_lost_before},
                        {"looks_lost_after", told.looks_lost_after}});
   }

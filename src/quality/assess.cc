@@ -64,127 +64,6 @@ BlunderSize BlunderSizes::OfControl(const ControlQuality& control) const {
   return out;
 }
 
-namespace {
-
-/// Chance that a block whose priors hold is warned of.
-constexpr double kWarnLevel_1 = 0.001;
-
-bool IsMeasured(const AdjustResult& result) { return result.status != AdjustStatus::kPredicted; }
-
-/// Of a prior that is independent of all others.
-PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& parameter) {
-  PriorTest out;
-  const double ratio_1 = parameter.sigma / parameter.prior_sigma;
-  if (std::isnan(ratio_1)) return out;
-  out.redundancy_1 = std::max(0.0, 1.0 - ratio_1 * ratio_1);
-  if (!IsMeasured(result) || out.redundancy_1 <= kLeastRedundancy_1) return out;
-  out.w_1 = parameter.value / (parameter.prior_sigma * std::sqrt(out.redundancy_1));
-  out.square_1 = out.w_1 * out.w_1 * out.redundancy_1;
-  return out;
-}
-
-/// Covariances of the result within each joint prior.
-std::vector<Eigen::MatrixXd> CovariancesOfJointPriors(const AdjustResult& result) {
-  struct Place {
-    std::size_t prior = 0;
-    Eigen::Index row = 0;
-  };
-  std::vector<Eigen::MatrixXd> out;
-  std::vector<std::optional<Place>> places(result.parameters.size());
-  for (std::size_t p = 0; p < result.joint_priors.size(); ++p) {
-    const std::vector<std::uint32_t>& parameters = result.joint_priors[p].parameters;
-    const auto size = static_cast<Eigen::Index>(parameters.size());
-    out.emplace_back(Eigen::MatrixXd::Constant(size, size, kNotGiven));
-    for (Eigen::Index i = 0; i < size; ++i) {
-      places[parameters[static_cast<std::size_t>(i)]] = Place{p, i};
-    }
-  }
-  for (const ParameterCovariance& entry : result.parameter_covariance) {
-    const auto &a = places[entry.a], &b = places[entry.b];
-    if (!a || !b || a->prior != b->prior) continue;
-    out[a->prior](a->row, b->row) = out[a->prior](b->row, a->row) = entry.covariance;
-  }
-  return out;
-}
-
-void TestJointPriors(const AdjustResult& result, std::vector<PriorTest>* tests) {
-  const std::vector<Eigen::MatrixXd> covariances = CovariancesOfJointPriors(result);
-  for (std::size_t p = 0; p < covariances.size(); ++p) {
-    const JointPriorResult& prior = result.joint_priors[p];
-    const Eigen::MatrixXd& c = covariances[p];
-    JointPriorTerm term;
-    term.Set(prior.covariance);
-    const Eigen::Index size = c.rows();
-    Eigen::VectorXd value(size);
-    for (Eigen::Index i = 0; i < size; ++i) {
-      value[i] = result.parameters[prior.parameters[static_cast<std::size_t>(i)]].value;
-    }
-    const Eigen::VectorXd weighted = term.information * value;
-    // N by whitened rows: I - W C W' loses no more digits than 1 - sigma^2 / sigma0^2 does.
-    const Eigen::MatrixXd left =
-        Eigen::MatrixXd::Identity(size, size) - term.whitening * c * term.whitening.transpose();
-    const Eigen::VectorXd n = (term.whitening.transpose() * left * term.whitening).diagonal();
-    for (Eigen::Index i = 0; i < size; ++i) {
-      PriorTest& test = (*tests)[prior.parameters[static_cast<std::size_t>(i)]];
-      test = {};
-      if (!c.allFinite()) continue;
-      test.redundancy_1 = (term.factor * left * term.whitening)(i, i);
-      const double least = kLeastRedundancy_1 * term.information(i, i);
-      if (!IsMeasured(result)) continue;
-      test.square_1 = value[i] * weighted[i];
-      if (n[i] > least) test.w_1 = weighted[i] / std::sqrt(n[i]);
-    }
-  }
-}
-
-}  // namespace
-
-std::vector<PriorTest> TestsOfPriors(const AdjustResult& result) {
-  std::vector<PriorTest> out;
-  out.reserve(result.parameters.size());
-  for (const ParameterResult& parameter : result.parameters) {
-    out.push_back(TestOfPrior(result, parameter));
-  }
-  if (!result.joint_priors.empty()) TestJointPriors(result, &out);
-  return out;
-}
-
-std::string ContradictedPriors(const AdjustResult& result) {
-  std::vector<double> w_1;
-  std::size_t tested = 0;
-  for (const PriorTest& test : TestsOfPriors(result)) {
-    w_1.push_back(std::abs(test.w_1));
-    tested += std::isnan(w_1.back()) ? 0U : 1U;
-  }
-  QualityOptions all;
-  all.alpha_1 = kWarnLevel_1;
-  all.family_wise = FamilyWise::kBonferroni;
-  const double critical_1 = MakeReliability(all, tested, result.redundancy()).critical_w_1;
-  std::size_t above = 0, worst = 0;
-  for (std::size_t i = 0; i < w_1.size(); ++i) {
-    if (!(w_1[i] > critical_1)) continue;
-    if (above++ == 0 || w_1[i] > w_1[worst]) worst = i;
-  }
-  if (above == 0) return {};
-  const ParameterResult& p = result.parameters[worst];
-  std::array<char, 160> figures{};
-  std::snprintf(
-      figures.data(),
-      figures.size(),
-      "%.4g %s beside a standard deviation of %.4g %s, |w| %.1f; beyond %.2f is no chance",
-      p.value,
-      p.unit.c_str(),
-      p.prior_sigma,
-      p.unit.c_str(),
-      w_1[worst],
-      critical_1);
-  return "priors: the observations contradict those of " + std::to_string(above) + " of " +
-         std::to_string(tested) + " corrections, most that of " + p.owner + " " + p.name + " (" +
-         figures.data() +
-         "): a path that belongs to another pass, a prior that is too tight, or blunders in looks "
-         "or control";
-}
-
 PriorSummary SummarisePriors(const AdjustOptions& options, const AdjustResult& result) {
   PriorSummary out;
   const ReliabilityFigures figures = ReliabilityOf(options, result);
@@ -282,7 +161,9 @@ std::string Short(double value) { return Digits(value, 3); }
 
 ReliabilityFigures ReliabilityOf(const AdjustOptions& options, const AdjustResult& result) {
   return MakeReliability(
-      options.quality, CountTests(result.quality, result.control_quality), result.redundancy());
+      options.quality,
+      CountTests(result.quality, result.control_quality),
+      std::isnan(result.test_redundancy_1) ? result.redundancy() : result.test_redundancy_1);
 }
 
 double TauOf(double w_1, const AdjustResult& result) {
@@ -447,9 +328,6 @@ namespace {
 /// it.
 constexpr double kGrossVariance_1 = 10.0;
 
-/// Chance that observations without blunders fail their test.
-constexpr double kObservationLevel_1 = 0.001;
-
 /// Observations of one contradiction: where two looks determine a point, range and azimuth of both
 /// have the same |w|.
 constexpr double kMostOfOneContradiction_1 = 4.0;
@@ -467,24 +345,55 @@ bool IsAdjusted(const AdjustResult& result) {
   return result.status == AdjustStatus::kConverged || result.status == AdjustStatus::kNotConverged;
 }
 
+/// Of looks and control, or of all observations where priors contradict the more.
+double GrossFactor(const AdjustResult& result) {
+  double factor_1 = result.sigma0_squared;
+  for (const ObservationGroup& group : result.assessment.groups) {
+    if (group.name == "all") factor_1 = std::fmax(factor_1, group.factor());
+  }
+  return factor_1;
+}
+
 bool IsGross(const AdjustOptions& options, const AdjustResult& result) {
   return IsAdjusted(result) && !options.scale_by_posterior &&
-         result.sigma0_squared > kGrossVariance_1;
+         GrossFactor(result) > kGrossVariance_1;
 }
+
+constexpr const char* kLarger =
+    "the looks are noisier than stated, or there are blunders or errors of the flights without a "
+    "correction";
+constexpr const char* kSmaller =
+    "standard deviations are stated too large, or the same measurements stand in the block more "
+    "than once";
 
 std::string GlobalTestReason(const AdjustOptions& options, const AdjustResult& result) {
   if (std::isnan(result.sigma0_squared) || result.chi_square_passed) return {};
-  const double f = result.redundancy();
+  const double f = result.test_redundancy_1;
   const bool worse = result.sigma0_squared * f > result.chi_square.upper;
-  return Format("global test: s0^2 is %.4g where %.4g to %.4g is expected (%.4g %%): ",
-                result.sigma0_squared,
-                result.chi_square.lower / f,
-                result.chi_square.upper / f,
-                100.0 * options.test_level) +
-         (worse ? "the looks are noisier than stated, or there are blunders or errors of the "
-                  "flights without a correction"
-                : "standard deviations are stated too large, or the same measurements stand in "
-                  "the block more than once");
+  return Format(
+             "global test: s0^2 is %.4g where %.4g to %.4g is expected (%.4g %% for all tests): ",
+             result.sigma0_squared,
+             result.chi_square.lower / f,
+             result.chi_square.upper / f,
+             100.0 * options.test_level) +
+         (worse ? kLarger : kSmaller);
+}
+
+/// Ranges, azimuths and control that do not agree with their standard deviations.
+std::string GroupReason(const AdjustResult& result) {
+  std::string text;
+  bool worse = false;
+  for (const ObservationGroup& group : result.assessment.groups) {
+    if (group.name == "priors" || group.name == "all" || group.agrees()) continue;
+    worse = worse || group.factor() > group.band.upper;
+    text += (text.empty() ? "" : ", ") + group.name +
+            Format(" %.4g where %.4g to %.4g is expected",
+                   group.factor(),
+                   group.band.lower,
+                   group.band.upper);
+  }
+  if (text.empty()) return {};
+  return "variance factors of " + text + ": " + (worse ? kLarger : kSmaller);
 }
 
 std::string CheckReason(const AdjustOptions& options, const CheckSummary& checks) {
@@ -496,7 +405,7 @@ std::string CheckReason(const AdjustOptions& options, const CheckSummary& checks
              checks.error_ratio_1,
              checks.error_ratio_interval_1.lower,
              checks.error_ratio_interval_1.upper,
-             100.0 * options.test_level) +
+             100.0 * LevelOfOneTest(options.test_level)) +
          (large ? ": errors of the flights without a correction, or check points of another frame "
                   "or source than the control points"
                 : ": standard deviations are stated too large");
@@ -530,9 +439,10 @@ std::string ObservationReason(const Block& block,
   const bool control = control_w_1 > look_w_1;
   const double largest_w_1 = control ? control_w_1 : look_w_1;
   QualityOptions all;
-  all.alpha_1 = kObservationLevel_1;
+  all.alpha_1 = 1.0 - LevelOfOneTest(options.test_level);
   all.family_wise = FamilyWise::kBonferroni;
-  const ReliabilityFigures limits = MakeReliability(all, tests.figures.tests, result.redundancy());
+  const ReliabilityFigures limits =
+      MakeReliability(all, tests.figures.tests, result.test_redundancy_1);
   const bool tau = options.quality.test == BlunderTest::kTau;
   const bool beyond = tau ? std::abs(TauOf(largest_w_1, result)) > limits.critical_tau_1
                           : largest_w_1 > limits.critical_w_1;
@@ -541,7 +451,7 @@ std::string ObservationReason(const Block& block,
   const auto above = static_cast<double>(tests.above());
   const double half = 2.0 / kMostOfOneContradiction_1;
   const bool crowded = above > 0.0 && ChiSquareProbability(half * tests.expected_above_1(),
-                                                           half * above) < kObservationLevel_1;
+                                                           half * above) < all.alpha_1;
   if (!beyond && !crowded) return {};
   return Format(
              "tests of observations: %zu of %zu are beyond the critical value, %.1f are "
@@ -560,7 +470,7 @@ void Assess(const Block& block, const AdjustOptions& options, AdjustResult* resu
   Assessment& out = result->assessment;
   out.tests = SummariseQuality(block, options, *result);
   out.priors = SummarisePriors(options, *result);
-  out.checks = SummariseChecks(*result, options.test_level);
+  out.checks = SummariseChecks(*result, LevelOfOneTest(options.test_level));
   out.shares = SharesOf(block, *result);
   const bool gross = IsGross(options, *result);
   if (gross) {
@@ -569,20 +479,24 @@ void Assess(const Block& block, const AdjustOptions& options, AdjustResult* resu
                   "contradict each other so much that standard deviations mean nothing (a pass's "
                   "times, ranges or states, a control point, or the standard deviations given are "
                   "wrong)",
-                  result->sigma0_squared,
+                  GrossFactor(*result),
                   kGrossVariance_1));
   }
   out.verdict = out.reasons.empty() ? Verdict::kAccepted : Verdict::kNotAccepted;
   if (result->status == AdjustStatus::kPredicted) return;
+  const PriorFindings priors = TestPriors(*result, options.test_level);
   for (std::string& reason :
-       std::array<std::string, 4>{gross ? std::string() : GlobalTestReason(options, *result),
+       std::array<std::string, 5>{priors.reason,
+                                  gross ? std::string() : GlobalTestReason(options, *result),
+                                  gross ? std::string() : GroupReason(*result),
                                   CheckReason(options, out.checks),
-                                  ObservationReason(block, options, *result),
-                                  ContradictedPriors(*result)}) {
+                                  ObservationReason(block, options, *result)}) {
     if (reason.empty()) continue;
     out.reasons.push_back(std::move(reason));
     if (out.verdict == Verdict::kAccepted) out.verdict = Verdict::kTestsFailed;
   }
+  if (!priors.note.empty()) Warn(result, priors.note);
+  if (const std::string empty = EmptyPriors(*result); !empty.empty()) Warn(result, empty);
 }
 
 }  // namespace sarblock

@@ -115,21 +115,6 @@ double SquareLeftOut(std::size_t dropped, std::size_t looks, const AdjustResult&
   return count > most ? square_1 * most / count : square_1;
 }
 
-GlobalTest TestGlobally(const AdjustmentProblem& problem,
-                        double level,
-                        double square_sum_1,
-                        double left_out_1) {
-  const ProblemCounts counts = CountProblem(problem);
-  GlobalTest test;
-  test.redundancy_1 = counts.redundancy();
-  if (!(test.redundancy_1 > 0.0)) return test;
-  test.sigma0_squared = square_sum_1 / test.redundancy_1;
-  test.chi_square = ChiSquareInterval(level, test.redundancy_1);
-  test.chi_square.lower = std::max(0.0, test.chi_square.lower - left_out_1);
-  test.passed = test.chi_square.Contains(square_sum_1);
-  return test;
-}
-
 void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result) {
   const double factor_1 = CovarianceFactor(options, *result);
   for (const KnownPosition& known : block.points.known) {

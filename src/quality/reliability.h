@@ -36,13 +36,6 @@ namespace sarblock {
                                    std::size_t looks,
                                    const AdjustResult& result);
 
-/// v'Pv against chi-square of the redundancy, two-sided, the lower end lower by `left_out_1`; NaN
-/// without redundancy.
-[[nodiscard]] GlobalTest TestGlobally(const AdjustmentProblem& problem,
-                                      double level,
-                                      double square_sum_1,
-                                      double left_out_1 = 0.0);
-
 /// Errors of check points against their known positions.
 void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result);
 

@@ -11,11 +11,12 @@
 #include <utility>
 
 #include "core/threads.h"
+#include "covariance.h"
+#include "groups.h"
 #include "linear/dense.h"
 #include "model/problem.h"
 #include "normals/point.h"
 #include "point_sweep.h"
-#include "reliability.h"
 #include "solve/rank.h"
 
 namespace sarblock {
@@ -491,6 +492,16 @@ void ScaleProblem(const std::vector<VarianceComponent>& components,
   UpdateWeights(state, problem);
 }
 
+/// Covariances of the corrections, where some have priors.
+std::vector<ParameterCovariance> CovariancesForPriors(const AdjustmentProblem& problem,
+                                                      const ReducedSystem& system) {
+  const std::vector<Parameter>& all = problem.layout.parameters;
+  const bool any =
+      std::any_of(all.begin(), all.end(), [](const Parameter& p) { return p.has_prior(); });
+  return any ? ParameterCovariances(system, system.SelectedInverse())
+             : std::vector<ParameterCovariance>();
+}
+
 }  // namespace
 
 void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result) {
@@ -558,7 +569,10 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
     const VarianceSums sums =
         SumVariances(*problem, *state, *system, component_of, components.size());
     if (report.iterations == 0) {
-      report.before = TestGlobally(*problem, options.test_level, 2.0 * system->cost());
+      const PriorSums priors =
+          SumPriors(problem->layout, state->corrections, CovariancesForPriors(*problem, *system));
+      report.before = TestMeasurements(
+          CountProblem(*problem), priors, {.kept_1 = 2.0 * system->cost()}, options.test_level);
       FillSigmaBefore(*problem, component_of, &components);
     }
     if (steps.drop_outliers) before.Restore(problem);

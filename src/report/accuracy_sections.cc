@@ -23,6 +23,33 @@ std::vector<std::string> TestRow(const std::string& name, const ResultTest& test
           test.passed ? "passed" : "FAILED"};
 }
 
+PageTable GroupTable(const ResultSummary& summary) {
+  PageTable table;
+  table.title = "Groups of observations";
+  table.columns = {{"group", false},
+                   {"v'Pv", true},
+                   {"redundancy", true},
+                   {"variance factor", true},
+                   {"from", true},
+                   {"to", true}};
+  for (const ResultGroup& group : summary.groups) {
+    if (group.name != "all" && !(group.lower <= group.factor_1 && group.factor_1 <= group.upper)) {
+      table.marked.push_back(table.rows.size());
+    }
+    table.rows.push_back({group.name,
+                          Shown(group.square_sum),
+                          ReadableCount(group.redundancy),
+                          ShownWithSigma(group.factor_1, group.factor_sigma_1),
+                          Shown(group.lower),
+                          Shown(group.upper)});
+  }
+  table.note =
+      "Looks and control are tested without the priors. A factor outside its limits says that the "
+      "standard deviations of this group are not those of its errors; priors may be wider than "
+      "what came out.";
+  return table;
+}
+
 PageTable VarianceTable(const ResultSummary& summary) {
   PageTable table;
   table.title = "Variance components";
@@ -259,8 +286,9 @@ PageSection TestSection(const ResultFolder& result) {
                      {"", false}};
     if (summary.test_before)
       table.rows.push_back(TestRow("as weighted at first", *summary.test_before));
-    table.rows.push_back(TestRow(summary.test_before ? "with variances estimated" : "all looks",
-                                 *summary.chi_square));
+    table.rows.push_back(
+        TestRow(summary.test_before ? "with variances estimated" : "looks and control",
+                *summary.chi_square));
     if (!summary.chi_square->passed) table.marked.push_back(table.rows.size() - 1);
     table.note = summary.sigma_scaled_by_posterior
                      ? "All standard deviations of this report are scaled by s0."
@@ -269,6 +297,7 @@ PageSection TestSection(const ResultFolder& result) {
                            Shown(std::sqrt(summary.sigma0_squared)) + ".";
     section.items.emplace_back(std::move(table));
   }
+  if (!summary.groups.empty()) section.items.emplace_back(GroupTable(summary));
   if (!summary.variances.empty()) {
     section.items.emplace_back(VarianceTable(summary));
   } else if (summary.status == "converged") {

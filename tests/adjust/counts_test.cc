@@ -51,7 +51,11 @@ TEST(CountsTest, AgreeWithThoseByHand) {
   EXPECT_EQ(result.observation_count, 107U);
   EXPECT_EQ(result.parameter_count, 49U);
   EXPECT_EQ(result.redundancy(), 58.0);
-  EXPECT_NEAR(result.sigma0_squared * 58.0, 2.0 * result.final_cost, 1e-9);
+  ASSERT_FALSE(result.assessment.groups.empty());
+  const ObservationGroup& all = result.assessment.groups.back();
+  EXPECT_EQ(all.name, "all");
+  EXPECT_EQ(all.redundancy_1, 58.0);
+  EXPECT_NEAR(all.square_sum_1, 2.0 * result.final_cost, 1e-9);
   ASSERT_EQ(result.parameters.size(), 13U);
   EXPECT_EQ(result.parameters[0].owner, "radar");
   EXPECT_EQ(result.parameters[0].name, "range.bias");

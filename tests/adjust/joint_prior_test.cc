@@ -88,7 +88,7 @@ TEST_P(JointPriorBlockTest, IsTheDenseLeastSquaresSolution) {
   // Residuals of times of 1e3 s and paths of 7e6 m have a rounding of 1e-9 m.
   EXPECT_LT(step.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-7);
   const double square_sum = dense.equations.residual.squaredNorm();
-  EXPECT_NEAR(result.sigma0_squared * result.redundancy(), square_sum, 1e-9 * square_sum);
+  EXPECT_NEAR(2.0 * result.final_cost, square_sum, 1e-9 * square_sum);
   for (std::size_t point = 0; point < known_.truth_m.size(); ++point) {
     const int at = dense.equations.column_of_point[point];
     const Eigen::Matrix3d expected = dense.covariance.block<3, 3>(at, at);
@@ -161,7 +161,7 @@ TEST_P(JointPriorBlockTest, SharesAddToTheWholeBlock) {
   const AdjustResult result = Adjust(known_.block, options_);
   const test::ShareSums sums = test::SumShares(known_.block, result);
   EXPECT_NEAR(sums.redundancy_1, result.redundancy(), 1e-4);
-  EXPECT_NEAR(sums.square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
+  EXPECT_NEAR(sums.square_sum_1, 2.0 * result.final_cost, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Blocks, JointPriorBlockTest, testing::Bool(), [](const auto& of) {

@@ -44,6 +44,7 @@ class QualityFilesTest : public test::FolderTest {
     result_.points.looks = {2, 0};
     result_.points.position_m.assign(2, Eigen::Vector3d(2500, 12000, 0));
     result_.sigma0_squared = 4.0;
+    result_.test_redundancy_1 = 4.0;
     result_.observation_count = 7;
     result_.parameter_count = 3;
     // delta0 = 4.132 at the standard levels: r = 0.25 doubles it.
@@ -171,7 +172,7 @@ TEST_F(QualityFilesTest, TheSummarySaysWhatWasTestedAndFound) {
 TEST_F(QualityFilesTest, CheckPointsJudgeThePredictedAccuracy) {  // hand values
   result_.checks = {{0, Eigen::Vector3d(1, 1, 1), 9.0, 3}, {1, Eigen::Vector3d(1, 1, 1), 3.0, 3}};
   result_.points.status[1] = PointStatus::kAdjusted;
-  options_.test_level = 0.95;
+  options_.test_level = 0.55;  // of nine tests together: 0.95 of one
   json checks = json::parse(Summary())["check_points"];
   EXPECT_EQ(checks["chi_square"], 12.0);
   EXPECT_NEAR(checks["lower"].get<double>(), 1.237, 5e-4);  // tables, 6 degrees of freedom

@@ -284,6 +284,7 @@ TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
                           "gradient",
                           "sigma0_squared",
                           "chi_square",
+                          "groups",
                           "covariance",
                           "condition",
                           "stages",
@@ -302,6 +303,15 @@ TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
   EXPECT_EQ(counts["redundancy"], 8);
   EXPECT_EQ(counts["point_status"]["adjusted"], 1);
   EXPECT_EQ(summary["chi_square"]["value"], 32.0);
+  EXPECT_EQ(summary["chi_square"]["redundancy"], 8.0);
+  const json& ranges = summary["groups"][0];
+  EXPECT_EQ(ranges["group"], "ranges");
+  EXPECT_EQ(ranges["square_sum"], 24.0);
+  EXPECT_EQ(ranges["redundancy"], 6.0);
+  EXPECT_EQ(ranges["factor"], 4.0);
+  EXPECT_NEAR(ranges["sigma"].get<double>(), 4.0 * std::sqrt(2.0 / 6.0), 1e-12);
+  EXPECT_EQ(ranges["lower"], 0.5);
+  EXPECT_EQ(ranges["upper"], 2.5);
   EXPECT_EQ(summary["chi_square"]["level"], 0.975);
   EXPECT_EQ(summary["chi_square"]["lower"], 2.5);
   EXPECT_TRUE(summary["condition"].is_null());

@@ -104,6 +104,10 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(summary.chi_square->redundancy, 8.0);
   EXPECT_EQ(summary.chi_square->upper, 17.5);
   EXPECT_FALSE(summary.chi_square->passed);
+  ASSERT_EQ(summary.groups.size(), 2u);
+  EXPECT_EQ(summary.groups[0].name, "ranges");
+  EXPECT_EQ(summary.groups[0].factor_1, 4.0);
+  EXPECT_EQ(summary.groups[1].upper, 2.25);
   EXPECT_EQ(summary.condition, 1234.5);
   EXPECT_EQ(summary.covariance, "block");
   EXPECT_EQ(summary.stages.size(), 3u);

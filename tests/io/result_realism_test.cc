@@ -39,6 +39,7 @@ class ResultRealismTest : public test::FolderTest {
     result_.observation_count = 12;
     result_.parameter_count = 2;
     result_.sigma0_squared = 1.5;
+    result_.test_redundancy_1 = 10.0;
     result_.chi_square = {3.25, 20.5};
     result_.chi_square_passed = true;
   }

@@ -181,8 +181,8 @@ TEST_P(GoodBlockStatisticsTest, TestsOfTheLooksKeptHoldTheirLevel) {
     const AdjustResult result = Adjust(simulated.block, options);
     ASSERT_TRUE(result.accepted()) << testing::PrintToString(result.assessment.reasons);
     failed += result.chi_square_passed ? 0.0 : 1.0;
-    const double low = ChiSquareInterval(options.test_level, result.redundancy()).lower;
-    cut += result.sigma0_squared * result.redundancy() < low ? 1.0 : 0.0;
+    const double low = ChiSquareInterval(0.95, result.redundancy()).lower;
+    cut += 2.0 * result.final_cost < low ? 1.0 : 0.0;
     for (const std::vector<float>& w : result.quality.w_1) {
       for (const float value : w) worst = std::max(worst, std::abs(static_cast<double>(value)));
     }

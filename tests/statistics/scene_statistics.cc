@@ -174,7 +174,7 @@ SceneStatistics RunDraws(const Scene& scene,
         sums.parameters.push_back(p.owner + " " + p.name);
       }
     }
-    sums.residuals.Add(result.sigma0_squared * result.redundancy(), result.redundancy());
+    sums.residuals.Add(2.0 * result.final_cost, result.redundancy());
   }
   return sums;
 }

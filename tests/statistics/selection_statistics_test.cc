@@ -112,7 +112,7 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
     parameters += static_cast<double>(result.parameters.size());
     const CheckResult& one = result.checks[draw % result.checks.size()];
     check.Add(one.chi_square, one.components);
-    residuals.Add(result.sigma0_squared * result.redundancy(), result.redundancy());
+    residuals.Add(2.0 * result.final_cost, result.redundancy());
     for (const auto& [name, groups] : fixed) {
       given.corrections = groups.empty() ? CorrectionChoice::kNone : CorrectionChoice::kGiven;
       given.groups = groups;

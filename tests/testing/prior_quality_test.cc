@@ -84,7 +84,7 @@ TEST(PriorQualityTest, SharesAddToTheWholeBlock) {
   }
   const test::ShareSums sums = test::SumShares(known.block, result);
   EXPECT_NEAR(sums.redundancy_1, result.redundancy(), 1e-4);
-  EXPECT_NEAR(sums.square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
+  EXPECT_NEAR(sums.square_sum_1, 2.0 * result.final_cost, 1e-3);
 }
 
 // The mistake that no test of looks sees: the path of a pass is not its own.

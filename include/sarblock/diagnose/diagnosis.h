@@ -11,7 +11,16 @@
 namespace sarblock {
 
 /// What a mistake is about.
-enum class MistakeKind : std::uint8_t { kTime, kRange, kCone, kPath, kControl, kIds, kSigma };
+enum class MistakeKind : std::uint8_t {
+  kTime,
+  kRange,
+  kCone,
+  kPath,
+  kControl,
+  kIds,
+  kSigma,
+  kModel,  ///< corrections that are missing, or their priors
+};
 [[nodiscard]] const char* NameOf(MistakeKind kind);  ///< "time", "range", "cone", ...
 
 /// One mistake that would explain why a block contradicts itself, with the evidence for it: the
@@ -32,6 +41,15 @@ struct Explanation {
   double square_sum_after_1 = 0.0;   ///< and with the mistake undone
   double redundancy_before_1 = 0.0;  ///< of the sample as it is
   double redundancy_after_1 = 0.0;   ///< less the parameters that undo the mistake
+  /// The block as a whole with the mistake undone (docs/theory/diagnosis.md, "Cure").
+  struct Cure {
+    bool tried = false;  ///< solved; else the figures below are none
+    bool cures = false;  ///< looks and control, and the priors, are within their bands
+    double factor = kNotGiven, lower = kNotGiven, upper = kNotGiven;  ///< of looks and control
+    double priors_factor = kNotGiven;                                 ///< NaN without priors
+    std::size_t points = 0;  ///< of the block or, where it is very large, of a part of it
+  };
+  Cure cure;
   /// Looks of the sample without a place (no intersection, or one where they do not look to).
   std::size_t looks_lost_before = 0, looks_lost_after = 0;
 };
@@ -47,6 +65,9 @@ struct DiagnosisBounds {
 struct Diagnosis {
   bool contradicts = false;  ///< the sample fails its global test, or looks find no place
   std::vector<Explanation> explanations;
+  /// What the residuals show that is no noise, where a standard deviation would explain them but
+  /// for that; else empty.
+  std::string pattern;
   std::vector<std::string> remarks;  ///< seen before any test: passes or points that are copies
   double square_sum = 0.0;           ///< v'Pv of the sample, check points as control
   double redundancy = 0.0;

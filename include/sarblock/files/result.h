@@ -90,6 +90,14 @@ struct ResultTest {
   bool passed = false;
 };
 
+/// `groups`: a kind of observations.
+struct ResultGroup {
+  std::string name;  ///< ranges, azimuths, control, priors, all
+  double square_sum = kNotGiven, redundancy = kNotGiven;
+  double factor_1 = kNotGiven, factor_sigma_1 = kNotGiven;
+  double lower = kNotGiven, upper = kNotGiven;  ///< of the factor
+};
+
 /// `check_points`.
 struct ResultChecks {
   std::size_t points = 0, components = 0;
@@ -161,6 +169,7 @@ struct ResultSummary {
   double sigma0_squared = kNotGiven;
   bool sigma_scaled_by_posterior = false;
   std::optional<ResultTest> chi_square;
+  std::vector<ResultGroup> groups;  ///< empty where the file has none
   std::optional<ResultChecks> checks;
   std::optional<ResultTests> tests;
   std::optional<std::size_t> snooping_rounds;

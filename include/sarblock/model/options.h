@@ -205,7 +205,7 @@ struct AdjustOptions {
   QualityOptions quality;
   std::string rejections_file;  ///< CSV with columns pass, point, rejected, such as residuals.csv
                                 ///< of a result, relative to the block; empty: none
-  double test_level = 0.95;     ///< of the global (chi-square) test, two-sided
+  double test_level = 0.999;    ///< chance that a block without mistakes passes all its tests
   bool diagnose = true;         ///< the command explains a result whose tests fail, see diagnose.h
   int threads = 1;              ///< set by the command line, not by the table
   /// Memory that an adjustment may be predicted to need (adjust/needs.h); more is refused before

@@ -7,6 +7,7 @@
 #include "sarblock/geometry/path.h"
 #include "sarblock/model/options.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -128,6 +129,20 @@ struct PriorSummary {
   double redundancy_1 = kNotGiven;  ///< of all priors together
 };
 
+/// One kind of observations in the whole block: its part of v'Pv and of the redundancy, and where
+/// v'Pv over redundancy is expected. docs/theory/quality.md, section "Groups".
+struct ObservationGroup {
+  std::string name;  ///< "ranges", "azimuths", "control", "priors", "all"
+  double square_sum_1 = 0.0, redundancy_1 = 0.0;
+  Interval band;  ///< of factor()
+  [[nodiscard]] double factor() const { return square_sum_1 / redundancy_1; }
+  /// Standard deviation of factor() if all is well but for a common factor.
+  [[nodiscard]] double factor_deviation() const {
+    return factor() * std::sqrt(2.0 / std::max(1.0, redundancy_1));
+  }
+  [[nodiscard]] bool agrees() const { return band.Contains(factor()); }
+};
+
 /// What a pass (or a group of corrections that passes share) has of v'Pv and of the redundancy of
 /// the block. The shares of all, and of the control points, add to both but for observations
 /// without redundancy.
@@ -153,6 +168,8 @@ struct Assessment {
   QualitySummary tests;  ///< empty counts where no quality figures were computed
   PriorSummary priors;
   CheckSummary checks;            ///< empty counts without check points
+  std::vector<ObservationGroup> groups;  ///< in the order of their names above; without what is
+                                         ///< not known
   std::vector<PassShare> shares;  ///< by pass in order, then shared groups; empty without figures
 };
 
@@ -536,8 +553,11 @@ struct AdjustResult {
   double final_cost = 0.0;
   double gradient = 0.0;        ///< largest |g_i| / sqrt(H_ii), dimensionless
   double remaining_step = 0.0;  ///< length of the Newton step left, in sigmas
-  double sigma0_squared = std::numeric_limits<double>::quiet_NaN();  ///< v'Pv / redundancy
-  Interval chi_square;  ///< acceptance interval of sigma0_squared * redundancy
+  /// v'Pv over redundancy of looks and control, without priors; of all observations where the
+  /// redundancy of the priors is not known (covariances not computed).
+  double sigma0_squared = std::numeric_limits<double>::quiet_NaN();
+  double test_redundancy_1 = std::numeric_limits<double>::quiet_NaN();  ///< that of sigma0_squared
+  Interval chi_square;  ///< acceptance interval of sigma0_squared * test_redundancy_1
   bool chi_square_passed = false;
   double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled reduced matrix
   std::vector<StageCost> stages;
