@@ -327,11 +327,12 @@ struct ParallaxInput {
   std::string table;
 };
 
-enum Column : std::size_t { kPoint, kGroundRange, kPointHeight, kParallax };
-constexpr std::array<TableColumn, 4> kTargetColumns = {{{"point", ColumnNeed::kOptional},
-                                                        {"ground_range_m", ColumnNeed::kRequired},
-                                                        {"point_height_m", ColumnNeed::kOptional},
-                                                        {"parallax_m", ColumnNeed::kOptional}}};
+constexpr Columns kTargetColumns{{
+    {"point", ColumnNeed::kOptional, CellKind::kText},
+    {"ground_range_m", ColumnNeed::kRequired},
+    {"point_height_m"},
+    {"parallax_m"},
+}};
 
 /// One answered row; NaN where the exact relation has no answer.
 struct ParallaxRow {
@@ -344,27 +345,29 @@ struct ParallaxRow {
   double absolute_parallax_m = 0.0;
 };
 
-ParallaxRow Answer(const CsvReader& reader, const ParallaxInput& input) {
+ParallaxRow Answer(const Row& target, const ParallaxInput& input) {
+  constexpr std::size_t kHeight = kTargetColumns("point_height_m");
+  constexpr std::size_t kParallax = kTargetColumns("parallax_m");
   leberl::StereoConfiguration c = input.configuration;
-  c.ground_range_m = reader.RequiredNumber(kGroundRange);
+  c.ground_range_m = target.RequiredNumber(kTargetColumns("ground_range_m"));
   try {
     Validate(c);
   } catch (const InputError& error) {
-    reader.Fail(kGroundRange, error.what());
+    target.Fail(kTargetColumns("ground_range_m"), error.what());
   }
-  if (reader.Given(kPointHeight) == reader.Given(kParallax)) {
-    reader.Fail(kPointHeight, "exactly one of point_height_m and parallax_m is allowed in a row");
+  if (target.Given(kHeight) == target.Given(kParallax)) {
+    target.Fail(kHeight, "exactly one of point_height_m and parallax_m is allowed in a row");
   }
   ParallaxRow row;
-  row.point = reader.Text(kPoint);
+  row.point = target.Text(kTargetColumns("point"));
   row.ground_range_m = c.ground_range_m;
   row.absolute_parallax_m = AbsoluteParallax(c);
-  if (reader.Given(kPointHeight)) {
-    row.height_m = row.exact_height_m = reader.Number(kPointHeight);
+  if (target.Given(kHeight)) {
+    row.height_m = row.exact_height_m = target.Number(kHeight);
     row.parallax_m = ParallaxFromHeight(c, row.height_m, input.presentation);
     row.exact_parallax_m = OrNaN(ExactParallaxFromHeight(c, row.height_m, input.presentation));
   } else {
-    row.parallax_m = row.exact_parallax_m = reader.Number(kParallax);
+    row.parallax_m = row.exact_parallax_m = target.Number(kParallax);
     row.height_m = HeightFromParallax(c, row.parallax_m, input.presentation);
     row.exact_height_m = OrNaN(ExactHeightFromParallax(c, row.parallax_m, input.presentation));
   }
@@ -375,15 +378,15 @@ std::string Number(double value) { return std::isfinite(value) ? fmt::format("{}
 Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 int PrintParallax(const ParallaxInput& input, const Session& session) {
-  CsvReader reader(input.table, kTargetColumns);
+  const auto table = ReadCsv(input.table, kTargetColumns);
   Json list = Json::array();
   if (!session.json) {
     fmt::print(
         "point,ground_range_m,point_height_m,parallax_m,exact_point_height_m,exact_parallax_m,"
         "absolute_parallax_m\n");
   }
-  while (reader.Next()) {
-    const ParallaxRow row = Answer(reader, input);
+  ForRows(table.get(), [&](const Row& target) {
+    const ParallaxRow row = Answer(target, input);
     if (session.json) {
       list.push_back({{"point", row.point},
                       {"ground_range_m", row.ground_range_m},
@@ -402,7 +405,7 @@ int PrintParallax(const ParallaxInput& input, const Session& session) {
                  Number(row.exact_parallax_m),
                  Number(row.absolute_parallax_m));
     }
-  }
+  });
   if (session.json) fmt::print("{}\n", list.dump(2));
   return kAccepted;
 }
@@ -550,12 +553,38 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void WriteCase(const ValidityCase& of, CsvWriter* csv) {
-  csv->Text(NameOf(of.source))
-      .Text(of.arrangement == leberl::Arrangement::kSameSide ? "same-side" : "opposite-side")
-      .Number(std::round(of.look_rad * kDegPerRad * 1e9) / 1e9)  // 30, not 29.999999999999996
-      .Number(of.base_ratio_1)
-      .Number(of.terrain_ratio_1);
+constexpr Columns kMapColumns{{
+    {"source", ColumnNeed::kOptional, CellKind::kText},
+    {"arrangement", ColumnNeed::kOptional, CellKind::kText},
+    {"look_deg"},
+    {"base_ratio"},
+    {"terrain_ratio"},
+    {"error_ratio"},
+    {"relative_difference"},
+}};
+constexpr Columns kLineColumns{{
+    {"source", ColumnNeed::kOptional, CellKind::kText},
+    {"arrangement", ColumnNeed::kOptional, CellKind::kText},
+    {"look_deg"},
+    {"base_ratio"},
+    {"terrain_ratio"},
+    {"error_ratio_1_percent"},
+    {"error_ratio_5_percent"},
+    {"error_ratio_20_percent"},
+}};
+
+/// A row of one of these two tables, without its last columns.
+template <const auto& kColumns>
+NewRow CaseRow(const ValidityCase& of, Batch* batch) {
+  const bool same = of.arrangement == leberl::Arrangement::kSameSide;
+  NewRow row(batch);
+  row.Text(kColumns("source"), NameOf(of.source));
+  row.Text(kColumns("arrangement"), same ? "same-side" : "opposite-side");
+  // 30, not 29.999999999999996
+  row.Number(kColumns("look_deg"), std::round(of.look_rad * kDegPerRad * 1e9) / 1e9);
+  row.Number(kColumns("base_ratio"), of.base_ratio_1);
+  row.Number(kColumns("terrain_ratio"), of.terrain_ratio_1);
+  return row;
 }
 
 int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& session) {
@@ -563,36 +592,23 @@ int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& s
       folder, {"source,arrangement,look_deg,", "<!-- written by sarblock -->"}, foreign);
   const ValidityOptions options;
   MakeFolder(folder);
-  CsvWriter map(folder / "validity_map.csv",
-                {"source",
-                 "arrangement",
-                 "look_deg",
-                 "base_ratio",
-                 "terrain_ratio",
-                 "error_ratio",
-                 "relative_difference"});
-  for (const ValidityRow& row : ValidityMap(options)) {
-    WriteCase(row.of, &map);
-    map.Number(row.error_ratio_1).Number(OrNaN(row.relative_difference)).EndRow();
-  }
-  map.Commit();
-  CsvWriter csv(folder / "validity_lines.csv",
-                {"source",
-                 "arrangement",
-                 "look_deg",
-                 "base_ratio",
-                 "terrain_ratio",
-                 "error_ratio_1_percent",
-                 "error_ratio_5_percent",
-                 "error_ratio_20_percent"});
-  for (const ValidityLine& line : ValidityLines(options)) {
-    WriteCase(line.of, &csv);
-    csv.Number(OrNaN(line.error_ratio_1_percent))
-        .Number(OrNaN(line.error_ratio_5_percent))
-        .Number(OrNaN(line.error_ratio_20_percent))
-        .EndRow();
-  }
-  csv.Commit();
+  const std::vector<ValidityRow> rows = ValidityMap(options);
+  const auto map = WriteCsv(folder / "validity_map.csv", kMapColumns);
+  WriteEach(rows.size(), map.get(), [&](std::size_t i, Batch* batch) {
+    CaseRow<kMapColumns>(rows[i].of, batch)
+        .Number(kMapColumns("error_ratio"), rows[i].error_ratio_1)
+        .Number(kMapColumns("relative_difference"), OrNaN(rows[i].relative_difference));
+  });
+  map->Commit();
+  const std::vector<ValidityLine> found = ValidityLines(options);
+  const auto lines = WriteCsv(folder / "validity_lines.csv", kLineColumns);
+  WriteEach(found.size(), lines.get(), [&](std::size_t i, Batch* batch) {
+    CaseRow<kLineColumns>(found[i].of, batch)
+        .Number(kLineColumns("error_ratio_1_percent"), OrNaN(found[i].error_ratio_1_percent))
+        .Number(kLineColumns("error_ratio_5_percent"), OrNaN(found[i].error_ratio_5_percent))
+        .Number(kLineColumns("error_ratio_20_percent"), OrNaN(found[i].error_ratio_20_percent));
+  });
+  lines->Commit();
   ValidityOptions fine = options;
   fine.look_deg.clear();
   for (int look_deg = 20; look_deg <= 70; ++look_deg) fine.look_deg.push_back(look_deg);

@@ -382,13 +382,20 @@ void CheckOptions(const ExportView& view) {
 void WriteSites(const std::filesystem::path& file,
                 const ExportView& view,
                 const std::vector<std::string>& codes) {
-  CsvWriter out(file, {"code", "point", "role"});
-  for (std::size_t i = 0; i < codes.size(); ++i) {
+  constexpr Columns kColumns{{
+      {"code", ColumnNeed::kRequired, CellKind::kText},
+      {"point", ColumnNeed::kRequired, CellKind::kPoint},
+      {"role", ColumnNeed::kRequired, CellKind::kText},
+  }};
+  const auto table = WriteCsv(file, kColumns);
+  WriteEach(codes.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const std::uint32_t point = view.points[i];
-    out.Text(codes[i].substr(0, codes[i].find(' '))).Text(view.result.points.ids[point]);
-    out.Text(NameOf(view.result.points.role[point])).EndRow();
-  }
-  out.Commit();
+    NewRow(batch)
+        .Text(kColumns("code"), codes[i].substr(0, codes[i].find(' ')))
+        .Id(kColumns("point"), view.result.points.ids, point)
+        .Text(kColumns("role"), NameOf(view.result.points.role[point]));
+  });
+  table->Commit();
 }
 
 }  // namespace

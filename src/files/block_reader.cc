@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -57,44 +56,25 @@ BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
                        options);
 }
 
-std::uint32_t FindPass(const TableReader& reader,
-                       std::size_t column,
-                       const IdTable& pass_ids,
-                       const char* holder) {
-  return reader.Lookup(column, [&] {
-    const std::string_view id = reader.Id(column);
-    const std::uint32_t pass = pass_ids.Find(id);
-    if (pass == IdTable::kNone) {
-      reader.Fail(
-          column,
-          std::string(holder) + " has no pass " + Quoted(id) + DidYouMean(pass_ids.Nearest(id)));
+std::uint32_t IdFinder::Find(const Row& row, std::size_t column) {
+  return found_.Of(row, column, [&] {
+    const std::string_view id = row.Id(column);
+    const std::uint32_t found = ids_.Find(id);
+    if (found == IdTable::kNone) {
+      row.Fail(column,
+               std::string(holder_) + " has no " + noun_ + " " + Quoted(id) +
+                   DidYouMean(ids_.Nearest(id)));
     }
-    return pass;
+    return found;
   });
 }
 
-std::uint32_t FindPoint(const TableReader& reader,
-                        std::size_t column,
-                        const IdTable& ids,
-                        const char* holder) {
-  return reader.Lookup(column, [&] {
-    const std::string_view id = reader.Id(column);
-    const std::uint32_t point = ids.Find(id);
-    if (point == IdTable::kNone) {
-      reader.Fail(
-          column,
-          std::string(holder) + " has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
-    }
-    return point;
-  });
-}
-
-double LengthNumber(const TableReader& reader, std::size_t column) {
-  const double value_m = reader.Number(column);
+double LengthNumber(const Row& row, std::size_t column) {
+  const double value_m = row.Number(column);
   if (std::abs(value_m) > kLargestLength_m) {
-    reader.Fail(column,
-                NumberText(value_m) + " m is not allowed, at most " + NumberText(kLargestLength_m) +
-                    " m is");
+    row.Fail(column,
+             NumberText(value_m) + " m is not allowed, at most " + NumberText(kLargestLength_m) +
+                 " m is");
   }
   return value_m;
 }
@@ -420,42 +400,61 @@ void ReadBlockToml(BlockReading* reading) {
 
 namespace {
 
-/// By texts, what TableReader::Lookup() found for each.
-using TextMemos = std::map<const IdTable*, std::vector<std::uint32_t>>;
-
 class ArrayReader final : public TableReader {
  public:
-  ArrayReader(const ArrayTable& table, std::span<const TableColumn> columns, TextMemos* memos)
-      : TableReader(table.name, columns),
+  ArrayReader(const ArrayTable& table, Schema schema)
+      : TableReader(table.name, schema),
         table_(table),
-        end_(table.columns.empty() ? 0 : table.columns.front().rows()),
-        columns_(columns.size()),
-        memos_(columns.size()),
-        buffers_(columns.size()) {
-    for (const ArrayColumn& column : table.columns) {
-      const auto asked = std::find(names_.begin(), names_.end(), column.name);
-      if (asked == names_.end()) {
-        unknown_.push_back(column.name);
-        continue;
+        rows_(table.columns.empty() ? 0 : table.columns.front().rows()),
+        arrays_(schema.size()) {
+    for (const ArrayColumn& array : table.columns) {
+      const auto known = std::find(names_.begin(), names_.end(), array.name);
+      if (known == names_.end()) {
+        unknown_.push_back(array.name);
+      } else {
+        OpenArray(static_cast<std::size_t>(known - names_.begin()), array);
       }
-      OpenColumn(static_cast<std::size_t>(asked - names_.begin()), column, columns, memos);
     }
-    RequireColumns(columns);
+    RequireColumns();
   }
 
-  bool Next() override {
-    if (line_ == end_) return false;
-    at_ = line_++;
+  bool Next(Batch* batch) override {
+    if (next_ == rows_) return false;
+    batch->first = next_;
+    next_ += std::min(rows_ - next_, kRowsAtOnce);
     return true;
   }
-  std::unique_ptr<TableReader> Part() override {
-    if (line_ == end_) return nullptr;
-    auto part = std::make_unique<ArrayReader>(*this);
-    part->end_ = std::min(end_, line_ + kPartRows);
-    line_ = part->end_;
-    return part;
+  void Parse(Batch* batch) const override {
+    batch->Begin(schema_);
+    batch->table = this;
+    batch->rows = std::min(rows_ - batch->first, kRowsAtOnce);
+    for (std::size_t i = 0; i < schema_.size(); ++i) {
+      Column& column = batch->columns[i];
+      column.texts = Has(i) ? arrays_[i]->texts.get() : nullptr;
+      if (!Has(i)) continue;
+      const auto copy = [&](const auto& from, auto* to) {
+        const auto rows = from.subspan(batch->first, batch->rows);
+        to->assign(rows.begin(), rows.end());
+      };
+      if (column.texts == nullptr) {
+        copy(arrays_[i]->cells, &column.numbers);
+        continue;
+      }
+      copy(arrays_[i]->indices, &column.indices);
+      if (IsText(schema_[i].kind)) continue;
+      for (const std::uint32_t text : column.indices) {  // numbers are asked for
+        column.numbers.push_back(NumberOfText((*column.texts)[text], schema_[i].kind));
+      }
+      column.texts = nullptr;
+    }
   }
-  std::size_t RowCount() const override { return end_ - line_; }
+  std::size_t RowsLeft() const override { return rows_ - next_; }
+  std::string TextOfCell(const Row& row, std::size_t column) const override {
+    const ArrayColumn& array = *arrays_[column];
+    const std::size_t cell = row.line() - 1;
+    return array.texts != nullptr ? std::string((*array.texts)[array.indices[cell]])
+                                  : NumberText(array.cells[cell]);
+  }
   FilePlace PlaceAt(std::size_t line, std::size_t column) const override {
     std::string field = file_ + "." + names_[column];
     if (line > 0) field += "[" + std::to_string(line - 1) + "]";
@@ -466,69 +465,31 @@ class ArrayReader final : public TableReader {
   }
 
  private:
-  static constexpr std::size_t kPartRows = 16384;
-
-  void OpenColumn(std::size_t index,
-                  const ArrayColumn& column,
-                  std::span<const TableColumn> columns,
-                  TextMemos* memos) {
-    const FilePlace place = PlaceAt(0, index);
-    if (Has(index)) throw InputError(place, "stands twice, one column is allowed");
-    if (column.rows() != RowCount()) {
+  void OpenArray(std::size_t column, const ArrayColumn& array) {
+    const FilePlace place = PlaceAt(0, column);
+    if (Has(column)) throw InputError(place, "stands twice, one column is allowed");
+    if (array.rows() != rows_) {
       throw InputError(place,
-                       "has " + std::to_string(column.rows()) + " rows where " + file_ + "." +
-                           table_.columns.front().name + " has " + std::to_string(RowCount()) +
+                       "has " + std::to_string(array.rows()) + " rows where " + file_ + "." +
+                           table_.columns.front().name + " has " + std::to_string(rows_) +
                            ", as many are needed");
     }
-    columns_[index] = &column;
-    place_[index] = index;
-    if (column.texts != nullptr) {
-      memos_[index] = &(*memos)[column.texts.get()];
-      memos_[index]->resize(column.texts->size(), kUnknown);
-      for (std::size_t row = 0; row < column.indices.size(); ++row) {
-        if (column.indices[row] < column.texts->size()) continue;
-        throw InputError(PlaceAt(row + 1, index),
-                         std::to_string(column.indices[row]) + " is not allowed, an index below " +
-                             std::to_string(column.texts->size()) + ", the number of texts, is");
-      }
-      return;
+    arrays_[column] = &array;
+    place_[column] = column;
+    for (std::size_t row = 0; array.texts != nullptr && row < rows_; ++row) {
+      if (array.indices[row] < array.texts->size()) continue;
+      throw InputError(PlaceAt(row + 1, column),
+                       std::to_string(array.indices[row]) + " is not allowed, an index below " +
+                           std::to_string(array.texts->size()) + ", the number of texts, is");
     }
-    const CellKind kind = columns[index].kind;
-    if (kind == CellKind::kPass || kind == CellKind::kPoint || kind == CellKind::kText) {
+    if (array.texts == nullptr && IsText(schema_[column].kind)) {
       throw InputError(place, "holds numbers, texts are needed");
     }
-    for (std::size_t row = 0; row < column.cells.size(); ++row) {
-      if (!std::isinf(column.cells[row])) continue;
-      throw InputError(PlaceAt(row + 1, index),
-                       NumberText(column.cells[row]) + " is not allowed, a finite number is");
+    for (std::size_t row = 0; row < array.cells.size(); ++row) {
+      if (!std::isinf(array.cells[row])) continue;
+      throw InputError(PlaceAt(row + 1, column),
+                       NumberText(array.cells[row]) + " is not allowed, a finite number is");
     }
-    numbers_[index] = column.cells.data();
-  }
-
-  std::string_view TextOf(std::size_t column) const override {
-    const ArrayColumn& cells = *columns_[column];
-    if (cells.texts != nullptr) return (*cells.texts)[cells.indices[at_]];
-    return TextOfNumber(cells.cells[at_], &buffers_[column]);
-  }
-  std::uint32_t* Memo(std::size_t column) const override {
-    if (!Has(column) || memos_[column] == nullptr) return nullptr;
-    return &(*memos_[column])[columns_[column]->indices[at_]];
-  }
-  NumberedTexts TextsAhead(std::size_t column) const override {
-    if (!Has(column) || memos_[column] == nullptr) return {};
-    const ArrayColumn& cells = *columns_[column];
-    return {cells.indices.subspan(line_, end_ - line_), cells.texts->size()};
-  }
-  std::uint32_t* MemosAhead(std::size_t column) const override {
-    return Has(column) && memos_[column] != nullptr ? memos_[column]->data() : nullptr;
-  }
-  std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
-    return (*columns_[column]->texts)[text];
-  }
-  std::span<const double> CellsAhead(std::size_t column) const override {
-    const ArrayColumn& cells = *columns_[column];
-    if (cells.texts != nullptr) return {};
-    return cells.cells.subspan(line_, end_ - line_);
   }
   std::string ColumnsThere() const override {
     std::string text = "there are ";
@@ -539,10 +500,9 @@ class ArrayReader final : public TableReader {
   }
 
   const ArrayTable& table_;
-  std::size_t end_;                                 // of the rows of this reader
-  std::vector<const ArrayColumn*> columns_;         // by asked column; null: not there
-  std::vector<std::vector<std::uint32_t>*> memos_;  // null: numbers
-  mutable std::vector<std::string> buffers_;
+  std::size_t rows_;
+  std::vector<const ArrayColumn*> arrays_;  // by column; null: not there
+  std::size_t next_ = 0;
 };
 
 class ArraySource final : public TableSource {
@@ -552,10 +512,9 @@ class ArraySource final : public TableSource {
   std::pair<std::string, std::string> Read(std::string_view file) const override {
     return {std::string(file), std::string(arrays_.block_toml)};
   }
-  std::unique_ptr<TableReader> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) const override {
+  std::unique_ptr<TableReader> Open(std::string_view table, Schema schema) const override {
     for (const ArrayTable& held : arrays_.tables) {
-      if (held.name == table) return std::make_unique<ArrayReader>(held, columns, &memos_);
+      if (held.name == table) return std::make_unique<ArrayReader>(held, schema);
     }
     return nullptr;
   }
@@ -564,7 +523,6 @@ class ArraySource final : public TableSource {
 
  private:
   const BlockArrays& arrays_;
-  mutable TextMemos memos_;
 };
 
 }  // namespace

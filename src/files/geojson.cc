@@ -153,6 +153,12 @@ const CheckResult* FindCheck(const std::vector<CheckResult>& checks, std::uint32
   return found == checks.end() || found->point != point ? nullptr : &*found;
 }
 
+namespace {
+
+constexpr std::size_t kPointsAtOnce = 2048;  // with polygons some megabytes
+
+}  // namespace
+
 void WriteGeoJson(const std::filesystem::path& file, const GeoJsonContent& content) {
   const Features features(content);
   AtomicFile out(file);
@@ -166,11 +172,9 @@ void WriteGeoJson(const std::filesystem::path& file, const GeoJsonContent& conte
   };
   MakeInOrder<std::string>(
       content.points.status.size(),
-      kRowsPerPiece,
-      [&](std::size_t begin, std::size_t end) {
-        std::string text;
-        for (std::size_t i = begin; i < end; ++i) features.Point(i, &text);
-        return text;
+      kPointsAtOnce,
+      [&](std::size_t begin, std::size_t end, std::string* text) {
+        for (std::size_t i = begin; i < end; ++i) features.Point(i, text);
       },
       write);
   std::string text;

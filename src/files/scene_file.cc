@@ -91,24 +91,27 @@ void ReadWanderTable(const TomlValue& name,
                      SceneWander* wander) {
   const std::string file = name.Text();
   if (folder == nullptr) name.Fail("is for scenes that are files, whose folder it counts from");
-  constexpr std::array<TableColumn, 4> columns{{{"time_s", ColumnNeed::kRequired},
-                                                {"along_m", ColumnNeed::kRequired},
-                                                {"across_m", ColumnNeed::kRequired},
-                                                {"up_m", ColumnNeed::kRequired}}};
-  CsvReader reader(*folder / file, columns);
-  if (!reader.unknown_columns().empty()) {
-    name.Fail("has a column '" + reader.unknown_columns().front() +
+  constexpr Columns kColumns{{
+      {"time_s", ColumnNeed::kRequired},
+      {"along_m", ColumnNeed::kRequired},
+      {"across_m", ColumnNeed::kRequired},
+      {"up_m", ColumnNeed::kRequired},
+  }};
+  const auto table = ReadCsv(*folder / file, kColumns);
+  if (!table->unknown_columns().empty()) {
+    name.Fail("has a column '" + table->unknown_columns().front() +
               "', allowed are time_s, along_m, across_m and up_m");
   }
-  while (reader.Next()) {
-    const double time_s = reader.RequiredNumber(0);
+  ForRows(table.get(), [&](const Row& row) {
+    const double time_s = row.RequiredNumber(kColumns("time_s"));
     if (!wander->table_time_s.empty() && !(time_s > wander->table_time_s.back())) {
-      reader.Fail(0, "times must increase");
+      row.Fail(kColumns("time_s"), "times must increase");
     }
     wander->table_time_s.push_back(time_s);
-    wander->table_m.emplace_back(
-        reader.RequiredNumber(1), reader.RequiredNumber(2), reader.RequiredNumber(3));
-  }
+    wander->table_m.emplace_back(row.RequiredNumber(kColumns("along_m")),
+                                 row.RequiredNumber(kColumns("across_m")),
+                                 row.RequiredNumber(kColumns("up_m")));
+  });
   if (wander->table_time_s.size() < 2) name.Fail("has fewer than two rows");
 }
 

@@ -249,7 +249,10 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
   if (view.options.pairs != PairChoice::kNone) WritePairTable(sink, view);
   if (result.montecarlo) WriteMonteCarloTable(sink, view);
   const bool corrected = !result.corrected_paths.empty();
-  WritePaths(sink, "trajectories", block, corrected ? result.corrected_paths : NominalPaths(block));
+  WritePaths(sink,
+             "trajectories",
+             view.pass_ids,
+             corrected ? result.corrected_paths : NominalPaths(block));
   const auto folder = sink->folder();
   if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;
   WriteGeoJson(*folder / "points.geojson",
@@ -269,7 +272,8 @@ std::string WriteResult(const std::filesystem::path& target,
                         const AdjustOptions& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
-  const ResultView view{block, options, result, CovarianceFactor(options, result)};
+  const IdTable passes = PassIds(block);
+  const ResultView view{block, passes, options, result, CovarianceFactor(options, result)};
   ResultContext said = context;
   if (block.frame.kind() == FrameKind::kGeocentric && !NamesContainer(target) &&
       result.points.status.size() > context.ellipse_limit) {
@@ -279,9 +283,7 @@ std::string WriteResult(const std::filesystem::path& target,
         std::to_string(context.ellipse_limit) + " points");
   }
   std::string summary;
-  const IdTable passes = PassIds(block);
-  const TextsOfTable pass_ids(passes), point_ids(block.points.ids);
-  const BlockIds ids{&pass_ids, &point_ids};
+  const BlockIds ids{&passes, &block.points.ids};
   const auto write = [&](TableSink* sink) {
     std::vector<StageCost> written;
     {
@@ -485,24 +487,29 @@ Json MonteCarloSection(const MonteCarloReport& report) {
 }
 
 void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("montecarlo", kMonteCarloColumns);
-  TableWriter& out = *table;
+  constexpr const auto& kColumns = kMonteCarloColumns;
+  const auto table = sink->Open("montecarlo", kColumns);
   const MonteCarloReport& report = *view.result.montecarlo;
-  for (std::uint32_t point = 0; point < report.square_1.size(); ++point) {
-    if (report.runs == 0 || std::isnan(report.square_1[point])) continue;
-    out.Id(view.block.points.ids[point], point);
+  WriteEach(report.square_1.size(), table.get(), [&](std::size_t point, Batch* batch) {
+    if (report.runs == 0 || std::isnan(report.square_1[point])) return;
     const std::array<double, 6>& sample_m2 = report.sample_m2[point];
     const SymmetricEnu& rigorous_m2 = view.result.points.covariance_m2[point];
-    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(view.factor * sample_m2[i]));
-    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(view.factor * rigorous_m2[i]));
-    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(sample_m2[i] / rigorous_m2[i]));
-    out.Number(report.square_1[point]);
-    for (const std::vector<std::uint32_t>& inside : report.inside) {
-      out.Number(static_cast<double>(inside[point]) / report.runs);
+    NewRow row(batch);
+    row.Id(kColumns("point"), view.block.points.ids, static_cast<std::uint32_t>(point));
+    std::array<double, 3> sample_m{}, rigorous_m{}, ratio{}, coverage{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample_m[i] = std::sqrt(view.factor * sample_m2[i]);
+      rigorous_m[i] = std::sqrt(view.factor * rigorous_m2[i]);
+      ratio[i] = std::sqrt(sample_m2[i] / rigorous_m2[i]);
+      coverage[i] = static_cast<double>(report.inside[i][point]) / report.runs;
     }
-    out.EndRow();
-  }
-  out.Commit();
+    row.Numbers(kColumns("sample_sigma_e_m", "sample_sigma_n_m", "sample_sigma_u_m"), sample_m);
+    row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), rigorous_m);
+    row.Numbers(kColumns("ratio_e", "ratio_n", "ratio_u"), ratio);
+    row.Number(kColumns("normalised_square"), report.square_1[point]);
+    row.Numbers(kColumns("coverage_50", "coverage_90", "coverage_99"), coverage);
+  });
+  table->Commit();
 }
 
 namespace {

@@ -25,8 +25,7 @@
 namespace sarblock {
 namespace {
 
-enum { kMatchPoint, kMatchImage, kMatchLine, kMatchSample, kMatchLineSigma, kMatchSampleSigma };
-constexpr std::array<TableColumn, 6> kMatchColumns{{
+constexpr Columns kMatchColumns{{
     {"point", ColumnNeed::kRequired, CellKind::kPoint},
     {"image", ColumnNeed::kRequired, CellKind::kText},
     {"line", ColumnNeed::kRequired},
@@ -35,48 +34,37 @@ constexpr std::array<TableColumn, 6> kMatchColumns{{
     {"sample_sigma_px"},
 }};
 
-MatchedPoints ReadMatches(CsvReader reader) {
+MatchedPoints ReadMatches(TableReader* table) {
   MatchedPoints matches;
-  matches.file = reader.file();
-  WarnOfUnknownColumns(reader, &matches.warnings);
-  while (reader.Next()) {
-    MatchedPoint row;
-    row.point = reader.Id(kMatchPoint);
-    row.image = reader.Id(kMatchImage);
-    row.line_px = reader.RequiredNumber(kMatchLine);
-    row.sample_px = reader.RequiredNumber(kMatchSample);
-    row.line_sigma_px = PositiveNumber(reader, kMatchLineSigma);
-    row.sample_sigma_px = PositiveNumber(reader, kMatchSampleSigma);
-    row.file_line = reader.line();
-    matches.rows.push_back(std::move(row));
-  }
+  matches.file = table->file();
+  WarnOfUnknownColumns(*table, &matches.warnings);
+  ForRows(table, [&](const Row& row) {
+    MatchedPoint match;
+    match.point = row.Id(kMatchColumns("point"));
+    match.image = row.Id(kMatchColumns("image"));
+    match.line_px = row.RequiredNumber(kMatchColumns("line"));
+    match.sample_px = row.RequiredNumber(kMatchColumns("sample"));
+    match.line_sigma_px = row.PositiveNumber(kMatchColumns("line_sigma_px"));
+    match.sample_sigma_px = row.PositiveNumber(kMatchColumns("sample_sigma_px"));
+    match.file_line = row.line();
+    matches.rows.push_back(std::move(match));
+  });
   return matches;
 }
 
 }  // namespace
 
 MatchedPoints ReadMatchedPoints(const std::string& file) {
-  return ReadMatches(CsvReader(std::filesystem::path(file), kMatchColumns));
+  return ReadMatches(ReadCsv(file, kMatchColumns).get());
 }
 
 MatchedPoints ParseMatchedPoints(std::string_view text, const std::string& file) {
-  return ReadMatches(CsvReader(file, text, kMatchColumns));
+  return ReadMatches(ReadCsvText(file, text, kMatchColumns).get());
 }
 
 namespace {
 
-enum {
-  kReflectorId,
-  kReflectorLat,
-  kReflectorLon,
-  kReflectorHeight,
-  kReflectorDate,
-  kReflectorValidity,
-  kReflectorEast,
-  kReflectorNorth,
-  kReflectorUp
-};
-constexpr std::array<TableColumn, 9> kReflectorColumns{{
+constexpr Columns kReflectorColumns{{
     {"Corner reflector ID", ColumnNeed::kRequired, CellKind::kPoint},
     {"Latitude (deg)", ColumnNeed::kRequired},
     {"Longitude (deg)", ColumnNeed::kRequired},
@@ -104,62 +92,65 @@ std::optional<UtcTime> EarlyDate(std::string_view text) {
   return AddSeconds(*later, (year - 1972) * kYear_s);
 }
 
-std::optional<UtcTime> SurveyTime(const TableReader& reader) {
-  if (!reader.Given(kReflectorDate)) return std::nullopt;
-  std::string text(reader.Text(kReflectorDate));
+std::optional<UtcTime> SurveyTime(const Row& row) {
+  if (!row.Given(kReflectorColumns("Survey Date"))) return std::nullopt;
+  std::string text(row.Text(kReflectorColumns("Survey Date")));
   constexpr std::size_t kDateAlone = 10;
   if (text.size() == kDateAlone) text += "T00:00:00";
   auto time = ParseUtc(text);
   if (!time) time = EarlyDate(text);
   if (!time) {
-    reader.Fail(kReflectorDate,
-                Quoted(reader.Text(kReflectorDate)) + " is no date, such as 2021-12-17T00:00:00");
+    row.Fail(kReflectorColumns("Survey Date"),
+             Quoted(row.Text(kReflectorColumns("Survey Date"))) +
+                 " is no date, such as 2021-12-17T00:00:00");
   }
   return time;
 }
 
-double Velocity_mps(const TableReader& reader, std::size_t column) {
-  const double value_mps = reader.Number(column);
+double Velocity_mps(const Row& row, std::size_t column) {
+  const double value_mps = row.Number(column);
   if (std::isnan(value_mps)) return 0.0;
   constexpr double kFastest_mps = 1e-3;  // glaciers; in millimetres a year it would be more
   if (std::abs(value_mps) > kFastest_mps) {
-    reader.Fail(column, NumberText(value_mps) + " m/s is faster than any ground moves");
+    row.Fail(column, NumberText(value_mps) + " m/s is faster than any ground moves");
   }
   return value_mps;
 }
 
-Geodetic Place(const TableReader& reader) {
-  const auto bounded = [&reader](std::size_t column, double most, const char* unit) {
-    const double value = reader.RequiredNumber(column);
+Geodetic Place(const Row& row) {
+  const auto bounded = [&row](std::size_t column, double most, const char* unit) {
+    const double value = row.RequiredNumber(column);
     if (std::abs(value) > most) {
-      reader.Fail(column,
-                  NumberText(value) + " is not between -" + NumberText(most) + " and " +
-                      NumberText(most) + " " + unit);
+      row.Fail(column,
+               NumberText(value) + " is not between -" + NumberText(most) + " and " +
+                   NumberText(most) + " " + unit);
     }
     return value;
   };
-  const double lat_deg = bounded(kReflectorLat, 90.0, "degrees");
-  const double lon_deg = bounded(kReflectorLon, 360.0, "degrees");
-  return {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, bounded(kReflectorHeight, 20e3, "m")};
+  const double lat_deg = bounded(kReflectorColumns("Latitude (deg)"), 90.0, "degrees");
+  const double lon_deg = bounded(kReflectorColumns("Longitude (deg)"), 360.0, "degrees");
+  return {lat_deg * kRadPerDeg,
+          lon_deg * kRadPerDeg,
+          bounded(kReflectorColumns("Height above ellipsoid (m)"), 20e3, "m")};
 }
 
-Reflectors ReadSurveys(CsvReader reader) {
+Reflectors ReadSurveys(TableReader* table) {
   Reflectors reflectors;
-  reflectors.file = reader.file();
-  while (reader.Next()) {
+  reflectors.file = table->file();
+  ForRows(table, [&](const Row& row) {
     ReflectorSurvey survey;
-    survey.id = reader.Id(kReflectorId);
-    survey.place = Place(reader);
-    survey.surveyed = SurveyTime(reader);
-    if (reader.Given(kReflectorValidity)) {
-      survey.usable = (reader.Count(kReflectorValidity) & kUsableForGeometry) != 0;
+    survey.id = row.Id(kReflectorColumns("Corner reflector ID"));
+    survey.place = Place(row);
+    survey.surveyed = SurveyTime(row);
+    if (row.Given(kReflectorColumns("Validity"))) {
+      survey.usable = (row.Count(kReflectorColumns("Validity")) & kUsableForGeometry) != 0;
     }
-    survey.velocity_mps = {Velocity_mps(reader, kReflectorEast),
-                           Velocity_mps(reader, kReflectorNorth),
-                           Velocity_mps(reader, kReflectorUp)};
-    survey.file_line = reader.line();
+    survey.velocity_mps = {Velocity_mps(row, kReflectorColumns("Velocity East (m/s)")),
+                           Velocity_mps(row, kReflectorColumns("Velocity North (m/s)")),
+                           Velocity_mps(row, kReflectorColumns("Velocity Up (m/s)"))};
+    survey.file_line = row.line();
     reflectors.surveys.push_back(std::move(survey));
-  }
+  });
   if (reflectors.surveys.empty()) {
     throw InputError(FilePlace{reflectors.file, 0, ""}, "has no reflector, one or more are needed");
   }
@@ -174,11 +165,11 @@ double Age_s(const ReflectorSurvey& survey, const UtcTime& time) {
 }  // namespace
 
 Reflectors ReadReflectors(const std::string& file) {
-  return ReadSurveys(CsvReader(std::filesystem::path(file), kReflectorColumns));
+  return ReadSurveys(ReadCsv(file, kReflectorColumns).get());
 }
 
 Reflectors ParseReflectors(std::string_view text, const std::string& file) {
-  return ReadSurveys(CsvReader(file, text, kReflectorColumns));
+  return ReadSurveys(ReadCsvText(file, text, kReflectorColumns).get());
 }
 
 std::vector<ReflectorPosition> ReflectorsAt(const Reflectors& reflectors,

@@ -348,8 +348,8 @@ std::string CsmStateText(const CsmModel& model, const AdjustedCsmModel& adjusted
 namespace {
 
 // The lists `names` of a table, which must be as long as its times.
-std::vector<std::vector<JsonValue>> Columns(const JsonValue& table,
-                                            const std::vector<const char*>& names) {
+std::vector<std::vector<JsonValue>> ColumnsOf(const JsonValue& table,
+                                              const std::vector<const char*>& names) {
   std::vector<std::vector<JsonValue>> columns;
   for (const char* name : names) {
     const JsonValue list = table.Require(name);
@@ -371,7 +371,7 @@ void RequireInertial(const JsonValue& table) {
 
 std::vector<GroundRangePolynomial> IsdGroundRange(const JsonValue& root) {
   std::vector<GroundRangePolynomial> polynomials;
-  const auto sets = Columns(root, {"range_conversion_times", "range_conversion_coefficients"});
+  const auto sets = ColumnsOf(root, {"range_conversion_times", "range_conversion_coefficients"});
   for (std::size_t i = 0; i < sets[0].size(); ++i) {
     polynomials.push_back({FiniteNumber(sets[0][i]), 0.0, FiniteNumbers(sets[1][i], 4)});
     if (i > 0 && !(polynomials[i].time_s > polynomials[i - 1].time_s)) {
@@ -405,7 +405,7 @@ InertialOrbit IsdOrbit(const JsonValue& root, const std::string& file) {
   }
   const JsonValue position = root.Require("instrument_position");
   RequireInertial(position);
-  const auto states = Columns(position, {"ephemeris_times", "positions", "velocities"});
+  const auto states = ColumnsOf(position, {"ephemeris_times", "positions", "velocities"});
   for (std::size_t i = 0; i < states[0].size(); ++i) {
     orbit.states.push_back({FiniteNumber(states[0][i]),
                             kMetresOfKm * FiniteVector(states[1][i]),
@@ -414,7 +414,7 @@ InertialOrbit IsdOrbit(const JsonValue& root, const std::string& file) {
   const JsonValue rotation = root.Require("body_rotation");
   RequireInertial(rotation);
   const auto attitudes =
-      Columns(rotation, {"ephemeris_times", "quaternions", "angular_velocities"});
+      ColumnsOf(rotation, {"ephemeris_times", "quaternions", "angular_velocities"});
   for (std::size_t i = 0; i < attitudes[0].size(); ++i) {
     const std::vector<double> q = FiniteNumbers(attitudes[1][i], 4);
     orbit.body.push_back(

@@ -292,18 +292,18 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
     if (!file) continue;
     StudyCsv table;
     table.kind = kind.name;
-    CsvReader reader(*file, kind.columns);
+    const auto reader = ReadCsv(*file, AsTexts(kind.columns));
     std::vector<std::size_t> there;
     for (std::size_t c = 0; c < kind.columns.size(); ++c) {
-      if (!reader.Has(c)) continue;
+      if (!reader->Has(c)) continue;
       there.push_back(c);
       table.columns.emplace_back(kind.columns[c].name);
     }
-    while (reader.Next() && table.rows.size() < kMostStudyRows) {
-      std::vector<std::string> row;
-      for (const std::size_t c : there) row.emplace_back(reader.Text(c));
-      table.rows.push_back(std::move(row));
-    }
+    ForRows(reader.get(), [&](const Row& row) {
+      if (table.rows.size() == kMostStudyRows) return;
+      std::vector<std::string>& cells = table.rows.emplace_back();
+      for (const std::size_t c : there) cells.emplace_back(row.Text(c));
+    });
     out.tables.push_back(std::move(table));
     ReadHeading(folder / (std::string(kind.name) + ".study.toml"), &out);
     for (std::string& line : ReadLines(folder / (std::string(kind.name) + ".txt"))) {

@@ -73,7 +73,7 @@ namespace {
 
 using Kind = StudyCellKind;
 
-const std::vector<StudyColumn>& Columns() {
+const std::vector<StudyColumn>& DensificationColumns() {
   static const std::vector<StudyColumn> columns = {
       {"layout", Kind::kText},
       {"control_points", Kind::kInteger},
@@ -116,8 +116,8 @@ const std::vector<StudyColumn>& Columns() {
 class RowMaker {
  public:
   RowMaker& Set(const std::string& column, StudyCell cell) {
-    for (std::size_t i = 0; i < Columns().size(); ++i) {
-      if (Columns()[i].name != column) continue;
+    for (std::size_t i = 0; i < DensificationColumns().size(); ++i) {
+      if (DensificationColumns()[i].name != column) continue;
       if (const auto* number = std::get_if<double>(&cell); number && !std::isfinite(*number)) {
         cell = StudyCell{};
       }
@@ -136,7 +136,7 @@ class RowMaker {
   [[nodiscard]] const StudyRow& row() const { return row_; }
 
  private:
-  StudyRow row_ = StudyRow(Columns().size());
+  StudyRow row_ = StudyRow(DensificationColumns().size());
 };
 
 void SetAccuracy(const Accuracy& accuracy, RowMaker* row) {
@@ -399,7 +399,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
 
 StudyPlan PlanDensification(const DensificationStudy& study) {
   StudyPlan plan;
-  plan.columns = Columns();
+  plan.columns = DensificationColumns();
   for (std::size_t i = 0; i < study.cases.size(); ++i) {
     const DensificationCase& of = study.cases[i];
     plan.tasks.push_back(

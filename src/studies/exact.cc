@@ -103,7 +103,7 @@ double LargestSingularValue(const Triangle& of) {
   return std::sqrt(value);
 }
 
-using Row = std::vector<std::pair<std::size_t, Digits>>;
+using ExactRow = std::vector<std::pair<std::size_t, Digits>>;
 
 /// The adjustment at one state: three unknowns a solved point, then the corrections.
 class ExactAdjustment {
@@ -193,7 +193,7 @@ class ExactAdjustment {
     if (!Factor(&l)) throw InputError(prior.name, "is not positive definite in 50 digits");
     const Triangle whitening = Inverse(l);
     for (std::size_t r = 0; r < size; ++r) {
-      Row row;
+      ExactRow row;
       Digits error = 0;
       for (std::size_t c = 0; c <= r; ++c) {
         const auto i = static_cast<std::size_t>(prior.parameters[c]);
@@ -205,7 +205,7 @@ class ExactAdjustment {
     }
   }
 
-  void Add(const Row& row, const Digits& error) {
+  void Add(const ExactRow& row, const Digits& error) {
     for (const auto& [i, a] : row) {
       for (const auto& [j, b] : row) {
         if (j <= i) matrix_(i, j) += a * b;
@@ -228,7 +228,7 @@ class ExactAdjustment {
     // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt; a
     // measured Doppler likewise, with r = 0.
     const std::array<Digits, 2> sigma = model_.SigmasOf(look, at);
-    Row range_row, time_row;
+    ExactRow range_row, time_row;
     const auto add = [&](std::size_t column, const Digits& range, const Digits& cone) {
       const Digits time = -cone / at.cone_rate;
       range_row.emplace_back(column, (range + at.range_rate * time) / sigma[0]);
@@ -291,7 +291,7 @@ class ExactAdjustment {
       }
       control_rows_[a] = (1 / l[a][a]) * row;
       control_errors_[a] = error / l[a][a];
-      Row equation;
+      ExactRow equation;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         equation.emplace_back(first_of_[point] + axis, control_rows_[a][axis]);
       }

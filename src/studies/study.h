@@ -149,9 +149,6 @@ struct StudyJournal {
 [[nodiscard]] std::vector<StudyRow> StudyRowsOf(const std::string& text,
                                                 const std::vector<StudyColumn>& columns,
                                                 const std::string& file);
-[[nodiscard]] std::vector<StudyRow> StudyRowsOf(CsvReader reader,
-                                                const std::vector<StudyColumn>& columns);
-[[nodiscard]] std::vector<TableColumn> AskedColumns(const std::vector<StudyColumn>& columns);
 
 enum class StudyStart {
   kResume,   ///< keep what an earlier run of the same study finished

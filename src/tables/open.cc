@@ -25,11 +25,10 @@ class TextSource final : public TableSource {
     if (!text) FailMissing(std::string(name), "file");
     return {std::string(name), std::string(*text)};
   }
-  std::unique_ptr<TableReader> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) const override {
+  std::unique_ptr<TableReader> Open(std::string_view table, Schema schema) const override {
     const auto text = Find(NameOf(table));
     if (!text) return nullptr;
-    return std::make_unique<CsvReader>(NameOf(table), *text, columns);
+    return ReadCsvText(NameOf(table), *text, schema);
   }
   std::string NameOf(std::string_view table) const override { return std::string(table) + ".csv"; }
   std::string DefaultName() const override { return sarblock::NameOf(content()); }
@@ -83,11 +82,9 @@ class FolderSource final : public TableSource {
     if (!fs::is_regular_file(file) || !stream) FailMissing(file.string(), "file");
     return {file.string(), {std::istreambuf_iterator<char>(stream), {}}};
   }
-  std::unique_ptr<TableReader> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) const override {
+  std::unique_ptr<TableReader> Open(std::string_view table, Schema schema) const override {
     const auto file = FindTable(folder_, table);
-    if (!file) return nullptr;
-    return std::make_unique<CsvReader>(*file, columns);
+    return file ? ReadCsv(*file, schema) : nullptr;
   }
   std::string NameOf(std::string_view table) const override {
     return (folder_ / (std::string(table) + ".csv")).string();
@@ -146,12 +143,10 @@ class FolderSink final : public TableSink {
   FolderSink(std::filesystem::path folder, Compression compression)
       : folder_(std::move(folder)), compression_(compression) {}
   std::unique_ptr<TableWriter> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) override {
-    std::vector<std::string_view> names;
-    for (const TableColumn& column : columns) names.push_back(column.name);
+                                    Schema schema,
+                                    std::span<const std::string_view> left_out) override {
     const char* const ending = compression_ == Compression::kGzip ? ".csv.gz" : ".csv";
-    return std::make_unique<CsvWriter>(
-        folder_ / (std::string(table) + ending), names, compression_);
+    return WriteCsv(folder_ / (std::string(table) + ending), schema, compression_, left_out);
   }
   void WriteText(std::string_view file, std::string_view text) override {
     AtomicFile out(folder_ / file);
@@ -189,9 +184,7 @@ void WriteTables(FolderContent content,
                  const BlockIds& ids,
                  const std::function<void(TableSink*)>& write) {
   if (NamesContainer(target)) {
-    ContainerSink sink(target, compression, ids);
-    write(&sink);
-    sink.Commit();
+    WriteContainer(target, compression, ids, write);
     return;
   }
   StagedFolder staged(content, target);

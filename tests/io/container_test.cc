@@ -66,6 +66,12 @@ class ContainerTest : public test::ResultFolderTest {
   }
 };
 
+void AddTruth(const std::string& point, const std::array<double, 3>& position_m, Batch* batch) {
+  NewRow(batch)
+      .Text(kTruthColumns("point"), point)
+      .Numbers(kTruthColumns("x_m", "y_m", "z_m"), position_m);
+}
+
 TEST_F(ContainerTest, BlockComesBackWithTheSameBytes) {  // round trip
   PutBlock("given");
   const BlockFile read = ReadBlock(folder_ / "given");
@@ -221,9 +227,9 @@ TEST_F(ContainerTest, ColumnsWithoutValuesTakeNoRoom) {
     WriteTables(
         FolderContent::kBlock, folder_ / name, Compression::kNone, {}, [&](TableSink* sink) {
           const auto table = sink->Open("truth", kTruthColumns);
-          for (int row = 0; row < 100000; ++row) {
-            table->Text("P").Number(1.0).Number(y_m).Number(y_m).EndRow();
-          }
+          WriteEach(100000, table.get(), [&](std::size_t, Batch* batch) {
+            AddTruth("P", {1.0, y_m, y_m}, batch);
+          });
           table->Commit();
           sink->WriteText("block.toml", "");
         });
@@ -299,7 +305,9 @@ TEST_F(ContainerTest, LeavesNothingWhereWritingEndsEarly) {
     WriteTables(
         FolderContent::kBlock, folder_ / "x.h5", Compression::kNone, {}, [](TableSink* sink) {
           const auto table = sink->Open("truth", kTruthColumns);
-          table->Text("P").Number(1.0).Number(HUGE_VAL).Number(3.0).EndRow();
+          WriteEach(1, table.get(), [](std::size_t, Batch* batch) {
+            AddTruth("P", {1.0, HUGE_VAL, 3.0}, batch);
+          });
           table->Commit();
         });
     return 0;
@@ -314,9 +322,9 @@ TEST_F(ContainerTest, KilledWriterLeavesNoFileUnderTheName) {
     WriteTables(
         FolderContent::kBlock, folder_ / "x.h5", Compression::kNone, {}, [](TableSink* sink) {
           const auto table = sink->Open("truth", kTruthColumns);
-          for (int row = 0; row < 40000; ++row) {
-            table->Text("P").Number(1.0).Number(2.0).Number(3.0).EndRow();
-          }
+          WriteEach(40000, table.get(), [](std::size_t, Batch* batch) {
+            AddTruth("P", {1.0, 2.0, 3.0}, batch);
+          });
           ::kill(::getpid(), SIGKILL);
         });
   }
@@ -334,14 +342,15 @@ TEST_F(ContainerTest, LongTablesAreReadInSlabs) {  // round trip over more than 
   WriteTables(
       FolderContent::kBlock, folder_ / "x.h5", Compression::kGzip, {}, [&](TableSink* sink) {
         const auto table = sink->Open("truth", kTruthColumns);
-        for (int row = 0; row < kRows; ++row) {
-          table->Text(text(row)).Number(row).Number(-row).Number(kNotGiven).EndRow();
-        }
+        WriteEach(kRows, table.get(), [&](std::size_t row, Batch* batch) {
+          const auto number = static_cast<double>(row);
+          AddTruth(text(static_cast<int>(row)), {number, -number, kNotGiven}, batch);
+        });
         table->Commit();
         sink->WriteText("block.toml", "");
       });
   Convert(folder_ / "x.h5", folder_ / "back");
-  CsvReader reader(folder_ / "back/truth.csv", kTruthColumns);
+  test::CsvRows reader(folder_ / "back/truth.csv", kTruthColumns);
   for (int row = 0; row < kRows; ++row) {
     ASSERT_TRUE(reader.Next());
     ASSERT_EQ(reader.Text(0), text(row));

@@ -8,7 +8,7 @@
 
 #include "io/io_fixture.h"
 #include "quality/assess.h"
-#include "tables/csv.h"
+#include "support/csv_rows.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -76,7 +76,7 @@ class QualityFilesTest : public test::FolderTest {
   std::vector<std::string> Row(const std::string& table,
                                std::size_t row,
                                const std::vector<TableColumn>& columns) const {
-    CsvReader reader(folder_ / "result" / table, columns);
+    test::CsvRows reader(folder_ / "result" / table, columns);
     for (std::size_t i = 0; i <= row; ++i) EXPECT_TRUE(reader.Next());
     std::vector<std::string> cells;
     for (std::size_t i = 0; i < columns.size(); ++i) cells.emplace_back(reader.Text(i));

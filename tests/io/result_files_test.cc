@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "io/result_fixture.h"
-#include "tables/csv.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -163,7 +162,7 @@ TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
                           "",
                           "",
                           ""));
-  CsvReader reader(
+  test::CsvRows reader(
       folder_ / "points.csv",
       std::vector<TableColumn>{{"lat_deg"}, {"lon_deg"}, {"h_m"}, {"intersection_deg"}});
   ASSERT_TRUE(reader.Next());
@@ -234,7 +233,8 @@ TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled)
   EXPECT_THAT(Row("points.csv", 0, columns), ElementsAre("3.5", "4.5", "5.5", ""));
   EXPECT_THAT(Row("points.csv", 1, columns), ElementsAre("", "", "", ""));
   EXPECT_THAT(Row("pairs.csv", 0, columns), ElementsAre("6.5", "", "", "7.5"));
-  CsvReader reader(folder_ / "points.csv", std::vector<TableColumn>{{"leberl_across_azimuth_deg"}});
+  test::CsvRows reader(folder_ / "points.csv",
+                       std::vector<TableColumn>{{"leberl_across_azimuth_deg"}});
   ASSERT_TRUE(reader.Next());
   EXPECT_DOUBLE_EQ(reader.Number(0), 21.485917317405873);  // 0.375 rad
 }

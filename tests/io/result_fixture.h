@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/io_fixture.h"
-#include "tables/csv.h"
+#include "support/csv_rows.h"
 
 namespace sarblock::test {
 
@@ -69,7 +69,7 @@ class ResultFolderTest : public FolderTest {
   std::vector<std::string> Row(const std::string& table,
                                std::size_t row,
                                const std::vector<TableColumn>& columns) const {
-    CsvReader reader(folder_ / table, columns);
+    CsvRows reader(folder_ / table, columns);
     for (std::size_t i = 0; i <= row; ++i) EXPECT_TRUE(reader.Next());
     std::vector<std::string> cells;
     for (std::size_t i = 0; i < columns.size(); ++i) {

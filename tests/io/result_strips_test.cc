@@ -7,8 +7,8 @@
 
 #include "adjust/finish.h"
 #include "io/io_fixture.h"
+#include "support/csv_rows.h"
 #include "support/small_blocks.h"
-#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -72,7 +72,7 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
                                          {"sigma_up_m"},
                                          {"correction_along_m"},
                                          {"sigma_along_m"}};
-  CsvReader reader(folder_ / "strips.csv", columns);
+  test::CsvRows reader(folder_ / "strips.csv", columns);
   for (std::size_t k = 0; k < kStripStations; ++k) {
     ASSERT_TRUE(reader.Next());
     const double x = -1.0 + 2.0 * static_cast<double>(k) / (kStripStations - 1);
