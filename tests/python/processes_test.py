@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The package in a process with threads and signals of others, and in folders that change."""
+import os
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+import sarblock
+from conftest import SCENES
+
+SCENE = SCENES / "leberl-aircraft.toml"
+
+
+def script(folder, text, code=0):
+    """Runs a script of its own in a folder; what it printed. One that hangs fails after a minute."""
+    ended = subprocess.run([sys.executable, "-c", textwrap.dedent(text)], cwd=folder, capture_output=True, text=True,
+                           timeout=60, check=False)
+    assert ended.returncode == code, ended.stderr
+    return ended.stdout
+
+
+@pytest.fixture
+def folder(tmp_path):
+    block = sarblock.simulate(SCENE, points={"count": 2000})
+    for i in range(2):
+        block.write(tmp_path / f"in{i}.h5")
+    return tmp_path
+
+
+def test_threads_read_hdf5_files_while_others_write_them(folder):
+    assert script(folder, """
+        import threading
+        from concurrent.futures import ThreadPoolExecutor
+        import sarblock
+        block, stop = sarblock.read_block("in0.h5"), threading.Event()
+        def write():
+            while not stop.is_set():
+                block.write("out.h5", force=True)
+        writer = threading.Thread(target=write)
+        writer.start()
+        with ThreadPoolExecutor(2) as pool:
+            print(len(list(pool.map(sarblock.read_block, ["in0.h5", "in1.h5"] * 10))))
+        stop.set()
+        writer.join()
+        """) == "20\n"
+
+
+def test_a_block_is_read_while_numpy_multiplies(folder):
+    assert script(folder, """
+        import os, threading
+        import numpy as np
+        import sarblock
+        a = np.ones((300, 300))
+        def multiply():
+            while True:
+                a @ a
+        threading.Thread(target=multiply, daemon=True).start()
+        for i in range(20):
+            sarblock.read_block("in0.h5")
+        print("read", flush=True)
+        os._exit(0)
+        """) == "read\n"
+
+
+def test_a_process_that_reaps_all_children_reads(folder):
+    assert script(folder, """
+        import os, signal
+        import sarblock
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+        for number in (0, 1, 2):
+            os.close(number)
+        sarblock.read_block("in0.h5")
+        out = os.open("said", os.O_WRONLY | os.O_CREAT)
+        os.write(out, b"read")
+        """) == ""
+    assert (folder / "said").read_text() == "read"
+
+
+def test_ctrl_c_ends_the_reading_of_files(folder):
+    assert script(folder, """
+        import os, signal, threading, time
+        import sarblock
+        def press():
+            time.sleep(1.0)
+            os.kill(os.getpid(), signal.SIGINT)
+        threading.Thread(target=press, daemon=True).start()
+        try:
+            while True:
+                sarblock.read_block("in0.h5")
+        except KeyboardInterrupt:
+            print("ended")
+        """) == "ended\n"
