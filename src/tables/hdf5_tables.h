@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "hdf5_driver.h"
 #include "hdf5_file.h"
 #include "table.h"
 
@@ -139,6 +140,7 @@ class ContainerSink final : public TableSink {
   TemporaryName temporary_;
   std::string name_;
   Compression compression_;
+  FailingSafely disk_;
   Hdf5Id file_;
   std::array<Texts, 2> ids_;  // of passes, of points
 };

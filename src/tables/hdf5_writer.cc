@@ -386,7 +386,7 @@ ContainerSink::ContainerSink(const std::filesystem::path& target,
   ids_[1].given = ids.points;
   if (target.has_parent_path()) MakeFolder(target.parent_path());
   RemoveAbandoned(target);
-  const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  const Hdf5Id access = disk_.Access();
   // From 1.10 on a chunk costs a number in memory, before a key of 33 dimensions.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_LATEST);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
@@ -397,7 +397,8 @@ ContainerSink::ContainerSink(const std::filesystem::path& target,
   file_ = Hdf5Id(H5Fcreate(temporary_.name().c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
                  H5Fclose);
   if (!file_.valid()) {
-    Fail("cannot be written" + (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+    const int error = disk_.error();
+    Fail("cannot be written" + (error != 0 ? std::string(": ") + std::strerror(error) : ""));
   }
   WriteAttribute(file_.get(), "written_by", std::string("sarblock ") + Version());
 }
@@ -426,8 +427,7 @@ void ContainerSink::Commit() {
     const TextsOfTable own(texts.own);
     WriteTexts(file_.get(), name, texts.given != nullptr ? *texts.given : own);
   }
-  errno = 0;
-  if (file_.Release() < 0) Require(false);
+  Require(file_.Release() >= 0);
   temporary_.Commit();
 }
 
@@ -511,9 +511,10 @@ void ContainerSink::Fail(const std::string& problem) const {
 }
 
 void ContainerSink::Require(bool written) const {
-  if (written) return;
+  const int error = disk_.error();
+  if (written && error == 0) return;
   Fail(std::string("writing failed") +
-       (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+       (error != 0 ? std::string(": ") + std::strerror(error) : ""));
 }
 
 }  // namespace sarblock

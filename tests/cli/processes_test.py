@@ -61,6 +61,17 @@ class ProcessesTest(unittest.TestCase):
         process.send_signal(signal.SIGSTOP)
         return process
 
+    def test_a_full_disk_never_ends_in_a_crash_of_libhdf5(self):
+        block, output = self.simulated("block"), self.folder / "result.h5"
+        run("adjust", block, "-o", output, "-q")
+        for part in range(1, 12):
+            ended = limited(resource.RLIMIT_FSIZE, output.stat().st_size * part // 12, "adjust", block, "-o",
+                            self.folder / "cut.h5", "-q")
+            if ended is None:
+                self.skipTest("the program does not start under the limit")
+            self.assertEqual(ended.returncode, 3, f"{part}: {ended.stderr}")
+            self.assertEqual(self.hidden(self.folder), [])
+
     def test_changed_bytes_of_a_file_never_crash_a_conversion(self):
         block, whole, damaged = self.simulated("block", points=4), self.folder / "whole.h5", self.folder / "damaged.h5"
         run("convert", block, whole, "-q")

@@ -92,3 +92,24 @@ def test_ctrl_c_ends_the_reading_of_files(folder):
         except KeyboardInterrupt:
             print("ended")
         """) == "ended\n"
+
+
+def test_a_job_goes_on_after_a_disk_was_full(tmp_path):
+    script(tmp_path, f"""
+        import resource
+        import sarblock
+        block = sarblock.simulate({str(SCENE)!r})
+        block.write("whole.h5")
+        size = __import__("os").stat("whole.h5").st_size
+        for part in range(1, 12):
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size * part // 12, resource.RLIM_INFINITY))
+            try:
+                block.write("cut.h5")
+            except sarblock.InputError as error:
+                assert "File too large" in str(error), error
+            else:
+                raise AssertionError(part)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        block.write("cut.h5")
+        assert len(sarblock.read_block("cut.h5").points.ids) == len(block.points.ids)
+        """)
