@@ -547,6 +547,7 @@ void ReadLooks(BlockReading* reading) {
   LookRows rows;
   Reserve(reader.RowCount(), &rows);
   ReadParts(&reader, reading, &rows);
+  WarnOfDoubts(reader, &reading->result.warnings);
   opened.reset();  // sorting takes the most memory
   Looks& looks = reading->result.block.looks;
   looks = std::move(rows.looks);

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
@@ -45,8 +46,11 @@ std::string Counted(std::size_t count, const std::string& noun) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::filesystem::path& file, std::span<const TableColumn> columns)
-    : CsvReader(file.string(), CsvSource::Open(file), kReadBufferBytes, columns) {}
+CsvReader::CsvReader(const std::filesystem::path& file,
+                     std::span<const TableColumn> columns)
+    : CsvReader(file.string(), CsvSource::Open(file), kReadBufferBytes, columns) {
+  of_file_ = true;
+}
 
 CsvReader::CsvReader(std::string name, std::string_view text, std::span<const TableColumn> columns)
     : CsvReader(std::move(name),
@@ -69,6 +73,7 @@ CsvReader::CsvReader(const CsvReader& whole, std::vector<char> lines, std::size_
       buffer_(std::move(lines)),
       end_(buffer_.size()),
       source_ended_(true),
+      row_comments_(whole.row_comments_),
       cells_(whole.cells_.size()) {
   line_ = line;
 }
@@ -94,7 +99,10 @@ std::unique_ptr<TableReader> CsvReader::Part() {
                           buffer_.begin() + static_cast<std::ptrdiff_t>(stop));
   const std::size_t line = line_;
   line_ += static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
-  if (lines.back() != '\n') ++line_;
+  if (lines.back() != '\n') {
+    ++line_;
+    unended_ = true;
+  }
   begin_ = stop;
   return std::unique_ptr<TableReader>(new CsvReader(*this, std::move(lines), line));
 }
@@ -135,6 +143,7 @@ bool CsvReader::Next() {
   std::string_view line;
   while (NextLine(&line)) {
     ++line_;
+    if (line.starts_with('#')) NoteComment(line);
     if (line.empty() || line.front() == '#') continue;
     if (IsBlank(line.front()) && Trimmed(line.data(), line.data() + line.size()).empty()) continue;
     const std::size_t count = Split(line);
@@ -145,6 +154,34 @@ bool CsvReader::Next() {
     return true;
   }
   return false;
+}
+
+void CsvReader::NoteComment(std::string_view line) {
+  const auto commas = static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
+  if (cells_.size() < 2 || commas + 1 != cells_.size()) return;
+  ++row_comments_->count;
+  std::size_t first = row_comments_->first_line;
+  while (line_ < first && !row_comments_->first_line.compare_exchange_weak(first, line_)) {
+  }
+}
+
+std::vector<std::string> CsvReader::doubts() const {
+  std::vector<std::string> doubts;
+  if (of_file_ && unended_) {
+    doubts.emplace_back(
+        "the last row does not end with a newline: the file may have been cut off there, and the "
+        "row's last number with it");
+  }
+  if (const std::size_t count = row_comments_->count; count > 0) {
+    doubts.push_back(
+        (count == 1 ? "a line that begins with # has as many cells as the header and is"
+                    : std::to_string(count) +
+                          " lines that begin with # have as many cells as the header and are") +
+        std::string(" taken for ") + (count == 1 ? "a comment" : "comments") + " (line " +
+        std::to_string(row_comments_->first_line) +
+        "): a name that begins with # must stand in quotes");
+  }
+  return doubts;
 }
 
 bool CsvReader::NextLine(std::string_view* line) {
@@ -163,6 +200,7 @@ bool CsvReader::NextLine(std::string_view* line) {
       stop = buffer_.data() + end_;
       *line = {buffer_.data() + begin_, rest};
       begin_ = end_;
+      unended_ = true;
     } else {
       *line = {first, static_cast<std::size_t>(stop - first)};
       begin_ += line->size() + 1;
@@ -268,34 +306,75 @@ class PlainSource final : public CsvSource {
   int descriptor_;
 };
 
+/// One gzip stream or several behind each other, as RFC 1952 allows. (zlib's own gzread() drops
+/// what stands behind them, whatever it is.)
 class GzipSource final : public CsvSource {
  public:
-  explicit GzipSource(gzFile file) : file_(file) {}
-  ~GzipSource() override { gzclose_r(file_); }
+  explicit GzipSource(int descriptor) : file_(descriptor), input_(std::size_t{1} << 18) {
+    constexpr int kWindowBits = 15, kGzip = 16;
+    if (inflateInit2(&stream_, kWindowBits + kGzip) != Z_OK) throw std::bad_alloc();
+  }
+  ~GzipSource() override { inflateEnd(&stream_); }
   GzipSource(const GzipSource&) = delete;
   GzipSource& operator=(const GzipSource&) = delete;
 
   std::size_t Read(char* to, std::size_t size, std::string* problem) override {
-    const int got = gzread(file_, to, static_cast<unsigned>(std::min<std::size_t>(size, 1u << 30)));
-    if (got > 0) {
-      if (gzdirect(file_) != 0) {
-        *problem = "is not gzip data, which the name's ending .gz promises";
-        return 0;
-      }
-      return static_cast<std::size_t>(got);
+    constexpr std::size_t kMost = std::size_t{1} << 30;
+    const std::size_t wanted = std::min(size, kMost);
+    stream_.next_out = reinterpret_cast<Bytef*>(to);
+    stream_.avail_out = static_cast<uInt>(wanted);
+    while (stream_.avail_out > 0 && problem_.empty() && GoOn(&problem_)) {
     }
-    int code = Z_OK;
-    const char* text = gzerror(file_, &code);
-    if (code == Z_BUF_ERROR) {
-      *problem = "the gzip data end too early; the file was cut off";
-    } else if (got < 0) {
-      *problem = std::string("the gzip data are damaged (") + text + ")";
-    }
-    return 0;
+    const std::size_t got = wanted - stream_.avail_out;
+    if (got == 0) *problem = problem_;  // told behind the last rows that are whole
+    return got;
   }
 
  private:
-  gzFile file_;
+  /// False at the end of the file, and where something is wrong.
+  bool GoOn(std::string* problem) {
+    if (stream_.avail_in == 0) {
+      const std::size_t got = file_.Read(input_.data(), input_.size(), problem);
+      stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
+      stream_.avail_in = static_cast<uInt>(got);
+      if (got == 0) {
+        if (in_stream_ && problem->empty()) {
+          *problem = "the gzip data end too early; the file was cut off";
+        }
+        return false;
+      }
+    }
+    if (!in_stream_) {
+      if (streams_ > 0 && *stream_.next_in == 0) {  // a medium filled up the last block
+        ++stream_.next_in;
+        --stream_.avail_in;
+        return true;
+      }
+      if (streams_ > 0) inflateReset(&stream_);
+      in_stream_ = true;
+      ++streams_;
+    }
+    const int code = inflate(&stream_, Z_NO_FLUSH);
+    if (code == Z_STREAM_END) {
+      in_stream_ = false;
+    } else if (code != Z_OK && code != Z_BUF_ERROR) {
+      const bool begins = stream_.total_out == 0 && stream_.total_in < 10;  // the header's bytes
+      *problem = !begins ? std::string("the gzip data are damaged (") +
+                               (stream_.msg != nullptr ? stream_.msg : "out of memory") + ")"
+                 : streams_ == 1
+                     ? "is not gzip data, which the name's ending .gz promises"
+                     : "the gzip data end here and other bytes follow; rows that are appended must "
+                       "be compressed too";
+    }
+    return problem->empty();
+  }
+
+  PlainSource file_;
+  std::vector<char> input_;
+  z_stream stream_{};
+  bool in_stream_ = false;
+  std::size_t streams_ = 0;
+  std::string problem_;
 };
 
 class MemorySource final : public CsvSource {
@@ -314,19 +393,13 @@ class MemorySource final : public CsvSource {
 }  // namespace
 
 std::unique_ptr<CsvSource> CsvSource::Open(const std::filesystem::path& file) {
-  const FilePlace place{file.string(), 0, ""};
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
-    throw InputError(place, std::string("cannot be opened: ") + std::strerror(errno));
+    throw InputError(FilePlace{file.string(), 0, ""},
+                     std::string("cannot be opened: ") + std::strerror(errno));
   }
-  if (file.extension() != ".gz") return std::make_unique<PlainSource>(descriptor);
-  gzFile gzip = gzdopen(descriptor, "rb");
-  if (gzip == nullptr) {
-    ::close(descriptor);
-    throw InputError(place, "cannot be opened: out of memory");
-  }
-  gzbuffer(gzip, 1u << 18);
-  return std::make_unique<GzipSource>(gzip);
+  if (file.extension() == ".gz") return std::make_unique<GzipSource>(descriptor);
+  return std::make_unique<PlainSource>(descriptor);
 }
 
 std::unique_ptr<CsvSource> CsvSource::InMemory(std::string_view text) {

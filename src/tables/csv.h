@@ -3,9 +3,11 @@
 
 #include "sarblock/tables/output.h"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -43,6 +45,7 @@ class CsvReader final : public TableReader {
   [[nodiscard]] std::unique_ptr<TableReader> Part() override;
   [[nodiscard]] FilePlace PlaceAt(std::size_t line, std::size_t column) const override;
   [[nodiscard]] std::string NameOfLine(std::size_t line) const override;
+  [[nodiscard]] std::vector<std::string> doubts() const override;
 
  private:
   CsvReader(std::string name,
@@ -53,6 +56,7 @@ class CsvReader final : public TableReader {
   CsvReader(const CsvReader& whole, std::vector<char> lines, std::size_t line);
   void ReadHeader(std::span<const TableColumn> columns);
   [[nodiscard]] bool NextLine(std::string_view* line);
+  void NoteComment(std::string_view line);
   [[nodiscard]] bool Refill();
   [[nodiscard]] std::size_t Split(std::string_view line);
   [[nodiscard]] const char* Unquote(const char* begin, const char* end, std::string_view* cell);
@@ -69,6 +73,14 @@ class CsvReader final : public TableReader {
   std::size_t begin_ = 0;  // of the text in buffer_ not yet used
   std::size_t end_ = 0;
   bool source_ended_ = false;
+  bool unended_ = false;  // the last line has no end
+  bool of_file_ = false;  // else of a text, which nothing has cut off
+  struct RowComments {
+    std::atomic<std::size_t> count{0};
+    std::atomic<std::size_t> first_line{std::numeric_limits<std::size_t>::max()};
+  };
+  /// Comments that read like rows; parts note theirs here too.
+  std::shared_ptr<RowComments> row_comments_ = std::make_shared<RowComments>();
   std::string unquoted_;  // cells whose doubled quotes were made single
   std::vector<std::string_view> cells_;
 };

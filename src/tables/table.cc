@@ -159,6 +159,12 @@ void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* w
   warnings->push_back(reader.file() + ": columns not known and ignored: " + names);
 }
 
+void WarnOfDoubts(const TableReader& reader, std::vector<std::string>* warnings) {
+  for (const std::string& doubt : reader.doubts()) {
+    warnings->push_back(reader.file() + ": " + doubt);
+  }
+}
+
 double PositiveNumber(const TableReader& reader, std::size_t column) {
   const double value = reader.Number(column);
   if (std::isnan(value)) return value;

@@ -423,6 +423,9 @@ class TableReader {
   [[nodiscard]] std::size_t line() const { return line_; }
   /// The file, for messages.
   [[nodiscard]] const std::string& file() const { return file_; }
+  /// What may be wrong with the lines of the table, all of which were read, though they can be
+  /// read: sentences for people.
+  [[nodiscard]] virtual std::vector<std::string> doubts() const { return {}; }
   /// Columns of the file that nobody asked for, as they stand there.
   [[nodiscard]] const std::vector<std::string>& unknown_columns() const { return unknown_; }
 
@@ -568,6 +571,8 @@ class TableReader {
 
 /// Adds the one warning about columns nobody knows.
 void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings);
+/// Adds the warnings about lines of the table, once all were read.
+void WarnOfDoubts(const TableReader& reader, std::vector<std::string>* warnings);
 
 /// A number above 0, or NaN for an empty cell.
 [[nodiscard]] double PositiveNumber(const TableReader& reader, std::size_t column);

@@ -61,6 +61,35 @@ class ProcessesTest(unittest.TestCase):
         process.send_signal(signal.SIGSTOP)
         return process
 
+    def test_gzip_streams_behind_each_other_are_read_and_other_bytes_are_not(self):
+        block = self.simulated("block")
+        rows = (block / "observations.csv").read_bytes()
+        half = rows.index(b"\n", len(rows) // 2) + 1
+        (block / "observations.csv").unlink()
+        packed = block / "observations.csv.gz"
+        packed.write_bytes(gzip.compress(rows[:half]) + gzip.compress(rows[half:]) + bytes(512))
+        run("check", block, "-q")
+        packed.write_bytes(gzip.compress(rows[:half]) + rows[half:])
+        self.assertIn("the gzip data end here and other bytes follow", run("check", block, "-q", code=3).stderr)
+        packed.write_bytes(gzip.compress(rows[:half]) + gzip.compress(rows[half:])[:-9])
+        self.assertIn("the gzip data end too early", run("check", block, "-q", code=3).stderr)
+
+    def test_a_last_row_that_may_be_cut_off_is_told(self):
+        block = self.simulated("block")
+        for name in ("observations", "points", "trajectories"):
+            file = block / f"{name}.csv"
+            rows = file.read_bytes()
+            self.assertNotIn("does not end with a newline", run("check", block).stdout)
+            file.write_bytes(rows.rstrip(b"\n"))
+            self.assertIn(f"{name}.csv: the last row does not end with a newline",
+                          " ".join(run("check", block).stdout.split()))
+            packed = block / f"{name}.csv.gz"
+            packed.write_bytes(gzip.compress(rows.rstrip(b"\n")))
+            file.unlink()
+            self.assertIn("the last row does not end", " ".join(run("check", block).stdout.split()))
+            packed.unlink()
+            file.write_bytes(rows)
+
     def test_a_full_disk_never_ends_in_a_crash_of_libhdf5(self):
         block, output = self.simulated("block"), self.folder / "result.h5"
         run("adjust", block, "-o", output, "-q")
