@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "checksum.h"
 #include "core/text.h"
 #include "table.h"
 #include <fcntl.h>
@@ -47,8 +48,9 @@ std::string Counted(std::size_t count, const std::string& noun) {
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file,
-                     std::span<const TableColumn> columns)
-    : CsvReader(file.string(), CsvSource::Open(file), kReadBufferBytes, columns) {
+                     std::span<const TableColumn> columns,
+                     const std::string& sha256)
+    : CsvReader(file.string(), CsvSource::Open(file, sha256), kReadBufferBytes, columns) {
   of_file_ = true;
 }
 
@@ -377,6 +379,29 @@ class GzipSource final : public CsvSource {
   std::string problem_;
 };
 
+/// Bytes that must have this checksum when they end.
+class CheckedSource final : public CsvSource {
+ public:
+  CheckedSource(std::unique_ptr<CsvSource> source, std::string sha256)
+      : source_(std::move(source)), sha256_(std::move(sha256)) {}
+  std::size_t Read(char* to, std::size_t size, std::string* problem) override {
+    const std::size_t got = source_->Read(to, size, problem);
+    if (got > 0) {
+      sum_.Add({to, got});
+    } else if (problem->empty() && std::exchange(sha256_, {}) != sum_.Digits()) {
+      *problem =
+          "is not the table that summary.json was written with (sha256): changed since, or of "
+          "another run";
+    }
+    return got;
+  }
+
+ private:
+  std::unique_ptr<CsvSource> source_;
+  std::string sha256_;
+  Sha256 sum_;
+};
+
 class MemorySource final : public CsvSource {
  public:
   explicit MemorySource(std::string_view text) : text_(text) {}
@@ -392,14 +417,21 @@ class MemorySource final : public CsvSource {
 
 }  // namespace
 
-std::unique_ptr<CsvSource> CsvSource::Open(const std::filesystem::path& file) {
+std::unique_ptr<CsvSource> CsvSource::Open(const std::filesystem::path& file,
+                                           const std::string& sha256) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
     throw InputError(FilePlace{file.string(), 0, ""},
                      std::string("cannot be opened: ") + std::strerror(errno));
   }
-  if (file.extension() == ".gz") return std::make_unique<GzipSource>(descriptor);
-  return std::make_unique<PlainSource>(descriptor);
+  std::unique_ptr<CsvSource> source;
+  if (file.extension() == ".gz") {
+    source = std::make_unique<GzipSource>(descriptor);
+  } else {
+    source = std::make_unique<PlainSource>(descriptor);
+  }
+  if (sha256.empty()) return source;
+  return std::make_unique<CheckedSource>(std::move(source), sha256);
 }
 
 std::unique_ptr<CsvSource> CsvSource::InMemory(std::string_view text) {

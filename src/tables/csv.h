@@ -33,8 +33,11 @@ class CsvSource;  ///< where the bytes come from (src/tables/csv.h)
 class CsvReader final : public TableReader {
  public:
   /// Opens a file; a name ending in `.gz` is inflated. Reads the header row at once.
-  /// Throws if a required column is missing or a known one stands twice.
-  CsvReader(const std::filesystem::path& file, std::span<const TableColumn> columns);
+  /// Throws if a required column is missing or a known one stands twice. Where `sha256` is given,
+  /// the text must have this checksum: who reads the last row is told if it has not.
+  CsvReader(const std::filesystem::path& file,
+            std::span<const TableColumn> columns,
+            const std::string& sha256 = {});
   /// The same from memory; `name` stands for the file in messages, `text` must outlive the reader.
   CsvReader(std::string name, std::string_view text, std::span<const TableColumn> columns);
   ~CsvReader() override;
@@ -92,8 +95,10 @@ class CsvSource {
   /// Up to `size` bytes; 0 at the end. What went wrong, if anything, goes to `problem`.
   [[nodiscard]] virtual std::size_t Read(char* to, std::size_t size, std::string* problem) = 0;
 
-  /// Throws InputError naming the file if it cannot be opened.
-  [[nodiscard]] static std::unique_ptr<CsvSource> Open(const std::filesystem::path& file);
+  /// Throws InputError naming the file if it cannot be opened. A checksum, where one is given, is
+  /// compared at the end.
+  [[nodiscard]] static std::unique_ptr<CsvSource> Open(const std::filesystem::path& file,
+                                                       const std::string& sha256 = {});
   [[nodiscard]] static std::unique_ptr<CsvSource> InMemory(std::string_view text);
 };
 

@@ -137,6 +137,7 @@ class ContainerSink final : public TableSink {
   void Require(bool written) const;
 
  private:
+  OutputLock lock_;
   TemporaryName temporary_;
   std::string name_;
   Compression compression_;

@@ -380,12 +380,10 @@ std::uint32_t ContainerSink::Texts::IndexOf(std::string_view text) {
 ContainerSink::ContainerSink(const std::filesystem::path& target,
                              Compression compression,
                              const BlockIds& ids)
-    : temporary_(target), name_(target.string()), compression_(compression) {
+    : lock_(target), temporary_(target), name_(target.string()), compression_(compression) {
   SilenceHdf5();
   ids_[0].given = ids.passes;
   ids_[1].given = ids.points;
-  if (target.has_parent_path()) MakeFolder(target.parent_path());
-  RemoveAbandoned(target);
   const Hdf5Id access = disk_.Access();
   // From 1.10 on a chunk costs a number in memory, before a key of 33 dimensions.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_LATEST);

@@ -61,6 +61,79 @@ class ProcessesTest(unittest.TestCase):
         process.send_signal(signal.SIGSTOP)
         return process
 
+    def test_a_second_run_into_one_output_is_told_before_its_work(self):
+        one, two = self.simulated("one", points=3000), self.simulated("two", seed=2)
+        for name in ("result", "result.h5"):
+            output = self.folder / name
+            first = self.begun(one, output)
+            second = run("adjust", two, "-o", output, "-q", code=3)
+            self.assertIn(f"{name}: is being written by another run (process {first.pid} on {socket.gethostname()} "
+                          "since 20", second.stderr)
+            first.send_signal(signal.SIGCONT)
+            self.assertEqual(first.wait(), 0, first.stderr.read())
+            first.stderr.close()
+            run("report", output, "-q")
+        self.assertEqual(self.hidden(self.folder / "result"), [])
+        self.assertEqual(len(table(self.folder / "result/points.csv")), 3000)
+        self.assertEqual(self.hidden(self.folder), [])
+
+    def test_a_killed_run_keeps_nobody_out(self):
+        block, output = self.simulated("block", points=3000), self.folder / "result"
+        process = self.begun(block, output)
+        process.kill()
+        process.wait()
+        process.stderr.close()
+        run("adjust", block, "-o", output, "-q", "--set", "covariance=none")
+        self.assertEqual(self.hidden(output), [])
+
+    def test_a_run_that_fails_leaves_no_folder(self):
+        block = self.simulated("block")
+        observations = table(block / "observations.csv")
+        with open(block / "observations.csv", "w", encoding="utf-8") as stream:
+            stream.write("pass,point,time_s,range_m\n")
+            for row in observations[:2]:
+                stream.write(f"{row['pass']},{row['point']},{row['time_s']},{row['range_m']}\n")
+        run("adjust", block, "-o", self.folder / "new/result", "-q", code=4)
+        self.assertFalse((self.folder / "new").exists())
+
+    def test_tables_of_two_runs_are_no_result(self):
+        for seed in (1, 2):
+            run("adjust", self.simulated(f"block{seed}", seed), "-o", self.folder / f"result{seed}", "-q")
+        one, two = self.folder / "result1", self.folder / "result2"
+        listed = {sum_of["table"]: sum_of for sum_of in json.loads((one / "summary.json").read_text())["tables"]}
+        self.assertEqual(listed["points"]["bytes"], (one / "points.csv").stat().st_size)
+        for name in ("points", "residuals", "passes", "trajectories"):
+            mixed = self.folder / f"mixed_{name}"
+            shutil.copytree(one, mixed)
+            shutil.copy(two / f"{name}.csv", mixed)
+            refused = run("report", mixed, "-q", code=3).stderr
+            self.assertIn(f"{mixed}/{name}.csv", refused)
+            if (one / f"{name}.csv").stat().st_size == (two / f"{name}.csv").stat().st_size:
+                self.assertIn("summary.json", refused)
+            run("convert", mixed, self.folder / "mixed.h5", "-q", code=3)
+        (one / "strips.csv").unlink()
+        self.assertIn("strips.csv: is missing", run("report", one, "-q", code=3).stderr)
+        (two / "pairs.csv").write_text("point_a,point_b\n")
+        self.assertIn("pairs.csv: is not among the tables that summary.json lists",
+                      run("convert", two, self.folder / "more.h5", "-q", code=3).stderr)
+
+    def test_checksums_are_those_of_the_text_however_it_is_kept(self):
+        block, plain = self.simulated("block"), self.folder / "plain"
+        run("adjust", block, "-o", plain, "-q")
+        subprocess.run(["gzip", plain / "points.csv"], check=True)
+        run("report", plain, "-q")
+        subprocess.run(["gzip", "-d", plain / "points.csv.gz"], check=True)
+        run("convert", plain, self.folder / "packed", "--gzip", "-q")
+        run("convert", self.folder / "packed", self.folder / "one.h5", "-q")
+        run("convert", self.folder / "one.h5", self.folder / "back", "-q")
+        for name in ("summary.json", "points.csv", "residuals.csv"):
+            self.assertEqual((plain / name).read_bytes(), (self.folder / "back" / name).read_bytes(), name)
+        run("adjust", block, "-o", self.folder / "direct.h5", "-q")
+        run("convert", self.folder / "direct.h5", self.folder / "made", "-q")
+        tables = json.loads((self.folder / "made/summary.json").read_text())["tables"]
+        self.assertIn("residuals", [sum_of["table"] for sum_of in tables])
+        run("report", self.folder / "made", "-q")
+
     def test_gzip_streams_behind_each_other_are_read_and_other_bytes_are_not(self):
         block = self.simulated("block")
         rows = (block / "observations.csv").read_bytes()
@@ -90,6 +163,17 @@ class ProcessesTest(unittest.TestCase):
             packed.unlink()
             file.write_bytes(rows)
 
+    def test_a_limit_on_files_is_a_write_that_fails(self):
+        block = self.simulated("block", points=400)
+        (self.folder / "out").mkdir()
+        for name in ("result", "result.h5"):
+            ended = limited(resource.RLIMIT_FSIZE, 60 * KIB, "adjust", block, "-o", self.folder / "out" / name, "-q")
+            if ended is None:
+                self.skipTest("the program does not start under the limit")
+            self.assertEqual(ended.returncode, 3, ended.stderr)
+            self.assertIn("File too large", ended.stderr)
+        self.assertEqual(os.listdir(self.folder / "out"), [])
+
     def test_a_full_disk_never_ends_in_a_crash_of_libhdf5(self):
         block, output = self.simulated("block"), self.folder / "result.h5"
         run("adjust", block, "-o", output, "-q")
@@ -100,6 +184,55 @@ class ProcessesTest(unittest.TestCase):
                 self.skipTest("the program does not start under the limit")
             self.assertEqual(ended.returncode, 3, f"{part}: {ended.stderr}")
             self.assertEqual(self.hidden(self.folder), [])
+
+    def test_an_edited_block_is_not_written_over(self):
+        block = self.simulated("block")
+        again = ["simulate", SCENES / "leberl-aircraft.toml", "-o", block, "-q"]
+        run(*again)  # as it was written
+        subprocess.run(["sha256sum", "--quiet", "-c", ".sarblock-written"], cwd=block, check=True)
+        for name in ("block.toml", "observations.csv", "points.csv"):
+            whole = (block / name).read_text()
+            (block / name).write_text(whole + "# mine\n")
+            self.assertIn(f"changed since sarblock wrote it ({name})", run(*again, code=3).stderr)
+            self.assertEqual((block / name).read_text(), whole + "# mine\n")
+            run(*again, "--force")
+        run("convert", block, self.folder / "block.h5", "-q")
+        run("convert", self.folder / "block.h5", self.folder / "back", "-q")
+        (self.folder / "back/points.csv").unlink()
+        self.assertIn("(points.csv)", run("convert", block, self.folder / "back", "-q", code=3).stderr)
+
+    def test_what_cannot_be_written_is_told_before_the_work(self):
+        block = self.simulated("block")
+        with open(block / "observations.csv", "a", encoding="utf-8") as stream:
+            stream.write("no,such,1,pass\n")
+        (self.folder / "file").write_text("mine")
+        for output in ("file/result", "file/result.h5"):
+            refused = run("convert", self.simulated("whole"), self.folder / output, "-q", code=3).stderr
+            self.assertNotIn("/.", refused.replace(str(self.folder), ""))
+        if os.getuid() == 0:  # to whom no permission is refused
+            return
+        (self.folder / "closed").mkdir(mode=0o500)
+        for output in ("closed/result", "closed/result.h5"):
+            refused = run("convert", block, self.folder / output, "-q", code=3).stderr
+            self.assertIn("cannot be", refused)
+            self.assertIn("Permission denied", refused)
+
+    def test_links_and_permissions_of_an_output_stay(self):
+        block = self.simulated("block")
+        (self.folder / "there").mkdir()
+        (self.folder / "result.h5").symlink_to("there/kept.h5")
+        run("adjust", block, "-o", self.folder / "result.h5", "-q")
+        self.assertTrue((self.folder / "result.h5").is_symlink())
+        kept = self.folder / "there/kept.h5"
+        kept.chmod(0o640)
+        run("adjust", block, "-o", self.folder / "result.h5", "-q")
+        self.assertEqual(kept.stat().st_mode & 0o777, 0o640)
+        self.assertEqual(self.hidden(self.folder / "there"), [])
+        output = self.folder / "result"
+        run("adjust", block, "-o", output, "-q")
+        (output / "points.csv").chmod(0o600)
+        run("adjust", block, "-o", output, "-q")
+        self.assertEqual((output / "points.csv").stat().st_mode & 0o777, 0o600)
 
     def test_changed_bytes_of_a_file_never_crash_a_conversion(self):
         block, whole, damaged = self.simulated("block", points=4), self.folder / "whole.h5", self.folder / "damaged.h5"
