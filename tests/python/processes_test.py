@@ -113,3 +113,52 @@ def test_a_job_goes_on_after_a_disk_was_full(tmp_path):
         block.write("cut.h5")
         assert len(sarblock.read_block("cut.h5").points.ids) == len(block.points.ids)
         """)
+
+
+def test_what_is_asked_of_a_block_later_is_of_the_block_that_was_read(tmp_path, monkeypatch):
+    for name, seed in (("one", 1), ("two", 2)):
+        (tmp_path / name).mkdir()
+        sarblock.simulate(SCENE, seed=seed).write(tmp_path / name / "block")
+    monkeypatch.chdir(tmp_path / "one")
+    block = sarblock.read_block("block")
+    truth_m, predicted = block.truth_m, sarblock.predict(block).points.sigma_enu_m
+    again = sarblock.read_block("block")
+    monkeypatch.chdir(tmp_path / "two")
+    assert np.array_equal(again.truth_m, truth_m)
+    assert np.array_equal(sarblock.predict(again).points.sigma_enu_m, predicted, equal_nan=True)
+    again = sarblock.read_block("../one/block")
+    sarblock.simulate(SCENE, seed=3).write("../one/block", force=True)
+    assert np.array_equal(again.truth_m, truth_m)
+    assert os.path.isabs(again.path)
+
+
+def test_a_list_that_the_block_names_is_the_one_that_was_read(tmp_path):
+    block = sarblock.simulate(SCENE, points={"count": 20})
+    block.write(tmp_path / "block")
+    first, second, third = block.points.ids[:3]
+    toml = tmp_path / "block" / "block.toml"
+    toml.write_text(toml.read_text() + '\n[adjust]\npairs = "pairs.csv"\n'
+                    if "[adjust]" not in toml.read_text()
+                    else toml.read_text().replace("[adjust]", '[adjust]\npairs = "pairs.csv"', 1))
+    pairs = tmp_path / "block" / "pairs.csv"
+    pairs.write_text(f"point_a,point_b\n{first},{second}\n")
+    read = sarblock.read_block(tmp_path / "block")
+    assert len(sarblock.adjust(read).pairs) == 1
+    pairs.write_text(f"point_a,point_b\n{first},{third}\n")
+    with pytest.raises(sarblock.InputError, match="pairs.csv: has changed since the block was read"):
+        sarblock.adjust(read)
+
+
+def test_arrays_that_are_kept_cannot_be_written_to(local_result, local_block):
+    kept = 0
+    for part in (local_result.points, local_result.looks, local_result.corrections, local_block.points, local_block.looks):
+        for name in dir(type(part)):
+            if name.startswith("_") or name == "geodetic":  # of geocentric frames
+                continue
+            value = getattr(part, name)
+            if isinstance(value, np.ndarray) and value is getattr(part, name):
+                assert not value.flags.writeable, name
+                kept += 1
+    assert kept > 20
+    local_result.summary["verdict"] = "changed"
+    assert local_result.verdict != "changed"
