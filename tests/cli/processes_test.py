@@ -248,5 +248,23 @@ class ProcessesTest(unittest.TestCase):
                 self.assertIn(ended.returncode, (0, 3), f"{place} {value}")
         self.assertEqual([name for name in self.hidden(self.folder)], [])
 
+    def test_texts_nested_without_end_are_refused(self):
+        block, result = self.simulated("block"), self.folder / "result"
+        run("adjust", block, "-o", result, "-q")
+        (result / "summary.json").write_text("[" * 100000 + "]" * 100000)
+        self.assertIn("summary.json:1: has more than 200 levels", run("report", result, "-q", code=3).stderr)
+        toml = (block / "block.toml").read_text()
+        deep = ".".join(["a"] * 40000)
+        for text in (f"[{deep}]\n", f"{deep} = 1\n", f"[x]\ny = {{{deep} = 1}}\n", f"[[{deep}]]\n"):
+            (block / "block.toml").write_text(toml + text)
+            self.assertIn("a key has more than 100 parts", run("check", block, "-q", code=3).stderr)
+        (block / "block.toml").write_text(toml)
+        self.assertIn("a key has more than 100 parts",
+                      run("check", block, "-q", "--set", f"{deep}=1", code=3).stderr)
+        self.assertIn("a key has more than 100 parts",
+                      run("simulate", SCENES / "leberl-aircraft.toml", "-o", self.folder / "deep", "-q", "--set",
+                          f"{deep}=1", code=3).stderr)
+
+
 if __name__ == "__main__":
     unittest.main()
