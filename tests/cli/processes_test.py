@@ -185,6 +185,21 @@ class ProcessesTest(unittest.TestCase):
             self.assertEqual(ended.returncode, 3, f"{part}: {ended.stderr}")
             self.assertEqual(self.hidden(self.folder), [])
 
+    def test_a_limit_on_addresses_ends_with_a_result_or_words(self):
+        block = self.simulated("block")
+        codes = set()
+        for mib in (100, 150, 220, 300, 420, 600, 4000):
+            ended = limited(resource.RLIMIT_AS, mib * KIB * KIB, "adjust", block, "-o", self.folder / "result", "-q",
+                            "--threads", "2", timeout=60)
+            if ended is None:
+                continue
+            self.assertIn(ended.returncode, (0, 3), f"{mib} MiB: {ended.stderr}")
+            self.assertTrue(ended.returncode == 0 or ended.stderr.startswith("sarblock: "), ended.stderr)
+            codes.add(ended.returncode)
+        if not codes:
+            self.skipTest("the program does not start under any limit")
+        self.assertEqual(codes, {0, 3})
+
     def test_an_edited_block_is_not_written_over(self):
         block = self.simulated("block")
         again = ["simulate", SCENES / "leberl-aircraft.toml", "-o", block, "-q"]
