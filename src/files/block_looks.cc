@@ -96,7 +96,9 @@ RadarCoordinates ReadMeasured(const TableReader& reader,
   const bool image = reader.Given(kObservedLine) || reader.Given(kObservedPixel);
   const RadarCoordinates radar =
       image ? ReadImage(reader, pass) : ReadRadar(reader, options.measurements);
-  if (options.contradictions == Contradictions::kKeep) return radar;
+  if (options.contradictions == Contradictions::kKeep || reader.Flag(kObservedRejected)) {
+    return radar;  // what takes no part contradicts nothing
+  }
   if (radar.time_s < pass.path.start_s() || radar.time_s > pass.path.end_s()) {
     reader.Fail(image ? kObservedLine : kObservedTime,
                 (image ? "time " : "") + NumberText(radar.time_s) +

@@ -487,6 +487,24 @@ std::string GlobalTestReason(const AdjustOptions& options, const AdjustResult& r
                   "the block more than once");
 }
 
+std::string ControlReason(const Block& block, const AdjustResult& result) {
+  std::size_t control = 0;
+  for (const KnownPosition& known : block.points.known) {
+    if (block.points.role[known.point] != PointRole::kControl) continue;
+    ++control;
+    const auto begin = block.looks.offsets[known.point], end = block.looks.offsets[known.point + 1];
+    for (auto look = begin; look < end; ++look) {
+      if (!block.looks.rejected(look)) return {};
+    }
+  }
+  if (control == 0 || !IsAdjusted(result)) return {};
+  return Format(
+      "control: none of %zu control points has a look that takes part, so nothing holds the "
+      "block to them: their names are others in the observations, or their looks are "
+      "rejected or missing",
+      control);
+}
+
 std::string CheckReason(const AdjustOptions& options, const CheckSummary& checks) {
   if (checks.components == 0 || checks.realistic()) return {};
   const bool large = checks.chi_square > checks.chi_square_interval.upper;
@@ -575,7 +593,8 @@ void Assess(const Block& block, const AdjustOptions& options, AdjustResult* resu
   out.verdict = out.reasons.empty() ? Verdict::kAccepted : Verdict::kNotAccepted;
   if (result->status == AdjustStatus::kPredicted) return;
   for (std::string& reason :
-       std::array<std::string, 4>{gross ? std::string() : GlobalTestReason(options, *result),
+       std::array<std::string, 5>{gross ? std::string() : GlobalTestReason(options, *result),
+                                  ControlReason(block, *result),
                                   CheckReason(options, out.checks),
                                   ObservationReason(block, options, *result),
                                   ContradictedPriors(*result)}) {

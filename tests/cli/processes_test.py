@@ -200,6 +200,68 @@ class ProcessesTest(unittest.TestCase):
             self.skipTest("the program does not start under any limit")
         self.assertEqual(codes, {0, 3})
 
+    def test_control_under_another_name_is_told_and_not_accepted(self):
+        block = self.simulated("block")
+        points = (block / "points.csv").read_text()
+        control = [row["point"] for row in table(block / "points.csv") if row["role"] == "control"]
+        self.assertGreater(len(control), 1)
+        run("adjust", block, "-o", self.folder / "good", "-q", "--strict", "--set", "covariance=none")
+        no_break = "\u00a0"
+        names = {"zeros": (lambda name: name[0] + "0" + name[1:], "are they the same points"),
+                 "blanks": (lambda name: name + no_break, "<no-break space>"),
+                 "quoted": (lambda name: f'"{name} "', "are they the same points")}
+        for change, (other, words) in names.items():
+            renamed = points
+            for name in control:
+                renamed = renamed.replace(f"\n{name},", f"\n{other(name)},")
+            (block / "points.csv").write_text(renamed)
+            self.assertIn(words, " ".join(run("check", block).stdout.split()), change)
+            run("adjust", block, "-o", self.folder / "bad", "-q", "--strict", code=1)
+            summary = json.loads((self.folder / "bad/summary.json").read_text())
+            self.assertEqual(summary["verdict"], "converged, tests failed")
+            self.assertIn(f"none of {len(control)} control points has a look", summary["verdict_reasons"][0])
+        for name in control:
+            points = points.replace(f"\n{name},", f"\n#{name},")
+        (block / "points.csv").write_text(points)
+        told = " ".join(run("check", block).stdout.split())
+        self.assertIn(f"{len(control)} lines that begin with # have as many cells as the header", told)
+
+    def test_rejected_looks_do_not_act(self):
+        block, deleted = self.simulated("block"), self.folder / "deleted"
+        rows = table(block / "observations.csv")
+        first = rows[0]["pass"]
+        times = sorted(float(row["time_s"]) for row in rows if row["pass"] == first)
+        late = times[len(times) // 2]
+        shutil.copytree(block, deleted)
+        with open(block / "observations.csv", "w", encoding="utf-8") as kept, \
+                open(deleted / "observations.csv", "w", encoding="utf-8") as left:
+            kept.write("pass,point,time_s,range_m,rejected\n")
+            left.write("pass,point,time_s,range_m\n")
+            for row in rows:
+                rejected = row["pass"] == first and float(row["time_s"]) > late
+                line = f"{row['pass']},{row['point']},{row['time_s']},{row['range_m']}"
+                kept.write(f"{line},{int(rejected)}\n")
+                left.write("" if rejected else f"{line}\n")
+        for name, folder in (("rejected", block), ("deleted", deleted)):
+            run("adjust", folder, "-o", self.folder / f"of_{name}", "-q", "--force")
+        one, two = (json.loads((self.folder / f"of_{name}/summary.json").read_text())["passes"]
+                    for name in ("rejected", "deleted"))
+        self.assertEqual(one, two)
+        for a, b in zip(table(self.folder / "of_rejected/points.csv"), table(self.folder / "of_deleted/points.csv")):
+            if a["status"] == "adjusted":
+                self.assertAlmostEqual(float(a["x_m"]), float(b["x_m"]), delta=1e-4, msg=a["point"])
+        counts = [run("check", folder).stdout.split("looks a point:")[1].split("pass")[0] for folder in (block, deleted)]
+        self.assertEqual(*counts)
+        text = (block / "observations.csv").read_text().splitlines()
+        text[1] = text[1].rsplit(",", 1)[0].split(",")
+        text[1][2] = "99999"
+        text[1] = ",".join(text[1]) + ",1"
+        (block / "observations.csv").write_text("\n".join(text) + "\n")
+        run("adjust", block, "-o", self.folder / "of_rejected", "-q")
+        text = [line if not line.startswith(first) else line.rsplit(",", 1)[0] + ",1" for line in text]
+        (block / "observations.csv").write_text("\n".join(text) + "\n")
+        self.assertIn("looks are rejected, so it takes no part", " ".join(run("check", block).stdout.split()))
+
     def test_an_edited_block_is_not_written_over(self):
         block = self.simulated("block")
         again = ["simulate", SCENES / "leberl-aircraft.toml", "-o", block, "-q"]
