@@ -133,6 +133,7 @@ void SetStripSpans(const std::vector<std::optional<std::array<double, 2>>>& fixe
   std::vector<Spans> pieces(PiecesOfLooks(block->looks.size()), none);
   ForPiecesOfLooks(block->looks.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
     for (std::size_t look = begin; look < end; ++look) {
+      if (block->looks.rejected(look)) continue;
       const double time_s = block->looks.time_s[look];
       std::array<double, 2>& span_s = pieces[piece][block->looks.pass[look]];
       span_s = {std::min(span_s[0], time_s), std::max(span_s[1], time_s)};  // NaN: a planned look

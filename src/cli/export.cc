@@ -163,6 +163,7 @@ struct ConvertArguments {
 
 int RunConvert(const ConvertArguments& arguments, const Session& session) {
   RequireFolderFor(ContentAt(arguments.from), arguments.to, arguments.foreign);
+  const OutputLock lock(arguments.to);
   const ConversionReport report = Convert(arguments.from,
                                           arguments.to,
                                           arguments.gzip ? Compression::kGzip : Compression::kNone,

@@ -38,9 +38,10 @@ void AddImportOutput(CLI::App* command, ImportOutput* output) {
   AddForce(command, &output->foreign);
 }
 
-void RequireImportFolder(const ImportOutput& output, const Session& session) {
-  if (session.dump_config) return;
+std::optional<OutputLock> RequireImportFolder(const ImportOutput& output, const Session& session) {
+  if (session.dump_config) return std::nullopt;
   RequireFolderFor(FolderContent::kBlock, output.folder, output.foreign);
+  return OutputLock(output.folder);
 }
 
 bool WriteImported(const ImportOutput& output,
@@ -309,7 +310,7 @@ SensorImage ReadImageFile(const ImportArguments& arguments, const std::string& f
 }
 
 int RunImport(const ImportArguments& arguments, const Session& session) {
-  RequireImportFolder(arguments.output, session);
+  const auto lock = RequireImportFolder(arguments.output, session);
   ImportOptions options = arguments.options;
   options.name = arguments.output.BlockName();
   std::vector<SensorImage> images;
@@ -658,7 +659,7 @@ std::string NetworkJson(const NetworkArguments& arguments,
 }
 
 int RunNetworkImport(const NetworkArguments& arguments, const Session& session) {
-  RequireImportFolder(arguments.output, session);
+  const auto lock = RequireImportFolder(arguments.output, session);
   NetworkImportOptions options = arguments.options;
   options.name = arguments.output.BlockName();
   if (!arguments.pixel_origin.empty()) {

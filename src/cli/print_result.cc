@@ -171,12 +171,11 @@ void PrintQuality(const Block& block, const AdjustResult& result, Out out) {
 void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (result.checks.empty()) return;
   const CheckSummary& summary = result.assessment.checks;
-  fmt::format_to(out,
-                 "  {:4} check points rms {:10.4g} {:10.4g} {:10.4g}\n",
-                 summary.points,
-                 summary.rms_m[0],
-                 summary.rms_m[1],
-                 summary.rms_m[2]);
+  std::string rms;  // of what the points give: heights alone, say
+  for (const double rms_m : summary.rms_m) {
+    rms += std::isnan(rms_m) ? fmt::format(" {:>10}", "-") : fmt::format(" {:10.4g}", rms_m);
+  }
+  fmt::format_to(out, "  {:4} check points rms{}\n", summary.points, rms);
   const std::string verdict = DescribeChecks(summary, level);
   if (!verdict.empty()) fmt::format_to(out, "    {}\n", verdict);
 }
@@ -385,10 +384,11 @@ std::string DescribeBlock(const Block& block) {
   std::array<std::size_t, 3> roles{};
   for (const PointRole role : block.points.role) ++roles[static_cast<std::size_t>(role)];
   std::vector<std::size_t> looks_of_pass(block.passes.size(), 0);
-  std::size_t rejected = 0;
+  std::size_t rejected = 0;  // counted once, here
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    ++looks_of_pass[block.looks.pass[i]];
-    rejected += block.looks.rejected(i) ? 1U : 0U;
+    const bool taken = !block.looks.rejected(i);
+    looks_of_pass[block.looks.pass[i]] += taken ? 1U : 0U;
+    rejected += taken ? 0U : 1U;
   }
   fmt::format_to(out,
                  "  points {}: {} tie, {} control, {} check\n  looks {}, {} rejected\n",
@@ -400,7 +400,10 @@ std::string DescribeBlock(const Block& block) {
                  rejected);
   std::vector<std::size_t> histogram;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
-    const std::size_t looks = block.looks.offsets[point + 1] - block.looks.offsets[point];
+    std::size_t looks = 0;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      looks += block.looks.rejected(i) ? 0U : 1U;
+    }
     if (histogram.size() <= looks) histogram.resize(looks + 1, 0);
     ++histogram[looks];
   }

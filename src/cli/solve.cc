@@ -103,7 +103,11 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   }
   if (session.ranks != nullptr) RequireOwnEngine(file.adjust);
   SetParts(arguments.parts, arguments.out, &file.adjust);
-  RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
+  std::optional<OutputLock> lock;
+  RunTogether(session.ranks, [&] {
+    RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
+    if (session.first()) lock.emplace(arguments.out);
+  });
   if (!file.adjust.rejections_file.empty()) {
     const std::size_t rejected =
         ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
@@ -445,6 +449,7 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
     return kAccepted;
   }
   RequireFolderFor(FolderContent::kBlock, arguments.out, arguments.foreign);
+  const OutputLock lock(arguments.out);
   const ThreadLimit limit(session.Threads());
   const Scene scene = ReadScene(arguments.scene, session.set);
   const SimulatedBlock simulated =

@@ -79,6 +79,17 @@ double AvailableMemory_bytes(const fs::path& root) {
   if (const auto kib = NumberAfter(root / "proc/meminfo", "MemAvailable")) {
     left_bytes = 1024.0 * *kib;
   }
+  // "Max address space  LIMIT  LIMIT  bytes", a number or "unlimited".
+  std::ifstream limits(root / "proc/self/limits");
+  const std::string name = "Max address space";
+  for (std::string row; std::getline(limits, row);) {
+    if (!row.starts_with(name)) continue;
+    double limit_bytes = 0.0;
+    const auto pages = NumberIn(root / "proc/self/statm");  // that this process has asked for
+    if (!(std::istringstream(row.substr(name.size())) >> limit_bytes) || !pages) break;
+    const double asked_bytes = *pages * static_cast<double>(::sysconf(_SC_PAGESIZE));
+    left_bytes = std::min(left_bytes, std::max(0.0, limit_bytes - asked_bytes));
+  }
   std::ifstream groups(root / "proc/self/cgroup");
   std::string line;  // "0::/path" of version 2, "4:memory:/path" of version 1
   while (std::getline(groups, line)) {

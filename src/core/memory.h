@@ -16,8 +16,8 @@ namespace sarblock {
 
 /// Memory that this process may still take without swapping: what /proc/meminfo calls available,
 /// and no more than the control groups that the process is in (version 1 or 2, all of the path)
-/// leave below their limits, their page cache counted as free. Infinite where the system tells
-/// nothing. `root` is where the system's files stand; a test gives a folder.
+/// leave below their limits, their page cache counted as free, and than its own limit of addresses
+/// (ulimit -v). Infinite where the system tells nothing. `root`: the system's files; of a test, too.
 [[nodiscard]] double AvailableMemory_bytes(const std::filesystem::path& root = "/");
 
 /// Asks the system to hold an array that will be filled to its end in pages of 2 MiB: a hundred

@@ -75,7 +75,9 @@ RadarCoordinates ReadMeasured(const Row& row, const Pass& pass, const ReadOption
   const bool image = row.Given(kLookColumns("line")) || row.Given(kLookColumns("pixel"));
   const RadarCoordinates radar =
       image ? ReadImage(row, pass) : ReadRadar(row, options.measurements);
-  if (options.contradictions == Contradictions::kKeep) return radar;
+  if (options.contradictions == Contradictions::kKeep || row.Flag(kLookColumns("rejected"))) {
+    return radar;  // what takes no part contradicts nothing
+  }
   if (radar.time_s < pass.path.start_s() || radar.time_s > pass.path.end_s()) {
     row.Fail(image ? kLookColumns("line") : kLookColumns("time_s"),
              (image ? "time " : "") + NumberText(radar.time_s) +
@@ -384,6 +386,7 @@ void ReadLooks(BlockReading* reading) {
   fill(0.0, &looks.cone);
   fill(kNotGiven, &looks.range_sigma_m);
   fill(kNotGiven, &looks.azimuth_sigma);
+  WarnOfDoubts(*table, &reading->result.warnings);
   table.reset();  // sorting takes the most memory
   Looks& sorted = reading->result.block.looks;
   sorted = std::move(looks);

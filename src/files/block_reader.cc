@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -19,15 +20,99 @@
 #include "correction_options.h"
 #include "tables/open.h"
 #include "tables/toml.h"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace sarblock {
+
+namespace {
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// An id as one that was typed again would be: without blanks (no-break ones too), zeros before
+/// digits, and the difference of capitals.
+std::string NearKey(std::string_view id) {
+  std::string simple;
+  for (std::size_t i = 0; i < id.size(); ++i) {
+    if (id.substr(i).starts_with("\xC2\xA0")) {
+      ++i;
+    } else if (id[i] == '0' && (simple.empty() || !IsDigit(simple.back())) && i + 1 < id.size() &&
+               IsDigit(id[i + 1])) {
+      continue;
+    } else if (id[i] != ' ' && id[i] != '\t') {
+      simple += static_cast<char>(std::tolower(static_cast<unsigned char>(id[i])));
+    }
+  }
+  return simple;
+}
+
+/// The id in quotes, with words for blanks that do not show.
+std::string Shown(std::string_view id) {
+  std::string shown(id);
+  for (std::size_t at = 0; (at = shown.find("\xC2\xA0", at)) != std::string::npos;) {
+    shown.replace(at, 2, "<no-break space>");
+  }
+  return Quoted(shown);
+}
+
+/// Warns of known points without a look whose names are nearly those of points that have looks and
+/// do not stand in the table of points, of which there are `listed`.
+void WarnOfNearNames(std::size_t listed, BlockReading* reading) {
+  const Points& points = reading->result.block.points;
+  const Looks& looks = reading->result.block.looks;
+  std::map<std::string, std::uint32_t> missing;
+  for (const KnownPosition& known : points.known) {
+    if (looks.offsets[known.point] != looks.offsets[known.point + 1]) continue;
+    missing.emplace(NearKey(points.ids[known.point]), known.point);
+  }
+  std::vector<std::string> pairs;
+  std::size_t found = 0;
+  for (std::size_t i = listed; i < points.size() && !missing.empty(); ++i) {
+    const auto known = missing.find(NearKey(points.ids[i]));
+    if (known == missing.end()) continue;
+    constexpr std::size_t kNamed = 5;
+    if (++found > kNamed) continue;
+    pairs.push_back(Shown(points.ids[known->second]) + " and " + Shown(points.ids[i]));
+  }
+  if (found == 0) return;
+  std::string text = fmt::format("{}", fmt::join(pairs, ", "));
+  if (found > pairs.size()) text += fmt::format(" and {} more", found - pairs.size());
+  reading->result.warnings.push_back(
+      fmt::format("{} known point{} no look, and the observations have nearly the same name{}: {}; "
+                  "are they the same points?",
+                  found,
+                  found == 1 ? " has" : "s have",
+                  found == 1 ? "" : "s",
+                  text));
+}
+
+void WarnOfRejectedPasses(BlockReading* reading) {
+  const Block& block = reading->result.block;
+  std::vector<std::size_t> looks(block.passes.size(), 0), taken(block.passes.size(), 0);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    ++looks[block.looks.pass[i]];
+    taken[block.looks.pass[i]] += block.looks.rejected(i) ? 0U : 1U;
+  }
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    if (looks[i] == 0 || taken[i] > 0) continue;
+    reading->result.warnings.push_back(
+        fmt::format("pass {}: all {} looks are rejected, so it takes no part",
+                    Quoted(block.passes[i].id),
+                    looks[i]));
+  }
+}
+
+}  // namespace
 
 BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   BlockReading reading{source, options, {}, {}, {}, {}, {}};
   ReadBlockToml(&reading);
   ReadTrajectories(&reading);
   ReadPoints(&reading);
+  const std::size_t listed = reading.result.block.points.size();
   ReadLooks(&reading);
+  WarnOfNearNames(listed, &reading);
+  WarnOfRejectedPasses(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
   if (options.contradictions == Contradictions::kRefuse) RequireAboveGround(reading.result.block);
   for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {

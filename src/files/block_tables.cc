@@ -85,6 +85,7 @@ void ReadTrajectories(BlockReading* reading) {
   const auto reader = reading->source.Require("trajectories", kPathColumns);
   WarnOfUnknownColumns(*reader, &reading->result.warnings);
   PathTable table = ReadPaths(reader.get(), reading->pass_ids);
+  WarnOfDoubts(*reader, &reading->result.warnings);
   for (std::size_t i = 0; i < table.states.size(); ++i) {
     Pass& pass = reading->result.block.passes[i];
     if (table.states[i].empty()) {
@@ -307,6 +308,7 @@ void ReadPoints(BlockReading* reading) {
         tie_sigmas += rows->tie_sigmas;
         Step(reading->options.progress, "read", points.size(), 0, "points");
       });
+  WarnOfDoubts(*table, &reading->result.warnings);
   if (tie_sigmas > 0) {
     reading->result.warnings.push_back(
         table->file() + ": standard deviations of " + std::to_string(tie_sigmas) +

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <vector>
 
+#include "summary.h"
 #include "tables/json.h"
 #include "tables/open.h"
 #include "tables/toml.h"
@@ -91,6 +92,16 @@ void RequireReadable(FolderContent content, const std::string& text, const std::
   }
 }
 
+/// The text of a summary.json beside these tables, whose checksums it lists.
+std::string ListingTables(const std::string& text, const fs::path& folder) {
+  auto summary = nlohmann::ordered_json::parse(text);
+  if (!summary.is_object()) return text;
+  const auto tables = TablesJson(SumsOfTables(folder, FolderContent::kResult));
+  if (summary.contains("tables") && summary["tables"] == tables) return text;
+  summary["tables"] = tables;
+  return summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
 /// Visible files of a folder that are no table of its kind.
 std::vector<std::string> LeftOut(const fs::path& folder, FolderContent content) {
   std::vector<std::string> names;
@@ -132,7 +143,9 @@ ConversionReport Convert(const fs::path& from,
     for (const TableDescription& table : TablesOf(content)) {
       CopyTable(*source, table, sink, &report, progress);
     }
-    sink->WriteText(file, kept);
+    const auto folder = sink->folder();
+    const bool lists = content == FolderContent::kResult && folder;
+    sink->WriteText(file, lists ? ListingTables(kept, *folder) : kept);
   });
   if (fs::is_directory(from)) report.left_out = LeftOut(from, content);
   return report;

@@ -20,10 +20,10 @@
 #include "correction_options.h"
 #include "quality/assess.h"
 #include "result_tables.h"
+#include "tables/checksum.h"
 #include "tables/json.h"
 #include "tables/open.h"
 #include <nlohmann/json.hpp>
-#include <openssl/evp.h>
 #include <toml++/toml.h>
 
 namespace sarblock {
@@ -178,7 +178,8 @@ std::string Summary(const Block& block,
                     const AdjustOptions& options,
                     const AdjustResult& result,
                     const ResultContext& context,
-                    const std::vector<StageCost>& written) {
+                    const std::vector<StageCost>& written,
+                    const std::vector<TableSum>& tables) {
   Json summary;
   summary["format"] = "sarblock-result 1";
   summary["version"] = Version();
@@ -218,6 +219,7 @@ std::string Summary(const Block& block,
   summary["warnings"] = context.warnings;
   for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
   summary["inputs"] = InputsJson(context.inputs);
+  if (!tables.empty()) summary["tables"] = TablesJson(tables);
   summary["configuration"] = ConfigurationJson(options);
   return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -228,7 +230,7 @@ std::string SummaryJson(const Block& block,
                         const AdjustOptions& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
-  return Summary(block, options, result, context, {});
+  return Summary(block, options, result, context, {}, {});
 }
 
 namespace {
@@ -290,7 +292,14 @@ std::string WriteResult(const std::filesystem::path& target,
       const StageTimer timer("write", &written);
       WriteResultTables(sink, view, context.ellipse_limit);
     }
-    summary = Summary(block, options, result, said, written);
+    const auto folder = sink->folder();
+    summary =
+        Summary(block,
+                options,
+                result,
+                said,
+                written,
+                folder ? SumsOfTables(*folder, FolderContent::kResult) : std::vector<TableSum>());
     sink->WriteText("summary.json", summary);
   };
   WriteTables(FolderContent::kResult, target, context.compression, ids, write);
@@ -574,30 +583,15 @@ nlohmann::ordered_json InputsJson(const std::vector<InputFile>& files) {
   return inputs;
 }
 
-std::string Sha256OfFile(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(FilePlace{file.string(), 0, ""}, "cannot be opened");
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> digest(EVP_MD_CTX_new(),
-                                                                       &EVP_MD_CTX_free);
-  bool good = digest != nullptr && EVP_DigestInit_ex(digest.get(), EVP_sha256(), nullptr) == 1;
-  std::vector<char> buffer(std::size_t{1} << 18U);
-  while (good && stream) {
-    stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    const auto count = static_cast<std::size_t>(stream.gcount());
-    good = EVP_DigestUpdate(digest.get(), buffer.data(), count) == 1;
+nlohmann::ordered_json TablesJson(const std::vector<TableSum>& tables) {
+  auto list = nlohmann::ordered_json::array();
+  for (const TableSum& table : tables) {
+    list.push_back({{"table", table.table}, {"bytes", table.bytes}, {"sha256", table.sha256}});
   }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> value{};
-  unsigned int size = 0;
-  good = good && stream.eof() && EVP_DigestFinal_ex(digest.get(), value.data(), &size) == 1;
-  if (!good) throw InputError(FilePlace{file.string(), 0, ""}, "cannot be read to its end");
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (unsigned int i = 0; i < size; ++i) {
-    text += kDigits[value[i] >> 4U];
-    text += kDigits[value[i] & 15U];
-  }
-  return text;
+  return list;
 }
+
+std::string Sha256OfFile(const std::filesystem::path& file) { return Sha256Of(file); }
 
 std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
                                       const AdjustOptions& options) {

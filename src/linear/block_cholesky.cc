@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "blas_memory.h"
 #include "core/ranks.h"
+#include "core/threads.h"
 #include "dense.h"
 #include "front_ranks.h"
 #include "fronts.h"
@@ -65,6 +67,7 @@ BlockCholesky::BlockCholesky(std::shared_ptr<const BlockPattern> pattern,
                              std::span<const int> last,
                              double divided_operations)
     : impl_(std::make_unique<Impl>()) {
+  dense::TakeBlasMemory(ThreadsAllowed());
   dense::UseOneBlasThread();
   impl_->pattern = std::move(pattern);
   impl_->own = Divide(sparse::Analyse(*impl_->pattern, last), divided_operations);

@@ -45,8 +45,9 @@ BlockPointer ReadBlockAt(const std::filesystem::path& path,
   options.progress = progress;
   data->file = ReadBlock(path, options);
   data->overrides = overrides;
-  data->path = path;
+  data->path = std::filesystem::absolute(path);
   data->inputs = ListInputFiles(path, data->file.adjust);
+  data->truth = ReadTruth(path, data->file.block);  // the path may hold another block later
   data->measurements = measurements;
   return data;
 }
@@ -103,9 +104,13 @@ std::filesystem::path HomeOf(const BlockData& data) {
   return data.path.empty() ? std::filesystem::path(".") : data.path;
 }
 
-Truth TruthOf(const BlockData& data) {
-  if (!data.truth.points_m.empty() || data.path.empty()) return data.truth;
-  return ReadTruth(data.path, data.file.block);
+void RequireAsRead(const BlockData& data, const std::string& list) {
+  const std::filesystem::path file = FolderOf(data.path) / list;
+  for (const InputFile& input : data.inputs) {
+    if (input.name != file.filename().string() || input.sha256 == Sha256OfFile(file)) continue;
+    throw InputError(FilePlace{file.string(), 0, ""},
+                     "has changed since the block was read, which names it; read_block reads both");
+  }
 }
 
 namespace {
@@ -285,7 +290,7 @@ std::shared_ptr<BlockData> FromArrays(const std::string& toml,
 }
 
 py::object TruePositions(const BlockData& data) {
-  const Truth truth = TruthOf(data);
+  const Truth& truth = data.truth;
   if (truth.points_m.empty()) return py::none();
   const py::array view = VectorView(py::none(), truth.points_m);
   return view.attr("copy")();
@@ -315,7 +320,7 @@ void WriteBlockData(const BlockData& data,
   RunUnlocked(progress, [&](ProgressSink*) {
     RequireFolderFor(
         FolderContent::kBlock, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
-    const Truth truth = TruthOf(data);
+    const Truth& truth = data.truth;
     WriteBlock(path,
                data.file.block,
                data.file.adjust,

@@ -65,6 +65,9 @@ AdjustResult Run(Task task,
   PointPairs pairs;
   if (options.pairs == PairChoice::kList) {
     pairs = ReadPairs(HomeOf(*solved.source), options.pairs_file, block);
+    if (options.pairs_file == solved.source->file.adjust.pairs_file) {
+      RequireAsRead(*solved.source, options.pairs_file);
+    }
   }
   if (task == Task::kAdjust) {
     try {
@@ -74,11 +77,8 @@ AdjustResult Run(Task task,
       throw ExplainedRefusal(refusal, Diagnose(block, options, progress).Sentences());
     }
   }
-  return Predict(block,
-                 options,
-                 positions_m ? *positions_m : TruthOf(*solved.source).points_m,
-                 pairs,
-                 progress);
+  return Predict(
+      block, options, positions_m ? *positions_m : solved.source->truth.points_m, pairs, progress);
 }
 
 }  // namespace
@@ -114,6 +114,9 @@ std::shared_ptr<const ResultData> Solve(
     solved.changed = block->file.block;
     static_cast<void>(
         ApplyRejections(HomeOf(*block), solved.options.rejections_file, &*solved.changed));
+    if (solved.options.rejections_file == block->file.adjust.rejections_file) {
+      RequireAsRead(*block, solved.options.rejections_file);
+    }
   }
   const std::vector<std::string>& warnings = block->file.warnings;
   solved.context.command = kTaskNames[static_cast<std::size_t>(task)];

@@ -396,6 +396,24 @@ std::string GroupReason(const AdjustResult& result) {
   return "variance factors of " + text + ": " + (worse ? kLarger : kSmaller);
 }
 
+std::string ControlReason(const Block& block, const AdjustResult& result) {
+  std::size_t control = 0;
+  for (const KnownPosition& known : block.points.known) {
+    if (block.points.role[known.point] != PointRole::kControl) continue;
+    ++control;
+    const auto begin = block.looks.offsets[known.point], end = block.looks.offsets[known.point + 1];
+    for (auto look = begin; look < end; ++look) {
+      if (!block.looks.rejected(look)) return {};
+    }
+  }
+  if (control == 0 || !IsAdjusted(result)) return {};
+  return Format(
+      "control: none of %zu control points has a look that takes part, so nothing holds the "
+      "block to them: their names are others in the observations, or their looks are "
+      "rejected or missing",
+      control);
+}
+
 std::string CheckReason(const AdjustOptions& options, const CheckSummary& checks) {
   if (checks.components == 0 || checks.realistic()) return {};
   const bool large = checks.chi_square > checks.chi_square_interval.upper;
@@ -486,9 +504,10 @@ void Assess(const Block& block, const AdjustOptions& options, AdjustResult* resu
   if (result->status == AdjustStatus::kPredicted) return;
   const PriorFindings priors = TestPriors(*result, options.test_level);
   for (std::string& reason :
-       std::array<std::string, 5>{priors.reason,
+       std::array<std::string, 6>{priors.reason,
                                   gross ? std::string() : GlobalTestReason(options, *result),
                                   gross ? std::string() : GroupReason(*result),
+                                  ControlReason(block, *result),
                                   CheckReason(options, out.checks),
                                   ObservationReason(block, options, *result)}) {
     if (reason.empty()) continue;

@@ -4,13 +4,16 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <new>
 #include <utility>
 #include <vector>
 
+#include "checksum.h"
 #include "core/text.h"
 #include "table.h"
 #include <fcntl.h>
@@ -36,14 +39,6 @@ std::string Counted(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-/// The bytes of a table.
-class ByteSource {
- public:
-  virtual ~ByteSource() = default;
-  /// Up to `size` bytes; 0 at the end. What went wrong, if anything, goes to `problem`.
-  [[nodiscard]] virtual std::size_t Read(char* to, std::size_t size, std::string* problem) = 0;
-};
-
 class PlainFile final : public ByteSource {
  public:
   explicit PlainFile(int descriptor) : descriptor_(descriptor) {}
@@ -65,32 +60,98 @@ class PlainFile final : public ByteSource {
   int descriptor_;
 };
 
+/// One gzip stream or several behind each other, as RFC 1952 allows. (zlib's own gzread() drops
+/// what stands behind them, whatever it is.)
 class GzipFile final : public ByteSource {
  public:
-  explicit GzipFile(gzFile file) : file_(file) {}
-  ~GzipFile() override { gzclose_r(file_); }
+  explicit GzipFile(int descriptor) : file_(descriptor), input_(std::size_t{1} << 18) {
+    constexpr int kWindowBits = 15, kGzip = 16;
+    if (inflateInit2(&stream_, kWindowBits + kGzip) != Z_OK) throw std::bad_alloc();
+  }
+  ~GzipFile() override { inflateEnd(&stream_); }
   GzipFile(const GzipFile&) = delete;
   GzipFile& operator=(const GzipFile&) = delete;
 
   std::size_t Read(char* to, std::size_t size, std::string* problem) override {
-    const int got = gzread(file_, to, static_cast<unsigned>(size));
-    if (got > 0) {
-      if (gzdirect(file_) == 0) return static_cast<std::size_t>(got);
-      *problem = "is not gzip data, which the name's ending .gz promises";
-      return 0;
+    constexpr std::size_t kMost = std::size_t{1} << 30;
+    const std::size_t wanted = std::min(size, kMost);
+    stream_.next_out = reinterpret_cast<Bytef*>(to);
+    stream_.avail_out = static_cast<uInt>(wanted);
+    while (stream_.avail_out > 0 && problem_.empty() && GoOn(&problem_)) {
     }
-    int code = Z_OK;
-    const char* text = gzerror(file_, &code);
-    if (code == Z_BUF_ERROR) {
-      *problem = "the gzip data end too early; the file was cut off";
-    } else if (got < 0) {
-      *problem = std::string("the gzip data are damaged (") + text + ")";
-    }
-    return 0;
+    const std::size_t got = wanted - stream_.avail_out;
+    if (got == 0) *problem = problem_;  // told behind the last rows that are whole
+    return got;
   }
 
  private:
-  gzFile file_;
+  /// False at the end of the file, and where something is wrong.
+  bool GoOn(std::string* problem) {
+    if (stream_.avail_in == 0) {
+      const std::size_t got = file_.Read(input_.data(), input_.size(), problem);
+      stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
+      stream_.avail_in = static_cast<uInt>(got);
+      if (got == 0) {
+        if (in_stream_ && problem->empty()) {
+          *problem = "the gzip data end too early; the file was cut off";
+        }
+        return false;
+      }
+    }
+    if (!in_stream_) {
+      if (streams_ > 0 && *stream_.next_in == 0) {  // a medium filled up the last block
+        ++stream_.next_in;
+        --stream_.avail_in;
+        return true;
+      }
+      if (streams_ > 0) inflateReset(&stream_);
+      in_stream_ = true;
+      ++streams_;
+    }
+    const int code = inflate(&stream_, Z_NO_FLUSH);
+    if (code == Z_STREAM_END) {
+      in_stream_ = false;
+    } else if (code != Z_OK && code != Z_BUF_ERROR) {
+      const bool begins = stream_.total_out == 0 && stream_.total_in < 10;  // the header's bytes
+      *problem = !begins ? std::string("the gzip data are damaged (") +
+                               (stream_.msg != nullptr ? stream_.msg : "out of memory") + ")"
+                 : streams_ == 1
+                     ? "is not gzip data, which the name's ending .gz promises"
+                     : "the gzip data end here and other bytes follow; rows that are appended must "
+                       "be compressed too";
+    }
+    return problem->empty();
+  }
+
+  PlainFile file_;
+  std::vector<char> input_;
+  z_stream stream_{};
+  bool in_stream_ = false;
+  std::size_t streams_ = 0;
+  std::string problem_;
+};
+
+/// Bytes that must have this checksum when they end.
+class CheckedBytes final : public ByteSource {
+ public:
+  CheckedBytes(std::unique_ptr<ByteSource> source, std::string sha256)
+      : source_(std::move(source)), sha256_(std::move(sha256)) {}
+  std::size_t Read(char* to, std::size_t size, std::string* problem) override {
+    const std::size_t got = source_->Read(to, size, problem);
+    if (got > 0) {
+      sum_.Add({to, got});
+    } else if (problem->empty() && std::exchange(sha256_, {}) != sum_.Digits()) {
+      *problem =
+          "is not the table that summary.json was written with (sha256): changed since, or of "
+          "another run";
+    }
+    return got;
+  }
+
+ private:
+  std::unique_ptr<ByteSource> source_;
+  std::string sha256_;
+  Sha256 sum_;
 };
 
 class TextInMemory final : public ByteSource {
@@ -101,26 +162,32 @@ class TextInMemory final : public ByteSource {
     text_.remove_prefix(count);
     return count;
   }
+  bool MayBeCutOff() const override { return false; }
 
  private:
   std::string_view text_;
 };
 
-std::unique_ptr<ByteSource> OpenBytes(const std::filesystem::path& file) {
-  const FilePlace place{file.string(), 0, ""};
+}  // namespace
+
+std::unique_ptr<ByteSource> OpenBytes(const std::filesystem::path& file,
+                                      const std::string& sha256) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
-    throw InputError(place, std::string("cannot be opened: ") + std::strerror(errno));
+    throw InputError(FilePlace{file.string(), 0, ""},
+                     std::string("cannot be opened: ") + std::strerror(errno));
   }
-  if (file.extension() != ".gz") return std::make_unique<PlainFile>(descriptor);
-  gzFile gzip = gzdopen(descriptor, "rb");
-  if (gzip == nullptr) {
-    ::close(descriptor);
-    throw InputError(place, "cannot be opened: out of memory");
+  std::unique_ptr<ByteSource> source;
+  if (file.extension() == ".gz") {
+    source = std::make_unique<GzipFile>(descriptor);
+  } else {
+    source = std::make_unique<PlainFile>(descriptor);
   }
-  gzbuffer(gzip, 1u << 18);
-  return std::make_unique<GzipFile>(gzip);
+  if (sha256.empty()) return source;
+  return std::make_unique<CheckedBytes>(std::move(source), sha256);
 }
+
+namespace {
 
 /// The first line of a text, which loses it.
 std::string_view TakeLine(std::string_view* text) {
@@ -196,7 +263,10 @@ class CsvReader final : public TableReader {
     if (!TakeLines(&batch->text)) return false;
     batch->first = lines_;
     lines_ += static_cast<std::size_t>(std::count(batch->text.begin(), batch->text.end(), '\n'));
-    if (batch->text.back() != '\n') ++lines_;
+    if (batch->text.back() != '\n') {
+      ++lines_;
+      unended_ = true;
+    }
     return true;
   }
 
@@ -209,6 +279,7 @@ class CsvReader final : public TableReader {
     std::string_view rest = batch->text;
     for (std::uint32_t number = 1; !rest.empty(); ++number) {
       const std::string_view line = TakeLine(&rest);
+      if (line.starts_with('#')) NoteComment(line, batch->first + number);
       if (!IsRow(line)) continue;
       if (const std::string problem = ParseRow(line, batch); !problem.empty()) {
         const FilePlace place{file_, batch->first + number, ""};
@@ -231,6 +302,24 @@ class CsvReader final : public TableReader {
     return {file_, line == 0 ? header_line_ : line, names_[column]};
   }
   std::string NameOfLine(std::size_t line) const override { return "line " + std::to_string(line); }
+  std::vector<std::string> doubts() const override {
+    std::vector<std::string> doubts;
+    if (unended_ && source_->MayBeCutOff()) {
+      doubts.emplace_back(
+          "the last row does not end with a newline: the file may have been cut off there, and the "
+          "row's last number with it");
+    }
+    if (const std::size_t count = row_comments_.count; count > 0) {
+      doubts.push_back(
+          (count == 1 ? "a line that begins with # has as many cells as the header and is"
+                      : std::to_string(count) +
+                            " lines that begin with # have as many cells as the header and are") +
+          std::string(" taken for ") + (count == 1 ? "a comment" : "comments") + " (line " +
+          std::to_string(row_comments_.first_line) +
+          "): a name that begins with # must stand in quotes");
+    }
+    return doubts;
+  }
 
  private:
   /// Whole lines, as many as are read; the last one may lack its end. False at the end.
@@ -290,6 +379,16 @@ class CsvReader final : public TableReader {
     column_of_cell_.push_back(column);
   }
 
+  /// A comment that reads like a row.
+  void NoteComment(std::string_view text, std::size_t line) const {
+    const auto commas = static_cast<std::size_t>(std::count(text.begin(), text.end(), ','));
+    if (column_of_cell_.size() < 2 || commas + 1 != column_of_cell_.size()) return;
+    ++row_comments_.count;
+    std::size_t first = row_comments_.first_line;
+    while (line < first && !row_comments_.first_line.compare_exchange_weak(first, line)) {
+    }
+  }
+
   /// Cells of a row of the batch; what is wrong with it, if anything.
   std::string ParseRow(std::string_view line, Batch* batch) const {
     std::size_t count = 0;
@@ -318,6 +417,12 @@ class CsvReader final : public TableReader {
   std::string begun_;  // what was read behind the lines that were taken
   std::size_t header_line_ = 0, lines_ = 0;
   std::vector<std::size_t> column_of_cell_;  // schema_.size(): one nobody knows
+  bool unended_ = false;                     // the last line has no end
+  struct RowComments {
+    std::atomic<std::size_t> count{0};
+    std::atomic<std::size_t> first_line{std::numeric_limits<std::size_t>::max()};
+  };
+  mutable RowComments row_comments_;
 };
 
 class CsvWriter final : public TableWriter {
@@ -365,8 +470,10 @@ class CsvWriter final : public TableWriter {
 
 }  // namespace
 
-std::unique_ptr<TableReader> ReadCsv(const std::filesystem::path& file, Schema schema) {
-  return std::make_unique<CsvReader>(file.string(), OpenBytes(file), schema);
+std::unique_ptr<TableReader> ReadCsv(const std::filesystem::path& file,
+                                     Schema schema,
+                                     const std::string& sha256) {
+  return std::make_unique<CsvReader>(file.string(), OpenBytes(file, sha256), schema);
 }
 
 std::unique_ptr<TableReader> ReadCsvText(std::string name, std::string_view text, Schema schema) {

@@ -3,6 +3,7 @@
 
 #include "sarblock/tables/output.h"
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -22,12 +23,30 @@ namespace sarblock {
 ///
 /// Everything that is wrong throws InputError with file, line and column; at once a file that
 /// cannot be opened, a required column that is missing and a known one that is there twice.
+///
+/// Where `sha256` is given, the text must have this checksum: who reads the last row is told if it
+/// has not.
 [[nodiscard]] std::unique_ptr<TableReader> ReadCsv(const std::filesystem::path& file,
-                                                   Schema schema);
+                                                   Schema schema,
+                                                   const std::string& sha256 = {});
 /// The same from memory; `name` is the file in messages, `text` must outlive the reader.
 [[nodiscard]] std::unique_ptr<TableReader> ReadCsvText(std::string name,
                                                        std::string_view text,
                                                        Schema schema);
+
+/// The bytes of a text table.
+class ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+  /// Up to `size` bytes; 0 at the end. What went wrong, if anything, goes to `problem`.
+  [[nodiscard]] virtual std::size_t Read(char* to, std::size_t size, std::string* problem) = 0;
+  /// False for a text in memory.
+  [[nodiscard]] virtual bool MayBeCutOff() const { return true; }
+};
+/// Of a file, inflated. Throws InputError naming it if it cannot be opened. A checksum, where one
+/// is given, is compared at the end.
+[[nodiscard]] std::unique_ptr<ByteSource> OpenBytes(const std::filesystem::path& file,
+                                                    const std::string& sha256 = {});
 
 /// Writes a table as text; the file appears whole at Commit() (output.h). Numbers are the shortest
 /// decimals that read back to the same double. Text is quoted where it has to be, so that ReadCsv()

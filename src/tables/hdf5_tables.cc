@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "core/text.h"
+#include "hdf5_driver.h"
 #include "hdf5_file.h"
 #include <hdf5_hl.h>
 
@@ -395,15 +395,18 @@ class ContainerSink final : public TableSink {
   }
   /// Throws where libhdf5 could not write: no space left.
   void Require(bool written) const {
-    if (written) return;
+    const int error = disk_.error();
+    if (written && error == 0) return;
     Fail(std::string("writing failed") +
-         (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+         (error != 0 ? std::string(": ") + std::strerror(error) : ""));
   }
 
  private:
+  OutputLock lock_;
   TemporaryName temporary_;
   std::string name_;
   Compression compression_;
+  FailingSafely disk_;
   Hdf5Id file_;
   std::array<Ids, 2> ids_;  // of passes, of points
 };
@@ -601,24 +604,22 @@ class ContainerWriter final : public TableWriter {
 };
 
 ContainerSink::ContainerSink(const fs::path& target, Compression compression, const BlockIds& ids)
-    : temporary_(target), name_(target.string()), compression_(compression) {
+    : lock_(target), temporary_(target), name_(target.string()), compression_(compression) {
   SilenceHdf5();
   ids_[0].given = ids.passes;
   ids_[1].given = ids.points;
-  if (target.has_parent_path()) MakeFolder(target.parent_path());
-  RemoveAbandoned(target);
-  const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  const Hdf5Id access = disk_.Access();
   // From 1.10 on a chunk costs a number in memory, before a key of 33 dimensions.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_LATEST);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   const Hdf5Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   H5Pset_obj_track_times(creation.get(), 0);  // the same bytes whenever it is written
-  errno = 0;
   file_ = Hdf5Id(H5Fcreate(temporary_.name().c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
                  H5Fclose);
   if (!file_.valid()) {
-    Fail("cannot be written" + (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+    const int error = disk_.error();
+    Fail("cannot be written" + (error != 0 ? std::string(": ") + std::strerror(error) : ""));
   }
   WriteAttribute(file_.get(), "written_by", std::string("sarblock ") + Version());
 }
@@ -643,8 +644,7 @@ void ContainerSink::Commit() {
                kind == CellKind::kPass ? kPassIds : kPointIds,
                ids.given != nullptr ? *ids.given : ids.found);
   }
-  errno = 0;
-  if (file_.Release() < 0) Require(false);
+  Require(file_.Release() >= 0);
   temporary_.Commit();
 }
 

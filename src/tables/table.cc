@@ -219,6 +219,12 @@ void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* w
   warnings->push_back(reader.file() + ": columns not known and ignored: " + names);
 }
 
+void WarnOfDoubts(const TableReader& reader, std::vector<std::string>* warnings) {
+  for (const std::string& doubt : reader.doubts()) {
+    warnings->push_back(reader.file() + ": " + doubt);
+  }
+}
+
 void ForRows(TableReader* reader, const std::function<void(const Row&)>& take) {
   struct Nothing {};
   ForBatches<Nothing>(

@@ -513,6 +513,9 @@ class TableReader {
   /// "line 12", for messages.
   [[nodiscard]] virtual std::string NameOfLine(std::size_t line) const = 0;
 
+  /// What may be wrong with the lines of the table, all of which were read, though they can be
+  /// read: sentences for people.
+  [[nodiscard]] virtual std::vector<std::string> doubts() const { return {}; }
   /// The file, for messages.
   [[nodiscard]] const std::string& file() const { return file_; }
   /// Columns of the file that nobody asked for.
@@ -539,6 +542,8 @@ class TableReader {
 
 /// Adds the one warning about columns nobody knows.
 void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings);
+/// Adds the warnings about lines of the table, once all were read.
+void WarnOfDoubts(const TableReader& reader, std::vector<std::string>* warnings);
 
 /// Reads all rows: `work` makes something of the rows of each batch, on all threads; `take` gets
 /// both, one batch at a time, in their order. What is taken does not depend on the number of

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -102,7 +103,54 @@ std::string TomlKey(std::string_view name) {
   return plain ? std::string(name) : TomlText(name);
 }
 
+namespace {
+
+/// Keys of more parts than this are no one's; toml++ and what walks through tables go down a level
+/// of the stack for each.
+constexpr std::size_t kMostKeyParts = 100;
+
+/// Refuses texts in which so many names, bare or quoted, follow each other with dots between them.
+void RefuseDeepKeys(std::string_view text, const std::string& file) {
+  const auto is_name = [](char c) {
+    return (std::isalnum(static_cast<unsigned char>(c)) != 0) || c == '-' || c == '_';
+  };
+  std::size_t parts = 0, line = 1;
+  bool after_dot = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '.') {
+      after_dot = true;
+      continue;
+    }
+    if (c == ' ' || c == '\t') continue;
+    const bool quoted = c == '"' || c == '\'';
+    if (quoted || is_name(c)) {
+      parts = after_dot ? parts + 1 : 1;
+      if (quoted) {
+        for (++i; i < text.size() && text[i] != c && text[i] != '\n'; ++i) {
+          if (c == '"' && text[i] == '\\') ++i;
+        }
+        if (i < text.size() && text[i] == '\n') --i;
+      } else {
+        while (i + 1 < text.size() && is_name(text[i + 1])) ++i;
+      }
+      if (parts > kMostKeyParts) {
+        throw InputError(FilePlace{file, line, ""},
+                         "a key has more than " + std::to_string(kMostKeyParts) +
+                             " parts, which no key of ours has");
+      }
+    } else {
+      parts = 0;
+      if (c == '\n') ++line;
+    }
+    after_dot = false;
+  }
+}
+
+}  // namespace
+
 toml::table ParseToml(std::string_view text, const std::string& file) {
+  RefuseDeepKeys(text, file);
   RefuseNamelessHeaders(text, file);
   try {
     return toml::parse(text, file);
@@ -254,6 +302,7 @@ void Override(const std::string& text, toml::table* root) {
   if (equals == std::string::npos || equals == 0) {
     throw InputError(source, "must be KEY=VALUE with a dotted key");
   }
+  RefuseDeepKeys(text, "--set");
   toml::table parsed;
   try {
     parsed = toml::parse("value = " + text.substr(equals + 1), source);
@@ -388,6 +437,7 @@ void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* bloc
     if (equals == 0 || equals == std::string::npos) {
       throw InputError(place, "is no KEY=VALUE, for example robust=huber");
     }
+    RefuseDeepKeys(text, "--set");
     std::string_view key = std::string_view(text).substr(0, equals);
     const bool of_paths = key.starts_with("trajectory.");
     if (key.starts_with("adjust.")) key.remove_prefix(std::string_view("adjust.").size());

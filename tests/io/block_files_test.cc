@@ -156,7 +156,7 @@ TEST_F(BlockFilesTest, ABlockComesBackToTheLastBit) {  // round trip
   for (const Pass& pass : block.passes) truth.paths.push_back(pass.path);
   for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
     WriteBlock(folder_, block, {}, &truth, compression);
-    EXPECT_EQ(FileCount(), 6u);  // nothing is left of the other compression
+    EXPECT_EQ(FileCount(), 7u);  // with the checksums; nothing is left of the other compression
     const BlockFile read = ReadBlock(folder_);
     ExpectSame(read.block, block);
     // Random numbers contradict each other, and that is said; what was written is read without a
@@ -170,7 +170,7 @@ TEST_F(BlockFilesTest, ABlockComesBackToTheLastBit) {  // round trip
     ExpectSame(truth_read.paths[1], truth.paths[1]);
   }
   WriteBlock(folder_, block, {}, nullptr);
-  EXPECT_EQ(FileCount(), 4u);  // an older truth does not stay beside a new block
+  EXPECT_EQ(FileCount(), 5u);  // an older truth does not stay beside a new block
   EXPECT_TRUE(ReadTruth(folder_, block).points_m.empty());
 }
 

@@ -148,7 +148,9 @@ TEST_F(AtomicFileTest, AppearsOnlyAtCommit) {
   AtomicFile file(folder_ / "a.txt");
   file.Write("whole");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.txt"));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / (".a.txt.tmp-" + std::to_string(::getpid()))));
+  const auto temporary = std::filesystem::directory_iterator(folder_)->path().filename().string();
+  EXPECT_TRUE(temporary.starts_with(".a.txt.tmp-")) << temporary;
+  EXPECT_NE(TemporaryName(folder_ / "b").name(), TemporaryName(folder_ / "b").name());
   file.Commit();
   EXPECT_EQ(Content(folder_ / "a.txt"), "whole");
   EXPECT_EQ(FileCount(), 1u);

@@ -70,6 +70,11 @@ class ResultReaderTest : public test::ResultFolderTest {
     for (const Pass& pass : block_.passes) result_.corrected_paths.push_back(pass.path);
   }
   void Write() const { WriteResult(folder_, block_, options_, result_, context_); }
+  // A summary that lists no checksums of tables, as those of programs before them.
+  static std::string WithoutTables(std::string text) {
+    const std::size_t begin = text.find(",\n  \"tables\": ["), end = text.find(']', begin);
+    return begin == std::string::npos ? text : text.erase(begin, end + 1 - begin);
+  }
   // The message for a result in which `from` of a file became `to`.
   std::string MessageWith(const std::string& name, const std::string& from, const std::string& to) {
     Write();
@@ -78,6 +83,7 @@ class ResultReaderTest : public test::ResultFolderTest {
     EXPECT_NE(at, std::string::npos) << from << " in\n" << text;
     if (at == std::string::npos) return "";
     Put(name, text.replace(at, from.size(), to));
+    Put("summary.json", WithoutTables(Content(folder_ / "summary.json")));
     return test::MessageOf<InputError>([this] { return ReadResult(folder_); });
   }
 };
@@ -313,6 +319,9 @@ TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
   }
   Write();
   std::filesystem::remove(folder_ / "points.csv");
+  EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_); }),
+              HasSubstr("points.csv: is missing (also as .csv.gz), summary.json lists this table"));
+  Put("summary.json", WithoutTables(Content(folder_ / "summary.json")));
   EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_); }),
               HasSubstr("points.csv: is missing, every result has this table"));
   EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_ / "none"); }),
