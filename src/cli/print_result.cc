@@ -314,15 +314,15 @@ std::string DescribeResult(const Block& block,
 
 namespace {
 
-/// A row whose first cell is the name of a pass; a name too long for its column stands alone above
-/// the others.
+/// A row whose first cell is the name of a pass; a name too long for its column has a line of its
+/// own above the others.
 std::string RowOf(const std::string& pass, std::size_t width, const std::string& cells) {
   std::string row = fmt::format("  {:<{}} {}\n", pass, width, cells);
   if (row.size() <= kColumns + 1) return row;
   return fmt::format("  {}\n      {}\n", pass, cells);
 }
 
-/// What the recordings do to a point, where they are told from ideal ones.
+/// Effect of the recordings on a point, if it differs from that of ideal ones.
 void PrintRecordings(const Block& block, Out out) {
   constexpr double kTold_1 = 1e-3;  // of the sigma of azimuth
   constexpr std::size_t kShown = 40;
