@@ -75,7 +75,7 @@ void AddMatrix(pugi::xml_node parent, const char* name, const Eigen::Matrix<doub
   }
 }
 
-// ErrorStatistics stands before MatchInfo and what belongs to the kind of image.
+// ErrorStatistics comes before MatchInfo and the elements of the kind of image.
 pugi::xml_node StatisticsOf(pugi::xml_node root) {
   if (pugi::xml_node statistics = root.child("ErrorStatistics")) return statistics;
   for (const char* after : {"MatchInfo", "RgAzComp", "PFA", "RMA"}) {
@@ -112,7 +112,7 @@ AdjustedSicd AdjustSicd(std::string_view bytes,
     constexpr int kWithOffsets = 4;
     adjusted.raised = version.major == 1 && version.minor < kWithOffsets;
   }
-  // Blanks and comments stay where they stand.
+  // Blanks and comments stay where they are.
   pugi::xml_document document;
   constexpr unsigned int kKeepAll = pugi::parse_full | pugi::parse_ws_pcdata;
   if (!document.load_buffer(text.data(), text.size(), kKeepAll, pugi::encoding_utf8)) {
@@ -150,7 +150,7 @@ AdjustedSicd AdjustSicdFile(const std::string& file, const SicdAdjustment& adjus
 
 namespace {
 
-/// Differences below it are not told.
+/// Smaller differences are not reported.
 constexpr double kToldOfSicd_m = 1e-3;
 constexpr int kFitTimes = 65;
 
@@ -276,8 +276,8 @@ class OffsetMaker {
     return fit;
   }
 
-  // Of the result's path from ARPPoly, by the same least squares. Offsets that the file had are in
-  // it, and the range bias comes on top of theirs.
+  // The deviation of the result's path from ARPPoly, by the same least squares. It includes the
+  // offsets of the file, and the range bias is added to theirs.
   SicdOffsets Offsets() {
     std::vector<FitTime> times;
     for (int k = 0; k < kFitTimes; ++k) {

@@ -265,7 +265,7 @@ void Measure(const SceneLooks& scene,
       const std::uint32_t pass = block.looks.pass[look];
       const PassError& error = simulated->errors[pass];
       const LookSigma sigma = block.SigmaOf(look);
-      // Every look takes the same five numbers from its stream, whatever the scene asks for.
+      // Every look takes the same five numbers from its stream, for any scene.
       RandomStream random(simulated->measurement_seed, MixStream(point_stream, pass));
       double azimuth = scene.noise_scale_1 * random.Normal();  // in sigmas, as is `range`
       double range = scene.noise_scale_1 * random.Normal();
