@@ -199,8 +199,8 @@ constexpr const char* kDescription =
     "Takes what was measured in overlapping radar images (azimuth times, slant ranges, squints or "
     "Doppler centroids), the flight paths as recorded and the points that are known, and gives the "
     "most probable positions of all points and corrections of all flight paths, each with its "
-    "exact covariance. A simulator with known truth and the closed forms of Leberl (1979) stand "
-    "beside it.";
+    "exact covariance. A simulator with known truth and the closed forms of Leberl (1979) are "
+    "included.";
 
 constexpr std::array kExamples = std::to_array<const char*>({
     "sarblock simulate datasets/scenes/block-12-strips.toml -o build/block",

@@ -26,7 +26,7 @@ std::string Headline(const AdjustResult& result) {
     case AdjustStatus::kNotConverged:
       return NameOf(result.assessment.verdict);
     case AdjustStatus::kIntersected:
-      return std::string("intersected, flight paths held") +
+      return std::string("intersected, flight paths fixed") +
              (result.assessment.verdict == Verdict::kTestsFailed ? ": tests failed" : "");
     case AdjustStatus::kPredicted:
       return "predicted from geometry and weights";
@@ -98,7 +98,7 @@ void PrintTests(const QualitySummary& summary, const AdjustResult& result, Out o
   fmt::format_to(
       out,
       "    above it {} range, {} azimuth, {} control; {:.1f} expected by chance; {} of {} "
-      "looks cannot be localised (two looks a point)\n",
+      "looks cannot be localised (two looks per point)\n",
       summary.looks_above[0],
       summary.looks_above[1],
       summary.control_above,
@@ -289,7 +289,7 @@ std::string DescribeResult(const Block& block,
   }
   if (result.status == AdjustStatus::kConverged || result.status == AdjustStatus::kNotConverged) {
     fmt::format_to(out,
-                   "  iterations {}, cost {:.6g} -> {:.6g}, step left {:.1e} sigma\n",
+                   "  iterations {}, cost {:.6g} -> {:.6g}, Newton decrement {:.1e} sigma\n",
                    result.iterations,
                    result.initial_cost,
                    result.final_cost,
@@ -334,7 +334,7 @@ void PrintRecordings(const Block& block, Out out) {
     if (++told > kShown) continue;
     if (told == 1) {
       fmt::format_to(out,
-                     "  what recorded flights do to a point, metres along track\n"
+                     "  orbit error at the ground, along track [m]\n"
                      "  {:<14} {:<9} {:>9} {:>13} {:>14} {:>13}\n",
                      "pass",
                      "through",
@@ -392,7 +392,7 @@ std::string DescribeBlock(const Block& block) {
     if (histogram.size() <= looks) histogram.resize(looks + 1, 0);
     ++histogram[looks];
   }
-  fmt::format_to(out, "  looks a point:");
+  fmt::format_to(out, "  looks per point:");
   for (std::size_t looks = 0; looks < histogram.size(); ++looks) {
     if (histogram[looks] > 0) fmt::format_to(out, "  {} x {}", histogram[looks], looks);
   }

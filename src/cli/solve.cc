@@ -406,7 +406,7 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
   for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
   if (diagnosis.contradicts && diagnosis.explanations.empty()) {
     text += "  none of " + std::to_string(diagnosis.hypotheses) +
-            " mistakes tried takes half of what v'Pv exceeds its redundancy by\n";
+            " mistakes tried explains half of the excess of v'Pv over its redundancy\n";
   }
   if (diagnosis.untried > 0) {
     text += "  " + std::to_string(diagnosis.untried) +

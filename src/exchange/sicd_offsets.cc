@@ -37,7 +37,7 @@ SicdVersion VersionOf(const XmlElement& root) {
   SicdVersion version;
   const auto fail = [&] {
     root.Fail("its namespace xmlns is " + Quoted(given) +
-              ", urn:SICD:1.0.0 or later is needed, which tells the version");
+              ", urn:SICD:1.0.0 or later is needed, which has the version");
   };
   if (!given.starts_with(kNamespace)) fail();
   const char* const end = given.data() + given.size();
@@ -268,7 +268,7 @@ class OffsetMaker {
       const double rest_m = UnfittedSigma_m(times, 6, fit, antenna_.covariance());
       if (rest_m > kToldOfSicd_m) {
         notes_.not_carried.push_back(fmt::format(
-            "APOError holds an offset and a drift; what errs about them by up to {:.3g} m (1 "
+            "APOError holds an offset and a drift; the error about them, up to {:.3g} m (1 "
             "sigma)",
             rest_m));
       }
@@ -296,7 +296,7 @@ class OffsetMaker {
     }
     if (largest_m > kToldOfSicd_m) {
       notes_.not_carried.push_back(fmt::format(
-          "what the path does beside an offset and a drift, up to {:.3g} m at the scene centre",
+          "deviations of the path from an offset and a drift, up to {:.3g} m at the scene centre",
           largest_m));
     }
     SicdOffsets offsets;

@@ -229,7 +229,7 @@ class SinexWriter {
     Add("+FILE/COMMENT\n"
         " Body-fixed axes of {}, a = {} m, f = {}.\n"
         " Technique C: the format has no code for radar ranges.\n"
-        " Points and their site codes: the table .sites.csv beside this file.\n"
+        " Points and their site codes: the table .sites.csv next to this file.\n"
         " Standard deviations {} the a-posteriori variance factor.\n"
         "{}"
         "-FILE/COMMENT\n",
@@ -237,7 +237,7 @@ class SinexWriter {
         ellipsoid.a_m,
         ellipsoid.flattening,
         view_.result.summary.sigma_scaled_by_posterior ? "are scaled by" : "do not contain",
-        " Correlations of different points that stand nowhere below are not known.\n");
+        " Correlations of different points that are not listed are not known.\n");
   }
 
   void Statistics() {

@@ -25,7 +25,7 @@ void Check(const std::vector<StateVector>& states) {
       throw InputError(which, "time, position and velocity must be finite");
     }
     if (!(state.velocity_mps.norm() > 0.0)) {
-      throw InputError(which, "velocity is zero; an antenna that stands still has no track");
+      throw InputError(which, "velocity is zero; an antenna at rest has no track");
     }
     if (k > 0 && !(state.time_s > states[k - 1].time_s)) {
       throw InputError(which,

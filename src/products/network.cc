@@ -398,7 +398,7 @@ class SerialMatcher {
                       images_[image].file));
     }
     if (result_.serial_of_image[image] != kNone) {
-      throw Failure(images_[image].file + " stands behind two serial numbers of --serial");
+      throw Failure(images_[image].file + " is given for two serial numbers of --serial");
     }
     result_.image_of_serial[serial] = image;
     result_.serial_of_image[image] = serial;

@@ -757,8 +757,8 @@ StudyPart StabilityPart(const StudyCsv& table) {
   out.state = wrong ? HeadlineState::kNotAccepted : HeadlineState::kAccepted;
   out.word = wrong ? "Wrong answers were given" : "No wrong answer was given";
   out.sentences.push_back(
-      fmt::format("Of {} blocks made to break the numbers, {} were solved, {} solved with a "
-                  "warning, {} refused and {} answered wrongly without a word.",
+      fmt::format("{} blocks at numerical extremes: {} were solved, {} solved with a warning, {} "
+                  "refused and {} answered wrongly without a warning.",
                   table.rows.size(),
                   of_outcome[0],
                   of_outcome[1],

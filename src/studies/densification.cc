@@ -342,7 +342,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
       objective.pairs.emplace_back(index_of[pair.a], index_of[pair.b]);
     }
     if (objective.points.empty() || objective.pairs.empty()) {
-      throw InputError("placement", "needs a block with points beside its control");
+      throw InputError("placement", "needs a block with points other than control");
     }
     first.Count("determined", 1);
     const auto control = static_cast<std::size_t>(

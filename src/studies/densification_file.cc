@@ -114,7 +114,7 @@ std::vector<Choice> ReadAxis(SceneTable table) {
       throw InputError(table.PlaceOf("labels"), "must be as many as values");
     }
   } else if (labelled) {
-    throw InputError(table.PlaceOf("labels"), "stand beside values only; a case has a name");
+    throw InputError(table.PlaceOf("labels"), "go with values only; a case has a name");
   }
   for (SceneTable& entry : table.Tables("case")) {
     std::string label;

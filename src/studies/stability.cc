@@ -550,7 +550,7 @@ StabilityStudy ParseStability(std::string_view text,
   std::set<std::string> taken;
   const auto named = [&](const TomlValue& name) {
     const StabilityFamily& family = all[name.OneOf(names)];
-    if (!taken.insert(family.name).second) name.Fail("stands there twice");
+    if (!taken.insert(family.name).second) name.Fail("is given twice");
     return family;
   };
   if (const auto listed = table.Take("families")) {

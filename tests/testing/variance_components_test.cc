@@ -239,7 +239,8 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   }
 }
 
-// Two looks a point leave one equation over for four: range and azimuth of few points are not told.
+// Two looks per point leave one equation over for four: range and azimuth of few points are not
+// told.
 TEST(VarianceComponentsTest, WithoutRedundancyKeepTheirFactorAndAreNamed) {
   test::BlockPlan plan = test::AircraftPlan();
   plan.points = 6;

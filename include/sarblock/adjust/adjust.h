@@ -62,7 +62,7 @@ namespace sarblock {
 [[nodiscard]] Block FillMeasurements(const Block& block,
                                      const std::vector<Eigen::Vector3d>& positions_m);
 
-/// Rigorous intersection of every point, flight paths held (corrections none): position,
+/// Rigorous intersection of every point, flight paths fixed (corrections none): position,
 /// covariance R^-1 R^-T and residuals of each point alone, control not used.
 [[nodiscard]] AdjustResult IntersectBlock(const Block& block,
                                           const AdjustOptions& options,

@@ -299,7 +299,7 @@ struct MonteCarloDraws;
 /// What became of a point.
 enum class PointStatus : std::uint8_t {
   kAdjusted,     ///< solved in the adjustment
-  kIntersected,  ///< solved alone, flight paths held
+  kIntersected,  ///< solved alone, flight paths fixed
   kPredicted,    ///< covariance only, geometry from truth or approximate coordinates
   kNotSeen,      ///< no look that counts
   kTooFewLooks,  ///< fewer equations than unknowns
@@ -522,7 +522,7 @@ struct AdjustResult {
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more
 
-  std::size_t observation_count = 0;  ///< two a look, control components, priors
+  std::size_t observation_count = 0;  ///< two per look, control components, priors
   std::size_t parameter_count = 0;    ///< three a solved point, corrections
   std::size_t datum_defects = 0;      ///< unknowns that an inner datum had to fix
   std::size_t looks_used = 0;

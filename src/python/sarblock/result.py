@@ -215,7 +215,7 @@ def adjust(block: Block, *, threads: int = 0, progress: Progress = None, **optio
 def intersect(
     block: Block, *, threads: int = 0, progress: Progress = None, **options: object
 ) -> Result:
-    """Intersects every point alone, flight paths held, with its covariance. Arguments as `adjust`."""
+    """Intersects every point alone, flight paths fixed, with its covariance. Arguments as `adjust`."""
     return _solve("intersect", block, options, threads, progress)
 
 
