@@ -37,7 +37,7 @@ Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
     return {{field + "overlap", "must be at least 0 and below 1"}};
   }
   if (Given(flight.overlap_1) && Given(flight.spacing_m)) {
-    return {{field + "overlap", "and spacing_m exclude each other; give one of them"}};
+    return {{field + "overlap", "excludes spacing_m; give one of them"}};
   }
   if (flight.segments < 1 || flight.segments > kMostPasses / flight.count) {
     return {

@@ -196,7 +196,7 @@ struct AdjustOptions {
   std::optional<TaskPart> montecarlo_part = {};
   /// A guard; iteration ends before where steps no longer shrink (docs/theory/adjustment.md).
   int max_iterations = 1000;
-  /// Newton step left, in sigmas over all unknowns together, at which iteration ends. Above
+  /// Newton decrement, in sigmas over all unknowns together, at which iteration ends. Above
   /// kRemainingStepAccepted_1 (adjust.h) nothing would be accepted.
   double tolerance_1 = 1e-6;
   Engine engine = Engine::kAuto;

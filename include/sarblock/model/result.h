@@ -489,7 +489,7 @@ enum class AdjustStatus {
 /// Pairs of point indices, for coordinate differences.
 using PointPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-/// Largest Newton step left, in sigmas over all unknowns together, that is still a solution.
+/// Largest Newton decrement, in sigmas over all unknowns together, of a solution.
 inline constexpr double kRemainingStepAccepted_1 = 1e-3;
 /// The same under a robust loss, whose kinks (Huber) or flat places (two looks that contradict each
 /// other) let the last steps shrink slowly: far below what the loss itself costs in efficiency.
@@ -535,7 +535,7 @@ struct AdjustResult {
   double initial_cost = 0.0;  ///< half the weighted square sum at the start, robust loss applied
   double final_cost = 0.0;
   double gradient = 0.0;        ///< largest |g_i| / sqrt(H_ii), dimensionless
-  double remaining_step = 0.0;  ///< length of the Newton step left, in sigmas
+  double remaining_step = 0.0;  ///< Newton decrement, in sigmas
   double sigma0_squared = std::numeric_limits<double>::quiet_NaN();  ///< v'Pv / redundancy
   Interval chi_square;  ///< acceptance interval of sigma0_squared * redundancy
   bool chi_square_passed = false;

@@ -101,7 +101,7 @@ class Result:
         """Writes a result folder, or an HDF5 file where the name ends in ".h5": the bytes that the
         command line writes. `gzip` compresses the tables; `force` writes into a folder that holds
         other files. Of a result that was read the tables are copied from where it was read; it must
-        stand there still, unchanged."""
+        are still there, unchanged."""
         with reporting(progress) as callback:
             self._core.write(path, gzip, force, callback)
 
