@@ -37,7 +37,7 @@ struct Hypothesis {
   /// The size is found from `value` on with first steps of `step`; else `value` is the size.
   bool free = false;
   double value = 0.0, step = 0.0;
-  bool logarithm = false;  ///< value and step are logarithms of what is told
+  bool logarithm = false;  ///< value and step are logarithms of what is reported
   std::string unit;
   std::vector<KnownNumber> numbers;
   /// "the times of pass DSC are 18.000 +- 0.001 s late"
@@ -45,9 +45,9 @@ struct Hypothesis {
   std::function<std::string(const Size&)> change;
   /// What known points do not show, or a score test found: solved without the screening.
   bool screened = false;
-  /// Where it stands among those that are tried: what the data tell by themselves, also those with
-  /// which known points keep less than a tenth of their misfit; what scores show; known points that
-  /// keep more; what is guessed.
+  /// Place among those that are tried: what the data show without a solution, also those with which
+  /// known points keep less than a tenth of their misfit; what scores show; known points that keep
+  /// more; guesses.
   double order_1 = kGuessed_1;
   static constexpr double kTold_1 = 0.1, kScored_1 = 0.6, kWeak_1 = 0.7, kGuessed_1 = 1.0;
   /// Changes one of the measurements that the hypothesis before leaves out: of no use where that is
@@ -55,7 +55,8 @@ struct Hypothesis {
   bool within_last = false;
   /// Recorded states that undoing it makes paths of which do not go through them.
   std::size_t smoothed_states = 0;
-  /// Not told where v'Pv over its redundancy stays above this: a curve takes a part of anything.
+  /// Not reported where v'Pv over its redundancy stays above this: a curve takes a part of
+  /// anything.
   double most_left_1 = std::numeric_limits<double>::infinity();
   /// Changes little of the whole: solved from where the sample as it is ended.
   bool local = false;
@@ -78,7 +79,7 @@ struct Hypothesis {
 /// "of A", "of A and B", "of all passes" for none.
 [[nodiscard]] std::string OfPasses(const std::vector<std::string>& passes);
 
-/// The sentence of an explanation whose other members stand.
+/// The sentence of an explanation whose other members are set.
 [[nodiscard]] std::string SentenceOf(const Hypothesis& hypothesis,
                                      const Size& size,
                                      const Explanation& explanation);

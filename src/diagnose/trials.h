@@ -81,14 +81,14 @@ struct Facts {
   const CorrectionModel& corrections;
   const Fit& before;                 ///< the sample as it is
   const SampleResiduals& residuals;  ///< of `before`
-  /// Whether a mistake in the rows of these points alone may be told: without all of them, which no
-  /// change of them beats, v'Pv falls by as much as an explanation is to take.
+  /// Whether a mistake in the rows of these points alone may be reported: without all of them,
+  /// which no change of them beats, v'Pv falls by as much as an explanation is to take.
   const std::function<bool(const std::vector<std::uint32_t>& points)>& may_explain;
 };
 
 using Hypotheses = std::vector<Hypothesis>;
 
-/// Work of a diagnosis, counted and not timed, so that the same block is told the same on every
+/// Work of a diagnosis, counted and not timed, so that the same block gets the same answer on every
 /// machine and with any number of threads. Its unit is a look formed: the equations of one look
 /// made once, with its part of their elimination (docs/theory/diagnosis.md, eq. (11)).
 class Work {

@@ -56,7 +56,7 @@ void Append(double value, double standard, std::size_t row, std::vector<double>*
   column->push_back(value);
 }
 
-// Time and range as they stand; NaN where a plan gives none.
+// Time and range as given; NaN where a plan gives none.
 RadarCoordinates ReadRadar(const TableReader& reader, Measurements measurements) {
   const bool required = measurements == Measurements::kRequired;
   const RadarCoordinates radar{
@@ -136,7 +136,7 @@ double ReadDoppler(const TableReader& reader, const Pass& pass, double time_s) {
   return doppler_hz;
 }
 
-// Squint [rad] or Doppler [Hz], and the flag that tells which.
+// Squint [rad] or Doppler [Hz], and the flag that says which.
 double ReadCone(const TableReader& reader, const Pass& pass, double time_s, std::uint8_t* flags) {
   const bool squint = reader.Given(kObservedSquint), doppler = reader.Given(kObservedDoppler);
   if (squint && doppler) {

@@ -316,7 +316,7 @@ enum LookColumn : std::size_t {
   kImage  // line, pixel, line residual, pixel residual
 };
 
-// As float; a number that a float cannot hold is refused.
+// As float; a number beyond the range of float is refused.
 float ReadFloat(const TableReader& reader, std::size_t column) {
   const double value = reader.Number(column);
   if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {

@@ -35,7 +35,7 @@ void WriteStripTable(TableSink* sink, const ResultView& view);
 
 /// The columns `line`, `pixel`, `line_residual_px` and `pixel_residual_px` of residuals.csv: where
 /// the look was measured in the image, and its residuals as steps of the image, computed minus
-/// measured. They stand there if a pass has an image; cells of looks of other passes are empty.
+/// measured. They exist if a pass has an image; cells of looks of other passes are empty.
 /// docs/theory/image_coordinates.md, eq. (5).
 class PixelResiduals {
  public:

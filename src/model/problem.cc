@@ -134,7 +134,7 @@ bool EvaluateLook(const LookModel& model,
                   LookColumns* columns,
                   LookEvaluation* out) {
   model.ColumnsOf(look, columns);
-  // The corrections of one block stand together as they are.
+  // The corrections of one block are consecutive already.
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   const double* x = local.data();
   if (columns->block_count == 1) {

@@ -15,7 +15,7 @@
 
 namespace sarblock {
 
-/// What the tests of a result make of an error in one observation; NaN where there is no test.
+/// Detectable size of an error in one observation; NaN where there is no test.
 struct BlunderSize {
   double sigma_m = kNotGiven;       ///< standard deviation that the observation was weighted with
   double detectable_m = kNotGiven;  ///< minimal detectable blunder, delta0 sigma / sqrt(r)
@@ -50,8 +50,8 @@ class BlunderSizes {
 /// Of a joint prior Q with P = Q^-1, C the covariance of its corrections in the result (eq. (18a)):
 ///     r_i = 1 - (C P)_ii,   w_i = (P c)_i / sqrt(N_ii),   N = P - P C P,   v'Pv: c_i (P c)_i
 struct PriorTest {
-  /// Part of the redundancy of the block; NaN without a prior or without a standard deviation. Of a
-  /// joint prior it may lie outside 0 to 1, the sum over the prior does not.
+  /// Part of the redundancy of the block; NaN without a prior or without a standard deviation. For
+  /// a joint prior it may be outside 0 to 1, the sum over the prior is not.
   double redundancy_1 = kNotGiven;
   /// NaN also where r, of a joint prior N_ii / P_ii, is kLeastRedundancy_1 or less, or nothing is
   /// measured.
@@ -102,7 +102,7 @@ struct PriorTest {
 [[nodiscard]] const char* NameOf(BlunderFinding::Action action);
 
 /// Fills `assessment` of a result that is complete but for it: the figures of its tests and the
-/// verdict. Reasons that stand there already (`Refuse`) make it `not accepted`; so does, in an
+/// verdict. Reasons that are there already (`Refuse`) make it `not accepted`; so does, in an
 /// adjustment whose standard deviations are not scaled by it, a variance factor above 10. A test
 /// that fails makes it `converged, tests failed`: the global test and the check points at
 /// `test_level`; the tests of observations and of priors where a block without mistakes would fail

@@ -302,7 +302,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
     Newton there;
     const bool solved = valid && solve(&there);
-    // A gain of less than the cost's own rounding is no evidence; the step that is left keeps the
+    // A gain of less than the cost's own rounding is no evidence; the Newton decrement keeps the
     // digits that the cost has lost.
     const bool other_weights = options.undamped && weighting.renewed != nullptr;
     const double unclear_1 = weighting.renewed == nullptr ? kUnclear_1 : kUnclearRenewed_1;

@@ -31,9 +31,9 @@ class CsvSource;  ///< where the bytes come from (src/tables/csv.h)
 class CsvReader final : public TableReader {
  public:
   /// Opens a file; a name ending in `.gz` is inflated. Reads the header row at once.
-  /// Throws if a required column is missing or a known one stands twice.
+  /// Throws if a required column is missing or a known one is given twice.
   CsvReader(const std::filesystem::path& file, std::span<const TableColumn> columns);
-  /// The same from memory; `name` stands for the file in messages, `text` must outlive the reader.
+  /// The same from memory; `name` names the file in messages, `text` must outlive the reader.
   CsvReader(std::string name, std::string_view text, std::span<const TableColumn> columns);
   ~CsvReader() override;
   CsvReader(CsvReader&&) noexcept;

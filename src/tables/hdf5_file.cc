@@ -302,7 +302,7 @@ class Walk {
   void Open(hid_t parent, const std::string& name, int depth) {
     const Hdf5Id object(H5Oopen(parent, name.c_str(), H5P_DEFAULT), H5Oclose);
     if (!object.valid() || depth > kMostDepth || ++opened_ > kMostOpened) return;
-    H5O_info_t info;  // what cannot be told of an object keeps no one from reading it
+    H5O_info_t info;  // an object without this information can still be read
     if (H5Oget_info(object.get(), &info) >= 0 && !seen_.insert(info.addr).second) return;
     ReadAttributes(object.get());
     const H5I_type_t kind = H5Iget_type(object.get());

@@ -38,7 +38,7 @@ class StoredTexts final : public TextList {
 
  private:
   friend class TextsOfRows;
-  /// As they stand in the file, padded.
+  /// As stored in the file, padded.
   void ReadPadded(std::uint64_t first, std::uint64_t count, std::vector<char>* characters) const;
   [[nodiscard]] std::string_view Text(const std::vector<char>& characters, std::size_t which) const;
 
@@ -89,7 +89,7 @@ class StoredIds {
 };
 
 /// The tables of an HDF5 file (docs/container.md). Places in messages are those of h5py:
-/// `x.h5: /observations/range_m[12]`, rows from 0. What a dataset claims is held against what is
+/// `x.h5: /observations/range_m[12]`, rows from 0. What a dataset claims is checked against what is
 /// stored of it before anything is allocated. Tables must not outlive the source.
 [[nodiscard]] std::unique_ptr<TableSource> TablesOfContainer(const std::filesystem::path& file,
                                                              FolderContent content);
@@ -128,7 +128,7 @@ class ContainerSink final : public TableSink {
   /// Texts as strings of equal length, a dimension with values of the name `name`.
   void WriteTexts(hid_t group, const std::string& name, const TextList& texts) const;
   void WriteAttribute(hid_t object, const std::string& name, std::string_view text) const;
-  /// Whether values stand in the file as they are given: not deflated.
+  /// Whether values are stored as given: not deflated.
   [[nodiscard]] bool StoresAsGiven() const { return compression_ == Compression::kNone; }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[noreturn]] void Fail(const std::string& problem) const;

@@ -28,7 +28,7 @@ bool IsText(CellKind kind) {
   return kind == CellKind::kText || kind == CellKind::kPass || kind == CellKind::kPoint;
 }
 
-/// What stands in the file for a number that is not given.
+/// Value in the file for a number that is not given.
 std::optional<double> NotGivenOf(CellKind kind) {
   const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
   return counts ? -1.0 : std::numeric_limits<double>::quiet_NaN();

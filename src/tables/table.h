@@ -28,7 +28,7 @@ namespace sarblock {
 
 enum class ColumnNeed { kOptional, kRequired };
 
-/// What the cells of a column hold.
+/// Kind of the cells of a column.
 enum class CellKind {
   kNumber,     ///< its unit is the end of the column's name
   kRowNumber,  ///< a number whose unit the cell `unit` of its row, or the parameter it is of, gives
@@ -51,7 +51,7 @@ struct TableColumn {
 [[nodiscard]] std::string_view UnitOfColumn(std::string_view name);
 
 /// A table of a block, a result or a part: what readers, writers and both kinds of files go by. The
-/// columns stand in the order in which they are written.
+/// columns are in the order in which they are written.
 struct TableDescription {
   std::string_view name;
   std::span<const TableColumn> columns;
@@ -216,7 +216,7 @@ inline constexpr std::array<TableColumn, 19> kStripColumns{{
     {"sigma_across_m"},
     {"sigma_up_m"},
 }};
-/// The last four stand there where a pass has an image.
+/// The last four exist where a pass has an image.
 inline constexpr std::size_t kImageResidualColumns = 4;
 inline constexpr std::array<TableColumn, 22> kResidualColumns{{
     {"pass", column::kRequired, CellKind::kPass},
@@ -323,7 +323,7 @@ auto Naming(const std::string& input, const Work& work) {
   }
 }
 
-/// Texts in their order, wherever they stand.
+/// Texts in their order, from any place.
 class TextList {
  public:
   virtual ~TextList() = default;
@@ -344,7 +344,7 @@ class TextsOfTable final : public TextList {
   const IdTable& table_;
 };
 
-/// Ids that tables hold the index of, where they stand once; null where they do not.
+/// Ids whose index tables have, where they are stored once; null where they are not.
 struct BlockIds {
   const TextList* passes = nullptr;
   const TextList* points = nullptr;
@@ -404,7 +404,7 @@ void MakeInOrder(std::size_t count,
   });
 }
 
-/// Reads a table row by row, whatever it is stored in: what a block or a result may hold is checked
+/// Reads a table row by row from any kind of file: what a block or a result may have is checked
 /// here and by who asks for the cells, once for all kinds of files. Views of cells are valid until
 /// the next call of Next(). Everything that is wrong throws InputError with its place.
 class TableReader {
@@ -423,7 +423,7 @@ class TableReader {
   [[nodiscard]] std::size_t line() const { return line_; }
   /// The file, for messages.
   [[nodiscard]] const std::string& file() const { return file_; }
-  /// Columns of the file that nobody asked for, as they stand there.
+  /// Columns of the file that nobody asked for, as named there.
   [[nodiscard]] const std::vector<std::string>& unknown_columns() const { return unknown_; }
 
   /// True if the file has this column.
@@ -558,7 +558,7 @@ class TableReader {
   std::string file_;
   std::size_t line_ = 0;
   std::vector<std::string> names_;  // asked for
-  std::vector<std::size_t> place_;  // by asked column: where it stands
+  std::vector<std::size_t> place_;  // by asked column: its place
   /// By asked column: numbers of several rows, of which the current one is number `at_`, finite or
   /// NaN; null where the cells are text.
   std::vector<const double*> numbers_;
@@ -572,7 +572,7 @@ void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* w
 /// A number above 0, or NaN for an empty cell.
 [[nodiscard]] double PositiveNumber(const TableReader& reader, std::size_t column);
 
-/// Writes a table cell by cell, whatever it is stored in; it appears whole at Commit().
+/// Writes a table cell by cell to any kind of file; it appears whole at Commit().
 class TableWriter {
  public:
   virtual ~TableWriter() = default;
@@ -666,7 +666,7 @@ class TableSource {
   virtual ~TableSource() = default;
   /// Name for messages and text of a file that must be there.
   [[nodiscard]] virtual std::pair<std::string, std::string> Read(std::string_view file) const = 0;
-  /// A table by its name without ending ("points"), or nothing if it does not stand there.
+  /// A table by its name without ending ("points"), or nothing if there is none.
   [[nodiscard]] virtual std::unique_ptr<TableReader> Open(
       std::string_view table, std::span<const TableColumn> columns) const = 0;
   /// The name for messages of a table that must be there.
