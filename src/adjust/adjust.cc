@@ -41,7 +41,7 @@ AdjustResult AdjustAsItStands(const Block& block,
   return result;
 }
 
-/// `order`: as the points of `block` are to stand meanwhile.
+/// `order`: of the points of `block` meanwhile.
 AdjustResult AdjustInOrder(PointOrder order,
                            const AdjustOptions& options,
                            const PointPairs& pairs,
@@ -286,7 +286,7 @@ void Restore(const PointOrder& back, MonteCarloReport* report) {
   for (std::vector<std::uint32_t>& inside : report->inside) Gather(back, &inside);
 }
 
-/// Names the points of a list as they stood before, and sorts the list by them.
+/// Restores the points of a list to their order before, and sorts the list by them.
 template <typename Listed>
 void RestoreListed(const PointOrder& order, std::vector<Listed>* list) {
   for (Listed& listed : *list) listed.point = order[listed.point];
@@ -380,7 +380,7 @@ void OrderedPoints::RestoreResult(bool sort_pairs, AdjustResult* result) const {
     finding.point = order_[finding.point];
     for (std::uint64_t& look : finding.looks) restore_look(&look);
   }
-  // What a consensus left out, round 0, stands in the order of the points, all else as it was
+  // What a consensus left out, round 0, is in the order of the points, all else as it was
   // found.
   std::vector<BlunderFinding>& findings = result->snooping->findings;
   const auto searched =

@@ -162,7 +162,7 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
     given += looks;
     const bool open =
         problem.point_status[point] == PointStatus::kUndetermined && problem.misplaced[point] == 0;
-    if (looks < 2 || open) continue;  // the make of the block leaves these out
+    if (looks < 2 || open) continue;  // the network configuration leaves these out
     left_out += looks - static_cast<std::size_t>(problem.CountLooks(point));
   }
   if (static_cast<double>(left_out) <= kMostLeftOut_1 * static_cast<double>(given)) return;
@@ -175,7 +175,7 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
 }
 
 /// What was left out may be right and the path wrong: without the looks of a pass at control
-/// points, or at points that others see too, nothing tells.
+/// points, or at points that others see too, this cannot be decided.
 void RefuseLostPass(const AdjustmentProblem& problem, AdjustResult* result) {
   std::optional<std::size_t> pass = PassThatLosesControl(problem);
   const bool control = pass.has_value();
@@ -189,7 +189,7 @@ void RefuseLostPass(const AdjustmentProblem& problem, AdjustResult* result) {
              (control ? ", the control points)" : ")"));
 }
 
-/// `left_1`: the step that is left, infinite where looks have no value.
+/// `left_1`: the Newton decrement, infinite where looks have no value.
 std::string WhyNotConverged(const SolveReport& solve, double left_1) {
   if (!solve.converged) return solve.message;
   if (!std::isfinite(left_1)) return "looks have no value in the model at the solution";
@@ -204,7 +204,7 @@ std::string WhyNotConverged(const SolveReport& solve, double left_1) {
   return text.data();
 }
 
-/// No solution is accepted in which a point stands above an antenna or where nothing looks to.
+/// No solution is accepted in which a point is above an antenna or on the side away from the look.
 void RefuseMisplaced(const AdjustmentProblem& problem,
                      const BlockState& state,
                      const ReducedSystem& system,
@@ -301,10 +301,9 @@ void Search(const AdjustOptions& options,
                          progress);
 }
 
-/// Solution and search as they were asked for; where they contradict themselves, or have no answer,
-/// by consensus. Returns the options that hold for the solution: a loss gives way to a consensus.
-/// `unsettled`: the solution was none, a consensus was looked for and there is none: what the
-/// solution became later may be another minimum.
+/// Solution and search as requested; if they contradict themselves, or there is no solution, by
+/// consensus. Returns the options of the solution: a consensus replaces a loss.
+/// `unsettled`: there was no solution and no consensus: a later solution may be another minimum.
 AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                              const Solution& solution,
                              ProgressSink* progress,
@@ -474,7 +473,7 @@ AdjustResult AdjustGiven(const Block& block,
          std::to_string(system->looks_not_evaluated()) +
              " looks have no value in the model at the solution");
   }
-  // What counts is the step that is left at the end, not what the solver says of itself.
+  // What counts is the Newton decrement at the end, not the solver's own verdict.
   const double left_1 = system->looks_not_evaluated() == 0
                             ? result.remaining_step
                             : std::numeric_limits<double>::infinity();

@@ -29,7 +29,7 @@ constexpr double kSameDirection_rad = 10.0 * kRadPerDeg;
 
 leberl::Triple ToTriple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// A look that can stand in a pair.
+/// A look that can be one of a pair.
 struct Candidate {
   std::size_t look = 0;
   Sight sight;

@@ -20,7 +20,7 @@ constexpr std::uint64_t kAlwaysThere = std::uint64_t{64} << 20;
 /// Bytes of arrays.
 struct ArrayBytes {
   std::uint64_t all = 0;
-  std::uint64_t large = 0;  ///< of arrays that may stand in scratch files
+  std::uint64_t large = 0;  ///< of arrays that may be in scratch files
 
   void Add(std::uint64_t bytes) {
     all += bytes;

@@ -14,7 +14,7 @@
 namespace sarblock {
 namespace {
 
-/// Looks that stand in order get their offsets; false where they do not.
+/// Fills the offsets of looks that are in order; false if they are not.
 bool TakeOffsetsOfSorted(const std::vector<std::uint32_t>& point_of_look,
                          std::size_t point_count,
                          Looks* looks) {

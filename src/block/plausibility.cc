@@ -103,7 +103,7 @@ void AddLooks(const Block& block, std::size_t begin, std::size_t end, std::vecto
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (looks.rejected(i)) continue;
       PassLooks& pass = (*out)[looks.pass[i]];
-      if (!(looks.range_m[i] >= pass.shortest_range_m)) {  // also where nothing stood yet
+      if (!(looks.range_m[i] >= pass.shortest_range_m)) {  // also where there was none yet
         if (!std::isnan(looks.range_m[i])) pass.shortest_range_m = looks.range_m[i];
       }
       KnownLook look;

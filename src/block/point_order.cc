@@ -16,7 +16,7 @@ constexpr std::size_t kWindow = 1024;
 /// What so many passes keep in memory for their looks fits into the cache of a core.
 constexpr std::size_t kPassesInCache = 256;
 
-/// Sum over the windows of an order (empty: as they stand) of the passes that see a point of it.
+/// Sum over the windows of an order (empty: the present one) of the passes that see a point of it.
 std::size_t PassesOfWindows(const Block& block, const PointOrder& order) {
   const Looks& looks = block.looks;
   const std::size_t points = block.points.size();

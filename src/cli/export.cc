@@ -125,7 +125,7 @@ void AddExport(CLI::App* app, Session* session) {
   command->add_option("-o,--output",
                       arguments->out,
                       "File to write, a folder for isis, eof, csm and sicd (default: in the "
-                      "result's folder, beside its file)");
+                      "result's folder, or next to its file)");
   command
       ->add_option("--confidence",
                    arguments->confidence_percent,
@@ -250,11 +250,11 @@ void AddReport(CLI::App* app, Session* session) {
                    "Folder of a result or a study, .h5 file of a result; or two results")
       ->required()
       ->expected(1, 2);
-  command->add_option(
-      "-o,--output",
-      arguments->out,
-      "File to write (report.html in the folder or beside the file, comparison.html in the "
-      "second)");
+  command->add_option("-o,--output",
+                      arguments->out,
+                      "File to write (default: report.html in the folder or next to the file, "
+                      "comparison.html in the "
+                      "second)");
   AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
   command->callback([=] { session->run = [=] { return RunReport(*arguments, *session); }; });
 }

@@ -278,16 +278,16 @@ void AddConfiguration(CLI::App* command,
 
 void AddLeberl(CLI::App* app, Session* session) {
   CLI::App* leberl = app->add_subcommand(
-      "leberl", "The closed forms of Leberl (1979) beside the rigorous solution");
+      "leberl", "The closed forms of Leberl (1979) compared with the rigorous solution");
   leberl->require_subcommand(1);
 
   const auto csv = std::make_shared<bool>(false);
   CLI::App* table = leberl->add_subcommand("table1", "Table 1, every cell with a verdict");
-  table->add_flag("--csv", *csv, "one row a cell, machine-readable");
+  table->add_flag("--csv", *csv, "one row per cell, machine-readable");
   table->callback(
       [session, csv] { session->run = [session, csv] { return PrintTable1(*csv, *session); }; });
   CLI::App* examples = leberl->add_subcommand("examples", "Numbers quoted outside Table 1");
-  examples->add_flag("--csv", *csv, "one row an example, machine-readable");
+  examples->add_flag("--csv", *csv, "one row per example, machine-readable");
   examples->callback(
       [session, csv] { session->run = [session, csv] { return PrintExamples(*csv, *session); }; });
 

@@ -26,7 +26,7 @@ std::string Headline(const AdjustResult& result) {
     case AdjustStatus::kNotConverged:
       return NameOf(result.assessment.verdict);
     case AdjustStatus::kIntersected:
-      return std::string("intersected, flight paths held") +
+      return std::string("intersected, flight paths fixed") +
              (result.assessment.verdict == Verdict::kTestsFailed ? ": tests failed" : "");
     case AdjustStatus::kPredicted:
       return "predicted from geometry and weights";
@@ -110,7 +110,7 @@ void PrintTests(const QualitySummary& summary, const AdjustResult& result, Out o
   fmt::format_to(
       out,
       "    above it {} range, {} azimuth, {} control; {:.1f} expected by chance; {} of {} "
-      "looks cannot be localised (two looks a point)\n",
+      "looks cannot be localised (two looks per point)\n",
       summary.looks_above[0],
       summary.looks_above[1],
       summary.control_above,
@@ -300,7 +300,7 @@ std::string DescribeResult(const Block& block,
   }
   if (result.status == AdjustStatus::kConverged || result.status == AdjustStatus::kNotConverged) {
     fmt::format_to(out,
-                   "  iterations {}, cost {:.6g} -> {:.6g}, step left {:.1e} sigma\n",
+                   "  iterations {}, cost {:.6g} -> {:.6g}, Newton decrement {:.1e} sigma\n",
                    result.iterations,
                    result.initial_cost,
                    result.final_cost,
@@ -325,15 +325,15 @@ std::string DescribeResult(const Block& block,
 
 namespace {
 
-/// A row whose first cell is the name of a pass; a name too long for its column stands alone above
-/// the others.
+/// A row whose first cell is the name of a pass; a name too long for its column has a line of its
+/// own above the others.
 std::string RowOf(const std::string& pass, std::size_t width, const std::string& cells) {
   std::string row = fmt::format("  {:<{}} {}\n", pass, width, cells);
   if (row.size() <= kColumns + 1) return row;
   return fmt::format("  {}\n      {}\n", pass, cells);
 }
 
-/// What the recordings do to a point, where they are told from ideal ones.
+/// Effect of the recordings on a point, if it differs from that of ideal ones.
 void PrintRecordings(const Block& block, Out out) {
   constexpr double kTold_1 = 1e-3;  // of the sigma of azimuth
   constexpr std::size_t kShown = 40;
@@ -345,7 +345,7 @@ void PrintRecordings(const Block& block, Out out) {
     if (++told > kShown) continue;
     if (told == 1) {
       fmt::format_to(out,
-                     "  what recorded flights do to a point, metres along track\n"
+                     "  orbit error at the ground, along track [m]\n"
                      "  {:<14} {:<9} {:>9} {:>13} {:>14} {:>13}\n",
                      "pass",
                      "through",
@@ -407,7 +407,7 @@ std::string DescribeBlock(const Block& block) {
     if (histogram.size() <= looks) histogram.resize(looks + 1, 0);
     ++histogram[looks];
   }
-  fmt::format_to(out, "  looks a point:");
+  fmt::format_to(out, "  looks per point:");
   for (std::size_t looks = 0; looks < histogram.size(); ++looks) {
     if (histogram[looks] > 0) fmt::format_to(out, "  {} x {}", histogram[looks], looks);
   }

@@ -15,7 +15,7 @@ namespace sarblock::cli {
                                          const AdjustResult& result,
                                          double sigma_factor_1);
 
-/// What a block holds: passes, points by role, looks, looks a point, what will not work.
+/// Contents of a block: passes, points by role, looks, looks per point, what will not work.
 [[nodiscard]] std::string DescribeBlock(const Block& block);
 
 /// Variance components and Monte Carlo runs of a result for people, where it has some.

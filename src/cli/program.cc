@@ -32,7 +32,7 @@ std::vector<std::string> CommandNames(const CLI::App& app) {
   return names;
 }
 
-/// Long options of a command and of all that it stands below.
+/// Long options of a command and of all commands above it.
 std::vector<std::string> OptionNames(const CLI::App* app) {
   std::vector<std::string> names;
   for (; app != nullptr; app = app->get_parent()) {
@@ -50,8 +50,8 @@ void AddFooterTo(CLI::App* command, const std::string& path) {
   }
   if (path.empty() || !below.empty()) return;
   std::string text =
-      "Of every command:\n"
-      "  --threads N      threads to use (left out: all cores)\n"
+      "Options of every command:\n"
+      "  --threads N      threads to use (default: all cores)\n"
       "  -q,--quiet       no messages, no summary, no progress bar\n"
       "  --json           the summary as JSON on standard output";
   const std::vector<SetKey> keys = SetKeysOf(path);

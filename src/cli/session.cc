@@ -87,7 +87,7 @@ void RunTogether(Ranks* ranks, const std::function<void()>& work) {
 }
 
 int FinishOutput(int exit_code) {
-  if (exit_code > kNotAccepted) return exit_code;  // told already what is wrong
+  if (exit_code > kNotAccepted) return exit_code;  // the error is printed already
   errno = 0;
   std::cout.flush();
   const bool flushed = std::fflush(stdout) == 0;
@@ -197,7 +197,7 @@ void AddMemory(CLI::App* command, double* memory_mib) {
       ->add_option("--memory",
                    *memory_mib,
                    "Memory that may be needed [MiB]; what is predicted to need more is refused "
-                   "(left out: what this computer has free)")
+                   "(default: the free memory of this computer)")
       ->type_name("MIB")
       ->check(CLI::PositiveNumber);
 }
@@ -217,8 +217,8 @@ CLI::Option* AddPart(CLI::App* command, std::string* part, const std::string& he
 void AddScratch(CLI::App* command, std::string* folder) {
   command->add_option("--scratch",
                       *folder,
-                      "Folder where large arrays by look and by point stand in files instead of "
-                      "memory; nothing stays there (left out: memory)");
+                      "Folder for files that hold large arrays by look and by point instead of "
+                      "memory; removed at the end (default: memory)");
 }
 
 void MakeProgress(Session* session) {
@@ -240,7 +240,7 @@ void InstallInterruptHandler() {
 
 }  // namespace sarblock::cli
 
-// operator new and delete of the program: large arrays made within a ScratchScope stand in mapped
+// operator new and delete of the program: large arrays made within a ScratchScope are mapped
 // files (core/memory.h), everything else is malloc's as in the standard library. The library and
 // the Python package, which live in processes of others, leave these to the process.
 

@@ -38,12 +38,12 @@ void Tell(std::string_view line) noexcept;
 /// file, a folder, a stream or the memory of this computer is at fault, else 5.
 [[nodiscard]] Ending EndingOf(const std::exception& error);
 
-/// Work of all ranks (null: of this process alone), among which its divided loops are divided.
-/// Where it fails on one rank it ends with an exception on all: the rank's own, or OtherRankFailed.
+/// Work of all ranks (null: of this process alone), over which its divided loops are distributed.
+/// If it fails on one rank it ends with an exception on all: the rank's own, or OtherRankFailed.
 void RunTogether(Ranks* ranks, const std::function<void()>& work);
 
-/// Writes out what standard output still holds. `exit_code`, or 3 with words where that fails and
-/// no error was told of before.
+/// Flushes standard output. Returns `exit_code`, or 3 with a message if that fails and no error was
+/// printed before.
 [[nodiscard]] int FinishOutput(int exit_code);
 
 /// What every command understands.

@@ -209,7 +209,7 @@ void AddIntersect(CLI::App* app, Session* session) {
   AddSolver(app,
             session,
             {"intersect",
-             "Intersect every point alone, flight paths held, with its covariance",
+             "Intersect every point by itself with fixed flight paths, with its covariance",
              Measurements::kRequired,
              false,
              [](BlockFile* file, const std::string&, ProgressSink* progress) {
@@ -394,7 +394,7 @@ void ExplainUnread(const std::string& folder, ReadOptions read, const Session& s
   read.contradictions = Contradictions::kKeep;
   try {
     ExplainRefusal(ReadBlock(folder, read), session);
-  } catch (const InputError&) {  // a file that cannot be read at all: its own message stands
+  } catch (const InputError&) {  // a file that cannot be read at all: keep its message
   }
 }
 
@@ -410,7 +410,7 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
   for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
   if (diagnosis.contradicts && diagnosis.explanations.empty()) {
     text += "  none of " + std::to_string(diagnosis.hypotheses) +
-            " mistakes tried takes half of what v'Pv exceeds its redundancy by\n";
+            " mistakes tried explains half of the excess of v'Pv over its redundancy\n";
   }
   if (diagnosis.untried > 0) {
     text += "  " + std::to_string(diagnosis.untried) +
@@ -423,7 +423,7 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
 void AddDiagnose(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command = app->add_subcommand(
-      "diagnose", "Explain by people's mistakes why a block contradicts itself, most likely first");
+      "diagnose", "Find the input mistakes that explain a contradictory block, most likely first");
   command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
   command->add_option("--rejections",
                       arguments->rejections,
@@ -502,8 +502,9 @@ void AddAdjustParts(CLI::App* command, CLI::Option* report, AdjustParts* parts) 
       "Only the runs I modulo N of covariance = montecarlo, for --join; I from 0 or from 1");
   part->excludes(report);
   command
-      ->add_option(
-          "--join", parts->join, "Folders of all parts that --part wrote: their runs, none anew")
+      ->add_option("--join",
+                   parts->join,
+                   "Folders of all parts that --part wrote; joins their runs, computes none")
       ->excludes(part);
 }
 

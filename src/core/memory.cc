@@ -57,7 +57,7 @@ struct GroupFiles {
 constexpr GroupFiles kVersion1{"memory.limit_in_bytes", "memory.usage_in_bytes", "total_cache"};
 constexpr GroupFiles kVersion2{"memory.max", "memory.current", "file"};
 
-/// What a group and those it stands in leave.
+/// Memory that a group and the groups around it leave.
 double LeftByGroups(const fs::path& mount, const fs::path& group, const GroupFiles& files) {
   double left_bytes = kUnlimited_bytes;
   for (fs::path at = group.relative_path();; at = at.parent_path()) {
@@ -125,7 +125,7 @@ thread_local const ScratchScope* current = nullptr;
 /// an address.
 constexpr std::size_t kPage = 4096;
 
-/// Stands at the beginning of a mapped file. A list of these needs no allocation, which operator
+/// Header at the beginning of a mapped file. A list of these needs no allocation, which operator
 /// delete could not have.
 struct Entry {
   std::size_t bytes = 0;  ///< of the whole file

@@ -39,8 +39,8 @@ inline constexpr double kLargestNumber = 1e60;
 
 inline constexpr std::uint64_t kFnv1aStart = 0xcbf29ce484222325u;
 
-/// FNV-1a, 64 bits (Fowler, Noll and Vo): tells damaged or other data, not forged ones. `state` is
-/// the value of what stands before.
+/// FNV-1a, 64 bits (Fowler, Noll and Vo): detects damaged or exchanged data, not forged data.
+/// `state` is the value of the bytes before.
 [[nodiscard]] inline std::uint64_t Fnv1a(std::span<const std::byte> bytes,
                                          std::uint64_t state = kFnv1aStart) {
   for (const std::byte byte : bytes) {

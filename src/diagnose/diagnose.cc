@@ -33,15 +33,15 @@ constexpr std::size_t kMostScreened = 12, kMostRefined = 6;
 /// left for the sizes of the best, of the first of which more is spent if need be.
 constexpr double kForShown_1 = 0.5, kToMakeRows_1 = 0.65, kForRows_1 = 0.75, kForGuessed_1 = 0.85,
                  kForSigmas_1 = 0.95, kForFirst_1 = 1.2;
-/// Level of the F tests of all hypotheses together, and part of what v'Pv exceeds its redundancy
-/// by that is to be taken.
+/// Level of the F tests of all hypotheses together, and the part of the excess of v'Pv over its
+/// redundancy that must be explained.
 constexpr double kSignificance_1 = 1e-6, kLeastPart_1 = 0.5;
-/// Explanations that are told: those that cost at most this, and this part of the gain, more than
-/// the best.
+/// Explanations that are reported: those that cost at most this, and this part of the gain, more
+/// than the best.
 constexpr std::size_t kMostTold = 3;
 constexpr double kNearlyAsGood_1 = 1e-4, kAsGood_1 = 30.0;
 
-/// How much of the gain a rough solution may lack, and the part of v'Pv that it is to take.
+/// How much of the gain an approximate solution may lack, and the part of v'Pv that it is to take.
 constexpr double kRough_1 = 0.01, kLeastRough_1 = 0.1;
 
 /// Logarithm of the largest factor by which people mistake standard deviations.
@@ -66,8 +66,8 @@ bool Contradicts(const Fit& fit) {
   return !interval.Contains(fit.square_sum_1);
 }
 
-/// v'Pv above which no change of values is told (docs/theory/diagnosis.md, eq. (7)): never where
-/// residuals are smaller than their standard deviations, which has no other cause.
+/// v'Pv above which no change of values is reported (docs/theory/diagnosis.md, eq. (7)): never
+/// where residuals are smaller than their standard deviations, which has no other cause.
 double MostLeft(const Fit& before) {
   if (!before.solved) return std::numeric_limits<double>::infinity();
   const double excess_1 = before.SquareSum() - before.redundancy_1;
@@ -75,8 +75,8 @@ double MostLeft(const Fit& before) {
   return before.SquareSum() - kLeastPart_1 * excess_1;
 }
 
-/// Whether what changes no more than what is left out here may be told. Points that go with that
-/// say nothing.
+/// Whether a change may be reported that affects no more than what is left out here. Points that go
+/// with that say nothing.
 bool MayBeTold(const Fit& before, const Fit& without) {
   return !without.solved || without.lost > before.lost || without.SquareSum() <= MostLeft(before);
 }
@@ -109,7 +109,7 @@ Hypotheses Screen(Hypotheses all, const std::vector<PassSightings>& passes) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].screened) continue;
     const double ratio = ScreenOf(all[i], passes);
-    // What helps every pass stands before what helps each by itself.
+    // What helps every pass comes before what helps each by itself.
     if (ratio < kNearer_1) ratios.emplace_back(all[i].passes.empty() ? 0.1 * ratio : ratio, i);
   }
   std::sort(ratios.begin(), ratios.end());
@@ -145,7 +145,7 @@ void SortByCost(std::vector<Candidate>* candidates) {
   });
 }
 
-/// The corrections without passes of which no look takes part: nothing tells of them.
+/// Drops passes without observations: nothing determines their corrections.
 CorrectionModel OfPassesWithLooks(const Block& block, CorrectionModel corrections) {
   std::vector<std::uint8_t> has_looks(block.passes.size(), 0);
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
@@ -247,7 +247,7 @@ class Diagnosing {
     Hypotheses tried = scored ? ScoredMistakes(facts, progress_) : Hypotheses{};
     out_.hypotheses = static_cast<int>(all.size() + of_control.size() + tried.size());
     Hypotheses screened = Screen(std::move(all), passes);
-    // Of what known points show too they tell the size.
+    // They give the size of what known points show too.
     std::erase_if(tried, [&](const Hypothesis& of_score) {
       return std::any_of(screened.begin(), screened.end(), [&](const Hypothesis& of_known) {
         return !of_known.screened && AreSame(of_score, of_known);
@@ -291,9 +291,9 @@ class Diagnosing {
     });
   }
 
-  /// Solves the hypotheses, roughly. One whose cost can no longer come down to what is told is
-  /// given up, a part of what is of no use not tried; where this part of the work is done the
-  /// others are counted alone.
+  /// Solves the hypotheses approximately. One whose cost can no longer come down to what is
+  /// reported is given up, and useless ones are not tried; after this part of the work the others
+  /// are only counted.
   void Try(const Fit& before,
            Hypotheses tried,
            double part_of_work_1,
@@ -372,7 +372,7 @@ class Diagnosing {
     SortByCost(candidates);
   }
 
-  /// Cost up to which others are told beside one of this cost.
+  /// Cost up to which others are reported with one of this cost.
   static double MostTold(const Fit& before, double cost_1, double part_1) {
     return cost_1 + kAsGood_1 + part_1 * std::max(0.0, before.Cost() - cost_1);
   }
@@ -382,7 +382,7 @@ class Diagnosing {
     return fit.Cost() + hypothesis.parameters * std::log(equations);
   }
 
-  /// True where a hypothesis takes enough of the contradiction to be told.
+  /// True where a hypothesis explains enough of the contradiction to be reported.
   [[nodiscard]] bool Explains(const Fit& before, const Candidate& candidate) const {
     const Fit& after = candidate.solved.fit;
     if (!after.solved || (before.solved && after.lost > before.lost)) return false;

@@ -43,7 +43,7 @@ struct Hypothesis {
   /// The size is found from `value` on with first steps of `step`; else `value` is the size.
   bool free = false;
   double value = 0.0, step = 0.0;
-  bool logarithm = false;  ///< value and step are logarithms of what is told
+  bool logarithm = false;  ///< value and step are logarithms of what is reported
   std::string unit;
   std::vector<KnownNumber> numbers;
   /// "the times of pass DSC are 18.000 +- 0.001 s late"
@@ -63,7 +63,8 @@ struct Hypothesis {
   bool within_last = false;
   /// Recorded states that undoing it makes paths of which do not go through them.
   std::size_t smoothed_states = 0;
-  /// Not told where v'Pv over its redundancy stays above this: a curve takes a part of anything.
+  /// Not reported where v'Pv over its redundancy stays above this: a curve takes a part of
+  /// anything.
   double most_left_1 = std::numeric_limits<double>::infinity();
   /// Changes little of the whole: solved from where the sample as it is ended.
   bool local = false;
@@ -86,7 +87,7 @@ struct Hypothesis {
 /// "of A", "of A and B", "of all passes" for none.
 [[nodiscard]] std::string OfPasses(const std::vector<std::string>& passes);
 
-/// The sentence of an explanation whose other members stand.
+/// The sentence of an explanation whose other members are set.
 [[nodiscard]] std::string SentenceOf(const Hypothesis& hypothesis,
                                      const Size& size,
                                      const std::string& detail,

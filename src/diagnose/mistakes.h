@@ -16,7 +16,8 @@ namespace sarblock {
                                       double step_s);
 
 /// Adds the hypotheses of times that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddTimeMistakes(const Facts& facts, Hypotheses* out);
 
 /// Ranges that are too long by a constant, from `longer_m` on; empty `passes`: of all.
@@ -25,7 +26,8 @@ void AddTimeMistakes(const Facts& facts, Hypotheses* out);
                                    double step_m);
 
 /// Adds the hypotheses of ranges that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddRangeMistakes(const Facts& facts, Hypotheses* out);
 
 /// Squints that are too large by a constant, from `value_rad` on; empty `passes`: of all.
@@ -34,13 +36,13 @@ void AddRangeMistakes(const Facts& facts, Hypotheses* out);
                                     double step_rad);
 
 /// Adds the hypotheses of look sides and cones that this block gives reason to try, with first
-/// values of their sizes: those that the sightings suggest, and those that show in a solution
-/// alone.
+/// values of their sizes: those that the predicted observations suggest, and those that show in a
+/// solution alone.
 void AddConeMistakes(const Facts& facts, Hypotheses* out);
 
 /// Adds the hypotheses of standard deviations that this block gives reason to try, with first
-/// values of their sizes: those that the sightings suggest, and those that show in a solution
-/// alone.
+/// values of their sizes: those that the predicted observations suggest, and those that show in a
+/// solution alone.
 void AddSigmaMistakes(const Facts& facts, Hypotheses* out);
 
 /// Constants of time, range and squint, of one pass or of all, that Rao's score test (selection)
@@ -49,11 +51,13 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out);
 [[nodiscard]] Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress);
 
 /// Adds the hypotheses of flight paths that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddPathMistakes(const Facts& facts, Hypotheses* out);
 
-/// Errors that are correlated in time: residuals of a pass that wander along its strip, of its
-/// ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq. (9).
+/// Errors that are correlated in time: residuals of a pass that drift to and fro along its strip,
+/// of its ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq.
+/// (9).
 void AddWanderMistakes(const Facts& facts, Hypotheses* out);
 
 /// Adds those of the corrections asked for: priors too tight (one solution tells which and by how
@@ -61,7 +65,8 @@ void AddWanderMistakes(const Facts& facts, Hypotheses* out);
 void AddModelMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 
 /// Adds the hypotheses of known positions that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddControlMistakes(const Facts& facts, Hypotheses* out);
 /// Of single known points, and of pairs of them, whose rows may explain the block.
 void AddKnownPointMistakes(const Facts& facts, Hypotheses* out);

@@ -225,8 +225,8 @@ Hypothesis OtherReading(const Names& passes, const std::string& why, const char*
   return out;
 }
 
-/// What velocities and positions tell by themselves: of all passes where it shows in all, else of
-/// those in which it does.
+/// What velocities and positions show without a solution: for all passes if it shows in all, else
+/// for those in which it does.
 void AddVelocities(const Facts& facts, Hypotheses* out) {
   const Block& block = facts.sample.block;
   std::vector<VelocityFacts> velocities;
@@ -319,7 +319,7 @@ using Names = std::vector<std::string>;
 
 enum class Coordinate { kRange, kTime };
 
-/// What a residual tells of the error of its own measurement, in metres or seconds, and its weight.
+/// Measurement error estimated as v/r, in metres or seconds, and its weight.
 struct Sign {
   double time_s = 0.0, error = 0.0, weight = 0.0;
 };

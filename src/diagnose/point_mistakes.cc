@@ -19,7 +19,7 @@
 namespace sarblock {
 namespace {
 
-/// Whose coordinates: of control and check points, of one role, or of one point.
+/// Known points by role or id.
 struct Whose {
   std::optional<PointRole> role;
   std::string point;  ///< empty: all of the role
@@ -247,7 +247,7 @@ Hypothesis ConstantHeight(const Whose& whose, double step_m, const Fit& before) 
            "; check points of the same source as the control cannot see such an error";
   };
   out.screened = true;
-  // Differences of solutions on their way tell nothing.
+  // Differences of unfinished solutions show nothing.
   out.order_1 = before.settled ? Hypothesis::kScored_1 : Hypothesis::kGuessed_1;
   out.local = true;
   return out;

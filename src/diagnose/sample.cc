@@ -126,7 +126,7 @@ double ContradictionOf(const Block& block, const LookModel& model, std::uint32_t
 double SafeContradiction(const Block& block, const LookModel& model, std::uint32_t point) {
   try {
     return ContradictionOf(block, model, point);
-  } catch (const InputError&) {  // values of which no sight can be made
+  } catch (const InputError&) {  // values of no observation
     return kNowhere_m;
   }
 }

@@ -35,8 +35,8 @@ struct Sample {
 
 [[nodiscard]] Sample TakeSample(const Block& block, ProgressSink* progress);
 
-/// How badly the looks of a point meet on the given paths, in metres; of a known point how far they
-/// pass it by. NaN where there is nothing to tell.
+/// Misfit of the looks of a point on the given paths, in metres; for a known point their distance
+/// from it. NaN if there is none.
 [[nodiscard]] double ContradictionOf(const Block& block, std::uint32_t point);
 
 /// Index of a pass; nothing where the block has none of this id.

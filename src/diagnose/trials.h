@@ -101,7 +101,7 @@ struct Facts {
 
 using Hypotheses = std::vector<Hypothesis>;
 
-/// Work of a diagnosis, counted and not timed, so that the same block is told the same on every
+/// Work of a diagnosis, counted and not timed, so that the same block gets the same answer on every
 /// machine and with any number of threads. Its unit is a look formed: the equations of one look
 /// made once, with its part of their elimination (docs/theory/diagnosis.md, eq. (11)).
 class Work {

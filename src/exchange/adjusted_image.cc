@@ -283,8 +283,8 @@ UtcTime EpochOf(const ResultPass& pass, const std::string& what) {
   if (pass.epoch_utc.empty()) {
     throw InputError("format",
                      what + " needs UTC, and pass '" + pass.id +
-                         "' does not tell what its time_s = 0 is: epoch_utc of the pass in "
-                         "block.toml tells it");
+                         "' has no epoch for its time_s = 0: set epoch_utc of the pass in "
+                         "block.toml");
   }
   const auto epoch = ParseUtc(pass.epoch_utc);
   if (!epoch) {

@@ -17,7 +17,7 @@
 namespace sarblock {
 namespace {
 
-/// Differences below it are not told.
+/// Smaller differences are not reported.
 constexpr double kTold_m = 1e-3;
 
 double EpochOfPass_s(const ResultPass& pass) {

@@ -205,7 +205,7 @@ class Database {
     if (status == SQLITE_OK || status == SQLITE_DONE) return;
     throw std::runtime_error(std::string("SQLite: ") + sqlite3_errmsg(database_.get()));
   }
-  /// The bytes that a file would hold.
+  /// The bytes of the file.
   [[nodiscard]] std::string Bytes() const {
     sqlite3_int64 size = 0;
     const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> bytes(

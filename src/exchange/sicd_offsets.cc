@@ -37,7 +37,7 @@ SicdVersion VersionOf(const XmlElement& root) {
   SicdVersion version;
   const auto fail = [&] {
     root.Fail("its namespace xmlns is " + Quoted(given) +
-              ", urn:SICD:1.0.0 or later is needed, which tells the version");
+              ", urn:SICD:1.0.0 or later is needed, which has the version");
   };
   if (!given.starts_with(kNamespace)) fail();
   const char* const end = given.data() + given.size();
@@ -75,7 +75,7 @@ void AddMatrix(pugi::xml_node parent, const char* name, const Eigen::Matrix<doub
   }
 }
 
-// ErrorStatistics stands before MatchInfo and what belongs to the kind of image.
+// ErrorStatistics comes before MatchInfo and the elements of the kind of image.
 pugi::xml_node StatisticsOf(pugi::xml_node root) {
   if (pugi::xml_node statistics = root.child("ErrorStatistics")) return statistics;
   for (const char* after : {"MatchInfo", "RgAzComp", "PFA", "RMA"}) {
@@ -112,7 +112,7 @@ AdjustedSicd AdjustSicd(std::string_view bytes,
     constexpr int kWithOffsets = 4;
     adjusted.raised = version.major == 1 && version.minor < kWithOffsets;
   }
-  // Blanks and comments stay where they stand.
+  // Blanks and comments stay where they are.
   pugi::xml_document document;
   constexpr unsigned int kKeepAll = pugi::parse_full | pugi::parse_ws_pcdata;
   if (!document.load_buffer(text.data(), text.size(), kKeepAll, pugi::encoding_utf8)) {
@@ -150,7 +150,7 @@ AdjustedSicd AdjustSicdFile(const std::string& file, const SicdAdjustment& adjus
 
 namespace {
 
-/// Differences below it are not told.
+/// Smaller differences are not reported.
 constexpr double kToldOfSicd_m = 1e-3;
 constexpr int kFitTimes = 65;
 
@@ -268,7 +268,7 @@ class OffsetMaker {
       const double rest_m = UnfittedSigma_m(times, 6, fit, antenna_.covariance());
       if (rest_m > kToldOfSicd_m) {
         notes_.not_carried.push_back(fmt::format(
-            "APOError holds an offset and a drift; what errs about them by up to {:.3g} m (1 "
+            "APOError holds an offset and a drift; the error about them, up to {:.3g} m (1 "
             "sigma)",
             rest_m));
       }
@@ -276,8 +276,8 @@ class OffsetMaker {
     return fit;
   }
 
-  // Of the result's path from ARPPoly, by the same least squares. Offsets that the file had are in
-  // it, and the range bias comes on top of theirs.
+  // The deviation of the result's path from ARPPoly, by the same least squares. It includes the
+  // offsets of the file, and the range bias is added to theirs.
   SicdOffsets Offsets() {
     std::vector<FitTime> times;
     for (int k = 0; k < kFitTimes; ++k) {
@@ -296,7 +296,7 @@ class OffsetMaker {
     }
     if (largest_m > kToldOfSicd_m) {
       notes_.not_carried.push_back(fmt::format(
-          "what the path does beside an offset and a drift, up to {:.3g} m at the scene centre",
+          "deviations of the path from an offset and a drift, up to {:.3g} m at the scene centre",
           largest_m));
     }
     SicdOffsets offsets;

@@ -35,14 +35,14 @@ struct SinexCovariance {
   std::vector<Cross> cross;  ///< sorted by row, then column; empty if not asked for
 };
 
-/// Own covariances from points.csv and, of the pairs in pairs.csv, the symmetric part of the cross
-/// covariance:
+/// The points' own covariances from points.csv and, for the pairs in pairs.csv, the symmetric part
+/// of the cross covariance:
 ///
 ///     (Q_ab + Q_ab') / 2 = (Q_a + Q_b - cov(b - a)) / 2
 ///
-/// All that the covariance of a difference tells; differences of the two points get exactly the
-/// covariance of the table back. Throws InputError where the matrix is not positive definite so,
-/// which it need not be while covariances of other pairs are not given and count as zero.
+/// The covariance of a difference determines no more; the difference of the two points has exactly
+/// the covariance of the table. Throws InputError if the matrix is then not positive definite,
+/// which can happen because covariances of pairs that are not given count as zero.
 [[nodiscard]] SinexCovariance FormCovariance(const ExportView& view);
 
 namespace {
@@ -143,7 +143,8 @@ struct DataSpan {
   std::string start = kNoTime, end = kNoTime, middle = kNoTime;
 };
 
-// From the start of the first strip to the end of the last one; unknown unless every pass tells.
+// From the start of the first strip to the end of the last one; unknown unless every pass has an
+// epoch.
 DataSpan SpanOf(const ResultFile& result) {
   UtcTime first, last;
   bool any = false;
@@ -228,7 +229,7 @@ class SinexWriter {
     Add("+FILE/COMMENT\n"
         " Body-fixed axes of {}, a = {} m, f = {}.\n"
         " Technique C: the format has no code for radar ranges.\n"
-        " Points and their site codes: the table .sites.csv beside this file.\n"
+        " Points and their site codes: the table .sites.csv next to this file.\n"
         " Standard deviations {} the a-posteriori variance factor.\n"
         "{}"
         "-FILE/COMMENT\n",
@@ -236,7 +237,7 @@ class SinexWriter {
         ellipsoid.a_m,
         ellipsoid.flattening,
         view_.result.summary.sigma_scaled_by_posterior ? "are scaled by" : "do not contain",
-        " Correlations of different points that stand nowhere below are not known.\n");
+        " Correlations of different points that are not listed are not known.\n");
   }
 
   void Statistics() {

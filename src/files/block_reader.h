@@ -29,7 +29,7 @@ struct BlockReading {
   std::vector<double> pixel_sigma_px;
 };
 
-/// Reads a block wherever its tables stand.
+/// Reads a block from any source of tables.
 [[nodiscard]] BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options);
 
 void ReadBlockToml(BlockReading* reading);

@@ -184,7 +184,7 @@ KnownPosition ReadKnown(const Row& row, PointRole role, std::uint32_t point) {
     known.held = {true, true, true};  // a check point taken as exactly known
     return known;
   }
-  // Free components get a one on the diagonal, so that only the held ones are tested. Scaling to
+  // Free components get a one on the diagonal, so that only the fixed ones are tested. Scaling to
   // unit variances keeps the test independent of the units.
   Eigen::Matrix3d tested = covariance;
   for (Eigen::Index i = 0; i < 3; ++i) {

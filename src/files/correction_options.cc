@@ -94,8 +94,8 @@ PriorSigma ReadPriorSigma(const TomlValue& value) {
   return value.Positive();
 }
 
-// The entries of a list of priors by axis: one a component in the order of `components`, or one an
-// axis. An axis without an entry is null.
+// The entries of a list of priors by axis: one per component in the order of `components`, or one
+// per axis. An axis without an entry is null.
 std::vector<const TomlValue*> ByAxis(const TomlValue& list,
                                      const std::vector<TomlValue>& entries,
                                      const std::vector<std::size_t>& components,
@@ -430,7 +430,7 @@ std::vector<CorrectionGroup> ReadCorrections(const TomlTable& correction,
     std::vector<TomlValue> tables{*value};
     if (value->IsArray()) tables = value->Entries();
     for (std::size_t i = 0; i < tables.size(); ++i) {
-      // One of several shared groups is told from the others by its number, from 1.
+      // Several shared groups are distinguished by their number, from 1.
       const std::string number = tables.size() > 1 ? "." + std::to_string(i + 1) : "";
       CorrectionGroup group = ReadGroup(kind, kinds[kind] + number, TomlTable(tables[i]), pass_ids);
       RefuseOverlap(groups, group, tables[i], pass_ids);

@@ -72,7 +72,7 @@ void WriteSums(const MonteCarloDraws& draws, const IdTable& ids, TableSink* sink
   table->Commit();
 }
 
-/// The tables that stand in a folder, with their checksums.
+/// The tables in a folder, with their checksums.
 std::vector<InputFile> TablesIn(const fs::path& folder) {
   std::vector<InputFile> tables;
   for (const char* name : kPartTables) {

@@ -50,8 +50,8 @@ void Score(const Circle& first, double sigma_m, CutEquation* cut) {
   cut->sigma_m = sigma_m;
   const double inside = (cut->amplitude_m - cut->constant_m) * (cut->amplitude_m + cut->constant_m);
   // Positive: change of the equation per metre along circle 1, in standard deviations, at the
-  // solution. Negative where there is none: the cut that varies most still tells most about the
-  // place. One that does not vary at all (concentric circles) is the last resort.
+  // solution. Negative where there is none: the cut that varies most still locates the point
+  // best. One that does not vary at all (concentric circles) is the last resort.
   if (inside > 0.0) {
     cut->score = std::sqrt(inside) / (first.radius_m * sigma_m);
   } else if (cut->amplitude_m > kConcentricPart * first.radius_m) {
@@ -298,7 +298,7 @@ Intersection CircleAtHeight(const Sight& sight, const Frame& frame, double heigh
   if (along.At(lowest_rad).height_m > height_m || along.At(highest_rad).height_m < height_m) {
     return result;
   }
-  // One root on either way up from the lowest point; the look side tells which.
+  // One root on either way up from the lowest point; the look side decides.
   highest_rad = lowest_rad + std::remainder(highest_rad - lowest_rad, 2.0 * pi_rad);
   const double other_rad = highest_rad + (highest_rad > lowest_rad ? -2.0 : 2.0) * pi_rad;
   const Eigen::Vector3d towards = sight.side * up_1.cross(circle.axis_1);

@@ -50,8 +50,8 @@ struct Starts {
   std::size_t count = 0;
 };
 
-/// Starts from the pair of sights that intersects best: all pairs up to 8 sights, beyond that the
-/// best partner of the first sight and the best partner of that one. `up_1` is the vertical at the
+/// Starts from the pair of looks that intersects best: all pairs up to 8 looks, beyond that the
+/// best partner of the first look and the best partner of that one. `up_1` is the vertical at the
 /// first antenna; it only places the start where the circles of the pair are concentric.
 [[nodiscard]] Starts ClosedStarts(std::span<const Sight> sights,
                                   const Eigen::Vector3d& origin_m,

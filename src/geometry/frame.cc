@@ -181,7 +181,7 @@ Vector3d Frame::UpAt(const Vector3d& p_m) const {
 //     s'  = K n' + h' n,    K = G/w - Gn (Gn)'/w^3 + h I,    h' = n.s'
 //     s'' = K n'' + K' n' + h'' n + h' n'.
 // K maps the tangent plane onto itself and is inverted there by d up / d p, which also removes
-// everything along n. So n' = (d up / d p) s', and the tangential part of n'' likewise; its
+// everything along n. So n' = (d up / d p) s', and the tangential part of n'' in the same way; its
 // normal part is -|n'|^2 n because n stays a unit vector.
 VerticalMotion Frame::VerticalAlong(const Vector3d& p_m,
                                     const Vector3d& velocity_mps,

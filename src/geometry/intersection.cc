@@ -308,7 +308,7 @@ constexpr double kMaxDeviationPart = 0.5;
 // The mirror solution has to lie this many standard deviations away (section 4).
 constexpr double kLeastMirrorDistance = 3.0;
 
-// One whitening per sight: on the stack up to 64 sights.
+// One whitening per look: on the stack up to 64 looks.
 class Weights {
  public:
   explicit Weights(std::size_t count) {
@@ -542,7 +542,7 @@ bool Solver::Descend() {
     }
     Triangle trial;
     const bool valid = Evaluate(at_.point_m + step.move_m, &trial);
-    // Rounding of the equations changes the sum by floor * |e|: below that the sum cannot tell
+    // Rounding of the equations changes the sum by floor * |e|: below that the sum cannot show
     // whether a step helps, and the step is as good as the point it starts from.
     const double blind = std::sqrt(floor_ * std::sqrt(before));
     const bool small =
@@ -600,7 +600,7 @@ bool Solver::DeterminedAlong(const Eigen::Vector3d& step_m, double margin) const
 }
 
 // One standard deviation along (nearly) the worst determined direction by inverse iteration on
-// R'R, where R is regular: a comfortable point needs no singular values to be told as one.
+// R'R, where R is regular: well-conditioned points skip the SVD.
 bool Solver::FirmlyDetermined() const {
   const ScaledInverse regular = Invert(triangle_.r);
   if (!(regular.reciprocal_condition >

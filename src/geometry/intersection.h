@@ -10,7 +10,7 @@
 
 namespace sarblock::internal {
 
-/// The whitened equations of all sights at one point, reduced to a triangle: J = Q R, Q'e = z.
+/// The whitened equations of all looks at one point, reduced to a triangle: J = Q R, Q'e = z.
 /// Rows are rotated in one at a time, so that nothing is allocated for any number of looks.
 struct Triangle {
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();  ///< upper triangular [1/m]

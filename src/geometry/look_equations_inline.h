@@ -23,7 +23,7 @@ struct SinTau {
   return {sine_1, -sine_1 / speed_mps};
 }
 
-/// Sight lines shorter than this have no direction to speak of.
+/// A line of sight shorter than this has no defined direction.
 inline constexpr double kLeastRange_m = 1e-3;
 
 /// EvaluateLookEquations with d = p - s, the speed and the cone axis u given; `du_dv` is 1/|v|, the

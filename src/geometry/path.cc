@@ -25,7 +25,7 @@ void Check(const std::vector<StateVector>& states) {
       throw InputError(which, "time, position and velocity must be finite");
     }
     if (!(state.velocity_mps.norm() > 0.0)) {
-      throw InputError(which, "velocity is zero; an antenna that stands still has no track");
+      throw InputError(which, "velocity is zero; an antenna at rest has no track");
     }
     if (k > 0 && !(state.time_s > states[k - 1].time_s)) {
       throw InputError(which,
@@ -230,7 +230,7 @@ NewtonPolynomial::NewtonPolynomial(std::span<const StateVector> states, OrbitThr
   for (std::size_t order = 1; order < node_s_.size(); ++order) {
     for (std::size_t i = 0; i + order < node_s_.size(); ++i) {
       const double span_s = node_s_[i + order] - node_s_[i];
-      // Of a node that stands twice the difference is the derivative: the given velocity.
+      // For a repeated node the difference is the derivative: the given velocity.
       column[i] = span_s == 0.0 ? states[i / repeat].velocity_mps
                                 : Eigen::Vector3d((column[i + 1] - column[i]) / span_s);
     }

@@ -55,8 +55,8 @@ Squares DifferenceSquares(std::span<const StateVector> states, std::size_t order
   return {sum.position / count, sum.velocity / count};
 }
 
-/// The first order whose mean square is not significantly above the least: of those that show noise
-/// alone the one of most windows.
+/// The first order whose mean square is not significantly above the least: among orders that show
+/// noise alone, the one with most windows.
 double NoiseOf(const std::vector<double>& squares, std::size_t states) {
   const std::size_t n = squares.size();
   constexpr double kFalling = kStillFalling_1 * kStillFalling_1;

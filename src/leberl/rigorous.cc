@@ -124,7 +124,8 @@ void Perturb(const StationErrors& e, Station<long double>* station) {
   for (std::size_t i = 0; i < 3; ++i) station->axis[i] = direction[i] / length;
 }
 
-/// Across-track orientation of the two sight lines: its sign tells the two intersections apart.
+/// Across-track orientation of the two lines of sight: its sign distinguishes the two
+/// intersections.
 long double Orientation(const stereo::Equations<long double>& e) {
   return e.row[0][1] * e.row[1][2] - e.row[0][2] * e.row[1][1];
 }

@@ -85,7 +85,7 @@ namespace sarblock {
     const leberl::StereoErrors& errors,
     const leberl::Difference& difference);
 
-/// Covariance of the two-look intersection (geometry::Intersect) by range noise, paths held.
+/// Covariance of the two-look intersection (geometry::Intersect) by range noise, paths fixed.
 /// Counterpart of Eq. 25. Throws UndeterminedError where the looks do not determine the point.
 [[nodiscard]] leberl::RangeNoise StereoRangeNoise(const leberl::StereoConfiguration& c,
                                                   double range_sigma_m);

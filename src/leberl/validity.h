@@ -9,7 +9,7 @@
 
 namespace sarblock {
 
-/// Where the paper's first-order formulas hold. The figure is
+/// Where the paper's first-order formulas are valid. The figure is
 ///     |formula - exact| / |exact|   of the vector (dy, dz),
 /// formula: Eq. 14 and 15 of the datum point (y, 0); exact: the finite intersection at (y, z). It
 /// depends on ratios only: look angle theta', B/H, error/H and z/H.

@@ -147,7 +147,7 @@ class Divider {
   double all_ = 0.0;
 };
 
-/// Doubles that ranks hold, and the most so far.
+/// Doubles in the memory of each rank, and their maximum so far.
 class Held {
  public:
   explicit Held(int ranks) : held_(At(ranks), 0), most_(At(ranks), 0) {}

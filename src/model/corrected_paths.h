@@ -20,8 +20,8 @@ namespace sarblock {
 /// its path from its first look to its last.
 struct ConeTurning {
   /// It is the length of a difference of accelerations; what turns the cone is its part along the
-  /// sight line, half of that in the mean over directions and ends: from 2 on the cone turns back
-  /// in every other piece, from this on in most.
+  /// line of sight, half of that in the mean over directions and ends: from 2 on the cone turns
+  /// back in every other piece, from this on in most.
   static constexpr double kFolding_1 = 3.0;
   double largest_1 = 0.0, median_1 = 0.0;
   double range_m = 0.0;                ///< largest measured

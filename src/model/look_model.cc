@@ -27,8 +27,8 @@ double SumOf(const std::vector<int>& columns, const double* x) {
   return sum;
 }
 
-/// Slant delay mapping m(p) = exp(-h/H) / cos(incidence) and its partials; false where the sight
-/// line does not come from above.
+/// Slant delay mapping m(p) = exp(-h/H) / cos(incidence) and its partials; false where the line of
+/// sight does not come from above.
 struct SlantMapping {
   double value;
   Eigen::RowVector3d by_p, by_s;

@@ -118,8 +118,8 @@ class LookModel {
 
   [[nodiscard]] const CorrectedPaths& paths() const { return paths_; }
 
-  /// Rough work of evaluating a look of a pass, in units of no meaning: counts, not times, decide
-  /// whether a simplification is worth taking, so that they decide alike on every machine.
+  /// Approximate work of evaluating a look of a pass, in arbitrary units: counts, not times, decide
+  /// whether a simplification is worth taking, so that all machines decide alike.
   [[nodiscard]] double WorkOf(std::size_t pass) const;
 
   /// Standard deviations of a look: the block's times the factors of its pass.
@@ -138,7 +138,7 @@ class LookModel {
   void ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const;
 
   /// Errors and partials of a look. False where the model has no value: path too far away, point at
-  /// the antenna, a cone that the point is never on, sight line level at the target under a
+  /// the antenna, a cone that the point is never on, line of sight level at the target under a
   /// troposphere, overflow.
   /// `curvature`, where given, is set too.
   [[nodiscard]] bool Evaluate(const LookState& at,
@@ -156,7 +156,7 @@ class LookModel {
   [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAtPathTime(
       std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const;
 
-  /// A look as a Sight of the geometry module with corrections `x`, read at its measured time;
+  /// A look with fixed path, with corrections `x`, read at its measured time;
   /// nothing outside the path.
   [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;
 

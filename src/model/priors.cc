@@ -201,7 +201,7 @@ class Binder {
            prior_.axes != AxesOf(*of_.axes);
   }
 
-  /// The parameter of the pass that stands where one in other axes is named.
+  /// The parameter of the pass in place of one that is named in other axes.
   [[nodiscard]] std::string NameInPass(const std::string& name) const {
     if (!Turned()) return name;
     const auto position = ParsePositionName(name, prior_.axes);
@@ -332,7 +332,7 @@ Eigen::MatrixXd JointPrior::Covariance() const {
 }
 
 void JointPriorTerm::Set(const Eigen::MatrixXd& q) {
-  // Scaled to unit diagonal: parameters in metres and seconds stand side by side.
+  // Scaled to unit diagonal: parameters are in metres and seconds.
   const Eigen::VectorXd sigma = q.diagonal().cwiseSqrt();
   const Eigen::VectorXd weight = sigma.cwiseInverse();
   const Eigen::MatrixXd scaled = weight.asDiagonal() * q * weight.asDiagonal();

@@ -91,7 +91,7 @@ struct JointPriorProblem {
 struct JointPriorBinding {
   std::size_t prior = 0, pass = 0;
   /// Among ParametersOf() the groups of the pass that are not shared, one group after the other. A
-  /// position parameter in other axes stands for the axis of the correction of the same number.
+  /// position parameter in other axes means the axis of the correction with the same number.
   std::vector<int> parameters;
   PositionCorrection::Axes axes = PositionCorrection::Axes::kTrack;  ///< of the correction
 };

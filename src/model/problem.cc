@@ -135,7 +135,7 @@ bool EvaluateLook(const LookModel& model,
                   LookEvaluation* out,
                   LookCurvature* curvature) {
   model.ColumnsOf(look, columns);
-  // The corrections of one block stand together as they are.
+  // The corrections of one block are consecutive already.
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   const double* x = local.data();
   if (columns->block_count == 1) {

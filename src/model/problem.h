@@ -29,9 +29,9 @@ struct BlockState {
 };
 
 /// Weighted equations of one control point: up to three rows L^-1 (E (p - p_c)) of the components
-/// held (model.md, section 4). Where only the height of a point in a geocentric frame is held, the
-/// row is the difference of ellipsoidal heights, so that a poor horizontal approximation does not
-/// turn the tangent plane into a height error.
+/// fixed (model.md, section 4). Where only the height of a point in a geocentric frame is fixed,
+/// the row is the difference of ellipsoidal heights, so that a poor horizontal approximation does
+/// not turn the tangent plane into a height error.
 struct ControlEquations {
   std::uint32_t point = 0;
   int rows = 0;
@@ -50,7 +50,7 @@ struct ControlEvaluation {
                                                 const Eigen::Vector3d& start_m,
                                                 const Eigen::Vector3d& displacement_m);
 
-/// A correction held at a value, to give a floating block one solution among many: a minimal
+/// A correction fixed at a value, to give a floating block one solution among many: a minimal
 /// constraint (inner_datum.h). It is no observation.
 struct HeldParameter {
   int parameter = 0;
@@ -133,7 +133,7 @@ struct ProblemCounts {
   std::size_t looks = 0;
   std::size_t observations = 0;
   std::size_t parameters = 0;
-  std::size_t defects = 0;  ///< parameters held because nothing determines them
+  std::size_t defects = 0;  ///< parameters fixed because nothing determines them
   [[nodiscard]] double redundancy() const {
     return static_cast<double>(observations + defects) - static_cast<double>(parameters);
   }

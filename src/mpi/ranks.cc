@@ -47,7 +47,7 @@ bool WaitForRanks(std::vector<MPI_Request>* requests, std::optional<Clock::time_
   }
 }
 
-/// Bytes that stand in several places, as one message.
+/// Bytes of several places as one message.
 class Message {
  public:
   void Add(const RankPart& part) {

@@ -5,7 +5,7 @@
 
 namespace sarblock {
 
-/// Where the parameter blocks of one point stand: in the point's own columns, and in the values of
+/// Places of the parameter blocks of one point: in the point's own columns, and in the values of
 /// a symmetric block matrix over all corrections.
 struct PointBlocks {
   int count = 0;

@@ -126,7 +126,7 @@ SARBLOCK_INLINE void ForStrips(Size rows, F&& f) {
   }
 }
 
-/// out += sign sum_k a_k b_k' for one block, kTerms terms held in registers.
+/// out += sign sum_k a_k b_k' for one block, kTerms terms in registers.
 template <Size kTerms>
 SARBLOCK_INLINE void AddBlock(double* out,
                               Size rows,

@@ -17,7 +17,7 @@
 namespace sarblock {
 namespace {
 
-/// A point of more blocks than this may stand in the border.
+/// A point of more blocks than this may be in the border.
 constexpr std::size_t kMostEliminated = 512;
 /// Points in the border: each costs a solution with three columns a factorisation.
 constexpr std::size_t kMostBordered = 64;
@@ -216,7 +216,7 @@ std::size_t WholeOf(const BlockPattern& pattern) {
          PointPiece::kVectors * static_cast<std::size_t>(pattern.rows());
 }
 
-/// Cuts the points into pieces, in an order or as they stand.
+/// Cuts the points into pieces, in an order or in that of the block.
 std::vector<PointPiece> Cut(const AdjustmentProblem& problem,
                             const BlockPattern& pattern,
                             const BorderedPoints& bordered,

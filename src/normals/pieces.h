@@ -15,7 +15,7 @@
 
 namespace sarblock {
 
-/// Points whose three rows each stand in the border of the reduced matrix, ascending.
+/// Points with three rows each in the border of the reduced matrix, ascending.
 struct BorderedPoints {
   std::vector<std::uint32_t> points;
 
@@ -28,7 +28,7 @@ struct BorderedPoints {
   }
 };
 
-/// Where the reduced matrix has blocks, which points stand in its border, and how much the looks in
+/// Where the reduced matrix has blocks, which points are in its border, and how much the looks in
 /// use have together.
 ///
 /// A point couples all passes that see it: thousands of them would make the matrix dense. Such
@@ -68,7 +68,7 @@ struct PointPiece {
 /// pieces, every column by one thread; so the bytes of S depend neither on the threads nor on the
 /// groups, and groups can be as small as memory asks for.
 ///
-/// Where points stand in an order in which every piece would touch much of S, they are taken in
+/// If in the order of the points every piece would touch much of S, they are taken in
 /// that of the passes that see them (block/point_order.h): neighbours then share their blocks.
 class PointPieces {
  public:
@@ -92,8 +92,8 @@ class PointPieces {
   [[nodiscard]] std::size_t PointAt(std::size_t place) const {
     return order_.empty() ? place : order_[place];
   }
-  /// One past the last piece of the group that begins with piece `first`: at most four a thread or
-  /// 64, at least two.
+  /// One past the last piece of the group that begins with piece `first`: at most four per thread
+  /// or 64, at least two.
   [[nodiscard]] std::size_t GroupEnd(std::size_t first, int threads) const;
   /// Doubles of the largest group.
   [[nodiscard]] std::size_t MostDoubles(int threads) const;
@@ -104,7 +104,7 @@ class PointPieces {
 
  private:
   std::vector<PointPiece> pieces_;
-  std::vector<std::uint32_t> order_;  // points by place; empty: as they stand
+  std::vector<std::uint32_t> order_;  // points by place; empty: in the order of the block
   std::size_t limit_ = kSmallGroup;
 };
 
@@ -175,7 +175,7 @@ class PartialSum {
   [[nodiscard]] double* Vector(Row row) {
     return numbers_.data() + piece_->values + static_cast<std::size_t>(row) * piece_->rows;
   }
-  /// Where the blocks of a point stand in the partial sum.
+  /// Places of the blocks of a point in the partial sum.
   [[nodiscard]] PointBlocks Blocks(const ParameterLayout& layout, PieceScratch* scratch) const;
   void AddLooks(const ParameterLayout& layout, Row gradient, const PieceScratch& scratch);
   void AddSquareOfLook(const ParameterLayout& layout,

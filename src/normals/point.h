@@ -52,7 +52,7 @@ struct CurvedRows {
 /// The equations of one point and the thin QR factorisation of their Jacobian by the point
 /// (docs/theory/covariance.md, eq. (22)):
 ///
-///     J_p = Q R,   c = Q' e;   two rows a look in use, the rows of its control, then, if damped,
+///     J_p = Q R,   c = Q' e;   two rows per look in use, the rows of its control, then, if damped,
 ///                              three rows sqrt(damping J_p' J_p)
 ///
 /// J_c stays with the looks, each its own columns: this is what the solver, the covariance and the
@@ -124,7 +124,7 @@ void FactorPoint(const AdjustmentProblem& problem,
 inline constexpr double kMostOwnStep_1 = 0.1;
 
 /// Moves a point by Gauss-Newton steps of its own, the corrections as they are in the state, until
-/// the step left is at most `settled_1` standard deviations or lowers the cost of the point's
+/// the remaining step is at most `settled_1` standard deviations or lowers the cost of the point's
 /// equations no more. `out` holds its factor before, and at its new place afterwards. Returns
 /// whether it moved.
 ///
@@ -223,7 +223,7 @@ void FindColumns(const ParameterLayout& layout, const PointFactor& factor, Point
 /// The columns of the blocks given in columns->blocks.
 void PlaceColumns(const ParameterLayout& layout, PointColumns* columns);
 
-/// Finds where the blocks stand in a matrix of the block's pattern, after FindColumns.
+/// Finds the places of the blocks in a matrix of the block's pattern, after FindColumns.
 [[nodiscard]] PointBlocks FindBlocks(const ParameterLayout& layout,
                                      const BlockPattern& pattern,
                                      PointTerms* terms);

@@ -134,7 +134,7 @@ class ReducedSystem {
   void SolveEach(std::span<Eigen::MatrixXd> sets) const;
 
  private:
-  /// The sums over points; `exact`: by Q2 whatever the number of looks. True if a point was added
+  /// The sums over points; `exact`: by Q2 for any number of looks. True if a point was added
   /// as a difference.
   bool Sum(const BlockState& state, const Weighting& weighting, bool exact);
   /// What other ranks moved, into the state of this one.

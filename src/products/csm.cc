@@ -174,7 +174,7 @@ std::vector<StateVector> StatesOfModel(const JsonValue& root, CsmStateTimes* tim
   if (velocities_mps.size() != positions_m.size()) {
     root.Require("m_velocities")
         .Fail(fmt::format(
-            "has {} velocities beside {} positions", velocities_mps.size(), positions_m.size()));
+            "has {} velocities for {} positions", velocities_mps.size(), positions_m.size()));
   }
   times->count = positions_m.size();
   std::vector<StateVector> states;
@@ -355,7 +355,7 @@ std::vector<std::vector<JsonValue>> ColumnsOf(const JsonValue& table,
     const JsonValue list = table.Require(name);
     columns.push_back(list.Entries());
     if (columns.back().size() != columns.front().size()) {
-      list.Fail(fmt::format("has {} entries beside {} of {}",
+      list.Fail(fmt::format("has {} entries but {} of {}",
                             columns.back().size(),
                             columns.front().size(),
                             names.front()));
@@ -540,7 +540,7 @@ std::vector<GroundRangePolynomial> AsUsgscsmReads(const std::vector<GroundRangeP
   const double to = std::ceil((std::max(end_s, given.back().time_s) - first_s) / part_s);
   constexpr double kMost = 1e5;
   if (to - from > kMost) {
-    throw InputError("ground_range", "polynomials stand too close in time for the path");
+    throw InputError("ground_range", "polynomials are too close in time for the path");
   }
   std::vector<std::vector<double>> rows;
   for (const GroundRangePolynomial& polynomial : given) rows.push_back(polynomial.coefficients);

@@ -14,12 +14,12 @@
 namespace sarblock {
 namespace {
 
-/// Above it positions and velocities tell two stories: 1 mm/s of 7500 m/s turns the Doppler plane
-/// by 0.1 m at 900 km.
+/// Above it positions and velocities disagree: 1 mm/s of 7500 m/s turns the Doppler plane by 0.1 m
+/// at 900 km.
 constexpr double kContradiction_mps = 1e-3;
 
-// States 5 minutes apart leave the polynomial of degree 7 some 6 mm from a low orbit; farther ones
-// no longer tell where the satellite was.
+// With states 5 minutes apart the polynomial of degree 7 is some 6 mm from a low orbit; states
+// farther apart no longer determine where the satellite was.
 void RefuseGaps(const std::string& file, const std::vector<StateVector>& states) {
   constexpr double kLongest_s = 300.0;
   for (std::size_t k = 1; k < states.size(); ++k) {

@@ -464,7 +464,7 @@ std::string ReadXml(const std::string& file) {
   return source.Read(0, source.size(), "text");
 }
 
-// What stands at the front, without a byte order mark and blanks.
+// The first characters, without a byte order mark and blanks.
 std::string FrontOf(const std::string& file) {
   constexpr std::uint64_t kFront = 256;
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf", kBlanks = " \t\r\n";

@@ -124,7 +124,7 @@ class NetworkImporter {
 
   void AddPass(const RadarImage& image, const std::string& given_id, const std::string& serial) {
     ImagePass made = PassOfRadarImage(image, options_.range_polynomial);
-    // A crop that ends where no measure is told of says nothing of the lines that there are.
+    // A crop whose end is not in the label does not give the number of lines.
     made.lines = made.samples = 0;
     Pass& pass = made.pass;
     if (!given_id.empty()) pass.id = given_id;
@@ -196,7 +196,7 @@ class NetworkImporter {
     builder_.SetKnown(PointRole::kControl, known);
   }
 
-  // In east, north and up of the place, of the components that are held.
+  // East, north and up at the place, of the constrained components.
   [[nodiscard]] Eigen::Matrix3d ConstrainedCovariance_m2(const NetworkPoint& given,
                                                          std::array<bool, 3>* held) const {
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();

@@ -26,7 +26,7 @@ UtcTime LabelTime(const PvlObject& group, std::string_view key, const std::strin
   return *time;
 }
 
-// Labels of Mini-RF say GHz and mean MHz; a value of radar tells which.
+// Labels of Mini-RF say GHz and mean MHz; the range of radar frequencies decides.
 double Wavelength_m(const PvlObject& instrument) {
   const double frequency = instrument.Positive("Frequency");
   const std::string& unit = instrument.Key("Frequency").unit;
@@ -97,7 +97,7 @@ AxisInFull AxisOf(const PvlObject& cube, const std::string& axis) {
   const auto count = static_cast<double>(alpha->Count("Beta" + axis, 1));
   if (!(end > start)) alpha->Fail("AlphaEnding" + singular, "must be after the start");
   result.step = (end - start) / count;
-  result.first = start + 0.5 * result.step - 1.0;  // edges stand at 0.5, centres at 1
+  result.first = start + 0.5 * result.step - 1.0;  // edges are at 0.5, centres at 1
   result.full_count = alpha->Count("Alpha" + axis, 1);
   return result;
 }
@@ -195,7 +195,7 @@ RadarImage ReadCube(ByteSource source) {
   const double interval_s = instrument.Positive("LineExposureDuration");
   const double pixel_m = instrument.Positive("ScaledPixelHeight");
   const AxisInFull lines = AxisOf(cube, "Lines"), samples = AxisOf(cube, "Samples");
-  // A crop that ends where no measure is told of says nothing of the lines that there are.
+  // A crop whose end is not in the label does not give the number of lines.
   image.lines = lines.full_count;
   image.samples = samples.full_count;
   image.first_line_s = start_s + lines.first * interval_s;

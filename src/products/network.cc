@@ -398,7 +398,7 @@ class SerialMatcher {
                       images_[image].file));
     }
     if (result_.serial_of_image[image] != kNone) {
-      throw Failure(images_[image].file + " stands behind two serial numbers of --serial");
+      throw Failure(images_[image].file + " is given for two serial numbers of --serial");
     }
     result_.image_of_serial[serial] = image;
     result_.serial_of_image[image] = serial;
@@ -441,7 +441,7 @@ class SerialMatcher {
                                "means it");
   }
 
-  // A cube takes its start time from the label that made the serial number: of ISDs both are known.
+  // A cube takes its start time from the label that made the serial number; an ISD has both.
   void WarnOfStarts() {
     for (std::size_t image = 0; image < images_.size(); ++image) {
       const std::size_t serial = result_.serial_of_image[image];

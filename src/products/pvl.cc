@@ -25,7 +25,7 @@ std::string_view TrimmedLine(std::string_view text) {
   return text;
 }
 
-// Where the line `End` stands, at or after the line that holds `from`.
+// Place of the line `End`, at or after the line with `from`.
 std::size_t FindEnd(std::string_view text, std::size_t from) {
   std::size_t begin = from == 0 ? 0 : text.rfind('\n', from - 1) + 1;  // npos + 1 is 0
   while (begin < text.size()) {

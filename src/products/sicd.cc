@@ -113,7 +113,7 @@ double Wavelength_m(const XmlElement& root) {
          (band.Child("MinProc").Positive() + band.Child("MaxProc").Positive());
 }
 
-// What tells the kinds apart.
+// What distinguishes the kinds.
 void ReadKind(const XmlElement& root, SicdImage* image) {
   image->kind = KindOf(root);
   const XmlElement grid = root.Child("Grid");
@@ -141,8 +141,8 @@ void ReadKind(const XmlElement& root, SicdImage* image) {
   }
 }
 
-// Transmitter and receiver of a monostatic image may stand a little apart on one platform: what
-// counts is that half the way by both is the range of ARPPoly.
+// Transmitter and receiver of a monostatic image may be a little apart on one platform: half the
+// way over both must be the range of ARPPoly.
 void RequireOneAntenna(const XmlElement& position, const SicdImage& image) {
   const auto transmitter = position.Find("TxAPCPoly"), receivers = position.Find("RcvAPC");
   if (!transmitter || !receivers) return;
@@ -359,7 +359,7 @@ SicdErrorStatistics::PositionAndVelocity ReadPosVelErr(const XmlElement& element
   return out;
 }
 
-// Notes the children of an element that stand there and become nothing.
+// Notes the children of an element that are not used.
 void Note(const XmlElement& element,
           const std::string& path,
           std::initializer_list<const char*> names,
@@ -414,7 +414,7 @@ namespace {
 
 using RangeAndRate = Eigen::Vector2d;  // [m], [m/s]
 
-// As an antenna in motion sees a place that stands still.
+// As a moving antenna sees a place at rest.
 RangeAndRate Seen(const SicdMotion& antenna, const Eigen::Vector3d& p_m) {
   const Eigen::Vector3d from_m = antenna.position_m - p_m;
   const double range_m = from_m.norm();

@@ -19,7 +19,7 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
-// A number in front of `text`, which it is taken from; a plus sign may stand before it.
+// A number in front of `text`, which it is taken from; a plus sign may precede it.
 std::optional<double> TakeNumber(std::string_view* text) {
   std::string_view digits = *text;
   if (digits.starts_with('+')) digits.remove_prefix(1);

@@ -92,7 +92,7 @@ void RequireOneDimension(const std::string& table,
   Refuse(table, name, "has " + std::to_string(array.ndim()) + " dimensions, one is needed");
 }
 
-/// Texts numbered as they come first; which of them stands in each row.
+/// Texts numbered by first occurrence; the number of the text in each row.
 class TextCollector {
  public:
   explicit TextCollector(std::size_t rows) : indices_(rows) {}
@@ -270,7 +270,7 @@ HeldColumn IndexColumnOf(const std::string& table,
            name,
            "is an array of " + std::string(py::str(array.dtype())) + ", integers are needed");
   }
-  // Those of a block are of this type and fixed: they are read where they stand.
+  // Those of a block are of this type and fixed: they are read in place.
   using Indices = py::array_t<std::uint32_t, py::array::c_style>;
   if (!py::isinstance<Indices>(array)) {
     const auto given = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>(array);

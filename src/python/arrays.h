@@ -102,7 +102,7 @@ struct HeldColumn {
 [[nodiscard]] HeldColumn ColumnOf(const std::string& table,
                                   const std::string& name,
                                   const pybind11::array& array);
-/// The same for indices into texts that stand elsewhere.
+/// The same for indices into texts that are elsewhere.
 [[nodiscard]] HeldColumn IndexColumnOf(const std::string& table,
                                        const std::string& name,
                                        const pybind11::array& array,

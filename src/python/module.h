@@ -24,7 +24,7 @@ namespace sarblock::python {
 struct BlockData {
   BlockFile file;
   Truth truth;                         ///< of a simulation
-  std::string toml;                    ///< where [adjust] stands
+  std::string toml;                    ///< place of [adjust]
   std::string toml_name;               ///< for messages
   std::vector<std::string> overrides;  ///< KEY=VALUE that it was read with
   std::filesystem::path path;          ///< absolute; empty: it was never a file

@@ -178,7 +178,7 @@ py::object Reasons(const ResultData& data) {
   });
 }
 
-/// A column of the looks: where a result was read, it stands in another structure.
+/// A column of the looks: in a result that was read it is in another structure.
 template <typename Number>
 py::object LookColumn(const py::handle& self,
                       const ResultData& data,
@@ -431,7 +431,7 @@ py::array States(const py::object& self, std::size_t pass) {
   return StatesView(self, path.states());
 }
 
-/// Not all that the tables of a result hold is read; they are copied, if they still are those.
+/// The tables of a result have more than is read; they are copied if they are unchanged.
 void RequireSame(const ResultData& data) {
   const std::string summary =
       TablesAt(data.path, FolderContent::kResult)->Read("summary.json").second;

@@ -464,7 +464,7 @@ std::string ObservationReason(const Block& block,
   const bool tau = options.quality.test == BlunderTest::kTau;
   const bool beyond = tau ? std::abs(TauOf(largest_w_1, result)) > limits.critical_tau_1
                           : largest_w_1 > limits.critical_w_1;
-  // More than chance allows stand beyond the critical value: of contradictions of at most four
+  // More than chance allows are beyond the critical value: of contradictions of at most four
   // observations each, as a Poisson count; P(N >= n) = P(chi-square of 2 n <= 2 mu).
   const auto above = static_cast<double>(tests.above());
   const double half = 2.0 / kMostOfOneContradiction_1;

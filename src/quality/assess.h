@@ -16,7 +16,7 @@
 
 namespace sarblock {
 
-/// What the tests of a result make of an error in one observation; NaN where there is no test.
+/// Detectable size of an error in one observation; NaN where there is no test.
 struct BlunderSize {
   double sigma_m = kNotGiven;       ///< standard deviation that the observation was weighted with
   double detectable_m = kNotGiven;  ///< minimal detectable blunder, delta0 sigma / sqrt(r)
@@ -82,7 +82,7 @@ class BlunderSizes {
 [[nodiscard]] const char* NameOf(BlunderFinding::Action action);
 
 /// Fills `assessment` of a result that is complete but for it: the figures of its tests and the
-/// verdict. Reasons that stand there already (`Refuse`) make it `not accepted`; so does, in an
+/// verdict. Reasons that are there already (`Refuse`) make it `not accepted`; so does, in an
 /// adjustment whose standard deviations are not scaled by it, a variance factor above 10. A test
 /// that fails makes it `converged, tests failed`: the global test and the check points at
 /// `test_level`; the tests of observations and of priors where a block without mistakes would fail

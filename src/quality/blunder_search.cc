@@ -185,7 +185,7 @@ void FillReasons(const AdjustmentProblem& problem,
 
 namespace {
 
-/// Control points that hold a datum, and so stay.
+/// Control points that are kept for the datum.
 constexpr std::size_t kLeastControlPoints = 3;
 
 using Action = BlunderFinding::Action;
@@ -276,7 +276,7 @@ class Search {
   std::vector<std::uint8_t> held_;        // by point: reported, not touched again
   std::vector<std::uint8_t> readmitted_;  // by look: once is enough
   std::vector<std::uint8_t> taken_back_;  // by point: so too
-  // Before the search, so that it can give way.
+  // Before the search, so that it can be undone.
   Participation given_;
   BlockState given_state_;
   double given_looks_;  // in use
@@ -374,7 +374,7 @@ void Search::Remove(const SuspectSet& set, BlunderFinding* finding) {
   finding->action = Action::kPointLeftOut;
 }
 
-/// Takes back the removals from the `keep`-th on. With a note their points are held and reported,
+/// Takes back the removals from the `keep`-th on. With a note their points are kept and reported,
 /// without they are candidates again.
 void Search::Undo(std::size_t keep, const std::string& note) {
   while (removals_.size() > keep) {

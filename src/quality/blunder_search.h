@@ -46,8 +46,8 @@ struct SuspectSet {
 /// sqrt(h_i h_k / (r_i r_k)), docs/theory/quality.md, eq. (15).
 [[nodiscard]] double ReachOf(const PointResiduals& residuals, const SuspectSet& set);
 
-/// True where the point's largest |w| would stay above `critical_1` whatever removals of that reach
-/// in other points explain of it.
+/// True where the point's largest |w| would stay above `critical_1` after any removals of that
+/// reach in other points.
 [[nodiscard]] bool StandsAlone(const PointResiduals& residuals, double reach_1, double critical_1);
 
 /// "its observations contradict each other and nothing tells which is wrong: A1, A2".
@@ -83,17 +83,17 @@ using SolveAgain = std::function<void(RobustLoss)>;
 /// A look alone is a located blunder; it is rejected. Several looks are suspects of which nothing
 /// is claimed: all of them are left out if the rest still determines the point, else the whole
 /// point is. A known position among the suspects is left out with them, but never so that fewer
-/// than three control points remain. Nothing leaves where the passes would fall into more islands,
-/// a pass would lose its last look or the corrections would no longer be determined: it is
-/// reported. Several candidates go in one round, in the order of |w|, where even the largest
+/// than three control points remain. Nothing is removed where the passes would fall into more
+/// components, a pass would lose its last look or the corrections would no longer be determined: it
+/// is reported. Several candidates go in one round, in the order of |w|, where even the largest
 /// correlation that the corrections allow between two points could not explain the one by the
 /// other. Then the block is solved again from where it is. At the end looks left out whose
 /// residuals turned out small are taken back, once each. `found` are findings made before, whose
-/// looks and points are left out already: they are taken back likewise. A known position is left
-/// out only where a search was asked for.
+/// looks and points are left out already: they are taken back in the same way. A known position is
+/// left out only where a search was asked for.
 ///
 /// Leaves `problem` and `state` at the solution without the blunders. A search that has left out
-/// more than kMostLeftOut_1 of the looks it began with has not found blunders: it gives way, leaves
+/// more than kMostLeftOut_1 of the looks it began with has not found blunders: it aborts, leaves
 /// `problem` and `state` as they were and returns nothing.
 [[nodiscard]] std::optional<SnoopingReport> SearchBlunders(const AdjustOptions& options,
                                                            const SolveAgain& solve,

@@ -77,7 +77,7 @@ std::optional<std::size_t> FirstUndecided(const std::vector<LookCounts>& by_pass
   return std::nullopt;
 }
 
-/// What a test of the solution stands on; under a loss of the looks that it would keep.
+/// Sums for the test of the solution; under a loss over the looks that it would keep.
 struct Remainder {
   double redundancy = 0.0;
   double square_sum_1 = 0.0;
@@ -272,8 +272,8 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     if (!solution.solve->converged && MostAreMisplaced(solution)) return std::nullopt;
     recover();
     if (!solution.solve->converged) return std::nullopt;
-    // The same solution, whatever its tests say: priors are too tight, or noise is larger than
-    // told.
+    // The same solution, even if tests fail: priors are too tight, or noise is larger than
+    // stated.
     const auto left_out = static_cast<double>(consensus.left_out.size());
     outcome.agreed =
         was_one && left_out <= kFew_1 * static_cast<double>(problem->look_used.size()) &&
@@ -287,7 +287,7 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     std::optional<SnoopingReport> report =
         SearchBlunders(options, again, problem, state, progress, FindingsOf(consensus));
     if (report && PassThatLosesControl(*problem)) {
-      // Without the errors among the tie points control may hold the path that it belongs to.
+      // Without the errors among the tie points control may determine the path that it belongs to.
       TakeControlBack(problem, &*report);
       again(RobustLoss::kNone);
       const std::vector<std::uint64_t> robust = std::move(report->robust);

@@ -25,7 +25,7 @@ inline constexpr int kFullParameterCovariance = 1000;
 ///     cov(p_a) + cov(p_b) - cov(p_a, p_b) - cov(p_a, p_b)'
 ///     cov(p_a, p_b) = R_a^-1 T_a C T_b' R_b^-T
 /// in east-north-up axes at a. Pairs with a point that is not solved are left out. `system` null:
-/// flight paths held, points are independent.
+/// flight paths fixed, points are independent.
 [[nodiscard]] std::vector<PairResult> PairCovariances(
     const AdjustmentProblem& problem,
     const BlockState& state,
@@ -33,11 +33,11 @@ inline constexpr int kFullParameterCovariance = 1000;
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
     ProgressSink* progress);
 
-/// How many independent components the check points of a result are worth: n^2 over the sum of
+/// Effective number of independent components of the check points of a result: n^2 over the sum of
 /// tr(Q_i^-1 Q_ij Q_j^-1 Q_ji) over all pairs, which is 2 n^2 over the variance of the sum of their
 /// chi-squares (Satterthwaite 1946). n components where nothing correlates them, far fewer where
 /// the datum is common to all and weak. `factor_1` is s0^2 where covariances are scaled by it, 1
-/// otherwise. Above kMostCheckPoints a regular part of them stands for all.
+/// otherwise. Above kMostCheckPoints a regular part of them represents all.
 /// docs/theory/quality.md.
 inline constexpr std::size_t kMostCheckPoints = 300;
 [[nodiscard]] double CheckFreedom(const AdjustmentProblem& problem,

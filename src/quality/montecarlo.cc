@@ -68,7 +68,7 @@ void SolveLook(const AdjustmentProblem& problem,
                        ": its noise-free time lies outside the path");
 }
 
-/// Noise of the held components of a known position with their covariance, east-north-up [m].
+/// Noise of the fixed components of a known position with their covariance, east-north-up [m].
 Eigen::Vector3d DrawKnown(const KnownPosition& known, RandomStream* random) {
   std::vector<Eigen::Index> held;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -153,7 +153,7 @@ void RedrawSolution(const AdjustmentProblem& problem,
 
 namespace {
 
-/// Runs whose errors are held at once: 24 bytes a point each.
+/// Runs whose errors are kept at once: 24 bytes per point each.
 constexpr std::size_t kRunsPerBatch = 16;
 
 /// Errors of one run by point, frame axes; empty where it did not converge.

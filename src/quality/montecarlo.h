@@ -13,7 +13,7 @@
 
 namespace sarblock {
 
-/// What the looks of a solved block would read without noise.
+/// Noise-free observations of the solution.
 struct ExactReadings {
   // By look in use:
   std::vector<double> range_m;        ///< the range equation's solution

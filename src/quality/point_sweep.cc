@@ -570,7 +570,7 @@ namespace {
 
 constexpr std::size_t kRoundedPerChunk = 4096;
 constexpr double kRounding_1 = std::numeric_limits<double>::epsilon();
-/// Of a standard deviation, above which rounding is told of.
+/// Part of a standard deviation above which rounding is reported.
 constexpr double kTold_1 = 1e-4;
 
 /// The worst equation met so far.

@@ -47,8 +47,8 @@ struct PointSweep {
 ///
 ///     cov(p) = R^-1 (I + T C T') R^-T
 ///
-/// C = S^-1 on the pattern of S (`inverse`), which holds every block a point needs. Without
-/// corrections (`inverse` null) or for flight paths held: R^-1 R^-T.
+/// C = S^-1 on the pattern of S (`inverse`), which has every block a point needs. Without
+/// corrections (`inverse` null) or for fixed flight paths: R^-1 R^-T.
 /// model.md, section 7; docs/theory/covariance.md, eqs. (22) to (24).
 ///
 /// With `quality` the reliability of every look as well (docs/theory/quality.md), from the same
@@ -80,7 +80,7 @@ struct LookCovariance {
                                                              const CorrectionCovariance* inverse,
                                                              std::size_t point);
 
-/// Reliability of the held components of control points, from their covariances.
+/// Reliability of the fixed components of control points, from their covariances.
 [[nodiscard]] std::vector<ControlQuality> ControlQualities(
     const AdjustmentProblem& problem,
     const BlockState& state,
@@ -101,7 +101,7 @@ struct PointResiduals {
   /// What the corrections, and so other points, take of each residual: the diagonal of
   /// Q2 B C B' Q2'.
   Eigen::VectorXd shared_1;
-  /// Q1: what each observation adds to the information on the point, corrections held; the rows'
+  /// Q1: what each observation adds to the information on the point, corrections fixed; the rows'
   /// squares add to I.
   Eigen::MatrixX3d information_1;
   /// Shift of the point by one sigma in each observation, 3 rows, frame axes [m].

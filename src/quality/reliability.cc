@@ -106,7 +106,7 @@ double SquareLeftOut(std::size_t dropped, std::size_t looks, const AdjustResult&
     add(static_cast<double>(result.snooping->robust.size()), limit_1);
     for (const BlunderFinding& finding : result.snooping->findings) {
       if (!LeavesOut(finding)) continue;
-      // One statistic tells of all the looks of a point that contradict each other.
+      // One statistic is for all the looks of a point that contradict each other.
       const double square = finding.w_1 * finding.w_1;
       add(1.0, square < limit_1 ? square : limit_1);  // no w of its own: NaN
     }

@@ -31,7 +31,7 @@ struct CeresCovariances {
   std::vector<PairResult> pairs;                ///< as PairCovariances
 };
 
-/// Unknowns (three a point, corrections) up to which covariance_method = "ceres" is offered. Its
+/// Unknowns (three per point, corrections) up to which covariance_method = "ceres" is offered. Its
 /// time grows with their square: 10,000 take minutes where the reduced route takes milliseconds.
 inline constexpr std::size_t kMostCeresUnknowns = 10000;
 
@@ -51,7 +51,7 @@ inline constexpr std::size_t kMostCeresUnknowns = 10000;
 void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options);
 
 /// Values, sigmas, covariance of points, corrections and pairs at options.covariance.
-/// `datum`: of a floating block, whose covariances are transformed to it.
+/// `datum`: covariances of a floating block are transformed to it.
 void FillCovariance(const AdjustmentProblem& problem,
                     const BlockState& state,
                     const ReducedSystem& system,

@@ -172,7 +172,7 @@ struct ComponentSums {
 ///     sum p_ij s_ij   = [k = l] sum s_ii - tr(U_k C U_l'),               s_ij = b_i C b_j'
 ///     U_k             = H_k - G_k T,   M_k = sum j' j - T' H_k - H_k' T + T' G_k T
 ///
-/// over i of component k and j of l. The square of s within the point stands in M where points are
+/// over i of component k and j of l. The square of s within the point is in M where points are
 /// coupled; else it is left out with the rest of the coupling.
 void AddBorderedPoint(
     const Sweep& sweep, std::size_t point, int row, GroupedPoint* at, Partial* out) {
@@ -301,8 +301,8 @@ constexpr int kPatience = 15;
 constexpr double kNoRedundancy_1 = 1e-6;
 /// A variance that moves by more than this is running away, to zero or beyond all bounds.
 constexpr double kMostFactor_1 = 1e12;
-/// Of Helmert's step: where few looks tell a variance the whole step overshoots, nearly to the
-/// other side.
+/// Part of Helmert's step: where few looks determine a variance the whole step overshoots, nearly
+/// to the other side.
 constexpr double kDamping_1 = 0.6;
 /// Largest factor on a variance in one step.
 constexpr double kMostStep_1 = 100.0;
@@ -436,7 +436,7 @@ void Hold(double redundancy, VarianceComponent* component) {
   component->note = text.data();
 }
 
-/// Holds what can have no estimate whatever the weights are, and what runs away.
+/// Fixes components without redundancy and those that diverge.
 void HoldHopeless(const VarianceSums& sums, std::vector<VarianceComponent>* components) {
   for (std::size_t k = 0; k < components->size(); ++k) {
     VarianceComponent& component = (*components)[k];
@@ -448,8 +448,8 @@ void HoldHopeless(const VarianceSums& sums, std::vector<VarianceComponent>* comp
   }
 }
 
-/// Holds the component that is told worst, if that is not well enough. One at a time: once it is
-/// back at what was given, the others may be told. True if there was one.
+/// Fixes the component that is determined worst, if its standard deviation is too large. One at a
+/// time: with it back at its given value, the others may be determined. True if there was one.
 bool HoldWorst(const VarianceSums& sums,
                const HelmertStep& helmert,
                std::vector<VarianceComponent>* components) {
@@ -462,14 +462,14 @@ bool HoldWorst(const VarianceSums& sums,
   return true;
 }
 
-/// A component that was held on the way has still to go back to the variance given.
+/// A component that was fixed on the way still has to return to the given variance.
 bool HeldAsGiven(const std::vector<VarianceComponent>& components) {
   return std::all_of(components.begin(), components.end(), [](const VarianceComponent& c) {
     return c.estimated || c.factor_1 == 1.0;
   });
 }
 
-/// One step of the variances; held ones go back to what was given.
+/// One step of the variances; fixed ones return to the given values.
 void Advance(const VarianceSums& sums,
              const HelmertStep& helmert,
              std::vector<VarianceComponent>* components) {
@@ -582,7 +582,7 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
     }
     HoldHopeless(sums, &components);
     // The weights given may be wrong by any factor, and with them what they leave of redundancy:
-    // only where the iteration ends, or does not, is it known what can be told.
+    // only at the end of the iteration, or without one, is it known what can be determined.
     HelmertStep helmert = SolveHelmert(sums, components);
     bool settled = helmert.Settled();
     if (settled || report.iterations - last_hold >= kPatience) {

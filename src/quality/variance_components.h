@@ -38,7 +38,7 @@ struct VarianceSums {
                                         std::size_t component_count);
 
 /// Largest standard deviation of an estimated variance, as part of the variance, that is accepted:
-/// a component of its own then has a redundancy of 8 at least. Beyond it the component is held.
+/// a component of its own then has a redundancy of 8 at least. Beyond it the component is fixed.
 inline constexpr double kMostVarianceDeviation_1 = 0.5;
 
 /// The components that the options ask for: range and azimuth of all passes, of each pass, or of
@@ -62,7 +62,7 @@ struct VarianceSteps {
 ///     r))
 ///
 /// the second only where no element falls below half: variances stay positive. Ends when the step
-/// left is below a hundredth of the standard deviation of each, which come from 2 H^-1. A
+/// size is below a hundredth of the standard deviation of each, which come from 2 H^-1. A
 /// component whose standard deviation exceeds kMostVarianceDeviation_1 keeps its factor 1 and gets
 /// a note. From a solved state; leaves `problem` with the new weights and `state` solved with them.
 [[nodiscard]] VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
@@ -71,7 +71,7 @@ struct VarianceSteps {
                                                                  BlockState* state,
                                                                  ProgressSink* progress);
 
-/// Says which variance components were held and whether the others settled.
+/// Reports which variance components were fixed and whether the others converged.
 void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result);
 
 }  // namespace sarblock

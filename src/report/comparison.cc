@@ -297,7 +297,7 @@ PageSection PointSection(const ResultDifference& difference, const Side& a, cons
 PageSection ParameterSection(const ResultDifference& difference, const Side& a) {
   PageSection section{"corrections", "Corrections", {}};
   section.items.emplace_back(
-      PageText{fmt::format("{} corrections stand in both, {} only in A, {} only in B.",
+      PageText{fmt::format("{} corrections are in both, {} only in A, {} only in B.",
                            difference.parameters.size(),
                            difference.parameters_only_in_a,
                            difference.parameters_only_in_b),

@@ -99,7 +99,7 @@ PageTable ParameterTable(const ResultFolder& result) {
       });
   table.note = fmt::format(
       "{} of {} parameters. {} are below 2 sigma: the data do not ask for them. {} keep more than "
-      "nine tenths of their prior sigma: the observations say little of them.",
+      "nine tenths of their prior sigma: the observations say little about them.",
       rows,
       order.size(),
       weak,

@@ -203,20 +203,20 @@ std::string LooksBriefly(const AccuracyFigures& accuracy) {
 std::string LooksInWords(const AccuracyFigures& accuracy) {
   switch (DirectionOf(accuracy)) {
     case Direction::kAlong:
-      return "more accurate azimuths (image times) or more looks a point";
+      return "more accurate azimuths (image times) or more looks per point";
     case Direction::kBoth:
-      return "more accurate azimuths and ranges or more looks a point";
+      return "more accurate azimuths and ranges or more looks per point";
     case Direction::kUnknown:
-      return "more accurate looks or more of them a point";
+      return "more accurate looks or more of them per point";
     case Direction::kRanges:
       break;
   }
   return accuracy.median_intersection_deg < kGoodAngle_deg
              ? fmt::format(
-                   "larger intersection angles (the median is {} degrees), more looks a "
+                   "larger intersection angles (the median is {} degrees), more looks per "
                    "point or more accurate ranges",
                    ReadableNumber(accuracy.median_intersection_deg, 3))
-             : "more looks a point or more accurate ranges";
+             : "more looks per point or more accurate ranges";
 }
 
 /// "north (along track)"
@@ -320,7 +320,7 @@ std::string StatusSentence(const ResultSummary& summary) {
       fmt::format("{} iteration{}", summary.iterations, Plural(summary.iterations));
   if (summary.status == "not_converged") {
     return fmt::format(
-        "The adjustment did not converge in {}: a step of {} sigma was still to go, so its numbers "
+        "The adjustment did not converge in {}: the Newton decrement was {} sigma, so its numbers "
         "are those of an unfinished solution.",
         rounds,
         Brief(summary.remaining_step));

@@ -22,8 +22,8 @@ struct AccuracyFigures {
   /// What follows is of the points that geometry decides: not control, two looks at least. What
   /// control or a single look decides says nothing of what would help.
   std::size_t free_points = 0;
-  /// Median part of the variance of the weakest component that the flight paths bring; the looks
-  /// bring the rest. NaN where the result does not tell.
+  /// Median part of the variance of the weakest component that comes from the flight paths; the
+  /// rest comes from the looks. NaN if the result does not give it.
   double path_part_1 = kAbsent;
   double median_intersection_deg = kAbsent;
   /// Mean square of the cosine between the weakest component and the tracks of the passes, each

@@ -403,7 +403,7 @@ PageTable FindingTable(const ResultSummary& summary) {
       fmt::format("{} findings in {} rounds{}.",
                   summary.findings.size(),
                   *summary.snooping_rounds,
-                  summary.findings.size() > kRows ? "; the others stand in summary.json" : "");
+                  summary.findings.size() > kRows ? "; the others are in summary.json" : "");
   return table;
 }
 

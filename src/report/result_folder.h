@@ -21,7 +21,7 @@ inline constexpr double kHighCorrelation_1 = 0.95;
 /// Components of a look, as results name them.
 inline constexpr std::array kLookComponents{"range", "azimuth"};
 
-/// Two parameters that the result cannot tell apart well.
+/// Two parameters with a high correlation.
 struct ReportCorrelation {
   std::uint32_t a = 0, b = 0;  ///< indices into the parameters
   double correlation_1 = 0.0;
@@ -58,7 +58,7 @@ struct ResultFolder {
 
 /// Counts and sorts what a result holds.
 [[nodiscard]] ResultFolder Arrange(std::string path, ResultFile file);
-/// Reads a result (ReadResult) for its report. Memory: about 400 bytes a point and 150 a look.
+/// Reads a result (ReadResult) for its report. Memory: about 400 bytes per point and 150 per look.
 [[nodiscard]] ResultFolder ReadResultFolder(const std::filesystem::path& folder,
                                             ProgressSink* progress = nullptr);
 

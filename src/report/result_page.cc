@@ -29,7 +29,7 @@ constexpr NamedCount kCounts[] = {
     {"looks", "Looks in the block"},
     {"looks_used", "Looks used"},
     {"looks_not_evaluated", "Looks without a model value"},
-    {"observations", "Observations (two a look, control components, priors)"},
+    {"observations", "Observations (two per look, control components, priors)"},
     {"parameters", "Unknowns (three a point, corrections)"},
     {"datum_defects", "Datum defects fixed by the inner datum"},
     {"redundancy", "Redundancy"},
@@ -77,7 +77,7 @@ PageTable SettingTable(const ResultSummary& summary) {
     const std::string value = Setting(summary, key);
     if (!value.empty()) table.rows.push_back({key, value});
   }
-  table.note = "The whole configuration stands at the end of this report.";
+  table.note = "The whole configuration is at the end of this report.";
   return table;
 }
 

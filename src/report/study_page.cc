@@ -23,7 +23,7 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kMostShownRows = 800;      // of a table in the page
-constexpr std::size_t kMostSentenceBytes = 240;  // longer answers stand in their list only
+constexpr std::size_t kMostSentenceBytes = 240;  // longer answers are in their list only
 constexpr std::size_t kMostSentences = 3;
 
 /// Messages may be long; the table of the study has them whole.
@@ -558,7 +558,7 @@ PageFigure TradeoffFigure(const StudyCsv& table,
                           const std::vector<std::size_t>& rows,
                           std::size_t number) {
   const std::string column = ErrorColumn(table, rows);
-  // The reference has no error: it stands a decade below the smallest.
+  // The reference has no error: it is drawn a decade below the smallest.
   double least = kAbsent;
   for (const std::size_t r : rows) {
     const double error = table.Number(r, column);
@@ -757,8 +757,8 @@ StudyPart StabilityPart(const StudyCsv& table) {
   out.state = wrong ? HeadlineState::kNotAccepted : HeadlineState::kAccepted;
   out.word = wrong ? "Wrong answers were given" : "No wrong answer was given";
   out.sentences.push_back(
-      fmt::format("Of {} blocks made to break the numbers, {} were solved, {} solved with a "
-                  "warning, {} refused and {} answered wrongly without a word.",
+      fmt::format("{} blocks at numerical extremes: {} were solved, {} solved with a warning, {} "
+                  "refused and {} answered wrongly without a warning.",
                   table.rows.size(),
                   of_outcome[0],
                   of_outcome[1],

@@ -179,8 +179,8 @@ class Lister {
           model.degree = 0;
           model.knot_spacing_s = spacings_s_[s];
           spline.model = model;
-          // Shared with nobody: beside the polynomial of the same component, which a group of the
-          // pass's own may not stand.
+          // Not shared: together with the polynomial of the same component, which a group of the
+          // pass's own must not be.
           spline.shared = true;
           spline.name = SplineOwner(g, s, block_.passes[pass].id);
           spline.passes = {block_.passes[pass].id};
@@ -350,7 +350,7 @@ struct PassLevels {
   auto operator<=>(const PassLevels&) const = default;
 };
 
-/// The part of a position group whose components stand at one level.
+/// The part of a position group whose components are at one level.
 CorrectionGroup PositionAt(const CorrectionGroup& group,
                            const std::array<bool, 3>& components,
                            const TermLevel& top,
@@ -453,7 +453,7 @@ std::vector<CorrectionGroup> GroupsOf(const Block& block,
         if (process) by_pass[pass].variance_m2[slot] = variance_m2[t];
       }
     }
-    // Passes of one pattern stand in one group.
+    // Passes of one pattern are in one group.
     std::map<PassLevels, std::vector<std::size_t>> by_pattern;
     for (const auto& [pass, pattern] : by_pass) by_pattern[pattern].push_back(pass);
     for (const auto& [pattern, passes] : by_pattern) {

@@ -20,7 +20,7 @@ namespace sarblock {
 struct TermLevel {
   std::string name;          ///< "position.up.1", "position.up.spline 10 s", "range.bias"
   std::vector<int> columns;  ///< polynomial: of this degree alone; else all. Empty: not formed, or
-                             ///< a spline that is no larger than what stands before it
+                             ///< a spline that is no larger than the model before it
   bool spline = false;       ///< replaces the levels below
   double spacing_s = kNotGiven;
   bool process = false;  ///< the spline before, with one prior for its coefficients
@@ -122,8 +122,8 @@ struct Determinacy {
 /// The largest condition that is asked for and that the rank analysis does not warn of.
 [[nodiscard]] double MostCondition(const SelectionOptions& options);
 
-/// True for a model of which the rank analysis of the adjustment that follows (solve/rank.h)
-/// does not warn, let alone refuses it.
+/// True for a model that the rank analysis of the following adjustment (solve/rank.h) neither
+/// refuses nor warns of.
 [[nodiscard]] bool Stands(const Determinacy& determinacy, const SelectionOptions& options);
 
 }  // namespace sarblock

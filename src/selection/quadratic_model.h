@@ -47,7 +47,7 @@ class QuadraticModel {
     double constant_1 = 0.0;
     Eigen::VectorXd full_diagonal;  ///< before points are eliminated
     Eigen::VectorXd prior_weight;   ///< 0: no prior
-    Eigen::VectorXd log_count;      ///< log of the equations that tell of a column
+    Eigen::VectorXd log_count;      ///< log of the number of equations with this column
     double redundancy_1 = 0.0;      ///< without any correction
   };
   explicit QuadraticModel(Data data);
@@ -67,7 +67,7 @@ class QuadraticModel {
   [[nodiscard]] CandidateFigures Score(const std::vector<int>& columns) const;
   /// Inverse of the matrix of the active columns, in their order.
   [[nodiscard]] Eigen::MatrixXd Covariance() const;
-  /// Wald's test of active columns: of leaving them out. `covariance` is Covariance().
+  /// Wald's test of removing active columns. `covariance` is Covariance().
   [[nodiscard]] CandidateFigures Wald(const std::vector<int>& columns,
                                       const Eigen::MatrixXd& covariance) const;
   /// Having `in` against having `out`, the smaller space; one of both is active.
@@ -85,7 +85,7 @@ class QuadraticModel {
  private:
   /// The model of `columns` alone, in their order, nothing active.
   [[nodiscard]] QuadraticModel Reduced(const std::vector<int>& columns) const;
-  /// Active columns that stand in none of the sets.
+  /// Active columns in none of the sets.
   [[nodiscard]] std::vector<int> ActiveBut(
       std::initializer_list<const std::vector<int>*> sets) const;
   /// Tests columns with information `m` and gradient `g`, the others of the model eliminated,

@@ -52,8 +52,8 @@ bool Matters(const AdjustmentProblem& problem, std::size_t pass, std::size_t kin
   }
 }
 
-/// What the looks of one point say: squares of the whitened differences by simplification, and the
-/// information of the point with the paths held.
+/// Sums over the looks of one point: squares of the whitened differences by simplification, and
+/// the information of the point with fixed paths.
 struct PointSums {
   std::array<double, kSimplificationKinds> square{};
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();

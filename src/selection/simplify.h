@@ -29,9 +29,9 @@ inline constexpr std::array<const char*, kSimplificationKinds> kSimplificationNa
 [[nodiscard]] Eigen::Vector3d MiddleOfPoints(const AdjustmentProblem& problem,
                                              const BlockState& state);
 
-/// Bounds of what four simplifications of the model would do to the points of a block at a solution
-/// (docs/theory/selection.md, eqs. 9 to 12), flight paths held. With the errors of the equations of
-/// look i changed by delta_i, in metres, no direction u of a point moves by more than
+/// Bounds of the effect of four simplifications of the model on the points of a block at a solution
+/// (docs/theory/selection.md, eqs. 9 to 12), flight paths fixed. If the errors of the equations of
+/// look i change by delta_i, in metres, no direction u of a point moves by more than
 ///
 ///     |u'dp| <= sigma_u sqrt( sum over looks |W_i delta_i|^2 ),      W_i the weights
 ///

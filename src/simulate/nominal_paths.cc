@@ -62,7 +62,7 @@ double LookAngle(const Frame& frame, const Motion& motion, const Eigen::Vector3d
   return std::atan2(side * d.dot(axes.col(1)), -d.dot(axes.col(2)));
 }
 
-/// Finds argument of latitude and node so that `aim` stands on the cone at the wanted look angle
+/// Finds argument of latitude and node so that `aim` is on the cone at the wanted look angle
 /// at the middle of the strip: Newton with differences from the orbit straight above it.
 Orbit AimOrbit(const Scene& scene,
                const SceneFlight& flight,
@@ -114,7 +114,8 @@ double FarRange(const SceneFlight& flight, double radius_m, double relief_m) {
   if (flight.swath.kind == SwathKind::kLookAngle) {
     range_m = depth_m / std::cos(far);
     if (std::isfinite(radius_m)) {
-      // Sight from radius r = a + H hits the sphere of radius a - relief, or grazes at its horizon.
+      // A line of sight from radius r = a + H hits the sphere of radius a - relief, or grazes at
+      // its horizon.
       const double r_m = radius_m + flight.height_m;
       const double a_m = radius_m - relief_m;
       const double under = a_m * a_m - std::pow(r_m * std::sin(far), 2);
@@ -125,8 +126,9 @@ double FarRange(const SceneFlight& flight, double radius_m, double relief_m) {
   return range_m / std::cos(flight.squint_rad);
 }
 
-/// Time by which six standard deviations of the wander, or its table, can move a look. A path that
-/// bends towards the target moves looks by more than its direction alone: three times as much.
+/// Time by which six standard deviations of the trajectory error, or its table, can move a look. A
+/// path that bends towards the target moves looks by more than its direction alone: three times as
+/// much.
 double WanderMargin(const SceneWander& wander, double speed_mps, double range_m) {
   double shift_m = 0.0;
   double turn_mps = 0.0;
@@ -147,9 +149,9 @@ double WanderMargin(const SceneWander& wander, double speed_mps, double range_m)
   return (shift_m + table_m + 3.0 * (turn_mps + table_mps) / speed_mps * range_m) / speed_mps;
 }
 
-/// Spacing of the states of the path that a recorded flight was planned on, which stands for the
+/// Spacing of the states of the path that a recorded flight was planned on, which represents the
 /// flight itself: 0.5 s are exact to 2e-8 m and 7e-8 m/s on a low orbit. The true path is written
-/// at the same times, so that a cubic through them follows the wander too.
+/// at the same times, so that a cubic through them follows the trajectory error too.
 double PlannedSpacing_s(const SceneWander& wander) {
   double spacing_s = 0.5;
   for (std::size_t axis = 0; axis < 3; ++axis) {

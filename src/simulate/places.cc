@@ -64,7 +64,7 @@ Eigen::Vector2d Random(const Area& area, RandomStream* random) {
   return area.At(x_1, random->Uniform());
 }
 
-/// Columns and rows of about square cells that hold `count`.
+/// Columns and rows of `count` about square cells.
 struct Grid {
   std::size_t columns;
   std::size_t rows;
@@ -76,7 +76,7 @@ Grid GridFor(std::size_t count, const Area& area) {
   return {columns, (count + columns - 1) / columns};
 }
 
-/// i of n from edge to edge; a single one stands in the middle.
+/// i of n from edge to edge; a single one is in the middle.
 double EdgeToEdge(std::size_t i, std::size_t n) {
   return n == 1 ? 0.5 : static_cast<double>(i) / static_cast<double>(n - 1);
 }

@@ -37,7 +37,7 @@ Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
     return {{field + "overlap", "must be at least 0 and below 1"}};
   }
   if (Given(flight.overlap_1) && Given(flight.spacing_m)) {
-    return {{field + "overlap", "cannot stand beside spacing_m; give one of them"}};
+    return {{field + "overlap", "excludes spacing_m; give one of them"}};
   }
   if (flight.segments < 1 || flight.segments > kMostPasses / flight.count) {
     return {
@@ -255,7 +255,7 @@ Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (known.held[axis] && !Positive(known.sigma_m[axis])) {
-      return {{field + "sigma_m", "must be given and positive for every component held"}};
+      return {{field + "sigma_m", "must be given and positive for every fixed component"}};
     }
   }
   if (!known.held[0] && !known.held[1] && !known.held[2]) {

@@ -210,13 +210,13 @@ void SolveLook(const Scene& scene,
       paths[pass], p_m, Cone{.squint_rad = true_squint_rad}, exact.nominal_time_s[look]);
   const std::optional<Motion> motion = time_s ? paths[pass].At(*time_s) : std::nullopt;
   if (!motion) {
-    throw InputError(
-        "navigation",
-        "the errors drawn move point " + std::string(block.points.ids[point]) +
-            " out of the path of pass " + block.passes[pass].id +
-            "; allowed are errors small against the strip" +
-            (simulated->wander == nullptr ? ""
-                                          : " and a wander that bends the path less than 1/range"));
+    throw InputError("navigation",
+                     "the errors drawn move point " + std::string(block.points.ids[point]) +
+                         " out of the path of pass " + block.passes[pass].id +
+                         "; allowed are errors small against the strip" +
+                         (simulated->wander == nullptr
+                              ? ""
+                              : " and trajectory errors that bend the path less than 1/range"));
   }
   exact.time_s[look] = *time_s;
   exact.range_m[look] = (p_m - motion->position_m).norm();
@@ -265,7 +265,7 @@ void Measure(const SceneLooks& scene,
       const std::uint32_t pass = block.looks.pass[look];
       const PassError& error = simulated->errors[pass];
       const LookSigma sigma = block.SigmaOf(look);
-      // Every look takes the same five numbers from its stream, whatever the scene asks for.
+      // Every look takes the same five numbers from its stream, for any scene.
       RandomStream random(simulated->measurement_seed, MixStream(point_stream, pass));
       double azimuth = scene.noise_scale_1 * random.Normal();  // in sigmas, as is `range`
       double range = scene.noise_scale_1 * random.Normal();

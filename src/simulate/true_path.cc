@@ -458,7 +458,7 @@ FlightPath RecordFlight(const Frame& frame,
       if (true_s > planned.path.end_s()) break;
       continue;  // the first, by the rounding of its time
     }
-    // One stream a state: what a state reads does not depend on how many stand before it.
+    // One stream per state: its numbers do not depend on how many states are before it.
     RandomStream noise(
         seed, MixStream(noise_stream, static_cast<std::uint64_t>(static_cast<std::int64_t>(k))));
     const Eigen::Matrix3d axes = TrackAxesOf(frame, *motion).axes_1;

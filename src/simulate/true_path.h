@@ -61,9 +61,9 @@ class Wander {
 };
 
 /// A third-order Gauss-Markov process at nodes T/64 apart from `start_s` on both ways until they
-/// cover [from_s, to_s], which holds start_s. Each step is exact (docs/theory/wander.md, eqs. (5)
-/// to (8)); between the nodes the curve differs from the process by 5e-7 of its rms. The draw is a
-/// function of seed and stream: a longer span continues a shorter one.
+/// cover [from_s, to_s], which contains start_s. Each step is exact (docs/theory/wander.md, eqs.
+/// (5) to (8)); between the nodes the curve differs from the process by 5e-7 of its rms. The draw
+/// is a function of seed and stream: a longer span continues a shorter one.
 [[nodiscard]] SmoothCurve DrawGaussMarkov(double rms,
                                           double time_constant_s,
                                           double start_s,
@@ -88,10 +88,10 @@ void AddJointErrors(const std::vector<JointPrior>& joint,
                                       std::uint64_t seed);
 
 /// True path of a pass: s(t) = f(t) + A(t) c(t) + PassError::frame_m, A the track axes of the path
-/// f that is flown as far as the recorder knows: the path of `pass`, or where flights wander
-/// FlownPath. Velocity and acceleration are exact derivatives, the turning of the axes included
-/// (but for the third derivative of the planned path's axes times the wander, in the acceleration
-/// alone). Holds references: frame, pass, error and wander must outlive it.
+/// f that is flown as far as the recorder knows: the path of `pass`, or FlownPath if there are
+/// trajectory errors. Velocity and acceleration are exact derivatives, including the turning of the
+/// axes (except, in the acceleration alone, for the third derivative of the planned path's axes
+/// times the trajectory error). Keeps references: frame, pass, error and `wander` must outlive it.
 class TruePath {
  public:
   TruePath(const Frame& frame,

@@ -59,7 +59,7 @@ constexpr double kFollowDamping_1 = 1e-8;
 constexpr double kConjugateGradients_1 = 1e-3;
 
 /// Reports each iteration and ends the solution at a step below `settled` sigmas. The relative
-/// changes of cost that Ceres looks at cannot tell: 1e-6 sigmas change a cost of a thousand by less
+/// change of cost that Ceres tests is not enough: 1e-6 sigmas change a cost of a thousand by less
 /// than its rounding.
 class IterationWatch final : public ceres::IterationCallback {
  public:

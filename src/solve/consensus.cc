@@ -166,7 +166,7 @@ class PairFit {
     fit_ = best;
   }
 
-  /// Of the half that fits best; its squares stand for all of a normal distribution.
+  /// Of the half that fits best; its squares represent all of a normal distribution.
   [[nodiscard]] Eigen::Matrix2d InnerCovariance() const {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < terms_.size(); ++i) order.emplace_back(Rest(i).squaredNorm(), i);
@@ -216,7 +216,7 @@ class PairFit {
 };
 
 /// Leaves the looks of a point that contradict most others, one after the other; of several that
-/// contradict as many all are left out: nothing tells which is wrong.
+/// contradict as many all are left out: none can be identified as wrong.
 void JudgePoint(std::size_t begin,
                 std::size_t end,
                 const std::vector<std::pair<std::uint64_t, std::uint64_t>>& contradictions,

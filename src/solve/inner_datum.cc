@@ -256,7 +256,7 @@ bool HoldIfFloating(const BlockState& state, AdjustmentProblem* problem) {
   problem->held.clear();
   ReducedSystem open(*problem);
   open.Form(state, {}, nullptr);
-  if (!open.weak_points().empty()) return false;  // judged by name where they stand
+  if (!open.weak_points().empty()) return false;  // reported by name elsewhere
   HoldDatum(NullSpace(&open), open.Unit(), state, problem);
   return !problem->held.empty();
 }

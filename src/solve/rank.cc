@@ -148,7 +148,7 @@ WeakDirection Judge(const Context& context, const VectorXd& v) {
   const double length = std::sqrt(out.eigenvalue_1);
   out.prior_part_1 = length > 0.0 ? std::min(1.0, priors / out.eigenvalue_1) : 0.0;
   out.effect_m = length > 0.0 ? effect_m / length : std::numeric_limits<double>::infinity();
-  // A direction that priors hold is determined, by them: legitimate whatever it is worth.
+  // A direction that priors constrain is determined by them, at any accuracy.
   if (out.prior_part_1 < 0.5 && out.effect_m > kOpenEffectPart_1 * context.effects.range_m) {
     out.undetermined = true;
   }

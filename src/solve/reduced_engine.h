@@ -116,9 +116,9 @@ class ProgressOfSteps {
   double decrement_1_ = std::numeric_limits<double>::infinity();
 };
 
-/// What `auto` stands for; anything else stands for itself. No other choice is both faster and at
+/// The choice of `auto`; any other is returned. No other choice is both faster and at
 /// least as accurate in the recorded study of speed against accuracy (docs/studies/tradeoff.md); a
-/// test holds them against its table.
+/// test compares them with its table.
 [[nodiscard]] Engine Resolve(Engine asked);
 [[nodiscard]] CovarianceMethod Resolve(CovarianceMethod asked);
 /// `corrections` is the number of parameters of the passes, the rows of the reduced matrix.
@@ -126,12 +126,12 @@ class ProgressOfSteps {
 
 /// Levenberg-Marquardt on the reduced normal equations (ReducedSystem), without Ceres' objects: per
 /// iteration one pass over the points that forms S and one that substitutes back. Jacobians are
-/// recomputed, not stored; memory beyond the block is 24 bytes a point and S.
+/// recomputed, not stored; memory beyond the block is 24 bytes per point and S.
 ///
 /// Damping (Marquardt 1963): lambda times the diagonal of J'J on every unknown, a tenth after a
-/// step that lowers the cost, tenfold after one that does not. Ends when the step that is left is
-/// below options.settled_1 sigmas over all unknowns together, or below what the rounding of the
-/// cost can tell. The solution is that of SolveWithCeres to a small part of a sigma. Updates
+/// step that lowers the cost, tenfold after one that does not. Ends when the Newton decrement is
+/// below options.settled_1 sigmas over all unknowns together, or below the rounding of the
+/// cost. The solution is that of SolveWithCeres to a small part of a sigma. Updates
 /// `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveReduced(const AdjustmentProblem& problem,
                                        const Weighting& weighting,

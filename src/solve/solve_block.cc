@@ -90,12 +90,12 @@ constexpr double kApproached_1 = 1.0;
 constexpr double kAnchorSlack_1 = 0.25, kLateAnchorSlack_1 = 30.0;
 constexpr int kMostFinishingSteps = 25;
 constexpr int kMostRounds = 5;
-/// Of leaving out misplaced points and taking back those that fit then.
+/// Rounds of leaving out mirror solutions and taking back points that fit then.
 constexpr int kMostRecoveries = 10;
 /// Probability of v'Pv with which the looks of a point that was left out still agree.
 constexpr double kTakenBack_1 = 0.999;
 
-/// Sights of a point's looks on the corrected paths.
+/// A point's looks on the fixed corrected paths.
 std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
                             const BlockState& state,
                             std::size_t point) {
@@ -306,7 +306,7 @@ void RecoverMisplacedPoints(const AdjustOptions& options,
   // Ends: a point is taken back once.
   for (int pass = 0; pass < kMostRecoveries; ++pass) {
     std::vector<std::size_t> lost = MisplacedPoints(*problem, *state, **system);
-    // Each round also mends the corrections that misplaced points have pulled at.
+    // Each round also mends the corrections that mirror solutions have distorted.
     for (int round = 0; round < 3 && !lost.empty(); ++round) {
       for (const std::size_t point : lost) {
         const Intersection met = Intersect(SightsOf(*problem, *state, point), problem->block.frame);

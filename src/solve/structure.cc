@@ -64,7 +64,7 @@ namespace {
 constexpr double kLine_1 = 0.02;
 /// Control within this part of an area's length, at one end of it, lies on one side.
 constexpr double kSide_1 = 0.3;
-/// Below this span of look angles 1, sin and cos are one function: 1 is told from the best
+/// Below this span of look angles 1, sin and cos are one function: 1 is distinguished from the best
 /// a sin + b cos by span^2 / 27 only (docs/theory/rank.md, section 1).
 constexpr double kNarrow_rad = 5.0 * kRadPerDeg;
 
@@ -133,7 +133,7 @@ Extent ExtentOf(const BlockState& state, const std::vector<std::size_t>& points)
   return out;
 }
 
-/// An island and what holds it.
+/// A connected component and its datum.
 struct Island {
   std::vector<std::uint32_t> passes;
   std::vector<std::size_t> points, control;
@@ -189,7 +189,7 @@ std::vector<std::string> PointNames(const Block& block, const std::vector<std::s
   return names;
 }
 
-/// Control at one end of the area of an island.
+/// Control at one end of the area of a component.
 bool OnOneSide(const BlockState& state, const Island& island) {
   const Extent area = ExtentOf(state, island.points);
   for (int axis = 0; axis < 2; ++axis) {
@@ -211,7 +211,7 @@ bool OnOneSide(const BlockState& state, const Island& island) {
   return false;
 }
 
-/// What control says of an island whose passes are all free.
+/// Datum findings of a component whose passes are all free.
 void ExamineDatum(const AdjustmentProblem& problem,
                   const BlockState& state,
                   const Island& island,
@@ -220,7 +220,7 @@ void ExamineDatum(const AdjustmentProblem& problem,
   const auto add = [&](const std::string& text, std::vector<std::string> names) {
     out->push_back({text, std::move(names)});
   };
-  if (island.free_axes == 0) return;  // a pass that is held holds the rest
+  if (island.free_axes == 0) return;  // a fixed pass fixes the rest
   const std::vector<std::string> passes = NamesOf(block, island.passes);
   if (island.control.empty()) {
     add("nothing holds the position of " + island.name +
@@ -313,7 +313,7 @@ std::vector<std::array<double, 2>> LookAngles(const AdjustmentProblem& problem,
   return out;
 }
 
-/// What each pass by itself cannot tell apart.
+/// Corrections that each pass by itself cannot separate.
 void ExaminePasses(const AdjustmentProblem& problem,
                    const BlockState& state,
                    const std::vector<FreeParameters>& free,
@@ -405,7 +405,7 @@ std::vector<std::vector<std::uint32_t>> PassIslands(const AdjustmentProblem& pro
 std::vector<Finding> ExamineStructure(const AdjustmentProblem& problem, const BlockState& state) {
   std::vector<Finding> out;
   const ParameterLayout& layout = problem.layout;
-  if (layout.size() == 0) return out;  // every point stands for itself
+  if (layout.size() == 0) return out;  // every point is independent
   std::vector<FreeParameters> free;
   bool any = false;
   for (std::size_t pass = 0; pass < layout.passes.size(); ++pass) {

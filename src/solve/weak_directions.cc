@@ -139,7 +139,7 @@ Eigen::MatrixXd RigidMotions(const AdjustmentProblem& problem,
       const ParameterBlock& first = layout.blocks[static_cast<std::size_t>(term.first_block)];
       if (carried || first.shared) continue;
       carried = true;
-      // Coefficient q of a uniform cubic spline stands for the time of its own knot, q - 1 spacings
+      // Coefficient q of a uniform cubic spline belongs to the time of its own knot, q - 1 spacings
       // from the start: exact for linear functions.
       const double start_s = corrections.middle_s - corrections.half_length_s;
       for (std::size_t q = 0; q < term.spline.count(); ++q) {
@@ -240,7 +240,7 @@ using Eigen::VectorXd;
 
 /// A motion counts as weak where this much of its length lies in the weak subspace.
 constexpr double kInside_1 = 0.95;
-/// Islands beyond this number are told of by the structure alone.
+/// More components than this are reported by the structure alone.
 constexpr std::size_t kMostIslands = 8;
 
 MatrixXd Orthonormal(const MatrixXd& a) {
@@ -248,9 +248,9 @@ MatrixXd Orthonormal(const MatrixXd& a) {
   return dense::PivotedOrthogonal(a).Basis();
 }
 
-/// Rows that tell the columns of q, which are orthonormal, apart: each the longest of what those
-/// before it leave. They belong to the subspace and not to its basis; of rows that are equal but
-/// for rounding the first is taken.
+/// Rows that distinguish the columns of q, which are orthonormal: each the longest after those
+/// before it are projected out. They belong to the subspace and not to its basis; among rows that
+/// are equal but for rounding the first is taken.
 std::vector<Index> TellingRows(const MatrixXd& q) {
   std::vector<Index> rows;
   MatrixXd left = q;
@@ -278,7 +278,8 @@ void MakeEchelon(MatrixXd* a) {
   *a = dense::PivotedOrthogonal(head.transpose()).Solve(q.transpose()).transpose();
 }
 
-/// The rigid motions of every island, in scaled parameters, columns of unit length or zero.
+/// The rigid motions of every connected component, in scaled parameters, columns of unit length or
+/// zero.
 struct Candidates {
   MatrixXd columns;
   VectorXd lengths;  // of the columns before
@@ -337,7 +338,7 @@ std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
   MatrixXd taken(space.cols(), part.cols());
   for (Index k = 0; k < part.cols(); ++k) {
     taken.col(k) = space.transpose() * (candidates.columns * part.col(k));
-    // The island with the largest part, and of its motions those that count.
+    // The component with the largest part, and those of its motions that count.
     Index most = 0;
     part.col(k).cwiseAbs().maxCoeff(&most);
     const Index first = most / kMotions * kMotions;

@@ -69,7 +69,7 @@ inline constexpr int kMotions = 7;
                                            const std::vector<std::uint32_t>& passes);
 
 /// "translation of the whole block in y", for a mixture of the columns above: `part` in metres,
-/// radians and one. `whose` is "the whole block" or an island.
+/// radians and one. `whose` is "the whole block" or a connected component.
 [[nodiscard]] std::string NameMotion(const Eigen::Matrix<double, kMotions, 1>& part,
                                      FrameKind frame,
                                      const std::string& whose);
@@ -91,10 +91,10 @@ struct NamedDirection {
 };
 
 /// A basis of a weak subspace (`weak`: orthonormal or nearly so, columns in scaled parameters) that
-/// can be put in words. First the rigid motions of the block, or of each island of it, that lie in
-/// the subspace; then the rest, each with a parameter of its own that the others leave alone, so
-/// that local ones stay local. Both depend on the subspace and not on the vectors that span it,
-/// which rounding turns. docs/theory/rank.md, section 4.
+/// can be put in words. First the rigid motions of the block, or of each connected component, that
+/// lie in the subspace; then the rest, each with a parameter of its own that the others leave
+/// alone, so that local ones stay local. Both depend on the subspace and not on the vectors that
+/// span it, which rounding turns. docs/theory/rank.md, section 4.
 [[nodiscard]] std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
                                                         const std::vector<int>& pass_of_parameter,
                                                         const Eigen::VectorXd& scale,

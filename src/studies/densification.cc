@@ -206,7 +206,7 @@ bool IsVerified(const DensificationStudy& study, std::size_t index) {
   return study.verify.runs > 0 && index % study.verify.every == 0;
 }
 
-/// Level of one bound so that all hold together (Sidak).
+/// Level of one bound for a simultaneous level of all (Sidak).
 double LevelOfOne(const DensificationStudy& study) {
   std::size_t verified = 0;
   for (std::size_t i = 0; i < study.cases.size(); ++i) verified += IsVerified(study, i) ? 1U : 0U;
@@ -342,7 +342,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
       objective.pairs.emplace_back(index_of[pair.a], index_of[pair.b]);
     }
     if (objective.points.empty() || objective.pairs.empty()) {
-      throw InputError("placement", "needs a block with points beside its control");
+      throw InputError("placement", "needs a block with points other than control");
     }
     first.Count("determined", 1);
     const auto control = static_cast<std::size_t>(

@@ -29,7 +29,7 @@ namespace {
 
 /// What one value of an axis, or a listed case, changes in the scene.
 struct Choice {
-  std::string label;  ///< empty: not told (control layout and count have columns of their own)
+  std::string label;  ///< empty: not given (control layout and count have columns of their own)
   std::optional<std::string> scene;
   std::optional<std::vector<std::string>> flights;
   std::vector<std::string> set;
@@ -114,7 +114,7 @@ std::vector<Choice> ReadAxis(SceneTable table) {
       throw InputError(table.PlaceOf("labels"), "must be as many as values");
     }
   } else if (labelled) {
-    throw InputError(table.PlaceOf("labels"), "stand beside values only; a case has a name");
+    throw InputError(table.PlaceOf("labels"), "go with values only; a case has a name");
   }
   for (SceneTable& entry : table.Tables("case")) {
     std::string label;

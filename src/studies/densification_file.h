@@ -27,7 +27,7 @@ inline constexpr std::size_t kMostStudyCases = 10000;
                                                   const std::vector<std::string>& overrides = {});
 
 /// The same from text; `file` names it in messages, `scene_text` gives the text of a scene by the
-/// name that stands in the study.
+/// name that the study gives.
 [[nodiscard]] DensificationFile ParseDensification(
     std::string_view text,
     const std::string& file,

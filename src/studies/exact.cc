@@ -225,8 +225,8 @@ class ExactAdjustment {
       shift -= off;
       at = model_.Evaluate(look, position_[point], x_, shift);
     }
-    // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt; a
-    // measured Doppler likewise, with r = 0.
+    // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt; for
+    // a measured Doppler the same with r = 0.
     const std::array<Digits, 2> sigma = model_.SigmasOf(look, at);
     ExactRow range_row, time_row;
     const auto add = [&](std::size_t column, const Digits& range, const Digits& cone) {
@@ -253,7 +253,7 @@ class ExactAdjustment {
     Add(time_row, shift / sigma[1]);
   }
 
-  /// L^-1 (E (p - p_c)) with L the factor of the covariance of the components held.
+  /// L^-1 (E (p - p_c)) with L the factor of the covariance of the fixed components.
   void AddControl(std::size_t point) {
     const KnownPosition& known =
         *problem_.block.points.FindKnown(static_cast<std::uint32_t>(point));

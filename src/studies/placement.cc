@@ -163,7 +163,7 @@ std::vector<double> BlockCovariance::Gains(const std::vector<std::size_t>& candi
                                            const std::vector<Eigen::Matrix3d>& sigma_m2,
                                            const std::vector<std::size_t>& chosen) const {
   // sum_j tr(Q_jk G^-1 Q_kj) = tr(G^-1 Y_k' C M C Y_k), M = sum_j Y_j Y_j', but for j = k, whose
-  // own B_k stands beside Y_k' C Y_k.
+  // own B_k is added to Y_k' C Y_k.
   Eigen::MatrixXd m = Eigen::MatrixXd::Zero(c_.rows(), c_.rows());
   std::vector<bool> counted(points_.size());
   for (const std::size_t j : chosen) {

@@ -128,8 +128,8 @@ struct PlacementStep {
 };
 
 /// Adds the candidate with the smallest value, the first of equal ones, `count` times (or until
-/// there is no candidate left); each becomes control in `covariance`, of the covariance that stands
-/// beside it in `sigma_m2` (frame axes). `after` is called once a point is in.
+/// there is no candidate left); each becomes control in `covariance`, with its covariance from
+/// `sigma_m2` (frame axes). `after` is called after each point.
 ///
 /// A greedy choice is best at each step, not for the number reached. A step costs O(n^3 + (m + k)
 /// n^2) for n corrections, m points, k candidates; kWorstPoint O(k m n).

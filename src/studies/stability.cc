@@ -462,7 +462,7 @@ StudyPlan PlanStability(const StabilityStudy& study) {
     for (const double value : family.values) {
       plan.tasks.push_back(
           {family.name + " " + Number(value), [name = family.name, value](ProgressSink* progress) {
-             // All cores: fewer would hold for the steps beside this one too.
+             // All cores: a limit would apply to the steps that run at the same time too.
              return std::vector<StudyRow>{
                  RowOf(RunStabilityStep(name, value, AvailableCores(), progress))};
            }});
@@ -550,7 +550,7 @@ StabilityStudy ParseStability(std::string_view text,
   std::set<std::string> taken;
   const auto named = [&](const TomlValue& name) {
     const StabilityFamily& family = all[name.OneOf(names)];
-    if (!taken.insert(family.name).second) name.Fail("stands there twice");
+    if (!taken.insert(family.name).second) name.Fail("is given twice");
     return family;
   };
   if (const auto listed = table.Take("families")) {

@@ -86,7 +86,7 @@ struct StabilityStudy {
   std::vector<StabilityFamily> families;
 };
 
-/// The study as tasks, one a step; columns in docs/studies.md.
+/// The study as tasks, one per step; columns in docs/studies.md.
 [[nodiscard]] StudyPlan PlanStability(const StabilityStudy& study);
 
 /// In sentences: how often each outcome came, in all and by family; the worst of the rows that are
@@ -97,7 +97,7 @@ struct StabilityStudy {
 /// Reads a stability study (docs/studies.md): `families` lists names, each with the values it has
 /// by default; `[[family]]` gives `name` and `values`. Without either: all families. Throws
 /// InputError with FILE:LINE: field for syntax, unknown keys, wrong types, families that do not
-/// exist or stand twice, and values outside the range a family has by default.
+/// exist or are given twice, and values outside the range a family has by default.
 [[nodiscard]] StabilityStudy ReadStability(const std::filesystem::path& path,
                                            const std::vector<std::string>& overrides = {});
 

@@ -25,7 +25,7 @@ void FitArea(double height_m, StabilityPlan* plan) {
   plan->swing_m = std::min(5.3, 1e-3 * height_m);
 }
 
-/// Squints in degrees up to a sight line along the flight.
+/// Squints in degrees up to a line of sight along the flight.
 const std::vector<double>& Squints() {
   static const std::vector<double> kSquints_deg = {
       0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9};
@@ -685,7 +685,7 @@ const std::vector<PlannedFamily>& WeightFamilies() {
 
 namespace {
 
-/// The aircraft's flight, recorded ten times a second.
+/// The aircraft's flight, recorded at 10 Hz.
 StabilityPlan RecordedAircraft(PathThrough through) {
   StabilityPlan plan = AircraftPlan();
   plan.states = 401;

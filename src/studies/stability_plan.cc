@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What all paths of a plan stand on.
+/// What all paths of a plan are relative to.
 struct Ground {
   Frame frame;
   Vector3d middle_m;
@@ -61,7 +61,7 @@ StateVector StraightState(const StabilityPlan& plan,
   return state;
 }
 
-/// Circular orbit beside the middle of the area at t = 0, in axes that stand still.
+/// Circular orbit abeam of the middle of the area at t = 0, in inertial axes.
 StateVector OrbitState(const StabilityPlan& plan,
                        const PlannedPass& pass,
                        const Ground& ground,
@@ -103,7 +103,7 @@ FlightPath MakePath(const StabilityPlan& plan, const PlannedPass& pass, const Gr
   return FlightPath(std::move(states));
 }
 
-/// The flight with its wander, as states so close that cubics follow it to nanometres.
+/// The flight with its trajectory error, as states so close that cubics follow it to nanometres.
 FlightPath FlownPath(const Frame& frame, const FlightPath& planned, const Wander& wander) {
   constexpr double kSpacing_s = 0.01;
   const auto pieces =

@@ -32,7 +32,8 @@ struct PlannedControl {
   double correlation_en_1 = 0.0;
 };
 
-/// A flight that wanders and is recorded with errors; the looks are those of the flight as it was.
+/// A flight with trajectory errors that is recorded with errors; the looks are those of the true
+/// flight.
 struct PlannedRecording {
   SceneWander wander;
   SceneRecorder recorder;  ///< its rate is needed
@@ -42,7 +43,7 @@ struct PlannedRecording {
 struct StabilityPlan {
   bool orbit =
       false;  ///< circular orbits about a body that does not turn, geocentric; else straight
-  double body_radius_m = 0.0;  ///< orbit: of a sphere; 0: WGS84
+  double body_radius_m = 0.0;  ///< orbit: radius of a sphere; 0: WGS84
   std::vector<PlannedPass> passes;
   std::size_t points = 10;
   double along_m = 3900.0, across_m = 3900.0;  ///< half the area, along x or east and across it
@@ -56,8 +57,7 @@ struct StabilityPlan {
   double control_spread_1 = 1.0;  ///< < 1: control points drawn together about the middle
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< added to all coordinates (not orbit)
   double time_origin_s = 391.7;
-  std::size_t states =
-      41;  ///< of a path that is not recorded, and of what is flown but for the wander
+  std::size_t states = 41;     ///< of a path that is not recorded, and of the planned flight
   double time_margin_s = 0.0;  ///< by which paths are longer at either end
   std::optional<PlannedRecording> recording;
   double strip_factor_1 = 0.0;  ///< > 0: strip spans given, this many times the looks' own
@@ -105,8 +105,8 @@ void HoldControlTo(double sigma_m, StabilityPlan* plan);
 /// Families that push the weights of a block.
 [[nodiscard]] const std::vector<PlannedFamily>& WeightFamilies();
 
-/// Families of flights as they are recorded: noise, spacing and contradictions of the states, and
-/// how far a flight wanders from a straight line.
+/// Families of recorded flights: noise, spacing and contradictions of the states, and the deviation
+/// of a flight from a straight line.
 [[nodiscard]] const std::vector<PlannedFamily>& RecordingFamilies();
 
 /// A family of small blocks that one number pushes from comfortable to impossible.

@@ -218,11 +218,11 @@ struct StudyRows::State {
   std::optional<GrowingFile> journal;
   std::optional<GrowingFile> table;
   std::map<std::size_t, std::vector<StudyRow>> earlier;
-  std::map<std::size_t, std::string> waiting;  // finished before a task that stands before them
+  std::map<std::size_t, std::string> waiting;  // finished before a task that precedes them
   std::size_t next = 0;                        // first task that is not in the table
   std::size_t kept = 0;
 
-  /// Text of the tasks that can be told now.
+  /// Text of the tasks that can be shown now.
   std::string TakeReady() {
     std::string ready;
     for (auto found = waiting.find(next); found != waiting.end(); found = waiting.find(next)) {
@@ -360,7 +360,7 @@ bool TakeNumber(std::string_view* line, std::string_view word, std::size_t* valu
   return true;
 }
 
-/// The line that ends a record. The checksum of its rows tells a damaged file from a whole one.
+/// The line that ends a record. The checksum of its rows detects damage.
 std::string LastLineOf(std::size_t task, std::string_view rows) {
   return fmt::format("end {} {:016x}", task, Fnv1a(rows));
 }

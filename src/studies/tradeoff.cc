@@ -276,7 +276,7 @@ TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
     impl_->Prepare(choice, progress);
     impl_->Prepare(reference, progress);
     const auto run_choice = [&] {
-      answer = {};  // what it held is not the next run's
+      answer = {};  // its memory does not count in the next run
       const RunCost cost = MeasureRun([&] { answer = impl_->Run(choice, progress); });
       wall_s.push_back(cost.wall_s);
       cpu_s.push_back(cost.cpu_s);

@@ -26,8 +26,8 @@ namespace sarblock {
 enum class TradeoffStage { kModel, kSolver, kCovariance, kPrecision };
 [[nodiscard]] const char* NameOf(TradeoffStage stage);  ///< "model", "solver", ...
 
-/// What speed is told by. CPU time, of all threads, is the one to take on a machine that does other
-/// things too; it does not see what threads gain.
+/// How speed is measured. CPU time, of all threads, is for a machine that does other work too; it
+/// does not show the gain by threads.
 enum class TradeoffClock { kWall, kCpu };
 [[nodiscard]] const char* NameOf(TradeoffClock clock);  ///< "wall", "cpu"
 
@@ -35,7 +35,7 @@ enum class TradeoffClock { kWall, kCpu };
 struct TradeoffChoice {
   enum class Run {
     kAdjust,      ///< Adjust() with `options`
-    kIntersect,   ///< IntersectBlock(): all looks of a point, flight paths held
+    kIntersect,   ///< IntersectBlock(): all looks of a point, flight paths fixed
     kTwoLooks,    ///< the same of the two looks of each point that intersect best
     kArithmetic,  ///< SolveInArithmetic() from the start values, in `arithmetic` by `elimination`,
                   ///< with the correction groups of the bench's reference
@@ -93,8 +93,8 @@ struct TradeoffRow {
   int threads = 1;              ///< that it might use
   double wall_s = kNotGiven;    ///< median of the runs, of the whole call
   double cpu_s = kNotGiven;     ///< the same, of all threads
-  /// Resident memory that the run added at its largest to what the process held before (block,
-  /// truth, answers to compare with); median. NaN where the system does not tell.
+  /// Largest resident memory of the run above that of the process before (block, truth, answers to
+  /// compare with); median. NaN if the system does not give it.
   double peak_mib = kNotGiven;
   TradeoffClock clock = TradeoffClock::kWall;  ///< of the speeds
   double speed_ratio_1 = kNotGiven;  ///< reference / this: median over pairs of neighbouring runs
@@ -121,7 +121,7 @@ inline constexpr double kSameCovariance_1 = 1e-6;
 /// miss points are not marked and beat nobody.
 void MarkPareto(std::vector<TradeoffRow>* rows);
 
-/// Step left, in sigmas over all unknowns, of the best answer.
+/// Newton decrement of the best answer, in sigmas over all unknowns.
 inline constexpr double kBestTolerance_1 = 1e-9;
 
 /// What is good enough for a recommendation.
@@ -155,8 +155,8 @@ struct TradeoffRepeats {
 /// A simulated block to measure choices on. Holds its own copies.
 class TradeoffBench {
  public:
-  /// Solves the block once with `reference`, to kBestTolerance_1 whatever its own: the best answer.
-  /// For arithmetic it is that of Arithmetic::kExtended by kQr.
+  /// Solves the block once with `reference`, to kBestTolerance_1 instead of its own: the best
+  /// answer. For arithmetic it is that of Arithmetic::kExtended by kQr.
   TradeoffBench(SimulatedBlock simulated,
                 std::size_t points,
                 const TradeoffChoice& reference,
@@ -199,7 +199,7 @@ class TradeoffBench {
 struct RunCost {
   double wall_s = 0.0;
   double cpu_s = 0.0;     ///< all threads
-  double peak_mib = 0.0;  ///< NaN where the system does not tell
+  double peak_mib = 0.0;  ///< NaN if the system does not give it
 };
 
 /// Runs `work` and measures it. The peak is that of the resident set during the call less what was

@@ -29,14 +29,14 @@ inline constexpr std::string_view kValuesEnding = "_values";
 /// The dimension of a table's columns.
 inline constexpr const char* kRowDimension = "row";
 
-/// The attribute that stands for a text file: "block_toml" for "block.toml".
+/// The attribute with the text of a file: "block_toml" for "block.toml".
 [[nodiscard]] std::string AttributeOf(std::string_view file);
 /// A string type of `bytes` bytes, or of variable length for H5T_VARIABLE.
 [[nodiscard]] Hdf5Id StringType(std::size_t bytes);
 /// Rows [first, first + count) of a column as a selection in its file.
 [[nodiscard]] Hdf5Id SelectRows(hid_t dataset, std::uint64_t first, std::uint64_t count);
 
-/// A file open for reading, and what every dataset of it is held to.
+/// A file open for reading, and the limits of every dataset of it.
 struct OpenedHdf5 {
   std::string path;
   std::uint64_t bytes = 0;
@@ -46,7 +46,7 @@ struct OpenedHdf5 {
 };
 [[nodiscard]] OpenedHdf5 OpenHdf5(const std::filesystem::path& path);
 
-/// Whether a group has a member of this name that stands in this file itself; links to others are
+/// Whether a group has a member of this name in this file itself; links to others are
 /// refused. `path` is the member's, for messages.
 [[nodiscard]] bool HasMember(const OpenedHdf5& opened,
                              hid_t group,
@@ -61,7 +61,7 @@ struct StoredDataset {
   bool variable_text = false;
   std::vector<std::uint64_t> size;  ///< one number a dimension; none: a scalar
   std::uint64_t count = 0;          ///< values, the product of these
-  bool whole = true;                ///< all values stand in the file
+  bool whole = true;                ///< all values are in the file
   bool none = false;                ///< none of them does
   /// Of a dataset of one dimension whose chunks are values and nothing else, as `own_type` has
   /// them: their values; else 0.
@@ -69,9 +69,9 @@ struct StoredDataset {
   hid_t own_type = -1;  ///< the type of libhdf5 for this machine, if there is one
 };
 
-/// Opens a dataset of `rank` dimensions. How many values it claims is held against the bytes of the
-/// file, so that `whole` bounds the memory that reading it costs. Refused are values in other
-/// files and chunks of more than 64 MiB.
+/// Opens a dataset of `rank` dimensions. The number of values it claims is checked against the
+/// bytes of the file, so that `whole` bounds the memory that reading it costs. Refused are values
+/// in other files and chunks of more than 64 MiB.
 [[nodiscard]] StoredDataset OpenStored(const OpenedHdf5& opened,
                                        hid_t group,
                                        const std::string& name,
@@ -85,7 +85,7 @@ enum class StoredRows : std::uint8_t {
   kDamaged  ///< libhdf5 cannot read them
 };
 /// Reads the rows [first, first + count) as `type`; `memory` is a space of so many. A whole chunk
-/// is taken as it stands where it can be.
+/// is taken as stored where possible.
 [[nodiscard]] StoredRows ReadRows(const StoredDataset& stored,
                                   std::uint64_t first,
                                   std::uint64_t count,
@@ -93,7 +93,7 @@ enum class StoredRows : std::uint8_t {
                                   hid_t type,
                                   void* values);
 
-/// A text attribute of an object; nothing where it does not stand. `place` is for messages.
+/// A text attribute of an object; nothing if there is none. `place` is for messages.
 [[nodiscard]] std::optional<std::string> ReadTextAttribute(const OpenedHdf5& opened,
                                                            hid_t object,
                                                            const std::string& name,
@@ -108,7 +108,7 @@ struct Hdf5Array {
 };
 
 /// Datasets of an HDF5 file of others, by paths such as "/science/LSAR/identification". Groups and
-/// datasets must stand in the file itself, links are refused; what is read is bounded by the size
+/// datasets must be in the file itself, links are refused; what is read is bounded by the size
 /// of the file before any memory is taken. Everything that is wrong throws InputError with the file
 /// and the path.
 class Hdf5Values {
@@ -118,7 +118,7 @@ class Hdf5Values {
   ~Hdf5Values();
 
   [[nodiscard]] const std::string& file() const;
-  /// Whether a group or dataset stands there.
+  /// Whether there is a group or dataset.
   [[nodiscard]] bool Has(const std::string& path) const;
   /// One text, of fixed or variable length.
   [[nodiscard]] std::string Text(const std::string& path) const;

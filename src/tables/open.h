@@ -17,7 +17,7 @@
 
 namespace sarblock {
 
-/// Texts by the name of their file; a file whose text is absent does not stand there.
+/// Texts by the name of their file; a file whose text is absent does not exist.
 using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_view>>>;
 [[nodiscard]] std::unique_ptr<TableSource> TablesOfTexts(FileTexts texts, FolderContent content);
 
@@ -28,7 +28,7 @@ using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_v
 /// The folder from which names in a block's options count: its own, or that of its file.
 [[nodiscard]] std::filesystem::path FolderOf(const std::filesystem::path& block);
 
-/// What stands there, as far as it can be told before it is read: a folder without a summary.json
+/// What is there, as far as can be seen before it is read: a folder without a summary.json
 /// is taken for a block. Throws InputError for an HDF5 file of others.
 [[nodiscard]] FolderContent ContentAt(const std::filesystem::path& path);
 

@@ -29,7 +29,7 @@ namespace sarblock {
 
 enum class ColumnNeed { kOptional, kRequired };
 
-/// What the cells of a column hold.
+/// Kind of the cells of a column.
 enum class CellKind {
   kNumber,     ///< its unit is the end of the column's name
   kRowNumber,  ///< a number whose unit the cell `unit` of its row, or the parameter it is of, gives
@@ -85,7 +85,7 @@ Columns(const TableColumn (&)[N]) -> Columns<N>;
 [[nodiscard]] std::string_view UnitOfColumn(std::string_view name);
 
 /// A table of a block, a result or a part: what readers, writers and both kinds of files go by. The
-/// columns stand in the order in which they are written.
+/// columns are in the order in which they are written.
 struct TableDescription {
   std::string_view name;
   Schema columns;

@@ -369,7 +369,7 @@ std::string TextOf(const toml::table& table) {
   return stream.str();
 }
 
-/// Place of a dotted field, or of the nearest table around it that stands in the file.
+/// Place of a dotted field, or of the nearest table around it in the file.
 FilePlace PlaceOfField(const toml::table& root, const std::string& file, const std::string& field) {
   const toml::node* node = &root;
   std::string_view rest = field;

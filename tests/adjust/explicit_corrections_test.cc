@@ -27,7 +27,7 @@ class ExplicitBlock {
 
   [[nodiscard]] Eigen::Index corrections() const { return layout_.size(); }
 
-  /// All weighted residuals: two a look, three a control point, one a prior.
+  /// All weighted residuals: two per look, three per control point, one per prior.
   [[nodiscard]] Eigen::VectorXd Residuals(const Eigen::VectorXd& x) const {
     std::vector<double> out;
     for (std::size_t j = 0; j < block_.points.size(); ++j) {

@@ -75,7 +75,7 @@ class JointPriorBlockTest : public testing::TestWithParam<bool> {
 };
 
 // Second route, written without elimination and with the inverse of Q in place of its factor: the
-// dense Gauss-Newton step left at the solution, in sigmas of each unknown, and all covariances.
+// dense Gauss-Newton step at the solution, in sigmas of each unknown, and all covariances.
 TEST_P(JointPriorBlockTest, IsTheDenseLeastSquaresSolution) {
   const AdjustResult result = Adjust(known_.block, options_);
   ASSERT_EQ(result.status, AdjustStatus::kConverged);
@@ -353,7 +353,7 @@ TEST(JointPriorTest, PredictionHasTheCovarianceOfTheAdjustment) {
   }
 }
 
-// A path far from what its prior says contradicts it, also where only the correlations tell: the
+// A path far from what its prior says contradicts it, also where only the correlations show it: the
 // errors are within two standard deviations of each parameter.
 TEST(JointPriorTest, AnErrorThatOnlyCorrelationsForbidContradictsThePrior) {
   test::KnownBlock known = JointBlock(test::AircraftPlan());

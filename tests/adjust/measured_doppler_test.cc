@@ -118,7 +118,7 @@ TEST_P(MeasuredDopplerTest, IntersectsWithTheSameCovariance) {
   }
 }
 
-// Residuals are told in metres at the target: rho lambda/(2 |v|) times those of the Doppler.
+// Residuals are given in metres at the target: rho lambda/(2 |v|) times those of the Doppler.
 TEST_P(MeasuredDopplerTest, TellsAzimuthResidualsInMetres) {
   test::KnownBlock known = DopplerBlock(GetParam());
   test::AddNoise(7, 1.0, &known);
@@ -238,7 +238,7 @@ TEST(MixedLooksTest, ASquintBiasTurnsTheConeOfMeasuredDopplers) {
 }
 
 // Exchanged points in passes of one time, on paths that are off by hundreds of metres: what their
-// looks agree on is found by ranges and Dopplers, which tell the points of a pass apart.
+// looks agree on is found by ranges and Dopplers, which distinguish the points of a pass.
 TEST(MixedLooksTest, PassesOfOneTimeAgreeDespiteExchangedPoints) {
   test::BlockPlan plan = test::AircraftPlan(20.0, true);
   plan.sigma = {0.7, 1.9, AzimuthUnit::kHertz};

@@ -75,7 +75,7 @@ struct GrossErrors {
   AdjustOptions options;
 };
 
-/// Eight passes, because a loss cannot tell a blunder in a look that nothing else controls; with
+/// Eight passes, because a loss cannot detect a blunder in a look that nothing else controls; with
 /// `few_passes` only four of them.
 GrossErrors MakeGrossErrors(double noise, bool few_passes = false) {
   test::BlockPlan plan = test::AircraftPlan();

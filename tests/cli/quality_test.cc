@@ -58,7 +58,7 @@ TEST_F(QualityCommandTest, ARunStartsFromTheRejectionsOfAnother) {
   EXPECT_EQ(plain["accepted"], false);
 }
 
-// The same image twice under two names tells nothing new.
+// The same image twice under two names adds no information.
 TEST_F(QualityCommandTest, TheLooksOfACopiedPassCountOnce) {
   const Path block = Simulated("leberl-aircraft", "block", {"--set", "points.count=60"});
   ASSERT_EQ(Run("adjust", block, "once").exit_code, 0);

@@ -35,7 +35,7 @@ std::vector<Told> Follow(const std::string& stage,
   return told;
 }
 
-/// Largest factor between one estimate and the one told before it, less the time between them.
+/// Largest factor between one estimate and the one shown before it, less the time between them.
 double LargestJump(const std::vector<Told>& told) {
   double largest_1 = 1.0;
   for (std::size_t i = 1; i < told.size(); ++i) {

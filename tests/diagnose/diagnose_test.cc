@@ -86,7 +86,7 @@ TEST(DiagnoseTest, ClaimsNoMoreOfAnUnlistedErrorThanWhatItTakes) {
       for (std::uint64_t seed = 1; seed <= Draws(1); ++seed) {
         const test::TrialResult result = test::RunTrial(name, plant, seed);
         for (const Explanation& told : result.diagnosis.explanations) {
-          // Two routes: the part that is told, and the square sums.
+          // Two routes: the part that is reported, and the square sums.
           const double part =
               (told.square_sum_before_1 - told.square_sum_after_1) / told.square_sum_before_1;
           EXPECT_NEAR(told.part_1, part, 1e-12) << told.sentence;

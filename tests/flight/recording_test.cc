@@ -188,7 +188,7 @@ TEST(RecordingTest, NoiseOfVelocitiesIsNoContradiction) {
 
 // ---- polynomials of degree 7
 
-// States 60 to 300 s apart: the errors told are those there are, within a factor of two, and far
+// States 60 to 300 s apart: the errors reported are the true ones, within a factor of two, and far
 // below those of the cubic.
 TEST(RecordingTest, PolynomialsOfDegreeSevenFollowASparseOrbitAndTellTheirErrors) {
   for (const double h_s : {60.0, 120.0, 300.0}) {
@@ -264,7 +264,7 @@ TEST(RecordingTest, KnotsStandAtRecordedTimesToTheLastBit) {
 }
 
 // Seeded statistics: 2 cm and 1 cm/s at 100 Hz. The cubic is off by metres per second; what is left
-// of the smoothed path is told, noise and what the knots do not follow together.
+// of the smoothed path is reported, noise and what the knots do not follow together.
 TEST(RecordingTest, ASmoothedFlightIsAsGoodAsTold) {
   double square = 0.0, told = 0.0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {

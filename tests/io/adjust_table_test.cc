@@ -80,7 +80,7 @@ TEST(AdjustTableTest, ReadsEveryFormOfPositionPriors) {
   EXPECT_THAT(two.components, ElementsAre(true, false, true));
   EXPECT_THAT(two.prior_sigma_m,
               ElementsAre(ElementsAre(), ElementsAre(), ElementsAre(30.5, 3.25)));
-  // One an axis, although only one is estimated.
+  // One per axis, although only one is estimated.
   const PositionCorrection one =
       Position("axes = \"frame\"\ncomponents = [\"y\"]\nsigma_m = [1.5, 2.5, 3.5]\n");
   EXPECT_THAT(one.prior_sigma_m, ElementsAre(ElementsAre(), ElementsAre(2.5), ElementsAre()));

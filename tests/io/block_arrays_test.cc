@@ -201,7 +201,7 @@ TEST(ReadBlockArraysTest, TheFirstBadRowIsNamedWhateverComesBehindIt) {
   }
 }
 
-/// Looks of more than one part, two a point. With a squint in the first row of each part they are
+/// Looks of more than one part, two per point. With a squint in the first row of each part they are
 /// read cell by cell, without one as columns.
 struct ManyLooks {
   static constexpr std::size_t kPoints = 12007, kBad = 17001;

@@ -192,7 +192,7 @@ TEST_F(NetworkTest, GivenSerialNumbersGoBeforeThoseOfTheFiles) {
   NetworkImportOptions options = WithSigma();
   options.serials = {{"LRO/MRFLRO/2012-03-04T05:06:07.890123", 1},
                      {"LRO/MRFLRO/2012-03-04T07:01:02.500000", 0}};
-  // Cubes know better and are refused; ISDs do what they are told.
+  // Cubes know better and are refused; ISDs follow the option.
   const ImportedNetwork imported = ImportNetwork(Moon(), Isds(), options);
   EXPECT_EQ(imported.images[0].pass, "one");
   EXPECT_EQ(imported.images[0].serial, "LRO/MRFLRO/2012-03-04T07:01:02.500000");
@@ -214,7 +214,7 @@ TEST_F(NetworkTest, AnImageOfAnotherBodyIsRefused) {
   EXPECT_THAT(message, HasSubstr("mars.json"));
   EXPECT_THAT(message, HasSubstr("is an image of another body: radius 3396.19 km"));
   ControlNetwork network = Moon();
-  network.target = "Nobody";  // a body of unknown size: the points tell
+  network.target = "Nobody";  // a body of unknown size: it follows from the points
   for (RadarImage& image : images) image.ellipsoid = {"", 3396190.0, 0.0};
   EXPECT_THAT(Refusal(network, images, WithSigma()), HasSubstr("from the centre"));
 }

@@ -82,7 +82,7 @@ TEST(HeadlineTest, NotConvergedIsNotAccepted) {
   const Headline headline = Judge(result);
   EXPECT_EQ(headline.state, HeadlineState::kNotAccepted);
   EXPECT_EQ(headline.word, "Not accepted: not converged");
-  EXPECT_THAT(Words(headline), HasSubstr("a step of 2.50 sigma was still to go"));
+  EXPECT_THAT(Words(headline), HasSubstr("the Newton decrement was 2.50 sigma"));
 }
 
 TEST(HeadlineTest, GrossContradictionsAreNotAcceptedForTheReasonThatTheResultGives) {

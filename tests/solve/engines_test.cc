@@ -220,7 +220,7 @@ class Trials final : public ProgressSink {
 };
 
 // A step of 3e-6 sigmas takes 5e-12 off a cost of some hundred whose rounding is 1e-10: whether it
-// was a good one only the gradient can tell. Refused steps would be tried again, damped.
+// was a good one only the gradient can show. Refused steps would be tried again, damped.
 TEST(ReducedEngineTest, TakesAStepThatTheCostIsTooCoarseToShow) {
   const SceneBlock made = test::SmallSceneBlock("block-12-strips");
   Prepared solved(made);

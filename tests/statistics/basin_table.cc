@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The basin of the adjustment (docs/validation.md): from how far path errors and under how many
-// gross errors a block comes home. Prints a row a draw (--draws) and the table.
+// gross errors a block comes home. Prints one row per draw (--draws) and the table.
 //
 //     SARBLOCK_DRAWS=4 basin_table [--scenes a,b] [--paths 0,0.5,1,2,5,10,20 (km)]
 //         [--fractions 0,5,10,20 (percent)] [--kinds range,azimuth,match] [--ways none,huber,...]

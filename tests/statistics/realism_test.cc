@@ -64,7 +64,7 @@ void PrintTo(const PlantedCase& given, std::ostream* out) {
 
 class PlantedVariancesTest : public testing::TestWithParam<PlantedCase> {};
 
-/// True standard deviations of range and azimuth over those told.
+/// True standard deviations of range and azimuth over those stated.
 std::array<double, 2> Planted(bool grouped, std::size_t pass) {
   if (grouped && pass % 3 == 0) return {1.0, 3.0};
   return {2.0, 0.6};

@@ -141,7 +141,7 @@ TEST(StabilityFileTest, TakesAllFamiliesOrThoseListedOrThoseWithValues) {
 TEST(StabilityFileTest, RefusesByLineAndKeyWhatNoFamilyIs) {
   const std::vector<std::pair<std::string, std::string>> bad = {
       {"families = [\"sqint\"]", "s.toml:3: families[0]: "},
-      {"families = [\"base\", \"base\"]", "families[1]: stands there twice"},
+      {"families = [\"base\", \"base\"]", "families[1]: is given twice"},
       {"families = 3", "s.toml:3: families: "},
       {"seed = 7", "s.toml:3: seed: is not used here"},
       {"family = [{}]", "name: must be given"},

@@ -186,7 +186,7 @@ test::KnownBlock Parallel() {
 }
 
 // Theory: three parallel passes have one range too many for the two coordinates across the flight,
-// so their range tests are one; of three azimuths two are too many, and they are told apart.
+// so their range tests are one; of three azimuths two are too many, and they can be distinguished.
 TEST(BlunderSearchTest, KnowsThatParallelRangesCannotBeToldApart) {
   test::KnownBlock known = Parallel();
   const std::uint64_t look = known.block.looks.offsets[6] + 1;

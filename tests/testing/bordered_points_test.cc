@@ -137,7 +137,7 @@ TEST_P(BorderedPointsTest, HaveTheSameCovariancesAndQualityFigures) {
       EXPECT_NEAR(a.quality.shift_m[component][i], b.quality.shift_m[component][i], 1e-6);
     }
   }
-  // Every pair of parameters that the border's pattern has is told, and is what it was.
+  // Every pair of parameters that the border's pattern has is given, unchanged.
   const Eigen::MatrixXd c = full.blocks.ToDense();
   for (const ParameterCovariance& pair : ParameterCovariances(*border_, bordered)) {
     EXPECT_NEAR(pair.covariance, c(pair.a, pair.b), 1e-11);

@@ -45,7 +45,7 @@ AdjustOptions ConstantsOf() {
   return options;
 }
 
-/// What the adjustment is told: the true standard deviations over `range` and `azimuth`.
+/// What the adjustment assumes: the true standard deviations over `range` and `azimuth`.
 void Tell(double range, double azimuth, Block* block) {
   for (Pass& pass : block->passes) {
     pass.sigma.range_m /= range;
@@ -239,7 +239,8 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   }
 }
 
-// Two looks a point leave one equation over for four: range and azimuth of few points are not told.
+// Two looks per point leave one equation over for four: range and azimuth of few points are not
+// determined.
 TEST(VarianceComponentsTest, WithoutRedundancyKeepTheirFactorAndAreNamed) {
   test::BlockPlan plan = test::AircraftPlan();
   plan.points = 6;

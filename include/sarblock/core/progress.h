@@ -8,7 +8,7 @@
 
 namespace sarblock {
 
-/// What long work tells its caller. The library prints nothing: the command line draws a bar.
+/// Receives the progress of long work. The library prints nothing: the command line draws a bar.
 /// Calls come from one thread at a time.
 class ProgressSink {
  public:
@@ -54,7 +54,7 @@ class CancellationScope {
 };
 
 /// One of `count` parts of a series of tasks: those, counted from 0, whose number modulo `count` is
-/// `index`. Parts are for several processes or machines; together they hold every task once.
+/// `index`. Parts are for several processes or machines; every task is in one of them.
 struct TaskPart {
   std::size_t index = 0, count = 1;
 

@@ -23,7 +23,7 @@ namespace sarblock {
 /// One file that a run has read.
 struct InputFile {
   std::string name;         ///< within its folder: "observations.csv.gz"
-  std::uint64_t bytes = 0;  ///< as it stands there, compressed or not
+  std::uint64_t bytes = 0;  ///< as stored, compressed or not
   std::string sha256;       ///< of these bytes, 64 hexadecimal digits: what `sha256sum` prints
 };
 
@@ -154,7 +154,7 @@ struct ResultSummary {
   std::string status;   ///< converged, not_converged, intersected, predicted
   Verdict verdict = Verdict::kNotAccepted;
   std::vector<std::string> verdict_reasons;  ///< why it is not accepted, the gravest first
-  std::vector<std::pair<std::string, double>> counts;        ///< as they stand there
+  std::vector<std::pair<std::string, double>> counts;        ///< as in the file
   [[nodiscard]] double Count(std::string_view name) const {  ///< 0 where not given
     for (const auto& [key, value] : counts) {
       if (key == name) return value;
@@ -260,17 +260,17 @@ struct ReadResultOptions {
 /// simplifications.csv and trajectories.csv, each table plain or as `.csv.gz`, or all of an HDF5
 /// file (docs/container.md). Covariances are as
 /// written: scaled by the posterior variance factor where the result is. montecarlo.csv is not
-/// read: its sums stand in the summary. Report, comparison and export read results by this alone.
+/// read: its sums are in the summary. Report, comparison and export read results by this alone.
 ///
 /// Every fault of the files throws InputError with file, line and field, as ReadBlock() does; also
 /// tables that contradict each other (a look of a point that points.csv does not have, fewer
 /// points than the summary counts: files of two results). Columns not known are ignored. A summary
 /// without `frame` or `passes`, of a version before they were written, is refused. Memory: about
-/// 300 bytes a point and 100 a look.
+/// 300 bytes per point and 100 per look.
 [[nodiscard]] ResultFile ReadResult(const std::filesystem::path& path,
                                     const ReadResultOptions& options = {});
 
-/// A result as texts, named like the files they stand for.
+/// A result as texts, named like the files they replace.
 struct ResultTexts {
   std::string_view summary_json;
   std::string_view points_csv;

@@ -74,7 +74,7 @@ class FlightPath {
                           std::size_t* piece = nullptr) const;
   /// Largest difference of the two accelerations in a piece, at one of its ends.
   [[nodiscard]] double AccelerationMisfit_mps2(std::size_t piece) const;
-  /// The piece that holds a time, the first or last one beyond the ends. Of a path that has states.
+  /// The piece that contains a time, beyond the ends the first or last one. Requires states.
   [[nodiscard]] std::size_t PieceOf(double time_s) const;
   /// Pieces of the path: state to state, or several states that a straight flight passes through.
   [[nodiscard]] std::size_t piece_count() const { return pieces_.size(); }

@@ -68,7 +68,7 @@ struct TroposphereCorrection {
 
 /// One group of corrections for some passes.
 struct CorrectionGroup {
-  std::string name;  ///< as it stands in the file ("position", "range"); owner of shared parameters
+  std::string name;  ///< as in the file ("position", "range"); owner of shared parameters
   std::variant<PositionCorrection,
                VelocityCorrection,
                RangeCorrection,
@@ -110,8 +110,8 @@ struct JointPrior {
   [[nodiscard]] Eigen::MatrixXd Covariance() const;
 };
 
-/// True where two groups that are not shared cannot stand for one pass: both of one kind, position
-/// groups only where they have a component in common or stand in different axes.
+/// True where two groups that are not shared exclude each other for one pass: both of one kind,
+/// position groups only where they have a component in common or have different axes.
 [[nodiscard]] bool Overlap(const CorrectionGroup& a, const CorrectionGroup& b);
 
 enum class CorrectionChoice { kGiven, kNone, kAuto };
@@ -196,7 +196,7 @@ struct AdjustOptions {
   std::optional<TaskPart> montecarlo_part = {};
   /// A guard; iteration ends before where steps no longer shrink (docs/theory/adjustment.md).
   int max_iterations = 1000;
-  /// Newton step left, in sigmas over all unknowns together, at which iteration ends. Above
+  /// Newton decrement, in sigmas over all unknowns together, at which iteration ends. Above
   /// kRemainingStepAccepted_1 (adjust.h) nothing would be accepted.
   double tolerance_1 = 1e-6;
   Engine engine = Engine::kAuto;

@@ -173,7 +173,7 @@ struct Assessment {
   std::vector<PassShare> shares;  ///< by pass in order, then shared groups; empty without figures
 };
 
-/// A standard deviation whose unit stands beside it: metres, or seconds of azimuth time.
+/// A standard deviation with its unit: metres, or seconds of azimuth time.
 using SigmaInUnit = double;
 
 /// One estimated variance: that of the ranges or of the azimuths of a group of passes
@@ -185,12 +185,12 @@ struct VarianceComponent {
   std::size_t looks = 0;
   double redundancy_1 = 0.0;  ///< sum of the redundancy numbers, under the weights reached
   double factor_1 = 1.0;      ///< variance after over variance before
-  /// Standard deviation of factor_1; NaN where it was held.
+  /// Standard deviation of factor_1; NaN if it was fixed.
   double factor_deviation_1 = std::numeric_limits<double>::quiet_NaN();
   /// Root mean square of the looks' standard deviations before, in `unit`; NaN where units mix.
   SigmaInUnit sigma_before = std::numeric_limits<double>::quiet_NaN();
   std::string unit;        ///< "m" or "s"
-  bool estimated = false;  ///< else held at factor 1, `note` says why
+  bool estimated = false;  ///< else fixed at factor 1, `note` says why
   std::string note;
 
   [[nodiscard]] double sigma_after() const;
@@ -264,7 +264,7 @@ enum class SelectionTest {
 };
 
 /// One candidate of the model selection with its figures at the final model. Degree d of a position
-/// polynomial that is not kept stands for all degrees above the kept ones up to d, together; a
+/// polynomial that is not kept represents all degrees above the kept ones up to d, together; a
 /// spline replaces the polynomial of its component. docs/theory/selection.md.
 struct CandidateResult {
   std::string name;    ///< "position.up.1", "position.up.spline 10 s", "range.bias"
@@ -287,7 +287,7 @@ struct CandidateResult {
 struct SimplificationBound {
   std::string name{};             ///< "flat-frame", "fixed-track-axes", "linear-velocity"
   double bound_m = kNotGiven;     ///< no point moves by more, at the point with the largest part
-  double sigma_m = kNotGiven;     ///< its standard deviation, paths held
+  double sigma_m = kNotGiven;     ///< its standard deviation, paths fixed
   double fraction_1 = kNotGiven;  ///< bound over sigma, the largest of all points
   bool allowed = false;           ///< the part is below the limit
   bool taken = false;             ///< the result is that of a model without it
@@ -316,7 +316,7 @@ struct MonteCarloDraws;
 /// What became of a point.
 enum class PointStatus : std::uint8_t {
   kAdjusted,     ///< solved in the adjustment
-  kIntersected,  ///< solved alone, flight paths held
+  kIntersected,  ///< solved alone, flight paths fixed
   kPredicted,    ///< covariance only, geometry from truth or approximate coordinates
   kNotSeen,      ///< no look that counts
   kTooFewLooks,  ///< fewer equations than unknowns
@@ -458,7 +458,7 @@ struct LookQuality {
   [[nodiscard]] bool empty() const { return redundancy_1[0].empty(); }
 };
 
-/// The same for one held component of a control point.
+/// The same for one fixed component of a control point.
 struct ControlQuality {
   std::uint32_t point = 0;
   int component = 0;  ///< 0 east, 1 north, 2 up
@@ -506,7 +506,7 @@ enum class AdjustStatus {
 /// Pairs of point indices, for coordinate differences.
 using PointPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-/// Largest Newton step left, in sigmas over all unknowns together, that is still a solution.
+/// Largest Newton decrement, in sigmas over all unknowns together, of a solution.
 inline constexpr double kRemainingStepAccepted_1 = 1e-3;
 /// The same under a robust loss, whose kinks (Huber) or flat places (two looks that contradict each
 /// other) let the last steps shrink slowly: far below what the loss itself costs in efficiency.
@@ -539,7 +539,7 @@ struct AdjustResult {
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more
 
-  std::size_t observation_count = 0;  ///< two a look, control components, priors
+  std::size_t observation_count = 0;  ///< two per look, control components, priors
   std::size_t parameter_count = 0;    ///< three a solved point, corrections
   std::size_t datum_defects = 0;      ///< unknowns that an inner datum had to fix
   std::size_t looks_used = 0;

@@ -91,8 +91,8 @@ struct SceneNavigation {
   std::vector<JointPrior> joint;
 };
 
-/// How true flights wander about their planned paths: flown = planned + A(t) w(t), A the track axes
-/// of the planned path, w along, across, up the sum of a random process and a table. The process is
+/// Time-correlated trajectory errors: flown = planned + A(t) w(t), A the track axes of the planned
+/// path, w (along, across, up) the sum of a random process and a table. The process is
 /// third-order Gauss-Markov (docs/theory/wander.md): position, velocity and acceleration with rms
 /// s, s/(sqrt(3) T) and s/T^2, steered back to the planned path. Attitude does not enter: the model
 /// of a look takes its cone from the velocity.
@@ -108,7 +108,7 @@ struct SceneWander {
 
 /// How flights are recorded: the states of a block are those of the flown path at the times of the
 /// recorder, with its errors. Not the same as SceneNavigation, which moves the whole true path
-/// against what is recorded; both may stand in a scene. Lists are along, across, up.
+/// against what is recorded; a scene may have both. Lists are along, across, up.
 struct SceneRecorder {
   double rate_hz = kNotGiven;  ///< 0.01 to 200; not given: 1 / state_spacing_s of the flight
   double noise_m = 0.0;        ///< sigma of each coordinate of each state
@@ -141,7 +141,7 @@ struct SceneTerrain {
   Kind kind = Kind::kFlat;
   double height_m = 0.0;          ///< mean
   double relief_m = 0.0;          ///< standard deviation of the heights
-  double correlation_m = 5000.0;  ///< correlation exp(-(r/L)^2); rugged: of its longest octave
+  double correlation_m = 5000.0;  ///< correlation exp(-(r/L)^2); rugged: that of its longest octave
 };
 
 /// Where tie points lie: `count` of them in a rectangle of the scene plane.
@@ -154,12 +154,12 @@ struct ScenePoints {
   std::size_t min_looks = 2;        ///< tie and check points with fewer are left out
 };
 
-/// Known points. Coordinates of components that are not held are written with approximate_sigma_m.
+/// Known points. Coordinates of free components are written with approximate_sigma_m.
 struct SceneControl {
   enum class Layout { kNone, kCorners, kPerimeter, kGrid, kChain, kRandom, kPlaces };
   Layout layout = Layout::kNone;
   std::size_t count = 4;
-  std::array<double, 3> sigma_m{};  ///< e, n, u; > 0 where held
+  std::array<double, 3> sigma_m{};  ///< e, n, u; > 0 where fixed
   std::array<bool, 3> held{true, true, true};
   /// Area of the layout in the scene plane, from, to; not given: that of the tie points.
   std::array<double, 2> east_m{kNotGiven, kNotGiven};
@@ -253,7 +253,7 @@ struct SimulatedBlock {
   /// The passes with their planned paths where the states of the block are recorded on a flight
   /// (IsRecorded); else empty: the block holds the planned paths themselves.
   std::vector<Pass> planned;
-  std::shared_ptr<const std::vector<Wander>> wander;  ///< by pass, as drawn; null: none wanders
+  std::shared_ptr<const std::vector<Wander>> wander;  ///< by pass, as drawn; null: no errors
   std::vector<PassError> errors;                      ///< by pass, as drawn
   std::vector<double> squint_rad;                     ///< nominal squint by pass
   ExactLooks exact;

@@ -65,7 +65,7 @@ class AtomicFile {
 /// may call it before the process ends); the files' AtomicFile objects must not be used afterwards.
 void RemoveOpenTemporaryFiles() noexcept;
 
-/// A file that goes with a block or a result: `name` in its folder, or beside the file that stands
+/// A file that goes with a block or a result: `name` in its folder, or next to the file that stands
 /// for one: "x.report.html" for "x.h5".
 [[nodiscard]] std::filesystem::path FileOf(const std::filesystem::path& owner,
                                            const std::string& name);
@@ -88,7 +88,7 @@ enum class FolderContent { kResult, kBlock, kStudy, kPart };
 /// What a block or a result at this path is called where it has no other name: the folder's own, or
 /// the file's without ".h5".
 [[nodiscard]] std::string NameAt(const std::filesystem::path& path);
-/// Whether an HDF5 file stands there.
+/// Whether there is an HDF5 file.
 [[nodiscard]] bool IsContainer(const std::filesystem::path& path);
 /// What an HDF5 file says that it holds; nothing if it is not one of ours or cannot be read.
 [[nodiscard]] std::optional<FolderContent> ContentOf(const std::filesystem::path& container);
@@ -112,7 +112,7 @@ void RequireFolderFor(FolderContent content,
 /// Whether this program wrote what a folder holds as `content`.
 [[nodiscard]] bool HoldsOurs(FolderContent content, const std::filesystem::path& folder);
 
-/// What tells files of ours from others: texts, one of which stands in the first 64 KiB of each.
+/// Texts by which files of ours are recognised: one of them is in the first 64 KiB of each.
 using FileMarks = std::initializer_list<std::string_view>;
 
 /// Throws InputError where `file` must not be written: it is a folder, or (kRefuse) a file stands
@@ -173,7 +173,7 @@ class StagedFolder {
 
 /// First line of every block.toml that this program writes.
 inline constexpr const char* kWrittenBySarblock = "# written by sarblock\n";
-/// What stands in every report.
+/// Text of every report.
 inline constexpr std::string_view kReportMark = "<meta name=\"generator\" content=\"sarblock ";
 
 /// Which folder holds which part of what is to be joined. Errors are InputErrors that name the

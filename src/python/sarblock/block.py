@@ -419,7 +419,7 @@ class Block:
         has. `trajectories`, `observations` and `points` are tables: arrays of one length by the
         names that the columns have in the files (`time_s`, `range_m`, ...), nan for an empty cell. A
         pass or point is named (`pass`, `point`: strings) or counted from 0 (`pass_index` in
-        `passes`, `point_index` in `points`), which is faster. `position_m` (n, 3) stands for x_m,
+        `passes`, `point_index` in `points`), which is faster. `position_m` (n, 3) replaces x_m,
         y_m, z_m, `velocity_mps` (n, 3) for vx_mps, vy_mps, vz_mps, `sigma_enu_m` (n, 3) for
         sigma_e_m, sigma_n_m, sigma_u_m. `frame` is "local", the name of an ellipsoid ("WGS84") or
         the [frame] table; `sigma`, `trajectory` and `adjust` are those of block.toml, `adjust` also as

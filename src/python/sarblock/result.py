@@ -105,7 +105,7 @@ class Result:
         """Writes a result folder, or an HDF5 file where the name ends in ".h5": the bytes that the
         command line writes. `gzip` compresses the tables; `force` writes into a folder that holds
         other files. Of a result that was read the tables are copied from where it was read; it must
-        stand there still, unchanged."""
+        are still there, unchanged."""
         with reporting(progress) as callback:
             self._core.write(path, gzip, force, callback)
 
@@ -219,7 +219,7 @@ def adjust(block: Block, *, threads: int = 0, progress: Progress = None, **optio
 def intersect(
     block: Block, *, threads: int = 0, progress: Progress = None, **options: object
 ) -> Result:
-    """Intersects every point alone, flight paths held, with its covariance. Arguments as `adjust`."""
+    """Intersects every point alone, flight paths fixed, with its covariance. Arguments as `adjust`."""
     return _solve("intersect", block, options, threads, progress)
 
 
