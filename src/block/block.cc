@@ -77,16 +77,16 @@ LookSigma Block::SigmaOf(std::size_t look) const {
   return sigma;
 }
 
-double Block::RoughAzimuthUnit_m(std::size_t look, double speed_mps) const {
+double Block::ApproximateAzimuthUnit_m(std::size_t look, double speed_mps) const {
   if (!MeasuresDoppler(look)) return speed_mps;
   return 0.5 * passes[looks.pass[look]].wavelength_m * looks.range_m[look] / speed_mps;
 }
 
-double Block::RoughAzimuthSigma_m(std::size_t look, double speed_mps) const {
+double Block::ApproximateAzimuthSigma_m(std::size_t look, double speed_mps) const {
   const LookSigma sigma = SigmaOf(look);
   return sigma.azimuth_unit == AzimuthUnit::kMetres
              ? sigma.azimuth
-             : sigma.azimuth * RoughAzimuthUnit_m(look, speed_mps);
+             : sigma.azimuth * ApproximateAzimuthUnit_m(look, speed_mps);
 }
 
 std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,

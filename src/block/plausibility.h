@@ -25,9 +25,9 @@ namespace sarblock {
 /// half the smaller axis of the ellipsoid: local coordinates, or another body.
 void RequireAboveGround(const Block& block);
 
-/// Duplicate looks of a block: times and ranges equal within kEqual_1 of their standard deviations,
+/// Duplicate looks of a block: times and ranges equal within kEqual of their standard deviations,
 /// as no two measurements are.
-inline constexpr double kEqual_1 = 1e-3;
+inline constexpr double kEqual = 1e-3;
 struct Copies {
   std::vector<std::string> remarks;   ///< a sentence a copied pass, and one of points
   std::vector<std::uint32_t> passes;  ///< copies of an earlier pass

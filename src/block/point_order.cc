@@ -85,10 +85,10 @@ PointOrder SortedByPasses(const Block& block) {
 PointOrder OrderByPasses(const Block& block) {
   const std::size_t windows = (block.points.size() + kWindow - 1) / kWindow;
   if (block.passes.size() <= kPassesInCache) return {};
-  const std::size_t as_they_stand = PassesOfWindows(block, {});
-  if (as_they_stand <= kPassesInCache * windows) return {};
+  const std::size_t as_given = PassesOfWindows(block, {});
+  if (as_given <= kPassesInCache * windows) return {};
   PointOrder order = SortedByPasses(block);
-  if (2 * PassesOfWindows(block, order) > as_they_stand) return {};
+  if (2 * PassesOfWindows(block, order) > as_given) return {};
   return order;
 }
 

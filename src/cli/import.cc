@@ -338,12 +338,12 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   own.groups = imported.corrections;
   own.priors = imported.priors;
   if (!WriteImported(arguments.output, imported.block, session, own)) return kAccepted;
-  for (const FaultyRow& row : imported.faults) session.Say("warning: " + Describe(row));
-  for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
+  for (const FaultyRow& row : imported.faults) session.Warn("warning: " + Describe(row));
+  for (const std::string& warning : imported.warnings) session.Warn("warning: " + warning);
   if (session.json) {
     fmt::print("{}\n", ImportJson(arguments, imported));
   } else {
-    session.Show(DescribeImport(arguments, imported));
+    session.Print(DescribeImport(arguments, imported));
   }
   return kAccepted;
 }
@@ -678,11 +678,11 @@ int RunNetworkImport(const NetworkArguments& arguments, const Session& session) 
   }
   const ImportedNetwork imported = ImportNetwork(network, images, options);
   if (!WriteImported(arguments.output, imported.block, session)) return kAccepted;
-  for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
+  for (const std::string& warning : imported.warnings) session.Warn("warning: " + warning);
   if (session.json) {
     fmt::print("{}\n", NetworkJson(arguments, network, imported));
   } else {
-    session.Show(DescribeNetwork(arguments, network, imported));
+    session.Print(DescribeNetwork(arguments, network, imported));
   }
   return kAccepted;
 }

@@ -226,7 +226,7 @@ int PrintSingleFlight(const SquintPair& pair, const Session& session) {
                          .second_squint_rad = pair.second_deg * kRadPerDeg});
   if (session.json) {
     const Json json = {{"rank", proof.rank},
-                       {"singular_values", proof.singular_1},
+                       {"singular_values", proof.singular},
                        {"plane_gap_m", proof.plane_gap_m},
                        {"radius_gap_m", proof.radius_gap_m},
                        {"outcome", NameOf(proof.outcome)},
@@ -235,12 +235,12 @@ int PrintSingleFlight(const SquintPair& pair, const Session& session) {
   } else {
     fmt::print("rank {} of 3 (singular values {:.3g}, {:.3g}, {:.3g}); intersection: {}\n",
                proof.rank,
-               proof.singular_1[0],
-               proof.singular_1[1],
-               proof.singular_1[2],
+               proof.singular[0],
+               proof.singular[1],
+               proof.singular[2],
                NameOf(proof.outcome));
   }
-  Tell("sarblock: " + proof.reason);
+  PrintError("sarblock: " + proof.reason);
   return kUndetermined;
 }
 
@@ -455,7 +455,7 @@ Json ToJson(const PointError& error) {
 
 void CheckFinite(const StationErrors& errors, const char* station) {
   const std::array values = {
-      errors.dx0_m, errors.dy0_m, errors.dz0_m, errors.dr_m, errors.dydot0_1, errors.dzdot0_1};
+      errors.dx0_m, errors.dy0_m, errors.dz0_m, errors.dr_m, errors.dydot0, errors.dzdot0};
   for (const double value : values) {
     if (!std::isfinite(value)) {
       throw InputError(fmt::format("errors of station {}", station), "a finite number is allowed");
@@ -525,9 +525,9 @@ void AddStation(CLI::App* command, const std::string& suffix, StationErrors* err
   command->add_option("--dz0" + suffix, errors->dz0_m, "height error [m]" + station);
   command->add_option("--dr" + suffix, errors->dr_m, "slant range error [m]" + station);
   command->add_option(
-      "--dydot" + suffix, errors->dydot0_1, "velocity direction error across [1]" + station);
+      "--dydot" + suffix, errors->dydot0, "velocity direction error across [1]" + station);
   command->add_option(
-      "--dzdot" + suffix, errors->dzdot0_1, "velocity direction error up [1]" + station);
+      "--dzdot" + suffix, errors->dzdot0, "velocity direction error up [1]" + station);
 }
 
 }  // namespace
@@ -582,8 +582,8 @@ NewRow CaseRow(const ValidityCase& of, Batch* batch) {
   row.Text(kColumns("arrangement"), same ? "same-side" : "opposite-side");
   // 30, not 29.999999999999996
   row.Number(kColumns("look_deg"), std::round(of.look_rad * kDegPerRad * 1e9) / 1e9);
-  row.Number(kColumns("base_ratio"), of.base_ratio_1);
-  row.Number(kColumns("terrain_ratio"), of.terrain_ratio_1);
+  row.Number(kColumns("base_ratio"), of.base_ratio);
+  row.Number(kColumns("terrain_ratio"), of.terrain_ratio);
   return row;
 }
 
@@ -596,7 +596,7 @@ int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& s
   const auto map = WriteCsv(folder / "validity_map.csv", kMapColumns);
   WriteEach(rows.size(), map.get(), [&](std::size_t i, Batch* batch) {
     CaseRow<kMapColumns>(rows[i].of, batch)
-        .Number(kMapColumns("error_ratio"), rows[i].error_ratio_1)
+        .Number(kMapColumns("error_ratio"), rows[i].error_ratio)
         .Number(kMapColumns("relative_difference"), OrNaN(rows[i].relative_difference));
   });
   map->Commit();
@@ -622,7 +622,7 @@ int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& s
       file.Commit();
     }
   }
-  session.Say(
+  session.Warn(
       fmt::format("{}: validity_map.csv, validity_lines.csv and nine plots", folder.string()));
   return kAccepted;
 }
@@ -670,10 +670,10 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
   std::vector<const ValidityLine*> chosen;
   std::vector<double> bases;
   for (const ValidityLine& line : lines) {
-    if (line.of.source != source || line.of.terrain_ratio_1 != terrain_ratio) continue;
+    if (line.of.source != source || line.of.terrain_ratio != terrain_ratio) continue;
     chosen.push_back(&line);
-    if (std::find(bases.begin(), bases.end(), line.of.base_ratio_1) == bases.end()) {
-      bases.push_back(line.of.base_ratio_1);
+    if (std::find(bases.begin(), bases.end(), line.of.base_ratio) == bases.end()) {
+      bases.push_back(line.of.base_ratio);
     }
   }
   Plot plot;
@@ -691,7 +691,7 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
       PlotSeries series = EmptySeries(b, level.dash);
       leberl::Arrangement side = leberl::Arrangement::kSameSide;
       for (const ValidityLine* line : chosen) {
-        if (line->of.base_ratio_1 != bases[b]) continue;
+        if (line->of.base_ratio != bases[b]) continue;
         const std::optional<double>& ratio = line->*level.ratio;
         // The line breaks where terrain alone exceeds the level (0), outside the plot, and where
         // the point passes from between the stations to one side of them.

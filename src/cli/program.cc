@@ -199,7 +199,7 @@ Ending ParseAndRun(const Program& program, int argc, char** argv, Session* sessi
     if (mistake.empty()) {
       static_cast<void>(app.exit(error));
     } else {
-      Tell(FitColumns("sarblock: " + mistake + "\nRun with --help for more information."));
+      PrintError(FitColumns("sarblock: " + mistake + "\nRun with --help for more information."));
     }
     return {kWrongUsage, {}};
   }
@@ -230,7 +230,8 @@ int RunProgram(const Program& program, int argc, char** argv) {
   session.progress.reset();  // clears the bar's line
   if (ending.failed()) {
     const std::string text = "sarblock: " + ending.words;
-    Tell(isatty(STDERR_FILENO) == 1 ? FitColumns(text) : text);  // one line for other programs
+    PrintError(isatty(STDERR_FILENO) == 1 ? FitColumns(text)
+                                          : text);  // one line for other programs
   }
   return FinishOutput(ending.exit_code);
 }

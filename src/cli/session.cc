@@ -42,7 +42,7 @@ void OpenStandardStreams() {
   }
 }
 
-void Tell(std::string_view line) noexcept {
+void PrintError(std::string_view line) noexcept {
   static_cast<void>(std::fwrite(line.data(), 1, line.size(), stderr));
   static_cast<void>(std::fputc('\n', stderr));
 }
@@ -93,7 +93,7 @@ int FinishOutput(int exit_code) {
   const bool flushed = std::fflush(stdout) == 0;
   if (flushed && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;
   const std::string reason = errno != 0 ? std::strerror(errno) : "a write failed";
-  Tell("sarblock: standard output: cannot be written: " + reason);
+  PrintError("sarblock: standard output: cannot be written: " + reason);
   return kBadInput;
 }
 
@@ -163,13 +163,13 @@ class TerminalProgress final : public ProgressSink {
 
 int Session::Threads() const { return threads > 0 ? threads : cores; }
 
-void Session::Say(const std::string& line) const {
+void Session::Warn(const std::string& line) const {
   if (quiet || !first()) return;
   if (clear_bar) clear_bar();
-  Tell(line);
+  PrintError(line);
 }
 
-void Session::Show(const std::string& text) const {
+void Session::Print(const std::string& text) const {
   if (quiet || !first()) return;
   if (clear_bar) clear_bar();
   fmt::print("{}", FitColumns(text));
@@ -208,7 +208,7 @@ CLI::Option* AddPart(CLI::App* command, std::string* part, const std::string& he
           [](const std::string& text) {
             return TaskPartOf(text)
                        ? std::string()
-                       : fmt::format("I/N with 0 <= I <= N and N up to {} is allowed", kMostParts);
+                       : fmt::format("I/N with 0 <= I <= N and N up to {} is allowed", kMaxParts);
           },
           ""))
       ->type_name("I/N");
@@ -245,7 +245,7 @@ void InstallInterruptHandler() {
 // the Python package, which live in processes of others, leave these to the process.
 
 void* operator new(std::size_t bytes) {
-  if (bytes >= sarblock::kScratchLeastBytes) {
+  if (bytes >= sarblock::kScratchMinBytes) {
     if (void* array = sarblock::AllocateScratch(bytes)) return array;
   }
   for (;;) {
@@ -261,7 +261,7 @@ void operator delete(void* memory) noexcept {
 }
 
 void operator delete(void* memory, std::size_t bytes) noexcept {
-  if (bytes >= sarblock::kScratchLeastBytes && sarblock::FreeScratch(memory)) return;
+  if (bytes >= sarblock::kScratchMinBytes && sarblock::FreeScratch(memory)) return;
   std::free(memory);
 }
 

@@ -32,7 +32,7 @@ enum ExitCode : int {
 void OpenStandardStreams();
 
 /// A line on standard error; one that cannot be written is lost, never an error of its own.
-void Tell(std::string_view line) noexcept;
+void PrintError(std::string_view line) noexcept;
 
 /// The words of an error and its exit code: those of interface.md for the library's own; 3 where a
 /// file, a folder, a stream or the memory of this computer is at fault, else 5.
@@ -63,9 +63,9 @@ struct Session {
   /// True for the rank that reads, writes and prints for all.
   [[nodiscard]] bool first() const { return ranks == nullptr || ranks->first(); }
   /// A line for people on standard error, unless quiet.
-  void Say(const std::string& line) const;
+  void Warn(const std::string& line) const;
   /// Lines for people on standard output, fitted to a terminal, unless quiet.
-  void Show(const std::string& text) const;
+  void Print(const std::string& text) const;
 };
 
 /// Adds the global options; the bar is made by MakeProgress once they are parsed.

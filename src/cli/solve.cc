@@ -111,7 +111,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   if (!file.adjust.rejections_file.empty()) {
     const std::size_t rejected =
         ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
-    session.Say(
+    session.Warn(
         fmt::format("sarblock: {} looks left out by {}", rejected, file.adjust.rejections_file));
   }
   ResultContext context;
@@ -159,8 +159,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   if (session.json) {
     fmt::print("{}", summary);
   } else {
-    for (const std::string& warning : file.warnings) session.Say("sarblock: warning: " + warning);
-    session.Show(
+    for (const std::string& warning : file.warnings) session.Warn("sarblock: warning: " + warning);
+    session.Print(
         DescribeResult(
             file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))) +
         "  written to " + arguments.out + "\n");
@@ -263,8 +263,8 @@ nlohmann::json NeedsJson(const ResourceNeeds& needs) {
           {"factor_bytes", needs.factor_bytes},
           {"fronts_bytes", needs.fronts_bytes},
           {"inverse_bytes", needs.inverse_bytes},
-          {"sum_operations", needs.sum_operations_1},
-          {"factor_operations", needs.factor_operations_1}};
+          {"sum_operations", needs.sum_operations},
+          {"factor_operations", needs.factor_operations}};
 }
 
 int RunCheck(const CheckArguments& arguments, const Session& session) {
@@ -310,7 +310,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
   }
   text += fmt::format("  {}\n", DescribeNeeds(check.needs));
   for (const std::string& warning : warnings) text += fmt::format("  warning: {}\n", warning);
-  session.Show(text);
+  session.Print(text);
   return kAccepted;
 }
 
@@ -354,7 +354,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
     static_cast<void>(ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block));
   }
   DiagnosisBounds bounds;
-  if (arguments.all) bounds.adjustments_1 = std::numeric_limits<double>::infinity();
+  if (arguments.all) bounds.adjustments = std::numeric_limits<double>::infinity();
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get(), bounds);
   if (session.json) {
     const nlohmann::ordered_json summary = {{"format", "sarblock-diagnosis 1"},
@@ -384,7 +384,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
   for (const std::string& remark : RemarksBeside(file.warnings, diagnosis)) {
     text += "  warning: " + remark + "\n";
   }
-  session.Show(text + DescribeDiagnosis(diagnosis));
+  session.Print(text + DescribeDiagnosis(diagnosis));
   return kAccepted;
 }
 
@@ -401,8 +401,8 @@ void ExplainUnread(const std::string& folder, ReadOptions read, const Session& s
 void ExplainRefusal(const BlockFile& file, const Session& session) {
   if (!file.adjust.diagnose) return;
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
-  for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
-  for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
+  for (const std::string& remark : diagnosis.remarks) session.Warn("sarblock: warning: " + remark);
+  for (const std::string& text : diagnosis.Sentences()) session.Warn("sarblock: " + text);
 }
 
 std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
@@ -472,12 +472,12 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
                                     {"looks", simulated.block.looks.size()}};
     fmt::print("{}\n", summary.dump(2));
   } else {
-    session.Show(fmt::format("{}: {} passes, {} points, {} looks written to {}\n",
-                             scene.name,
-                             simulated.block.passes.size(),
-                             simulated.block.points.size(),
-                             simulated.block.looks.size(),
-                             arguments.out));
+    session.Print(fmt::format("{}: {} passes, {} points, {} looks written to {}\n",
+                              scene.name,
+                              simulated.block.passes.size(),
+                              simulated.block.points.size(),
+                              simulated.block.looks.size(),
+                              arguments.out));
   }
   return kAccepted;
 }
@@ -533,14 +533,14 @@ void WritePart(const std::string& out,
   const std::string text = WriteMonteCarloPart(out, block, options, draws, inputs, compression);
   if (!result.accepted()) {
     for (const std::string& reason : result.assessment.reasons) {
-      session.Say("sarblock: the adjustment is not accepted: " + reason);
+      session.Warn("sarblock: the adjustment is not accepted: " + reason);
     }
   }
   if (session.json) {
     fmt::print("{}", text);
     return;
   }
-  session.Show(
+  session.Print(
       fmt::format("{}: {} of {} runs written to {}; \"sarblock adjust --join\" makes the result of "
                   "all parts\n",
                   NameOf(*options.montecarlo_part),

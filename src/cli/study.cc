@@ -92,7 +92,7 @@ void ShowSummary(const nlohmann::json& summary, const std::string& words, const 
   if (session.json) {
     fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
-    session.Show(words);
+    session.Print(words);
   }
 }
 
@@ -140,9 +140,9 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
       arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
   StudyRows rows(arguments.out, IdentityOf(kind, study, part), start);
   if (rows.kept() > 0) {
-    session.Say(fmt::format("sarblock: {} of {} tasks of the study are there already",
-                            rows.kept(),
-                            study.plan.tasks.size()));
+    session.Warn(fmt::format("sarblock: {} of {} tasks of the study are there already",
+                             rows.kept(),
+                             study.plan.tasks.size()));
   }
   const StudyTable table = Naming(
       arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get(), part); });
@@ -305,10 +305,10 @@ std::vector<std::string> ChoicesOf(const std::vector<TradeoffRow>& rows, Tradeof
 /// The error that a stage trades: of the covariance in that stage, of positions in all others. At
 /// least the floor of the plot: the limit of equality, or the last digit where digits are compared.
 double ErrorOf(const TradeoffRow& row) {
-  const double error_1 = row.stage == TradeoffStage::kCovariance ? row.errors.covariance_error_1
-                                                                 : row.errors.position_error_1;
+  const double error = row.stage == TradeoffStage::kCovariance ? row.errors.covariance_error
+                                                               : row.errors.position_error;
   const bool digits = row.stage == TradeoffStage::kSolver || row.stage == TradeoffStage::kPrecision;
-  return std::max(error_1, digits ? 1e-16 : kSamePosition_1);
+  return std::max(error, digits ? 1e-16 : kSamePosition);
 }
 
 /// A line a choice through its sizes.
@@ -341,7 +341,7 @@ std::string PlotError(const std::vector<TradeoffRow>& rows, TradeoffStage stage)
                                                      : "largest shift [sigma]";
   plot.notes = {"a line: one choice,", "from small to large"};
   return Draw(std::move(plot), rows, stage, [](const TradeoffRow& row) {
-    return std::array{row.speed_ratio_1, ErrorOf(row)};
+    return std::array{row.speed_ratio, ErrorOf(row)};
   });
 }
 
@@ -646,8 +646,8 @@ std::string PlotErrors(const StudyTable& table) {
     }
     plot.series.push_back(std::move(series));
   }
-  plot.series.push_back(Line(
-      "wrong unless warned of", PlotDash::kDashed, {{1.0, kMostError_1}, {largest, kMostError_1}}));
+  plot.series.push_back(
+      Line("wrong unless warned of", PlotDash::kDashed, {{1.0, kMaxError}, {largest, kMaxError}}));
   return SvgOf(plot);
 }
 

@@ -41,8 +41,8 @@ class RemainingTime {
   std::size_t done_ = 0;
   double begin_s_ = 0.0;
   std::vector<std::pair<double, double>> whole_s_;  ///< time spent, whole time extrapolated
-  std::optional<double> told_s_;
-  double told_at_s_ = 0.0;
+  std::optional<double> shown_s_;
+  double shown_at_s_ = 0.0;
 };
 
 }  // namespace sarblock::cli

@@ -58,7 +58,7 @@ constexpr GroupFiles kVersion1{"memory.limit_in_bytes", "memory.usage_in_bytes",
 constexpr GroupFiles kVersion2{"memory.max", "memory.current", "file"};
 
 /// Memory that a group and the groups around it leave.
-double LeftByGroups(const fs::path& mount, const fs::path& group, const GroupFiles& files) {
+double FreeByGroups(const fs::path& mount, const fs::path& group, const GroupFiles& files) {
   double left_bytes = kUnlimited_bytes;
   for (fs::path at = group.relative_path();; at = at.parent_path()) {
     const fs::path folder = at.empty() ? mount : mount / at;
@@ -100,9 +100,9 @@ double AvailableMemory_bytes(const fs::path& root) {
     const fs::path group = line.substr(second + 1);
     const fs::path mounted = root / "sys/fs/cgroup";
     if (controllers == ",,") {
-      left_bytes = std::min(left_bytes, LeftByGroups(mounted, group, kVersion2));
+      left_bytes = std::min(left_bytes, FreeByGroups(mounted, group, kVersion2));
     } else if (controllers.find(",memory,") != std::string::npos) {
-      left_bytes = std::min(left_bytes, LeftByGroups(mounted / "memory", group, kVersion1));
+      left_bytes = std::min(left_bytes, FreeByGroups(mounted / "memory", group, kVersion1));
     }
   }
   return left_bytes;
@@ -202,7 +202,7 @@ ResidentScope::ResidentScope() : outer_(std::exchange(current, nullptr)) {}
 ResidentScope::~ResidentScope() { current = outer_; }
 
 void* AllocateScratch(std::size_t bytes) {
-  if (bytes < kScratchLeastBytes || current == nullptr) return nullptr;
+  if (bytes < kScratchMinBytes || current == nullptr) return nullptr;
   const std::filesystem::path& folder = current->folder();
   const std::size_t whole = bytes + kPage;
   const ScratchFile file(folder);

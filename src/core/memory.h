@@ -17,7 +17,8 @@ namespace sarblock {
 /// Memory that this process may still take without swapping: what /proc/meminfo calls available,
 /// and no more than the control groups that the process is in (version 1 or 2, all of the path)
 /// leave below their limits, their page cache counted as free, and than its own limit of addresses
-/// (ulimit -v). Infinite where the system tells nothing. `root`: the system's files; of a test, too.
+/// (ulimit -v). Infinite where the system tells nothing. `root`: the system's files; of a test,
+/// too.
 [[nodiscard]] double AvailableMemory_bytes(const std::filesystem::path& root = "/");
 
 /// Asks the system for pages of 2 MiB for an array that will be filled to its end: a hundred times
@@ -34,7 +35,7 @@ void ReserveInLargePages(std::size_t count, std::vector<T>* values) {
 }
 
 /// Arrays of at least so many bytes may be in scratch files.
-inline constexpr std::size_t kScratchLeastBytes = std::size_t{2} << 20;
+inline constexpr std::size_t kScratchMinBytes = std::size_t{2} << 20;
 
 /// A folder that has no place for a scratch file; what() says which folder, how much and why.
 class ScratchError : public std::bad_alloc {
@@ -46,7 +47,7 @@ class ScratchError : public std::bad_alloc {
   std::runtime_error words_;  // whose copies never throw
 };
 
-/// During the life of one of these, arrays of at least kScratchLeastBytes that this thread
+/// During the life of one of these, arrays of at least kScratchMinBytes that this thread
 /// allocates are mapped files of `folder`, in a program whose operator new asks AllocateScratch:
 /// the kernel writes idle pages to the file and reads them again, so that they need no memory. They
 /// are read and written as any other array and may outlive the scope. A file has no name from the

@@ -26,10 +26,10 @@ std::string ValueWithSigma(double value, double sigma) {
   if (!(sigma > 0.0) || !std::isfinite(value) || !std::isfinite(sigma)) return Digits(value, 6);
   const int second_digit = static_cast<int>(std::floor(std::log10(sigma))) - 1;
   const double larger = std::max(std::abs(value), sigma);
-  constexpr int kDecimals = 7, kMostDecimals = 12;
+  constexpr int kDecimals = 7, kMaxDecimals = 12;
   constexpr double kSmall = 1e-3, kLarge = 1e9;
   const int decimals = std::max(0, -second_digit);
-  if (decimals <= (larger < kSmall ? kDecimals : kMostDecimals) && larger < kLarge) {
+  if (decimals <= (larger < kSmall ? kDecimals : kMaxDecimals) && larger < kLarge) {
     const double unit = std::pow(10.0, second_digit);
     const auto rounded = [&](double x) { return decimals > 0 ? x : unit * std::round(x / unit); };
     return Print("%.*f +- %.*f", decimals, rounded(value), decimals, rounded(sigma));
@@ -82,7 +82,7 @@ std::string NumberText(double value) {
   return text;
 }
 
-double InUnit(double value, double factor) {
+double ToUnit(double value, double factor) {
   double best = value / factor;
   double candidate = std::nextafter(std::nextafter(best, -HUGE_VAL), -HUGE_VAL);
   for (int i = 0; i < 5; ++i, candidate = std::nextafter(candidate, HUGE_VAL)) {

@@ -31,7 +31,7 @@ void AppendNumber(double value, std::string* text);
 
 /// A number x with x * factor == value where one exists near value / factor, so that a unit
 /// converted for a file comes back to the same double.
-[[nodiscard]] double InUnit(double value, double factor);
+[[nodiscard]] double ToUnit(double value, double factor);
 /// Magnitudes within which squares, their inverses and the products of two variances are finite.
 inline constexpr double kLargestNumber = 1e60;
 /// What is wrong with a standard deviation or another number that must be above 0; null: nothing.

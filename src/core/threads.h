@@ -62,17 +62,17 @@ class SharedArray {
   /// One element an item of the loop.
   template <typename Values>
   static SharedArray ByItem(Values* values) {
-    return Of(values, Kind::kItem, nullptr);
+    return Make(values, Kind::kItem, nullptr);
   }
   /// One element a chunk.
   template <typename Values>
   static SharedArray ByChunk(Values* values) {
-    return Of(values, Kind::kChunk, nullptr);
+    return Make(values, Kind::kChunk, nullptr);
   }
   /// The elements offsets[i] to offsets[i + 1] belong to item i.
   template <typename Values>
   static SharedArray ByRange(const std::vector<std::uint64_t>& offsets, Values* values) {
-    return Of(values, Kind::kRange, offsets.data());
+    return Make(values, Kind::kRange, offsets.data());
   }
 
   /// The bytes of the items [begin, end), which are the chunks [first, last).
@@ -83,7 +83,7 @@ class SharedArray {
  private:
   enum class Kind { kItem, kChunk, kRange };
   template <typename Values>
-  static SharedArray Of(Values* values, Kind kind, const std::uint64_t* offsets) {
+  static SharedArray Make(Values* values, Kind kind, const std::uint64_t* offsets) {
     using Element = std::remove_reference_t<decltype(*values->data())>;
     static_assert(std::is_standard_layout_v<Element> && std::is_trivially_destructible_v<Element>);
     SharedArray out;
@@ -190,8 +190,8 @@ class StageTimer {
 
 /// Looks or points of a piece, of `count`.
 inline std::size_t SizeOfPiece(std::size_t count) {
-  constexpr std::size_t kMostPieces = 16, kLeast = 32768;
-  return std::max(kLeast, (count + kMostPieces - 1) / kMostPieces);
+  constexpr std::size_t kMaxPieces = 16, kMin = 32768;
+  return std::max(kMin, (count + kMaxPieces - 1) / kMaxPieces);
 }
 inline std::size_t PiecesOfLooks(std::size_t count) {
   return (count + SizeOfPiece(count) - 1) / SizeOfPiece(count);

@@ -17,11 +17,11 @@ namespace sarblock {
 namespace {
 
 /// Looks from which on a part of the points stands for the block: seconds of work.
-constexpr std::size_t kMostLooksOfCure = 200000;
+constexpr std::size_t kMaxLooksOfCure = 200000;
 
 /// All known points and as many ties, evenly taken, as make a block of at most so many looks.
 Block PartForCure(const Block& block) {
-  const std::size_t every = block.looks.size() / kMostLooksOfCure + 1;
+  const std::size_t every = block.looks.size() / kMaxLooksOfCure + 1;
   std::vector<std::uint32_t> points;
   for (std::uint32_t point = 0; point < block.points.size(); ++point) {
     const bool known = block.points.role[point] != PointRole::kTie;
@@ -40,7 +40,7 @@ Explanation::Cure CureOf(const Block& given,
                          ProgressSink* progress) {
   Explanation::Cure out;
   try {
-    Block block = given.looks.size() > kMostLooksOfCure ? PartForCure(given) : given;
+    Block block = given.looks.size() > kMaxLooksOfCure ? PartForCure(given) : given;
     hypothesis.undo(&block, value);
     FitStrips(&block);
     CorrectionModel model = corrections;
@@ -49,15 +49,15 @@ Explanation::Cure CureOf(const Block& given,
     if (!fit.solved || fit.lost > 0) return out;
     const PriorSums priors = PriorsOf(block, model, fit);
     const GlobalTest test =
-        TestMeasurements(fit.counts, priors, {.kept_1 = fit.square_sum_1}, test_level);
-    if (!(test.redundancy_1 > 0.0)) return out;
+        TestMeasurements(fit.counts, priors, {.kept = fit.square_sum}, test_level);
+    if (!(test.redundancy > 0.0)) return out;
     out.tried = true;
     out.factor = test.sigma0_squared;
-    out.lower = test.chi_square.lower / test.redundancy_1;
-    out.upper = test.chi_square.upper / test.redundancy_1;
+    out.lower = test.chi_square.lower / test.redundancy;
+    out.upper = test.chi_square.upper / test.redundancy;
     out.points = block.points.size();
-    const bool with_priors = priors.known && priors.redundancy_1 > kLeastRedundancy_1;
-    if (with_priors) out.priors_factor = priors.square_sum_1 / priors.redundancy_1;
+    const bool with_priors = priors.known && priors.redundancy > kMinRedundancy;
+    if (with_priors) out.priors_factor = priors.square_sum / priors.redundancy;
     out.cures = test.passed && (!with_priors || PriorsHold(priors, test_level));
   } catch (const Interrupted&) {
     throw;

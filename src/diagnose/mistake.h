@@ -38,8 +38,8 @@ struct Hypothesis {
   std::function<void(Block*, double value)> undo;
   /// A mistake in the corrections asked for: what undoes it there; empty for all others.
   std::function<void(CorrectionModel*, double value)> remodel;
-  double log_cost_1 = 0.0;  ///< on -2 log of the likelihood by `value`, of wider priors
-  int parameters = 1;       ///< that undoing it fits to the looks; 0: a change without a size
+  double log_cost = 0.0;  ///< on -2 log of the likelihood by `value`, of wider priors
+  int parameters = 1;     ///< that undoing it fits to the looks; 0: a change without a size
   /// The size is found from `value` on with first steps of `step`; else `value` is the size.
   bool free = false;
   double value = 0.0, step = 0.0;
@@ -55,9 +55,9 @@ struct Hypothesis {
   /// Where it stands among those that are tried: corrections that were chosen; what the data tell
   /// by themselves, also those with which known points keep less than a tenth of their misfit; what
   /// scores show; known points that keep more; what is guessed.
-  double order_1 = kGuessed_1;
-  static constexpr double kChosen_1 = 0.05, kTold_1 = 0.1, kScored_1 = 0.6, kWeak_1 = 0.7,
-                          kGuessed_1 = 1.0;
+  double order = kGuessed;
+  static constexpr double kChosen = 0.05, kReported = 0.1, kScored = 0.6, kWeak = 0.7,
+                          kGuessed = 1.0;
   /// Changes one of the measurements that the hypothesis before leaves out: of no use where that is
   /// of none.
   bool within_last = false;
@@ -65,7 +65,7 @@ struct Hypothesis {
   std::size_t smoothed_states = 0;
   /// Not reported where v'Pv over its redundancy stays above this: a curve takes a part of
   /// anything.
-  double most_left_1 = std::numeric_limits<double>::infinity();
+  double max_unexplained = std::numeric_limits<double>::infinity();
   /// Changes little of the whole: solved from where the sample as it is ended.
   bool local = false;
 };
@@ -85,7 +85,7 @@ struct Hypothesis {
 /// "pass A", "passes A and B", "all passes" for none.
 [[nodiscard]] std::string PassWords(const std::vector<std::string>& passes);
 /// "of A", "of A and B", "of all passes" for none.
-[[nodiscard]] std::string OfPasses(const std::vector<std::string>& passes);
+[[nodiscard]] std::string PassesPhrase(const std::vector<std::string>& passes);
 
 /// The sentence of an explanation whose other members are set.
 [[nodiscard]] std::string SentenceOf(const Hypothesis& hypothesis,

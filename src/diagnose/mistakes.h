@@ -58,7 +58,7 @@ void AddPathMistakes(const Facts& facts, Hypotheses* out);
 /// Errors that are correlated in time: residuals of a pass that drift to and fro along its strip,
 /// of its ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq.
 /// (9).
-void AddWanderMistakes(const Facts& facts, Hypotheses* out);
+void AddTimeCorrelatedMistakes(const Facts& facts, Hypotheses* out);
 
 /// Adds those of the corrections asked for: priors too tight (one solution tells which and by how
 /// much), terms that are missing, passes held as exact.

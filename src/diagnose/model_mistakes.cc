@@ -27,14 +27,14 @@ using NameSet = std::set<std::string>;
 
 /// Priors of terms that are tried, in standard deviations of a look: as good as none, and nothing
 /// that they leave open is singular.
-constexpr double kWidePrior_1 = 1e3;
+constexpr double kWidePrior = 1e3;
 /// Factors by which all priors are tried wider.
-constexpr std::array kWider_1 = {3.0, 10.0, 30.0, 100.0, 1000.0, 10000.0};
+constexpr std::array kWider = {3.0, 10.0, 30.0, 100.0, 1000.0, 10000.0};
 /// Root mean square of a term over its priors above which these are doubted.
-constexpr double kDoubted_1 = 1.5;
+constexpr double kDoubted = 1.5;
 /// Standard deviation of a term that is added, in those of the terms beside it: an error that is
 /// much larger than they allow is not one of a degree or of knots.
-constexpr double kBesideOthers_1 = 3.0;
+constexpr double kBesideOthers = 3.0;
 /// Knots of a spline that is tried in place of a polynomial, in a strip.
 constexpr double kKnotsOfStrip = 8.0;
 
@@ -103,15 +103,15 @@ Hypothesis OfModel(std::string cause) {
   out.undo = [](Block*, double) {};
   out.screened = true;
   out.local = true;
-  out.order_1 = Hypothesis::kChosen_1;
+  out.order = Hypothesis::kChosen;
   return out;
 }
 
 /// Squares of corrections over those of their priors, by name.
 struct KindOfTerm {
-  double square_1 = 0.0;
+  double square = 0.0;
   int count = 0;
-  [[nodiscard]] double rms_1() const { return std::sqrt(square_1 / count); }
+  [[nodiscard]] double rms() const { return std::sqrt(square / count); }
 };
 
 std::map<std::string, KindOfTerm> TermsOf(const Block& sample,
@@ -123,9 +123,9 @@ std::map<std::string, KindOfTerm> TermsOf(const Block& sample,
   for (int i = 0; i < layout.size(); ++i) {
     const Parameter& parameter = layout.parameters[static_cast<std::size_t>(i)];
     if (!parameter.has_prior()) continue;
-    const double part_1 = fit.state.corrections[i] / parameter.prior_sigma;
+    const double part = fit.state.corrections[i] / parameter.prior_sigma;
     KindOfTerm& kind = out[NameOfPriors(parameter)];
-    kind.square_1 += part_1 * part_1;
+    kind.square += part * part;
     ++kind.count;
   }
   return out;
@@ -140,8 +140,8 @@ Hypothesis TightPriors(const NameSet& names, int priors) {
   out.logarithm = true;
   out.step = 0.1;
   out.unit = "1";
-  out.log_cost_1 = 2.0 * priors;
-  out.most_left_1 = 3.0;  // wide priors take a part of anything
+  out.log_cost = 2.0 * priors;
+  out.max_unexplained = 3.0;  // wide priors take a part of anything
   out.numbers = {{1000.0, "kilometres for metres, or milliseconds for seconds"},
                  {100.0, "metres for centimetres, or a hundred"}};
   out.says = [names](const Size& size) {
@@ -171,7 +171,7 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
   if (all.empty()) return;
   const auto asked = TermsOf(sample, model, facts.before);
   const bool doubted = asked.empty() || std::any_of(asked.begin(), asked.end(), [](const auto& of) {
-                         return of.second.rms_1() > kDoubted_1;
+                         return of.second.rms() > kDoubted;
                        });
   if (!doubted) return;
   const Hypothesis wider = TightPriors(all, count);
@@ -179,12 +179,12 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
                            .effort = Effort::kQuick};
   Fit best;
   double factor = 1.0;
-  double least_1 =
+  double least =
       facts.before.solved ? facts.before.Cost() : std::numeric_limits<double>::infinity();
-  for (const double tried : kWider_1) {
+  for (const double tried : kWider) {
     Fit fit = trials->With(wider, std::log(tried), options);
-    if (fit.solved && fit.Cost() < least_1) {
-      least_1 = fit.Cost();
+    if (fit.solved && fit.Cost() < least) {
+      least = fit.Cost();
       factor = tried;
       best = std::move(fit);
     } else if (fit.solved && factor > 1.0) {
@@ -194,19 +194,19 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
   if (factor == 1.0) return;
   CorrectionModel widened = model;
   wider.remodel(&widened, std::log(factor));
-  constexpr double kTight_1 = 2.0;
+  constexpr double kTight = 2.0;
   NameSet tight;
   int priors = 0;
-  double square_1 = 0.0;
+  double square = 0.0;
   for (const auto& [name, kind] : TermsOf(sample, widened, best)) {
-    if (!(factor * kind.rms_1() > kTight_1)) continue;
+    if (!(factor * kind.rms() > kTight)) continue;
     tight.insert(name);
     priors += kind.count;
-    square_1 += kind.square_1;
+    square += kind.square;
   }
   if (tight.empty()) return;
   out->push_back(TightPriors(tight, priors));
-  out->back().value = std::log(factor * std::sqrt(square_1 / priors));
+  out->back().value = std::log(factor * std::sqrt(square / priors));
 }
 
 /// "position.up.1 of S3 9.81 m, 4.2 m in all passes (root mean square)": the new terms of a model.
@@ -271,9 +271,9 @@ void AddOther(const Facts& facts, Choice choice, CorrectionModel other, Hypothes
     Hypothesis tried = OfModel(choice.cause);
     tried.passes = choice.passes;
     // Far from a solution single mistakes that known points show come first.
-    if (!facts.near()) tried.order_1 = Hypothesis::kScored_1;
+    if (!facts.near()) tried.order = Hypothesis::kScored;
     tried.parameters = more;
-    tried.most_left_1 = 10.0;
+    tried.max_unexplained = 10.0;
     tried.remodel = [other](CorrectionModel* model, double) { *model = other; };
     tried.detail = [&sample, given, other](const Fit& fit) {
       return NewTerms(sample, given, other, fit);
@@ -312,7 +312,7 @@ PositionCorrection Raised(PositionCorrection position, int degree) {
     if (sigma_m.empty()) continue;
     const double most_m = *std::max_element(sigma_m.begin(), sigma_m.end());
     sigma_m.resize(static_cast<std::size_t>(position.degree) + 1, sigma_m.front());
-    sigma_m.resize(static_cast<std::size_t>(degree) + 1, kBesideOthers_1 * most_m);
+    sigma_m.resize(static_cast<std::size_t>(degree) + 1, kBesideOthers * most_m);
   }
   position.degree = degree;
   return position;
@@ -407,7 +407,7 @@ void AddHigherDegrees(const Facts& facts, std::size_t g, Hypotheses* out) {
 void AddHeldPasses(const Facts& facts, std::size_t g, double prior_m, Hypotheses* out) {
   const CorrectionGroup& group = facts.corrections.groups[g];
   if (group.passes.empty() || group.shared) return;
-  std::vector<std::string> held;
+  std::vector<std::string> fixed;
   for (const Pass& pass : facts.sample.block.passes) {
     const bool corrected =
         std::any_of(facts.corrections.groups.begin(),
@@ -418,12 +418,12 @@ void AddHeldPasses(const Facts& facts, std::size_t g, double prior_m, Hypotheses
                               std::find(other.passes.begin(), other.passes.end(), pass.id) !=
                                   other.passes.end());
                     });
-    if (!corrected) held.push_back(pass.id);
+    if (!corrected) fixed.push_back(pass.id);
   }
-  if (held.empty()) return;
+  if (fixed.empty()) return;
   CorrectionModel other = facts.corrections;
   CorrectionGroup added = group;
-  added.passes = held;
+  added.passes = fixed;
   if (auto* position = std::get_if<PositionCorrection>(&added.model)) {
     for (std::vector<double>& sigma_m : position->prior_sigma_m) {
       for (double& sigma : sigma_m) sigma = std::max(sigma, prior_m);
@@ -432,10 +432,10 @@ void AddHeldPasses(const Facts& facts, std::size_t g, double prior_m, Hypotheses
   other.groups.push_back(added);
   AddOther(facts,
            {"model.held",
-            PassWords(held) + (held.size() == 1 ? " is" : " are") +
+            PassWords(fixed) + (fixed.size() == 1 ? " is" : " are") +
                 " held as exact beside others with corrections of " + group.name,
-            "block.toml: passes of [adjust.correction." + group.name + "] with " + PassWords(held),
-            held},
+            "block.toml: passes of [adjust.correction." + group.name + "] with " + PassWords(fixed),
+            fixed},
            std::move(other),
            out);
 }
@@ -443,7 +443,7 @@ void AddHeldPasses(const Facts& facts, std::size_t g, double prior_m, Hypotheses
 }  // namespace
 
 void AddModelMistakes(const Facts& facts, Trials* trials, Hypotheses* out) {
-  const double prior_m = kWidePrior_1 * LookSigma_m(facts.sample.block);
+  const double prior_m = kWidePrior * LookSigma_m(facts.sample.block);
   AddTightPriors(facts, trials, out);
   bool position = false;
   for (std::size_t g = 0; g < facts.corrections.groups.size(); ++g) {

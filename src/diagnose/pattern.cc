@@ -16,44 +16,44 @@ namespace sarblock {
 namespace {
 
 /// Chance that residuals which are noise show a pattern, all tests of a block together.
-constexpr double kPatternLevel_1 = 1e-3;
+constexpr double kPatternLevel = 1e-3;
 /// Looks of a pass from which on it is tested.
 constexpr std::size_t kFewestLooks = 12;
 /// Part of its own error that a residual has to show to be looked at.
-constexpr double kShownPart_1 = 0.02;
+constexpr double kShownPart = 0.02;
 
 /// A residual of a look: v in units of its standard deviation times the square root of its
 /// redundancy, its weight in a sum of errors, and where it was measured.
 struct Residual {
-  double v_1 = 0.0, r_1 = 0.0;
+  double v = 0.0, r = 0.0;
   double sigma_m = 0.0;
   double time_s = 0.0, range_m = 0.0;
-  [[nodiscard]] double w_1() const { return v_1 / std::sqrt(r_1); }
+  [[nodiscard]] double tests() const { return v / std::sqrt(r); }
 };
 
 struct Found {
-  double statistic_1 = 0.0;  ///< standard normal without a pattern
+  double statistic = 0.0;  ///< standard normal without a pattern
   std::string text;
 };
 
 /// sum x v over its standard deviation, x less its weighted mean, and the slope of v/r on x.
 struct Trend {
-  double statistic_1 = 0.0, slope = 0.0;
+  double statistic = 0.0, slope = 0.0;
 };
 
 template <typename Place>
 Trend TrendOn(const std::vector<Residual>& residuals, const Place& place) {
   double weight = 0.0, mean = 0.0;
   for (const Residual& r : residuals) {
-    weight += r.r_1;
-    mean += r.r_1 * place(r);
+    weight += r.r;
+    mean += r.r * place(r);
   }
   mean /= weight;
   double product = 0.0, square = 0.0;
   for (const Residual& r : residuals) {
     const double x = place(r) - mean;
-    product += x * r.v_1;
-    square += x * x * r.r_1;
+    product += x * r.v;
+    square += x * x * r.r;
   }
   if (!(square > 0.0)) return {};
   return {product / std::sqrt(square), product / square};
@@ -98,12 +98,12 @@ std::vector<Found> TestsOfPass(std::vector<Residual> residuals, const std::strin
   const auto time = [](const Residual& r) { return r.time_s; };
   double sum = 0.0, weight = 0.0, neighbours = 0.0, pairs = 0.0;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
-    sum += residuals[i].v_1;
-    weight += residuals[i].r_1;
+    sum += residuals[i].v;
+    weight += residuals[i].r;
     if (i == 0) continue;
     // Of a point that both see no error is alike in two looks of one pass.
     neighbours +=
-        std::clamp(residuals[i - 1].w_1(), -3.0, 3.0) * std::clamp(residuals[i].w_1(), -3.0, 3.0);
+        std::clamp(residuals[i - 1].w(), -3.0, 3.0) * std::clamp(residuals[i].w(), -3.0, 3.0);
     pairs += 1.0;
   }
   out.push_back({sum / std::sqrt(weight),
@@ -111,11 +111,11 @@ std::vector<Found> TestsOfPass(std::vector<Residual> residuals, const std::strin
                      " in the mean"});
   const Trend by_range = TrendOn(residuals, range);
   out.push_back(
-      {by_range.statistic_1,
+      {by_range.statistic,
        "residuals of the " + who + (by_range.slope > 0.0 ? " rise" : " fall") + " with range, " +
            Metres(sigma_m * by_range.slope * ExtentOf(residuals, range)) + " from near to far"});
   const Trend by_time = TrendOn(residuals, time);
-  out.push_back({by_time.statistic_1,
+  out.push_back({by_time.statistic,
                  "residuals of the " + who + (by_time.slope > 0.0 ? " rise" : " fall") +
                      " along the strip, " +
                      Metres(sigma_m * by_time.slope * ExtentOf(residuals, time)) +
@@ -123,11 +123,11 @@ std::vector<Found> TestsOfPass(std::vector<Residual> residuals, const std::strin
   const double middle_s = 0.5 * (residuals.front().time_s + residuals.back().time_s);
   const double half_s = 0.5 * (residuals.back().time_s - residuals.front().time_s);
   const auto square = [&](const Residual& r) {
-    const double t_1 = (r.time_s - middle_s) / half_s;
-    return t_1 * t_1;
+    const double t = (r.time_s - middle_s) / half_s;
+    return t * t;
   };
   const Trend by_square = TrendOn(residuals, square);
-  out.push_back({by_square.statistic_1,
+  out.push_back({by_square.statistic,
                  "residuals of the " + who + " bend along the strip, " +
                      Metres(sigma_m * by_square.slope) + " from its middle to its ends"});
   out.push_back({neighbours / std::sqrt(pairs),
@@ -139,27 +139,27 @@ std::vector<Found> TestsOfPass(std::vector<Residual> residuals, const std::strin
 
 /// One of the tests of all passes together: what all have in common is no matter of one.
 struct Pooled {
-  double sum_1 = 0.0;
+  double sum = 0.0;
   int passes = 0;
-  void Add(double statistic_1) {
-    sum_1 += statistic_1;
+  void Add(double statistic) {
+    sum += statistic;
     ++passes;
   }
-  [[nodiscard]] double statistic_1() const { return sum_1 / std::sqrt(std::max(1, passes)); }
+  [[nodiscard]] double statistic() const { return sum / std::sqrt(std::max(1, passes)); }
 };
 
 /// Normal errors have a fourth moment of 3.
-Found TestOfTails(const std::vector<double>& w_1, const char* who) {
+Found TestOfTails(const std::vector<double>& tests, const char* who) {
   double fourth = 0.0, second = 0.0;
-  for (const double w : w_1) {
+  for (const double w : tests) {
     second += w * w;
     fourth += w * w * w * w;
   }
-  const auto n = static_cast<double>(w_1.size());
-  const double moment_1 = n * fourth / (second * second);
-  return {(moment_1 - 3.0) / std::sqrt(24.0 / n),
+  const auto n = static_cast<double>(tests.size());
+  const double moment = n * fourth / (second * second);
+  return {(moment - 3.0) / std::sqrt(24.0 / n),
           std::string("errors of the ") + who + " have heavy tails, a fourth moment of " +
-              Digits(moment_1, 3) + " where noise has 3: blunders, or robust = \"huber\""};
+              Digits(moment, 3) + " where noise has 3: blunders, or robust = \"huber\""};
 }
 
 }  // namespace
@@ -168,18 +168,18 @@ std::string FindPattern(const Block& block, const SampleResiduals& residuals) {
   std::vector<Found> tests;
   for (const Eigen::Index component : {0, 1}) {
     std::vector<std::vector<Residual>> of_pass(block.passes.size());
-    std::vector<double> all_1;
+    std::vector<double> all;
     for (std::size_t i = 0; i < block.looks.size(); ++i) {
-      const double v_1 = residuals.whitened_1(static_cast<Eigen::Index>(i), component);
-      const double r_1 = residuals.redundancy_1(static_cast<Eigen::Index>(i), component);
-      if (!std::isfinite(v_1) || !(r_1 > kShownPart_1)) continue;
+      const double v = residuals.whitened_errors(static_cast<Eigen::Index>(i), component);
+      const double r = residuals.redundancy(static_cast<Eigen::Index>(i), component);
+      if (!std::isfinite(v) || !(r > kShownPart)) continue;
       const std::uint32_t pass = block.looks.pass[i];
       const double sigma_m =
           component == 0 ? block.SigmaOf(i).range_m
-                         : block.RoughAzimuthSigma_m(
+                         : block.ApproximateAzimuthSigma_m(
                                i, block.passes[pass].path.states().front().velocity_mps.norm());
-      of_pass[pass].push_back({v_1, r_1, sigma_m, block.looks.time_s[i], block.looks.range_m[i]});
-      all_1.push_back(v_1 / std::sqrt(r_1));
+      of_pass[pass].push_back({v, r, sigma_m, block.looks.time_s[i], block.looks.range_m[i]});
+      all.push_back(v / std::sqrt(r));
     }
     const char* word = component == 0 ? "ranges" : "azimuths";
     std::array<Pooled, kTestsOfPass> pooled;
@@ -187,23 +187,23 @@ std::string FindPattern(const Block& block, const SampleResiduals& residuals) {
       std::vector<Found> found =
           TestsOfPass(std::move(of_pass[pass]), word + (" of " + block.passes[pass].id));
       for (std::size_t k = 0; k < found.size(); ++k) {
-        pooled[k].Add(found[k].statistic_1);
+        pooled[k].Add(found[k].statistic);
         tests.push_back(std::move(found[k]));
       }
     }
     for (std::size_t k = 0; k < kTestsOfPass; ++k) {
-      tests.push_back({pooled[k].statistic_1(),
+      tests.push_back({pooled[k].statistic(),
                        std::string("residuals of the ") + word + " of all passes " + kCommon[k]});
     }
-    if (all_1.size() >= kFewestLooks) tests.push_back(TestOfTails(all_1, word));
+    if (all.size() >= kFewestLooks) tests.push_back(TestOfTails(all, word));
   }
   if (tests.empty()) return "";
-  const double limit_1 =
-      NormalQuantile(1.0 - 0.5 * kPatternLevel_1 / static_cast<double>(tests.size()));
+  const double limit =
+      NormalQuantile(1.0 - 0.5 * kPatternLevel / static_cast<double>(tests.size()));
   const Found* most = nullptr;
   for (const Found& found : tests) {
-    if (!(std::abs(found.statistic_1) > limit_1)) continue;
-    if (most == nullptr || std::abs(found.statistic_1) > std::abs(most->statistic_1)) {
+    if (!(std::abs(found.statistic) > limit)) continue;
+    if (most == nullptr || std::abs(found.statistic) > std::abs(most->statistic)) {
       most = &found;
     }
   }

@@ -22,7 +22,7 @@ struct ExportImage {
 
 struct ExportOptions {
   /// Probability of the ellipses (quality/covariance.h); left out: standard ellipses, 39.3 percent.
-  std::optional<double> confidence_1;
+  std::optional<double> confidence;
   bool ellipses = true;           ///< GeoJSON, KML, GeoPackage: as polygons too, 1 to 2 kB each
   bool cross_covariances = true;  ///< SINEX: also between the points of pairs.csv
   std::string agency = "SBK";     ///< SINEX: three characters
@@ -50,7 +50,7 @@ struct ExportReport {
 struct ExportView {
   const ResultFile& result;
   const ExportOptions& options;
-  double ellipse_scale_1 = 1.0;
+  double ellipse_scale = 1.0;
   std::vector<std::uint32_t> points;  ///< solved ones, in their order
 
   [[nodiscard]] bool HasCovariance(std::uint32_t point) const;

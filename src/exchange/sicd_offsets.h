@@ -14,7 +14,7 @@ namespace sarblock {
 struct SicdComposite {
   double range_m = 0.0;
   double azimuth_m = 0.0;
-  double correlation_1 = 0.0;
+  double correlation = 0.0;
 };
 
 /// What an adjustment adds to the metadata of a SICD image (NGA.STND.0024-1,

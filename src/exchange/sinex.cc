@@ -47,7 +47,7 @@ struct SinexCovariance {
 
 namespace {
 
-Eigen::Matrix3d InFrame(const Frame& frame, const Eigen::Vector3d& p_m, const SymmetricEnu& c) {
+Eigen::Matrix3d ToFrame(const Frame& frame, const Eigen::Vector3d& p_m, const SymmetricEnu& c) {
   const Eigen::Matrix3d enu = MatrixOf(c);
   const Eigen::Matrix3d enu_from_frame = frame.EnuFromFrame(p_m);
   const Eigen::Matrix3d turned = enu_from_frame.transpose() * enu * enu_from_frame;
@@ -73,8 +73,8 @@ void RequirePositiveDefinite(const SinexCovariance& covariance) {
   }
   BlockCholesky factor(matrix);
   const BlockCholesky::Outcome outcome = factor.Factorize(matrix);
-  constexpr double kLeastPivot = 1e-13;  // fifteen digits are written
-  if (outcome.positive_definite && outcome.smallest_pivot_ratio > kLeastPivot) return;
+  constexpr double kMinPivot = 1e-13;  // fifteen digits are written
+  if (outcome.positive_definite && outcome.smallest_pivot_ratio > kMinPivot) return;
   throw InputError(
       "cross",
       "the covariance with the pairs of pairs.csv is not positive definite, because those of the "
@@ -92,7 +92,7 @@ SinexCovariance FormCovariance(const ExportView& view) {
     const std::uint32_t point = view.points[i];
     place[point] = i;
     covariance.own.push_back(
-        InFrame(result.frame, view.Position_m(point), view.Covariance_m2(point)));
+        ToFrame(result.frame, view.Position_m(point), view.Covariance_m2(point)));
   }
   if (!view.options.cross_covariances) return covariance;
   for (const PairResult& pair : result.pairs) {
@@ -101,7 +101,7 @@ SinexCovariance FormCovariance(const ExportView& view) {
       continue;
     }
     const Eigen::Matrix3d difference =
-        InFrame(result.frame, view.Position_m(pair.a), pair.covariance_m2);
+        ToFrame(result.frame, view.Position_m(pair.a), pair.covariance_m2);
     covariance.cross.push_back({std::max(a, b),
                                 std::min(a, b),
                                 0.5 * (covariance.own[a] + covariance.own[b] - difference)});
@@ -121,7 +121,7 @@ SinexCovariance FormCovariance(const ExportView& view) {
 
 namespace {
 
-constexpr std::size_t kMostEstimates = 99999;  // five digits of an index
+constexpr std::size_t kMaxEstimates = 99999;  // five digits of an index
 constexpr const char* kNoTime = "00:000:00000";
 
 // Years, day of the year and seconds of the day: YY:DDD:SSSSS.
@@ -247,11 +247,11 @@ class SinexWriter {
     Statistic("NUMBER OF UNKNOWNS", summary.Count("parameters"));
     Statistic("NUMBER OF DEGREES OF FREEDOM", summary.Count("redundancy"));
     // Of the observations and the degrees of freedom above, priors included.
-    double factor_1 = summary.sigma0_squared;
+    double factor = summary.sigma0_squared;
     for (const ResultGroup& group : summary.groups) {
-      if (group.name == "all") factor_1 = group.factor_1;
+      if (group.name == "all") factor = group.factor;
     }
-    Statistic("VARIANCE FACTOR", factor_1);
+    Statistic("VARIANCE FACTOR", factor);
     Add("-SOLUTION/STATISTICS\n");
   }
 
@@ -365,9 +365,9 @@ void CheckOptions(const ExportView& view) {
     throw InputError("agency", "'" + agency + "' is not allowed, three letters or digits are");
   }
   if (view.points.empty()) throw InputError("format", "the result has no solved point to write");
-  if (3 * view.points.size() > kMostEstimates) {
+  if (3 * view.points.size() > kMaxEstimates) {
     throw InputError("format",
-                     "SINEX counts " + std::to_string(kMostEstimates) +
+                     "SINEX counts " + std::to_string(kMaxEstimates) +
                          " estimates at most, these points have " +
                          std::to_string(3 * view.points.size()));
   }

@@ -94,9 +94,9 @@ constexpr OptionUse kAboveZero{ReadPositive<kMembers...>, DumpAboveZero<kMembers
 /// A number between 0 and 1, both excluded.
 template <auto... kMembers>
 void ReadPart(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  double& part_1 = At<kMembers...>(reading->options);
-  part_1 = value.Positive();
-  if (!(part_1 < 1.0)) value.Fail(NumberText(part_1) + " is not allowed, a number below 1 is");
+  double& part = At<kMembers...>(reading->options);
+  part = value.Positive();
+  if (!(part < 1.0)) value.Fail(NumberText(part) + " is not allowed, a number below 1 is");
 }
 template <auto... kMembers>
 constexpr OptionUse kPart{ReadPart<kMembers...>, DumpNumber<kMembers...>};
@@ -177,11 +177,11 @@ std::string DumpSeed(const AdjustOption&, const AdjustOptions& options) {
 }
 
 void ReadTolerance(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  double& tolerance_1 = reading->options.tolerance_1;
-  tolerance_1 = value.Positive();
-  if (tolerance_1 <= kRemainingStepAccepted_1) return;
-  value.Fail(NumberText(tolerance_1) + " is not allowed, a number up to " +
-             NumberText(kRemainingStepAccepted_1) + " is: no solution is accepted with more left");
+  double& tolerance = reading->options.tolerance;
+  tolerance = value.Positive();
+  if (tolerance <= kRemainingStepAccepted) return;
+  value.Fail(NumberText(tolerance) + " is not allowed, a number up to " +
+             NumberText(kRemainingStepAccepted) + " is: no solution is accepted with more left");
 }
 
 void ReadRejections(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
@@ -220,9 +220,9 @@ std::string DumpCandidates(const AdjustOption&, const AdjustOptions& options) {
 void ReadSpacings(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   std::vector<double>& spacings_s = reading->options.selection.knot_spacings_s.emplace();
   for (const TomlValue& entry : value.Entries()) spacings_s.push_back(entry.Positive());
-  if (spacings_s.size() > SelectionOptions::kMostSpacings) {
+  if (spacings_s.size() > SelectionOptions::kMaxSpacings) {
     value.Fail("has " + std::to_string(spacings_s.size()) + " entries, at most " +
-               std::to_string(SelectionOptions::kMostSpacings) + " are allowed");
+               std::to_string(SelectionOptions::kMaxSpacings) + " are allowed");
   }
 }
 std::string DumpSpacings(const AdjustOption&, const AdjustOptions& options) {
@@ -240,10 +240,10 @@ double Within(const TomlValue& value, double lowest, double highest, const std::
   return number;
 }
 void ReadMaxCondition(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  reading->options.selection.max_condition_1 = Within(value, 1.0, 1e300, "a number above 1 is");
+  reading->options.selection.max_condition = Within(value, 1.0, 1e300, "a number above 1 is");
 }
 void ReadMaxRatio(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  reading->options.selection.max_posterior_prior_1 =
+  reading->options.selection.max_posterior_prior =
       Within(value, 0.0, 1.0, "a number above 0 and at most 1 is");
 }
 
@@ -293,7 +293,7 @@ const std::array kOptions = std::to_array<OptionRow>({
    kInteger<1, 100000, &AdjustOptions::max_iterations>},
   {{"tolerance", "number", "above 0, at most 0.001, in sigmas", "1e-6",
    "Step left, over all unknowns together, at which iteration ends."},
-   {ReadTolerance, DumpNumber<&AdjustOptions::tolerance_1>}},
+   {ReadTolerance, DumpNumber<&AdjustOptions::tolerance>}},
   {{"engine", "text", "auto, ceres, reduced", "auto", "The solver."},
    kChoice<&AdjustOptions::engine>},
   {{"ceres_solver", "text", "auto, dense-schur, sparse-schur, iterative-schur", "auto",
@@ -324,10 +324,10 @@ const std::array kOptions = std::to_array<OptionRow>({
    "Joint priors: several corrections of a pass with their full covariance."}, {}},
   {{"quality.alpha", "number", "above 0, below power", "0.001",
    "Level of the test of one observation, or of all together with family_wise."},
-   {ReadPositive<&AdjustOptions::quality, &QualityOptions::alpha_1>, DumpNumber<&AdjustOptions::quality, &QualityOptions::alpha_1>}},
+   {ReadPositive<&AdjustOptions::quality, &QualityOptions::alpha>, DumpNumber<&AdjustOptions::quality, &QualityOptions::alpha>}},
   {{"quality.power", "number", "above alpha, below 1", "0.8",
    "Probability with which a minimal detectable blunder is found."},
-   kPart<&AdjustOptions::quality, &QualityOptions::power_1>},
+   kPart<&AdjustOptions::quality, &QualityOptions::power>},
   {{"quality.family_wise", "text", "none, sidak, bonferroni", "none",
    "Make alpha the level of all tests of a solution together."},
    kChoice<&AdjustOptions::quality, &QualityOptions::family_wise>},
@@ -343,14 +343,14 @@ const std::array kOptions = std::to_array<OptionRow>({
    kFlag<&AdjustOptions::quality, &QualityOptions::consensus>},
   {{"quality.separation", "number", "above 0, below 1", "0.95",
    "Probability that the wrong look is among those that are named."},
-   kPart<&AdjustOptions::quality, &QualityOptions::separation_1>},
+   kPart<&AdjustOptions::quality, &QualityOptions::separation>},
   {{"selection.mode", "text", "common, per-pass", "common",
    "The same corrections for all passes, each with its own values, or every pass for itself, where "
    "standard deviations come out too small."},
    kChoice<&AdjustOptions::selection, &SelectionOptions::mode>},
   {{"selection.significance", "number", "above 0, below 1", "0.05",
    "Level of the F tests of one step, shared by all terms (Bonferroni)."},
-   kPart<&AdjustOptions::selection, &SelectionOptions::significance_1>},
+   kPart<&AdjustOptions::selection, &SelectionOptions::significance>},
   {{"selection.candidates", "list", "position, velocity, range, time, squint, troposphere",
    "all but velocity", "Kinds that are tried, without priors; not beside correction tables."},
    {ReadCandidates, DumpCandidates}},
@@ -365,14 +365,14 @@ const std::array kOptions = std::to_array<OptionRow>({
   {{"selection.max_condition", "number", "above 1", "1e8",
    "How much of a variance may come from other unknowns before a candidate counts as not "
    "determinable."},
-   {ReadMaxCondition, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_condition_1>}},
+   {ReadMaxCondition, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_condition>}},
   {{"selection.max_posterior_prior", "number", "above 0, at most 1", "0.9",
    "Ratio of posterior to prior standard deviation above which the observations add too little."},
-   {ReadMaxRatio, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_posterior_prior_1>}},
+   {ReadMaxRatio, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_posterior_prior>}},
   {{"selection.simplify", "number", "above 0, below 1", "0.01",
    "Part of its standard deviation by which simplifications of the model may move a point; those "
    "that save time are then taken; docs/theory/selection.md."},
-   kPart<&AdjustOptions::selection, &SelectionOptions::simplify_1>},
+   kPart<&AdjustOptions::selection, &SelectionOptions::simplify>},
 });
 // clang-format on
 
@@ -396,12 +396,12 @@ void ReadQuality(const AdjustOption&, const TomlValue& value, OptionReading* rea
   const TomlTable table(value);
   ReadSection(table, "quality.", reading);
   const QualityOptions& options = reading->options.quality;
-  if (options.alpha_1 < options.power_1) return;
+  if (options.alpha < options.power) return;
   if (const auto alpha = table.Find("alpha")) {
-    alpha->Fail(NumberText(options.alpha_1) + " is not allowed, a number below " +
-                NumberText(options.power_1) + " is");
+    alpha->Fail(NumberText(options.alpha) + " is not allowed, a number below " +
+                NumberText(options.power) + " is");
   }
-  table.Require("power", "").Fail("must be above alpha, which is " + NumberText(options.alpha_1));
+  table.Require("power", "").Fail("must be above alpha, which is " + NumberText(options.alpha));
 }
 
 void ReadSelection(const AdjustOption&, const TomlValue& value, OptionReading* reading) {

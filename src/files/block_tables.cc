@@ -148,8 +148,8 @@ Eigen::Vector3d ReadPosition(const Row& row, const Frame& frame, PointRole role)
   return Eigen::Vector3d::Constant(kNotGiven);
 }
 
-void RefuseCovariance(const Row& row, std::size_t column, bool both_held) {
-  if (row.Given(column) && !both_held) {
+void RefuseCovariance(const Row& row, std::size_t column, bool both_fixed) {
+  if (row.Given(column) && !both_fixed) {
     row.Fail(column, "is given without the standard deviations of both components");
   }
 }
@@ -160,13 +160,13 @@ KnownPosition ReadKnown(const Row& row, PointRole role, std::uint32_t point) {
   Eigen::Matrix3d& covariance = known.covariance_enu_m2;
   for (std::size_t i = 0; i < 3; ++i) {
     const double sigma_m = row.PositiveNumber(kPointSigmas[i]);
-    known.held[i] = !std::isnan(sigma_m);
+    known.fixed[i] = !std::isnan(sigma_m);
     const auto k = static_cast<Eigen::Index>(i);
-    if (known.held[i]) covariance(k, k) = sigma_m * sigma_m;
+    if (known.fixed[i]) covariance(k, k) = sigma_m * sigma_m;
   }
-  const bool any = known.held[0] || known.held[1] || known.held[2];
+  const bool any = known.fixed[0] || known.fixed[1] || known.fixed[2];
   const auto cross = [&](std::size_t column, std::size_t i, std::size_t j) {
-    RefuseCovariance(row, column, known.held[i] && known.held[j]);
+    RefuseCovariance(row, column, known.fixed[i] && known.fixed[j]);
     const double value_m2 = row.Number(column);
     if (std::isnan(value_m2)) return;
     covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = value_m2;
@@ -181,14 +181,14 @@ KnownPosition ReadKnown(const Row& row, PointRole role, std::uint32_t point) {
                "a control point without a standard deviation; at least one of sigma_e_m, "
                "sigma_n_m, sigma_u_m is needed");
     }
-    known.held = {true, true, true};  // a check point taken as exactly known
+    known.fixed = {true, true, true};  // a check point taken as exactly known
     return known;
   }
   // Free components get a one on the diagonal, so that only the fixed ones are tested. Scaling to
   // unit variances keeps the test independent of the units.
   Eigen::Matrix3d tested = covariance;
   for (Eigen::Index i = 0; i < 3; ++i) {
-    if (!known.held[static_cast<std::size_t>(i)]) tested(i, i) = 1.0;
+    if (!known.fixed[static_cast<std::size_t>(i)]) tested(i, i) = 1.0;
   }
   const Eigen::Vector3d scale = tested.diagonal().cwiseSqrt().cwiseInverse();
   tested = scale.asDiagonal() * tested * scale.asDiagonal();

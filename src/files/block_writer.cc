@@ -178,7 +178,7 @@ void WriteLooks(TableSink* sink, const Block& block, const IdTable& pass_ids) {
     if ((looks.flags[i] & Looks::kDoppler) != 0) {
       row.Number(kColumns("doppler_hz"), cone);
     } else if (cone != 0.0) {
-      row.Number(kColumns("squint_deg"), InUnit(cone, kRadPerDeg));
+      row.Number(kColumns("squint_deg"), ToUnit(cone, kRadPerDeg));
     }
     if (!looks.range_sigma_m.empty()) {
       row.Number(kColumns("range_sigma_m"), looks.range_sigma_m[i]);

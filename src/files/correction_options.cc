@@ -96,10 +96,10 @@ PriorSigma ReadPriorSigma(const TomlValue& value) {
 
 // The entries of a list of priors by axis: one per component in the order of `components`, or one
 // per axis. An axis without an entry is null.
-std::vector<const TomlValue*> ByAxis(const TomlValue& list,
-                                     const std::vector<TomlValue>& entries,
-                                     const std::vector<std::size_t>& components,
-                                     std::size_t axis_count) {
+std::vector<const TomlValue*> ListByAxis(const TomlValue& list,
+                                         const std::vector<TomlValue>& entries,
+                                         const std::vector<std::size_t>& components,
+                                         std::size_t axis_count) {
   std::vector<const TomlValue*> by_axis(axis_count, nullptr);
   if (entries.size() == components.size()) {
     for (std::size_t i = 0; i < entries.size(); ++i) by_axis[components[i]] = &entries[i];
@@ -158,7 +158,7 @@ PositionCorrection ReadPositionCorrection(const TomlTable& table) {
   const auto sigma = table.Find("sigma_m");
   if (sigma && sigma->IsArray()) {
     const std::vector<TomlValue> entries = sigma->Entries();
-    const auto by_axis = ByAxis(*sigma, entries, components, 3);
+    const auto by_axis = ListByAxis(*sigma, entries, components, 3);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (by_axis[axis] != nullptr) {
         model.prior_sigma_m[axis] = ReadDegrees(*by_axis[axis], model);
@@ -178,7 +178,7 @@ VelocityCorrection ReadVelocity(const TomlTable& table) {
   const auto sigma = table.Find("sigma");
   if (sigma && sigma->IsArray()) {
     const std::vector<TomlValue> entries = sigma->Entries();
-    const auto by_axis = ByAxis(*sigma, entries, components, 2);
+    const auto by_axis = ListByAxis(*sigma, entries, components, 2);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       if (by_axis[axis] != nullptr) model.prior_sigma[axis] = ReadPriorSigma(*by_axis[axis]);
     }
@@ -343,7 +343,7 @@ class GroupDump {
     if (std::isnan(sigma)) {
       Line(name, "true");
     } else {
-      Line(sigma_name, NumberText(InUnit(sigma, unit)));
+      Line(sigma_name, NumberText(ToUnit(sigma, unit)));
     }
   }
 

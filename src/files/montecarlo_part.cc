@@ -50,9 +50,9 @@ void WriteDraws(const MonteCarloDraws& draws, TableSink* sink) {
     row.Integer(kDrawColumns("run"), run.run);
     row.Integer(kDrawColumns("converged"), run.converged ? 1 : 0);
     if (!run.converged) return;
-    row.Numbers(kRatios, run.variance_ratio_1);
-    row.Number(kDrawColumns("normalised_square"), run.square_1);
-    row.Numbers(kCoverages, run.inside_1);
+    row.Numbers(kRatios, run.variance_ratio);
+    row.Number(kDrawColumns("normalised_square"), run.square);
+    row.Numbers(kCoverages, run.inside);
   });
   table->Commit();
 }
@@ -163,10 +163,10 @@ std::uint32_t AddRuns(const TableSource& source,
     run.converged = row.Flag(kDrawColumns("converged"));
     if (run.converged) {
       for (std::size_t i = 0; i < 3; ++i) {
-        run.variance_ratio_1[i] = row.RequiredNumber(kRatios[i]);
-        run.inside_1[i] = row.RequiredNumber(kCoverages[i]);
+        run.variance_ratio[i] = row.RequiredNumber(kRatios[i]);
+        run.inside[i] = row.RequiredNumber(kCoverages[i]);
       }
-      run.square_1 = row.RequiredNumber(kDrawColumns("normalised_square"));
+      run.square = row.RequiredNumber(kDrawColumns("normalised_square"));
       ++converged;
     }
     draws->runs.push_back(run);

@@ -299,12 +299,12 @@ void ReadResultLooks(ResultReading* reading) {
   const auto table = reading->source.Require("residuals", kColumns);
   ResultLooks& looks = reading->result.looks;
   const std::array<std::pair<std::size_t, std::vector<float>*>, 10> quality{
-      {{kColumns("range_redundancy"), &looks.redundancy_1[0]},
-       {kColumns("azimuth_redundancy"), &looks.redundancy_1[1]},
-       {kColumns("range_w"), &looks.w_1[0]},
-       {kColumns("azimuth_w"), &looks.w_1[1]},
-       {kColumns("range_tau"), &looks.tau_1[0]},
-       {kColumns("azimuth_tau"), &looks.tau_1[1]},
+      {{kColumns("range_redundancy"), &looks.redundancy[0]},
+       {kColumns("azimuth_redundancy"), &looks.redundancy[1]},
+       {kColumns("range_w"), &looks.w[0]},
+       {kColumns("azimuth_w"), &looks.w[1]},
+       {kColumns("range_tau"), &looks.tau[0]},
+       {kColumns("azimuth_tau"), &looks.tau[1]},
        {kColumns("range_mdb_m"), &looks.mdb_m[0]},
        {kColumns("azimuth_mdb_m"), &looks.mdb_m[1]},
        {kColumns("range_influence_m"), &looks.influence_m[0]},
@@ -357,9 +357,9 @@ void ReadResultControl(ResultReading* reading) {
     control.component = static_cast<int>(found);
     control.residual_m = row.RequiredNumber(kColumns("residual_m"));
     control.sigma_m = row.Number(kColumns("sigma_m"));
-    control.redundancy_1 = row.Number(kColumns("redundancy"));
-    control.w_1 = row.Number(kColumns("w"));
-    control.tau_1 = row.Number(kColumns("tau"));
+    control.redundancy = row.Number(kColumns("redundancy"));
+    control.w = row.Number(kColumns("w"));
+    control.tau = row.Number(kColumns("tau"));
     control.mdb_m = row.Number(kColumns("mdb_m"));
     control.influence_m = row.Number(kColumns("influence_m"));
     reading->result.control.push_back(control);
@@ -424,12 +424,12 @@ void ReadResultSelection(ResultReading* reading) {
       candidate.passes = row.Text(kColumns("passes"));
       candidate.parameters = static_cast<int>(row.Count(kColumns("parameters")));
       candidate.test = ReadEnum(row, kColumns("test"), SelectionTest::kNotTried);
-      candidate.statistic_1 = row.Number(kColumns("statistic"));
-      candidate.f_1 = row.Number(kColumns("f"));
-      candidate.probability_1 = row.Number(kColumns("p"));
-      candidate.delta_bic_1 = row.Number(kColumns("delta_bic"));
-      candidate.condition_1 = row.Number(kColumns("condition"));
-      candidate.posterior_prior_1 = row.Number(kColumns("posterior_prior"));
+      candidate.statistic = row.Number(kColumns("statistic"));
+      candidate.f = row.Number(kColumns("f"));
+      candidate.probability = row.Number(kColumns("p"));
+      candidate.delta_bic = row.Number(kColumns("delta_bic"));
+      candidate.condition = row.Number(kColumns("condition"));
+      candidate.posterior_prior = row.Number(kColumns("posterior_prior"));
       const std::string_view verdict = row.Text(kColumns("verdict"));
       candidate.kept = verdict == "kept";
       if (!candidate.kept && verdict != "dropped") {

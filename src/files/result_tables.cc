@@ -67,13 +67,13 @@ void WriteQuality(const ResultView& view,
   constexpr const auto& kColumns = kResidualColumns;
   const LookQuality& quality = view.result.quality;
   if (quality.empty()) return;
-  const std::array<BlunderSize, 2> size = sizes.OfLook(look, point);
+  const std::array<BlunderSize, 2> size = sizes.LookSizes(look, point);
   const auto write = [&](std::size_t k, const std::array<std::size_t, 5>& columns) {
-    const double w_1 = static_cast<double>(quality.w_1[k][look]);
+    const double tests = static_cast<double>(quality.w[k][look]);
     row->Numbers(columns,
-                 std::array{static_cast<double>(quality.redundancy_1[k][look]),
-                            w_1,
-                            TauOf(w_1, view.result),
+                 std::array{static_cast<double>(quality.redundancy[k][look]),
+                            tests,
+                            TauOf(tests, view.result),
                             size[k].detectable_m,
                             size[k].influence_m});
   };
@@ -173,10 +173,10 @@ void WriteParameterTable(TableSink* sink, const ResultView& view) {
         .Number(kColumns("value"), parameter.value)
         .Number(kColumns("sigma"), parameter.sigma)
         .Number(kColumns("prior_sigma"), parameter.prior_sigma)
-        .Number(kColumns("significance"), parameter.significance_1())
+        .Number(kColumns("significance"), parameter.significance())
         .Text(kColumns("kept"), parameter.kept)
-        .Number(kColumns("prior_redundancy"), priors[i].redundancy_1)
-        .Number(kColumns("prior_w"), priors[i].w_1);
+        .Number(kColumns("prior_redundancy"), priors[i].redundancy)
+        .Number(kColumns("prior_w"), priors[i].w);
   });
   table->Commit();
 }
@@ -192,16 +192,16 @@ void WriteSelectionTable(TableSink* sink, const ResultView& view) {
         .Text(kColumns("passes"), candidate.passes)
         .Integer(kColumns("parameters"), candidate.parameters)
         .Text(kColumns("test"), NameOf(candidate.test))
-        .Number(kColumns("statistic"), candidate.statistic_1)
-        .Number(kColumns("f"), candidate.f_1)
-        .Number(kColumns("p"), candidate.probability_1)
-        .Number(kColumns("delta_bic"), candidate.delta_bic_1)
-        .Number(kColumns("posterior_prior"), candidate.posterior_prior_1)
+        .Number(kColumns("statistic"), candidate.statistic)
+        .Number(kColumns("f"), candidate.f)
+        .Number(kColumns("p"), candidate.probability)
+        .Number(kColumns("delta_bic"), candidate.delta_bic)
+        .Number(kColumns("posterior_prior"), candidate.posterior_prior)
         .Text(kColumns("verdict"), candidate.kept ? "kept" : "dropped")
         .Text(kColumns("reason"), candidate.reason);
     // An infinite condition has no number; the reason says what it means.
-    if (std::isfinite(candidate.condition_1)) {
-      row.Number(kColumns("condition"), candidate.condition_1);
+    if (std::isfinite(candidate.condition)) {
+      row.Number(kColumns("condition"), candidate.condition);
     }
     if (candidate.step > 0) row.Integer(kColumns("step"), candidate.step);
   });
@@ -218,7 +218,7 @@ void WriteSimplificationTable(TableSink* sink, const ResultView& view) {
         .Text(kColumns("simplification"), bounds[i].name)
         .Number(kColumns("bound_m"), bounds[i].bound_m)
         .Number(kColumns("sigma_m"), bounds[i].sigma_m)
-        .Number(kColumns("fraction"), bounds[i].fraction_1)
+        .Number(kColumns("fraction"), bounds[i].fraction)
         .Integer(kColumns("allowed"), bounds[i].allowed ? 1 : 0)
         .Integer(kColumns("taken"), bounds[i].taken ? 1 : 0)
         .Text(kColumns("verdict"), bounds[i].verdict);
@@ -271,15 +271,15 @@ void WriteControlTable(TableSink* sink, const ResultView& view) {
   const std::vector<ControlQuality>& qualities = view.result.control_quality;
   WriteEach(qualities.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const ControlQuality& control = qualities[i];
-    const BlunderSize size = sizes.OfControl(control);
+    const BlunderSize size = sizes.ControlSize(control);
     NewRow(batch)
         .Id(kColumns("point"), view.block.points.ids, control.point)
         .Text(kColumns("component"), kComponents[static_cast<std::size_t>(control.component)])
         .Number(kColumns("residual_m"), control.residual_m)
         .Number(kColumns("sigma_m"), size.sigma_m)
-        .Number(kColumns("redundancy"), control.redundancy_1)
-        .Number(kColumns("w"), control.w_1)
-        .Number(kColumns("tau"), TauOf(control.w_1, view.result))
+        .Number(kColumns("redundancy"), control.redundancy)
+        .Number(kColumns("w"), control.w)
+        .Number(kColumns("tau"), TauOf(control.w, view.result))
         .Number(kColumns("mdb_m"), size.detectable_m)
         .Number(kColumns("influence_m"), size.influence_m);
   });
@@ -298,7 +298,7 @@ void WriteStripTable(TableSink* sink, const ResultView& view) {
         .Id(kColumns("pass"), view.pass_ids, station.pass)
         .Text(kColumns("look"), left ? "left" : "right")
         .Number(kColumns("time_s"), station.time_s)
-        .Number(kColumns("strip_time"), station.strip_time_1)
+        .Number(kColumns("strip_time"), station.strip_time)
         .Numbers(kColumns("x_m", "y_m", "z_m"), station.antenna_m)
         .Numbers(kColumns("near_x_m", "near_y_m", "near_z_m"), station.near_m)
         .Numbers(kColumns("far_x_m", "far_y_m", "far_z_m"), station.far_m)

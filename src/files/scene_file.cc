@@ -37,7 +37,7 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Count("segments", &flight.segments);
   table.Number("segment_spacing_m", &flight.segment_spacing_m);
   table.Number("spacing_m", &flight.spacing_m);
-  table.Number("overlap", &flight.overlap_1);
+  table.Number("overlap", &flight.overlap);
   table.Number("height_m", &flight.height_m);
   table.Number("length_m", &flight.length_m);
   table.Number("speed_mps", &flight.speed_mps);
@@ -76,7 +76,7 @@ SceneNavigation ReadNavigation(SceneTable& table) {
   table.Number("correlation_time_s", &navigation.correlation_time_s);
   table.Number("knot_spacing_s", &navigation.knot_spacing_s);
   table.Number("range_bias_sigma_m", &navigation.range_bias_sigma_m);
-  table.Number("range_scale_sigma_ppm", &navigation.range_scale_sigma_1, 1e-6);
+  table.Number("range_scale_sigma_ppm", &navigation.range_scale_sigma, 1e-6);
   table.Number("time_bias_sigma_s", &navigation.time_bias_sigma_s);
   table.Number("squint_bias_sigma_deg", &navigation.squint_bias_sigma_rad, kRadPerDeg);
   table.Truth("shared_biases", &navigation.shared_biases);
@@ -86,9 +86,9 @@ SceneNavigation ReadNavigation(SceneTable& table) {
 }
 
 /// Reads wander.table; without a folder to look in it is refused.
-void ReadWanderTable(const TomlValue& name,
-                     const std::filesystem::path* folder,
-                     SceneWander* wander) {
+void ReadTrajectoryErrorTable(const TomlValue& name,
+                              const std::filesystem::path* folder,
+                              SceneTrajectoryError* trajectory_error) {
   const std::string file = name.Text();
   if (folder == nullptr) name.Fail("is for scenes that are files, whose folder it counts from");
   constexpr Columns kColumns{{
@@ -104,24 +104,26 @@ void ReadWanderTable(const TomlValue& name,
   }
   ForRows(table.get(), [&](const Row& row) {
     const double time_s = row.RequiredNumber(kColumns("time_s"));
-    if (!wander->table_time_s.empty() && !(time_s > wander->table_time_s.back())) {
+    if (!trajectory_error->table_time_s.empty() &&
+        !(time_s > trajectory_error->table_time_s.back())) {
       row.Fail(kColumns("time_s"), "times must increase");
     }
-    wander->table_time_s.push_back(time_s);
-    wander->table_m.emplace_back(row.RequiredNumber(kColumns("along_m")),
-                                 row.RequiredNumber(kColumns("across_m")),
-                                 row.RequiredNumber(kColumns("up_m")));
+    trajectory_error->table_time_s.push_back(time_s);
+    trajectory_error->table_m.emplace_back(row.RequiredNumber(kColumns("along_m")),
+                                           row.RequiredNumber(kColumns("across_m")),
+                                           row.RequiredNumber(kColumns("up_m")));
   });
-  if (wander->table_time_s.size() < 2) name.Fail("has fewer than two rows");
+  if (trajectory_error->table_time_s.size() < 2) name.Fail("has fewer than two rows");
 }
 
-SceneWander ReadWander(SceneTable& table, const std::filesystem::path* folder) {
-  SceneWander wander;
-  table.Numbers("rms_m", &wander.rms_m);
-  table.Numbers("time_constant_s", &wander.time_constant_s);
-  if (const auto name = table.Take("table")) ReadWanderTable(*name, folder, &wander);
+SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesystem::path* folder) {
+  SceneTrajectoryError trajectory_error;
+  table.Numbers("rms_m", &trajectory_error.rms_m);
+  table.Numbers("time_constant_s", &trajectory_error.time_constant_s);
+  if (const auto name = table.Take("table"))
+    ReadTrajectoryErrorTable(*name, folder, &trajectory_error);
   table.Finish();
-  return wander;
+  return trajectory_error;
 }
 
 SceneRecorder ReadRecorder(SceneTable& table) {
@@ -158,9 +160,9 @@ SceneLooks ReadLooks(SceneTable& table) {
     looks.azimuth.azimuth = hertz->Number();
     looks.azimuth.azimuth_unit = AzimuthUnit::kHertz;
   }
-  table.Number("noise_scale", &looks.noise_scale_1);
-  table.Number("blunder_fraction", &looks.blunder_fraction_1);
-  table.Number("blunder_size", &looks.blunder_size_1);
+  table.Number("noise_scale", &looks.noise_scale);
+  table.Number("blunder_fraction", &looks.blunder_fraction);
+  table.Number("blunder_size", &looks.blunder_size);
   table.Choice<Blunder>(
       "blunder_kind",
       {{"range", Blunder::kRange}, {"azimuth", Blunder::kAzimuth}, {"both", Blunder::kBoth}},
@@ -233,15 +235,15 @@ SceneControl ReadSceneControl(SceneTable& table, SceneControl::Layout default_la
   if (known.count == 0) known.layout = Layout::kNone;
   table.Numbers("sigma_m", &known.sigma_m);
   if (const auto components = table.Take("components")) {
-    known.held = {false, false, false};
+    known.fixed = {false, false, false};
     for (const TomlValue& name : components->Entries()) {
-      known.held[name.OneOf({"e", "n", "u"})] = true;
+      known.fixed[name.OneOf({"e", "n", "u"})] = true;
     }
   }
   table.Numbers("east_m", &known.east_m);
   table.Numbers("north_m", &known.north_m);
-  table.Number("inset", &known.inset_1);
-  table.Number("noise_scale", &known.noise_scale_1);
+  table.Number("inset", &known.inset);
+  table.Number("noise_scale", &known.noise_scale);
   table.Number("approximate_sigma_m", &known.approximate_sigma_m);
   table.Finish();
   return known;
@@ -284,7 +286,7 @@ Scene ParseSceneIn(const std::filesystem::path* folder,
   for (SceneTable& flight : table.Tables("flight")) {
     scene.flights.push_back(ReadFlight(flight));
   }
-  if (auto t = table.Table("wander")) scene.wander = ReadWander(*t, folder);
+  if (auto t = table.Table("wander")) scene.trajectory_error = ReadTrajectoryError(*t, folder);
   if (auto t = table.Table("recorder")) scene.recorder = ReadRecorder(*t);
   if (auto t = table.Table("navigation")) scene.navigation = ReadNavigation(*t);
   if (auto t = table.Table("looks")) scene.looks = ReadLooks(*t);
@@ -336,7 +338,7 @@ std::vector<std::string> SceneKeys() {
   Scene scene;
   add("frame", [&](SceneTable& table) { ReadSceneFrame(table, &scene); });
   add("flight.0", [](SceneTable& table) { ReadFlight(table); });
-  add("wander", [](SceneTable& table) { ReadWander(table, nullptr); });
+  add("wander", [](SceneTable& table) { ReadTrajectoryError(table, nullptr); });
   add("recorder", [](SceneTable& table) { ReadRecorder(table); });
   add("navigation", [](SceneTable& table) { ReadNavigation(table); });
   add("looks", [](SceneTable& table) { ReadLooks(table); });

@@ -66,9 +66,9 @@ Json TrajectoryJson(const RecordedFlight& recorded) {
                {"state_sigma_mps", effect.noise.velocity_mps}};
   if (!effect.why.empty()) json["why"] = effect.why;
   if (effect.fit) {
-    json["fit"] = {{"position", effect.fit->position_1},
+    json["fit"] = {{"position", effect.fit->position_ratio},
                    {"position_freedom", effect.fit->position_freedom},
-                   {"velocity", effect.fit->velocity_1},
+                   {"velocity", effect.fit->velocity_ratio},
                    {"velocity_freedom", effect.fit->velocity_freedom}};
   }
   return json;
@@ -113,8 +113,8 @@ Json Counts(const Block& block, const AdjustResult& result) {
 
 Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
   if (std::isnan(result.sigma0_squared)) return nullptr;
-  return {{"value", result.sigma0_squared * result.test_redundancy_1},
-          {"redundancy", result.test_redundancy_1},
+  return {{"value", result.sigma0_squared * result.test_redundancy},
+          {"redundancy", result.test_redundancy},
           {"lower", result.chi_square.lower},
           {"upper", result.chi_square.upper},
           {"level", options.test_level},
@@ -125,8 +125,8 @@ Json Groups(const AdjustResult& result) {
   Json groups = Json::array();
   for (const ObservationGroup& group : result.assessment.groups) {
     groups.push_back({{"group", group.name},
-                      {"square_sum", group.square_sum_1},
-                      {"redundancy", group.redundancy_1},
+                      {"square_sum", group.square_sum},
+                      {"redundancy", group.redundancy},
                       {"factor", group.factor()},
                       {"sigma", group.factor_deviation()},
                       {"lower", group.band.lower},
@@ -144,10 +144,10 @@ Json Selection(const SelectionReport& selection) {
   Json simplifications = Json::array();
   for (const SimplificationBound& bound : selection.simplifications) {
     simplifications.push_back({{"simplification", bound.name},
-                               {"fraction", bound.fraction_1},
+                               {"fraction", bound.fraction},
                                {"allowed", bound.allowed},
                                {"taken", bound.taken},
-                               {"gain", bound.gain_1},
+                               {"gain", bound.gain},
                                {"verdict", bound.verdict}});
   }
   return {{"candidates", selection.candidates.size()},
@@ -156,8 +156,8 @@ Json Selection(const SelectionReport& selection) {
           {"settled", selection.settled},
           {"kept", kept},
           {"simplifications", simplifications},
-          {"simplified_gain", selection.simplified_gain_1},
-          {"simplified_shift", selection.simplified_shift_1},
+          {"simplified_gain", selection.simplified_gain},
+          {"simplified_shift", selection.simplified_shift},
           {"model", DumpCorrections(selection.groups)}};
 }
 
@@ -263,7 +263,7 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
                 .ids = block.points.ids,
                 .role = block.points.role,
                 .points = result.points,
-                .covariance_factor_1 = view.factor,
+                .covariance_factor = view.factor,
                 .polygons = result.points.status.size() <= ellipse_limit});
 }
 
@@ -318,8 +318,8 @@ Json WorstJson(const Block& block, const QualitySummary& summary) {
     worst.push_back({{"pass", block.passes[block.looks.pass[look.look]].id},
                      {"point", std::string(block.points.ids[look.point])},
                      {"component", ComponentName(look.azimuth)},
-                     {"w", look.w_1},
-                     {"redundancy", look.redundancy_1}});
+                     {"w", look.w},
+                     {"redundancy", look.redundancy}});
   }
   return worst;
 }
@@ -327,13 +327,13 @@ Json WorstJson(const Block& block, const QualitySummary& summary) {
 Json PriorsJson(const AdjustResult& result) {
   const PriorSummary& summary = result.assessment.priors;
   Json json = {{"priors", summary.priors},
-               {"redundancy", summary.redundancy_1},
+               {"redundancy", summary.redundancy},
                {"tested", summary.tested},
                {"above_critical", summary.above},
-               {"expected_above", summary.expected_above_1}};
+               {"expected_above", summary.expected_above}};
   if (summary.tested > 0) {
     const ParameterResult& worst = result.parameters[summary.worst];
-    json["worst"] = {{"pass", worst.owner}, {"parameter", worst.name}, {"w", summary.worst_w_1}};
+    json["worst"] = {{"pass", worst.owner}, {"parameter", worst.name}, {"w", summary.worst_w}};
   }
   return json;
 }
@@ -343,10 +343,10 @@ Json SharesJson(const std::vector<PassShare>& all) {
   for (const PassShare& share : all) {
     shares.push_back({{"pass", share.owner},
                       {"looks", share.looks},
-                      {"square_sum", share.square_sum_1},
-                      {"redundancy", share.redundancy_1},
-                      {"prior_square_sum", share.prior_square_sum_1},
-                      {"prior_redundancy", share.prior_redundancy_1},
+                      {"square_sum", share.square_sum},
+                      {"redundancy", share.redundancy},
+                      {"prior_square_sum", share.prior_square_sum},
+                      {"prior_redundancy", share.prior_redundancy},
                       {"sigma0_squared", share.variance_factor()}});
   }
   return shares;
@@ -357,28 +357,27 @@ Json SharesJson(const std::vector<PassShare>& all) {
 Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustResult& result) {
   const QualitySummary& summary = result.assessment.tests;
   const ReliabilityFigures& figures = summary.figures;
-  return {
-      {"alpha", options.quality.alpha_1},
-      {"power", options.quality.power_1},
-      {"family_wise", NameOfChoice("quality.family_wise", options)},
-      {"test", NameOfChoice("quality.test", options)},
-      {"tests", figures.tests},
-      {"alpha_one", figures.alpha_one_1},
-      {"alpha_all", figures.alpha_all_1},
-      {"critical_w", figures.critical_w_1},
-      {"critical_tau", figures.critical_tau_1},
-      {"delta0", figures.delta0_1},
-      {"median_redundancy",
-       {{"range", summary.median_redundancy_1[0]}, {"azimuth", summary.median_redundancy_1[1]}}},
-      {"above_critical",
-       {{"range", summary.looks_above[0]},
-        {"azimuth", summary.looks_above[1]},
-        {"control", summary.control_above}}},
-      {"expected_above", summary.expected_above_1()},
-      {"looks_not_localisable", summary.looks_not_localisable},
-      {"worst", WorstJson(block, summary)},
-      {"priors", PriorsJson(result)},
-      {"passes", SharesJson(result.assessment.shares)}};
+  return {{"alpha", options.quality.alpha},
+          {"power", options.quality.power},
+          {"family_wise", NameOfChoice("quality.family_wise", options)},
+          {"test", NameOfChoice("quality.test", options)},
+          {"tests", figures.tests},
+          {"alpha_one", figures.alpha_one},
+          {"alpha_all", figures.alpha_all},
+          {"critical_w", figures.critical_w},
+          {"critical_tau", figures.critical_tau},
+          {"delta0", figures.delta0},
+          {"median_redundancy",
+           {{"range", summary.median_redundancy[0]}, {"azimuth", summary.median_redundancy[1]}}},
+          {"above_critical",
+           {{"range", summary.looks_above[0]},
+            {"azimuth", summary.looks_above[1]},
+            {"control", summary.control_above}}},
+          {"expected_above", summary.expected_above()},
+          {"looks_not_localisable", summary.looks_not_localisable},
+          {"worst", WorstJson(block, summary)},
+          {"priors", PriorsJson(result)},
+          {"passes", SharesJson(result.assessment.shares)}};
 }
 
 Json SnoopingJson(const Block& block, const SnoopingReport& report) {
@@ -393,7 +392,7 @@ Json SnoopingJson(const Block& block, const SnoopingReport& report) {
                         {"passes", passes},
                         {"control", finding.control},
                         {"component", ComponentName(finding.azimuth)},
-                        {"w", finding.w_1},
+                        {"w", finding.w},
                         {"located", finding.located()},
                         {"action", NameOf(finding.action)},
                         {"note", finding.note}});
@@ -412,12 +411,12 @@ Json CheckPointsJson(const CheckSummary& summary, double level) {
                {"components", summary.components},
                {"chi_square", summary.chi_square}};
   if (summary.components == 0) return json;
-  json["freedom"] = summary.freedom_1;
+  json["freedom"] = summary.freedom;
   json["lower"] = summary.chi_square_interval.lower;
   json["upper"] = summary.chi_square_interval.upper;
   json["level"] = level;
   json["realistic"] = summary.realistic();
-  json["error_ratio"] = summary.error_ratio_1;
+  json["error_ratio"] = summary.error_ratio;
   json["points_outside"] = summary.points_outside;
   json["says"] = DescribeChecks(summary, level);
   return json;
@@ -429,8 +428,8 @@ using Json = nlohmann::ordered_json;
 
 Json TestSection(const GlobalTest& test, double level) {
   return {{"sigma0_squared", test.sigma0_squared},
-          {"redundancy", test.redundancy_1},
-          {"value", test.sigma0_squared * test.redundancy_1},
+          {"redundancy", test.redundancy},
+          {"value", test.sigma0_squared * test.redundancy},
           {"lower", test.chi_square.lower},
           {"upper", test.chi_square.upper},
           {"level", level},
@@ -438,8 +437,8 @@ Json TestSection(const GlobalTest& test, double level) {
 }
 
 Json MeanSection(const RunMean& mean) {
-  return {{"expected", mean.expected_1},
-          {"mean", mean.mean_1},
+  return {{"expected", mean.expected},
+          {"mean", mean.mean},
           {"lower", mean.lower()},
           {"upper", mean.upper()},
           {"agrees", mean.Agrees()}};
@@ -453,20 +452,18 @@ Json VarianceComponentsSection(const AdjustOptions& options, const AdjustResult&
   section["iterations"] = report.iterations;
   section["converged"] = report.converged;
   section["before"] = TestSection(report.before, options.test_level);
-  section["after"] = TestSection({result.sigma0_squared,
-                                  result.test_redundancy_1,
-                                  result.chi_square,
-                                  result.chi_square_passed},
-                                 options.test_level);
+  section["after"] = TestSection(
+      {result.sigma0_squared, result.test_redundancy, result.chi_square, result.chi_square_passed},
+      options.test_level);
   section["components"] = Json::array();
   for (const VarianceComponent& c : report.components) {
     section["components"].push_back({{"group", c.group},
                                      {"component", c.component == 0 ? "range" : "azimuth"},
                                      {"looks", c.looks},
-                                     {"redundancy", c.redundancy_1},
+                                     {"redundancy", c.redundancy},
                                      {"estimated", c.estimated},
-                                     {"factor", c.factor_1},
-                                     {"factor_sigma", c.factor_deviation_1},
+                                     {"factor", c.factor},
+                                     {"factor_sigma", c.factor_deviation},
                                      {"sigma_before", c.sigma_before},
                                      {"sigma_after", c.sigma_after()},
                                      {"sigma_after_sigma", c.sigma_deviation()},
@@ -499,8 +496,8 @@ void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
   constexpr const auto& kColumns = kMonteCarloColumns;
   const auto table = sink->Open("montecarlo", kColumns);
   const MonteCarloReport& report = *view.result.montecarlo;
-  WriteEach(report.square_1.size(), table.get(), [&](std::size_t point, Batch* batch) {
-    if (report.runs == 0 || std::isnan(report.square_1[point])) return;
+  WriteEach(report.square.size(), table.get(), [&](std::size_t point, Batch* batch) {
+    if (report.runs == 0 || std::isnan(report.square[point])) return;
     const std::array<double, 6>& sample_m2 = report.sample_m2[point];
     const SymmetricEnu& rigorous_m2 = view.result.points.covariance_m2[point];
     NewRow row(batch);
@@ -515,7 +512,7 @@ void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
     row.Numbers(kColumns("sample_sigma_e_m", "sample_sigma_n_m", "sample_sigma_u_m"), sample_m);
     row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), rigorous_m);
     row.Numbers(kColumns("ratio_e", "ratio_n", "ratio_u"), ratio);
-    row.Number(kColumns("normalised_square"), report.square_1[point]);
+    row.Number(kColumns("normalised_square"), report.square[point]);
     row.Numbers(kColumns("coverage_50", "coverage_90", "coverage_99"), coverage);
   });
   table->Commit();
@@ -543,25 +540,25 @@ Json CureJson(const Explanation::Cure& cure) {
 
 Json DiagnosisSection(const Diagnosis& diagnosis) {
   Json section = Json::array();
-  for (const Explanation& told : diagnosis.explanations) {
-    section.push_back({{"kind", NameOf(told.kind)},
-                       {"cause", told.cause},
-                       {"sentence", told.sentence},
-                       {"passes", told.passes},
-                       {"points", told.points},
-                       {"value", Number(told.value)},
-                       {"sigma", Number(told.sigma)},
-                       {"unit", told.unit},
-                       {"equals", told.equals},
-                       {"change", told.change},
-                       {"part", Number(told.part_1)},
-                       {"square_sum_before", Number(told.square_sum_before_1)},
-                       {"square_sum_after", Number(told.square_sum_after_1)},
-                       {"redundancy_before", Number(told.redundancy_before_1)},
-                       {"redundancy_after", Number(told.redundancy_after_1)},
-                       {"cure", CureJson(told.cure)},
-                       {"looks_lost_before", told.looks_lost_before},
-                       {"looks_lost_after", told.looks_lost_after}});
+  for (const Explanation& reported : diagnosis.explanations) {
+    section.push_back({{"kind", NameOf(reported.kind)},
+                       {"cause", reported.cause},
+                       {"sentence", reported.sentence},
+                       {"passes", reported.passes},
+                       {"points", reported.points},
+                       {"value", Number(reported.value)},
+                       {"sigma", Number(reported.sigma)},
+                       {"unit", reported.unit},
+                       {"equals", reported.equals},
+                       {"change", reported.change},
+                       {"part", Number(reported.part)},
+                       {"square_sum_before", Number(reported.square_sum_before)},
+                       {"square_sum_after", Number(reported.square_sum_after)},
+                       {"redundancy_before", Number(reported.redundancy_before)},
+                       {"redundancy_after", Number(reported.redundancy_after)},
+                       {"cure", CureJson(reported.cure)},
+                       {"looks_lost_before", reported.looks_lost_before},
+                       {"looks_lost_after", reported.looks_lost_after}});
   }
   return section;
 }

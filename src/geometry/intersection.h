@@ -34,7 +34,7 @@ struct Candidate {
 
 /// Gauss-Newton, then damped Newton, from a start point: weights from the start, formed again once
 /// at convergence. docs/theory/intersection.md, section 3 and 4.
-[[nodiscard]] Candidate Refine(std::span<const Sight> sights,
+[[nodiscard]] Candidate Refine(std::span<const FixedPathLook> observations,
                                const Eigen::Vector3d& origin_m,
                                const Eigen::Vector3d& start_m,
                                double max_step_m,

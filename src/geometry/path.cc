@@ -49,14 +49,14 @@ double EqualSpacing_s(const std::vector<StateVector>& states) {
 
 // Whether `to` lies where a straight flight from `from` at its velocity comes to, but for rounding.
 bool ContinuesStraight(const StateVector& from, const StateVector& to) {
-  constexpr double kRounding_1 = std::numeric_limits<double>::epsilon();
+  constexpr double kRounding = std::numeric_limits<double>::epsilon();
   const Eigen::Vector3d moved_m = (to.time_s - from.time_s) * from.velocity_mps;
   const Eigen::Vector3d off_m = to.position_m - (from.position_m + moved_m);
   const Eigen::Vector3d off_mps = to.velocity_mps - from.velocity_mps;
   const double size_m = from.position_m.norm() + to.position_m.norm() + moved_m.norm() +
                         (std::abs(from.time_s) + std::abs(to.time_s)) * from.velocity_mps.norm();
-  return off_m.norm() <= 4.0 * kRounding_1 * size_m &&
-         off_mps.norm() <= 2.0 * kRounding_1 * from.velocity_mps.norm();
+  return off_m.norm() <= 4.0 * kRounding * size_m &&
+         off_mps.norm() <= 2.0 * kRounding * from.velocity_mps.norm();
 }
 
 }  // namespace

@@ -123,7 +123,7 @@ FactorNeeds BlockCholesky::Needs() const {
   const OwnFronts& own = impl_->own;
   FactorNeeds largest;
   for (const FactorNeeds& needs : sparse::NeedsOfRanks(own.symbolic.fronts, own.division)) {
-    if (sparse::MostDoubles(needs) >= sparse::MostDoubles(largest)) largest = needs;
+    if (sparse::MaxDoubles(needs) >= sparse::MaxDoubles(largest)) largest = needs;
   }
   largest.operations = 0.5 * own.symbolic.operations;
   largest.dissected = own.symbolic.dissected;

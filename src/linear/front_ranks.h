@@ -39,7 +39,7 @@ struct FrontDivision {
                                                     const FrontDivision& division);
 
 /// Doubles of one rank at the most, S and its inverse apart.
-[[nodiscard]] std::size_t MostDoubles(const FactorNeeds& needs);
+[[nodiscard]] std::size_t MaxDoubles(const FactorNeeds& needs);
 
 /// Fronts by stage, each list ascending.
 using StageLists = std::vector<std::vector<std::size_t>>;

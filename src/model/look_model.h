@@ -45,8 +45,9 @@ struct LookState {
 /// The errors of the two measurements of a look, predicted less measured, and their partials, each
 /// times its weight. Row 0 is the range, row 1 the azimuth time or the measured Doppler.
 struct LookEvaluation {
-  Eigen::Vector2d error_1;  ///< R_p - R [m] and t_p - t [s] or f_p - f [Hz], times the weights
-  Eigen::Matrix<double, 2, 3> by_point;  ///< [1] and [s/m] or [Hz/m], times the weights
+  Eigen::Vector2d
+      whitened_error;  ///< R_p - R [m] and t_p - t [s] or f_p - f [Hz], times the weights
+  Eigen::Matrix<double, 2, 3> d_point;  ///< [1] and [s/m] or [Hz/m], times the weights
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
   /// Metres at the target that a unit of the azimuth measurement is: |de_d/dt|, on the path without
@@ -57,8 +58,8 @@ struct LookEvaluation {
   /// Multiplies both rows by weights; `columns` local ones are set.
   void Scale(const LookWeights& weights, int columns) {
     const Eigen::Vector2d factor(weights.range_per_m, weights.azimuth_per_unit);
-    error_1.array() *= factor.array();
-    by_point.array().colwise() *= factor.array();
+    whitened_error.array() *= factor.array();
+    d_point.array().colwise() *= factor.array();
     for (std::size_t c = 0; c < static_cast<std::size_t>(columns); ++c) {
       row[0][c] *= factor[0];
       row[1][c] *= factor[1];
@@ -104,7 +105,7 @@ struct CorrectedMotion {
 /// of a look are smooth however much the path's acceleration jumps at its states, nothing is read
 /// beyond the ends of a path but for a time bias, and a look depends on the same parameters at
 /// every state. Where noise of the states makes the cubic's acceleration turn the cone by more than
-/// CorrectedPaths::kMostTurn_1 of the speed at which it passes over the points, the acceleration of
+/// CorrectedPaths::kMaxTurn of the speed at which it passes over the points, the acceleration of
 /// the path without that noise takes its place. t_p is found anew at every evaluation (Newton's
 /// method on the cone, to 1e-12 of rho). Thread-safe but for Anchor; holds references to the block
 /// and the layout, which must outlive it.
@@ -126,11 +127,11 @@ class LookModel {
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
   /// Factors on the standard deviations of range and azimuth by pass; empty: 1. The weights do not
   /// follow by themselves (UpdateWeights).
-  void ScaleSigmas(std::vector<std::array<double, 2>> factor_of_pass_1) {
-    sigma_factor_1_ = std::move(factor_of_pass_1);
+  void ScaleSigmas(std::vector<std::array<double, 2>> factors) {
+    sigma_factors_ = std::move(factors);
   }
   [[nodiscard]] const std::vector<std::array<double, 2>>& sigma_factors() const {
-    return sigma_factor_1_;
+    return sigma_factors_;
   }
 
   void ColumnsOf(std::size_t look, LookColumns* columns) const;
@@ -158,7 +159,8 @@ class LookModel {
 
   /// A look with fixed path, with corrections `x`, read at its measured time;
   /// nothing outside the path.
-  [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;
+  [[nodiscard]] std::optional<FixedPathLook> FixPath(std::size_t look,
+                                                     const Eigen::VectorXd& x) const;
 
   /// Asks the memory for what a look will read of its path.
   void Prefetch(std::size_t look) const {
@@ -167,7 +169,7 @@ class LookModel {
 
   /// Reads the paths at the time biases in all corrections `x`; returns whether that changed what a
   /// look reads (CorrectedPaths::Anchor).
-  bool Anchor(const Eigen::VectorXd& x, double slack_1 = 0.0) { return paths_.Anchor(x, slack_1); }
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0) { return paths_.Anchor(x, slack); }
   /// Reads the same passes where another model does.
   void AnchorLike(const LookModel& other) { paths_.AnchorLike(other.paths_); }
 
@@ -187,7 +189,7 @@ class LookModel {
   Simplified simplified_;
   CorrectedPaths paths_;
   Vertical middle_;  // of a flat frame
-  std::vector<std::array<double, 2>> sigma_factor_1_;
+  std::vector<std::array<double, 2>> sigma_factors_;
 };
 
 /// Local corrections of a look gathered from the block's vector x.

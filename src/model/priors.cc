@@ -26,7 +26,10 @@ double PriorOf(const PositionCorrection& position, std::size_t axis, std::size_t
   return sigma_m.size() == 1 ? sigma_m[0] : sigma_m[degree];
 }
 
-Parameter OfKind(ParameterKind kind, const char* name, const char* unit, double prior_sigma) {
+Parameter MakeParameter(ParameterKind kind,
+                        const char* name,
+                        const char* unit,
+                        double prior_sigma) {
   Parameter out;
   out.kind = kind;
   out.name = name;
@@ -59,7 +62,7 @@ Parameter PositionParameter(const PositionCorrection& position,
 std::vector<Parameter> ParametersOf(const CorrectionGroup& group) {
   std::vector<Parameter> out;
   const auto add = [&out](ParameterKind kind, const char* name, const char* unit, double sigma) {
-    out.push_back(OfKind(kind, name, unit, sigma));
+    out.push_back(MakeParameter(kind, name, unit, sigma));
   };
   if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
     if (position->basis == PositionCorrection::Basis::kSpline) return out;
@@ -98,9 +101,9 @@ std::vector<Parameter> ParametersOf(const CorrectionGroup& group) {
 namespace {
 
 constexpr std::array<const char*, 3> kRicAxisNames = {"radial", "in-track", "cross-track"};
-constexpr double kSymmetric_1 = 1e-9;
+constexpr double kSymmetric = 1e-9;
 /// Of a variance: it and its inverse keep their digits in products with others.
-constexpr double kLeastVariance = 1e-120;
+constexpr double kMinVariance = 1e-120;
 
 std::string ShortText(double value) {
   std::array<char, 32> text{};
@@ -301,7 +304,7 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
   }
   for (Eigen::Index i = 0; i < prior.sigma.size(); ++i) {
     const double square = prior.sigma[i] * prior.sigma[i];
-    if (prior.sigma[i] > 0.0 && square >= kLeastVariance && square <= 1.0 / kLeastVariance) {
+    if (prior.sigma[i] > 0.0 && square >= kMinVariance && square <= 1.0 / kMinVariance) {
       continue;
     }
     return JointPriorProblem{0,
@@ -375,10 +378,10 @@ std::optional<std::string> FindCovarianceProblem(const std::vector<std::string>&
     return "'" + parameters[static_cast<std::size_t>(i)] + "'";
   };
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (!(covariance(i, i) >= kLeastVariance && covariance(i, i) <= 1.0 / kLeastVariance)) {
+    if (!(covariance(i, i) >= kMinVariance && covariance(i, i) <= 1.0 / kMinVariance)) {
       return "the variance of " + name(i) + " is " + ShortText(covariance(i, i)) +
-             ", a number from " + ShortText(kLeastVariance) + " to " +
-             ShortText(1.0 / kLeastVariance) + " is needed";
+             ", a number from " + ShortText(kMinVariance) + " to " + ShortText(1.0 / kMinVariance) +
+             " is needed";
     }
     if (!covariance.row(i).allFinite()) return "the row of " + name(i) + " is not finite";
   }
@@ -386,20 +389,20 @@ std::optional<std::string> FindCovarianceProblem(const std::vector<std::string>&
   Eigen::MatrixXd l = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
-      if (!(std::abs(covariance(i, j) - covariance(j, i)) <= kSymmetric_1 * sigma[i] * sigma[j])) {
+      if (!(std::abs(covariance(i, j) - covariance(j, i)) <= kSymmetric * sigma[i] * sigma[j])) {
         return "is not symmetric: " + ShortText(covariance(j, i)) + " and " +
                ShortText(covariance(i, j)) + " stand for " + name(j) + " and " + name(i);
       }
-      const double r_1 = covariance(i, j) / (sigma[i] * sigma[j]);
-      l(i, j) = (r_1 - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
+      const double r = covariance(i, j) / (sigma[i] * sigma[j]);
+      l(i, j) = (r - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
     }
-    const double pivot_1 = 1.0 - l.row(i).head(i).squaredNorm();
-    if (!(pivot_1 > kLeastPriorPivot_1)) {
-      return "is not positive definite: beside the parameters before it " + ShortText(pivot_1) +
+    const double pivot = 1.0 - l.row(i).head(i).squaredNorm();
+    if (!(pivot > kMinPriorPivot)) {
+      return "is not positive definite: beside the parameters before it " + ShortText(pivot) +
              " of the variance of " + name(i) + " is left (a pivot of Cholesky's factor), above " +
-             ShortText(kLeastPriorPivot_1) + " is allowed";
+             ShortText(kMinPriorPivot) + " is allowed";
     }
-    l(i, i) = std::sqrt(pivot_1);
+    l(i, i) = std::sqrt(pivot);
   }
   return std::nullopt;
 }
@@ -504,7 +507,7 @@ Eigen::Matrix3d FrameFromAxes(const Frame& frame,
   if (!motion) {
     throw InputError(field, "the middle of the strip of pass " + pass.id + " is not on its path");
   }
-  if (axes == JointPrior::Axes::kTrack) return TrackAxesOf(frame, *motion).axes_1;
+  if (axes == JointPrior::Axes::kTrack) return TrackAxesOf(frame, *motion).axes;
   const bool local = frame.kind() == FrameKind::kLocal;
   double rotation_rad_per_s = 0.0;
   if (axes == JointPrior::Axes::kRicInertial) {

@@ -98,7 +98,7 @@ struct JointPriorBinding {
 
 /// Part of the variance of a parameter that the parameters before it must leave: with less, the
 /// equations of the prior would lose more digits than the adjustment has to spare.
-inline constexpr double kLeastPriorPivot_1 = 1e-10;
+inline constexpr double kMinPriorPivot = 1e-10;
 
 /// Empty where there is a problem.
 struct JointPriorBindings {
@@ -110,7 +110,7 @@ struct JointPriorBindings {
 /// Refuses passes and parameters that are not there, parameters of shared groups and of splines,
 /// those with a standard deviation of their own or in two joint priors, a matrix of the wrong size,
 /// one that is not symmetric to 1e-9 of its diagonal, and one of which a pivot, scaled to unit
-/// diagonal, is kLeastPriorPivot_1 or less.
+/// diagonal, is kMinPriorPivot or less.
 [[nodiscard]] JointPriorBindings BindJointPriors(const std::vector<std::string>& pass_ids,
                                                  const std::vector<CorrectionGroup>& groups,
                                                  const std::vector<JointPrior>& priors);

@@ -81,8 +81,8 @@ class PointPieces {
               std::size_t small_group = kSmallGroup);
 
   /// Fewest points of a piece, where there are more; most pieces.
-  static constexpr std::size_t kLeastPoints = 128;
-  static constexpr std::size_t kMostPieces = 1024;
+  static constexpr std::size_t kMinPoints = 128;
+  static constexpr std::size_t kMaxPieces = 1024;
   /// Partial sums of a group hold at most twice what S and its right side take, or this many
   /// doubles (64 MiB) where that is more.
   static constexpr std::size_t kSmallGroup = std::size_t{1} << 23;
@@ -96,7 +96,7 @@ class PointPieces {
   /// or 64, at least two.
   [[nodiscard]] std::size_t GroupEnd(std::size_t first, int threads) const;
   /// Doubles of the largest group.
-  [[nodiscard]] std::size_t MostDoubles(int threads) const;
+  [[nodiscard]] std::size_t MaxDoubles(int threads) const;
   /// Of the squares of all points, half of the columns' squares times the rows left of them.
   [[nodiscard]] double operations() const;
   /// Doubles that the partial sums of a group may have together.
@@ -114,10 +114,10 @@ struct PointEquations {
   const BlockState& state;
   const Weighting& weighting;
   const BorderedPoints& bordered;
-  double damping_1 = 0.0;
+  double damping = 0.0;
   bool exact = false;  ///< by what is left of a point's equations, however many they are
   BlockState* following = nullptr;  ///< `state`, where its points are settled (SettlePoint)
-  double settled_1 = 0.0;
+  double settle_below = 0.0;
   Eigen::MatrixXd* border = nullptr;
 };
 
@@ -130,7 +130,7 @@ struct NormalSums {
 
 /// Numbers of points without a place in S.
 struct PointTotals {
-  double cost_1 = 0.0, step_square_1 = 0.0, gradient_square_1 = 0.0;
+  double cost = 0.0, step_square = 0.0, gradient_square = 0.0;
   int not_evaluated = 0, beyond_path = 0;
   bool any_subtracted = false;  ///< a point was added as a difference
 };

@@ -343,10 +343,10 @@ UtcTime SetEpoch(const UtcTime& first_line, Pass* pass) {
   return epoch;
 }
 
-KnownPosition EquallyKnown(std::uint32_t point, const std::array<bool, 3>& held, double sigma_m) {
-  KnownPosition known{point, held, Eigen::Matrix3d::Zero()};
+KnownPosition EquallyKnown(std::uint32_t point, const std::array<bool, 3>& fixed, double sigma_m) {
+  KnownPosition known{point, fixed, Eigen::Matrix3d::Zero()};
   for (Eigen::Index k = 0; k < 3; ++k) {
-    if (held[static_cast<std::size_t>(k)]) known.covariance_enu_m2(k, k) = sigma_m * sigma_m;
+    if (fixed[static_cast<std::size_t>(k)]) known.covariance_enu_m2(k, k) = sigma_m * sigma_m;
   }
   return known;
 }
@@ -593,7 +593,7 @@ Block BlockBuilder::Finish() {
 namespace {
 
 /// What the images say of one reflector.
-struct Sightings {
+struct ReflectorImages {
   std::vector<Eigen::Vector3d> positions_m;
   std::vector<std::pair<std::size_t, ImageCoordinates>> places;
   std::size_t file_line = 0;
@@ -601,18 +601,18 @@ struct Sightings {
 
 Eigen::Vector3d MeanPosition_m(const std::string& file,
                                const std::string& id,
-                               const Sightings& sightings,
+                               const ReflectorImages& predictions,
                                std::vector<std::string>* warnings) {
   Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p_m : sightings.positions_m) mean_m += p_m;
-  mean_m /= static_cast<double>(sightings.positions_m.size());
+  for (const Eigen::Vector3d& p_m : predictions.positions_m) mean_m += p_m;
+  mean_m /= static_cast<double>(predictions.positions_m.size());
   double farthest_m = 0.0;
-  for (const Eigen::Vector3d& p_m : sightings.positions_m) {
+  for (const Eigen::Vector3d& p_m : predictions.positions_m) {
     farthest_m = std::max(farthest_m, (p_m - mean_m).norm());
   }
   constexpr double kNamed_m = 1e-3, kMoved_m = 1.0;
   if (farthest_m > kMoved_m) {
-    throw InputError(FilePlace{file, sightings.file_line, id},
+    throw InputError(FilePlace{file, predictions.file_line, id},
                      fmt::format("was moved between the images, {:.1f} m from the mean of its "
                                  "positions: a block holds a point once; import the images apart, "
                                  "or give it another name for one of them",
@@ -640,7 +640,7 @@ SeenReflectors ReflectorsInImages(const Reflectors& reflectors,
     throw InputError(FilePlace{reflectors.file, 0, ""},
                      "holds places on the Earth, the images are of another body");
   }
-  std::map<std::string, Sightings> seen;
+  std::map<std::string, ReflectorImages> seen;
   std::map<std::string, std::string> why;
   for (const ReflectorSurvey& survey : reflectors.surveys) {
     why[survey.id] = "it was surveyed only after the images, or is not valid for geometry";
@@ -651,16 +651,16 @@ SeenReflectors ReflectorsInImages(const Reflectors& reflectors,
       why[at.id] = "by its position it is in none of the images";
       const auto place = builder.Locate(pass, at.position_m);
       if (!place) continue;
-      Sightings& sightings = seen[at.id];
-      sightings.positions_m.push_back(at.position_m);
-      sightings.places.emplace_back(pass, *place);
-      sightings.file_line = at.file_line;
+      ReflectorImages& predictions = seen[at.id];
+      predictions.positions_m.push_back(at.position_m);
+      predictions.places.emplace_back(pass, *place);
+      predictions.file_line = at.file_line;
     }
   }
   SeenReflectors result;
-  for (const auto& [id, sightings] : seen) {
+  for (const auto& [id, predictions] : seen) {
     result.reflectors.push_back(
-        {id, MeanPosition_m(reflectors.file, id, sightings, warnings), sightings.places});
+        {id, MeanPosition_m(reflectors.file, id, predictions, warnings), predictions.places});
     why.erase(id);
   }
   result.left_out.assign(why.begin(), why.end());

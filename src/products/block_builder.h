@@ -169,7 +169,7 @@ inline constexpr double kSameRadius = 1e-3;
 
 /// A position known to `sigma_m` in each fixed axis.
 [[nodiscard]] KnownPosition EquallyKnown(std::uint32_t point,
-                                         const std::array<bool, 3>& held,
+                                         const std::array<bool, 3>& fixed,
                                          double sigma_m);
 
 struct NewLook {

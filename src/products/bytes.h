@@ -14,9 +14,9 @@ namespace sarblock {
 /// of its label and its tables. Every refusal is an InputError with the file.
 class ByteSource {
  public:
-  [[nodiscard]] static ByteSource OfFile(const std::string& file);
+  [[nodiscard]] static ByteSource FromFile(const std::string& file);
   /// Of bytes that outlive the source; `file` is for messages.
-  [[nodiscard]] static ByteSource OfBytes(std::string_view bytes, const std::string& file);
+  [[nodiscard]] static ByteSource FromBytes(std::string_view bytes, const std::string& file);
 
   [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }

@@ -70,8 +70,8 @@ CsmStateTimes TimesOfIsd(const JsonValue& root) {
   const auto intervals = static_cast<double>(given_s.size() - 1);
   const double parts = std::max(1.0, std::ceil(span_s / (intervals * CsmModel::kLongestStep_s)));
   constexpr auto kBeyond = static_cast<double>(CsmModel::kBeyond);
-  constexpr double kMost = 1e6;
-  if (!(span_s > 0.0 && intervals * parts <= kMost)) {
+  constexpr double kMax = 1e6;
+  if (!(span_s > 0.0 && intervals * parts <= kMax)) {
     list.Fail(fmt::format("go over {} s, which no image takes", span_s));
   }
   CsmStateTimes times;
@@ -285,7 +285,7 @@ CsmModel ParseCsmModel(std::string_view text, const std::string& file) {
 
 std::string ReadCsmText(const std::string& file) {
   constexpr std::uint64_t kLargest = 256U << 20U;
-  ByteSource source = ByteSource::OfFile(file);
+  ByteSource source = ByteSource::FromFile(file);
   if (source.size() > kLargest) {
     throw InputError(FilePlace{file, 0, ""},
                      "is larger than 256 MiB, which no ISD and no model state is");
@@ -472,7 +472,8 @@ std::ptrdiff_t NodesEachSide(std::ptrdiff_t interval, std::ptrdiff_t count) {
 }
 
 // At its own time, linear between two, that of the end beyond.
-std::vector<double> AtTime(const std::vector<GroundRangePolynomial>& given, double time_s) {
+std::vector<double> PolynomialsAtTime(const std::vector<GroundRangePolynomial>& given,
+                                      double time_s) {
   const auto above = std::upper_bound(
       given.begin(), given.end(), time_s, [](double t, const GroundRangePolynomial& polynomial) {
         return t < polynomial.time_s;
@@ -521,7 +522,7 @@ std::vector<GroundRangePolynomial> ForUsgscsm(const std::vector<GroundRangePolyn
   constexpr std::size_t kCount = kIntervals + 1 + 2 * kBeyond;
   for (std::size_t k = 0; k < kCount; ++k) {
     const double time_s = first_s + static_cast<double>(k) * step_s;
-    written.push_back({time_s, given.front().origin_m, AtTime(given, time_s)});
+    written.push_back({time_s, given.front().origin_m, PolynomialsAtTime(given, time_s)});
   }
   // USGSCSM divides the span by the number of polynomials, not by that of the intervals.
   written.back().time_s += step_s;
@@ -538,8 +539,8 @@ std::vector<GroundRangePolynomial> AsUsgscsmReads(const std::vector<GroundRangeP
   // Through the nodes, where one interpolating polynomial ends and the next begins.
   const double from = std::floor((std::min(start_s, first_s) - first_s) / part_s);
   const double to = std::ceil((std::max(end_s, given.back().time_s) - first_s) / part_s);
-  constexpr double kMost = 1e5;
-  if (to - from > kMost) {
+  constexpr double kMax = 1e5;
+  if (to - from > kMax) {
     throw InputError("ground_range", "polynomials are too close in time for the path");
   }
   std::vector<std::vector<double>> rows;

@@ -457,7 +457,7 @@ namespace {
 
 std::string ReadXml(const std::string& file) {
   constexpr std::uint64_t kLargest = std::uint64_t{1} << 30U;
-  ByteSource source = ByteSource::OfFile(file);
+  ByteSource source = ByteSource::FromFile(file);
   if (source.size() > kLargest) {
     throw InputError(FilePlace{file, 0, ""}, "is larger than 1 GiB, which no such file is");
   }
@@ -468,7 +468,7 @@ std::string ReadXml(const std::string& file) {
 std::string FrontOf(const std::string& file) {
   constexpr std::uint64_t kFront = 256;
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf", kBlanks = " \t\r\n";
-  ByteSource source = ByteSource::OfFile(file);
+  ByteSource source = ByteSource::FromFile(file);
   std::string front = source.Read(0, std::min(kFront, source.size()), "text");
   if (front.starts_with(kByteOrderMark)) front.erase(0, kByteOrderMark.size());
   front.erase(0, std::min(front.size(), front.find_first_not_of(kBlanks)));

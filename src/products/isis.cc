@@ -160,10 +160,10 @@ std::optional<JigsawSigma> JigsawSigmaOf(const PvlObject& instrument,
   if (!motion) return std::nullopt;
   const double incidence_rad = instrument.Positive("IncidenceAngle") * kRadPerDeg;
   const double height_m = motion->position_m.norm() - image.ellipsoid.a_m;
-  const double pixels_1 = 100.0 * 1.4 * pixel_m;
+  const double pixels = 100.0 * 1.4 * pixel_m;
   JigsawSigma sigma;
-  sigma.range_m = pixels_1 * instrument.Positive("RangeResolution") * std::sin(incidence_rad);
-  sigma.doppler_hz = pixels_1 * 2.0 * motion->velocity_mps.norm() / image.wavelength_m *
+  sigma.range_m = pixels * instrument.Positive("RangeResolution") * std::sin(incidence_rad);
+  sigma.doppler_hz = pixels * 2.0 * motion->velocity_mps.norm() / image.wavelength_m *
                      instrument.Positive("AzimuthResolution") * std::cos(incidence_rad) / height_m;
   if (!(sigma.range_m > 0.0) || !(sigma.doppler_hz > 0.0)) return std::nullopt;
   return sigma;
@@ -211,10 +211,10 @@ RadarImage ReadCube(ByteSource source) {
 
 }  // namespace
 
-RadarImage ReadIsisCube(const std::string& file) { return ReadCube(ByteSource::OfFile(file)); }
+RadarImage ReadIsisCube(const std::string& file) { return ReadCube(ByteSource::FromFile(file)); }
 
 RadarImage ParseIsisCube(std::string_view bytes, const std::string& file) {
-  return ReadCube(ByteSource::OfBytes(bytes, file));
+  return ReadCube(ByteSource::FromBytes(bytes, file));
 }
 
 const PvlObject* FindCubeTable(const PvlObject& root, std::string_view name) {
@@ -333,8 +333,8 @@ std::vector<StateVector> BodyFixedStates(const InertialOrbit& orbit, double step
       throw InputError(FilePlace{orbit.file, 0, "instrument position"}, error.what());
     }
   }();
-  constexpr double kMostSteps = 1e6;
-  if (path.end_s() - path.start_s() > kMostSteps * step_s) {
+  constexpr double kMaxSteps = 1e6;
+  if (path.end_s() - path.start_s() > kMaxSteps * step_s) {
     throw InputError(FilePlace{orbit.file, 0, "instrument position"},
                      fmt::format("states go over {:.3g} s, which no image takes",
                                  path.end_s() - path.start_s()));

@@ -295,11 +295,11 @@ class NetworkReader {
 }  // namespace
 
 ControlNetwork ReadControlNetwork(const std::string& file) {
-  return NetworkReader(ByteSource::OfFile(file)).Read();
+  return NetworkReader(ByteSource::FromFile(file)).Read();
 }
 
 ControlNetwork ParseControlNetwork(std::string_view bytes, const std::string& file) {
-  return NetworkReader(ByteSource::OfBytes(bytes, file)).Read();
+  return NetworkReader(ByteSource::FromBytes(bytes, file)).Read();
 }
 
 namespace {
@@ -405,12 +405,12 @@ class SerialMatcher {
   }
 
   static std::string SomeOf(const std::vector<std::string>& names) {
-    constexpr std::size_t kMost = 3;
+    constexpr std::size_t kMax = 3;
     std::string text;
-    for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+    for (std::size_t i = 0; i < std::min(names.size(), kMax); ++i) {
       text += (i > 0 ? ", " : "") + Quoted(names[i]);
     }
-    return names.size() > kMost ? text + fmt::format(" and {} more", names.size() - kMost) : text;
+    return names.size() > kMax ? text + fmt::format(" and {} more", names.size() - kMax) : text;
   }
 
   void RefuseMissing() {

@@ -265,9 +265,9 @@ double PvlObject::Positive(std::string_view key) const {
 }
 
 std::uint64_t PvlObject::Count(std::string_view key, std::uint64_t least) const {
-  constexpr double kMost = 9007199254740992.0;  // 2^53: every integer up to it is a double
+  constexpr double kMax = 9007199254740992.0;  // 2^53: every integer up to it is a double
   const double value = Number(key);
-  if (value != std::floor(value) || value < static_cast<double>(least) || value > kMost) {
+  if (value != std::floor(value) || value < static_cast<double>(least) || value > kMax) {
     Fail(key,
          fmt::format("{} is not allowed, an integer of {} or more is", NumberText(value), least));
   }

@@ -41,7 +41,7 @@ struct SicdErrorStatistics {
   std::vector<std::string> not_used;  ///< elements of the file that are not used
 };
 
-/// c_0 + c_1 x + c_2 x^2 + ...; times in seconds from SicdImage::start.
+/// c_0 + c x + c_2 x^2 + ...; times in seconds from SicdImage::start.
 using SicdPolynomial = std::vector<double>;
 [[nodiscard]] double ValueOf(const SicdPolynomial& polynomial, double x);
 [[nodiscard]] SicdPolynomial DerivativeOf(const SicdPolynomial& polynomial);
@@ -94,12 +94,12 @@ struct SicdImage {
 
   SicdPolynomial closest_time_s;  ///< kInca: TimeCAPoly, of y
   double closest_range_m = 0.0;   ///< kInca: R_CA_SCP
-  SicdPolynomial2 rate_scale_1;   ///< kInca: DRateSFPoly, of x and y; empty where there is none
+  SicdPolynomial2 rate_scale;     ///< kInca: DRateSFPoly, of x and y; empty where there is none
 
-  SicdPolynomial polar_angle_rad;           ///< kPolarFormat: PolarAngPoly, of time
-  SicdPolynomial frequency_scale_1;         ///< kPolarFormat: SpatialFreqSFPoly, of the polar angle
-  double cone_cosine_per_m = 0.0;           ///< kAzimuthCompression: AzSF
-  std::array<Eigen::Vector3d, 2> axes_1{};  ///< kPlane: UVectECF of rows and of columns
+  SicdPolynomial polar_angle_rad;         ///< kPolarFormat: PolarAngPoly, of time
+  SicdPolynomial frequency_scale;         ///< kPolarFormat: SpatialFreqSFPoly, of the polar angle
+  double cone_cosine_per_m = 0.0;         ///< kAzimuthCompression: AzSF
+  std::array<Eigen::Vector3d, 2> axes{};  ///< kPlane: UVectECF of rows and of columns
 
   /// Lines of elements, for refusals that come after reading.
   std::vector<std::pair<std::string, std::size_t>> element_lines;

@@ -123,11 +123,11 @@ std::shared_ptr<BlockData> Shown(const BlockPointer& block) {
   return std::const_pointer_cast<BlockData>(block);
 }
 
-py::array HeldComponents(const std::vector<KnownPosition>& known) {
+py::array FixedComponents(const std::vector<KnownPosition>& known) {
   py::array_t<bool> out({static_cast<py::ssize_t>(known.size()), py::ssize_t{3}});
   bool* to = out.mutable_data();
   for (const KnownPosition& position : known) {
-    to = std::copy(position.held.begin(), position.held.end(), to);
+    to = std::copy(position.fixed.begin(), position.fixed.end(), to);
   }
   return out;
 }
@@ -169,7 +169,7 @@ const std::map<std::string, BlockArrayGetter>& BlockArrayTable() {
        }},
       {"points.known_held",
        [](const py::handle&, const BlockData& data) {
-         return HeldComponents(data.file.block.points.known);
+         return FixedComponents(data.file.block.points.known);
        }},
       {"points.known_covariance_enu_m2",
        [](const py::handle& self, const BlockData& data) {
@@ -262,7 +262,7 @@ std::shared_ptr<BlockData> FromArrays(const std::string& toml,
   auto passes = std::make_shared<IdTable>();
   for (const std::string& id : pass_ids) passes->Append(id);
   std::shared_ptr<const IdTable> points = std::make_shared<IdTable>();
-  std::vector<HeldColumn> held;
+  std::vector<FixedColumn> fixed;
   BlockArrays arrays{toml, {}};
   // Those of the points first: indices of other tables count in them.
   for (const char* name : {"points", "trajectories", "observations"}) {
@@ -271,15 +271,15 @@ std::shared_ptr<BlockData> FromArrays(const std::string& toml,
     ArrayTable table{name, {}};
     for (const auto& [column, array] : given->second) {
       if (column == "pass_index") {
-        held.push_back(IndexColumnOf(name, column, array, passes));
+        fixed.push_back(IndexColumnOf(name, column, array, passes));
       } else if (column == "point_index") {
-        held.push_back(IndexColumnOf(name, column, array, points));
+        fixed.push_back(IndexColumnOf(name, column, array, points));
       } else {
-        held.push_back(ColumnOf(name, column, array));
+        fixed.push_back(ColumnOf(name, column, array));
       }
-      table.columns.push_back(held.back().column);
-      if (table.name == "points" && column == "point" && held.back().column.texts) {
-        points = held.back().column.texts;
+      table.columns.push_back(fixed.back().column);
+      if (table.name == "points" && column == "point" && fixed.back().column.texts) {
+        points = fixed.back().column.texts;
       }
     }
     arrays.tables.push_back(std::move(table));

@@ -330,21 +330,19 @@ ResultArrays LookArrays() {
        }},
       {"looks.range_redundancy_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(
-             self, data, &ResultLooks::redundancy_1, &LookQuality::redundancy_1, 0);
+         return QualityColumn(self, data, &ResultLooks::redundancy, &LookQuality::redundancy, 0);
        }},
       {"looks.azimuth_redundancy_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(
-             self, data, &ResultLooks::redundancy_1, &LookQuality::redundancy_1, 1);
+         return QualityColumn(self, data, &ResultLooks::redundancy, &LookQuality::redundancy, 1);
        }},
       {"looks.range_w_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::w_1, &LookQuality::w_1, 0);
+         return QualityColumn(self, data, &ResultLooks::w, &LookQuality::w, 0);
        }},
       {"looks.azimuth_w_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::w_1, &LookQuality::w_1, 1);
+         return QualityColumn(self, data, &ResultLooks::w, &LookQuality::w, 1);
        }},
   };
 }
@@ -382,7 +380,7 @@ ResultArrays OtherArrays() {
        }},
       {"strips.strip_time_1",
        [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.strips(), &StripStation::strip_time_1);
+         return ColumnView(self, data.strips(), &StripStation::strip_time);
        }},
       {"strips.antenna_m", station(&StripStation::antenna_m)},
       {"strips.correction_m", station(&StripStation::correction_m)},

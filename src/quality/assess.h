@@ -25,24 +25,24 @@ struct BlunderSize {
 
 /// Minimal detectable blunders of a result and their influence (docs/theory/quality.md), with the
 /// standard deviations that the result was made with: those of the block, times the square roots of
-/// the variance components where they were estimated. `factor_1` multiplies all variances (the
+/// the variance components where they were estimated. `factor` multiplies all variances (the
 /// posterior variance factor where covariances are scaled by it).
 class BlunderSizes {
  public:
   BlunderSizes(const Block& block,
                const AdjustOptions& options,
                const AdjustResult& result,
-               double factor_1);
+               double factor);
   /// Range and azimuth of a look of `point`. The result has quality figures.
-  [[nodiscard]] std::array<BlunderSize, 2> OfLook(std::uint64_t look, std::size_t point) const;
-  [[nodiscard]] BlunderSize OfControl(const ControlQuality& control) const;
+  [[nodiscard]] std::array<BlunderSize, 2> LookSizes(std::uint64_t look, std::size_t point) const;
+  [[nodiscard]] BlunderSize ControlSize(const ControlQuality& control) const;
 
  private:
   const Block& block_;
   const AdjustResult& result_;
-  double delta0_1_;
-  double scale_1_;                                     // on standard deviations
-  std::vector<std::array<double, 2>> sigma_factor_1_;  // by pass, range and azimuth
+  double delta0_;
+  double scale_;                                      // on standard deviations
+  std::vector<std::array<double, 2>> sigma_factors_;  // by pass, range and azimuth
 };
 
 /// At the level of one observation (ReliabilityOf).
@@ -57,7 +57,7 @@ class BlunderSizes {
                                                const AdjustResult& result);
 
 /// Studentised residual w / s0 (Pope 1976), s0^2 the variance factor; NaN without one.
-[[nodiscard]] double TauOf(double w_1, const AdjustResult& result);
+[[nodiscard]] double TauOf(double w, const AdjustResult& result);
 
 /// Standard deviation of a look's azimuth in metres at the target; where it is given in seconds by
 /// the azimuth rate at `p_m` on the nominal path: to the relative change of the velocity by the

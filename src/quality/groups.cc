@@ -30,12 +30,12 @@ bool IsMeasured(const AdjustResult& result) { return result.status != AdjustStat
 /// Of a prior that is independent of all others.
 PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& parameter) {
   PriorTest out;
-  const double ratio_1 = parameter.sigma / parameter.prior_sigma;
-  if (std::isnan(ratio_1)) return out;
-  out.redundancy_1 = std::max(0.0, 1.0 - ratio_1 * ratio_1);
-  if (!IsMeasured(result) || out.redundancy_1 <= kLeastRedundancy_1) return out;
-  out.w_1 = parameter.value / (parameter.prior_sigma * std::sqrt(out.redundancy_1));
-  out.square_1 = out.w_1 * out.w_1 * out.redundancy_1;
+  const double ratio = parameter.sigma / parameter.prior_sigma;
+  if (std::isnan(ratio)) return out;
+  out.redundancy = std::max(0.0, 1.0 - ratio * ratio);
+  if (!IsMeasured(result) || out.redundancy <= kMinRedundancy) return out;
+  out.w = parameter.value / (parameter.prior_sigma * std::sqrt(out.redundancy));
+  out.square = out.w * out.w * out.redundancy;
   return out;
 }
 
@@ -84,11 +84,11 @@ void TestJointPriors(const AdjustResult& result, std::vector<PriorTest>* tests) 
       PriorTest& test = (*tests)[prior.parameters[static_cast<std::size_t>(i)]];
       test = {};
       if (!c.allFinite()) continue;
-      test.redundancy_1 = (term.factor * left * term.whitening)(i, i);
-      const double least = kLeastRedundancy_1 * term.information(i, i);
+      test.redundancy = (term.factor * left * term.whitening)(i, i);
+      const double least = kMinRedundancy * term.information(i, i);
       if (!IsMeasured(result)) continue;
-      test.square_1 = value[i] * weighted[i];
-      if (n[i] > least) test.w_1 = weighted[i] / std::sqrt(n[i]);
+      test.square = value[i] * weighted[i];
+      if (n[i] > least) test.w = weighted[i] / std::sqrt(n[i]);
     }
   }
 }
@@ -105,7 +105,7 @@ std::vector<PriorTest> TestsOfPriors(const AdjustResult& result) {
   return out;
 }
 
-double LevelOfOneTest(double test_level) { return 1.0 - (1.0 - test_level) / kTestsOfVerdict_1; }
+double LevelOfOneTest(double test_level) { return 1.0 - (1.0 - test_level) / kTestsOfVerdict; }
 
 PriorSums SumPriors(const ParameterLayout& layout,
                     const Eigen::VectorXd& corrections,
@@ -119,13 +119,13 @@ PriorSums SumPriors(const ParameterLayout& layout,
   std::uint32_t rows = 0;
   for (int block = 0; block < static_cast<int>(layout.blocks.size()); ++block) {
     for (const PriorRow& row : PriorRowsOf(layout, block)) {
-      double v_1 = 0.0;
+      double v = 0.0;
       for (const PriorRow::Term& term : row.terms) {
         const auto i = static_cast<std::size_t>(term.parameter);
-        v_1 += term.weight * (corrections[term.parameter] - layout.parameters[i].prior_value);
+        v += term.weight * (corrections[term.parameter] - layout.parameters[i].prior_value);
         rows_of[i].push_back({rows, term.weight});
       }
-      out.square_sum_1 += v_1 * v_1;
+      out.square_sum += v * v;
       ++rows;
     }
   }
@@ -138,10 +138,10 @@ PriorSums SumPriors(const ParameterLayout& layout,
         // A diagonal entry of C is met in both orders of two rows, K has it once.
         if (entry.a == entry.b && a.row > b.row) continue;
         const auto [low, high] = std::minmax(a.row, b.row);
-        const double part_1 = a.weight * entry.covariance * b.weight;
+        const double part = a.weight * entry.covariance * b.weight;
         // Of one entry off the diagonal two stand in C; both fall on the diagonal of one row.
         const double twice = entry.a != entry.b && low == high ? 2.0 : 1.0;
-        k[(static_cast<std::uint64_t>(low) << 32U) | high] += twice * part_1;
+        k[(static_cast<std::uint64_t>(low) << 32U) | high] += twice * part;
       }
     }
   }
@@ -149,14 +149,14 @@ PriorSums SumPriors(const ParameterLayout& layout,
   for (std::size_t i = 0; i < rows_of.size(); ++i) {
     out.known = out.known && (rows_of[i].empty() || has_sigma[i] != 0);
   }
-  double trace_1 = 0.0, square_1 = 0.0;
+  double trace = 0.0, square = 0.0;
   for (const auto& [key, value] : k) {
     const bool diagonal = (key >> 32U) == (key & 0xffffffffU);
-    if (diagonal) trace_1 += value;
-    square_1 += (diagonal ? 1.0 : 2.0) * value * value;
+    if (diagonal) trace += value;
+    square += (diagonal ? 1.0 : 2.0) * value * value;
   }
-  out.redundancy_1 = std::max(0.0, static_cast<double>(rows) - trace_1);
-  out.unsure_1 = std::max(0.0, trace_1 - square_1);
+  out.redundancy = std::max(0.0, static_cast<double>(rows) - trace);
+  out.unsure = std::max(0.0, trace - square);
   return out;
 }
 
@@ -173,20 +173,20 @@ Interval BandOf(double level, double redundancy) {
 }
 
 /// The same where priors may be wider than the errors of their corrections, which takes up to
-/// `unsure_1` off the redundancy, and good looks may have been left out; at least the size that
+/// `unsure` off the redundancy, and good looks may have been left out; at least the size that
 /// matters.
-Interval BandOfMeasurements(double level, double redundancy, double unsure_1, double left_out_1) {
+Interval BandOfMeasurements(double level, double redundancy, double unsure, double left_out) {
   Interval band = BandOf(level, redundancy);
-  const double least = redundancy - unsure_1;
-  band.lower = least > kLeastRedundancy_1 ? BandOf(level, least).lower : 0.0;
-  const double small = 1.0 - kSigmaThatMatters_1, large = 1.0 + kSigmaThatMatters_1;
-  band.lower = std::max(0.0, std::min(band.lower, small * small * redundancy) - left_out_1);
+  const double least = redundancy - unsure;
+  band.lower = least > kMinRedundancy ? BandOf(level, least).lower : 0.0;
+  const double small = 1.0 - kSigmaThatMatters, large = 1.0 + kSigmaThatMatters;
+  band.lower = std::max(0.0, std::min(band.lower, small * small * redundancy) - left_out);
   band.upper = std::max(band.upper, large * large * redundancy);
   return band;
 }
 
 /// Rounding of the redundancy of a block, as a part of its observations.
-constexpr double kRedundancyRounding_1 = 1e-9;
+constexpr double kRedundancyRounding = 1e-9;
 
 }  // namespace
 
@@ -195,25 +195,25 @@ GlobalTest TestMeasurements(const ProblemCounts& counts,
                             const SquareSum& square_sum,
                             double test_level) {
   GlobalTest test;
-  double square_1 = square_sum.kept_1;
+  double square = square_sum.kept;
   double redundancy = counts.redundancy();
   if (priors.known) {
-    square_1 = std::max(0.0, square_1 - priors.square_sum_1);
-    redundancy -= priors.redundancy_1;
+    square = std::max(0.0, square - priors.square_sum);
+    redundancy -= priors.redundancy;
   }
-  if (!(redundancy > kRedundancyRounding_1 * static_cast<double>(counts.observations))) return test;
-  test.redundancy_1 = redundancy;
-  test.sigma0_squared = square_1 / redundancy;
+  if (!(redundancy > kRedundancyRounding * static_cast<double>(counts.observations))) return test;
+  test.redundancy = redundancy;
+  test.sigma0_squared = square / redundancy;
   test.chi_square = BandOfMeasurements(LevelOfOneTest(test_level),
                                        redundancy,
-                                       priors.known ? priors.unsure_1 : 0.0,
-                                       square_sum.left_out_1);
-  test.passed = test.chi_square.Contains(square_1);
+                                       priors.known ? priors.unsure : 0.0,
+                                       square_sum.left_out);
+  test.passed = test.chi_square.Contains(square);
   return test;
 }
 
 bool PriorsHold(const PriorSums& priors, double test_level) {
-  return priors.square_sum_1 <= BandOf(LevelOfOneTest(test_level), priors.redundancy_1).upper;
+  return priors.square_sum <= BandOf(LevelOfOneTest(test_level), priors.redundancy).upper;
 }
 
 std::vector<ObservationGroup> ListGroups(const AdjustmentProblem& problem,
@@ -223,48 +223,48 @@ std::vector<ObservationGroup> ListGroups(const AdjustmentProblem& problem,
                                          const AdjustResult& result) {
   const double level = LevelOfOneTest(test_level);
   std::vector<ObservationGroup> out;
-  const auto add = [&](const char* name, double square_1, double redundancy, Interval band) {
-    if (!(redundancy > kLeastRedundancy_1)) return;
+  const auto add = [&](const char* name, double square, double redundancy, Interval band) {
+    if (!(redundancy > kMinRedundancy)) return;
     out.push_back({name,
-                   std::max(0.0, square_1),
+                   std::max(0.0, square),
                    redundancy,
                    {band.lower / redundancy, band.upper / redundancy}});
   };
-  const auto add_measured = [&](const char* name, double square_1, double redundancy) {
+  const auto add_measured = [&](const char* name, double square, double redundancy) {
     add(name,
-        square_1,
+        square,
         redundancy,
-        BandOfMeasurements(level, redundancy, priors.unsure_1, square_sum.left_out_1));
+        BandOfMeasurements(level, redundancy, priors.unsure, square_sum.left_out));
   };
   const ProblemCounts counts = CountProblem(problem);
   // Without covariances of the corrections the redundancy numbers are those of each point alone.
   const bool of_block = problem.layout.size() == 0 || !result.parameter_covariance.empty();
   if (priors.known && of_block && !result.quality.empty()) {
-    std::array<double, 2> square_1{}, redundancy{};
+    std::array<double, 2> square{}, redundancy{};
     for (std::size_t k = 0; k < 2; ++k) {
-      for (std::size_t i = 0; i < result.quality.redundancy_1[k].size(); ++i) {
-        const auto r_1 = static_cast<double>(result.quality.redundancy_1[k][i]);
-        const auto w_1 = static_cast<double>(result.quality.w_1[k][i]);
-        if (std::isnan(r_1)) continue;
-        redundancy[k] += r_1;
-        if (!std::isnan(w_1)) square_1[k] += w_1 * w_1 * r_1;
+      for (std::size_t i = 0; i < result.quality.redundancy[k].size(); ++i) {
+        const auto r = static_cast<double>(result.quality.redundancy[k][i]);
+        const auto w = static_cast<double>(result.quality.w[k][i]);
+        if (std::isnan(r)) continue;
+        redundancy[k] += r;
+        if (!std::isnan(w)) square[k] += w * w * r;
       }
     }
-    add_measured("ranges", square_1[0], redundancy[0]);
-    add_measured("azimuths", square_1[1], redundancy[1]);
+    add_measured("ranges", square[0], redundancy[0]);
+    add_measured("azimuths", square[1], redundancy[1]);
     if (!result.control_quality.empty()) {
       // Of correlated components the squares are not those of their tests.
       add_measured("control",
-                   square_sum.kept_1 - priors.square_sum_1 - square_1[0] - square_1[1],
-                   counts.redundancy() - priors.redundancy_1 - redundancy[0] - redundancy[1]);
+                   square_sum.kept - priors.square_sum - square[0] - square[1],
+                   counts.redundancy() - priors.redundancy - redundancy[0] - redundancy[1]);
     }
   }
-  if (priors.known && priors.redundancy_1 > 0.0) {
-    const double least = kPriorsThatMatter_1 * kPriorsThatMatter_1 * priors.redundancy_1;
-    const Interval band{0.0, std::max(least, BandOf(level, priors.redundancy_1).upper)};
-    add("priors", priors.square_sum_1, priors.redundancy_1, band);
+  if (priors.known && priors.redundancy > 0.0) {
+    const double least = kPriorsThatMatter * kPriorsThatMatter * priors.redundancy;
+    const Interval band{0.0, std::max(least, BandOf(level, priors.redundancy).upper)};
+    add("priors", priors.square_sum, priors.redundancy, band);
   }
-  add_measured("all", square_sum.kept_1, counts.redundancy());
+  add_measured("all", square_sum.kept, counts.redundancy());
   return out;
 }
 
@@ -273,10 +273,10 @@ namespace {
 /// The priors of one kind of correction, such as "position.along.0", in all passes and groups.
 struct KindOfPrior {
   std::size_t priors = 0;
-  double square_sum_1 = 0.0, redundancy_1 = 0.0;
+  double square_sum = 0.0, redundancy = 0.0;
   double value_square = 0.0, prior_square = 0.0;  ///< of their values and standard deviations
   std::string unit;
-  [[nodiscard]] double TooTight() const { return std::sqrt(square_sum_1 / redundancy_1); }
+  [[nodiscard]] double TooTight() const { return std::sqrt(square_sum / redundancy); }
   [[nodiscard]] double Rms() const { return std::sqrt(value_square / static_cast<double>(priors)); }
   [[nodiscard]] double PriorRms() const {
     return std::sqrt(prior_square / static_cast<double>(priors));
@@ -285,14 +285,14 @@ struct KindOfPrior {
 
 /// Of every parameter; the many coefficients of one axis, as splines have them, are one kind.
 std::vector<std::string> NamesOfKinds(const std::vector<ParameterResult>& parameters) {
-  constexpr std::size_t kMostApart = 6;
+  constexpr std::size_t kMaxApart = 6;
   const auto axis_of = [](const std::string& name) { return name.substr(0, name.rfind('.')); };
   std::map<std::pair<std::string, std::string>, std::size_t> count;
   for (const ParameterResult& p : parameters) ++count[{p.owner, axis_of(p.name)}];
   std::vector<std::string> names;
   for (const ParameterResult& p : parameters) {
     const std::string axis = axis_of(p.name);
-    names.push_back(count[{p.owner, axis}] > kMostApart ? axis : p.name);
+    names.push_back(count[{p.owner, axis}] > kMaxApart ? axis : p.name);
   }
   return names;
 }
@@ -302,12 +302,12 @@ std::map<std::string, KindOfPrior> KindsOfPriors(const AdjustResult& result,
   std::map<std::string, KindOfPrior> kinds;
   const std::vector<std::string> names = NamesOfKinds(result.parameters);
   for (std::size_t i = 0; i < tests.size(); ++i) {
-    if (std::isnan(tests[i].redundancy_1)) continue;
+    if (std::isnan(tests[i].redundancy)) continue;
     const ParameterResult& p = result.parameters[i];
     KindOfPrior& kind = kinds[names[i]];
     ++kind.priors;
-    kind.redundancy_1 += tests[i].redundancy_1;
-    if (!std::isnan(tests[i].square_1)) kind.square_sum_1 += tests[i].square_1;
+    kind.redundancy += tests[i].redundancy;
+    if (!std::isnan(tests[i].square)) kind.square_sum += tests[i].square;
     kind.value_square += p.value * p.value;
     kind.prior_square += p.prior_sigma * p.prior_sigma;
     kind.unit = p.unit;
@@ -322,9 +322,9 @@ std::string TightKinds(const std::map<std::string, KindOfPrior>& kinds, double t
       1.0 - (1.0 - LevelOfOneTest(test_level)) / static_cast<double>(kinds.size() + 1);
   std::string text;
   for (const auto& [name, kind] : kinds) {
-    if (!(kind.redundancy_1 > kLeastRedundancy_1)) continue;
-    const double least = kPriorsThatMatter_1 * kPriorsThatMatter_1 * kind.redundancy_1;
-    if (kind.square_sum_1 <= std::max(least, BandOf(level, kind.redundancy_1).upper)) continue;
+    if (!(kind.redundancy > kMinRedundancy)) continue;
+    const double least = kPriorsThatMatter * kPriorsThatMatter * kind.redundancy;
+    if (kind.square_sum <= std::max(least, BandOf(level, kind.redundancy).upper)) continue;
     text += (text.empty() ? "" : ", ") + name + " " + ThreeDigits(kind.TooTight()) +
             " times too tight (" + ThreeDigits(kind.Rms()) + " " + kind.unit + " beside " +
             ThreeDigits(kind.PriorRms()) + " " + kind.unit + ")";
@@ -347,22 +347,21 @@ PriorFindings TestPriors(const AdjustResult& result, double test_level) {
     return out;
   }
   std::size_t tested = 0;
-  for (const PriorTest& test : tests) tested += std::isnan(test.w_1) ? 0U : 1U;
+  for (const PriorTest& test : tests) tested += std::isnan(test.w) ? 0U : 1U;
   QualityOptions all;
-  all.alpha_1 = 1.0 - LevelOfOneTest(test_level);
+  all.alpha = 1.0 - LevelOfOneTest(test_level);
   all.family_wise = FamilyWise::kBonferroni;
-  const double critical_1 = MakeReliability(all, tested, result.test_redundancy_1).critical_w_1;
+  const double critical = MakeReliability(all, tested, result.test_redundancy).critical_w;
   std::size_t above = 0, worst = 0;
   bool matters = false;
   for (std::size_t i = 0; i < tests.size(); ++i) {
-    const double w_1 = std::abs(tests[i].w_1);
-    if (!(w_1 > critical_1)) continue;
+    const double w = std::abs(tests[i].w);
+    if (!(w > critical)) continue;
     // Without the prior the correction would be another one by w sqrt((1 - r) / r) of its standard
     // deviations.
-    const double r_1 = std::clamp(tests[i].redundancy_1, kLeastRedundancy_1, 1.0);
-    matters = matters || w_1 * std::sqrt((1.0 - r_1) / r_1) > 1.0 ||
-              w_1 > kPriorsThatMatter_1 * critical_1;
-    if (above++ == 0 || w_1 > std::abs(tests[worst].w_1)) worst = i;
+    const double r = std::clamp(tests[i].redundancy, kMinRedundancy, 1.0);
+    matters = matters || w * std::sqrt((1.0 - r) / r) > 1.0 || w > kPriorsThatMatter * critical;
+    if (above++ == 0 || w > std::abs(tests[worst].w)) worst = i;
   }
   if (above == 0) return out;
   const ParameterResult& p = result.parameters[worst];
@@ -375,8 +374,8 @@ PriorFindings TestPriors(const AdjustResult& result, double test_level) {
       p.unit.c_str(),
       p.prior_sigma,
       p.unit.c_str(),
-      std::abs(tests[worst].w_1),
-      critical_1);
+      std::abs(tests[worst].w),
+      critical);
   (matters ? out.reason : out.note) =
       "priors: the observations contradict those of " + std::to_string(above) + " of " +
       std::to_string(tested) + " corrections, most that of " + p.owner + " " + p.name + " (" +
@@ -390,14 +389,14 @@ PriorFindings TestPriors(const AdjustResult& result, double test_level) {
 namespace {
 
 /// Priors that many times wider than what came out say nothing of it.
-constexpr double kEmpty_1 = 10.0;
+constexpr double kEmpty = 10.0;
 
 /// Largest eigenvalue of D^1/2 C D^1/2, D the weight that priors of the right size would add, by
 /// powers of the matrix; D zero where a prior is not empty.
 double LargestGain(const AdjustResult& result, const std::vector<double>& added) {
   Eigen::VectorXd x(static_cast<Eigen::Index>(added.size()));
   for (std::size_t i = 0; i < added.size(); ++i) x[static_cast<Eigen::Index>(i)] = added[i] > 0.0;
-  double gain_1 = 0.0;
+  double gain = 0.0;
   for (int power = 0; power < 60 && x.norm() > 0.0; ++power) {
     x.normalize();
     Eigen::VectorXd y = Eigen::VectorXd::Zero(x.size());
@@ -408,10 +407,10 @@ double LargestGain(const AdjustResult& result, const std::vector<double>& added)
       y[a] += entry * x[b];
       if (a != b) y[b] += entry * x[a];
     }
-    gain_1 = x.dot(y);
+    gain = x.dot(y);
     x = y;
   }
-  return gain_1;
+  return gain;
 }
 
 }  // namespace
@@ -432,7 +431,7 @@ std::string EmptyPriors(const AdjustResult& result) {
       out_square += p.value * p.value + p.sigma * p.sigma;
     }
     const double came_out = std::sqrt(out_square / static_cast<double>(kind.priors));
-    if (!(kind.PriorRms() > kEmpty_1 * came_out)) continue;
+    if (!(kind.PriorRms() > kEmpty * came_out)) continue;
     for (std::size_t i = 0; i < added.size(); ++i) {
       const ParameterResult& p = result.parameters[i];
       if (names[i] != name || std::isnan(p.prior_sigma)) continue;
@@ -444,11 +443,11 @@ std::string EmptyPriors(const AdjustResult& result) {
   }
   if (empty == 0) return {};
   if (empty > kNamed) text += " and " + std::to_string(empty - kNamed) + " more";
-  const double narrower_1 = 1.0 - 1.0 / std::sqrt(1.0 + LargestGain(result, added));
-  if (!(narrower_1 > kSigmaThatMatters_1)) return {};
+  const double narrower = 1.0 - 1.0 / std::sqrt(1.0 + LargestGain(result, added));
+  if (!(narrower > kSigmaThatMatters)) return {};
   return "priors far wider than what came out say nothing: " + text +
          "; with priors of that size standard deviations of points would be smaller, by at most " +
-         ThreeDigits(100.0 * narrower_1) + " %";
+         ThreeDigits(100.0 * narrower) + " %";
 }
 
 }  // namespace sarblock

@@ -19,11 +19,11 @@ namespace sarblock {
 struct PriorTest {
   /// Part of the redundancy of the block; NaN without a prior or without a standard deviation. Of a
   /// joint prior it may lie outside 0 to 1, the sum over the prior does not.
-  double redundancy_1 = kNotGiven;
-  /// NaN also where r, of a joint prior N_ii / P_ii, is kLeastRedundancy_1 or less, or nothing is
+  double redundancy = kNotGiven;
+  /// NaN also where r, of a joint prior N_ii / P_ii, is kMinRedundancy or less, or nothing is
   /// measured.
-  double w_1 = kNotGiven;
-  double square_1 = kNotGiven;  ///< part of v'Pv; NaN where w is or nothing is measured
+  double w = kNotGiven;
+  double square = kNotGiven;  ///< part of v'Pv; NaN where w is or nothing is measured
 };
 /// By parameter of the result.
 [[nodiscard]] std::vector<PriorTest> TestsOfPriors(const AdjustResult& result);
@@ -32,15 +32,15 @@ struct PriorTest {
 /// block without mistakes. Looks and control; ranges; azimuths; control; priors; check points; the
 /// largest test of an observation; the number of those beyond their critical value; the largest of
 /// a prior.
-inline constexpr double kTestsOfVerdict_1 = 9.0;
-/// Level of one of them, 1 - (1 - test_level) / kTestsOfVerdict_1.
+inline constexpr double kTestsOfVerdict = 9.0;
+/// Level of one of them, 1 - (1 - test_level) / kTestsOfVerdict.
 [[nodiscard]] double LevelOfOneTest(double test_level);
 
 /// By how much standard deviations may be wrong before a test of a group fails, whatever its level.
-inline constexpr double kSigmaThatMatters_1 = 0.02;
+inline constexpr double kSigmaThatMatters = 0.02;
 /// How many times too tight priors may be, as a group, before their test fails: from there on they
 /// bend a solution or serve nobody.
-inline constexpr double kPriorsThatMatter_1 = 3.0;
+inline constexpr double kPriorsThatMatter = 3.0;
 
 /// All priors of a layout in one sum. With W the rows that make them observations of unit variance,
 /// C the covariance of the corrections and K = W C W':
@@ -49,7 +49,7 @@ inline constexpr double kPriorsThatMatter_1 = 3.0;
 /// priors exact, tr(Q_vv^2) = n - u + tr(K^2) of it would be left.
 struct PriorSums {
   bool known = false;  ///< all corrections with a prior have a covariance
-  double square_sum_1 = 0.0, redundancy_1 = 0.0, unsure_1 = 0.0;
+  double square_sum = 0.0, redundancy = 0.0, unsure = 0.0;
 };
 /// Entries of K that `covariance` leaves out count as zero. Without priors all sums are zero.
 [[nodiscard]] PriorSums SumPriors(const ParameterLayout& layout,
@@ -58,8 +58,8 @@ struct PriorSums {
 
 /// v'Pv of all observations of a problem, and what good looks that were left out took with them.
 struct SquareSum {
-  double kept_1 = kNotGiven;
-  double left_out_1 = 0.0;
+  double kept = kNotGiven;
+  double left_out = 0.0;
 };
 
 /// The test of looks and control, without the priors: v'Pv over the sum of their redundancies,
@@ -92,7 +92,7 @@ struct PriorFindings {
 
 /// Kinds of corrections whose priors are more than ten times wider than what came out, and at most
 /// how much narrower the standard deviations of points would be without that; empty where it is
-/// less than `kSigmaThatMatters_1`.
+/// less than `kSigmaThatMatters`.
 [[nodiscard]] std::string EmptyPriors(const AdjustResult& result);
 
 }  // namespace sarblock

@@ -33,14 +33,14 @@ struct CeresCovariances {
 
 /// Unknowns (three per point, corrections) up to which covariance_method = "ceres" is offered. Its
 /// time grows with their square: 10,000 take minutes where the reduced route takes milliseconds.
-inline constexpr std::size_t kMostCeresUnknowns = 10000;
+inline constexpr std::size_t kMaxCeresUnknowns = 10000;
 
 /// Exact marginal covariances of all unknowns of the Ceres problem at `state`, looks without loss:
 /// the sparse QR factorisation of the whole Jacobian (SuiteSparseQR; Ceres' documentation of
 /// Covariance::Options), no elimination of points. Parameters: pairs within one parameter block and
 /// of blocks whose passes see a common point, or all while there are at most
 /// kFullParameterCovariance (covariance.h). Throws UndeterminedError where the Jacobian is rank
-/// deficient to Ceres. No limit of size: the caller refuses above kMostCeresUnknowns.
+/// deficient to Ceres. No limit of size: the caller refuses above kMaxCeresUnknowns.
 [[nodiscard]] CeresCovariances CovariancesByCeres(
     const AdjustmentProblem& problem,
     const BlockState& state,

@@ -94,7 +94,7 @@ struct Histogram {
 
 /// One point of a quantile plot: the normal quantile expected of an ordered value, and the value.
 struct QuantilePoint {
-  double expected_1 = 0.0;
+  double expected = 0.0;
   double value = 0.0;
 };
 /// Normal quantile plot, expected quantiles at (i - 0.5) / n (Hazen). Above `most` points the tails

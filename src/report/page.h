@@ -121,7 +121,7 @@ struct Page {
 [[nodiscard]] std::string ReadableNumber(double value, int digits = 4);
 
 /// A count with thin spaces between groups of three from five digits on.
-[[nodiscard]] std::string ReadableCount(double count_1);
+[[nodiscard]] std::string ReadableCount(double count);
 [[nodiscard]] inline std::string ReadableCount(std::size_t count) {
   return ReadableCount(static_cast<double>(count));
 }

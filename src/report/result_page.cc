@@ -88,12 +88,12 @@ PageSection CountsSection(const ResultFolder& result) {
   section.items.emplace_back(CountTable(result.file.summary));
   section.items.emplace_back(SettingTable(result.file.summary));
   if (!result.unsolved.empty()) {
-    constexpr std::size_t kMostUnsolved = 50;
+    constexpr std::size_t kMaxUnsolved = 50;
     const ResultPoints& points = result.file.points;
     PageTable table;
     table.title = "Points that were left out";
     table.columns = {{"point", false}, {"status", false}, {"why", false}};
-    const std::size_t shown = std::min(result.unsolved.size(), kMostUnsolved);
+    const std::size_t shown = std::min(result.unsolved.size(), kMaxUnsolved);
     for (const std::uint32_t point : std::span(result.unsolved).first(shown)) {
       table.rows.push_back({std::string(points.ids[point]),
                             NameOf(points.results.status[point]),
@@ -207,7 +207,7 @@ std::vector<PageFact> HeadlineFacts(const ResultFolder& result,
   }
   if (const auto& checks = result.file.summary.checks; checks && checks->components > 0) {
     out.push_back({"Check points, error over sigma",
-                   Shown(checks->error_ratio_1, 3),
+                   Shown(checks->error_ratio, 3),
                    fmt::format("{} point{}, {}",
                                checks->points,
                                checks->points == 1 ? "" : "s",

@@ -102,9 +102,9 @@ class SelectionRows {
 
 /// What a model of corrections leaves open.
 struct Determinacy {
-  double condition_1 = 1.0;    ///< CandidateFigures::condition_1 of all its columns
-  double effect_part_1 = 0.0;  ///< largest standard deviation of a parameter without a prior, as
-                               ///< movement at the target, part of the mean slant range
+  double condition = 1.0;    ///< CandidateFigures::condition of all its columns
+  double effect_part = 0.0;  ///< largest standard deviation of a parameter without a prior, as
+                             ///< movement at the target, part of the mean slant range
 };
 
 /// Part of the mean slant range that one unit of each parameter moves a look; 0 where it has a
@@ -116,14 +116,14 @@ struct Determinacy {
 [[nodiscard]] Determinacy DeterminacyOf(const Eigen::MatrixXd& s,
                                         const Eigen::VectorXd& full_diagonal,
                                         const Eigen::VectorXd& prior_weight,
-                                        const Eigen::VectorXd& effect_part_1,
+                                        const Eigen::VectorXd& effect_part,
                                         const std::vector<int>& active);
 
 /// The largest condition that is asked for and that the rank analysis does not warn of.
-[[nodiscard]] double MostCondition(const SelectionOptions& options);
+[[nodiscard]] double MaxCondition(const SelectionOptions& options);
 
 /// True for a model that the rank analysis of the following adjustment (solve/rank.h) neither
 /// refuses nor warns of.
-[[nodiscard]] bool Stands(const Determinacy& determinacy, const SelectionOptions& options);
+[[nodiscard]] bool IsAcceptable(const Determinacy& determinacy, const SelectionOptions& options);
 
 }  // namespace sarblock

@@ -32,8 +32,8 @@ using AtSelection =
 ///
 /// Candidates are `options.groups` with their priors, else the standard ones of
 /// `options.selection` without priors. A robust adjustment chooses under Huber's loss. Throws what
-/// Adjust() throws, and InputError for more than kMostCandidateColumns candidate parameters.
-inline constexpr int kMostCandidateColumns = 4000;
+/// Adjust() throws, and InputError for more than kMaxCandidateColumns candidate parameters.
+inline constexpr int kMaxCandidateColumns = 4000;
 [[nodiscard]] SelectionReport SelectCorrections(const Block& block,
                                                 const AdjustOptions& options,
                                                 const AtSelection& at_selection = nullptr,

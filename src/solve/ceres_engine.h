@@ -91,7 +91,7 @@ struct CeresUnknowns {
 
 /// Levenberg-Marquardt by Ceres, points eliminated first; points follow each trial step of the
 /// corrections (SettlePoint), which moves their starts. Ends after a step well below
-/// options.settled_1; rounding of the cost hides the last digits (NewtonFinish). Under a robust
+/// options.settle_below; rounding of the cost hides the last digits (NewtonFinish). Under a robust
 /// loss, whose last steps shrink slowly, it ends where the cost changes by less than 1e-9 of
 /// itself. Without corrections there is nothing to reduce: sparse normal equations, for any
 /// options.ceres_solver. Updates `state`. Throws Interrupted if the sink was cancelled.

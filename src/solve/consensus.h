@@ -48,23 +48,23 @@ struct PointConsensus {
 };
 
 /// Minimal sets are pairs of looks: each pair's intersection is joined by every other look that
-/// meets it within its noise, v'Pv times 1 / `variance_1` within chi-square at 0.999. The largest
+/// meets it within its noise, v'Pv times 1 / `variance` within chi-square at 0.999. The largest
 /// set is kept. `looks` are tried, whether they take part or not.
 [[nodiscard]] PointConsensus FindPointConsensus(const AdjustmentProblem& problem,
                                                 const BlockState& state,
                                                 std::size_t point,
-                                                double variance_1);
+                                                double variance);
 
 /// What SolveByConsensus left out of a block.
 struct ConsensusReport {
-  struct OfPoint {
+  struct PointRejection {
     std::size_t point = 0;
     std::vector<std::size_t> looks;  ///< left out; of a contradiction all
     bool azimuth = false;            ///< the larger component of that error
-    double distance_1 = 0.0;         ///< whitened length of the largest error of these looks
+    double distance = 0.0;           ///< whitened length of the largest error of these looks
     bool contradiction = false;      ///< none can be identified as wrong: the point is left out
   };
-  std::vector<OfPoint> left_out;  ///< by point, ascending
+  std::vector<PointRejection> left_out;  ///< by point, ascending
   int iterations = 0;
   /// No pass lost more than half of its looks, and the passes hang together as they did: single
   /// looks are wrong, not a pass.

@@ -19,10 +19,10 @@ namespace sarblock {
 /// `null_space` has the defects' directions as columns, by parameter (ReducedSystem::NullSpace).
 /// `unit` the parameters' units (ReducedSystem::Unit), in which metres and seconds compare. The
 /// parameters are those that distinguish the directions best (column-pivoted QR).
-void HoldDatum(const Eigen::MatrixXd& null_space,
-               const Eigen::VectorXd& unit,
-               const BlockState& state,
-               AdjustmentProblem* problem);
+void FixDatum(const Eigen::MatrixXd& null_space,
+              const Eigen::VectorXd& unit,
+              const BlockState& state,
+              AdjustmentProblem* problem);
 
 /// The transformation of a minimally constrained solution to another datum of the same block
 /// (S-transformation, Baarda 1973; docs/theory/datum.md). With G the null space of the normal
@@ -83,8 +83,8 @@ void RequireInnerOffered(const AdjustOptions& options);
 [[nodiscard]] std::vector<std::uint8_t> DatumPoints(const Block& block,
                                                     const AdjustOptions& options);
 
-/// Holds the datum at a state where the block has none (HoldDatum); false where it has one.
-[[nodiscard]] bool HoldIfFloating(const BlockState& state, AdjustmentProblem* problem);
+/// Holds the datum at a state where the block has none (FixDatum); false where it has one.
+[[nodiscard]] bool FixDatumIfFloating(const BlockState& state, AdjustmentProblem* problem);
 
 /// Moves a solved state to the inner datum, solving again by `solve` until it stays, and returns
 /// the transformation of covariances there. The problem's fixed parameters follow.

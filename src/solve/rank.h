@@ -25,9 +25,9 @@ struct LeastEigenpairs {
 struct LeastEigenpairOptions {
   int count = 6;  ///< pairs wanted; fewer for a smaller matrix
   /// Pairs below this value, and always the first, have to settle.
-  double settle_below_1 = 0.0;
-  double relative_change_1 = 1e-2;  ///< from step to step: settled
-  double rounding_1 = 1e-15;        ///< smaller values are settled
+  double settle_below = 0.0;
+  double relative_change = 1e-2;  ///< from step to step: settled
+  double rounding = 1e-15;        ///< smaller values are settled
   int most_steps = 40;
 };
 

@@ -21,7 +21,7 @@ struct LookCounts {
   std::size_t kept = 0, lost = 0;
 
   /// Part that was left out; 0 of none.
-  [[nodiscard]] double lost_1() const {
+  [[nodiscard]] double LostShare() const {
     return lost == 0 ? 0.0 : static_cast<double>(lost) / static_cast<double>(kept + lost);
   }
   /// As many for a path as against it decide nothing.
@@ -73,15 +73,15 @@ struct PassLooks {
 
 /// Newton step that a robust solution still has to go, in sigmas over all unknowns together;
 /// infinite where a look has no value or the equations under the loss cannot be solved.
-[[nodiscard]] double StepLeftUnderLoss(const Weighting& weighting,
-                                       const AdjustmentProblem& problem,
-                                       const BlockState& state,
-                                       ProgressSink* progress);
+[[nodiscard]] double NewtonDecrementUnderLoss(const Weighting& weighting,
+                                              const AdjustmentProblem& problem,
+                                              const BlockState& state,
+                                              ProgressSink* progress);
 
 /// Points that diverged from a poor start: to where their looks leave a direction open, or to the
 /// mirror solution, above the antennas or on the side they do not look to. Control points are
 /// fixed. `system` is the reduced one, without a loss, at the state.
-[[nodiscard]] std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
+[[nodiscard]] std::vector<std::size_t> MirrorSolutions(const AdjustmentProblem& problem,
                                                        const BlockState& state,
                                                        const ReducedSystem& system);
 
@@ -102,7 +102,7 @@ void SolveOnce(const AdjustOptions& options,
 /// those that remain are left out by name. Points that were left out while corrections
 /// were wrong are taken back, each once, and the solution is tested again until nothing changes.
 /// `system` is the reduced system, without a loss, at the solution.
-void RecoverMisplacedPoints(const AdjustOptions& options,
+void RecoverMirrorSolutions(const AdjustOptions& options,
                             AdjustmentProblem* problem,
                             BlockState* state,
                             SolveReport* solve,

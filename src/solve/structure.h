@@ -19,7 +19,7 @@ struct Finding {
 /// How the passes of a block hang together through the points that take part: passes are nodes, a
 /// point joins all passes whose looks of it are in use (union-find).
 struct PassConnection {
-  int islands = 0;                           ///< of the passes that have looks
+  int components = 0;                        ///< of the passes that have looks
   std::vector<std::uint8_t> pass_has_looks;  ///< by pass
 
   /// True where `after` has as few connected components and no pass lost its last look.
@@ -39,6 +39,7 @@ struct PassConnection {
 
 /// Sets of passes that no point connects, each ascending; passes without a look that takes part are
 /// in none.
-[[nodiscard]] std::vector<std::vector<std::uint32_t>> PassIslands(const AdjustmentProblem& problem);
+[[nodiscard]] std::vector<std::vector<std::uint32_t>> ConnectedComponents(
+    const AdjustmentProblem& problem);
 
 }  // namespace sarblock

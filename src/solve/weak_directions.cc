@@ -44,7 +44,7 @@ Motions MovementInAxes(const AdjustmentProblem& problem,
   }
   const Motions moved = MovementAt(motion.position_m - middle_m, enu);
   if (axes == PositionCorrection::Axes::kFrame) return moved;
-  return TrackAxesOf(problem.block.frame, motion).axes_1.transpose() * moved;
+  return TrackAxesOf(problem.block.frame, motion).axes.transpose() * moved;
 }
 
 /// First parameter of a pass's own (not shared) static block and whether it has one.
@@ -169,7 +169,7 @@ Eigen::MatrixXd RigidMotions(const AdjustmentProblem& problem,
 
 std::string NameMotion(const Eigen::Matrix<double, kMotions, 1>& part,
                        FrameKind frame,
-                       const std::string& whose) {
+                       const std::string& subject) {
   static constexpr std::array<std::array<const char*, 3>, 2> kAxes = {
       {{"x", "y", "z"}, {"east", "north", "up"}}};
   const auto& axes = kAxes[frame == FrameKind::kLocal ? 0 : 1];
@@ -186,10 +186,10 @@ std::string NameMotion(const Eigen::Matrix<double, kMotions, 1>& part,
   if (part.segment<3>(3).norm() > 0.0) {
     const Eigen::Vector3d turn = part.segment<3>(3).normalized();
     const bool tilt = std::abs(turn[2]) < 0.5;
-    return std::string(tilt ? "tilt" : "rotation") + " of " + whose + " about " + listed(3);
+    return std::string(tilt ? "tilt" : "rotation") + " of " + subject + " about " + listed(3);
   }
-  if (part.head<3>().norm() > 0.0) return "translation of " + whose + " in " + listed(0);
-  return "scale of " + whose;
+  if (part.head<3>().norm() > 0.0) return "translation of " + subject + " in " + listed(0);
+  return "scale of " + subject;
 }
 
 TargetEffects TargetEffectsOf(const AdjustmentProblem& problem, const std::vector<int>& pass_of) {
@@ -239,9 +239,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// A motion counts as weak where this much of its length lies in the weak subspace.
-constexpr double kInside_1 = 0.95;
+constexpr double kInside = 0.95;
 /// More components than this are reported by the structure alone.
-constexpr std::size_t kMostIslands = 8;
+constexpr std::size_t kMaxComponents = 8;
 
 MatrixXd Orthonormal(const MatrixXd& a) {
   if (a.cols() == 0) return a;
@@ -251,7 +251,7 @@ MatrixXd Orthonormal(const MatrixXd& a) {
 /// Rows that distinguish the columns of q, which are orthonormal: each the longest after those
 /// before it are projected out. They belong to the subspace and not to its basis; among rows that
 /// are equal but for rounding the first is taken.
-std::vector<Index> TellingRows(const MatrixXd& q) {
+std::vector<Index> IndependentRows(const MatrixXd& q) {
   std::vector<Index> rows;
   MatrixXd left = q;
   for (Index k = 0; k < q.cols(); ++k) {
@@ -272,7 +272,7 @@ std::vector<Index> TellingRows(const MatrixXd& q) {
 void MakeEchelon(MatrixXd* a) {
   if (a->cols() == 0) return;
   const MatrixXd q = Orthonormal(*a);
-  const std::vector<Index> rows = TellingRows(q);
+  const std::vector<Index> rows = IndependentRows(q);
   MatrixXd head(q.cols(), q.cols());
   for (Index k = 0; k < q.cols(); ++k) head.row(k) = q.row(rows[static_cast<std::size_t>(k)]);
   *a = dense::PivotedOrthogonal(head.transpose()).Solve(q.transpose()).transpose();
@@ -283,24 +283,24 @@ void MakeEchelon(MatrixXd* a) {
 struct Candidates {
   MatrixXd columns;
   VectorXd lengths;  // of the columns before
-  std::vector<std::string> whose;
+  std::vector<std::string> subject;
 };
 
 Candidates CandidatesOf(const AdjustmentProblem& problem,
                         const std::vector<int>& pass_of_parameter,
                         const VectorXd& scale) {
-  std::vector<std::vector<std::uint32_t>> islands = PassIslands(problem);
-  if (islands.size() > kMostIslands) islands.resize(kMostIslands);
+  std::vector<std::vector<std::uint32_t>> components = ConnectedComponents(problem);
+  if (components.size() > kMaxComponents) components.resize(kMaxComponents);
   Candidates out;
-  out.columns = MatrixXd::Zero(scale.size(), kMotions * static_cast<Index>(islands.size()));
+  out.columns = MatrixXd::Zero(scale.size(), kMotions * static_cast<Index>(components.size()));
   out.lengths = VectorXd::Ones(out.columns.cols());
-  for (std::size_t k = 0; k < islands.size(); ++k) {
+  for (std::size_t k = 0; k < components.size(); ++k) {
     std::vector<std::string> names;
-    for (const std::uint32_t pass : islands[k]) names.push_back(problem.block.passes[pass].id);
-    out.whose.push_back(islands.size() == 1 ? "the whole block"
-                                            : "the island of " + ListNames(names));
+    for (const std::uint32_t pass : components[k]) names.push_back(problem.block.passes[pass].id);
+    out.subject.push_back(components.size() == 1 ? "the whole block"
+                                                 : "the island of " + ListNames(names));
     out.columns.middleCols(kMotions * static_cast<Index>(k), kMotions) =
-        scale.cwiseInverse().asDiagonal() * RigidMotions(problem, pass_of_parameter, islands[k]);
+        scale.cwiseInverse().asDiagonal() * RigidMotions(problem, pass_of_parameter, components[k]);
   }
   for (Index c = 0; c < out.columns.cols(); ++c) {
     const double length = out.columns.col(c).norm();
@@ -317,7 +317,7 @@ MatrixXd MotionsInside(const Candidates& candidates, const MatrixXd& weak) {
   if (qr.rank() == 0) return MatrixXd(candidates.columns.cols(), 0);
   const MatrixXd q = qr.Basis();
   const dense::SingularValues svd = dense::DecomposeSingular(weak.transpose() * q);
-  const Index inside = (svd.values.array() >= kInside_1).count();
+  const Index inside = (svd.values.array() >= kInside).count();
   if (inside == 0) return MatrixXd(candidates.columns.cols(), 0);
   MatrixXd part = qr.Solve(q * svd.v.leftCols(inside));
   MakeEchelon(&part);
@@ -351,7 +351,7 @@ std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
     out.push_back({(space * taken.col(k)).normalized(),
                    NameMotion(motion,
                               problem.block.frame.kind(),
-                              candidates.whose[static_cast<std::size_t>(most / kMotions)])});
+                              candidates.subject[static_cast<std::size_t>(most / kMotions)])});
   }
   MatrixXd rest = space;
   if (part.cols() > 0) {
@@ -375,7 +375,7 @@ struct Kind {
 
 std::string Number(double value) { return Digits(value, 3); }
 
-Kind OfPosition(const Parameter& parameter) {
+Kind PositionKind(const Parameter& parameter) {
   constexpr std::array kOfTrack = {Family::kAlong, Family::kAcross, Family::kUp};
   const auto axis = static_cast<std::size_t>(parameter.axis);
   const bool track = parameter.axes == PositionCorrection::Axes::kTrack;
@@ -411,7 +411,7 @@ Kind KindOf(const Parameter& parameter) {
     case ParameterKind::kZenithDelay:
       return {Family::kAir, "zenith delay"};
   }
-  return OfPosition(parameter);
+  return PositionKind(parameter);
 }
 
 struct Meaning {
@@ -528,11 +528,11 @@ std::string DescribeDirection(const AdjustmentProblem& problem,
             Number(first.sigma) + " " + parameter.unit +
             (parameter.has_prior() ? ", its prior " + Number(parameter.prior_sigma)
                                    : std::string(" without a prior"));
-    if (direction.correlation_1 != 0.0) {
+    if (direction.correlation != 0.0) {
       text += ", correlation with " + layout.Describe(direction.parameters[1].index) + " " +
-              Number(direction.correlation_1);
+              Number(direction.correlation);
     }
-    text += ", eigenvalue " + Number(direction.eigenvalue_1) + ")";
+    text += ", eigenvalue " + Number(direction.eigenvalue) + ")";
   }
   if (direction.moved_point) {
     text += ", most at " + std::string(problem.block.points.ids[*direction.moved_point]);

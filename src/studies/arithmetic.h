@@ -26,7 +26,7 @@ struct ArithmeticSolution {
   bool solved = false;
   std::string problem;  ///< why not, else empty
   int iterations = 0;
-  double remaining_step_1 = kNotGiven;  ///< Newton decrement, in sigmas over all unknowns
+  double remaining_step = kNotGiven;  ///< Newton decrement, in sigmas over all unknowns
   BlockState state;
   std::vector<SymmetricEnu> covariance_m2;  ///< by point; NaN where not solved
 };

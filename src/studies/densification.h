@@ -118,8 +118,8 @@ struct Verification {
   int failed = 0;                 ///< not converged, or a point not solved
   std::string why;                ///< of the first that failed
   std::array<double, 3> rms_m{};  ///< east, north, up, over all points and runs
-  double nees_1 = 0.0;            ///< mean of e' Q^-1 e / 3
-  Interval bound;                 ///< that holds nees_1 with probability `level`
+  double nees = 0.0;              ///< mean of e' Q^-1 e / 3
+  Interval bound;                 ///< that holds nees with probability `level`
 };
 
 /// Draws noise, paths and control `runs` times about the same nominal block, adjusts each draw and

@@ -227,9 +227,9 @@ std::vector<Choice> Product(const Choice& base,
                             const FilePlace& place) {
   std::vector<Choice> cases = {base};
   for (const std::vector<Choice>& axis : axes) {
-    if (cases.size() * axis.size() > kMostStudyCases) {
+    if (cases.size() * axis.size() > kMaxStudyCases) {
       throw InputError(place,
-                       "give more than " + std::to_string(kMostStudyCases) +
+                       "give more than " + std::to_string(kMaxStudyCases) +
                            " cases together, fewer are allowed");
     }
     std::vector<Choice> longer;
@@ -492,7 +492,7 @@ SceneNavigation NavigationFromPriors(const AdjustOptions& options, const SceneNa
         drawn.range_bias_sigma_m = Or(range->bias_prior_sigma_m, scene.range_bias_sigma_m);
       }
       if (range->scale) {
-        drawn.range_scale_sigma_1 = Or(range->scale_prior_sigma, scene.range_scale_sigma_1);
+        drawn.range_scale_sigma = Or(range->scale_prior_sigma, scene.range_scale_sigma);
       }
     } else if (const auto* time = std::get_if<TimeCorrection>(&group.model)) {
       drawn.time_bias_sigma_s = Or(time->bias_prior_sigma_s, scene.time_bias_sigma_s);

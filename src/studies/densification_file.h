@@ -18,7 +18,7 @@ struct DensificationFile {
 };
 
 /// Most cases of one study, listed and as products.
-inline constexpr std::size_t kMostStudyCases = 10000;
+inline constexpr std::size_t kMaxStudyCases = 10000;
 
 /// Reads a study (docs/studies.md). `overrides` are `KEY=VALUE` as for a scene. Throws InputError
 /// with FILE:LINE: field for syntax, unknown keys, wrong types and values, and for a case whose

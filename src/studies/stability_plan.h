@@ -23,19 +23,19 @@ struct PlannedPass {
   double ground_range_m = 0.0;  ///< from below the antenna to the middle of the area
   double height_m = 0.0;        ///< of the antenna above the middle of the area
   double squint_rad = 0.0;
-  double range_sigma_factor_1 = 1.0;
+  double range_sigma_factor = 1.0;
 };
 
 struct PlannedControl {
   std::size_t point = 0;
   std::array<double, 3> sigma_enu_m{};
-  double correlation_en_1 = 0.0;
+  double correlation_en = 0.0;
 };
 
 /// A flight with trajectory errors that is recorded with errors; the looks are those of the true
 /// flight.
 struct PlannedRecording {
-  SceneWander wander;
+  SceneTrajectoryError trajectory_error;
   SceneRecorder recorder;  ///< its rate is needed
 };
 
@@ -52,18 +52,18 @@ struct StabilityPlan {
   double swing_m = 5.3;               ///< of the antenna about its straight line
   double doppler_wavelength_m = 0.0;  ///< > 0: the cone is written as a Doppler centroid
   LookSigma sigma{0.83, 1.21, AzimuthUnit::kMetres};
-  double noise_1 = 1.0;  ///< drawn, in standard deviations
+  double noise = 1.0;  ///< drawn, in standard deviations
   std::vector<PlannedControl> control;
-  double control_spread_1 = 1.0;  ///< < 1: control points drawn together about the middle
+  double control_spread = 1.0;  ///< < 1: control points drawn together about the middle
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< added to all coordinates (not orbit)
   double time_origin_s = 391.7;
   std::size_t states = 41;     ///< of a path that is not recorded, and of the planned flight
   double time_margin_s = 0.0;  ///< by which paths are longer at either end
   std::optional<PlannedRecording> recording;
-  double strip_factor_1 = 0.0;  ///< > 0: strip spans given, this many times the looks' own
-  double start_error_m = 0.0;   ///< > 0: points get start coordinates this far off
-  double blunder_1 = 0.0;       ///< added to the first range, in standard deviations
-  double path_error_m = 0.0;    ///< by which the first pass is shifted in all axes
+  double strip_factor = 0.0;   ///< > 0: strip spans given, this many times the looks' own
+  double start_error_m = 0.0;  ///< > 0: points get start coordinates this far off
+  double blunder = 0.0;        ///< added to the first range, in standard deviations
+  double path_error_m = 0.0;   ///< by which the first pass is shifted in all axes
   AdjustOptions options;
   std::uint64_t seed = 1978;
 };
@@ -92,9 +92,9 @@ struct PlannedFamily {
 
 /// `count` values from `from` to `to` with equal ratios.
 [[nodiscard]] std::vector<double> Ratios(double from, double to, int count);
-[[nodiscard]] std::vector<double> With(double first, std::vector<double> rest);
+[[nodiscard]] std::vector<double> Prepend(double first, std::vector<double> rest);
 /// The same standard deviation for all components of all control points.
-void HoldControlTo(double sigma_m, StabilityPlan* plan);
+void SetControlSigma(double sigma_m, StabilityPlan* plan);
 
 /// Families that push the geometry of a block.
 [[nodiscard]] const std::vector<PlannedFamily>& GeometryFamilies();

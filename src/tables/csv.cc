@@ -73,8 +73,8 @@ class GzipFile final : public ByteSource {
   GzipFile& operator=(const GzipFile&) = delete;
 
   std::size_t Read(char* to, std::size_t size, std::string* problem) override {
-    constexpr std::size_t kMost = std::size_t{1} << 30;
-    const std::size_t wanted = std::min(size, kMost);
+    constexpr std::size_t kMax = std::size_t{1} << 30;
+    const std::size_t wanted = std::min(size, kMax);
     stream_.next_out = reinterpret_cast<Bytef*>(to);
     stream_.avail_out = static_cast<uInt>(wanted);
     while (stream_.avail_out > 0 && problem_.empty() && GoOn(&problem_)) {

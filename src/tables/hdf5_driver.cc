@@ -13,7 +13,7 @@ namespace sarblock {
 namespace {
 
 constexpr std::uint64_t kPageBytes = 4096;
-constexpr haddr_t kMostAddress = (haddr_t{1} << 62) - 1;
+constexpr haddr_t kMaxAddress = (haddr_t{1} << 62) - 1;
 
 /// What H5Pset_driver() is given, and what stands in the list of properties.
 struct Options {
@@ -89,7 +89,7 @@ H5FD_class_t Driver() {
   driver.value = static_cast<H5FD_class_value_t>(512);  // the first that is free for all
 #endif
   driver.name = "sarblock";
-  driver.maxaddr = kMostAddress;
+  driver.maxaddr = kMaxAddress;
   driver.fc_degree = H5F_CLOSE_STRONG;
   driver.fapl_size = sizeof(Options);
   driver.open = Open;

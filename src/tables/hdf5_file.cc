@@ -45,12 +45,12 @@ Hdf5Id SelectRows(hid_t dataset, std::uint64_t first, std::uint64_t count) {
 
 namespace {
 
-constexpr std::size_t kMostChunkBytes = std::size_t{1} << 26;
-constexpr std::uint64_t kMostInflation = 1032;  // of deflate, bytes out of one byte
-constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 26;
+constexpr std::uint64_t kMaxInflation = 1032;  // of deflate, bytes out of one byte
+constexpr std::uint64_t kMax = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t BoundedProduct(std::uint64_t a, std::uint64_t b) {
-  return b != 0 && a > kMost / b ? kMost : a * b;
+  return b != 0 && a > kMax / b ? kMax : a * b;
 }
 
 /// Values of a chunk, and the chunks that all values fill.
@@ -71,10 +71,10 @@ Chunks ChunksOf(const OpenedHdf5& opened,
       chunks.needed = BoundedProduct(chunks.needed, (stored.size[i] - 1) / chunk[i] + 1);
     }
   }
-  if (!known || chunks.values == 0 || chunks.values > kMostChunkBytes / stored.value_bytes) {
+  if (!known || chunks.values == 0 || chunks.values > kMaxChunkBytes / stored.value_bytes) {
     opened.Fail(path,
                 "has chunks of " + std::to_string(chunks.values) + " values, at most " +
-                    std::to_string(kMostChunkBytes) + " bytes are allowed");
+                    std::to_string(kMaxChunkBytes) + " bytes are allowed");
   }
   return chunks;
 }
@@ -104,7 +104,7 @@ void LookForValues(const OpenedHdf5& opened, const std::string& path, StoredData
     stored.none = bytes == 0;
   }
   const std::uint64_t most =
-      BoundedProduct(opened.bytes, filtered ? kMostInflation : 1) / stored.value_bytes;
+      BoundedProduct(opened.bytes, filtered ? kMaxInflation : 1) / stored.value_bytes;
   stored.whole = whole && stored.count <= most;
 }
 

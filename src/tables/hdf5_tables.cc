@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kTextBytesAtOnce = std::size_t{1} << 20;
-constexpr std::size_t kMostTextBytes = std::size_t{1} << 32;
+constexpr std::size_t kMaxTextBytes = std::size_t{1} << 32;
 static_assert(kRowsAtOnce == kSlabRows);  // so that most batches are a chunk
 
 /// Whether chunks that are not stored read as numbers that are not given: NaN, or -1 of integers.
@@ -682,7 +682,7 @@ Hdf5Id ContainerSink::CreateColumn(hid_t group,
 void ContainerSink::WriteTexts(hid_t group, const std::string& name, const IdTable& texts) const {
   std::size_t longest = 1;
   for (std::size_t i = 0; i < texts.size(); ++i) longest = std::max(longest, texts[i].size());
-  if (longest > kMostTextBytes / std::max<std::size_t>(1, texts.size())) {
+  if (longest > kMaxTextBytes / std::max<std::size_t>(1, texts.size())) {
     Fail("the texts of " + name + " need " + std::to_string(texts.size()) + " times " +
          std::to_string(longest) + " bytes, at most 4 GB are allowed: a shorter longest one is");
   }

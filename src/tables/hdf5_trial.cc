@@ -44,7 +44,7 @@ using Clock = std::chrono::steady_clock;
 
 /// Of the clock on the wall: a disk may be slow, and so may a machine with other work. The walk
 /// itself bounds what it computes.
-constexpr std::chrono::seconds kLeastDeadline{120};
+constexpr std::chrono::seconds kMinDeadline{120};
 constexpr std::uint64_t kBytesPerSecond = std::uint64_t{10} << 20;
 constexpr std::chrono::milliseconds kAskEvery{20};
 /// Every block of memory comes from where M_PERTURB of the walk fills it; those that a thread keeps
@@ -213,7 +213,7 @@ class WalkProcess {
 
 void TryHdf5(const std::string& path, std::uint64_t bytes) {
   const Clock::time_point deadline =
-      Clock::now() + kLeastDeadline + std::chrono::seconds(bytes / kBytesPerSecond);
+      Clock::now() + kMinDeadline + std::chrono::seconds(bytes / kBytesPerSecond);
   const ProgressSink* const sink = CancellationScope::Current();
   WalkProcess walk(path, bytes);
   bool late = false;

@@ -34,9 +34,9 @@ namespace {
 /// Datasets up to this size are read whole.
 constexpr std::uint64_t kWholeBytes = std::uint64_t{1} << 20;
 /// A walk of a file of ours takes milliseconds; one of 10 GB that stores chunks of 64 KiB a second.
-constexpr rlim_t kLeastSeconds = 10;
+constexpr rlim_t kMinSeconds = 10;
 constexpr std::uint64_t kBytesPerSecond = std::uint64_t{100} << 20;
-[[maybe_unused]] constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{2} << 30;
+[[maybe_unused]] constexpr std::uint64_t kMinMemoryBytes = std::uint64_t{2} << 30;
 
 /// All that can be opened in a file. Nothing is reported: what counts is that it comes to its end.
 class Walk {
@@ -48,12 +48,12 @@ class Walk {
   }
 
  private:
-  static constexpr int kMostDepth = 64;
-  static constexpr std::size_t kMostOpened = 1000000;
+  static constexpr int kMaxDepth = 64;
+  static constexpr std::size_t kMaxOpened = 1000000;
 
   void Open(hid_t parent, const std::string& name, int depth) {
     const Hdf5Id object(H5Oopen(parent, name.c_str(), H5P_DEFAULT), H5Oclose);
-    if (!object.valid() || depth > kMostDepth || ++opened_ > kMostOpened) return;
+    if (!object.valid() || depth > kMaxDepth || ++opened_ > kMaxOpened) return;
     H5O_info_t info;  // what cannot be told of an object keeps no one from reading it
     if (H5Oget_info(object.get(), &info) >= 0 && !seen_.insert(info.addr).second) return;
     ReadAttributes(object.get());
@@ -170,7 +170,7 @@ void LimitMemory([[maybe_unused]] std::uint64_t bytes) {
     std::fclose(file);
   }
   const std::uint64_t asked = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  Limit(RLIMIT_AS, asked + kLeastMemoryBytes + 4 * bytes);
+  Limit(RLIMIT_AS, asked + kMinMemoryBytes + 4 * bytes);
 #endif
 }
 
@@ -196,7 +196,7 @@ int main(int argc, char** argv) {
   mallopt(M_PERTURB, 0x5a);
   H5set_free_list_limits(0, 0, 0, 0, 0, 0);
   Limit(RLIMIT_CORE, 0);
-  Limit(RLIMIT_CPU, kLeastSeconds + static_cast<rlim_t>(bytes / kBytesPerSecond));
+  Limit(RLIMIT_CPU, kMinSeconds + static_cast<rlim_t>(bytes / kBytesPerSecond));
   LimitMemory(bytes);
   Walk().Through(argv[1]);
   Say(kWalkEnds);

@@ -111,7 +111,7 @@ class KeySearch : public nlohmann::json_sax<Json> {
 };
 
 /// Levels below each other; a level takes memory before anything is made of it.
-constexpr std::size_t kMostLevels = 200;
+constexpr std::size_t kMaxLevels = 200;
 
 /// The line where a text has more of them; 0: nowhere.
 std::size_t LineTooDeep(std::string_view text) {
@@ -126,7 +126,7 @@ std::size_t LineTooDeep(std::string_view text) {
     } else if (c == '"') {
       quoted = true;
     } else if (c == '[' || c == '{') {
-      if (++depth > kMostLevels) return line;
+      if (++depth > kMaxLevels) return line;
     } else if ((c == ']' || c == '}') && depth > 0) {
       --depth;
     }
@@ -137,7 +137,7 @@ std::size_t LineTooDeep(std::string_view text) {
 Json Parsed(std::string_view text, const std::string& file) {
   if (const std::size_t line = LineTooDeep(text)) {
     throw InputError(FilePlace{file, line, ""},
-                     "has more than " + std::to_string(kMostLevels) +
+                     "has more than " + std::to_string(kMaxLevels) +
                          " levels of lists and objects, which no file of ours has");
   }
   try {

@@ -107,7 +107,7 @@ namespace {
 
 /// Keys of more parts than this are no one's; toml++ and what walks through tables go down a level
 /// of the stack for each.
-constexpr std::size_t kMostKeyParts = 100;
+constexpr std::size_t kMaxKeyParts = 100;
 
 /// Refuses texts in which so many names, bare or quoted, follow each other with dots between them.
 void RefuseDeepKeys(std::string_view text, const std::string& file) {
@@ -134,9 +134,9 @@ void RefuseDeepKeys(std::string_view text, const std::string& file) {
       } else {
         while (i + 1 < text.size() && is_name(text[i + 1])) ++i;
       }
-      if (parts > kMostKeyParts) {
+      if (parts > kMaxKeyParts) {
         throw InputError(FilePlace{file, line, ""},
-                         "a key has more than " + std::to_string(kMostKeyParts) +
+                         "a key has more than " + std::to_string(kMaxKeyParts) +
                              " parts, which no key of ours has");
       }
     } else {

@@ -236,7 +236,7 @@ inline void StudyToml(std::string_view text) {
     const DensificationFile file = ParseDensification(
         text, "study.toml", {}, [](const std::string&) { return std::string(kScene); });
     Check(!file.study.cases.empty() || !file.study.placements.empty());
-    Check(file.study.cases.size() <= kMostStudyCases && !file.identity.empty());
+    Check(file.study.cases.size() <= kMaxStudyCases && !file.identity.empty());
     for (const DensificationCase& of : file.study.cases) {
       Check(!FindProblem(of.scene) && !of.scene.flights.empty());
       Check(of.adjust.corrections != CorrectionChoice::kAuto);

@@ -64,7 +64,7 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
   EXPECT_EQ(options.max_iterations, 17);
   EXPECT_EQ(options.engine, Engine::kCeres);
   EXPECT_EQ(options.ceres_solver, CeresSolver::kIterativeSchur);
-  EXPECT_EQ(options.tolerance_1, 2.5e-8);
+  EXPECT_EQ(options.tolerance, 2.5e-8);
   EXPECT_EQ(options.covariance_method, CovarianceMethod::kCeres);
   EXPECT_EQ(options.test_level, 0.875);
   EXPECT_FALSE(options.diagnose);
@@ -410,14 +410,14 @@ TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
       "simplify = 0.0625\n");
   const SelectionOptions& selection = options.selection;
   EXPECT_EQ(selection.mode, SelectionOptions::Mode::kPerPass);
-  EXPECT_EQ(selection.significance_1, 0.0125);
+  EXPECT_EQ(selection.significance, 0.0125);
   EXPECT_EQ(selection.kinds, (std::vector<std::size_t>{0, 2}));
   EXPECT_EQ(selection.max_degree, 2);
   ASSERT_TRUE(selection.knot_spacings_s.has_value());
   EXPECT_EQ(*selection.knot_spacings_s, (std::vector<double>{7.5, 3.0}));
-  EXPECT_EQ(selection.max_condition_1, 3e5);
-  EXPECT_EQ(selection.max_posterior_prior_1, 0.75);
-  EXPECT_EQ(selection.simplify_1, 0.0625);
+  EXPECT_EQ(selection.max_condition, 3e5);
+  EXPECT_EQ(selection.max_posterior_prior, 0.75);
+  EXPECT_EQ(selection.simplify, 0.0625);
   const std::string dump = DumpAdjustTable(options);
   EXPECT_EQ(DumpAdjustTable(OptionsOf(dump)), dump);
   EXPECT_THAT(dump, testing::HasSubstr("knot_spacings_s = [7.5, 3"));

@@ -60,7 +60,7 @@ void ExpectSame(const Block& a, const Block& b) {
   ASSERT_EQ(a.points.known.size(), b.points.known.size());
   for (std::size_t i = 0; i < a.points.known.size(); ++i) {
     EXPECT_EQ(a.points.known[i].point, b.points.known[i].point);
-    EXPECT_EQ(a.points.known[i].held, b.points.known[i].held);
+    EXPECT_EQ(a.points.known[i].fixed, b.points.known[i].fixed);
     EXPECT_EQ(a.points.known[i].covariance_enu_m2, b.points.known[i].covariance_enu_m2);
   }
   EXPECT_EQ(a.looks.offsets, b.looks.offsets);
@@ -113,10 +113,10 @@ Block RichBlock() {
     if (role != PointRole::kTie) {
       KnownPosition known;
       known.point = j;
-      known.held = {true, j % 3 != 0, true};
+      known.fixed = {true, j % 3 != 0, true};
       for (Eigen::Index k = 0; k < 3; ++k) {
         const double sigma_m = 0.1 + random.Uniform();
-        if (known.held[static_cast<std::size_t>(k)]) {
+        if (known.fixed[static_cast<std::size_t>(k)]) {
           known.covariance_enu_m2(k, k) = sigma_m * sigma_m;
         }
       }
@@ -250,11 +250,11 @@ TEST_F(BlockFilesTest, ReadsOptionalColumnsAndUnits) {  // hand values
   EXPECT_LE((block.points.given_m[0] - Eigen::Vector3d(0, 6378149.5, 0)).norm(), 2e-9);
   const KnownPosition* control = block.points.FindKnown(0);
   ASSERT_NE(control, nullptr);
-  EXPECT_THAT(control->held, ElementsAre(false, false, true));
+  EXPECT_THAT(control->fixed, ElementsAre(false, false, true));
   EXPECT_EQ(control->covariance_enu_m2(2, 2), 0.0625);
   const KnownPosition* check = block.points.FindKnown(1);
   ASSERT_NE(check, nullptr);  // without standard deviations: exactly known
-  EXPECT_THAT(check->held, ElementsAre(true, true, true));
+  EXPECT_THAT(check->fixed, ElementsAre(true, true, true));
   EXPECT_EQ(check->covariance_enu_m2, Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
   EXPECT_THAT(file.warnings,
               ElementsAre("observations.csv: columns not known and ignored: 'colour'"));

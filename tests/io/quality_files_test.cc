@@ -44,23 +44,23 @@ class QualityFilesTest : public test::FolderTest {
     result_.points.looks = {2, 0};
     result_.points.position_m.assign(2, Eigen::Vector3d(2500, 12000, 0));
     result_.sigma0_squared = 4.0;
-    result_.test_redundancy_1 = 4.0;
+    result_.test_redundancy = 4.0;
     result_.observation_count = 7;
     result_.parameter_count = 3;
     // delta0 = 4.132 at the standard levels: r = 0.25 doubles it.
-    result_.quality.redundancy_1 = {{{0.25F, 0.25F, kNoFigure}, {0.0F, 1.0F, kNoFigure}}};
-    result_.quality.w_1 = {{{-3.5F, 2.0F, kNoFigure}, {kNoFigure, 0.5F, kNoFigure}}};
+    result_.quality.redundancy = {{{0.25F, 0.25F, kNoFigure}, {0.0F, 1.0F, kNoFigure}}};
+    result_.quality.w = {{{-3.5F, 2.0F, kNoFigure}, {kNoFigure, 0.5F, kNoFigure}}};
     result_.quality.shift_m = {{{0.5F, 0.25F, kNoFigure}, {1.0F, 2.0F, kNoFigure}}};
     ControlQuality control;
     control.component = 2;
     control.residual_m = 0.125;
-    control.redundancy_1 = 0.25;
-    control.w_1 = -4.0;
+    control.redundancy = 0.25;
+    control.w = -4.0;
     control.shift_m = 0.25;
     result_.control_quality = {control};
     BlunderFinding finding;
     finding.round = 1;
-    finding.w_1 = -9.5;
+    finding.w = -9.5;
     finding.looks = {1, 0};
     finding.action = BlunderFinding::Action::kPointLeftOut;
     result_.snooping = SnoopingReport{2, {finding}, {}};
@@ -118,11 +118,11 @@ TEST_F(QualityFilesTest, ResidualsHaveTheFiguresOfTheirLook) {  // hand values
 TEST_F(QualityFilesTest, DetectableBlundersTakeTheStandardDeviationsEstimated) {  // hand values
   VarianceComponent range;
   range.passes = {0, 1};
-  range.factor_1 = 0.25;
+  range.factor = 0.25;
   VarianceComponent azimuth;
   azimuth.passes = {1};
   azimuth.component = 1;
-  azimuth.factor_1 = 9.0;
+  azimuth.factor = 9.0;
   result_.variance_components = VarianceComponentReport{{range, azimuth}, {}, 1, true};
   WriteResult(folder_ / "result", block_, options_, result_, {});
   const std::vector<std::string> sizes =

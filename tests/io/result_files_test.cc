@@ -48,27 +48,27 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
   kept.passes = "A B";
   kept.parameters = 2;
   kept.test = SelectionTest::kWald;
-  kept.statistic_1 = 12.5;
-  kept.f_1 = 6.25;
-  kept.probability_1 = 0.03125;
-  kept.delta_bic_1 = -4.5;
-  kept.condition_1 = 8.0;
+  kept.statistic = 12.5;
+  kept.f = 6.25;
+  kept.probability = 0.03125;
+  kept.delta_bic = -4.5;
+  kept.condition = 8.0;
   kept.kept = true;
   kept.step = 3;
   kept.reason = "determinable, significant and pays";
   CandidateResult dropped;
   dropped.name = "time.bias";
   dropped.passes = "all";
-  dropped.condition_1 = std::numeric_limits<double>::infinity();
+  dropped.condition = std::numeric_limits<double>::infinity();
   dropped.reason = "not determinable";
   result_.selection.candidates = {kept, dropped};
   result_.selection.rounds = 2;
   result_.selection.simplifications = {{.name = "flat-frame",
                                         .bound_m = 0.5,
                                         .sigma_m = 4.0,
-                                        .fraction_1 = 0.125,
+                                        .fraction = 0.125,
                                         .taken = true,
-                                        .gain_1 = 1.5,
+                                        .gain = 1.5,
                                         .verdict = "taken"}};
   result_.parameters[0].kept = "pays";
   WriteResult(folder_, block_, options_, result_, context_);

@@ -56,7 +56,7 @@ class ResultFolderTest : public FolderTest {
     result_.observation_count = 17;
     result_.parameter_count = 9;
     result_.sigma0_squared = 4.0;
-    result_.test_redundancy_1 = 8.0;
+    result_.test_redundancy = 8.0;
     result_.assessment.groups = {{"ranges", 24.0, 6.0, {0.5, 2.5}},
                                  {"all", 32.0, 8.0, {0.25, 2.25}}};
     result_.chi_square = {2.5, 17.5};

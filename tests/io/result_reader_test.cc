@@ -33,7 +33,7 @@ class ResultReaderTest : public test::ResultFolderTest {
     StripStation station;
     station.pass = 1;
     station.time_s = 20.5;
-    station.strip_time_1 = 0.025;
+    station.strip_time = 0.025;
     station.antenna_m = {7.5, 8.5, 9.5};
     station.far_m = {-1.5, -2.5, -3.5};
     station.correction_m = {0.125, -0.25, 0.375};
@@ -112,7 +112,7 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_FALSE(summary.chi_square->passed);
   ASSERT_EQ(summary.groups.size(), 2u);
   EXPECT_EQ(summary.groups[0].name, "ranges");
-  EXPECT_EQ(summary.groups[0].factor_1, 4.0);
+  EXPECT_EQ(summary.groups[0].factor, 4.0);
   EXPECT_EQ(summary.groups[1].upper, 2.25);
   EXPECT_EQ(summary.condition, 1234.5);
   EXPECT_EQ(summary.covariance, "block");
@@ -186,18 +186,18 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.looks.weight, result_.looks.weight);
   EXPECT_EQ(read.looks.rejected, (std::vector<std::uint8_t>{0, 1, 0}));
   EXPECT_EQ(read.looks.reason, result_.looks.reason);
-  EXPECT_THAT(read.looks.w_1[0], IsEmpty());
+  EXPECT_THAT(read.looks.w[0], IsEmpty());
   EXPECT_THAT(read.looks.line_px, IsEmpty());
   ASSERT_EQ(read.control.size(), 1u);
   EXPECT_EQ(read.control[0].component, 2);
   EXPECT_EQ(read.control[0].residual_m, -0.625);
-  EXPECT_EQ(read.control[0].w_1, -3.25);
+  EXPECT_EQ(read.control[0].w, -3.25);
   EXPECT_TRUE(std::isfinite(read.control[0].sigma_m));
   EXPECT_EQ(summary.remaining_step, 0.03125);
   ASSERT_EQ(read.strips.size(), 1u);
   EXPECT_EQ(read.strips[0].pass, 1u);
   EXPECT_EQ(read.strips[0].time_s, 20.5);
-  EXPECT_EQ(read.strips[0].strip_time_1, 0.025);
+  EXPECT_EQ(read.strips[0].strip_time, 0.025);
   EXPECT_EQ(read.strips[0].antenna_m, result_.strips[0].antenna_m);
   EXPECT_TRUE(read.strips[0].near_m.hasNaN());
   EXPECT_EQ(read.strips[0].far_m, result_.strips[0].far_m);
@@ -206,16 +206,16 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.candidates[0].passes, "all");
   EXPECT_EQ(read.candidates[0].parameters, 2);
   EXPECT_EQ(read.candidates[0].test, SelectionTest::kWald);
-  EXPECT_EQ(read.candidates[0].f_1, 3.75);
-  EXPECT_EQ(read.candidates[0].probability_1, 0.0625);
-  EXPECT_EQ(read.candidates[0].delta_bic_1, -4.5);
-  EXPECT_EQ(read.candidates[0].condition_1, 12.5);
+  EXPECT_EQ(read.candidates[0].f, 3.75);
+  EXPECT_EQ(read.candidates[0].probability, 0.0625);
+  EXPECT_EQ(read.candidates[0].delta_bic, -4.5);
+  EXPECT_EQ(read.candidates[0].condition, 12.5);
   EXPECT_TRUE(read.candidates[0].kept);
   EXPECT_FALSE(read.candidates[1].kept);
   EXPECT_EQ(read.candidates[1].reason, "needs another");
   ASSERT_EQ(read.simplifications.size(), 1u);
   EXPECT_EQ(read.simplifications[0].bound_m, 0.25);
-  EXPECT_EQ(read.simplifications[0].fraction_1, 0.125);
+  EXPECT_EQ(read.simplifications[0].fraction, 0.125);
   EXPECT_TRUE(read.simplifications[0].allowed);
   EXPECT_EQ(read.simplifications[0].verdict, "it gains nothing");
   ASSERT_EQ(read.pairs.size(), 1u);
@@ -227,17 +227,17 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
 TEST_F(ResultReaderTest, TheQualityOfALookIsReadByComponent) {
   for (std::size_t k = 0; k < 2; ++k) {
     const float first = k == 0 ? 0.25f : 0.75f;
-    result_.quality.redundancy_1[k] = {first, NAN, 0.5f};
-    result_.quality.w_1[k] = {-2.0f * first, NAN, 1.5f};
+    result_.quality.redundancy[k] = {first, NAN, 0.5f};
+    result_.quality.w[k] = {-2.0f * first, NAN, 1.5f};
     result_.quality.shift_m[k] = {3.0f, NAN, 4.0f};
   }
   Write();
   const ResultLooks looks = ReadResult(folder_).looks;
   for (std::size_t k = 0; k < 2; ++k) {
-    EXPECT_EQ(looks.redundancy_1[k][0], result_.quality.redundancy_1[k][0]);
-    EXPECT_EQ(looks.w_1[k][0], result_.quality.w_1[k][0]);
-    EXPECT_EQ(looks.w_1[k][2], 1.5f);
-    EXPECT_TRUE(std::isnan(looks.w_1[k][1]));
+    EXPECT_EQ(looks.redundancy[k][0], result_.quality.redundancy[k][0]);
+    EXPECT_EQ(looks.w[k][0], result_.quality.w[k][0]);
+    EXPECT_EQ(looks.w[k][2], 1.5f);
+    EXPECT_TRUE(std::isnan(looks.w[k][1]));
   }
   // Minimal detectable blunders go with 1 / sqrt(redundancy) and the standard deviation.
   EXPECT_FLOAT_EQ(looks.mdb_m[0][2] / looks.mdb_m[0][0], std::sqrt(0.5f));

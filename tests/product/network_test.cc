@@ -136,7 +136,7 @@ TEST_F(NetworkTest, AConstrainedRadiusHoldsTheHeightAlone) {
   ControlNetwork network = Moon();
   network.points[2].constrained = {false, false, true};
   const KnownPosition known = ImportNetwork(network, Cubes(), WithSigma()).block.points.known[2];
-  EXPECT_EQ(known.held, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(known.fixed, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(known.covariance_enu_m2(0, 0), 0.0);
   EXPECT_GT(known.covariance_enu_m2(2, 2), 0.0);
 }
@@ -160,7 +160,7 @@ TEST_F(NetworkTest, FreePointsAreHeldInHeightWhereAskedFor) {
   const Block block = ImportNetwork(Moon(), Cubes(), options).block;
   const KnownPosition* const known = block.points.FindKnown(5);
   ASSERT_NE(known, nullptr);
-  EXPECT_EQ(known->held, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(known->fixed, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(block.points.FindKnown(6), nullptr);  // has no position
   EXPECT_EQ(block.points.FindKnown(8), nullptr);  // is ignored
 }

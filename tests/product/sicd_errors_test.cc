@@ -48,7 +48,7 @@ class SicdErrorsTest : public test::FolderTest {
     const Eigen::MatrixXd upper = r.triangularView<Eigen::StrictlyUpper>();
     return sigma.asDiagonal() * (r + upper.transpose()) * sigma.asDiagonal();
   }
-  /// Of c_0 = P + s V and c_1 = h V, element by element.
+  /// Of c_0 = P + s V and c = h V, element by element.
   static Eigen::MatrixXd Expected(const Eigen::MatrixXd& q) {
     const double s = kSinceCentre_s, h = kHalf_s;
     Eigen::MatrixXd out(6, 6);

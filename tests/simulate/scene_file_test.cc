@@ -68,7 +68,7 @@ TEST(SceneFileTest, ReadsEveryTable) {
   EXPECT_EQ(scene.looks.azimuth.azimuth, 0.01);
   EXPECT_EQ(scene.points.count, 7u);
   EXPECT_EQ(scene.control.layout, SceneControl::Layout::kCorners);
-  EXPECT_EQ(scene.control.held, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(scene.control.fixed, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(scene.check.layout, SceneControl::Layout::kNone);
 }
 
@@ -167,8 +167,8 @@ sigma_m = 0.03
 sigma_mps = 0.04
 )",
                                  "two.toml");
-  EXPECT_EQ(scene.wander.rms_m, (std::array{1.0, 2.0, 3.0}));
-  EXPECT_EQ(scene.wander.time_constant_s, (std::array{4.0, 5.0, 6.0}));
+  EXPECT_EQ(scene.trajectory_error.rms_m, (std::array{1.0, 2.0, 3.0}));
+  EXPECT_EQ(scene.trajectory_error.time_constant_s, (std::array{4.0, 5.0, 6.0}));
   ASSERT_TRUE(scene.recorder.has_value());
   EXPECT_EQ(scene.recorder->rate_hz, 50.0);
   EXPECT_EQ(scene.recorder->noise_m, 0.02);
@@ -212,8 +212,8 @@ TEST_F(WanderTableTest, StandsInTheFolderOfTheScene) {
   Put("w.csv", "time_s,up_m,across_m,along_m\n-5,1,2,3\n40,4,5,6\n");
   const Scene scene =
       ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
-  EXPECT_EQ(scene.wander.table_time_s, (std::vector{-5.0, 40.0}));
-  EXPECT_EQ(scene.wander.table_m[1], Eigen::Vector3d(6.0, 5.0, 4.0));
+  EXPECT_EQ(scene.trajectory_error.table_time_s, (std::vector{-5.0, 40.0}));
+  EXPECT_EQ(scene.trajectory_error.table_m[1], Eigen::Vector3d(6.0, 5.0, 4.0));
 }
 
 TEST_F(WanderTableTest, IsRefusedWhereItIsNoTableOfOffsets) {

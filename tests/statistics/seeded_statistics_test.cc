@@ -278,7 +278,8 @@ TEST(MeasuredDopplerStatisticsTest, ErrorsOfDopplersToldAsErrorsOfTimesMislead) 
     std::vector<double> sigma_m(looks.size());
     for (std::size_t i = 0; i < looks.size(); ++i) {
       const FlightPath& path = block->passes[looks.pass[i]].path;
-      sigma_m[i] = block->RoughAzimuthSigma_m(i, path.At(looks.time_s[i])->velocity_mps.norm());
+      sigma_m[i] =
+          block->ApproximateAzimuthSigma_m(i, path.At(looks.time_s[i])->velocity_mps.norm());
     }
     looks.azimuth_sigma = std::move(sigma_m);
   };

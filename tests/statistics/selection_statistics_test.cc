@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kSelectionLevel = 0.999;
 /// What the chosen model may lose against the best fixed one, part of its error.
-constexpr double kMostLoss_1 = 0.10;
+constexpr double kMaxLoss = 0.10;
 
 struct FlightError {
   std::string name;
@@ -141,7 +141,7 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
               region.lower / check.degrees,
               region.upper / check.degrees,
               residuals.mean());
-  EXPECT_LT(ratio, 1.0 + kMostLoss_1) << best->first;
+  EXPECT_LT(ratio, 1.0 + kMaxLoss) << best->first;
   EXPECT_TRUE(region.Contains(check.value)) << check.mean();
   const Interval left = ChiSquareInterval(kSelectionLevel, residuals.degrees);
   EXPECT_TRUE(left.Contains(residuals.value)) << residuals.mean();

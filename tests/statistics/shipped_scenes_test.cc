@@ -48,7 +48,7 @@ FlightPath Displaced(const Frame& frame, const FlightPath& path, const Eigen::Ve
   std::vector<StateVector> states = path.states();
   for (StateVector& state : states) {
     const TrackAxes axes = TrackAxesOf(frame, *path.At(state.time_s));
-    state.position_m += axes.axes_1 * track_m;
+    state.position_m += axes.axes * track_m;
     state.velocity_mps += axes.rate * track_m;
   }
   return FlightPath(std::move(states));

@@ -38,7 +38,7 @@ test::KnownBlock Noisy(std::size_t looks, std::uint64_t seed = 7) {
   test::KnownBlock known = test::MakeBlock(plan);
   test::AddNoise(seed, 1.0, &known);
   for (const std::size_t point : {0U, 6U, 12U, 18U, 24U}) {
-    test::Hold(point, {0.4, 0.4, 0.4}, &known);
+    test::AddKnownPoint(point, {0.4, 0.4, 0.4}, &known);
   }
   return known;
 }
@@ -73,8 +73,8 @@ TEST(BlunderSearchTest, LeavesAGoodBlockAlone) {
 test::KnownBlock HalfWrong() {
   test::KnownBlock known = Noisy(0);
   for (std::uint64_t i = 0; i < known.block.looks.size(); i += 2) {
-    const double size_1 = 20.0 + 40.0 * std::abs(std::sin(1.7 * static_cast<double>(i)));
-    ShiftRange(i, i % 4 == 0 ? size_1 : -size_1, &known.block);
+    const double size = 20.0 + 40.0 * std::abs(std::sin(1.7 * static_cast<double>(i)));
+    ShiftRange(i, i % 4 == 0 ? size : -size, &known.block);
   }
   return known;
 }
@@ -181,7 +181,8 @@ test::KnownBlock Parallel() {
   known.truth_m = points_m;
   known.block = test::MakePaperBlock({{0.0, 9100.0}, {2900.0, 9400.0}, {5300.0, 9200.0}}, points_m);
   test::AddNoise(3, 1.0, &known);
-  for (const std::size_t point : {0U, 4U, 8U, 11U}) test::Hold(point, {0.3, 0.3, 0.3}, &known);
+  for (const std::size_t point : {0U, 4U, 8U, 11U})
+    test::AddKnownPoint(point, {0.3, 0.3, 0.3}, &known);
   return known;
 }
 

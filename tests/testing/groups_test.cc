@@ -26,14 +26,14 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-test::KnownBlock BlockWithControl(std::uint64_t seed, double noise_1 = 1.0) {
+test::KnownBlock BlockWithControl(std::uint64_t seed, double noise = 1.0) {
   test::BlockPlan plan = test::AircraftPlan();
   plan.points = 40;
   test::KnownBlock known = test::MakeBlock(plan);
   for (const std::size_t point : {0U, 9U, 21U, 33U}) {
-    test::Hold(point, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.4);
+    test::AddKnownPoint(point, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.4);
   }
-  test::AddNoise(seed, noise_1, &known);
+  test::AddNoise(seed, noise, &known);
   return known;
 }
 
@@ -87,16 +87,16 @@ TEST_P(GroupsOfPriorsTest, AreThoseOfTheDenseEquations) {
   const Eigen::MatrixXd q_vv =
       Eigen::MatrixXd::Identity(a.rows(), a.rows()) - a * test::DenseCovariance(a) * a.transpose();
   const Eigen::MatrixXd of_measured = q_vv.topLeftCorner(measured, measured);
-  EXPECT_NEAR(result.test_redundancy_1, of_measured.trace(), 1e-6);
-  EXPECT_NEAR(result.sigma0_squared * result.test_redundancy_1,
+  EXPECT_NEAR(result.test_redundancy, of_measured.trace(), 1e-6);
+  EXPECT_NEAR(result.sigma0_squared * result.test_redundancy,
               dense.residual.head(measured).squaredNorm(),
               1e-5);
   const PriorSums sums = SumPriors(problem.layout, state.corrections, result.parameter_covariance);
   ASSERT_TRUE(sums.known);
-  EXPECT_NEAR(sums.square_sum_1, dense.residual.tail(priors).squaredNorm(), 1e-5);
-  EXPECT_NEAR(sums.redundancy_1, q_vv.bottomRightCorner(priors, priors).trace(), 1e-6);
-  EXPECT_GT(sums.unsure_1, 0.1) << "nothing is left to tell";
-  EXPECT_NEAR(of_measured.trace() - sums.unsure_1, (of_measured * of_measured).trace(), 1e-6);
+  EXPECT_NEAR(sums.square_sum, dense.residual.tail(priors).squaredNorm(), 1e-5);
+  EXPECT_NEAR(sums.redundancy, q_vv.bottomRightCorner(priors, priors).trace(), 1e-6);
+  EXPECT_GT(sums.unsure, 0.1) << "nothing is left to tell";
+  EXPECT_NEAR(of_measured.trace() - sums.unsure, (of_measured * of_measured).trace(), 1e-6);
 }
 INSTANTIATE_TEST_SUITE_P(Priors, GroupsOfPriorsTest, testing::Bool());
 
@@ -104,14 +104,14 @@ INSTANTIATE_TEST_SUITE_P(Priors, GroupsOfPriorsTest, testing::Bool());
 TEST(GroupsTest, AddToAllObservations) {
   const AdjustResult result = Adjust(BlockWithControl(44).block, WithPriors_m(2.9, 1.7));
   ASSERT_EQ(result.assessment.groups.size(), 5U);
-  double square_1 = 0.0, redundancy_1 = 0.0;
+  double square = 0.0, redundancy = 0.0;
   for (const char* name : {"ranges", "azimuths", "control", "priors"}) {
-    square_1 += GroupOf(result, name).square_sum_1;
-    redundancy_1 += GroupOf(result, name).redundancy_1;
+    square += GroupOf(result, name).square_sum;
+    redundancy += GroupOf(result, name).redundancy;
   }
-  EXPECT_NEAR(square_1, 2.0 * result.final_cost, 1e-6);
-  EXPECT_NEAR(redundancy_1, result.redundancy(), 1e-9);
-  EXPECT_NEAR(GroupOf(result, "all").square_sum_1, square_1, 1e-6);
+  EXPECT_NEAR(square, 2.0 * result.final_cost, 1e-6);
+  EXPECT_NEAR(redundancy, result.redundancy(), 1e-9);
+  EXPECT_NEAR(GroupOf(result, "all").square_sum, square, 1e-6);
 }
 
 // Priors are opinions: a thousand times wider ones change neither the variance factor of looks and
@@ -152,12 +152,12 @@ TEST(GroupsTest, PriorsThatAreTooTightAreTheFirstReason) {
 TEST(GroupsTest, ABandIsThatOfItsLevelAndOfASizeThatMatters) {
   const AdjustResult result = Adjust(BlockWithControl(47).block, WithPriors_m(2.9, 1.7));
   const ObservationGroup& ranges = GroupOf(result, "ranges");
-  const double tail_1 = 0.5 * (1.0 - 0.999) / 9.0;
-  EXPECT_NEAR(ranges.band.upper * ranges.redundancy_1,
-              ChiSquareQuantile(1.0 - tail_1, ranges.redundancy_1),
+  const double tail = 0.5 * (1.0 - 0.999) / 9.0;
+  EXPECT_NEAR(ranges.band.upper * ranges.redundancy,
+              ChiSquareQuantile(1.0 - tail, ranges.redundancy),
               1e-9);
   const ObservationGroup& control = GroupOf(result, "control");
-  ASSERT_GT(control.redundancy_1, 0.0);
+  ASSERT_GT(control.redundancy, 0.0);
   EXPECT_GE(control.band.upper, 1.0);
   EXPECT_NEAR(LevelOfOneTest(0.999), 1.0 - 0.001 / 9.0, 1e-15);
 }
@@ -169,7 +169,7 @@ TEST(GroupsTest, WithoutCovariancesAllObservationsAreTested) {
   const AdjustResult result = Adjust(BlockWithControl(48).block, options);
   ASSERT_EQ(result.assessment.groups.size(), 1U);
   EXPECT_EQ(result.assessment.groups.front().name, "all");
-  EXPECT_NEAR(result.test_redundancy_1, result.redundancy(), 1e-12);
+  EXPECT_NEAR(result.test_redundancy, result.redundancy(), 1e-12);
 }
 
 // Priors of kilometres for flights that are known to centimetres elsewhere say nothing, and where

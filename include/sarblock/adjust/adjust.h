@@ -23,8 +23,8 @@ namespace sarblock {
 /// with 2 degrees of freedom are dropped after the robust solution; the result is that of least
 /// squares with the looks kept.
 /// Accepted means: every look has a value at the solution, the reduced matrix is regular, and the
-/// Newton decrement is below kRemainingStepAccepted_1 (under a loss also that of the robust
-/// solution below kRemainingRobustStepAccepted_1).
+/// Newton decrement is below kRemainingStepAccepted (under a loss also that of the robust
+/// solution below kRemainingRobustStepAccepted).
 ///
 /// The result lists points as the block does. The sums over points may be taken in another order,
 /// that of the passes that see them (docs/performance.md), the same for the same block.

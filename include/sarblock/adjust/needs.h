@@ -22,8 +22,8 @@ struct ResourceNeeds {
   std::uint64_t factor_bytes = 0;        ///< L of S = L L'
   std::uint64_t fronts_bytes = 0;        ///< while it is formed, update matrices that wait
   std::uint64_t inverse_bytes = 0;       ///< S^-1 on the pattern of S and the fronts it comes from
-  double sum_operations_1 = 0.0;         ///< of one sum of S
-  double factor_operations_1 = 0.0;      ///< of one factor
+  double sum_operations = 0.0;           ///< of one sum of S
+  double factor_operations = 0.0;        ///< of one factor
   /// The most memory at one time: looks and points always, less scratch files, with S in turn its
   /// partial sums, its factor and its inverse.
   std::uint64_t peak_bytes = 0;

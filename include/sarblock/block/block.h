@@ -115,7 +115,7 @@ enum class PointRole : std::uint8_t { kTie, kControl, kCheck };
 /// Known position of a point with its uncertainty, for control and check points.
 struct KnownPosition {
   std::uint32_t point = 0;
-  std::array<bool, 3> held{};                                   ///< e, n, u
+  std::array<bool, 3> fixed{};                                  ///< e, n, u
   Eigen::Matrix3d covariance_enu_m2 = Eigen::Matrix3d::Zero();  ///< rows of free components are 0
 };
 
@@ -173,9 +173,9 @@ struct Block {
   /// Metres at the target per unit of the azimuth measurement, for an antenna of this speed: |v|
   /// per second, lambda R/(2 |v|) per hertz. For a time, the turn of the flight and the squint are
   /// neglected: a tenth from an orbit.
-  [[nodiscard]] double RoughAzimuthUnit_m(std::size_t look, double speed_mps) const;
+  [[nodiscard]] double ApproximateAzimuthUnit_m(std::size_t look, double speed_mps) const;
   /// Standard deviation of azimuth in metres at the target, to the same approximation.
-  [[nodiscard]] double RoughAzimuthSigma_m(std::size_t look, double speed_mps) const;
+  [[nodiscard]] double ApproximateAzimuthSigma_m(std::size_t look, double speed_mps) const;
 };
 
 /// Sorts looks of any order by point (and pass) into `Looks` order.

@@ -94,22 +94,22 @@ struct ResultTest {
 struct ResultGroup {
   std::string name;  ///< ranges, azimuths, control, priors, all
   double square_sum = kNotGiven, redundancy = kNotGiven;
-  double factor_1 = kNotGiven, factor_sigma_1 = kNotGiven;
+  double factor = kNotGiven, factor_sigma = kNotGiven;
   double lower = kNotGiven, upper = kNotGiven;  ///< of the factor
 };
 
 /// `check_points`.
 struct ResultChecks {
   std::size_t points = 0, components = 0;
-  double error_ratio_1 = kNotGiven;  ///< errors in units of what was predicted
+  double error_ratio = kNotGiven;  ///< errors in units of what was predicted
   bool realistic = false;
   std::string says;  ///< a sentence
 };
 
 /// `quality`: the tests of single observations.
 struct ResultTests {
-  double alpha_1 = kNotGiven, power_1 = kNotGiven, critical_w_1 = kNotGiven;
-  double expected_above_1 = kNotGiven;
+  double alpha = kNotGiven, power = kNotGiven, critical_w = kNotGiven;
+  double expected_above = kNotGiven;
   std::size_t tests = 0, not_localisable = 0;
   std::array<std::size_t, 3> above{};  ///< range, azimuth, control
   [[nodiscard]] std::size_t above_all() const { return above[0] + above[1] + above[2]; }
@@ -119,7 +119,7 @@ struct ResultTests {
 struct ResultFinding {
   std::size_t round = 0;
   std::string point, passes, component, action, note;
-  double w_1 = kNotGiven;
+  double w = kNotGiven;
   bool located = false;
 };
 
@@ -128,7 +128,7 @@ struct ResultVariance {
   std::string group, component, unit, note;
   bool estimated = false;
   std::size_t looks = 0;
-  double redundancy = kNotGiven, factor_1 = kNotGiven, factor_sigma_1 = kNotGiven;
+  double redundancy = kNotGiven, factor = kNotGiven, factor_sigma = kNotGiven;
   double sigma_before = kNotGiven, sigma_after = kNotGiven;  ///< in `unit`
   double sigma_after_sigma = kNotGiven;
 };
@@ -137,7 +137,7 @@ struct ResultVariance {
 struct ResultRepetition {
   struct Figure {
     std::string name;
-    double expected_1 = kNotGiven, mean_1 = kNotGiven, lower = kNotGiven, upper = kNotGiven;
+    double expected = kNotGiven, mean = kNotGiven, lower = kNotGiven, upper = kNotGiven;
     bool agrees = false;
   };
   std::size_t runs = 0;
@@ -210,7 +210,7 @@ struct ResultLooks {
   std::vector<RejectReason> reason;
   std::vector<std::uint32_t> finding;  ///< number of the blunder search's finding; 0: none
   /// Quality of observations; empty without a covariance.
-  std::array<std::vector<float>, 2> redundancy_1, w_1, tau_1, mdb_m, influence_m;
+  std::array<std::vector<float>, 2> redundancy, w, tau, mdb_m, influence_m;
   /// Measured image coordinates and the residuals as steps of the image (computed minus
   /// measured); empty where no pass has an image.
   std::vector<double> line_px, pixel_px, line_residual_px, pixel_residual_px;
@@ -223,9 +223,9 @@ struct ResultControl {
   int component = 0;        ///< 0 east, 1 north, 2 up
   double residual_m = 0.0;  ///< adjusted minus given
   double sigma_m = 0.0;     ///< of the given coordinate; these six: NaN where the cell is empty
-  double redundancy_1 = 0.0;
-  double w_1 = 0.0;
-  double tau_1 = 0.0;
+  double redundancy = 0.0;
+  double w = 0.0;
+  double tau = 0.0;
   double mdb_m = 0.0;
   double influence_m = 0.0;
 };

@@ -87,7 +87,7 @@ struct Whitening {
 [[nodiscard]] Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m);
 
 /// An observation with fixed trajectory: everything that constrains the point.
-struct Sight {
+struct FixedPathLook {
   Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();
@@ -172,7 +172,7 @@ template <typename Path>
 
 /// True where p lies on the side the antenna looks to and below it: a mirror solution does not.
 [[nodiscard]] bool LiesWhereItLooks(const Frame& frame,
-                                    const Sight& sight,
+                                    const FixedPathLook& observation,
                                     const Eigen::Vector3d& p_m);
 
 }  // namespace sarblock

@@ -148,8 +148,8 @@ struct TimeSpan {
 /// How well the states of a smoothed path fit their standard deviations: sum of squares over their
 /// variances by degrees of freedom, 1 where they are as stated.
 struct FitOfStates {
-  double position_1 = 1.0, position_freedom = 0.0;
-  double velocity_1 = 1.0, velocity_freedom = 0.0;
+  double position_ratio = 1.0, position_freedom = 0.0;
+  double velocity_ratio = 1.0, velocity_freedom = 0.0;
 };
 
 /// Newton's form of an interpolation polynomial: nodes with repetitions and divided differences,

@@ -100,12 +100,12 @@ enum class Presentation { kGroundRange, kSlantRange };
 
 /// What is wrong with one station: value used in the reconstruction minus true value.
 struct StationErrors {
-  double dx0_m = 0.0;     ///< antenna position along track
-  double dy0_m = 0.0;     ///< antenna position across track
-  double dz0_m = 0.0;     ///< antenna position up
-  double dr_m = 0.0;      ///< slant range
-  double dydot0_1 = 0.0;  ///< velocity direction, across component of a unit along vector
-  double dzdot0_1 = 0.0;  ///< velocity direction, up component
+  double dx0_m = 0.0;   ///< antenna position along track
+  double dy0_m = 0.0;   ///< antenna position across track
+  double dz0_m = 0.0;   ///< antenna position up
+  double dr_m = 0.0;    ///< slant range
+  double dydot0 = 0.0;  ///< velocity direction, across component of a unit along vector
+  double dzdot0 = 0.0;  ///< velocity direction, up component
 };
 
 /// Errors of both stations; `first` is ', `second` is ''.
@@ -184,13 +184,12 @@ struct Difference {
 /// Systematic slant range errors warp the model: d(Dy) = A Dy + F Dz, d(Dz) = C Dy + D Dz.
 /// Leberl (1979), Eq. 24; the four are dimensionless. kDerived: F and D with the opposite sign.
 struct Warp {
-  double a_1 = 0.0;
-  double f_1 = 0.0;
-  double c_1 = 0.0;
-  double d_1 = 0.0;
-  [[nodiscard]] Difference Of(const Difference& difference) const {
-    return {a_1 * difference.dy_m + f_1 * difference.dz_m,
-            c_1 * difference.dy_m + d_1 * difference.dz_m};
+  double a = 0.0;
+  double f = 0.0;
+  double c = 0.0;
+  double d = 0.0;
+  [[nodiscard]] Difference Apply(const Difference& difference) const {
+    return {a * difference.dy_m + f * difference.dz_m, c * difference.dy_m + d * difference.dz_m};
   }
 };
 [[nodiscard]] Warp RangeWarp(const StereoConfiguration& c,
