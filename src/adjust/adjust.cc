@@ -237,7 +237,7 @@ void RequireOffered(const AdjustOptions& options) {
   }
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",
-                     "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
+                     "tests least-squares residuals and excludes a robust loss; \"robust\" = "
                      "\"none\" is allowed with it, and snooping = \"robust\" starts from one");
   }
   if (options.ceres_solver != CeresSolver::kAuto && Resolve(options.engine) != Engine::kCeres) {

@@ -166,12 +166,12 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
     left_out += looks - static_cast<std::size_t>(problem.CountLooks(point));
   }
   if (static_cast<double>(left_out) <= kMaxLeftOut * static_cast<double>(given)) return;
-  Refuse(
-      result,
-      std::to_string(left_out) + " of " + std::to_string(given) +
-          " looks were left out as blunders, outliers or misplaced, more than a quarter; something "
-          "that many looks share is wrong (the times, ranges or ids of a pass, a control point, "
-          "the standard deviations)");
+  Refuse(result,
+         std::to_string(left_out) + " of " + std::to_string(given) +
+             " looks were left out as blunders, outliers or mirror solutions, more than a quarter; "
+             "something "
+             "that many looks share is wrong (the times, ranges or ids of a pass, a control point, "
+             "the standard deviations)");
 }
 
 /// What was left out may be right and the path wrong: without the looks of a pass at control
@@ -364,10 +364,11 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
         searched ? FindContradiction(asked, solution) : Contradiction::kGross;
     if (by_consensus(left)) return agreed;
     if (!searched) {
-      Refuse(result,
-             "the search for blunders gave way: it had left out more than a quarter of the looks, "
-             "so something that many looks share is wrong (the times, ranges or ids of a pass, a "
-             "control point, the standard deviations); nothing is left out");
+      Refuse(
+          result,
+          "the search for blunders was aborted: it had left out more than a quarter of the looks, "
+          "so something that many looks share is wrong (the times, ranges or ids of a pass, a "
+          "control point, the standard deviations); nothing is left out");
     }
     result->snooping = std::move(searched);
   } catch (const UndeterminedError&) {

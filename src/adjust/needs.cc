@@ -178,7 +178,7 @@ std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& opt
   std::string text = "the adjustment needs " + Amount(more) + " MiB" +
                      (asked ? "" : " more than the block as it was read") + ", " +
                      Amount(limit_mib) + " MiB are " + (asked ? "allowed" : "free") + ": " +
-                     DescribeNeeds(needs) + "; less is needed with fewer parameters a pass";
+                     DescribeNeeds(needs) + "; less is needed with fewer parameters per pass";
   if (options.covariance != CovarianceLevel::kNone) text += ", with covariance = \"none\"";
   if (needs.large_bytes > needs.scratch_bytes) {
     text += ", with looks and points in files (--scratch)";

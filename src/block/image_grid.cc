@@ -88,7 +88,7 @@ std::optional<double> LineOfTime(const ImageGrid& grid, double time_s) {
 
 void RequirePositive(double value, const char* key) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw InputError(key, std::to_string(value) + " is not allowed, a number above 0 is");
+    throw InputError(key, "must be a number above 0, got " + std::to_string(value));
   }
 }
 

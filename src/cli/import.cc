@@ -121,8 +121,7 @@ std::array<double, 2> PixelOrigin(const std::string& option, const std::string& 
     ++at;
   }
   if (count == 0 || at != end) {
-    throw InputError(option,
-                     "'" + text + "' is not allowed, a number or LINE,SAMPLE of -10 to 10 is");
+    throw InputError(option, "must be a number or LINE,SAMPLE of -10 to 10, got '" + text + "'");
   }
   if (count == 1) origin_px[1] = origin_px[0];
   return origin_px;

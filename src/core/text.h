@@ -18,8 +18,7 @@ namespace sarblock {
 /// a standard deviation above 0: six digits of the value alone.
 [[nodiscard]] std::string ValueWithSigma(double value, double sigma);
 
-/// Reads all of `text` as a finite decimal number. Returns null, or what is wrong as the rest of a
-/// sentence that begins with the text.
+/// Reads all of `text` as a finite decimal number. Returns null, or what it must be (MustBe()).
 [[nodiscard]] const char* ParseNumber(std::string_view text, double* value);
 
 /// Text of a file as it appears in a message: in quotes, shortened, control characters as `?`.
@@ -34,7 +33,7 @@ void AppendNumber(double value, std::string* text);
 [[nodiscard]] double ToUnit(double value, double factor);
 /// Magnitudes within which squares, their inverses and the products of two variances are finite.
 inline constexpr double kLargestNumber = 1e60;
-/// What is wrong with a standard deviation or another number that must be above 0; null: nothing.
+/// What a standard deviation or another positive number must be (MustBe()); null if it is so.
 [[nodiscard]] const char* ProblemOfPositive(double value);
 
 inline constexpr std::uint64_t kFnv1aStart = 0xcbf29ce484222325u;

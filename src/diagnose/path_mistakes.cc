@@ -68,8 +68,8 @@ Hypothesis ScaledStates(const Names& passes, bool positions, bool velocities, do
   const std::string what = positions && velocities ? "positions and velocities"
                            : positions             ? "positions"
                                                    : "velocities";
-  const std::string unit = factor == 1e-3  ? (positions ? "kilometres" : "kilometres a second")
-                           : factor == 1e3 ? (positions ? "millimetres" : "millimetres a second")
+  const std::string unit = factor == 1e-3  ? (positions ? "kilometres" : "kilometres per second")
+                           : factor == 1e3 ? (positions ? "millimetres" : "millimetres per second")
                                            : "of the wrong sign";
   if (factor < 0.0) out.cause = "path.velocity_sign";
   out.value = factor;
@@ -288,7 +288,7 @@ void AddRecordings(const Facts& facts, Hypotheses* out) {
   }
   if (!rough.empty()) {
     out->push_back(OtherReading(
-        rough, "are rough: velocities and positions contradict each other", "path.rough"));
+        rough, "are noisy: velocities and positions contradict each other", "path.rough"));
     out->back().order = Hypothesis::kReported;
   }
 }
@@ -488,14 +488,14 @@ Hypothesis TimeCorrelated(Coordinate measured, TrajectoryError found) {
   out.says = [trajectory_error, range](const Size& size) {
     return std::string("errors of the ") + (range ? "ranges" : "times") + " " +
            PassesPhrase(trajectory_error->passes) +
-           " are correlated in time: they wander along the strip by " + size.text +
+           " are correlated in time: they drift along the strip by " + size.text +
            " (root mean square) and keep their sign for some " + Short(trajectory_error->piece_s) +
            " s";
   };
   out.change = [trajectory_error, range](const Size&) {
     return "block.toml: a spline in [adjust.correction.position] with knot_spacing_s = " +
            Short(trajectory_error->piece_s) + " for " + PassWords(trajectory_error->passes) +
-           " if its flight path wanders so, else standard deviations of the " +
+           " if its flight path has such errors, else standard deviations of the " +
            (range ? "ranges" : "times") + " with that error in them";
   };
   out.screened = true;

@@ -362,7 +362,7 @@ void CheckOptions(const ExportView& view) {
                       return std::isalnum(static_cast<unsigned char>(c)) != 0;
                     });
   if (!good) {
-    throw InputError("agency", "'" + agency + "' is not allowed, three letters or digits are");
+    throw InputError("agency", "must be three letters or digits, got '" + agency + "'");
   }
   if (view.points.empty()) throw InputError("format", "the result has no solved point to write");
   if (3 * view.points.size() > kMaxEstimates) {

@@ -96,7 +96,7 @@ template <auto... kMembers>
 void ReadPart(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   double& part = At<kMembers...>(reading->options);
   part = value.Positive();
-  if (!(part < 1.0)) value.Fail(NumberText(part) + " is not allowed, a number below 1 is");
+  if (!(part < 1.0)) value.Fail("must be a number below 1, got " + NumberText(part));
 }
 template <auto... kMembers>
 constexpr OptionUse kPart{ReadPart<kMembers...>, DumpNumber<kMembers...>};
@@ -180,8 +180,8 @@ void ReadTolerance(const AdjustOption&, const TomlValue& value, OptionReading* r
   double& tolerance = reading->options.tolerance;
   tolerance = value.Positive();
   if (tolerance <= kRemainingStepAccepted) return;
-  value.Fail(NumberText(tolerance) + " is not allowed, a number up to " +
-             NumberText(kRemainingStepAccepted) + " is: no solution is accepted with more left");
+  value.Fail("must be at most " + NumberText(kRemainingStepAccepted) + ", got " +
+             NumberText(tolerance) + ": no solution is accepted with a larger Newton decrement");
 }
 
 void ReadRejections(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
@@ -193,15 +193,14 @@ std::string DumpRejections(const AdjustOption&, const AdjustOptions& options) {
 
 void ReadCandidates(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   if (!reading->options.groups.empty()) {
-    value.Fail(
-        "stands beside correction tables, which are the candidates then; one of both is allowed");
+    value.Fail("excludes correction tables, which would be the candidates; give one of both");
   }
   std::vector<std::size_t>& kinds = reading->options.selection.kinds;
   kinds.clear();
   for (const TomlValue& entry : value.Entries()) {
     const std::size_t kind = entry.OneOf(CorrectionKinds());
     if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) {
-      entry.Fail("stands twice, once is allowed");
+      entry.Fail("is given twice");
     }
     kinds.push_back(kind);
   }
@@ -235,16 +234,16 @@ std::string DumpSpacings(const AdjustOption&, const AdjustOptions& options) {
 double Within(const TomlValue& value, double lowest, double highest, const std::string& allowed) {
   const double number = value.Number();
   if (!(number > lowest && number <= highest)) {
-    value.Fail(NumberText(number) + " is not allowed, " + allowed);
+    value.Fail("must be " + allowed + ", got " + NumberText(number));
   }
   return number;
 }
 void ReadMaxCondition(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  reading->options.selection.max_condition = Within(value, 1.0, 1e300, "a number above 1 is");
+  reading->options.selection.max_condition = Within(value, 1.0, 1e300, "a number above 1");
 }
 void ReadMaxRatio(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   reading->options.selection.max_posterior_prior =
-      Within(value, 0.0, 1.0, "a number above 0 and at most 1 is");
+      Within(value, 0.0, 1.0, "a number above 0 and at most 1");
 }
 
 void ReadQuality(const AdjustOption&, const TomlValue& value, OptionReading* reading);
@@ -254,7 +253,7 @@ void ReadSelection(const AdjustOption&, const TomlValue& value, OptionReading* r
 // groups depend on each other and stand with their readers in correction_options.cc.
 // clang-format off
 const std::array kOptions = std::to_array<OptionRow>({
-  {{"corrections", "text", "given, none, auto", "given where a correction table stands, else none",
+  {{"corrections", "text", "given, none, auto", "given if there is a correction table, else none",
    "Which corrections of the passes are estimated; auto adds only what the data need."},
    kChoice<&AdjustOptions::corrections>},
   {{"robust", "text", "none, huber, cauchy, tukey", "none", "Robust loss on a look."},
@@ -398,8 +397,8 @@ void ReadQuality(const AdjustOption&, const TomlValue& value, OptionReading* rea
   const QualityOptions& options = reading->options.quality;
   if (options.alpha < options.power) return;
   if (const auto alpha = table.Find("alpha")) {
-    alpha->Fail(NumberText(options.alpha) + " is not allowed, a number below " +
-                NumberText(options.power) + " is");
+    alpha->Fail("must be below " + NumberText(options.power) + ", got " +
+                NumberText(options.alpha));
   }
   table.Require("power", "").Fail("must be above alpha, which is " + NumberText(options.alpha));
 }

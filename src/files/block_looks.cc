@@ -52,7 +52,7 @@ RadarCoordinates ReadRadar(const Row& row, Measurements measurements) {
 RadarCoordinates ReadImage(const Row& row, const Pass& pass) {
   for (const std::size_t column : {kLookColumns("time_s"), kLookColumns("range_m")}) {
     if (row.Given(column)) {
-      row.Fail(column, "stands beside line and pixel, one of both is allowed");
+      row.Fail(column, "excludes line and pixel; give one of both");
     }
   }
   if (!pass.image) {
@@ -91,7 +91,7 @@ double ReadSquint(const Row& row) {
   const double squint_deg = row.Number(kLookColumns("squint_deg"));
   if (!(std::abs(squint_deg) < 90.0)) {
     row.Fail(kLookColumns("squint_deg"),
-             NumberText(squint_deg) + " is not allowed, -90 < squint_deg < 90 is");
+             "must be between -90 and 90, got " + NumberText(squint_deg));
   }
   return squint_deg * kRadPerDeg;
 }
@@ -109,8 +109,8 @@ double ReadDoppler(const Row& row, const Pass& pass, double time_s) {
     const double largest_hz = 2.0 * motion->velocity_mps.norm() / pass.wavelength_m;
     if (!(std::abs(doppler_hz) < largest_hz)) {
       row.Fail(kLookColumns("doppler_hz"),
-               NumberText(doppler_hz) + " is not allowed, less than 2 |v| / wavelength = " +
-                   NumberText(largest_hz) + " in magnitude is");
+               "must be less than 2 |v| / wavelength = " + NumberText(largest_hz) +
+                   " in magnitude, got " + NumberText(doppler_hz));
     }
   }
   return doppler_hz;
@@ -121,7 +121,7 @@ double ReadCone(const Row& row, const Pass& pass, double time_s, std::uint8_t* f
   const bool squint = row.Given(kLookColumns("squint_deg")),
              doppler = row.Given(kLookColumns("doppler_hz"));
   if (squint && doppler) {
-    row.Fail(kLookColumns("doppler_hz"), "stands beside squint_deg, one of both is allowed");
+    row.Fail(kLookColumns("doppler_hz"), "excludes squint_deg; give one of both");
   }
   if (doppler) *flags |= Looks::kDoppler;
   return doppler ? ReadDoppler(row, pass, time_s) : squint ? ReadSquint(row) : 0.0;
@@ -137,7 +137,7 @@ std::optional<std::size_t> OneOfColumns(const Row& row,
     const double number = row.PositiveNumber(column);
     if (std::isnan(number)) continue;
     if (found) {
-      row.Fail(column, "stands beside " + row.Place(*found).field + ", one of both is allowed");
+      row.Fail(column, "excludes " + row.Place(*found).field + "; give one of both");
     }
     found = column;
     *value = number;
@@ -177,7 +177,7 @@ double ReadAzimuthSigma(const Row& row, const Pass& pass, std::uint8_t* flags) {
   if (measured && (*flags & Looks::kDoppler) == 0) {
     row.Fail(kLookColumns("doppler_hz"),
              "is empty, but " +
-                 (column ? "doppler_sigma_hz stands in this row"
+                 (column ? "this row has doppler_sigma_hz"
                          : "the standard deviation of azimuth of pass " + Quoted(pass.id) +
                                " is one of Doppler") +
                  ": give the measured Doppler, or the standard deviation as azimuth_sigma_m or "

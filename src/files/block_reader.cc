@@ -158,8 +158,8 @@ double LengthNumber(const Row& row, std::size_t column) {
   const double value_m = row.Number(column);
   if (std::abs(value_m) > kLargestLength_m) {
     row.Fail(column,
-             NumberText(value_m) + " m is not allowed, at most " + NumberText(kLargestLength_m) +
-                 " m is");
+             "must be at most " + NumberText(kLargestLength_m) + " m, got " + NumberText(value_m) +
+                 " m");
   }
   return value_m;
 }
@@ -312,7 +312,7 @@ Ellipsoid ReadEllipsoid(const TomlValue& value) {
   const TomlValue flattening = table.Require("f", "the flattening (a - b)/a");
   ellipsoid.flattening = flattening.Number();
   if (!(ellipsoid.flattening >= 0.0 && ellipsoid.flattening < 1.0)) {
-    flattening.Fail(NumberText(ellipsoid.flattening) + " is not allowed, 0 <= f < 1 is");
+    flattening.Fail("must be 0 <= f < 1, got " + NumberText(ellipsoid.flattening));
   }
   return ellipsoid;
 }
@@ -343,7 +343,7 @@ void ReadLookSigma(const TomlTable& table, const std::string& infix, LookSigma* 
     const auto value = table.FindPositive(key);
     if (!value) continue;
     if (!given.empty()) {
-      table.Find(key)->Fail("stands beside " + given + ", one of both is allowed");
+      table.Find(key)->Fail("excludes " + given + "; give one of both");
     }
     given = key;
     sigma->azimuth = *value;
@@ -372,7 +372,7 @@ void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
     const auto refuse_both = [&table](bool in_pixels, const char* key, const char* pixel_key) {
       const auto other = table.Find(key);
       if (in_pixels && other) {
-        other->Fail(std::string("stands beside image.") + pixel_key + ", one of both is allowed");
+        other->Fail(std::string("excludes image.") + pixel_key + "; give one of both");
       }
     };
     refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_m", "line_sigma_px");
@@ -417,7 +417,7 @@ void ReadPass(const TomlTable& table,
   }
   const std::uint32_t other = reading->pass_ids.Find(pass.id);
   if (other != IdTable::kNone) {
-    id.Fail("pass " + Quoted(pass.id) + " stands twice, first on line " +
+    id.Fail("pass " + Quoted(pass.id) + " is given twice, first on line " +
             std::to_string(reading->pass_places[other].line));
   }
   reading->pass_ids.FindOrAppend(pass.id);
@@ -439,8 +439,8 @@ void ReadPass(const TomlTable& table,
     span_s = {table.Require("start_s", "with end_s the start of the strip").Number(),
               table.Require("end_s", "with start_s the end of the strip").Number()};
     if (!((*span_s)[0] < (*span_s)[1])) {
-      end->Fail(NumberText((*span_s)[1]) +
-                " is not allowed, an end after start_s = " + NumberText((*span_s)[0]) + " is");
+      end->Fail("must be after start_s = " + NumberText((*span_s)[0]) + ", got " +
+                NumberText((*span_s)[1]));
     }
   }
   reading->strip_spans_s.push_back(span_s);
@@ -552,7 +552,7 @@ class ArrayReader final : public TableReader {
  private:
   void OpenArray(std::size_t column, const ArrayColumn& array) {
     const FilePlace place = PlaceAt(0, column);
-    if (Has(column)) throw InputError(place, "stands twice, one column is allowed");
+    if (Has(column)) throw InputError(place, "is given twice; one column only");
     if (array.rows() != rows_) {
       throw InputError(place,
                        "has " + std::to_string(array.rows()) + " rows where " + file_ + "." +
@@ -564,8 +564,8 @@ class ArrayReader final : public TableReader {
     for (std::size_t row = 0; array.texts != nullptr && row < rows_; ++row) {
       if (array.indices[row] < array.texts->size()) continue;
       throw InputError(PlaceAt(row + 1, column),
-                       std::to_string(array.indices[row]) + " is not allowed, an index below " +
-                           std::to_string(array.texts->size()) + ", the number of texts, is");
+                       "must be an index below " + std::to_string(array.texts->size()) +
+                           ", the number of texts, got " + std::to_string(array.indices[row]));
     }
     if (array.texts == nullptr && IsText(schema_[column].kind)) {
       throw InputError(place, "holds numbers, texts are needed");
@@ -573,7 +573,7 @@ class ArrayReader final : public TableReader {
     for (std::size_t row = 0; row < array.cells.size(); ++row) {
       if (!std::isinf(array.cells[row])) continue;
       throw InputError(PlaceAt(row + 1, column),
-                       NumberText(array.cells[row]) + " is not allowed, a finite number is");
+                       "must be a finite number, got " + NumberText(array.cells[row]));
     }
   }
   std::string ColumnsThere() const override {

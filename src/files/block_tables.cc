@@ -42,7 +42,7 @@ Eigen::Vector3d Velocity(const Row& row) {
     const double value_mps = row.RequiredNumber(column);
     if (!(std::abs(value_mps) < kSpeedOfLight_mps)) {
       row.Fail(column,
-               NumberText(value_mps) + " m/s is not allowed, less than the speed of light is");
+               "must be less than the speed of light, got " + NumberText(value_mps) + " m/s");
     }
     velocity_mps[k++] = value_mps;
   }
@@ -119,8 +119,7 @@ Eigen::Vector3d ReadPosition(const Row& row, const Frame& frame, PointRole role)
   const bool cartesian = AllGiven(row, kPointColumns("x_m", "y_m", "z_m")),
              geodetic = AllGiven(row, kPointColumns("lat_deg", "lon_deg", "h_m"));
   if (cartesian && geodetic) {
-    row.Fail(kPointColumns("lat_deg"),
-             "stands beside x_m, y_m, z_m; one kind of coordinates is allowed");
+    row.Fail(kPointColumns("lat_deg"), "excludes x_m, y_m, z_m; give one kind of coordinates");
   }
   if (cartesian) {
     return {LengthNumber(row, kPointColumns("x_m")),
@@ -131,10 +130,10 @@ Eigen::Vector3d ReadPosition(const Row& row, const Frame& frame, PointRole role)
     const double lat_deg = row.Number(kPointColumns("lat_deg")),
                  lon_deg = row.Number(kPointColumns("lon_deg"));
     if (!(std::abs(lat_deg) <= 90.0)) {
-      row.Fail(kPointColumns("lat_deg"), NumberText(lat_deg) + " is not allowed, -90 to 90 is");
+      row.Fail(kPointColumns("lat_deg"), "must be from -90 to 90, got " + NumberText(lat_deg));
     }
     if (!(std::abs(lon_deg) <= 360.0)) {
-      row.Fail(kPointColumns("lon_deg"), NumberText(lon_deg) + " is not allowed, -360 to 360 is");
+      row.Fail(kPointColumns("lon_deg"), "must be from -360 to 360, got " + NumberText(lon_deg));
     }
     return frame.FrameFromGeodetic(
         {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, LengthNumber(row, kPointColumns("h_m"))});
@@ -278,7 +277,7 @@ std::uint32_t AddId(const Row& row, std::size_t column, IdTable* ids) {
   const std::size_t count = ids->size();
   const std::string_view id = row.Id(column);
   const std::uint32_t added = ids->FindOrAppend(id);
-  if (added != count) row.Fail(column, Quoted(id) + " stands twice, one row a point is allowed");
+  if (added != count) row.Fail(column, Quoted(id) + " is given twice; one row per point");
   return added;
 }
 
@@ -325,7 +324,7 @@ void ReadTruePoints(TableReader* reader, const Block& block, Truth* truth) {
   ForRows(reader, [&](const Row& row) {
     Eigen::Vector3d& position_m = truth->points_m[points.Find(row, kId)];
     if (!std::isnan(position_m.x())) {
-      row.Fail(kId, Quoted(row.Text(kId)) + " stands twice, one row a point is allowed");
+      row.Fail(kId, Quoted(row.Text(kId)) + " is given twice; one row per point");
     }
     position_m = {row.RequiredNumber(kTruthColumns("x_m")),
                   row.RequiredNumber(kTruthColumns("y_m")),

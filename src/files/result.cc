@@ -105,7 +105,7 @@ Enum ReadEnum(const Row& row, std::size_t column, Enum last) {
 
 double ReadSigma(const Row& row, std::size_t column) {
   const double value = row.Number(column);
-  if (value < 0.0) row.Fail(column, NumberText(value) + " is not allowed, 0 or more is");
+  if (value < 0.0) row.Fail(column, "must be 0 or more, got " + NumberText(value));
   return value;
 }
 
@@ -250,7 +250,7 @@ void ReadResultParameters(ResultReading* reading) {
     const ParameterName name(row.Id(kColumns("pass")), row.Id(kColumns("parameter")));
     if (!index.emplace(name, static_cast<std::uint32_t>(parameters.size())).second) {
       row.Fail(kColumns("parameter"),
-               Quoted(name.second) + " of " + Quoted(name.first) + " stands twice");
+               Quoted(name.second) + " of " + Quoted(name.first) + " is given twice");
     }
     parameters.push_back({name.first,
                           name.second,
@@ -519,7 +519,7 @@ void ReadPasses(const JsonValue& passes, ResultReading* reading) {
     pass.id = entry.Require("id").Text();
     const auto index = static_cast<std::uint32_t>(reading->result.passes.size());
     if (pass.id.empty() || reading->pass_ids.FindOrAppend(pass.id) != index) {
-      entry.Require("id").Fail(Quoted(pass.id) + " is empty or stands twice");
+      entry.Require("id").Fail(Quoted(pass.id) + " is empty or is given twice");
     }
     pass.side =
         entry.Require("look").OneOf({"left", "right"}) == 0 ? LookSide::kLeft : LookSide::kRight;

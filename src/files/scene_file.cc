@@ -56,7 +56,7 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Finish();
   if (swaths > 1) {
     throw InputError(table.PlaceOf("swath"),
-                     "stands twice; give one of swath_look_deg, swath_ground_m, swath_slant_m");
+                     "is given twice; give one of swath_look_deg, swath_ground_m, swath_slant_m");
   }
   return flight;
 }
@@ -149,13 +149,13 @@ SceneLooks ReadLooks(SceneTable& table) {
   table.Number("range_sigma_m", &looks.range_sigma_m);
   table.Number("azimuth_sigma_m", &looks.azimuth.azimuth);
   if (const auto seconds = table.Take("azimuth_sigma_s")) {
-    if (table.Has("azimuth_sigma_m")) seconds->Fail("cannot stand beside azimuth_sigma_m");
+    if (table.Has("azimuth_sigma_m")) seconds->Fail("excludes azimuth_sigma_m; give one");
     looks.azimuth.azimuth = seconds->Number();
     looks.azimuth.azimuth_unit = AzimuthUnit::kSeconds;
   }
   if (const auto hertz = table.Take("doppler_sigma_hz")) {
     for (const char* other : {"azimuth_sigma_m", "azimuth_sigma_s"}) {
-      if (table.Has(other)) hertz->Fail(std::string("cannot stand beside ") + other);
+      if (table.Has(other)) hertz->Fail(std::string("excludes ") + other + "; give one");
     }
     looks.azimuth.azimuth = hertz->Number();
     looks.azimuth.azimuth_unit = AzimuthUnit::kHertz;
@@ -193,7 +193,7 @@ ScenePoints ReadPoints(SceneTable& table) {
   table.Numbers("east_m", &points.east_m);
   table.Numbers("north_m", &points.north_m);
   if (const auto given = table.Take("density_per_km2")) {
-    if (table.Has("count")) given->Fail("cannot stand beside count");
+    if (table.Has("count")) given->Fail("excludes count; give one");
     const double density = given->Number();
     const double area_km2 =
         (points.east_m[1] - points.east_m[0]) * (points.north_m[1] - points.north_m[0]) * 1e-6;

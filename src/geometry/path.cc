@@ -263,7 +263,7 @@ std::vector<StateVector> ResampleOrbit(const std::vector<StateVector>& states,
                                        double step_s,
                                        OrbitThrough through) {
   if (!(step_s > 0.0)) {
-    throw InputError("step_s", std::to_string(step_s) + " is not allowed, a number above 0 is");
+    throw InputError("step_s", "must be a number above 0, got " + std::to_string(step_s));
   }
   const FlightPath checked(states);  // refuses what is no path
   const bool keep = through == OrbitThrough::kStates;

@@ -288,7 +288,7 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
   }
   if (covariance && (prior.sigma.size() > 0 || prior.correlation.size() > 0)) {
     return JointPriorProblem{
-        0, "covariance", -1, "stands beside sigma or correlation, one of both is allowed"};
+        0, "covariance", -1, "excludes sigma and correlation; give one of both"};
   }
   if (covariance) {
     const auto problem = FindCovarianceProblem(prior.parameters, prior.covariance);
@@ -310,7 +310,7 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
     return JointPriorProblem{0,
                              "sigma",
                              static_cast<int>(i),
-                             ShortText(prior.sigma[i]) + " is not allowed, a number above 0 is"};
+                             "must be a number above 0, got " + ShortText(prior.sigma[i])};
   }
   if (prior.correlation.size() == 0) return std::nullopt;
   const auto problem = FindCovarianceProblem(prior.parameters, prior.correlation);
@@ -358,10 +358,8 @@ std::optional<JointPriorProblem> FindOwnProblem(const JointPrior& prior) {
   for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
     const auto end = prior.parameters.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::find(prior.parameters.begin(), end, prior.parameters[i]) == end) continue;
-    return JointPriorProblem{0,
-                             "parameters",
-                             static_cast<int>(i),
-                             "'" + prior.parameters[i] + "' stands twice, once is allowed"};
+    return JointPriorProblem{
+        0, "parameters", static_cast<int>(i), "'" + prior.parameters[i] + "' is given twice"};
   }
   return FindMatrixProblem(prior);
 }
@@ -371,7 +369,7 @@ std::optional<std::string> FindCovarianceProblem(const std::vector<std::string>&
   const auto size = static_cast<Eigen::Index>(parameters.size());
   if (covariance.rows() != size || covariance.cols() != size) {
     return "is " + std::to_string(covariance.rows()) + " by " + std::to_string(covariance.cols()) +
-           ", one row and one column a parameter are needed: " + std::to_string(size) + " by " +
+           ", one row and one column per parameter are needed: " + std::to_string(size) + " by " +
            std::to_string(size);
   }
   const auto name = [&](Eigen::Index i) {
@@ -470,7 +468,7 @@ JointPriorBindings BindJointPriors(const std::vector<std::string>& pass_ids,
                      "parameters",
                      static_cast<int>(k),
                      "'" + prior.parameters[k] + "' of pass '" + pass_ids[i] +
-                         "' stands in another joint prior too, one is allowed"});
+                         "' is in another joint prior too; give it in one"});
       }
       out.bound.push_back(std::move(binding));
       ++bound;

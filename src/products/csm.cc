@@ -24,7 +24,7 @@ double FiniteNumber(const JsonValue& value) {
 
 double PositiveNumber(const JsonValue& value) {
   const double number = FiniteNumber(value);
-  if (!(number > 0.0)) value.Fail(NumberText(number) + " is not allowed, a number above 0 is");
+  if (!(number > 0.0)) value.Fail("must be a number above 0, got " + NumberText(number));
   return number;
 }
 
@@ -366,7 +366,7 @@ std::vector<std::vector<JsonValue>> ColumnsOf(const JsonValue& table,
 
 void RequireInertial(const JsonValue& table) {
   const auto frame = table.Find("reference_frame");
-  if (frame && FiniteNumber(*frame) != 1.0) frame->Fail("is not allowed, 1 (J2000) is");
+  if (frame && FiniteNumber(*frame) != 1.0) frame->Fail("must be 1 (J2000)");
 }
 
 std::vector<GroundRangePolynomial> IsdGroundRange(const JsonValue& root) {

@@ -36,7 +36,7 @@ void ReadOrbit(const XmlElement& list, std::vector<OrbitState>* states) {
   for (const XmlElement& orbit : list.Children("orbit")) {
     const XmlElement frame = orbit.Child("frame");
     if (frame.Text() != "Earth Fixed") {
-      frame.Fail("'" + frame.Text() + "' is not allowed, 'Earth Fixed' is");
+      frame.Fail("must be 'Earth Fixed', got '" + frame.Text() + "'");
     }
     AppendState(orbit,
                 {orbit.Child("time").Time(),
@@ -78,7 +78,7 @@ void ReadGrid(const XmlElement& list, std::vector<GeolocationGridPoint>* grid) {
   for (std::size_t i = 1; i < places.size(); ++i) {
     if (places[i].first == places[i - 1].first) {
       places[i].second.Fail("line " + std::to_string(places[i].first.first) + ", pixel " +
-                            std::to_string(places[i].first.second) + " stands twice");
+                            std::to_string(places[i].first.second) + " is given twice");
     }
   }
   std::stable_sort(grid->begin(), grid->end(), [](const auto& a, const auto& b) {
@@ -142,8 +142,7 @@ void ReadImage(const XmlElement& root, const XmlElement& information, Sentinel1P
     product->range_spacing_m = image.Child("rangePixelSpacing").Positive();
     ReadGroundRange(root, product);
   } else {
-    projection.Fail("'" + projection.Text() +
-                    "' is not allowed, 'Slant Range' or 'Ground Range' is");
+    projection.Fail("must be 'Slant Range' or 'Ground Range', got '" + projection.Text() + "'");
   }
 }
 
@@ -193,7 +192,7 @@ OrbitFile ParseOrbitFile(std::string_view text, const std::string& file) {
   orbit.mission = header.Child("Fixed_Header").Child("Mission").Text();
   const XmlElement frame = header.Child("Variable_Header").Child("Ref_Frame");
   if (frame.Text() != "EARTH_FIXED") {
-    frame.Fail("'" + frame.Text() + "' is not allowed, 'EARTH_FIXED' is");
+    frame.Fail("must be 'EARTH_FIXED', got '" + frame.Text() + "'");
   }
   const XmlElement list = xml.Root().Child("Data_Block").Child("List_of_OSVs");
   for (const XmlElement& element : list.Children("OSV")) {
@@ -247,7 +246,7 @@ Times ReadTimes(const Hdf5Values& file, const std::string& path, std::size_t mos
   }
   if (!epoch) {
     file.Fail(path + " (units)",
-              Quoted(units) + " is not allowed, 'seconds since ' and a UTC time from 1972 on is");
+              "must be 'seconds since ' and a UTC time from 1972 on, got " + Quoted(units));
   }
   constexpr double kMax_s = 1e9;
   Times times{*epoch, file.Numbers(path, 1, most).values};
@@ -282,7 +281,8 @@ Axis EvenAxis(const Hdf5Values& file, const std::string& path, const std::vector
 
 double Positive(const Hdf5Values& file, const std::string& path) {
   const double value = file.Number(path);
-  if (const char* problem = ProblemOfPositive(value)) file.Fail(path, NumberText(value) + problem);
+  if (const char* problem = ProblemOfPositive(value))
+    file.Fail(path, MustBe(problem, NumberText(value)));
   return value;
 }
 
@@ -293,7 +293,7 @@ LookSide ReadSide(const Hdf5Values& file, const std::string& path) {
     return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   if (text != "left" && text != "right") {
-    file.Fail(path, Quoted(given) + " is not allowed, left or right is");
+    file.Fail(path, "must be left or right, got " + Quoted(given));
   }
   return text == "left" ? LookSide::kLeft : LookSide::kRight;
 }
@@ -359,7 +359,7 @@ void ReadGrid(const Hdf5Values& file, const std::string& path, NisarGrid* grid) 
   if (!file.Has(path)) return;
   constexpr double kGeographic = 4326.0;
   if (file.Number(path + "/epsg") != kGeographic) {
-    file.Fail(path + "/epsg", "is not allowed, 4326 (longitude and latitude of WGS84) is");
+    file.Fail(path + "/epsg", "must be 4326 (longitude and latitude of WGS84)");
   }
   const Times times = ReadTimes(file, path + "/zeroDopplerTime", kMaxGridPoints);
   for (std::size_t i = 0; i < times.seconds_s.size(); ++i) grid->time.push_back(times.At(i));

@@ -24,7 +24,7 @@ constexpr std::size_t kNoMatch = SerialMatches::kNone;
 void CheckNetworkOptions(const NetworkImportOptions& options, std::size_t images) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
     if (value && !(*value > 0.0 && std::isfinite(*value))) {
-      throw InputError(name, fmt::format("{} is not allowed, a number above 0 is", *value));
+      throw InputError(name, fmt::format("must be a number above 0, got {}", *value));
     }
   };
   positive(options.range_sigma_m, "range-sigma-m");
@@ -167,8 +167,7 @@ class NetworkImporter {
       return;
     }
     const auto point = builder_.AddPoint(given.id);
-    if (!point)
-      throw InputError(FilePlace{network_.file, 0, given.id}, "stands twice in the network");
+    if (!point) throw InputError(FilePlace{network_.file, 0, given.id}, "is in the network twice");
     if (given.position_m) builder_.SetPosition(*point, *given.position_m);
     // A point that takes no part holds nothing.
     if (!given.unused) AddKnownPosition(given, *point);

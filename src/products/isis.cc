@@ -187,7 +187,7 @@ RadarImage ReadCube(ByteSource source) {
       "/" + instrument.Text("InstrumentId") + "/" + start;
   const std::string look = instrument.Text("LookDirection");
   if (look != "LEFT" && look != "RIGHT") {
-    instrument.Fail("LookDirection", Quoted(look) + " is not allowed, LEFT or RIGHT is");
+    instrument.Fail("LookDirection", "must be LEFT or RIGHT, got " + Quoted(look));
   }
   image.side = look == "LEFT" ? LookSide::kLeft : LookSide::kRight;
   image.wavelength_m = Wavelength_m(instrument);
@@ -233,7 +233,7 @@ CubeTable ReadCubeTable(ByteSource* source,
   for (const PvlObject& field : label.children()) {
     if (field.name() != "Field") continue;
     if (field.Text("Type") != "Double" || field.Count("Size", 1) != 1) {
-      field.Fail("Type", "is not allowed here, a single Double is");
+      field.Fail("Type", "must be a single Double here");
     }
     names.push_back(field.Text("Name"));
   }

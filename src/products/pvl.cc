@@ -260,7 +260,7 @@ double PvlObject::Number(std::string_view key) const { return Numbers(key, 1).fr
 
 double PvlObject::Positive(std::string_view key) const {
   const double value = Number(key);
-  if (!(value > 0.0)) Fail(key, NumberText(value) + " is not allowed, a number above 0 is");
+  if (!(value > 0.0)) Fail(key, "must be a number above 0, got " + NumberText(value));
   return value;
 }
 
@@ -268,8 +268,7 @@ std::uint64_t PvlObject::Count(std::string_view key, std::uint64_t least) const 
   constexpr double kMax = 9007199254740992.0;  // 2^53: every integer up to it is a double
   const double value = Number(key);
   if (value != std::floor(value) || value < static_cast<double>(least) || value > kMax) {
-    Fail(key,
-         fmt::format("{} is not allowed, an integer of {} or more is", NumberText(value), least));
+    Fail(key, fmt::format("must be an integer of {1} or more, got {0}", NumberText(value), least));
   }
   return static_cast<std::uint64_t>(value);
 }

@@ -258,7 +258,7 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   KeepLines(root, &image);
   const XmlElement side = root.Child("SCPCOA").Child("SideOfTrack");
   const std::string letter = side.Text();
-  if (letter != "L" && letter != "R") side.Fail("'" + letter + "' is not allowed, L or R is");
+  if (letter != "L" && letter != "R") side.Fail("must be L or R, got '" + letter + "'");
   image.side = letter == "L" ? LookSide::kLeft : LookSide::kRight;
   image.errors = ReadErrorStatistics(root);
   return image;
@@ -314,8 +314,8 @@ constexpr double kLargestSigma = 1e9;
 double Sigma(const XmlElement& element) {
   const double sigma = element.Number();
   if (!(sigma >= 0.0 && sigma <= kLargestSigma)) {
-    element.Fail(fmt::format(
-        "{} is not allowed, a standard deviation from 0 to {} is", sigma, kLargestSigma));
+    element.Fail(
+        fmt::format("must be a standard deviation from 0 to {1}, got {0}", sigma, kLargestSigma));
   }
   return sigma;
 }
@@ -340,7 +340,7 @@ SicdErrorStatistics::PositionAndVelocity ReadPosVelErr(const XmlElement& element
   } else if (name == "RIC_ECI") {
     out.axes = Axes::kRicEci;
   } else {
-    frame.Fail("'" + name + "' is not allowed, ECF, RIC_ECF or RIC_ECI is");
+    frame.Fail("must be ECF, RIC_ECF or RIC_ECI, got '" + name + "'");
   }
   for (std::size_t i = 0; i < 6; ++i) out.sigma[i] = Sigma(element.Child(kComponents[i]));
   const auto coefficients = element.Find("CorrCoefs");

@@ -82,7 +82,7 @@ std::size_t CountCharacters(std::string_view text) {
                               std::size_t count) {
   Refuse(table,
          name + "[" + std::to_string(row) + "]",
-         index + " is not allowed, an index from 0 to below " + std::to_string(count) + " is");
+         "must be an index from 0 to below " + std::to_string(count) + ", got " + index);
 }
 
 void RequireOneDimension(const std::string& table,

@@ -114,7 +114,7 @@ bool StaysSuspect(const PointResiduals& residuals, double max_reach, double crit
 }
 
 std::string DescribeContradiction(const Block& block, const SuspectSet& set) {
-  std::string text = "its observations contradict each other and nothing tells which is wrong: ";
+  std::string text = "its observations contradict each other and none can be identified as wrong: ";
   for (std::size_t i = 0; i < set.looks.size(); ++i) {
     text += (i == 0 ? "" : ", ") + block.passes[block.looks.pass[set.looks[i]]].id;
   }
@@ -426,7 +426,7 @@ bool Search::Examine(const Candidate& candidate, double* max_reach) {
   finding.looks = set.looks;
   finding.control = set.control;
   if (set.control && !MayRelease(candidate.point)) {
-    finding.note = "the control left would not hold the block";
+    finding.note = "the control left would not fix the block";
     fixed_[candidate.point] = 1;
     report_.findings.push_back(std::move(finding));
     return false;
@@ -445,7 +445,7 @@ bool Search::TakeCandidates() {
     if (!Examine(candidate, &max_reach)) continue;
     // The passes are looked at one removal at a time only where a round is known to cut them.
     const bool cut = one_at_a_time_ && !connection_.IsKeptBy(ConnectPasses(problem_));
-    if (cut) Undo(removals_.size() - 1, "without it the passes would not hang together");
+    if (cut) Undo(removals_.size() - 1, "without it the passes would not be connected");
     if (one_at_a_time_ && !cut) break;
   }
   if (removals_.empty()) return false;

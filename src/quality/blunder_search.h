@@ -50,7 +50,7 @@ struct SuspectSet {
 /// reach in other points.
 [[nodiscard]] bool StaysSuspect(const PointResiduals& residuals, double max_reach, double critical);
 
-/// "its observations contradict each other and nothing tells which is wrong: A1, A2".
+/// "its observations contradict each other and none can be identified as wrong: A1, A2".
 [[nodiscard]] std::string DescribeContradiction(const Block& block, const SuspectSet& set);
 
 /// Observations that have a test.

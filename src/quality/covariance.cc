@@ -238,7 +238,7 @@ ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double sigma_scale) {
 double EllipseScale(double confidence) {
   if (!(confidence > 0.0 && confidence < 1.0)) {
     throw InputError("confidence",
-                     std::to_string(confidence) + " is not allowed, a number between 0 and 1 is");
+                     "must be a number between 0 and 1, got " + std::to_string(confidence));
   }
   return std::sqrt(-2.0 * std::log1p(-confidence));
 }

@@ -316,7 +316,7 @@ std::size_t PassOf(const Block& block, const std::string& id) {
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
     if (block.passes[i].id == id) return i;
   }
-  throw InputError("adjust.variance_groups", "no pass '" + id + "' stands in the block");
+  throw InputError("adjust.variance_groups", "the block has no pass '" + id + "'");
 }
 
 std::string NameOfGroup(const Block& block, const std::vector<std::size_t>& passes) {
@@ -334,8 +334,7 @@ std::vector<std::vector<std::size_t>> GroupsOf(const AdjustOptions& options, con
     for (const std::string& id : ids) {
       const std::size_t pass = PassOf(block, id);
       if (named[pass] != 0) {
-        throw InputError("adjust.variance_groups",
-                         "pass '" + id + "' stands twice, once is allowed");
+        throw InputError("adjust.variance_groups", "pass '" + id + "' is given twice");
       }
       named[pass] = 1;
       group.push_back(pass);
@@ -428,12 +427,13 @@ HelmertStep SolveHelmert(const VarianceSums& sums,
 void FixComponent(double redundancy, VarianceComponent* component) {
   component->estimated = false;
   std::array<char, 200> text;
-  std::snprintf(text.data(),
-                text.size(),
-                "held: a redundancy of %.3g in %zu looks, shared with the other components, leaves "
-                "its variance uncertain by more than half of itself",
-                redundancy,
-                component->looks);
+  std::snprintf(
+      text.data(),
+      text.size(),
+      "fixed: a redundancy of %.3g in %zu looks, shared with the other components, leaves "
+      "its variance uncertain by more than half of itself",
+      redundancy,
+      component->looks);
   component->note = text.data();
 }
 
@@ -516,7 +516,7 @@ void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* resul
     Warn(result,
          std::to_string(fixed) + " of " + std::to_string(report.components.size()) +
              " variance components keep the variance given, the first is " + first +
-             ": too little redundancy to tell it beside the others; fewer groups tell more");
+             ": too little redundancy to estimate it with the others; fewer groups determine more");
   }
   if (!report.converged) Warn(result, "the variance components did not settle");
 }
@@ -525,8 +525,9 @@ std::vector<VarianceComponent> ListVarianceComponents(const AdjustOptions& optio
                                                       const Block& block) {
   if (!options.variance_groups.empty() &&
       options.variance_components != VarianceComponents::kRangeAzimuth) {
-    throw InputError("adjust.variance_groups",
-                     "needs variance_components = \"range-azimuth\", per-pass has a group a pass");
+    throw InputError(
+        "adjust.variance_groups",
+        "needs variance_components = \"range-azimuth\", per-pass has one group per pass");
   }
   std::vector<VarianceComponent> out;
   for (const std::vector<std::size_t>& group : GroupsOf(options, block)) {

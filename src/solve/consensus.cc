@@ -705,7 +705,7 @@ bool JudgePoints(AdjustmentProblem* problem, BlockState* state, ConsensusReport*
       entry.contradiction = true;
       state->start_m[point] = of.position_m;
       state->displacement_m[point].setZero();
-      std::string text = "its looks contradict each other and nothing tells which is wrong: ";
+      std::string text = "its looks contradict each other and none can be identified as wrong: ";
       for (std::size_t k = 0; k < of.looks.size(); ++k) {
         text += (k == 0 ? "" : ", ") + block.passes[block.looks.pass[of.looks[k]]].id;
       }

@@ -135,7 +135,7 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
   if (!unit.allFinite() || !(dense::SymmetricEigenvalues(scaled)[0] > kMinDatumEigenvalue)) {
     throw UndeterminedError(
         "the datum points do not fix the datum: the block has " + std::to_string(d) +
-            " defects, and the coordinates of these points do not tell them apart; name more "
+            " defects, and the coordinates of these points do not distinguish them; name more "
             "points in adjust.datum_points",
         {"datum_points"});
   }

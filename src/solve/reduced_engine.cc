@@ -149,7 +149,7 @@ std::string WhyStopped(const char* reason, int refused) {
   if (refused > 0) {
     text += "; " + std::to_string(refused) +
             " steps were refused because looks have no value there (a flight path too short for a "
-            "time bias, or a sight line that does not come from above)";
+            "time bias, or a line of sight that does not come from above)";
   }
   return text;
 }
@@ -356,7 +356,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     }
     if (unclear && left <= kSettledAnyway) {
       report.converged = true;
-      report.message = "the step left is " + Rounded(left) + " sigmas, no more than rounding";
+      report.message =
+          "the Newton decrement is " + Rounded(left) + " sigmas, no more than rounding";
       return report;
     }
     if (options.undamped) {

@@ -103,7 +103,7 @@ void RequireSteadyCones(const AdjustmentProblem& problem) {
     std::snprintf(
         text.data(),
         text.size(),
-        "the flight path is too rough to be read at %.4g km: in %zu of %zu intervals "
+        "the flight path is too noisy to be read at %.4g km: in %zu of %zu intervals "
         "between its states the path turns the Doppler cone back over points it has "
         "passed, since positions and velocities contradict each other (median %.2g of the "
         "cone's own rate, at most %.2g is allowed); set through = \"smooth\" or \"auto\" in its "

@@ -159,7 +159,7 @@ std::vector<ConnectedPasses> DescribeComponents(const AdjustmentProblem& problem
       component_of_pass[pass] = out.size();
       connected.free_axes = std::min(connected.free_axes, free[pass].Axes());
     }
-    connected.name = "the island of " + ListNames(NamesOf(block, passes));
+    connected.name = "the component of " + ListNames(NamesOf(block, passes));
     connected.passes = std::move(passes);
     out.push_back(std::move(connected));
   }
@@ -223,7 +223,7 @@ void ExamineDatum(const AdjustmentProblem& problem,
   if (connected.free_axes == 0) return;  // a fixed pass fixes the rest
   const std::vector<std::string> passes = NamesOf(block, connected.passes);
   if (connected.control.empty()) {
-    add("nothing holds the position of " + connected.name +
+    add("nothing fixes the position of " + connected.name +
             ": it has no control point, and no pass of it (" + ListNames(passes) +
             ") has priors for its position or goes without corrections; it needs control or priors",
         passes);
@@ -248,7 +248,7 @@ void ExamineDatum(const AdjustmentProblem& problem,
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (connected.fixed[axis] > 0) continue;
     static constexpr std::array<const char*, 3> kNames = {"east", "north", "up"};
-    add("no control point of " + connected.name + " (" + ListNames(control) + ") is held in " +
+    add("no control point of " + connected.name + " (" + ListNames(control) + ") is fixed in " +
             kNames[axis] + ": its translation there is open",
         control);
   }
@@ -416,13 +416,13 @@ std::vector<Finding> ExamineStructure(const AdjustmentProblem& problem, const Bl
   if (components.size() > 1) {
     Finding finding;
     finding.text = "the block falls into " + std::to_string(components.size()) +
-                   " islands that no point connects:";
+                   " components that no point connects:";
     for (const ConnectedPasses& connected : components) {
       const std::vector<std::string> names = NamesOf(problem.block, connected.passes);
       finding.text += (finding.names.empty() ? " " : " | ") + ListNames(names);
       finding.names.insert(finding.names.end(), names.begin(), names.end());
     }
-    finding.text += "; each stands for itself, points seen from both would connect them";
+    finding.text += "; points seen from both would connect them";
     out.push_back(std::move(finding));
   }
   for (const ConnectedPasses& connected : components) {

@@ -298,7 +298,7 @@ Candidates CandidatesOf(const AdjustmentProblem& problem,
     std::vector<std::string> names;
     for (const std::uint32_t pass : components[k]) names.push_back(problem.block.passes[pass].id);
     out.subject.push_back(components.size() == 1 ? "the whole block"
-                                                 : "the island of " + ListNames(names));
+                                                 : "the component of " + ListNames(names));
     out.columns.middleCols(kMotions * static_cast<Index>(k), kMotions) =
         scale.cwiseInverse().asDiagonal() * RigidMotions(problem, pass_of_parameter, components[k]);
   }
@@ -426,16 +426,18 @@ Meaning MeaningOf(const std::set<Family>& has, std::size_t owners, bool alone) {
   const bool sideways = any({Family::kAcross, Family::kUp, Family::kFrame});
   const bool forward = any({Family::kAlong, Family::kFrame});
   if (alone) {
-    return {"hardly any look tells of it", "points that see it, a prior or leaving it out"};
+    return {"hardly any look depends on it", "points that see it, a prior or leaving it out"};
   }
   if (has.count(Family::kTime) > 0 && forward) {
     return {"a time bias and a shift along track are the same to a straight flight",
             "leaving out one of the two or a prior for one; control does not help"};
   }
   if (has.count(Family::kRange) > 0 && sideways) {
-    return {"not separable at one look angle: a narrow swath sees only the part along the sight",
-            "a prior for the range bias, control from near to far range of a wide swath, or a pass "
-            "from the other side"};
+    return {
+        "not separable at one look angle: a narrow swath sees only the part along the line of "
+        "sight",
+        "a prior for the range bias, control from near to far range of a wide swath, or a pass "
+        "from the other side"};
   }
   if (has.count(Family::kAir) > 0 && any({Family::kRange, Family::kScale, Family::kUp})) {
     return {"a delay hardly differs from a bias over the angles of incidence seen",
@@ -462,7 +464,7 @@ Meaning MeaningOf(const std::set<Family>& has, std::size_t owners, bool alone) {
 Meaning MeaningOfMotion(const std::string& motion) {
   Meaning meaning{motion, {}};
   if (motion.rfind("translation", 0) == 0) {
-    meaning.remedy = "a control point held in that direction";
+    meaning.remedy = "a control point fixed in that direction";
   } else if (motion.rfind("scale", 0) == 0) {
     meaning.remedy = "two control points far apart";
   } else {
@@ -517,7 +519,7 @@ std::string DescribeDirection(const AdjustmentProblem& problem,
     text += " and " + std::to_string(kinds.size() - kKindsShown) + " more kinds";
   }
   const bool alone = direction.parameters.size() == 1;
-  text += alone ? " stands open" : " move together";
+  text += alone ? " is open" : " move together";
   const Meaning meaning = direction.motion.empty() ? MeaningOf(families, owners.size(), alone)
                                                    : MeaningOfMotion(direction.motion);
   text += ": " + meaning.words;

@@ -372,7 +372,7 @@ class CsvReader final : public TableReader {
     if (known == names_.end()) {
       unknown_.emplace_back(name);
     } else if (place_[column] != kAbsent) {
-      throw InputError(FilePlace{file_, lines_, *known}, "the column stands twice in the header");
+      throw InputError(FilePlace{file_, lines_, *known}, "the header has this column twice");
     } else {
       place_[column] = column_of_cell_.size();
     }

@@ -271,8 +271,8 @@ class ContainerReader final : public TableReader {
     if (wrong == cells.indices.end()) return;
     Row(batch, static_cast<std::size_t>(wrong - cells.indices.begin()))
         .Fail(column,
-              std::to_string(*wrong) + " is not allowed, an index below " +
-                  std::to_string(cells.texts->size()) + ", the number of its texts, is");
+              "must be an index below " + std::to_string(cells.texts->size()) +
+                  ", the number of its texts, got " + std::to_string(*wrong));
   }
   static void CheckNumbers(const Batch& batch, std::size_t column) {
     const std::vector<double>& numbers = batch.columns[column].numbers;
@@ -280,7 +280,7 @@ class ContainerReader final : public TableReader {
         numbers.begin(), numbers.end(), [](double value) { return std::isinf(value); });
     if (infinite == numbers.end()) return;
     Row(batch, static_cast<std::size_t>(infinite - numbers.begin()))
-        .Fail(column, NumberText(*infinite) + " is not allowed, a finite number is");
+        .Fail(column, "must be a finite number, got " + NumberText(*infinite));
   }
   std::string ColumnsThere() const override { return "the group has " + members_; }
 

@@ -175,7 +175,7 @@ std::optional<std::filesystem::path> FindTable(const std::filesystem::path& fold
   const bool has_plain = fs::exists(plain), has_gzip = fs::exists(gzip);
   if (has_plain && has_gzip) {
     throw InputError(FilePlace{gzip.string(), 0, ""},
-                     "stands beside " + plain.filename().string() + ", one of both is allowed");
+                     "excludes " + plain.filename().string() + "; give one of both");
   }
   if (has_plain) return plain;
   if (has_gzip) return gzip;

@@ -154,7 +154,7 @@ void Row::RefuseUnreadable(std::size_t column, double value) const {
   const std::string text = batch_.table->TextOfCell(*this, column);
   double ignored = 0.0;
   const char* const problem = ParseNumber(text, &ignored);
-  Fail(column, Quoted(text) + (problem != nullptr ? problem : " is not allowed, 0 or 1 is"));
+  Fail(column, MustBe(problem != nullptr ? problem : "0 or 1", Quoted(text)));
 }
 
 double Row::RequiredNumber(std::size_t column) const {
@@ -166,7 +166,8 @@ double Row::RequiredNumber(std::size_t column) const {
 double Row::PositiveNumber(std::size_t column) const {
   const double value = Number(column);
   if (std::isnan(value)) return value;
-  if (const char* problem = ProblemOfPositive(value)) Fail(column, NumberText(value) + problem);
+  if (const char* problem = ProblemOfPositive(value))
+    Fail(column, MustBe(problem, NumberText(value)));
   return value;
 }
 
@@ -174,7 +175,7 @@ std::uint32_t Row::Count(std::size_t column) const {
   const double value = Number(column);
   if (std::isnan(value)) return 0;
   if (!(value >= 0.0 && value <= 4294967295.0 && value == std::floor(value))) {
-    Fail(column, NumberText(value) + " is not allowed, an integer of 0 or more is");
+    Fail(column, "must be an integer of 0 or more, got " + NumberText(value));
   }
   return static_cast<std::uint32_t>(value);
 }
@@ -183,7 +184,7 @@ bool Row::Flag(std::size_t column) const {
   const double value = batch_.columns[column].Number(row_);
   if (value == 1.0) return true;
   if (!Given(column) || (value == 0.0 && !std::signbit(value))) return false;
-  Fail(column, Quoted(batch_.table->TextOfCell(*this, column)) + " is not allowed, 0 or 1 is");
+  Fail(column, MustBe("0 or 1", Quoted(batch_.table->TextOfCell(*this, column))));
 }
 
 FilePlace Row::Place(std::size_t column) const { return batch_.table->PlaceAt(line(), column); }

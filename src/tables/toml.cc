@@ -182,14 +182,14 @@ double TomlValue::Number() const {
   if (!number) Fail(std::string("is ") + TypeOf(*node_) + ", a number is needed");
   if (!std::isfinite(*number)) Fail("is not finite, a finite number is needed");
   if (std::abs(*number) > kLargestNumber) {
-    Fail(NumberText(*number) + " is not allowed, at most " + NumberText(kLargestNumber) + " is");
+    Fail("must be at most " + NumberText(kLargestNumber) + ", got " + NumberText(*number));
   }
   return *number;
 }
 
 double TomlValue::Positive() const {
   const double number = Number();
-  if (const char* problem = ProblemOfPositive(number)) Fail(NumberText(number) + problem);
+  if (const char* problem = ProblemOfPositive(number)) Fail(MustBe(problem, NumberText(number)));
   return number;
 }
 
@@ -199,7 +199,7 @@ int TomlValue::Integer(int lowest, int highest) const {
   const auto integer = node_->value_exact<std::int64_t>();
   if (!integer) Fail(std::string("is ") + TypeOf(*node_) + ", " + allowed + " is needed");
   if (*integer < lowest || *integer > highest) {
-    Fail(std::to_string(*integer) + " is not allowed, " + allowed + " is");
+    Fail("must be " + allowed + ", got " + std::to_string(*integer));
   }
   return static_cast<int>(*integer);
 }
@@ -207,7 +207,7 @@ int TomlValue::Integer(int lowest, int highest) const {
 std::uint64_t TomlValue::Count() const {
   const auto integer = node_->value_exact<std::int64_t>();
   if (!integer) Fail(std::string("is ") + TypeOf(*node_) + ", an integer of 0 or more is needed");
-  if (*integer < 0) Fail(std::to_string(*integer) + " is not allowed, an integer of 0 or more is");
+  if (*integer < 0) Fail("must be an integer of 0 or more, got " + std::to_string(*integer));
   return static_cast<std::uint64_t>(*integer);
 }
 

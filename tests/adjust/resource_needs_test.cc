@@ -179,7 +179,7 @@ TEST(MemoryRefusalTest, AdjustRefusesWhatNeedsMoreThanIsAllowedAndSaysWhatHelps)
     EXPECT_THAT(error.what(), HasSubstr(DescribeNeeds(needs)));
     EXPECT_THAT(error.what(), HasSubstr(" MiB are allowed: memory "));
     EXPECT_THAT(error.what(),
-                HasSubstr("; less is needed with fewer parameters a pass, with covariance = "
+                HasSubstr("; less is needed with fewer parameters per pass, with covariance = "
                           "\"none\" or for a part of the block; --memory sets another limit"));
   }
   const std::vector<std::string> findings = CheckBlock(known.block, options).findings;

@@ -120,8 +120,7 @@ TEST_F(QualityCommandTest, LevelsThatMakeNoTestAreRefused) {
   const Path block = Simulated("opposite-side", "block", {"--set", "points.count=12"});
   const test::ProgramRun run = Run("adjust", block, "result", {"--set", "quality.alpha=0.9"});
   EXPECT_EQ(run.exit_code, 3);
-  EXPECT_THAT(run.err,
-              HasSubstr("adjust.quality.alpha: 0.9 is not allowed, a number below 0.8 is"));
+  EXPECT_THAT(run.err, HasSubstr("adjust.quality.alpha: must be below 0.8, got 0.9"));
   EXPECT_EQ(Run("adjust", block, "result", {"--rejections", folder_ / "nowhere.csv"}).exit_code, 3);
 }
 

@@ -171,14 +171,13 @@ TEST_F(ContainerTest, ListsBesideTheFileAreRead) {
 
 TEST_F(ContainerTest, RefusalsNameDatasetRowAndValue) {
   EXPECT_EQ(Refusal("set /observations/range_m 1 -5"),
-            "/observations/range_m[1]: -5 is not allowed, a number above 0 is");
+            "/observations/range_m[1]: must be a number above 0, got -5");
   EXPECT_EQ(Refusal("set /observations/range_m 1 inf"),
-            "/observations/range_m[1]: inf is not allowed, a finite number is");
+            "/observations/range_m[1]: must be a finite number, got inf");
   EXPECT_EQ(Refusal("set /observations/time_s 0 nan"),
             "/observations/time_s[0]: is empty, a number is needed");
   EXPECT_EQ(Refusal("set /observations/point 1 7"),
-            "/observations/point[1]: 7 is not allowed, an index below 1, the number of its texts, "
-            "is");
+            "/observations/point[1]: must be an index below 1, the number of its texts, got 7");
   EXPECT_THAT(Refusal("set /observations/time_s 1 4000"),
               HasSubstr("/observations/time_s[1]: 4000 is outside the flight path of pass 'B'"));
   EXPECT_THAT(Refusal("set /trajectories/time_s 1 0"),
@@ -209,7 +208,7 @@ TEST_F(ContainerTest, RefusalsNameDatasetsThatCannotBe) {
   EXPECT_THAT(Refusal("external /observations/range_m 2"),
               HasSubstr("/observations/range_m: has its values in another file"));
   EXPECT_THAT(Refusal("floats /observations/rejected 2\nset /observations/rejected 1 2"),
-              HasSubstr("/observations/rejected[1]: '2' is not allowed, 0 or 1 is"));
+              HasSubstr("/observations/rejected[1]: must be 0 or 1, got '2'"));
 }
 
 TEST_F(ContainerTest, RefusesRowsThatAreNotStored) {
@@ -252,7 +251,7 @@ TEST_F(ContainerTest, ConvertRefusesColumnsAsItRefusesCells) {
     fuzz::ContainerEdit(file, lines);
     const std::string columns =
         MessageOf<InputError>([&] { return Convert(file, folder_ / "a.h5"); });
-    EXPECT_THAT(columns, HasSubstr("is not allowed")) << lines;
+    EXPECT_THAT(columns, HasSubstr("must be ")) << lines;
     EXPECT_EQ(columns, MessageOf<InputError>([&] { return Convert(file, folder_ / "a"); }));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.h5"));
     std::filesystem::remove(file);

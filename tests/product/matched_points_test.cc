@@ -102,7 +102,7 @@ TEST_F(MatchedPointsTest, RowsThatMakeNoSenseAreRefusedWithTheirLine) {
   EXPECT_THAT(Refusal(head + "T1,rslc,5,\n"), HasSubstr("points.csv:2: sample"));
   EXPECT_THAT(Refusal("point,image,line\nT1,rslc,5\n"), HasSubstr("sample"));
   EXPECT_THAT(Refusal("point,image,line,sample,line_sigma_px\nT1,rslc,5,5,0\n"),
-              HasSubstr("points.csv:2: line_sigma_px: 0 is not allowed"));
+              HasSubstr("points.csv:2: line_sigma_px: must be a number above 0, got 0"));
 }
 
 TEST_F(MatchedPointsTest, KindsOfImagesMakeOneBlockInWhichTheirLooksMeet) {

@@ -112,11 +112,15 @@ TEST_F(SicdTest, OtherKindsOfImagesAndNonsenseAreRefusedWithLineAndElement) {
   expect("RGZERO", "RGAZIM", "ImageFormation");
   expect("MONOSTATIC", "BISTATIC", "CollectType: 'BISTATIC' is not read, MONOSTATIC is");
   expect("<INCA>", "<RMAT>", "is not valid XML");
-  expect("<SideOfTrack>R", "<SideOfTrack>S", "'S' is not allowed, L or R is");
+  expect("<SideOfTrack>R", "<SideOfTrack>S", "must be L or R, got 'S'");
   expect("<NumRows>400", "<NumRows>1", "NumRows: is below 2");
-  expect("<R_CA_SCP>800000.25", "<R_CA_SCP>-1", "a number above 0 is");
-  expect("exponent1=\"2\"", "exponent1=\"65\"", "its attribute exponent1, '65', is not allowed");
-  expect("exponent1=\"2\"", "exponent2=\"2\"", "its attribute exponent1, '', is not allowed");
+  expect("<R_CA_SCP>800000.25", "<R_CA_SCP>-1", "must be a number above 0, got");
+  expect("exponent1=\"2\"",
+         "exponent1=\"65\"",
+         "its attribute exponent1 must be an integer of 0 to 64, got '65'");
+  expect("exponent1=\"2\"",
+         "exponent2=\"2\"",
+         "its attribute exponent1 must be an integer of 0 to 64, got ''");
   expect("<Coef exponent1=\"1\">1.4e-4</Coef>",
          "<Coef exponent1=\"1\">1.4e-4</Coef><Coef exponent1=\"2\">1e-9</Coef>",
          "TimeCAPoly: is not linear over the columns");

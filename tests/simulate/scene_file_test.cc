@@ -135,14 +135,14 @@ TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
               HasSubstr("two.toml:6: flight.0.look: 'up' is not known, left or right is allowed"));
   EXPECT_THAT(
       MessageOf(Replaced("azimuth_sigma_s = 0.01", "azimuth_sigma_s = 0.01\nazimuth_sigma_m = 1")),
-      HasSubstr("two.toml:13: looks.azimuth_sigma_s: cannot stand beside"));
+      HasSubstr("two.toml:13: looks.azimuth_sigma_s: excludes azimuth_sigma_m"));
   EXPECT_THAT(
       MessageOf(Replaced("azimuth_sigma_s = 0.01", "azimuth_sigma_s = 0.01\ndoppler_sigma_hz = 1")),
-      HasSubstr("looks.doppler_sigma_hz: cannot stand beside azimuth_sigma_s"));
+      HasSubstr("looks.doppler_sigma_hz: excludes azimuth_sigma_s"));
   EXPECT_THAT(MessageOf(Replaced("azimuth_sigma_s = 0.01", "doppler_sigma_hz = 1")),
               HasSubstr("looks.doppler_sigma_hz: needs cone = \"doppler\""));
   EXPECT_THAT(MessageOf(Replaced("swath_look_deg", "swath_ground_m = [1, 2]\nswath_look_deg")),
-              HasSubstr("flight.0.swath: stands twice"));
+              HasSubstr("flight.0.swath: is given twice"));
   EXPECT_THAT(MessageOf(Replaced("components = [\"u\"]", "components = [\"h\"]")),
               HasSubstr("control.components[0]: 'h' is not known, e, n or u is allowed"));
   EXPECT_THAT(MessageOf(kText, {"points.count"}), HasSubstr("KEY=VALUE"));

@@ -116,7 +116,7 @@ struct BlockArrays {
 };
 
 /// The same as ReadBlock() from arrays, by the same checks; messages name table, column and row,
-/// which counts from 0: `observations.range_m[12]: -5 is not allowed, a number above 0 is`.
+/// which counts from 0: `observations.range_m[12]: must be a number above 0, got -5`.
 [[nodiscard]] BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options = {});
 
 }  // namespace sarblock
