@@ -21,6 +21,9 @@ namespace sarblock {
 /// Reads all of `text` as a finite decimal number. Returns null, or what it must be (MustBe()).
 [[nodiscard]] const char* ParseNumber(std::string_view text, double* value);
 
+/// "must be ALLOWED, got GOT".
+[[nodiscard]] std::string MustBe(std::string_view allowed, std::string_view got);
+
 /// Text of a file as it appears in a message: in quotes, shortened, control characters as `?`.
 [[nodiscard]] std::string Quoted(std::string_view text);
 

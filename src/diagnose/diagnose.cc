@@ -409,7 +409,8 @@ class Diagnosing {
     if (candidate.hypothesis.kind != MistakeKind::kSigma) return "";
     Block block = sample.block;
     candidate.hypothesis.undo(&block, candidate.solved.value);
-    return FindPattern(block, ResidualsOf(block, corrections_, candidate.solved.fit));
+    return FindPattern(
+        block, sample.suspects, ResidualsOf(block, corrections_, candidate.solved.fit));
   }
 
   /// Standard deviations that leave the whole block, or its priors, contradicted: then it is no

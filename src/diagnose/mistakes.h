@@ -3,6 +3,7 @@
 
 #include "sarblock/core/progress.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -83,7 +84,10 @@ void AddExchangedPoints(const Facts& facts, Hypotheses* out);
 
 /// What the residuals of a fit show that is no noise, the most striking: one sign in a pass, a
 /// trend with range or time, correlation along the strip, heavy tails; empty where they are noise.
-[[nodiscard]] std::string FindPattern(const Block& block, const SampleResiduals& residuals);
+/// Points that were taken because they are the worst (`suspects`) say nothing of that.
+[[nodiscard]] std::string FindPattern(const Block& block,
+                                      const std::vector<std::uint32_t>& suspects,
+                                      const SampleResiduals& residuals);
 
 /// The whole block, with these corrections, solved with a mistake undone.
 [[nodiscard]] Explanation::Cure CureOf(const Block& given,

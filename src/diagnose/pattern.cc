@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +21,8 @@ namespace {
 constexpr double kPatternLevel = 1e-3;
 /// Looks of a pass from which on it is tested.
 constexpr std::size_t kFewestLooks = 12;
+/// Fourth moment from which on tails are heavy: that of Student's t with nine degrees of freedom.
+constexpr double kHeavyTails = 4.2;
 /// Part of its own error that a residual has to show to be looked at.
 constexpr double kShownPart = 0.02;
 
@@ -157,14 +161,25 @@ Found TestOfTails(const std::vector<double>& tests, const char* who) {
   }
   const auto n = static_cast<double>(tests.size());
   const double moment = n * fourth / (second * second);
-  return {(moment - 3.0) / std::sqrt(24.0 / n),
+  // All residuals of a point with two looks are one.
+  const double shown = moment > kHeavyTails ? moment - 3.0 : 0.0;
+  return {shown / std::sqrt(48.0 / n),
           std::string("errors of the ") + who + " have heavy tails, a fourth moment of " +
               Digits(moment, 3) + " where noise has 3: blunders, or robust = \"huber\""};
 }
 
 }  // namespace
 
-std::string FindPattern(const Block& block, const SampleResiduals& residuals) {
+std::string FindPattern(const Block& block,
+                        const std::vector<std::uint32_t>& suspects,
+                        const SampleResiduals& residuals) {
+  // Points that are in the sample because they are the worst of all are no part of a distribution.
+  std::vector<std::uint8_t> chosen(block.looks.size(), 0);
+  for (const std::uint32_t point : suspects) {
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      chosen[i] = 1;
+    }
+  }
   std::vector<Found> tests;
   for (const Eigen::Index component : {0, 1}) {
     std::vector<std::vector<Residual>> of_pass(block.passes.size());
@@ -172,7 +187,7 @@ std::string FindPattern(const Block& block, const SampleResiduals& residuals) {
     for (std::size_t i = 0; i < block.looks.size(); ++i) {
       const double v = residuals.whitened_errors(static_cast<Eigen::Index>(i), component);
       const double r = residuals.redundancy(static_cast<Eigen::Index>(i), component);
-      if (!std::isfinite(v) || !(r > kShownPart)) continue;
+      if (chosen[i] != 0 || !std::isfinite(v) || !(r > kShownPart)) continue;
       const std::uint32_t pass = block.looks.pass[i];
       const double sigma_m =
           component == 0 ? block.SigmaOf(i).range_m

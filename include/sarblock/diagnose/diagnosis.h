@@ -45,7 +45,7 @@ struct Explanation {
   struct Cure {
     bool tried = false;  ///< solved; else the figures below are none
     bool cures = false;  ///< looks and control, and the priors, are within their bands
-    double factor = kNotGiven, lower = kNotGiven, upper = kNotGiven;  ///< of looks and control
+    double factor = kNotGiven, lower = kNotGiven, upper = kNotGiven;  ///< looks and control
     double priors_factor = kNotGiven;                                 ///< NaN without priors
     std::size_t points = 0;  ///< of the block or, where it is very large, of a part of it
   };
