@@ -32,7 +32,7 @@ struct Residual {
   double v = 0.0, r = 0.0;
   double sigma_m = 0.0;
   double time_s = 0.0, range_m = 0.0;
-  [[nodiscard]] double tests() const { return v / std::sqrt(r); }
+  [[nodiscard]] double w() const { return v / std::sqrt(r); }
 };
 
 struct Found {

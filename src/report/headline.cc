@@ -171,15 +171,15 @@ AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
 namespace {
 
 constexpr double kPathsDecide = 0.6, kLooksDecide = 0.4;
-constexpr double kAlong = 0.7, kAcross = 0.3;
+constexpr double kMinAlong = 0.7, kMaxAcross = 0.3;
 constexpr double kGoodAngle_deg = 60.0;
 
 enum class Direction { kAlong, kRanges, kBoth, kUnknown };
 
 Direction DirectionOf(const AccuracyFigures& accuracy) {
   if (std::isnan(accuracy.along_track)) return Direction::kUnknown;
-  if (accuracy.along_track > kAlong) return Direction::kAlong;
-  return accuracy.along_track < kAcross ? Direction::kRanges : Direction::kBoth;
+  if (accuracy.along_track > kMinAlong) return Direction::kAlong;
+  return accuracy.along_track < kMaxAcross ? Direction::kRanges : Direction::kBoth;
 }
 
 std::string Percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }

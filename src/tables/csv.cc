@@ -39,7 +39,7 @@ std::string Counted(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-class PlainFile final : public ByteSource {
+class PlainFile final : public TableBytes {
  public:
   explicit PlainFile(int descriptor) : descriptor_(descriptor) {}
   ~PlainFile() override { ::close(descriptor_); }
@@ -62,7 +62,7 @@ class PlainFile final : public ByteSource {
 
 /// One gzip stream or several behind each other, as RFC 1952 allows. (zlib's own gzread() drops
 /// what stands behind them, whatever it is.)
-class GzipFile final : public ByteSource {
+class GzipFile final : public TableBytes {
  public:
   explicit GzipFile(int descriptor) : file_(descriptor), input_(std::size_t{1} << 18) {
     constexpr int kWindowBits = 15, kGzip = 16;
@@ -132,9 +132,9 @@ class GzipFile final : public ByteSource {
 };
 
 /// Bytes that must have this checksum when they end.
-class CheckedBytes final : public ByteSource {
+class CheckedBytes final : public TableBytes {
  public:
-  CheckedBytes(std::unique_ptr<ByteSource> source, std::string sha256)
+  CheckedBytes(std::unique_ptr<TableBytes> source, std::string sha256)
       : source_(std::move(source)), sha256_(std::move(sha256)) {}
   std::size_t Read(char* to, std::size_t size, std::string* problem) override {
     const std::size_t got = source_->Read(to, size, problem);
@@ -149,12 +149,12 @@ class CheckedBytes final : public ByteSource {
   }
 
  private:
-  std::unique_ptr<ByteSource> source_;
+  std::unique_ptr<TableBytes> source_;
   std::string sha256_;
   Sha256 sum_;
 };
 
-class TextInMemory final : public ByteSource {
+class TextInMemory final : public TableBytes {
  public:
   explicit TextInMemory(std::string_view text) : text_(text) {}
   std::size_t Read(char* to, std::size_t size, std::string* /*problem*/) override {
@@ -170,14 +170,14 @@ class TextInMemory final : public ByteSource {
 
 }  // namespace
 
-std::unique_ptr<ByteSource> OpenBytes(const std::filesystem::path& file,
+std::unique_ptr<TableBytes> OpenBytes(const std::filesystem::path& file,
                                       const std::string& sha256) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
     throw InputError(FilePlace{file.string(), 0, ""},
                      std::string("cannot be opened: ") + std::strerror(errno));
   }
-  std::unique_ptr<ByteSource> source;
+  std::unique_ptr<TableBytes> source;
   if (file.extension() == ".gz") {
     source = std::make_unique<GzipFile>(descriptor);
   } else {
@@ -253,7 +253,7 @@ class Cells {
 
 class CsvReader final : public TableReader {
  public:
-  CsvReader(std::string name, std::unique_ptr<ByteSource> source, Schema schema)
+  CsvReader(std::string name, std::unique_ptr<TableBytes> source, Schema schema)
       : TableReader(std::move(name), schema), source_(std::move(source)) {
     ReadHeader();
     RequireColumns();
@@ -412,7 +412,7 @@ class CsvReader final : public TableReader {
   }
   std::string ColumnsThere() const override { return "the header has " + header_; }
 
-  std::unique_ptr<ByteSource> source_;
+  std::unique_ptr<TableBytes> source_;
   std::string header_;
   std::string begun_;  // what was read behind the lines that were taken
   std::size_t header_line_ = 0, lines_ = 0;

@@ -35,9 +35,9 @@ namespace sarblock {
                                                        Schema schema);
 
 /// The bytes of a text table.
-class ByteSource {
+class TableBytes {
  public:
-  virtual ~ByteSource() = default;
+  virtual ~TableBytes() = default;
   /// Up to `size` bytes; 0 at the end. What went wrong, if anything, goes to `problem`.
   [[nodiscard]] virtual std::size_t Read(char* to, std::size_t size, std::string* problem) = 0;
   /// False for a text in memory.
@@ -45,7 +45,7 @@ class ByteSource {
 };
 /// Of a file, inflated. Throws InputError naming it if it cannot be opened. A checksum, where one
 /// is given, is compared at the end.
-[[nodiscard]] std::unique_ptr<ByteSource> OpenBytes(const std::filesystem::path& file,
+[[nodiscard]] std::unique_ptr<TableBytes> OpenBytes(const std::filesystem::path& file,
                                                     const std::string& sha256 = {});
 
 /// Writes a table as text; the file appears whole at Commit() (output.h). Numbers are the shortest

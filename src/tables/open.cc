@@ -185,7 +185,7 @@ std::optional<std::filesystem::path> FindTable(const std::filesystem::path& fold
 namespace {
 
 TableSum SumOf(std::string_view table, const std::filesystem::path& file) {
-  const std::unique_ptr<ByteSource> source = OpenBytes(file);
+  const std::unique_ptr<TableBytes> source = OpenBytes(file);
   std::vector<char> buffer(std::size_t{1} << 18U);
   std::string problem;
   Sha256 sum;

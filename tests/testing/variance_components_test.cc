@@ -141,7 +141,7 @@ TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
   for (std::size_t point = 0; point < again.points.size(); ++point) {
     for (std::size_t i = again.looks.offsets[point]; i < again.looks.offsets[point + 1]; ++i) {
       for (std::size_t k = 0; k < 2; ++k) {
-        const BlunderSize one = a.OfLook(i, point)[k], two = b.OfLook(i, point)[k];
+        const BlunderSize one = a.LookSizes(i, point)[k], two = b.LookSizes(i, point)[k];
         EXPECT_NEAR(one.detectable_m, two.detectable_m, 1e-5 * two.detectable_m);
         EXPECT_NEAR(one.influence_m, two.influence_m, 1e-5 * two.influence_m);
       }
