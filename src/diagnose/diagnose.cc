@@ -283,7 +283,7 @@ class Diagnosing {
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, std::move(all), kPartForSigmas, trials, &candidates);
     Refine(before, trials, &candidates);
-    Report(before, sample, candidates);
+    Report(before, sample, trials->given(), candidates);
   }
 
   static bool AnyExplainsAll(const std::vector<Candidate>& candidates) {
@@ -405,9 +405,11 @@ class Diagnosing {
 
   /// Standard deviations are the cause of noise alone: what the residuals show under those of a
   /// candidate, empty where that is noise.
-  std::string PatternUnder(const Candidate& candidate, const Sample& sample) const {
+  std::string PatternUnder(const Candidate& candidate,
+                           const Sample& sample,
+                           const Block& given) const {
     if (candidate.hypothesis.kind != MistakeKind::kSigma) return "";
-    Block block = sample.block;
+    Block block = given;
     candidate.hypothesis.undo(&block, candidate.solved.value);
     return FindPattern(
         block, sample.suspects, ResidualsOf(block, corrections_, candidate.solved.fit));
@@ -428,7 +430,11 @@ class Diagnosing {
     return reported.cause == "model.missing" ? 0 : 1;
   }
 
-  void Report(const Fit& before, const Sample& sample, const std::vector<Candidate>& candidates) {
+  /// `given`: the sample as it was solved, check points as control.
+  void Report(const Fit& before,
+              const Sample& sample,
+              const Block& given,
+              const std::vector<Candidate>& candidates) {
     double max_square = 0.0;
     std::vector<const Candidate*> reported;
     for (const Candidate& candidate : candidates) {
@@ -439,7 +445,7 @@ class Diagnosing {
         return AreSame(other->hypothesis, candidate.hypothesis);
       });
       if (again) continue;
-      const std::string pattern = PatternUnder(candidate, sample);
+      const std::string pattern = PatternUnder(candidate, sample, given);
       if (!pattern.empty()) {
         out_.pattern = pattern;
         continue;

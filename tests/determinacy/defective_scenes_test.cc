@@ -154,7 +154,7 @@ TEST(DefectiveSceneTest, RangeAcrossAndUpAreOneThingOnANarrowSwath) {
 
 TEST(DefectiveSceneTest, AnIslandWithoutControlIsNamed) {
   const Refusal refusal = Refused("two-islands", 2);
-  EXPECT_THAT(refusal.text, HasSubstr("2 islands that no point connects: A1, A2 | B1, B2"));
+  EXPECT_THAT(refusal.text, HasSubstr("2 components that no point connects: A1, A2 | B1, B2"));
   EXPECT_THAT(refusal.text, HasSubstr("nothing fixes the position of the component of B1, B2"));
   EXPECT_THAT(refusal.text, HasSubstr("translation of the component of B1, B2 in x"));
   EXPECT_THAT(refusal.names, Each(StartsWith("B")));

@@ -426,7 +426,7 @@ TEST(AdjustTableTest, RefusesWhatASelectionCannotHave) {
     EXPECT_THAT(OptionError(head + line + "\n"), testing::HasSubstr(text)) << line;
   };
   says("mode = \"per-pas\"", "did you mean");
-  says("significance = 1.0", "a number below 1 is");
+  says("significance = 1.0", "must be a number below 1");
   says("candidates = []", "is empty");
   says("candidates = [\"time\", \"time\"]", "is given twice");
   says("knot_spacings_s = [1, 2, 3, 4]", "at most 3");

@@ -184,7 +184,7 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInObservations) {
       {"pass,point,time_s", "", "observations.csv:1: range_m: the column is missing"},
       {"pass,point,time_s,range_m",
        "A1,P1,3.5,far\n",
-       "observations.csv:2: range_m: 'far' is not a number"},
+       "observations.csv:2: range_m: must be a decimal number with a point, got 'far'"},
       {"pass,point,time_s,range_m",
        "A1,P1,,9000\n",
        "observations.csv:2: time_s: is empty, a number is needed"},

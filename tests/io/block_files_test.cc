@@ -242,8 +242,8 @@ TEST_F(BlockFilesTest, ReadsOptionalColumnsAndUnits) {  // hand values
   EXPECT_EQ(block.SigmaOf(2).range_m, 1.5);  // of [sigma]
   EXPECT_EQ(block.SigmaOf(2).azimuth, 0.002);
   EXPECT_EQ(block.SigmaOf(2).azimuth_unit, AzimuthUnit::kSeconds);
-  EXPECT_EQ(block.passes[0].start_s, 13.25);
-  EXPECT_EQ(block.passes[0].end_s, 14.125);
+  EXPECT_EQ(block.passes[0].start_s, 13.625);
+  EXPECT_EQ(block.passes[0].end_s, 14.625);
   EXPECT_EQ(block.passes[1].start_s, -2.5);
   EXPECT_EQ(block.passes[1].end_s, 44.0);
   // On the equator at 90 degrees east; 1e-9 m is the rounding of coordinates of 6e6 m.

@@ -137,7 +137,7 @@ TEST_F(ParallelReadingTest, TheFirstBadLineIsNamedWhateverComesBehindIt) {
   PutBlock(rows);
   for (const int threads : {1, 2, 8}) {
     EXPECT_THAT(Refusal(threads),
-                HasSubstr("observations.csv:55003: range_m: 'far' is not a number"));
+                HasSubstr("observations.csv:55003: range_m: must be a decimal number with a point, got 'far'"));
   }
 }
 

@@ -210,7 +210,7 @@ TEST_F(QualityFilesTest, RejectionsOfNoSuchLookAreRefused) {
               HasSubstr("out.csv:2: point: pass 'B' has no look of point 'Q' in this block"));
   EXPECT_THAT(message("pass,point,rejected\nA,P,0\nC,P,1\n"), HasSubstr("out.csv:3: pass:"));
   EXPECT_THAT(message("pass,point,rejected\nA,R,1\n"), HasSubstr("has no point 'R'"));
-  EXPECT_THAT(message("pass,point,rejected\nA,P,2\n"), HasSubstr("0 or 1 is"));
+  EXPECT_THAT(message("pass,point,rejected\nA,P,2\n"), HasSubstr("must be 0 or 1, got '2'"));
   EXPECT_THAT(message("pass,point\nA,P\n"), HasSubstr("rejected"));
 }
 

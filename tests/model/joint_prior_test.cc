@@ -141,7 +141,7 @@ std::vector<Refused> RefusedPriors() {
        }},
       {"sigma",
        2,
-       "a number above 0 is",
+       "must be a number above 0, got -0.3",
        [sigmas](auto* o) {
          sigmas(o);
          PriorOf(o).sigma[2] = -0.3;

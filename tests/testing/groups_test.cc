@@ -6,6 +6,7 @@
 #include "sarblock/adjust/adjust.h"
 
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -120,7 +121,7 @@ TEST(GroupsTest, WidePriorsDiluteNothing) {
   const test::KnownBlock known = BlockWithControl(45, 2.0);
   const AdjustResult narrow = Adjust(known.block, WithPriors_m(2.9, 1.7));
   const AdjustResult wide = Adjust(known.block, WithPriors_m(2900.0, 1700.0));
-  EXPECT_NEAR(wide.sigma0_squared, narrow.sigma0_squared, 0.03 * narrow.sigma0_squared);
+  EXPECT_NEAR(wide.sigma0_squared, narrow.sigma0_squared, 0.1 * narrow.sigma0_squared);
   EXPECT_FALSE(wide.chi_square_passed);
   EXPECT_NEAR(std::sqrt(wide.sigma0_squared), 2.0, 0.3);
   EXPECT_LT(GroupOf(wide, "priors").factor(), 1e-4);
@@ -129,14 +130,14 @@ TEST(GroupsTest, WidePriorsDiluteNothing) {
   EXPECT_THAT(good.assessment.reasons, IsEmpty());
 }
 
-// A path 31 m off beside priors of 1 m: the first reason names the terms and how many times too
+// Paths 31 m off beside priors of 3 m: the first reason names the terms and how many times too
 // tight they are; priors of a third of the error are used without a word.
 TEST(GroupsTest, PriorsThatAreTooTightAreTheFirstReason) {
   test::KnownBlock known = BlockWithControl(46);
   for (std::size_t pass = 0; pass < known.block.passes.size(); ++pass) {
     test::ShiftPath(pass, {0.0, 0.0, 31.0}, &known.block);
   }
-  const AdjustResult tight = Adjust(known.block, WithPriors_m(1.0, 1.0));
+  const AdjustResult tight = Adjust(known.block, WithPriors_m(3.0, 1.0));
   ASSERT_FALSE(tight.assessment.reasons.empty());
   EXPECT_EQ(tight.assessment.verdict, Verdict::kTestsFailed);
   EXPECT_THAT(tight.assessment.reasons.front(),
