@@ -69,11 +69,15 @@ std::string TemporaryNameOf(const std::string& name) {
 }
 
 /// What a link points to, which is written in its place.
-std::filesystem::path BehindLink(const std::filesystem::path& target) {
+std::filesystem::path BehindLink(std::filesystem::path target) {
+  constexpr int kMostLinks = 40;
   std::error_code error;
-  if (!std::filesystem::is_symlink(target, error)) return target;
-  const std::filesystem::path behind = std::filesystem::weakly_canonical(target, error);
-  return error ? target : behind;
+  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, error); ++i) {
+    const std::filesystem::path behind = std::filesystem::read_symlink(target, error);
+    if (error) break;
+    target = behind.is_absolute() ? behind : target.parent_path() / behind;
+  }
+  return target;
 }
 
 /// Gives a file the permissions of the one that it will replace, if there is one.
