@@ -270,9 +270,9 @@ void FillCovarianceByCeres(const AdjustmentProblem& problem,
 void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options) {
   if (Resolve(options.covariance_method) != CovarianceMethod::kCeres) return;
   const std::size_t unknowns = CountProblem(problem).parameters;
-  if (unknowns <= kMaxCeresUnknowns) return;
+  if (unknowns <= kMostCeresUnknowns) return;
   throw InputError("adjust.covariance_method",
-                   "'ceres' is for blocks of at most " + std::to_string(kMaxCeresUnknowns) +
+                   "'ceres' is for blocks of at most " + std::to_string(kMostCeresUnknowns) +
                        " unknowns, this one has " + std::to_string(unknowns) +
                        "; allowed: auto, reduced");
 }
