@@ -103,8 +103,8 @@ constexpr double kUnclear_1 = 1e-9;
 constexpr double kUnclearRenewed_1 = 1e-5;
 /// Whole steps are compared by costs of the same weights. From the first of these Newton decrements
 /// on weights follow and steps are compared by their length; weights of a state with the second or
-/// less are kept: what is left moves none by 1e-7 of itself, a body of some hundred metres
-/// included.
+/// less, or with that at which the solution is done, are kept: what is left moves none by 1e-7 of
+/// itself, a body of some hundred metres included.
 constexpr double kWeightsFollow_1 = 0.1;
 constexpr double kWeightsKept_1 = 1e-6;
 /// A step below this is near enough to its end to be left alone where nothing shrinks any more.
@@ -249,7 +249,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     report.decrement_1 = left / (1.0 - std::min(history.contraction(), kMostContraction_1));
     const bool settled = report.decrement_1 <= options.settled_1 ||
                          (left <= options.settled_1 && refused_in_turn > 0);
-    if (settled && options.undamped && weights_at_1 > kWeightsKept_1) {
+    if (settled && options.undamped && weights_at_1 > std::max(kWeightsKept_1, options.settled_1)) {
       weighting.renewed = asked.renewed;
       weights_at_1 = left;
       if (!restart()) break;

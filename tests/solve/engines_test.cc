@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -301,6 +302,28 @@ TEST(StepHistoryTest, EndsALinearMapOfFewSlowDirections) {
 }
 
 // Invariance: a limit that the solution keeps changes nothing; one it cannot keep ends the steps.
+// A solution that is done at a rough tolerance needs its weights formed once, not until they are
+// those of a finer one.
+TEST(ReducedEngineTest, FormsNoMoreForALooserTolerance) {
+  const SceneBlock made = test::SmallSceneBlock("earth-same-side");
+  int formed = std::numeric_limits<int>::max();
+  for (const double tolerance_1 : {1e-6, 1e-4, 1e-2}) {
+    Prepared at(made);
+    SolveOptions options;
+    options.settled_1 = 0.5;
+    ASSERT_TRUE(SolveReduced(at.problem, {}, options, &at.state, nullptr).converged);
+    options.undamped = true;
+    options.settled_1 = tolerance_1;
+    Weighting weighting;
+    weighting.renewed = &at.problem.weights;
+    const SolveReport report = SolveReduced(at.problem, weighting, options, &at.state, nullptr);
+    EXPECT_TRUE(report.converged) << tolerance_1;
+    EXPECT_LE(report.formed, formed) << tolerance_1;
+    EXPECT_LE(report.formed, report.iterations + 2) << tolerance_1;
+    formed = report.formed;
+  }
+}
+
 TEST(ReducedEngineTest, GivesUpWhatIsOfNoUse) {
   SceneBlock made = test::SmallSceneBlock("block-12-strips");
   for (std::size_t i = 0; i < made.block.looks.size(); i += 3) made.block.looks.range_m[i] += 20.0;
