@@ -56,6 +56,6 @@ long=$(grep -v '^#' "$root/tests/long_under_sanitizers.txt" | paste -sd '|')
 SARBLOCK_DRAWS=4 run_tests asan --exclude-regex "$long" --label-exclude 'docs|lint'
 
 step "Done"
-[[ $skipped -eq 0 ]] || echo "$skipped skipped (their reason stands above or in build/*/tests.xml)"
+[[ $skipped -eq 0 ]] || echo "$skipped skipped (their reason is above or in build/*/tests.xml)"
 echo "$passed passed, $failed failed"
 [[ $failed -eq 0 && $passed -gt 0 ]]

@@ -11,17 +11,17 @@ int main() {
   // [sights]
   const Eigen::Vector3d point_m(1200.0, 9500.0, 350.0);
   const sarblock::Frame frame = sarblock::Frame::Local();
-  std::array<sarblock::Sight, 2> sights;
+  std::array<sarblock::FixedPathLook, 2> observations;
   for (int i = 0; i < 2; ++i) {
     // Flight along +x; the antenna of a zero-Doppler look is abeam of the point.
-    sights[i].antenna_m = {point_m.x(), 4000.0 * i, 6000.0};
-    sights[i].velocity_mps = {150.0, 0.0, 0.0};
-    sights[i].side = +1;  // left of the flight
-    sights[i].range_m = (point_m - sights[i].antenna_m).norm();
-    sights[i].range_sigma_m = 0.5;
-    sights[i].azimuth_sigma = 0.5;
+    observations[i].antenna_m = {point_m.x(), 4000.0 * i, 6000.0};
+    observations[i].velocity_mps = {150.0, 0.0, 0.0};
+    observations[i].side = +1;  // left of the flight
+    observations[i].range_m = (point_m - observations[i].antenna_m).norm();
+    observations[i].range_sigma_m = 0.5;
+    observations[i].azimuth_sigma = 0.5;
   }
-  const sarblock::Intersection met = sarblock::Intersect(sights, frame);
+  const sarblock::Intersection met = sarblock::Intersect(observations, frame);
   // [sights]
   const Eigen::Vector3d sigma_m = met.covariance_m2.diagonal().cwiseSqrt();
   std::printf("%s: %.3f %.3f %.3f m\n",
@@ -40,11 +40,11 @@ int main() {
   for (int i = 0; i < 2; ++i) {
     const double squint_rad = (i == 0 ? 20.0 : -20.0) * 3.14159265358979 / 180.0;
     const double abeam_m = std::hypot(point_m.y(), 6000.0 - point_m.z());
-    sights[i].antenna_m = {point_m.x() - abeam_m * std::tan(squint_rad), 0.0, 6000.0};
-    sights[i].range_m = abeam_m / std::cos(squint_rad);
-    sights[i].cone.squint_rad = squint_rad;
+    observations[i].antenna_m = {point_m.x() - abeam_m * std::tan(squint_rad), 0.0, 6000.0};
+    observations[i].range_m = abeam_m / std::cos(squint_rad);
+    observations[i].cone.squint_rad = squint_rad;
   }
-  const sarblock::Intersection none = sarblock::Intersect(sights, frame);
+  const sarblock::Intersection none = sarblock::Intersect(observations, frame);
   // [one-flight]
   std::printf("%s: %s\n", sarblock::NameOf(none.outcome), sarblock::Explain(none.outcome));
 

@@ -30,10 +30,10 @@
 namespace sarblock {
 namespace {
 
-AdjustResult AdjustAsItStands(const Block& block,
-                              const AdjustOptions& options,
-                              const PointPairs& pairs,
-                              ProgressSink* progress) {
+AdjustResult AdjustInGivenOrder(const Block& block,
+                                const AdjustOptions& options,
+                                const PointPairs& pairs,
+                                ProgressSink* progress) {
   AdjustResult result = options.corrections == CorrectionChoice::kAuto
                             ? AdjustSelected(block, options, pairs, progress)
                             : AdjustGiven(block, options, {}, pairs, nullptr, progress);
@@ -41,7 +41,7 @@ AdjustResult AdjustAsItStands(const Block& block,
   return result;
 }
 
-/// `order`: as the points of `block` are to stand meanwhile.
+/// `order`: of the points of `block` meanwhile.
 AdjustResult AdjustInOrder(PointOrder order,
                            const AdjustOptions& options,
                            const PointPairs& pairs,
@@ -55,7 +55,7 @@ AdjustResult AdjustInOrder(PointOrder order,
   timer.reset();
   AdjustResult result;
   try {
-    result = AdjustAsItStands(*block, options, ordered.Pairs(pairs), progress);
+    result = AdjustInGivenOrder(*block, options, ordered.Pairs(pairs), progress);
     Step(progress, "order", 1, 2, "points as the block lists them");
   } catch (...) {
     ordered.RestoreBlock();
@@ -78,7 +78,7 @@ AdjustResult Adjust(const Block& block,
   RequireOffered(options);
   const ThreadLimit limit(options.threads);
   PointOrder order = OrderByPasses(block);
-  if (order.empty()) return AdjustAsItStands(block, options, pairs, progress);
+  if (order.empty()) return AdjustInGivenOrder(block, options, pairs, progress);
   Block copy = block;
   return AdjustInOrder(std::move(order), options, pairs, progress, &copy);
 }
@@ -90,7 +90,7 @@ AdjustResult Adjust(Block* block,
   RequireOffered(options);
   const ThreadLimit limit(options.threads);
   PointOrder order = OrderByPasses(*block);
-  if (order.empty()) return AdjustAsItStands(*block, options, pairs, progress);
+  if (order.empty()) return AdjustInGivenOrder(*block, options, pairs, progress);
   return AdjustInOrder(std::move(order), options, pairs, progress, block);
 }
 
@@ -138,17 +138,17 @@ AdjustResult AdjustSelected(const Block& block,
   Simplified simplified;
   const AtSelection simplify =
       [&](const AdjustmentProblem& problem, const BlockState& state, SelectionReport* selected) {
-        const double limit_1 = options.selection.simplify_1;
-        selected->simplifications = BoundSimplifications(problem, state, limit_1);
+        const double max_shift = options.selection.simplify;
+        selected->simplifications = BoundSimplifications(problem, state, max_shift);
         if (!CanVerify(options)) {
           for (SimplificationBound& bound : selected->simplifications) {
             if (bound.allowed) bound.verdict = "allowed, not taken: it could not be verified";
           }
           return;
         }
-        simplified = ChooseSimplified(problem, state, limit_1, &selected->simplifications);
+        simplified = ChooseSimplified(problem, state, max_shift, &selected->simplifications);
         if (simplified.any()) {
-          selected->simplified_gain_1 = MeasureGain(problem, state, simplified);
+          selected->simplified_gain = MeasureGain(problem, state, simplified);
         }
       };
   {
@@ -185,26 +185,26 @@ AdjustResult AdjustSimplified(const Block& block,
                               const PointPairs& pairs,
                               SelectionReport* report,
                               ProgressSink* progress) {
-  const double limit_1 = options.selection.simplify_1;
+  const double max_shift = options.selection.simplify;
   Simplified used = simplified;
   std::vector<SimplificationBound> bounds;
-  double shift_1 = kNotGiven;
+  double shift = kNotGiven;
   const AtSolution examine =
       [&](const AdjustmentProblem& problem, const BlockState& state, AdjustResult* result) {
-        bounds = BoundSimplifications(problem, state, limit_1);
+        bounds = BoundSimplifications(problem, state, max_shift);
         if (used.any()) {
-          shift_1 = ShiftToFullModel(problem, state, result->points.covariance_m2, progress);
+          shift = ShiftToFullModel(problem, state, result->points.covariance_m2, progress);
         }
       };
   AdjustResult result = AdjustGiven(block, options, used, pairs, examine, progress);
   std::vector<SimplificationBound>& said = report->simplifications;
   bool holds = true;
   if (simplified.any()) {
-    holds = shift_1 <= limit_1 && bounds.size() == said.size();
+    holds = shift <= max_shift && bounds.size() == said.size();
     for (std::size_t k = 0; holds && k < bounds.size(); ++k) {
       holds = bounds[k].allowed || !said[k].taken;
     }
-    report->simplified_shift_1 = shift_1;
+    report->simplified_shift = shift;
   }
   if (holds) {
     report->simplified = simplified;
@@ -215,11 +215,11 @@ AdjustResult AdjustSimplified(const Block& block,
     result.stages.insert(result.stages.begin(), stages.begin(), stages.end());
   }
   for (std::size_t k = 0; k < bounds.size() && k < said.size(); ++k) {
-    bounds[k].gain_1 = said[k].gain_1;
+    bounds[k].gain = said[k].gain;
     bounds[k].taken = said[k].taken && holds;
     if (said[k].taken && !holds) {
       bounds[k].verdict = "taken first and given up: the full model moved a point by " +
-                          Digits(shift_1, 2) + " sigma";
+                          Digits(shift, 2) + " sigma";
     } else if (bounds[k].allowed && said[k].allowed) {
       bounds[k].verdict = said[k].verdict;
     } else if (bounds[k].allowed) {
@@ -237,7 +237,7 @@ void RequireOffered(const AdjustOptions& options) {
   }
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",
-                     "tests least-squares residuals and stands beside a robust loss; \"robust\" = "
+                     "tests least-squares residuals and excludes a robust loss; \"robust\" = "
                      "\"none\" is allowed with it, and snooping = \"robust\" starts from one");
   }
   if (options.ceres_solver != CeresSolver::kAuto && Resolve(options.engine) != Engine::kCeres) {
@@ -282,11 +282,11 @@ void Restore(const PointOrder& back, PointResults* points) {
 
 void Restore(const PointOrder& back, MonteCarloReport* report) {
   Gather(back, &report->sample_m2);
-  Gather(back, &report->square_1);
+  Gather(back, &report->square);
   for (std::vector<std::uint32_t>& inside : report->inside) Gather(back, &inside);
 }
 
-/// Names the points of a list as they stood before, and sorts the list by them.
+/// Restores the points of a list to their order before, and sorts the list by them.
 template <typename Listed>
 void RestoreListed(const PointOrder& order, std::vector<Listed>* list) {
   for (Listed& listed : *list) listed.point = order[listed.point];
@@ -352,7 +352,7 @@ void OrderedPoints::RestoreResult(bool sort_pairs, AdjustResult* result) const {
   by_look(&result->looks.rejected);
   by_look(&result->looks.reason);
   for (auto* columns :
-       {&result->quality.redundancy_1, &result->quality.w_1, &result->quality.shift_m}) {
+       {&result->quality.redundancy, &result->quality.w, &result->quality.shift_m}) {
     for (std::vector<float>& column : *columns) by_look(&column);
   }
   RestoreControl(order_, result);
@@ -380,7 +380,7 @@ void OrderedPoints::RestoreResult(bool sort_pairs, AdjustResult* result) const {
     finding.point = order_[finding.point];
     for (std::uint64_t& look : finding.looks) restore_look(&look);
   }
-  // What a consensus left out, round 0, stands in the order of the points, all else as it was
+  // What a consensus left out, round 0, is in the order of the points, all else as it was
   // found.
   std::vector<BlunderFinding>& findings = result->snooping->findings;
   const auto searched =

@@ -35,16 +35,16 @@ void RequireOffered(const AdjustOptions& options);
 /// estimated.
 void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustResult* result);
 
-/// A block whose points stand in another order for a while (point_order.h).
+/// A block whose points are in another order for a while (point_order.h).
 class OrderedPoints {
  public:
   /// Reorders `block`, which must outlive this.
   OrderedPoints(PointOrder order, Block* block);
 
-  /// Pairs of the points as they stood before, as they stand now.
+  /// Pairs of the points in their order before, converted to the present order.
   [[nodiscard]] PointPairs Pairs(PointPairs pairs) const;
-  /// A result of the points as they stand now becomes one of the points as they stood before. Only
-  /// what is listed by point or look changes its place; pairs that were not asked for one by one
+  /// Converts a result in the present order of the points to their order before. Only what is
+  /// listed by point or look changes its place; pairs that were not requested one by one
   /// (`sort_pairs`) are those of the first point with the second and sorted. Call it before
   /// RestoreBlock.
   void RestoreResult(bool sort_pairs, AdjustResult* result) const;

@@ -81,10 +81,10 @@ std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks)
 
 /// Standard deviations are those of the place where the solver stopped: what is still to go bends
 /// them by as much.
-void WarnOfSlowSteps(const AdjustmentProblem& problem, double tolerance_1, AdjustResult* result) {
-  const double told_1 = std::max(1e-5, tolerance_1);
+void WarnOfSlowSteps(const AdjustmentProblem& problem, double tolerance, AdjustResult* result) {
+  const double reported = std::max(1e-5, tolerance);
   const auto points = static_cast<double>(problem.block.points.size());
-  if (result->remaining_step <= told_1 * std::sqrt(std::max(1.0, 1e-3 * points))) return;
+  if (result->remaining_step <= reported * std::sqrt(std::max(1.0, 1e-3 * points))) return;
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1e", result->remaining_step);
   Warn(result,
@@ -95,7 +95,7 @@ void WarnOfSlowSteps(const AdjustmentProblem& problem, double tolerance_1, Adjus
 
 /// Drops the looks that a robust solution found far off; returns which.
 std::vector<std::size_t> DropOutliers(const BlockState& state, AdjustmentProblem* problem) {
-  const double limit = FarSquare_1();
+  const double limit = FarSquare();
   const auto& offsets = problem->block.looks.offsets;
   std::vector<std::size_t> dropped;
   WhitenedLook at;
@@ -103,8 +103,8 @@ std::vector<std::size_t> DropOutliers(const BlockState& state, AdjustmentProblem
     if (!problem->Solves(point)) continue;
     for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
       if (problem->look_used[i] == 0) continue;
-      const bool near =
-          EvaluateWhitened(*problem, state, {}, point, i, &at) && at.error_1.squaredNorm() <= limit;
+      const bool near = EvaluateWhitened(*problem, state, {}, point, i, &at) &&
+                        at.whitened_error.squaredNorm() <= limit;
       if (near) continue;
       problem->look_used[i] = 0;
       dropped.push_back(i);
@@ -161,22 +161,22 @@ void RefuseLargeLoss(const AdjustmentProblem& problem, AdjustResult* result) {
     for (std::size_t i = begin; i < end; ++i) looks += block.looks.rejected(i) ? 0U : 1U;
     given += looks;
     const bool open =
-        problem.point_status[point] == PointStatus::kUndetermined && problem.misplaced[point] == 0;
-    if (looks < 2 || open) continue;  // the make of the block leaves these out
+        problem.point_status[point] == PointStatus::kUndetermined && problem.mirrored[point] == 0;
+    if (looks < 2 || open) continue;  // the network configuration leaves these out
     left_out += looks - static_cast<std::size_t>(problem.CountLooks(point));
   }
-  if (static_cast<double>(left_out) <= kMostLeftOut_1 * static_cast<double>(given)) return;
-  Refuse(
-      result,
-      std::to_string(left_out) + " of " + std::to_string(given) +
-          " looks were left out as blunders, outliers or misplaced, more than a quarter; something "
-          "that many looks share is wrong (the times, ranges or ids of a pass, a control point, "
-          "the standard deviations)");
+  if (static_cast<double>(left_out) <= kMaxLeftOut * static_cast<double>(given)) return;
+  Refuse(result,
+         std::to_string(left_out) + " of " + std::to_string(given) +
+             " looks were left out as blunders, outliers or mirror solutions, more than a quarter; "
+             "something "
+             "that many looks share is wrong (the times, ranges or ids of a pass, a control point, "
+             "the standard deviations)");
 }
 
 /// What was left out may be right and the path wrong: without the looks of a pass at control
-/// points, or at points that others see too, nothing tells.
-void RefuseLostPass(const AdjustmentProblem& problem, AdjustResult* result) {
+/// points, or at points that others see too, this cannot be decided.
+void RefusePassWithoutLooks(const AdjustmentProblem& problem, AdjustResult* result) {
   std::optional<std::size_t> pass = PassThatLosesControl(problem);
   const bool control = pass.has_value();
   if (!control) pass = UndecidedPass(CountPassLooks(problem.block, problem.look_used));
@@ -189,10 +189,10 @@ void RefuseLostPass(const AdjustmentProblem& problem, AdjustResult* result) {
              (control ? ", the control points)" : ")"));
 }
 
-/// `left_1`: the step that is left, infinite where looks have no value.
-std::string WhyNotConverged(const SolveReport& solve, double left_1) {
+/// `decrement`: the Newton decrement, infinite where looks have no value.
+std::string WhyNotConverged(const SolveReport& solve, double decrement) {
   if (!solve.converged) return solve.message;
-  if (!std::isfinite(left_1)) return "looks have no value in the model at the solution";
+  if (!std::isfinite(decrement)) return "looks have no value in the model at the solution";
   std::array<char, 200> text{};
   std::snprintf(
       text.data(),
@@ -200,22 +200,22 @@ std::string WhyNotConverged(const SolveReport& solve, double left_1) {
       "where the steps ended, a whole Newton step is still %.2g sigmas long: residuals are "
       "too large for the curvature of the equations (gross contradictions, or points that "
       "two looks hardly determine)",
-      left_1);
+      decrement);
   return text.data();
 }
 
-/// No solution is accepted in which a point stands above an antenna or where nothing looks to.
-void RefuseMisplaced(const AdjustmentProblem& problem,
-                     const BlockState& state,
-                     const ReducedSystem& system,
-                     AdjustResult* result) {
-  const std::vector<std::size_t> misplaced = MisplacedPoints(problem, state, system);
-  if (misplaced.empty()) return;
+/// No solution is accepted in which a point is above an antenna or on the side away from the look.
+void RefuseMirrorSolutions(const AdjustmentProblem& problem,
+                           const BlockState& state,
+                           const ReducedSystem& system,
+                           AdjustResult* result) {
+  const std::vector<std::size_t> mirrored = MirrorSolutions(problem, state, system);
+  if (mirrored.empty()) return;
   const IdTable& ids = problem.block.points.ids;
   Refuse(result,
-         std::to_string(misplaced.size()) +
+         std::to_string(mirrored.size()) +
              " points lie above the antennas or on the side that their looks do not look to: " +
-             std::string(ids[misplaced.front()]) + (misplaced.size() > 1 ? " and others" : ""));
+             std::string(ids[mirrored.front()]) + (mirrored.size() > 1 ? " and others" : ""));
 }
 
 /// Looks that the corrected time puts beyond the ends of their path are left out.
@@ -256,9 +256,9 @@ RobustOutcome SettleRobust(const Solution& solution,
   BlockState& state = *solution.state;
   const Weighting weighting{options->robust, RobustScale(*options)};
   RobustOutcome out;
-  const double left_1 = StepLeftUnderLoss(weighting, problem, state, progress);
-  if (!(left_1 <= kRemainingRobustStepAccepted_1)) {
-    out.why_none = WhyNotConverged(*solution.solve, left_1);
+  const double decrement = NewtonDecrementUnderLoss(weighting, problem, state, progress);
+  if (!(decrement <= kRemainingRobustStepAccepted)) {
+    out.why_none = WhyNotConverged(*solution.solve, decrement);
   }
   FillLossWeights(problem, state, weighting, result);
   out.dropped = DropOutliers(state, &problem);
@@ -271,7 +271,7 @@ RobustOutcome SettleRobust(const Solution& solution,
   RequireSolvable(problem);
   options->robust = RobustLoss::kNone;
   SolveOnce(*options, &problem, &state, solution.solve, solution.system, progress);
-  RecoverMisplacedPoints(
+  RecoverMirrorSolutions(
       *options, &problem, &state, solution.solve, solution.system, solution.defects, progress);
   return out;
 }
@@ -290,9 +290,9 @@ void Search(const AdjustOptions& options,
   solution.system->reset();
   result->snooping = SearchBlunders(options, again, solution.problem, solution.state, progress);
   // The search may have led points away, or freed others from what had led them.
-  solution.system->emplace(*solution.problem, KeptFactors::kMostBytes);
+  solution.system->emplace(*solution.problem, KeptFactors::kMaxBytes);
   (*solution.system)->Form(*solution.state, {}, progress);
-  RecoverMisplacedPoints(options,
+  RecoverMirrorSolutions(options,
                          solution.problem,
                          solution.state,
                          solution.solve,
@@ -301,10 +301,9 @@ void Search(const AdjustOptions& options,
                          progress);
 }
 
-/// Solution and search as they were asked for; where they contradict themselves, or have no answer,
-/// by consensus. Returns the options that hold for the solution: a loss gives way to a consensus.
-/// `unsettled`: the solution was none, a consensus was looked for and there is none: what the
-/// solution became later may be another minimum.
+/// Solution and search as requested; if they contradict themselves, or there is no solution, by
+/// consensus. Returns the options of the solution: a consensus replaces a loss.
+/// `unsettled`: there was no solution and no consensus: a later solution may be another minimum.
 AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                              const Solution& solution,
                              ProgressSink* progress,
@@ -341,7 +340,7 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
     if (!tried && by_consensus(FindContradiction(plain, solution))) return agreed;
     {
       const StageTimer timer("solve", &result->stages);
-      RecoverMisplacedPoints(asked,
+      RecoverMirrorSolutions(asked,
                              solution.problem,
                              solution.state,
                              solution.solve,
@@ -365,10 +364,11 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
         searched ? FindContradiction(asked, solution) : Contradiction::kGross;
     if (by_consensus(left)) return agreed;
     if (!searched) {
-      Refuse(result,
-             "the search for blunders gave way: it had left out more than a quarter of the looks, "
-             "so something that many looks share is wrong (the times, ranges or ids of a pass, a "
-             "control point, the standard deviations); nothing is left out");
+      Refuse(
+          result,
+          "the search for blunders was aborted: it had left out more than a quarter of the looks, "
+          "so something that many looks share is wrong (the times, ranges or ids of a pass, a "
+          "control point, the standard deviations); nothing is left out");
     }
     result->snooping = std::move(searched);
   } catch (const UndeterminedError&) {
@@ -420,7 +420,7 @@ AdjustResult AdjustGiven(const Block& block,
     }
     system->Form(state, {}, progress);
     if (asked.datum == Datum::kInner) {
-      floating = HoldIfFloating(state, &problem);
+      floating = FixDatumIfFloating(state, &problem);
       if (floating) {
         system->Form(state, {}, progress);
       } else {
@@ -440,9 +440,9 @@ AdjustResult AdjustGiven(const Block& block,
   AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);
   if (options.variance_components != VarianceComponents::kNone) {
     EstimateComponents(options, &problem, &state, &solve, &result, progress);
-    system.emplace(problem, KeptFactors::kMostBytes);  // that before had other weights
+    system.emplace(problem, KeptFactors::kMaxBytes);  // that before had other weights
     system->Form(state, {}, progress);
-    RecoverMisplacedPoints(options, &problem, &state, &solve, &system, &defects, progress);
+    RecoverMirrorSolutions(options, &problem, &state, &solve, &system, &defects, progress);
   }
   RobustOutcome robust;
   if (options.robust != RobustLoss::kNone) {
@@ -463,35 +463,36 @@ AdjustResult AdjustGiven(const Block& block,
   }
   const RankReport rank = FactorAndAnalyse(&*system, &state);
   RequireRegular(problem, rank, structure);
-  result.remaining_step = std::max(system->NewtonDecrement(), solve.decrement_1);
+  result.remaining_step = std::max(system->NewtonDecrement(), solve.decrement);
   result.iterations = solve.iterations;
-  result.initial_cost = solve.initial_cost_1;
+  result.initial_cost = solve.initial_cost;
   result.final_cost = system->cost();
   result.gradient = system->gradient();
-  result.condition = rank.condition_1;
+  result.condition = rank.condition;
   if (system->looks_not_evaluated() > 0) {
     Warn(&result,
          std::to_string(system->looks_not_evaluated()) +
              " looks have no value in the model at the solution");
   }
-  // What counts is the step that is left at the end, not what the solver says of itself.
-  const double left_1 = system->looks_not_evaluated() == 0
-                            ? result.remaining_step
-                            : std::numeric_limits<double>::infinity();
+  // What counts is the Newton decrement at the end, not the solver's own verdict.
+  const double decrement = system->looks_not_evaluated() == 0
+                               ? result.remaining_step
+                               : std::numeric_limits<double>::infinity();
   std::string why_not = robust.why_none;
-  if (why_not.empty() && !(left_1 <= kRemainingStepAccepted_1)) {
-    why_not = WhyNotConverged(solve, left_1);
+  if (why_not.empty() && !(decrement <= kRemainingStepAccepted)) {
+    why_not = WhyNotConverged(solve, decrement);
   }
   result.status = why_not.empty() ? AdjustStatus::kConverged : AdjustStatus::kNotConverged;
   if (why_not.empty()) {
-    WarnOfSlowSteps(problem, options.tolerance_1, &result);
+    WarnOfSlowSteps(problem, options.tolerance, &result);
   } else {
     Refuse(&result, "not converged: " + why_not);
   }
 
   RefuseLargeLoss(problem, &result);
-  if (asked.robust != RobustLoss::kNone || result.snooping) RefuseLostPass(problem, &result);
-  RefuseMisplaced(problem, state, *system, &result);
+  if (asked.robust != RobustLoss::kNone || result.snooping)
+    RefusePassWithoutLooks(problem, &result);
+  RefuseMirrorSolutions(problem, state, *system, &result);
   if (unsettled) {
     Refuse(&result,
            "the block contradicted itself and its looks have no consensus: where steps or losses "
@@ -524,7 +525,7 @@ AdjustResult AdjustGiven(const Block& block,
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
                               options.covariance == CovarianceLevel::kMonteCarlo;
   if (!result.points.covariance_m2.empty() && of_whole_block) {
-    result.check_freedom_1 =
+    result.check_freedom =
         CheckFreedom(problem, state, *system, result.checks, CovarianceFactor(options, result));
   }
   if (floating && !result.checks.empty()) {

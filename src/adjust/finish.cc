@@ -28,6 +28,7 @@ namespace {
 constexpr std::size_t kPointsPerChunk = 1024;
 
 void CountAndTest(const AdjustmentProblem& problem,
+                  const BlockState& state,
                   const AdjustOptions& options,
                   const SquareSum& square_sum,
                   AdjustResult* result) {
@@ -36,21 +37,24 @@ void CountAndTest(const AdjustmentProblem& problem,
   result->observation_count = counts.observations;
   result->parameter_count = counts.parameters;
   result->datum_defects = counts.defects;
-  if (std::isnan(square_sum.kept_1)) return;  // a prediction has no residuals to test
-  const GlobalTest test =
-      TestGlobally(problem, options.test_level, square_sum.kept_1, square_sum.left_out_1);
+  if (std::isnan(square_sum.kept)) return;  // a prediction has no residuals to test
+  const PriorSums priors =
+      SumPriors(problem.layout, state.corrections, result->parameter_covariance);
+  const GlobalTest test = TestMeasurements(counts, priors, square_sum, options.test_level);
+  result->assessment.groups = ListGroups(problem, priors, square_sum, options.test_level, *result);
   if (std::isnan(test.sigma0_squared)) {
     Warn(result, "no redundancy: the variance factor and its test do not exist");
     return;
   }
   result->sigma0_squared = test.sigma0_squared;
+  result->test_redundancy = test.redundancy;
   result->chi_square = test.chi_square;
   result->chi_square_passed = test.passed;
 }
 
 /// A standard deviation beyond this part of the shortest range leaves a direction open: no linear
 /// statement holds there (the intersection of a point alone refuses it at the same part).
-constexpr double kMaxDeviationPart_1 = 0.5;
+constexpr double kMaxDeviationPart = 0.5;
 
 void WarnOfOpenPoints(const AdjustmentProblem& problem, AdjustResult* result) {
   if (result->points.covariance_m2.empty()) return;
@@ -63,7 +67,7 @@ void WarnOfOpenPoints(const AdjustmentProblem& problem, AdjustResult* result) {
       if (problem.look_used[i] != 0) shortest_m = std::min(shortest_m, looks.range_m[i]);
     }
     const SymmetricEnu& c = result->points.covariance_m2[point];
-    if (std::sqrt(c[0] + c[1] + c[2]) <= kMaxDeviationPart_1 * shortest_m) continue;
+    if (std::sqrt(c[0] + c[1] + c[2]) <= kMaxDeviationPart * shortest_m) continue;
     if (open++ == 0) first = point;
   }
   if (open == 0) return;
@@ -98,9 +102,9 @@ void FinishResult(const AdjustmentProblem& problem,
                   const SquareSum& square_sum,
                   const PointDefects& defects,
                   AdjustResult* result) {
-  CountAndTest(problem, options, square_sum, result);
+  CountAndTest(problem, state, options, square_sum, result);
   FillPoints(problem, state, result);
-  const bool measured = !std::isnan(square_sum.kept_1);
+  const bool measured = !std::isnan(square_sum.kept);
   if (measured && result->looks.range_residual_m.empty()) FillResiduals(problem, state, result);
   if (measured) FillChecks(problem.block, options, result);
   MarkRejected(problem, result);
@@ -119,7 +123,7 @@ void FillPoints(const AdjustmentProblem& problem, const BlockState& state, Adjus
   out.position_m.assign(points, Eigen::Vector3d::Constant(kNaN));
   out.intersection_rad.assign(points, kNaN);
   const auto fill = [&](std::size_t, std::size_t begin, std::size_t end) {
-    std::vector<Sight> sights;
+    std::vector<FixedPathLook> observations;
     for (std::size_t point = begin; point < end; ++point) {
       out.looks[point] = static_cast<std::uint32_t>(problem.CountLooks(point));
       if (problem.point_status[point] == PointStatus::kApart) {
@@ -127,15 +131,15 @@ void FillPoints(const AdjustmentProblem& problem, const BlockState& state, Adjus
       }
       if (!problem.Solves(point)) continue;
       out.position_m[point] = state.Position(point);
-      sights.clear();
+      observations.clear();
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
         if (problem.look_used[i] == 0) continue;
-        if (const auto sight = problem.model.SightOf(i, state.corrections)) {
-          sights.push_back(*sight);
+        if (const auto observation = problem.model.FixPath(i, state.corrections)) {
+          observations.push_back(*observation);
         }
       }
-      if (sights.size() >= 2) {
-        out.intersection_rad[point] = LargestIntersectionAngle(out.position_m[point], sights);
+      if (observations.size() >= 2) {
+        out.intersection_rad[point] = LargestIntersectionAngle(out.position_m[point], observations);
       }
     }
   };
@@ -162,8 +166,8 @@ void FillResiduals(const AdjustmentProblem& problem,
       if (!problem.Solves(point)) continue;
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
         if (!EvaluateLook(problem.model, state, point, i, {}, &columns, &at)) continue;
-        out.range_residual_m[i] = at.error_1[0];
-        out.azimuth_residual_m[i] = at.error_1[1] * at.azimuth_unit_m;
+        out.range_residual_m[i] = at.whitened_error[0];
+        out.azimuth_residual_m[i] = at.whitened_error[1] * at.azimuth_unit_m;
       }
     }
   };
@@ -190,7 +194,7 @@ void FillLossWeights(const AdjustmentProblem& problem,
         if (problem.look_used[i] == 0) continue;
         if (!EvaluateWhitened(problem, state, {}, point, i, &at)) continue;
         out[i] = static_cast<float>(
-            EvaluateLoss(weighting.loss, weighting.scale, at.error_1.squaredNorm()).weight_1);
+            EvaluateLoss(weighting.loss, weighting.scale, at.whitened_error.squaredNorm()).weight);
       }
     }
   };
@@ -294,7 +298,7 @@ class CovarianceOfPairs {
       of_pair_[Key(entry.a, entry.b)] = entry.covariance;
   }
   /// NaN where the result has none.
-  [[nodiscard]] double Of(std::uint32_t a, std::uint32_t b) const {
+  [[nodiscard]] double Covariance(std::uint32_t a, std::uint32_t b) const {
     const auto found = of_pair_.find(Key(std::min(a, b), std::max(a, b)));
     return found == of_pair_.end() ? kNotGiven : found->second;
   }
@@ -309,7 +313,7 @@ class CovarianceOfPairs {
 /// One parameter of a pass at one time: delta(t), in track axes, by it.
 struct Influence {
   std::uint32_t parameter = 0;
-  Eigen::Vector3d by_parameter_1 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d by_parameter = Eigen::Vector3d::Zero();
 };
 
 /// What the looks of a pass reach.
@@ -340,7 +344,7 @@ class Sampler {
       StripStation station;
       station.pass = pass;
       const double part = static_cast<double>(k) / static_cast<double>(count - 1);
-      station.strip_time_1 = 2.0 * part - 1.0;
+      station.strip_time = 2.0 * part - 1.0;
       station.time_s = source.start_s + part * (source.end_s - source.start_s);
       const auto motion = source.path.At(station.time_s);
       if (!motion) continue;
@@ -359,7 +363,7 @@ class Sampler {
       const double pieces =
           (block_.passes[pass].end_s - block_.passes[pass].start_s) / term.spline.spacing_s();
       const auto wanted = static_cast<std::size_t>(4.0 * std::min(pieces, 1e6)) + 1;
-      count = std::max(count, std::min(wanted, kMostStripStations));
+      count = std::max(count, std::min(wanted, kMaxStripStations));
     }
     return count;
   }
@@ -400,15 +404,15 @@ class Sampler {
                   const Motion& motion,
                   StripStation* station) const {
     if (!std::isfinite(reach.height_m)) return;
-    Sight sight;
-    sight.antenna_m = motion.position_m;
-    sight.velocity_mps = motion.velocity_mps;
-    sight.acceleration_mps2 = motion.acceleration_mps2;
-    sight.cone = reach.cone;
-    sight.side = pass.side == LookSide::kLeft ? +1 : -1;
+    FixedPathLook observation;
+    observation.antenna_m = motion.position_m;
+    observation.velocity_mps = motion.velocity_mps;
+    observation.acceleration_mps2 = motion.acceleration_mps2;
+    observation.cone = reach.cone;
+    observation.side = pass.side == LookSide::kLeft ? +1 : -1;
     const auto place = [&](double range_m, Eigen::Vector3d* edge_m) {
-      sight.range_m = range_m;
-      const Intersection met = IntersectWithHeight(sight, block_.frame, reach.height_m);
+      observation.range_m = range_m;
+      const Intersection met = IntersectWithHeight(observation, block_.frame, reach.height_m);
       if (met.outcome == IntersectionOutcome::kDetermined) *edge_m = met.position_m;
     };
     place(reach.near_m, &station->near_m);
@@ -419,11 +423,11 @@ class Sampler {
                     PositionCorrection::Axes axes,
                     const TrackAxes& track,
                     int axis,
-                    double value_1,
+                    double value,
                     std::vector<Influence>* out) const {
     Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
-    if (axes == PositionCorrection::Axes::kFrame) unit = track.axes_1.transpose() * unit;
-    out->push_back({parameter, value_1 * unit});
+    if (axes == PositionCorrection::Axes::kFrame) unit = track.axes.transpose() * unit;
+    out->push_back({parameter, value * unit});
   }
 
   std::vector<Influence> InfluencesAt(std::uint32_t pass,
@@ -479,11 +483,11 @@ class Sampler {
     station->correction_m.setZero();
     Eigen::Vector3d variance_m2 = Eigen::Vector3d::Zero();
     for (const Influence& a : influences) {
-      station->correction_m += result_.parameters[a.parameter].value * a.by_parameter_1;
+      station->correction_m += result_.parameters[a.parameter].value * a.by_parameter;
       for (const Influence& b : influences) {
-        const Eigen::Vector3d product = a.by_parameter_1.cwiseProduct(b.by_parameter_1);
+        const Eigen::Vector3d product = a.by_parameter.cwiseProduct(b.by_parameter);
         if (product.isZero(0.0)) continue;
-        variance_m2 += covariance_.Of(a.parameter, b.parameter) * product;
+        variance_m2 += covariance_.Covariance(a.parameter, b.parameter) * product;
       }
     }
     station->correction_sigma_m = variance_m2.cwiseSqrt();

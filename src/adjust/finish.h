@@ -10,18 +10,13 @@
 
 #include "model/problem.h"
 #include "normals/point.h"
+#include "quality/groups.h"
 #include "solve/point_defects.h"
 
 namespace sarblock {
 
 /// Steps that adjustment, prediction and intersection share: from a problem at its final state to
 /// the result.
-
-/// v'Pv of the looks in use, and what of it good looks that were left out may have taken.
-struct SquareSum {
-  double kept_1 = kNotGiven;
-  double left_out_1 = 0.0;
-};
 
 /// The last step of all three: counts, global test, points, residuals (unless there already), check
 /// points, rejected looks, warnings of points left out.
@@ -53,12 +48,12 @@ void FillCorrectedPaths(const AdjustmentProblem& problem,
                         AdjustResult* result);
 
 /// Stations at equal steps from start to end of every strip: kStripStations of them, where a spline
-/// has more pieces up to four a piece, at most kMostStripStations. `groups` are the correction
+/// has more pieces up to four per piece, at most kMaxStripStations. `groups` are the correction
 /// groups that the result was made with. The standard deviation is that of the linear function of
 /// the parameters, sqrt(g C g'), from the covariances in the result; the cone of the swath's edges
 /// is that of the look in the middle of the strip.
 inline constexpr std::size_t kStripStations = 13;
-inline constexpr std::size_t kMostStripStations = 201;
+inline constexpr std::size_t kMaxStripStations = 201;
 [[nodiscard]] std::vector<StripStation> SampleStrips(const Block& block,
                                                      const std::vector<CorrectionGroup>& groups,
                                                      const AdjustResult& result);

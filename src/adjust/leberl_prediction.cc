@@ -23,16 +23,16 @@ constexpr std::size_t kPredictionsPerChunk = 1024;
 constexpr std::size_t kLooksPairedWithAll = 6;
 /// A correction without a prior that moves the range by less than this part of itself (an along
 /// shift given in frame axes, say) leaves the path sigma known.
-constexpr double kNoEffect_1 = 1e-2;
+constexpr double kNoEffect = 1e-2;
 /// Across directions of two points whose difference is still one across difference.
 constexpr double kSameDirection_rad = 10.0 * kRadPerDeg;
 
 leberl::Triple ToTriple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// A look that can stand in a pair.
+/// A look that can be one of a pair.
 struct Candidate {
   std::size_t look = 0;
-  Sight sight;
+  FixedPathLook observation;
   leberl::ReducedLook reduced;
   double range_sigma_m = 0.0;
 };
@@ -103,23 +103,25 @@ class Predictor {
     const Looks& looks = problem_.block.looks;
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (problem_.look_used[i] == 0) continue;
-      const auto sight = problem_.model.SightOf(i, state_.corrections);
-      if (!sight) continue;
-      candidates_.push_back({i,
-                             *sight,
-                             {ToTriple(sight->antenna_m), ToTriple(sight->velocity_mps)},
-                             sight->range_sigma_m});
+      const auto observation = problem_.model.FixPath(i, state_.corrections);
+      if (!observation) continue;
+      candidates_.push_back(
+          {i,
+           *observation,
+           {ToTriple(observation->antenna_m), ToTriple(observation->velocity_mps)},
+           observation->range_sigma_m});
     }
   }
 
   void FindBest(const Eigen::Vector3d& p_m, std::optional<BestPair>* best) {
     if (candidates_.size() < 2) return;
-    const Eigen::Vector3d up_1 = problem_.block.frame.VerticalAt(p_m).up_1;
+    const Eigen::Vector3d up = problem_.block.frame.VerticalAt(p_m).up;
     std::size_t far = 0;
     if (candidates_.size() > kLooksPairedWithAll) {
       double widest_rad = -1.0;
       for (std::size_t i = 1; i < candidates_.size(); ++i) {
-        const double rad = IntersectionAngle(p_m, candidates_[0].sight, candidates_[i].sight);
+        const double rad =
+            IntersectionAngle(p_m, candidates_[0].observation, candidates_[i].observation);
         if (rad > widest_rad) {
           widest_rad = rad;
           far = i;
@@ -131,26 +133,27 @@ class Predictor {
       for (std::size_t j = i + 1; j < candidates_.size(); ++j) {
         if (far != 0 && i != 0 && i != far && j != far) continue;
         const Candidate &a = candidates_[i], &b = candidates_[j];
-        const auto c = leberl::ReducePair(ToTriple(p_m), ToTriple(up_1), a.reduced, b.reduced);
+        const auto c = leberl::ReducePair(ToTriple(p_m), ToTriple(up), a.reduced, b.reduced);
         if (!c) continue;
         const auto noise = leberl::NoiseOfRange(*c, a.range_sigma_m, b.range_sigma_m);
         const double size_m = std::hypot(noise.sigma_y_m, noise.sigma_z_m);
         if (!(size_m < smallest_m)) continue;
         smallest_m = size_m;
-        *best = BestPair{a.look, b.look, *c, noise, AcrossAzimuth(p_m, up_1, a.sight, b.sight)};
+        *best = BestPair{
+            a.look, b.look, *c, noise, AcrossAzimuth(p_m, up, a.observation, b.observation)};
       }
     }
   }
 
   /// Of up x along, along the mean track with the first look's sense, as in the reduction.
   [[nodiscard]] double AcrossAzimuth(const Eigen::Vector3d& p_m,
-                                     const Eigen::Vector3d& up_1,
-                                     const Sight& a,
-                                     const Sight& b) const {
-    const Eigen::Vector3d first_1 = a.velocity_mps.normalized();
-    const Eigen::Vector3d second_1 = b.velocity_mps.normalized();
-    const Eigen::Vector3d along = first_1 + (first_1.dot(second_1) < 0.0 ? -1.0 : 1.0) * second_1;
-    const Eigen::Vector3d enu = problem_.block.frame.EnuFromFrame(p_m) * up_1.cross(along);
+                                     const Eigen::Vector3d& up,
+                                     const FixedPathLook& a,
+                                     const FixedPathLook& b) const {
+    const Eigen::Vector3d first = a.velocity_mps.normalized();
+    const Eigen::Vector3d second = b.velocity_mps.normalized();
+    const Eigen::Vector3d along = first + (first.dot(second) < 0.0 ? -1.0 : 1.0) * second;
+    const Eigen::Vector3d enu = problem_.block.frame.EnuFromFrame(p_m) * up.cross(along);
     return std::atan2(enu.x(), enu.y());
   }
 
@@ -176,7 +179,7 @@ class Predictor {
         const Parameter& p = problem_.layout.parameters[parameter];
         const double slope = at_.row[0][static_cast<std::size_t>(column)];
         if (!p.has_prior()) {
-          if (std::abs(slope) > kNoEffect_1) out->path_known = false;
+          if (std::abs(slope) > kNoEffect) out->path_known = false;
           continue;
         }
         if (p.joint < 0) {

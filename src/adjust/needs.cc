@@ -20,11 +20,11 @@ constexpr std::uint64_t kAlwaysThere = std::uint64_t{64} << 20;
 /// Bytes of arrays.
 struct ArrayBytes {
   std::uint64_t all = 0;
-  std::uint64_t large = 0;  ///< of arrays that may stand in scratch files
+  std::uint64_t large = 0;  ///< of arrays that may be in scratch files
 
   void Add(std::uint64_t bytes) {
     all += bytes;
-    if (bytes >= kScratchLeastBytes) large += bytes;
+    if (bytes >= kScratchMinBytes) large += bytes;
   }
 };
 
@@ -66,7 +66,7 @@ ArrayBytes LooksBytes(const AdjustmentProblem& problem, const AdjustOptions& opt
   if (options.robust != RobustLoss::kNone) AddPlanned(count, &bytes, results.weight);
   if (options.covariance != CovarianceLevel::kNone) {
     for (const std::size_t k : {0U, 1U}) {
-      AddPlanned(count, &bytes, quality.redundancy_1[k], quality.w_1[k], quality.shift_m[k]);
+      AddPlanned(count, &bytes, quality.redundancy[k], quality.w[k], quality.shift_m[k]);
     }
   }
   return bytes;
@@ -80,7 +80,7 @@ ArrayBytes PointsBytes(const AdjustmentProblem& problem, const AdjustOptions& op
   ArrayBytes bytes;
   AddAsRead(points, &bytes);
   AddFilled(
-      &bytes, problem.point_status, problem.point_reason, problem.misplaced, problem.control_of);
+      &bytes, problem.point_status, problem.point_reason, problem.mirrored, problem.control_of);
   AddPlanned(count,
              &bytes,
              state.start_m,
@@ -144,8 +144,8 @@ ResourceNeeds PredictNeeds(const AdjustmentProblem& problem,
   needs.partial_sums_bytes = Doubles(system_needs.partial_sums);
   needs.factor_bytes = Doubles(factor.factor);
   needs.fronts_bytes = Doubles(factor.waiting);
-  needs.sum_operations_1 = system_needs.operations;
-  needs.factor_operations_1 = factor.operations;
+  needs.sum_operations = system_needs.operations;
+  needs.factor_operations = factor.operations;
   if (options.covariance == CovarianceLevel::kBlock ||
       options.covariance == CovarianceLevel::kMonteCarlo) {
     needs.inverse_bytes =
@@ -165,7 +165,7 @@ std::string DescribeNeeds(const ResourceNeeds& needs) {
          Amount(needs.matrix_bytes) + ", partial sums " + Amount(needs.partial_sums_bytes) +
          ", factor " + Amount(needs.factor_bytes) + ", fronts " + Amount(needs.fronts_bytes) +
          ", inverse " + Amount(needs.inverse_bytes) + "); operations: S " +
-         Work(needs.sum_operations_1) + ", factor " + Work(needs.factor_operations_1);
+         Work(needs.sum_operations) + ", factor " + Work(needs.factor_operations);
 }
 
 std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& options) {
@@ -178,7 +178,7 @@ std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& opt
   std::string text = "the adjustment needs " + Amount(more) + " MiB" +
                      (asked ? "" : " more than the block as it was read") + ", " +
                      Amount(limit_mib) + " MiB are " + (asked ? "allowed" : "free") + ": " +
-                     DescribeNeeds(needs) + "; less is needed with fewer parameters a pass";
+                     DescribeNeeds(needs) + "; less is needed with fewer parameters per pass";
   if (options.covariance != CovarianceLevel::kNone) text += ", with covariance = \"none\"";
   if (needs.large_bytes > needs.scratch_bytes) {
     text += ", with looks and points in files (--scratch)";

@@ -31,7 +31,7 @@ std::vector<Eigen::Vector3d> CompletePositions(const Block& block,
   std::vector<Eigen::Vector3d> out(block.points.size(), Eigen::Vector3d::Constant(kNotGiven));
   const AdjustmentProblem problem(block, {});
   const Eigen::VectorXd no_corrections;
-  std::vector<Sight> sights;
+  std::vector<FixedPathLook> observations;
   for (std::size_t point = 0; point < out.size(); ++point) {
     if (point < positions_m.size() && positions_m[point].allFinite()) {
       out[point] = positions_m[point];
@@ -41,15 +41,16 @@ std::vector<Eigen::Vector3d> CompletePositions(const Block& block,
       out[point] = block.points.given_m[point];
       continue;
     }
-    sights.clear();
+    observations.clear();
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       if (block.looks.rejected(i) || !std::isfinite(block.looks.time_s[i]) ||
           !std::isfinite(block.looks.range_m[i])) {
         continue;
       }
-      if (const auto sight = problem.model.SightOf(i, no_corrections)) sights.push_back(*sight);
+      if (const auto observation = problem.model.FixPath(i, no_corrections))
+        observations.push_back(*observation);
     }
-    const Intersection met = Intersect(sights, block.frame);
+    const Intersection met = Intersect(observations, block.frame);
     if (met.outcome == IntersectionOutcome::kDetermined ||
         met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {
       out[point] = met.position_m;
@@ -69,7 +70,7 @@ Looks VisibleLooks(const Block& block, const std::vector<Eigen::Vector3d>& posit
           FindConeTime(p.path, positions_m[point], Cone{}, p.path.start_s(), p.path.end_s());
       if (!time_s) continue;
       const Motion motion = *p.path.At(*time_s);
-      const Eigen::Vector3d in_track = TrackAxesOf(block.frame, motion).axes_1.transpose() *
+      const Eigen::Vector3d in_track = TrackAxesOf(block.frame, motion).axes.transpose() *
                                        (positions_m[point] - motion.position_m);
       if (in_track[1] * static_cast<double>(p.side) <= 0.0 || in_track[2] >= 0.0) continue;
       looks.pass.push_back(static_cast<std::uint32_t>(pass));
@@ -170,7 +171,7 @@ AdjustResult Predict(const Block& block,
     Warn(&result, finding.text);
   }
   std::optional<DatumTransform> datum;
-  if (options.datum == Datum::kInner && HoldIfFloating(state, &problem)) {
+  if (options.datum == Datum::kInner && FixDatumIfFloating(state, &problem)) {
     datum.emplace(SettleInnerDatum(
         options, [] {}, &problem, &state));
     system->Form(state, {}, progress);
@@ -178,7 +179,7 @@ AdjustResult Predict(const Block& block,
   const RankReport rank = FactorAndAnalyse(&*system, &state);
   RequireRegular(problem, rank, structure);
   WarnOfWeakDirections(rank, &result);
-  result.condition = rank.condition_1;
+  result.condition = rank.condition;
   FillParameters(problem, state, &result);
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   FinishResult(problem, state, options, {}, defects, &result);
@@ -232,18 +233,18 @@ AdjustResult IntersectBlock(const Block& block,
     Step(progress, "intersect", 0, points);
     ParallelForChunks(
         points, kIntersectionsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-          std::vector<Sight> sights;
+          std::vector<FixedPathLook> observations;
           for (std::size_t point = begin; point < end; ++point) {
-            sights.clear();
+            observations.clear();
             for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
                  ++i) {
               if (problem.look_used[i] == 0) continue;
-              if (const auto sight = problem.model.SightOf(i, state.corrections)) {
-                sights.push_back(*sight);
+              if (const auto observation = problem.model.FixPath(i, state.corrections)) {
+                observations.push_back(*observation);
               }
             }
             if (wanted) result.points.covariance_m2[point].fill(kNaN);
-            const Intersection met = Intersect(sights, block.frame);
+            const Intersection met = Intersect(observations, block.frame);
             problem.point_status[point] = StatusOf(met.outcome);
             // Circles that stay apart have a best place, but no sigma that describes it.
             if (met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {

@@ -14,7 +14,7 @@
 namespace sarblock {
 namespace {
 
-/// Looks that stand in order get their offsets; false where they do not.
+/// Fills the offsets of looks that are in order; false if they are not.
 bool TakeOffsetsOfSorted(const std::vector<std::uint32_t>& point_of_look,
                          std::size_t point_count,
                          Looks* looks) {
@@ -77,16 +77,16 @@ LookSigma Block::SigmaOf(std::size_t look) const {
   return sigma;
 }
 
-double Block::RoughAzimuthUnit_m(std::size_t look, double speed_mps) const {
+double Block::ApproximateAzimuthUnit_m(std::size_t look, double speed_mps) const {
   if (!MeasuresDoppler(look)) return speed_mps;
   return 0.5 * passes[looks.pass[look]].wavelength_m * looks.range_m[look] / speed_mps;
 }
 
-double Block::RoughAzimuthSigma_m(std::size_t look, double speed_mps) const {
+double Block::ApproximateAzimuthSigma_m(std::size_t look, double speed_mps) const {
   const LookSigma sigma = SigmaOf(look);
   return sigma.azimuth_unit == AzimuthUnit::kMetres
              ? sigma.azimuth
-             : sigma.azimuth * RoughAzimuthUnit_m(look, speed_mps);
+             : sigma.azimuth * ApproximateAzimuthUnit_m(look, speed_mps);
 }
 
 std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,
@@ -133,6 +133,7 @@ void SetStripSpans(const std::vector<std::optional<std::array<double, 2>>>& fixe
   std::vector<Spans> pieces(PiecesOfLooks(block->looks.size()), none);
   ForPiecesOfLooks(block->looks.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
     for (std::size_t look = begin; look < end; ++look) {
+      if (block->looks.rejected(look)) continue;
       const double time_s = block->looks.time_s[look];
       std::array<double, 2>& span_s = pieces[piece][block->looks.pass[look]];
       span_s = {std::min(span_s[0], time_s), std::max(span_s[1], time_s)};  // NaN: a planned look

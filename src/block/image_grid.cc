@@ -12,7 +12,7 @@ namespace {
 
 struct Slope {
   double range_m = 0.0;
-  double per_ground_1 = 0.0;  ///< dR/dg
+  double per_ground = 0.0;  ///< dR/dg
 };
 
 // Horner's rule for the polynomial and its derivative.
@@ -20,7 +20,7 @@ Slope Evaluate(const GroundRangePolynomial& polynomial, double ground_m) {
   const double u_m = ground_m - polynomial.origin_m;
   Slope slope;
   for (auto c = polynomial.coefficients.rbegin(); c != polynomial.coefficients.rend(); ++c) {
-    slope.per_ground_1 = slope.per_ground_1 * u_m + slope.range_m;
+    slope.per_ground = slope.per_ground * u_m + slope.range_m;
     slope.range_m = slope.range_m * u_m + *c;
   }
   return slope;
@@ -38,7 +38,7 @@ Slope GroundToSlant(const std::vector<GroundRangePolynomial>& all, double ground
   const double part = (time_s - before->time_s) / (after->time_s - before->time_s);
   const Slope a = Evaluate(*before, ground_m), b = Evaluate(*after, ground_m);
   return {a.range_m + part * (b.range_m - a.range_m),
-          a.per_ground_1 + part * (b.per_ground_1 - a.per_ground_1)};
+          a.per_ground + part * (b.per_ground - a.per_ground)};
 }
 
 std::optional<double> GroundFromSlant(const ImageGrid& grid, const RadarCoordinates& radar) {
@@ -47,13 +47,13 @@ std::optional<double> GroundFromSlant(const ImageGrid& grid, const RadarCoordina
   double ground_m = grid.near_range_m;
   for (int step = 0; step < kSteps; ++step) {
     const Slope at = GroundToSlant(grid.ground_range, ground_m, radar.time_s);
-    if (!(at.per_ground_1 > 0.0)) return std::nullopt;
-    const double change_m = (radar.range_m - at.range_m) / at.per_ground_1;
+    if (!(at.per_ground > 0.0)) return std::nullopt;
+    const double change_m = (radar.range_m - at.range_m) / at.per_ground;
     ground_m += change_m;
     if (!std::isfinite(ground_m)) return std::nullopt;
     if (std::abs(change_m) > kCloseEnough_m) continue;
     const Slope end = GroundToSlant(grid.ground_range, ground_m, radar.time_s);
-    return end.per_ground_1 > 0.0 ? std::optional<double>(ground_m) : std::nullopt;
+    return end.per_ground > 0.0 ? std::optional<double>(ground_m) : std::nullopt;
   }
   return std::nullopt;
 }
@@ -88,7 +88,7 @@ std::optional<double> LineOfTime(const ImageGrid& grid, double time_s) {
 
 void RequirePositive(double value, const char* key) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw InputError(key, std::to_string(value) + " is not allowed, a number above 0 is");
+    throw InputError(key, "must be a number above 0, got " + std::to_string(value));
   }
 }
 
@@ -146,7 +146,7 @@ std::optional<RadarCoordinates> RadarFromImage(const ImageGrid& grid,
                          grid.near_range_m + image.pixel_px * grid.range_spacing_m};
   if (grid.presentation == Presentation::kGround) {
     const Slope at = GroundToSlant(grid.ground_range, radar.range_m, radar.time_s);
-    if (!(at.per_ground_1 > 0.0)) return std::nullopt;
+    if (!(at.per_ground > 0.0)) return std::nullopt;
     radar.range_m = at.range_m;
   }
   if (!(radar.range_m > 0.0) || !std::isfinite(radar.range_m) || !std::isfinite(radar.time_s)) {
@@ -171,7 +171,7 @@ std::optional<double> SlantRangePerPixel_m(const ImageGrid& grid, const RadarCoo
   const auto ground_m = GroundFromSlant(grid, radar);
   if (!ground_m) return std::nullopt;
   const Slope at = GroundToSlant(grid.ground_range, *ground_m, radar.time_s);
-  return at.per_ground_1 * grid.range_spacing_m;
+  return at.per_ground * grid.range_spacing_m;
 }
 
 }  // namespace sarblock

@@ -20,13 +20,13 @@ namespace {
 
 /// Of the speed: what velocities and positions may differ by between two states. A cubic follows an
 /// orbit with states 5 minutes apart to a hundredth.
-constexpr double kVelocityPart_1 = 0.05;
+constexpr double kVelocityPart = 0.05;
 /// Added to that, times the noise of the recording: more than chance gives in millions of states.
-constexpr double kNoiseSigmas_1 = 12.0;
+constexpr double kNoiseSigmas = 12.0;
 /// Of the range: what errors of navigation may come to.
-constexpr double kPassPart_1 = 0.05, kPointPart_1 = 0.03;
+constexpr double kPassPart = 0.05, kPointPart = 0.03;
 /// Of the height: what terrain may take off the shortest range.
-constexpr double kHeightPart_1 = 0.5;
+constexpr double kHeightPart = 0.5;
 
 std::string Short(double value) { return Digits(value, 4); }
 
@@ -44,7 +44,7 @@ std::string VelocityRemark(const Pass& pass) {
     const StateNoise& noise = pass.recorded.effect.noise;
     const double noise_mps =
         std::hypot(noise.position_m / (b.time_s - a.time_s), noise.velocity_mps);
-    const double most_mps = kVelocityPart_1 * larger_mps + kNoiseSigmas_1 * noise_mps;
+    const double most_mps = kVelocityPart * larger_mps + kNoiseSigmas * noise_mps;
     if ((moved_mps - said_mps).norm() <= most_mps) continue;
     return "pass " + pass.id + ": its velocities are not those of its positions: from " +
            Short(a.time_s) + " s to " + Short(b.time_s) + " s it moves at " +
@@ -60,8 +60,8 @@ std::string VelocityRemark(const Pass& pass) {
 /// A look at a known point, read on the nominal path at its measured time.
 struct KnownLook {
   std::uint32_t point = 0;
-  double range_ratio_1 = 0.0;  ///< measured over the distance to the known position
-  double ahead_m = 0.0;        ///< how far the known position lies ahead of the cone
+  double range_ratio = 0.0;  ///< measured over the distance to the known position
+  double ahead_m = 0.0;      ///< how far the known position lies ahead of the cone
   double range_m = 0.0;
   bool on_its_side = false;  ///< below the antenna, on the side it looks to
 };
@@ -79,16 +79,16 @@ bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, Kn
   if (!pass.path.Evaluate(looks.time_s[look], &motion) || std::isnan(looks.range_m[look])) {
     return false;
   }
-  const Eigen::Vector3d sight_m = block.points.given_m[point] - motion.position_m;
+  const Eigen::Vector3d los_m = block.points.given_m[point] - motion.position_m;
   const Eigen::Vector3d& v = motion.velocity_mps;
-  const double distance_m = sight_m.norm(), speed_mps = v.norm();
-  const Eigen::Vector3d up_1 = block.frame.VerticalAt(motion.position_m).up_1;
+  const double distance_m = los_m.norm(), speed_mps = v.norm();
+  const Eigen::Vector3d up = block.frame.UpAt(motion.position_m);
   const double side = pass.side == LookSide::kLeft ? 1.0 : -1.0;
   out->point = point;
   out->range_m = looks.range_m[look];
-  out->range_ratio_1 = looks.range_m[look] / distance_m;
-  out->ahead_m = v.dot(sight_m) / speed_mps - distance_m * block.ConeOf(look).Sine(speed_mps);
-  out->on_its_side = up_1.cross(v).dot(sight_m) * side > 0.0 && up_1.dot(sight_m) < 0.0;
+  out->range_ratio = looks.range_m[look] / distance_m;
+  out->ahead_m = v.dot(los_m) / speed_mps - distance_m * block.ConeOf(look).Sine(speed_mps);
+  out->on_its_side = up.cross(v).dot(los_m) * side > 0.0 && up.dot(los_m) < 0.0;
   return true;
 }
 
@@ -99,11 +99,11 @@ void AddLooks(const Block& block, std::size_t begin, std::size_t end, std::vecto
     const auto point = static_cast<std::uint32_t>(j);
     const KnownPosition* known =
         block.points.role[point] == PointRole::kTie ? nullptr : block.points.FindKnown(point);
-    const bool compared = known != nullptr && known->held[0] && known->held[1] && known->held[2];
+    const bool compared = known != nullptr && known->fixed[0] && known->fixed[1] && known->fixed[2];
     for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
       if (looks.rejected(i)) continue;
       PassLooks& pass = (*out)[looks.pass[i]];
-      if (!(looks.range_m[i] >= pass.shortest_range_m)) {  // also where nothing stood yet
+      if (!(looks.range_m[i] >= pass.shortest_range_m)) {  // also where there was none yet
         if (!std::isnan(looks.range_m[i])) pass.shortest_range_m = looks.range_m[i];
       }
       KnownLook look;
@@ -142,13 +142,13 @@ std::string SideRemark(const Pass& pass, const PassLooks& looks) {
 }
 
 struct Medians {
-  double ratio_1 = 1.0, ahead_m = 0.0;
+  double ratio = 1.0, ahead_m = 0.0;
 };
 
 Medians MediansOf(const std::vector<KnownLook>& known) {
   std::vector<double> ratio, ahead;
   for (const KnownLook& look : known) {
-    ratio.push_back(look.range_ratio_1);
+    ratio.push_back(look.range_ratio);
     ahead.push_back(look.ahead_m);
   }
   return {Median(ratio), Median(ahead)};
@@ -156,13 +156,13 @@ Medians MediansOf(const std::vector<KnownLook>& known) {
 
 std::string KnownPointsRemark(const Pass& pass, const PassLooks& looks, const Medians& median) {
   const std::string of = " (median of " + std::to_string(looks.known.size()) + ")";
-  if (std::abs(median.ratio_1 - 1.0) > kPassPart_1) {
-    return "pass " + pass.id + ": its ranges are " + Short(median.ratio_1) +
+  if (std::abs(median.ratio - 1.0) > kPassPart) {
+    return "pass " + pass.id + ": its ranges are " + Short(median.ratio) +
            " times the distances to its known points" + of +
            ": ranges there and back, a unit, a path or control of another frame";
   }
   const double range_m = looks.known.front().range_m;
-  if (std::abs(median.ahead_m) <= kPassPart_1 * range_m) return "";
+  if (std::abs(median.ahead_m) <= kPassPart * range_m) return "";
   const double speed_mps = pass.path.states().front().velocity_mps.norm();
   return "pass " + pass.id + ": its known points lie " + Km(std::abs(median.ahead_m)) + " (" +
          Short(std::abs(median.ahead_m) / speed_mps) + " s of flight) " +
@@ -189,7 +189,7 @@ std::string HeightRemark(const Block& block, const Pass& pass, const PassLooks& 
     return "pass " + pass.id + ": its path lies " + Km(-height_m) + " below " + ground +
            ": coordinates of another frame or another ellipsoid";
   }
-  if (looks.shortest_range_m >= kHeightPart_1 * height_m) return "";
+  if (looks.shortest_range_m >= kHeightPart * height_m) return "";
   return "pass " + pass.id + ": it flies " + Km(height_m) + " above " + ground +
          " but its shortest range is " + Km(looks.shortest_range_m) +
          ": a unit, or another frame or ellipsoid";
@@ -205,21 +205,21 @@ std::string PointsRemark(const Block& block,
     std::size_t off = 0, looks = 0;
     double largest_m = 0.0;
   };
-  std::map<std::uint32_t, Deviation> by_point;
+  std::map<std::uint32_t, Deviation> d_point;
   for (std::size_t pass = 0; pass < passes.size(); ++pass) {
     if (passes[pass].known.size() < 3) continue;  // no majority to deviate from
     for (const KnownLook& look : passes[pass].known) {
-      const double range_m = look.range_m * (1.0 - medians[pass].ratio_1 / look.range_ratio_1);
+      const double range_m = look.range_m * (1.0 - medians[pass].ratio / look.range_ratio);
       const double ahead_m = look.ahead_m - medians[pass].ahead_m;
       const double off_m = std::hypot(range_m, ahead_m);
-      Deviation& point = by_point[look.point];
+      Deviation& point = d_point[look.point];
       ++point.looks;
-      point.off += off_m > kPointPart_1 * look.range_m ? 1U : 0U;
+      point.off += off_m > kPointPart * look.range_m ? 1U : 0U;
       point.largest_m = std::max(point.largest_m, off_m);
     }
   }
   std::vector<std::pair<std::uint32_t, Deviation>> off;
-  for (const auto& [point, deviation] : by_point) {
+  for (const auto& [point, deviation] : d_point) {
     if (2 * deviation.off > deviation.looks) off.emplace_back(point, deviation);
   }
   if (off.empty()) return "";
@@ -279,13 +279,13 @@ void RequireAboveGround(const Block& block) {
 namespace {
 
 /// Equal looks that no chance makes.
-constexpr std::size_t kLeastEqual = 3, kLeastEqualOfPoint = 2;
+constexpr std::size_t kMinEqual = 3, kMinEqualOfPoint = 2;
 
 using PassPair = std::pair<std::uint32_t, std::uint32_t>;
 
 /// `sigma` are the standard deviations of look i.
 bool AreRangesEqual(const Looks& looks, const LookSigma& sigma, std::size_t i, std::size_t j) {
-  return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual_1 * sigma.range_m;
+  return std::abs(looks.range_m[i] - looks.range_m[j]) <= kEqual * sigma.range_m;
 }
 
 bool AreAzimuthsEqual(const Block& block, const LookSigma& sigma, std::size_t i, std::size_t j) {
@@ -293,12 +293,12 @@ bool AreAzimuthsEqual(const Block& block, const LookSigma& sigma, std::size_t i,
   const double speed_mps = block.passes[looks.pass[i]].path.states().front().velocity_mps.norm();
   const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
                              ? sigma.azimuth
-                             : block.RoughAzimuthSigma_m(i, speed_mps) / speed_mps;
+                             : block.ApproximateAzimuthSigma_m(i, speed_mps) / speed_mps;
   if (block.MeasuresDoppler(i) &&
-      !(std::abs(looks.cone[i] - looks.cone[j]) <= kEqual_1 * sigma.azimuth)) {
+      !(std::abs(looks.cone[i] - looks.cone[j]) <= kEqual * sigma.azimuth)) {
     return false;
   }
-  return std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual_1 * sigma_s;
+  return std::abs(looks.time_s[i] - looks.time_s[j]) <= kEqual * sigma_s;
 }
 
 std::string NamesOfPairs(const Block& block,
@@ -361,7 +361,7 @@ void FindPasses(const Block& block, Copies* copies) {
   for (const std::uint32_t pass : block.looks.pass) ++of_pass[pass];
   for (const auto& [pair, copied] : equal) {
     const auto& [a, b] = pair;
-    if (copied.size() < kLeastEqual || 2 * copied.size() < std::min(of_pass[a], of_pass[b])) {
+    if (copied.size() < kMinEqual || 2 * copied.size() < std::min(of_pass[a], of_pass[b])) {
       continue;
     }
     if (std::find(copies->passes.begin(), copies->passes.end(), b) != copies->passes.end()) {
@@ -408,7 +408,7 @@ void FindPoints(const Block& block, Copies* copies) {
   for (const auto& [pair, count] : equal) {
     const auto looks_of = [&](std::uint32_t p) { return looks.offsets[p + 1] - looks.offsets[p]; };
     const std::size_t fewer = std::min(looks_of(pair.first), looks_of(pair.second));
-    if (count < kLeastEqualOfPoint || count < fewer) continue;
+    if (count < kMinEqualOfPoint || count < fewer) continue;
     pairs.push_back(pair);
     copies->points.push_back(pair.second);
   }

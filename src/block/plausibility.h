@@ -9,8 +9,8 @@
 
 namespace sarblock {
 
-/// What of a block contradicts itself before anything is adjusted, a sentence each, at most one of
-/// a kind and pass. Held against each other are
+/// Contradictions within a block before the adjustment, one sentence each, at most one per kind
+/// and pass. Compared are
 ///   - the velocities of a path and the differences of its positions;
 ///   - the height of flight and the ranges (no range is shorter than the height above the ground:
 ///     the ellipsoid, or in a local frame the known points);
@@ -25,9 +25,9 @@ namespace sarblock {
 /// half the smaller axis of the ellipsoid: local coordinates, or another body.
 void RequireAboveGround(const Block& block);
 
-/// Looks that stand in a block twice, as no two measurements do: times and ranges equal within
-/// kEqual_1 of their standard deviations.
-inline constexpr double kEqual_1 = 1e-3;
+/// Duplicate looks of a block: times and ranges equal within kEqual of their standard deviations,
+/// as no two measurements are.
+inline constexpr double kEqual = 1e-3;
 struct Copies {
   std::vector<std::string> remarks;   ///< a sentence a copied pass, and one of points
   std::vector<std::uint32_t> passes;  ///< copies of an earlier pass

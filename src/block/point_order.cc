@@ -16,7 +16,7 @@ constexpr std::size_t kWindow = 1024;
 /// What so many passes keep in memory for their looks fits into the cache of a core.
 constexpr std::size_t kPassesInCache = 256;
 
-/// Sum over the windows of an order (empty: as they stand) of the passes that see a point of it.
+/// Sum over the windows of an order (empty: the present one) of the passes that see a point of it.
 std::size_t PassesOfWindows(const Block& block, const PointOrder& order) {
   const Looks& looks = block.looks;
   const std::size_t points = block.points.size();
@@ -85,10 +85,10 @@ PointOrder SortedByPasses(const Block& block) {
 PointOrder OrderByPasses(const Block& block) {
   const std::size_t windows = (block.points.size() + kWindow - 1) / kWindow;
   if (block.passes.size() <= kPassesInCache) return {};
-  const std::size_t as_they_stand = PassesOfWindows(block, {});
-  if (as_they_stand <= kPassesInCache * windows) return {};
+  const std::size_t as_given = PassesOfWindows(block, {});
+  if (as_given <= kPassesInCache * windows) return {};
   PointOrder order = SortedByPasses(block);
-  if (2 * PassesOfWindows(block, order) > as_they_stand) return {};
+  if (2 * PassesOfWindows(block, order) > as_given) return {};
   return order;
 }
 

@@ -8,17 +8,17 @@
 
 namespace sarblock {
 
-/// An order of the points of a block: the point that stands at each place.
+/// An order of the points of a block: the point at each place.
 using PointOrder = std::vector<std::uint32_t>;
 
-/// The points by the first and then the last pass that sees them, those of the same passes as they
-/// stand, those without looks at the end. Neighbours then share their passes: what a loop over
-/// points asks of a pass is still in the cache, and a piece of them touches little of S. Linear
-/// time.
+/// The points by the first and then the last pass that sees them, those of the same passes in their
+/// present order, those without looks at the end. Neighbours then share their passes: data of a
+/// pass that a loop over points reads is still in the cache, and a piece of points touches little
+/// of S. Linear time.
 [[nodiscard]] PointOrder SortedByPasses(const Block& block);
 
-/// The same, or empty where the points do not stand much better so: neighbours share their passes
-/// already, or the passes are few.
+/// The same, or empty if that order is not much better: neighbours share their passes already, or
+/// the passes are few.
 [[nodiscard]] PointOrder OrderByPasses(const Block& block);
 
 /// The order that leads back.

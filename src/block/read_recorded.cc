@@ -50,7 +50,7 @@ std::vector<TargetOfPass> TargetsOf(const Block& block) {
       double sigma_m = same_m[pass];
       if (!(sigma_m > 0.0)) {
         if (!(block.SigmaOf(i).azimuth > 0.0)) continue;
-        sigma_m = block.RoughAzimuthSigma_m(i, speed_mps[pass]);
+        sigma_m = block.ApproximateAzimuthSigma_m(i, speed_mps[pass]);
       }
       Sum& sum = pieces[piece][pass];
       sum.range_m = std::max(sum.range_m, block.looks.range_m[i]);
@@ -184,7 +184,7 @@ auto NamingPass(const Pass& pass, const Make& make) {
 struct Remark {
   std::size_t pass = 0;
   PathThrough through = PathThrough::kStates, remedy = PathThrough::kStates;
-  double effect_1 = 0.0;  ///< of the sigma of azimuth
+  double effect_ratio = 0.0;  ///< of the sigma of azimuth
   double remedied_m = 0.0;
 };
 
@@ -192,12 +192,12 @@ std::optional<Remark> RemarkOn(const Block& block, std::size_t index, const Ways
   const RecordedFlight& recorded = block.passes[index].recorded;
   const RecordingEffect& effect = recorded.effect;
   if (!effect.Matters()) return std::nullopt;
-  const double effect_1 = effect.Total_m() / effect.azimuth_sigma_m;
-  Remark remark{index, effect.through, effect.through, effect_1, effect.Total_m()};
+  const double effect_ratio = effect.Total_m() / effect.azimuth_sigma_m;
+  Remark remark{index, effect.through, effect.through, effect_ratio, effect.Total_m()};
   if (recorded.asked.through == PathThrough::kAuto) return remark;
   const RecordingEffect best = ways.Choose().effect;
-  constexpr double kWorthIt_1 = 0.7;
-  if (best.Total_m() < kWorthIt_1 * effect.Total_m()) {
+  constexpr double kWorthIt = 0.7;
+  if (best.Total_m() < kWorthIt * effect.Total_m()) {
     remark.remedy = best.through;
     remark.remedied_m = best.Total_m();
   }
@@ -209,7 +209,7 @@ std::optional<Remark> RemarkOn(const Block& block, std::size_t index, const Ways
 std::string RecordingWarning(const Block& block, const std::vector<Remark>& alike) {
   const Remark& worst =
       *std::max_element(alike.begin(), alike.end(), [](const Remark& a, const Remark& b) {
-        return a.effect_1 < b.effect_1;
+        return a.effect_ratio < b.effect_ratio;
       });
   const RecordingEffect& effect = block.passes[worst.pass].recorded.effect;
   std::string text = "pass " + block.passes[worst.pass].id + ": its recorded flight, read " +
@@ -247,20 +247,20 @@ std::vector<std::string> RecordingWarnings(const Block& block, const std::vector
 std::string FitWarning(const Pass& pass) {
   const std::optional<FitOfStates>& fit = pass.recorded.effect.fit;
   if (!fit) return "";
-  constexpr double kLevel = 0.999, kFactor_1 = 1.1;
+  constexpr double kLevel = 0.999, kFactor = 1.1;
   const StateNoise& sigma = pass.recorded.asked.sigma;
   std::string text;
   const auto test =
       [&](const char* what, const char* key, double given, double ratio, double freedom) {
         if (std::isnan(given) || !(freedom >= 1.0)) return;
-        const double factor_1 = std::sqrt(ratio);
-        if (factor_1 <= kFactor_1 && factor_1 >= 1.0 / kFactor_1) return;
+        const double factor = std::sqrt(ratio);
+        if (factor <= kFactor && factor >= 1.0 / kFactor) return;
         if (ChiSquareInterval(kLevel, freedom).Contains(ratio * freedom)) return;
         text += (text.empty() ? "" : "; ") + std::string(what) + " are off by " +
-                Digits(factor_1, 3) + " times what " + key + " = " + Digits(given, 3) + " says";
+                Digits(factor, 3) + " times what " + key + " = " + Digits(given, 3) + " says";
       };
-  test("positions", "sigma_m", sigma.position_m, fit->position_1, fit->position_freedom);
-  test("velocities", "sigma_mps", sigma.velocity_mps, fit->velocity_1, fit->velocity_freedom);
+  test("positions", "sigma_m", sigma.position_m, fit->position_ratio, fit->position_freedom);
+  test("velocities", "sigma_mps", sigma.velocity_mps, fit->velocity_ratio, fit->velocity_freedom);
   if (text.empty()) return "";
   return "pass " + pass.id + ": its states do not fit the smoothed path as stated: " + text +
          " (chi-square test at 99.9 %)";

@@ -13,11 +13,11 @@ namespace sarblock {
 /// the way that it asks for, and measures what the recording does to its points. kAuto takes the
 /// first of `states`, `orbit`, `positions` and `smooth` whose effect stays below a tenth of the
 /// standard deviation of azimuth, or the one of least effect. Paths read through their states stay
-/// as they are. The looks and the spans of the strips must stand. Returns warnings: recordings that
-/// matter, with the remedy, and smoothed paths that their states do not fit as stated.
+/// as they are. The looks and the spans of the strips must be set. Returns warnings: recordings
+/// that matter, with the remedy, and smoothed paths that their states do not fit as stated.
 [[nodiscard]] std::vector<std::string> ReadRecordedFlights(Block* block);
 
-/// The same of these passes alone, without what the warnings tell.
+/// The same for these passes alone, without warnings.
 void ReadRecordedFlights(const std::vector<std::uint32_t>& passes, Block* block);
 
 /// Times at which states give the path of a pass again: those recorded, and those of the path.

@@ -73,7 +73,7 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
                                         .progress = session.progress.get()});
   ExportOptions options = arguments.options;
   if (arguments.confidence_percent > 0.0) {
-    options.confidence_1 = 0.01 * arguments.confidence_percent;
+    options.confidence = 0.01 * arguments.confidence_percent;
   }
   options.ellipses = !arguments.no_ellipses;
   options.cross_covariances = !arguments.no_cross;
@@ -88,7 +88,7 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   RequireTargetFor(format, out, arguments.foreign);
   const ExportReport report =
       Naming(arguments.result, [&] { return ExportResult(result, format, out, options); });
-  for (const std::string& warning : report.warnings) session.Say("sarblock: warning: " + warning);
+  for (const std::string& warning : report.warnings) session.Warn("sarblock: warning: " + warning);
   if (session.json) {
     fmt::print("{}", ExportJson(report));
     return kAccepted;
@@ -105,7 +105,7 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
     text += fmt::format("  flight paths {}\n", report.paths);
   }
   for (const std::string& what : report.not_carried) text += "  not carried: " + what + "\n";
-  session.Show(text);
+  session.Print(text);
   return kAccepted;
 }
 
@@ -125,7 +125,7 @@ void AddExport(CLI::App* app, Session* session) {
   command->add_option("-o,--output",
                       arguments->out,
                       "File to write, a folder for isis, eof, csm and sicd (default: in the "
-                      "result's folder, beside its file)");
+                      "result's folder, or next to its file)");
   command
       ->add_option("--confidence",
                    arguments->confidence_percent,
@@ -163,6 +163,7 @@ struct ConvertArguments {
 
 int RunConvert(const ConvertArguments& arguments, const Session& session) {
   RequireFolderFor(ContentAt(arguments.from), arguments.to, arguments.foreign);
+  const OutputLock lock(arguments.to);
   const ConversionReport report = Convert(arguments.from,
                                           arguments.to,
                                           arguments.gzip ? Compression::kGzip : Compression::kNone,
@@ -178,15 +179,15 @@ int RunConvert(const ConvertArguments& arguments, const Session& session) {
     return kAccepted;
   }
   if (!report.left_out.empty()) {
-    session.Say(fmt::format("sarblock: not tables of a {} and left out: {}",
-                            report.kind,
-                            fmt::join(report.left_out, ", ")));
+    session.Warn(fmt::format("sarblock: not tables of a {} and left out: {}",
+                             report.kind,
+                             fmt::join(report.left_out, ", ")));
   }
-  session.Show(fmt::format("{}: {} tables, {} rows written to {}\n",
-                           report.kind,
-                           report.tables,
-                           report.rows,
-                           arguments.to));
+  session.Print(fmt::format("{}: {} tables, {} rows written to {}\n",
+                            report.kind,
+                            report.tables,
+                            report.rows,
+                            arguments.to));
   return kAccepted;
 }
 
@@ -229,10 +230,10 @@ int RunReport(const ReportArguments& arguments, const Session& session) {
                                     {"bytes", report.bytes}};
     fmt::print("{}\n", summary.dump(2));
   } else {
-    session.Show(fmt::format("{} ({:.2f} MB)\n  written to {}\n",
-                             report.verdict,
-                             1e-6 * static_cast<double>(report.bytes),
-                             report.file.string()));
+    session.Print(fmt::format("{} ({:.2f} MB)\n  written to {}\n",
+                              report.verdict,
+                              1e-6 * static_cast<double>(report.bytes),
+                              report.file.string()));
   }
   return kAccepted;
 }
@@ -249,18 +250,18 @@ void AddReport(CLI::App* app, Session* session) {
                    "Folder of a result or a study, .h5 file of a result; or two results")
       ->required()
       ->expected(1, 2);
-  command->add_option(
-      "-o,--output",
-      arguments->out,
-      "File to write (report.html in the folder or beside the file, comparison.html in the "
-      "second)");
+  command->add_option("-o,--output",
+                      arguments->out,
+                      "File to write (default: report.html in the folder or next to the file, "
+                      "comparison.html in the "
+                      "second)");
   AddForce(command, &arguments->foreign, "Replace files that sarblock did not write");
   command->callback([=] { session->run = [=] { return RunReport(*arguments, *session); }; });
 }
 
 void ReportResult(const std::string& folder, const Session& session) {
   const ReportFile report = WriteReport(folder, {}, session.progress.get());
-  if (!session.json) session.Show(fmt::format("  report: {}\n", report.file.string()));
+  if (!session.json) session.Print(fmt::format("  report: {}\n", report.file.string()));
 }
 
 }  // namespace sarblock::cli

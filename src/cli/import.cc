@@ -33,14 +33,15 @@ std::string ImportOutput::BlockName() const { return name.empty() ? NameAt(folde
 void AddImportOutput(CLI::App* command, ImportOutput* output) {
   command->add_option("-o,--output", output->folder, "Folder or .h5 file of the block to write")
       ->required();
-  command->add_option("--name", output->name, "Name of the block (left out: that of its folder)");
+  command->add_option("--name", output->name, "Name of the block (default: that of its folder)");
   command->add_flag("--gzip", output->gzip, "Write the tables compressed (.csv.gz, deflate)");
   AddForce(command, &output->foreign);
 }
 
-void RequireImportFolder(const ImportOutput& output, const Session& session) {
-  if (session.dump_config) return;
+std::optional<OutputLock> RequireImportFolder(const ImportOutput& output, const Session& session) {
+  if (session.dump_config) return std::nullopt;
   RequireFolderFor(FolderContent::kBlock, output.folder, output.foreign);
+  return OutputLock(output.folder);
 }
 
 bool WriteImported(const ImportOutput& output,
@@ -89,7 +90,7 @@ void AddMatchOptions(CLI::App* command, MatchArguments* arguments) {
   command->add_option("--points-origin",
                       arguments->origin,
                       "Line and sample of the first pixel's centre in that table, one number or "
-                      "LINE,SAMPLE (left out: 0)");
+                      "LINE,SAMPLE (default: 0)");
 }
 
 std::optional<MatchedPoints> ReadMatches(const MatchArguments& arguments) {
@@ -120,8 +121,7 @@ std::array<double, 2> PixelOrigin(const std::string& option, const std::string& 
     ++at;
   }
   if (count == 0 || at != end) {
-    throw InputError(option,
-                     "'" + text + "' is not allowed, a number or LINE,SAMPLE of -10 to 10 is");
+    throw InputError(option, "must be a number or LINE,SAMPLE of -10 to 10, got '" + text + "'");
   }
   if (count == 1) origin_px[1] = origin_px[0];
   return origin_px;
@@ -152,7 +152,7 @@ namespace {
 
 enum class ImportKind { kSentinel1, kNisar, kSicd, kImages };
 
-/// What grid points become; held against the orbit they are in any case.
+/// What grid points become; they are compared with the orbit in any case.
 enum class GridUse { kNone, kCheck, kControl, kTie };
 std::optional<PointRole> RoleOf(GridUse use) {
   switch (use) {
@@ -309,7 +309,7 @@ SensorImage ReadImageFile(const ImportArguments& arguments, const std::string& f
 }
 
 int RunImport(const ImportArguments& arguments, const Session& session) {
-  RequireImportFolder(arguments.output, session);
+  const auto lock = RequireImportFolder(arguments.output, session);
   ImportOptions options = arguments.options;
   options.name = arguments.output.BlockName();
   std::vector<SensorImage> images;
@@ -337,12 +337,12 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   own.groups = imported.corrections;
   own.priors = imported.priors;
   if (!WriteImported(arguments.output, imported.block, session, own)) return kAccepted;
-  for (const FaultyRow& row : imported.faults) session.Say("warning: " + Describe(row));
-  for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
+  for (const FaultyRow& row : imported.faults) session.Warn("warning: " + Describe(row));
+  for (const std::string& warning : imported.warnings) session.Warn("warning: " + warning);
   if (session.json) {
     fmt::print("{}\n", ImportJson(arguments, imported));
   } else {
-    session.Show(DescribeImport(arguments, imported));
+    session.Print(DescribeImport(arguments, imported));
   }
   return kAccepted;
 }
@@ -395,7 +395,7 @@ void AddOrbitOptions(CLI::App* command, ImportArguments* arguments) {
     command
         ->add_option("--orbit-margin-s",
                      options.orbit_margin_s,
-                     "Of an orbit file, taken before and after the product")
+                     "Part of an orbit file used before and after the product")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
   }
@@ -459,11 +459,11 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
   AddNumber(command,
             sentinel1 ? "--range-sigma-m,--sigma-range-m" : "--range-sigma-m",
             &options.range_sigma_m,
-            "Of the looks' range (left out: a pixel, evenly spread)");
+            "Standard deviation of range (default: uniform within a pixel)");
   AddNumber(command,
             sentinel1 ? "--azimuth-sigma-m,--sigma-azimuth-m" : "--azimuth-sigma-m",
             &options.azimuth_sigma_m,
-            "Of the looks' azimuth (left out: a line, evenly spread)");
+            "Standard deviation of azimuth (default: uniform within a line)");
   if (kind == ImportKind::kNisar || kind == ImportKind::kImages) {
     const std::map<std::string, NisarFrequency> frequencies{{"A", NisarFrequency::kA},
                                                             {"B", NisarFrequency::kB}};
@@ -477,7 +477,7 @@ void AddOptions(CLI::App* command, ImportArguments* arguments) {
   } else {
     AddOrbitOptions(command, arguments);
   }
-  command->add_option("--id", options.pass_ids, "Ids of the passes, one an image");
+  command->add_option("--id", options.pass_ids, "Ids of the passes, one per image");
   AddImportOutput(command, &arguments->output);
 }
 
@@ -494,28 +494,28 @@ void AddImportOf(
 }  // namespace
 
 void AddImport(CLI::App* app, Session* session) {
-  CLI::App* group = app->add_subcommand("import", "Make a block of products of others");
+  CLI::App* group = app->add_subcommand("import", "Make a block from SAR products");
   group->require_subcommand(1);
   AddImportOf(group,
               session,
               ImportKind::kSentinel1,
               "sentinel1",
-              "Of Sentinel-1 annotations: orbits, image rasters and geolocation grids");
+              "Import Sentinel-1 annotation files (orbit, raster, geolocation grid)");
   AddImportOf(group,
               session,
               ImportKind::kNisar,
               "nisar",
-              "Of RSLC products of NISAR: orbits, image rasters, reflectors");
+              "Import NISAR RSLC products (orbit, raster, reflectors)");
   AddImportOf(group,
               session,
               ImportKind::kSicd,
               "sicd",
-              "Of SICD images: paths, image rasters, times and Dopplers of matched points");
+              "Import SICD images (path, raster, times and Dopplers of matched points)");
   AddImportOf(group,
               session,
               ImportKind::kImages,
               "images",
-              "Of images of several kinds and a table of points matched in them");
+              "Import images of several kinds with a table of points matched in them");
   AddNetworkImports(group, session);
 }
 
@@ -658,7 +658,7 @@ std::string NetworkJson(const NetworkArguments& arguments,
 }
 
 int RunNetworkImport(const NetworkArguments& arguments, const Session& session) {
-  RequireImportFolder(arguments.output, session);
+  const auto lock = RequireImportFolder(arguments.output, session);
   NetworkImportOptions options = arguments.options;
   options.name = arguments.output.BlockName();
   if (!arguments.pixel_origin.empty()) {
@@ -677,11 +677,11 @@ int RunNetworkImport(const NetworkArguments& arguments, const Session& session) 
   }
   const ImportedNetwork imported = ImportNetwork(network, images, options);
   if (!WriteImported(arguments.output, imported.block, session)) return kAccepted;
-  for (const std::string& warning : imported.warnings) session.Say("warning: " + warning);
+  for (const std::string& warning : imported.warnings) session.Warn("warning: " + warning);
   if (session.json) {
     fmt::print("{}\n", NetworkJson(arguments, network, imported));
   } else {
-    session.Show(DescribeNetwork(arguments, network, imported));
+    session.Print(DescribeNetwork(arguments, network, imported));
   }
   return kAccepted;
 }
@@ -708,7 +708,7 @@ void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
   command->add_option("--pixel-origin",
                       arguments->pixel_origin,
                       std::string("Line and sample of the first pixel's centre in the network, one "
-                                  "number or LINE,SAMPLE (left out: ") +
+                                  "number or LINE,SAMPLE (default: ") +
                           (isis ? "1, of ISIS)" : "0.5, of CSM)"));
   AddRangePolynomial(command,
                      "Ground range polynomials: at their times, or as USGSCSM spaces them",
@@ -724,7 +724,7 @@ void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
   if (isis) {
     command->add_flag("--jigsaw-weights",
                       options.jigsaw_sigma,
-                      "The standard deviations that jigsaw gives measures of Mini-RF instead");
+                      "Use the standard deviations that jigsaw gives measures of Mini-RF");
   }
   AddNumber(command,
             "--control-sigma-m",
@@ -733,14 +733,15 @@ void AddNetworkOptions(CLI::App* command, NetworkArguments* arguments) {
   command
       ->add_option("--fixed-sigma-m",
                    options.fixed_sigma_m,
-                   "Standard deviation, each axis, that fixed points are held with")
+                   "Standard deviation, each axis, of fixed points")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  AddNumber(command,
-            "--height-sigma-m",
-            &options.height_sigma_m,
-            "Hold the heights of free points that have a position, as jigsaw holds radii");
-  command->add_option("--id", options.pass_ids, "Ids of the passes, one an image");
+  AddNumber(
+      command,
+      "--height-sigma-m",
+      &options.height_sigma_m,
+      "Constrain the heights of free points that have a position, as jigsaw constrains radii");
+  command->add_option("--id", options.pass_ids, "Ids of the passes, one per image");
   command->add_flag(
       "--leave-out-missing",
       [&options](std::int64_t) { options.missing = MissingImages::kLeaveOut; },
@@ -762,8 +763,11 @@ void AddNetworkImports(CLI::App* group, Session* session) {
   add(ImageKind::kIsis,
       "isis",
       1.0,
-      "Of a control network and cubes of ISIS: paths, image rasters, measures");
-  add(ImageKind::kCsm, "csm", 0.5, "Of a control network of ISIS and ISDs of USGSCSM's SAR model");
+      "Import an ISIS control network with its cubes (paths, rasters, measures)");
+  add(ImageKind::kCsm,
+      "csm",
+      0.5,
+      "Import an ISIS control network with ISDs of USGSCSM's SAR model");
 }
 
 }  // namespace sarblock::cli

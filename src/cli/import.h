@@ -29,8 +29,10 @@ struct ImportOutput {
 /// Adds -o, --name, --gzip and --force.
 void AddImportOutput(CLI::App* command, ImportOutput* output);
 
-/// Refuses a folder that the block cannot be written to, before anything is read.
-void RequireImportFolder(const ImportOutput& output, const Session& session);
+/// Refuses a folder that the block cannot be written to, before anything is read, and keeps it for
+/// this run. Nothing with --dump-config.
+[[nodiscard]] std::optional<OutputLock> RequireImportFolder(const ImportOutput& output,
+                                                            const Session& session);
 
 /// Writes the block with the `[adjust]` table that `own` and --set ask for. With --dump-config it
 /// prints that table instead and returns false.

@@ -226,7 +226,7 @@ int PrintSingleFlight(const SquintPair& pair, const Session& session) {
                          .second_squint_rad = pair.second_deg * kRadPerDeg});
   if (session.json) {
     const Json json = {{"rank", proof.rank},
-                       {"singular_values", proof.singular_1},
+                       {"singular_values", proof.singular},
                        {"plane_gap_m", proof.plane_gap_m},
                        {"radius_gap_m", proof.radius_gap_m},
                        {"outcome", NameOf(proof.outcome)},
@@ -235,12 +235,12 @@ int PrintSingleFlight(const SquintPair& pair, const Session& session) {
   } else {
     fmt::print("rank {} of 3 (singular values {:.3g}, {:.3g}, {:.3g}); intersection: {}\n",
                proof.rank,
-               proof.singular_1[0],
-               proof.singular_1[1],
-               proof.singular_1[2],
+               proof.singular[0],
+               proof.singular[1],
+               proof.singular[2],
                NameOf(proof.outcome));
   }
-  Tell("sarblock: " + proof.reason);
+  PrintError("sarblock: " + proof.reason);
   return kUndetermined;
 }
 
@@ -278,16 +278,16 @@ void AddConfiguration(CLI::App* command,
 
 void AddLeberl(CLI::App* app, Session* session) {
   CLI::App* leberl = app->add_subcommand(
-      "leberl", "The closed forms of Leberl (1979) beside the rigorous solution");
+      "leberl", "The closed forms of Leberl (1979) compared with the rigorous solution");
   leberl->require_subcommand(1);
 
   const auto csv = std::make_shared<bool>(false);
   CLI::App* table = leberl->add_subcommand("table1", "Table 1, every cell with a verdict");
-  table->add_flag("--csv", *csv, "one row a cell, machine-readable");
+  table->add_flag("--csv", *csv, "one row per cell, machine-readable");
   table->callback(
       [session, csv] { session->run = [session, csv] { return PrintTable1(*csv, *session); }; });
   CLI::App* examples = leberl->add_subcommand("examples", "Numbers quoted outside Table 1");
-  examples->add_flag("--csv", *csv, "one row an example, machine-readable");
+  examples->add_flag("--csv", *csv, "one row per example, machine-readable");
   examples->callback(
       [session, csv] { session->run = [session, csv] { return PrintExamples(*csv, *session); }; });
 
@@ -327,11 +327,12 @@ struct ParallaxInput {
   std::string table;
 };
 
-enum Column : std::size_t { kPoint, kGroundRange, kPointHeight, kParallax };
-constexpr std::array<TableColumn, 4> kTargetColumns = {{{"point", ColumnNeed::kOptional},
-                                                        {"ground_range_m", ColumnNeed::kRequired},
-                                                        {"point_height_m", ColumnNeed::kOptional},
-                                                        {"parallax_m", ColumnNeed::kOptional}}};
+constexpr Columns kTargetColumns{{
+    {"point", ColumnNeed::kOptional, CellKind::kText},
+    {"ground_range_m", ColumnNeed::kRequired},
+    {"point_height_m"},
+    {"parallax_m"},
+}};
 
 /// One answered row; NaN where the exact relation has no answer.
 struct ParallaxRow {
@@ -344,27 +345,29 @@ struct ParallaxRow {
   double absolute_parallax_m = 0.0;
 };
 
-ParallaxRow Answer(const CsvReader& reader, const ParallaxInput& input) {
+ParallaxRow Answer(const Row& target, const ParallaxInput& input) {
+  constexpr std::size_t kHeight = kTargetColumns("point_height_m");
+  constexpr std::size_t kParallax = kTargetColumns("parallax_m");
   leberl::StereoConfiguration c = input.configuration;
-  c.ground_range_m = reader.RequiredNumber(kGroundRange);
+  c.ground_range_m = target.RequiredNumber(kTargetColumns("ground_range_m"));
   try {
     Validate(c);
   } catch (const InputError& error) {
-    reader.Fail(kGroundRange, error.what());
+    target.Fail(kTargetColumns("ground_range_m"), error.what());
   }
-  if (reader.Given(kPointHeight) == reader.Given(kParallax)) {
-    reader.Fail(kPointHeight, "exactly one of point_height_m and parallax_m is allowed in a row");
+  if (target.Given(kHeight) == target.Given(kParallax)) {
+    target.Fail(kHeight, "exactly one of point_height_m and parallax_m is allowed in a row");
   }
   ParallaxRow row;
-  row.point = reader.Text(kPoint);
+  row.point = target.Text(kTargetColumns("point"));
   row.ground_range_m = c.ground_range_m;
   row.absolute_parallax_m = AbsoluteParallax(c);
-  if (reader.Given(kPointHeight)) {
-    row.height_m = row.exact_height_m = reader.Number(kPointHeight);
+  if (target.Given(kHeight)) {
+    row.height_m = row.exact_height_m = target.Number(kHeight);
     row.parallax_m = ParallaxFromHeight(c, row.height_m, input.presentation);
     row.exact_parallax_m = OrNaN(ExactParallaxFromHeight(c, row.height_m, input.presentation));
   } else {
-    row.parallax_m = row.exact_parallax_m = reader.Number(kParallax);
+    row.parallax_m = row.exact_parallax_m = target.Number(kParallax);
     row.height_m = HeightFromParallax(c, row.parallax_m, input.presentation);
     row.exact_height_m = OrNaN(ExactHeightFromParallax(c, row.parallax_m, input.presentation));
   }
@@ -375,15 +378,15 @@ std::string Number(double value) { return std::isfinite(value) ? fmt::format("{}
 Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 int PrintParallax(const ParallaxInput& input, const Session& session) {
-  CsvReader reader(input.table, kTargetColumns);
+  const auto table = ReadCsv(input.table, kTargetColumns);
   Json list = Json::array();
   if (!session.json) {
     fmt::print(
         "point,ground_range_m,point_height_m,parallax_m,exact_point_height_m,exact_parallax_m,"
         "absolute_parallax_m\n");
   }
-  while (reader.Next()) {
-    const ParallaxRow row = Answer(reader, input);
+  ForRows(table.get(), [&](const Row& target) {
+    const ParallaxRow row = Answer(target, input);
     if (session.json) {
       list.push_back({{"point", row.point},
                       {"ground_range_m", row.ground_range_m},
@@ -402,7 +405,7 @@ int PrintParallax(const ParallaxInput& input, const Session& session) {
                  Number(row.exact_parallax_m),
                  Number(row.absolute_parallax_m));
     }
-  }
+  });
   if (session.json) fmt::print("{}\n", list.dump(2));
   return kAccepted;
 }
@@ -452,7 +455,7 @@ Json ToJson(const PointError& error) {
 
 void CheckFinite(const StationErrors& errors, const char* station) {
   const std::array values = {
-      errors.dx0_m, errors.dy0_m, errors.dz0_m, errors.dr_m, errors.dydot0_1, errors.dzdot0_1};
+      errors.dx0_m, errors.dy0_m, errors.dz0_m, errors.dr_m, errors.dydot0, errors.dzdot0};
   for (const double value : values) {
     if (!std::isfinite(value)) {
       throw InputError(fmt::format("errors of station {}", station), "a finite number is allowed");
@@ -522,9 +525,9 @@ void AddStation(CLI::App* command, const std::string& suffix, StationErrors* err
   command->add_option("--dz0" + suffix, errors->dz0_m, "height error [m]" + station);
   command->add_option("--dr" + suffix, errors->dr_m, "slant range error [m]" + station);
   command->add_option(
-      "--dydot" + suffix, errors->dydot0_1, "velocity direction error across [1]" + station);
+      "--dydot" + suffix, errors->dydot0, "velocity direction error across [1]" + station);
   command->add_option(
-      "--dzdot" + suffix, errors->dzdot0_1, "velocity direction error up [1]" + station);
+      "--dzdot" + suffix, errors->dzdot0, "velocity direction error up [1]" + station);
 }
 
 }  // namespace
@@ -550,12 +553,38 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void WriteCase(const ValidityCase& of, CsvWriter* csv) {
-  csv->Text(NameOf(of.source))
-      .Text(of.arrangement == leberl::Arrangement::kSameSide ? "same-side" : "opposite-side")
-      .Number(std::round(of.look_rad * kDegPerRad * 1e9) / 1e9)  // 30, not 29.999999999999996
-      .Number(of.base_ratio_1)
-      .Number(of.terrain_ratio_1);
+constexpr Columns kMapColumns{{
+    {"source", ColumnNeed::kOptional, CellKind::kText},
+    {"arrangement", ColumnNeed::kOptional, CellKind::kText},
+    {"look_deg"},
+    {"base_ratio"},
+    {"terrain_ratio"},
+    {"error_ratio"},
+    {"relative_difference"},
+}};
+constexpr Columns kLineColumns{{
+    {"source", ColumnNeed::kOptional, CellKind::kText},
+    {"arrangement", ColumnNeed::kOptional, CellKind::kText},
+    {"look_deg"},
+    {"base_ratio"},
+    {"terrain_ratio"},
+    {"error_ratio_1_percent"},
+    {"error_ratio_5_percent"},
+    {"error_ratio_20_percent"},
+}};
+
+/// A row of one of these two tables, without its last columns.
+template <const auto& kColumns>
+NewRow CaseRow(const ValidityCase& of, Batch* batch) {
+  const bool same = of.arrangement == leberl::Arrangement::kSameSide;
+  NewRow row(batch);
+  row.Text(kColumns("source"), NameOf(of.source));
+  row.Text(kColumns("arrangement"), same ? "same-side" : "opposite-side");
+  // 30, not 29.999999999999996
+  row.Number(kColumns("look_deg"), std::round(of.look_rad * kDegPerRad * 1e9) / 1e9);
+  row.Number(kColumns("base_ratio"), of.base_ratio);
+  row.Number(kColumns("terrain_ratio"), of.terrain_ratio);
+  return row;
 }
 
 int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& session) {
@@ -563,36 +592,23 @@ int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& s
       folder, {"source,arrangement,look_deg,", "<!-- written by sarblock -->"}, foreign);
   const ValidityOptions options;
   MakeFolder(folder);
-  CsvWriter map(folder / "validity_map.csv",
-                {"source",
-                 "arrangement",
-                 "look_deg",
-                 "base_ratio",
-                 "terrain_ratio",
-                 "error_ratio",
-                 "relative_difference"});
-  for (const ValidityRow& row : ValidityMap(options)) {
-    WriteCase(row.of, &map);
-    map.Number(row.error_ratio_1).Number(OrNaN(row.relative_difference)).EndRow();
-  }
-  map.Commit();
-  CsvWriter csv(folder / "validity_lines.csv",
-                {"source",
-                 "arrangement",
-                 "look_deg",
-                 "base_ratio",
-                 "terrain_ratio",
-                 "error_ratio_1_percent",
-                 "error_ratio_5_percent",
-                 "error_ratio_20_percent"});
-  for (const ValidityLine& line : ValidityLines(options)) {
-    WriteCase(line.of, &csv);
-    csv.Number(OrNaN(line.error_ratio_1_percent))
-        .Number(OrNaN(line.error_ratio_5_percent))
-        .Number(OrNaN(line.error_ratio_20_percent))
-        .EndRow();
-  }
-  csv.Commit();
+  const std::vector<ValidityRow> rows = ValidityMap(options);
+  const auto map = WriteCsv(folder / "validity_map.csv", kMapColumns);
+  WriteEach(rows.size(), map.get(), [&](std::size_t i, Batch* batch) {
+    CaseRow<kMapColumns>(rows[i].of, batch)
+        .Number(kMapColumns("error_ratio"), rows[i].error_ratio)
+        .Number(kMapColumns("relative_difference"), OrNaN(rows[i].relative_difference));
+  });
+  map->Commit();
+  const std::vector<ValidityLine> found = ValidityLines(options);
+  const auto lines = WriteCsv(folder / "validity_lines.csv", kLineColumns);
+  WriteEach(found.size(), lines.get(), [&](std::size_t i, Batch* batch) {
+    CaseRow<kLineColumns>(found[i].of, batch)
+        .Number(kLineColumns("error_ratio_1_percent"), OrNaN(found[i].error_ratio_1_percent))
+        .Number(kLineColumns("error_ratio_5_percent"), OrNaN(found[i].error_ratio_5_percent))
+        .Number(kLineColumns("error_ratio_20_percent"), OrNaN(found[i].error_ratio_20_percent));
+  });
+  lines->Commit();
   ValidityOptions fine = options;
   fine.look_deg.clear();
   for (int look_deg = 20; look_deg <= 70; ++look_deg) fine.look_deg.push_back(look_deg);
@@ -606,7 +622,7 @@ int WriteValidity(const fs::path& folder, ForeignFiles foreign, const Session& s
       file.Commit();
     }
   }
-  session.Say(
+  session.Warn(
       fmt::format("{}: validity_map.csv, validity_lines.csv and nine plots", folder.string()));
   return kAccepted;
 }
@@ -654,10 +670,10 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
   std::vector<const ValidityLine*> chosen;
   std::vector<double> bases;
   for (const ValidityLine& line : lines) {
-    if (line.of.source != source || line.of.terrain_ratio_1 != terrain_ratio) continue;
+    if (line.of.source != source || line.of.terrain_ratio != terrain_ratio) continue;
     chosen.push_back(&line);
-    if (std::find(bases.begin(), bases.end(), line.of.base_ratio_1) == bases.end()) {
-      bases.push_back(line.of.base_ratio_1);
+    if (std::find(bases.begin(), bases.end(), line.of.base_ratio) == bases.end()) {
+      bases.push_back(line.of.base_ratio);
     }
   }
   Plot plot;
@@ -675,7 +691,7 @@ std::string PlotValidity(const std::vector<ValidityLine>& lines,
       PlotSeries series = EmptySeries(b, level.dash);
       leberl::Arrangement side = leberl::Arrangement::kSameSide;
       for (const ValidityLine* line : chosen) {
-        if (line->of.base_ratio_1 != bases[b]) continue;
+        if (line->of.base_ratio != bases[b]) continue;
         const std::optional<double>& ratio = line->*level.ratio;
         // The line breaks where terrain alone exceeds the level (0), outside the plot, and where
         // the point passes from between the stations to one side of them.

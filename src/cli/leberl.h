@@ -27,7 +27,7 @@ void AddConfiguration(CLI::App* command,
                       GroundRange ground_range,
                       leberl::StereoConfiguration* configuration);
 
-/// A cell of a CSV on standard output: quoted where a comma or a quotation mark stands in it.
+/// A cell of a CSV on standard output: quoted if it contains a comma or a quotation mark.
 [[nodiscard]] std::string CsvText(const std::string& text);
 
 /// A number for a cell of a CSV; NaN, an empty cell, where there is none.

@@ -162,13 +162,11 @@ std::vector<SetKey> SetKeysOf(const std::string& command_path) {
   }
   for (const AdjustOption& option : AdjustOptionTable()) {
     if (option.type == "table") continue;
-    SetKey key{(scene ? "adjust." : "") + std::string(option.key),
-               {},
-               fmt::format("{} ({}: {}; left out: {})",
-                           option.help,
-                           option.type,
-                           option.allowed,
-                           option.standard)};
+    SetKey key{
+        (scene ? "adjust." : "") + std::string(option.key),
+        {},
+        fmt::format(
+            "{} ({}: {}; default: {})", option.help, option.type, option.allowed, option.standard)};
     if (option.type == "text" || option.type == "flag") key.values = WordsOf(option.allowed);
     keys.push_back(std::move(key));
   }
@@ -201,8 +199,8 @@ constexpr const char* kDescription =
     "Takes what was measured in overlapping radar images (azimuth times, slant ranges, squints or "
     "Doppler centroids), the flight paths as recorded and the points that are known, and gives the "
     "most probable positions of all points and corrections of all flight paths, each with its "
-    "exact covariance. A simulator with known truth and the closed forms of Leberl (1979) stand "
-    "beside it.";
+    "exact covariance. A simulator with known truth and the closed forms of Leberl (1979) are "
+    "included.";
 
 constexpr std::array kExamples = std::to_array<const char*>({
     "sarblock simulate datasets/scenes/block-12-strips.toml -o build/block",
@@ -495,7 +493,7 @@ std::string BashValueCases(const CommandDefinition& command, const std::string& 
   return text;
 }
 
-/// Sets `values` for --set: keys, or the words of the key that stands before the `=`.
+/// Sets `values` for --set: keys, or the words of the key before the `=`.
 std::string BashKeys(const CommandDefinition& program) {
   std::string text = "  if [[ $kind == key ]]; then\n    case \"$command:$cur\" in\n";
   for (const CommandDefinition* command : RunnableCommands(program)) {
@@ -514,7 +512,7 @@ std::string BashKeys(const CommandDefinition& program) {
 
 // --- zsh ---
 
-/// Text inside [...] of a specification that stands in single quotes.
+/// Text inside [...] of a specification in single quotes.
 std::string ZshText(const std::string& text) {
   std::string escaped;
   for (const char c : text) {

@@ -17,7 +17,7 @@ enum class ValueKind { kNone, kText, kNumber, kFolder, kChoice, kKey };
 /// One option or positional argument as the command line's parser knows it.
 struct OptionDefinition {
   std::vector<std::string> names;  ///< "-o", "--output"; of a positional its name alone
-  std::string value;               ///< what stands for the value: "N", "FOLDER"; empty: a flag
+  std::string value;               ///< placeholder of the value: "N", "FOLDER"; empty: a flag
   ValueKind kind = ValueKind::kNone;
   std::vector<std::string> choices;  ///< of kChoice
   std::string constraint;            ///< "above 0", "0 to 1024"; empty: none
@@ -58,7 +58,7 @@ struct SetKey {
 /// Exit codes with what each means.
 [[nodiscard]] std::vector<std::pair<int, std::string>> ExitCodes();
 
-/// The manual as a page of man and as docs/commands.md; the keys of --set, one a line behind their
+/// The manual as a page of man and as docs/commands.md; the keys of --set, one per line after their
 /// command and a tab.
 [[nodiscard]] std::string ManualRoff(const CommandDefinition& program);
 [[nodiscard]] std::string ManualMarkdown(const CommandDefinition& program);

@@ -26,7 +26,7 @@ std::string Headline(const AdjustResult& result) {
     case AdjustStatus::kNotConverged:
       return NameOf(result.assessment.verdict);
     case AdjustStatus::kIntersected:
-      return std::string("intersected, flight paths held") +
+      return std::string("intersected, flight paths fixed") +
              (result.assessment.verdict == Verdict::kTestsFailed ? ": tests failed" : "");
     case AdjustStatus::kPredicted:
       return "predicted from geometry and weights";
@@ -35,15 +35,27 @@ std::string Headline(const AdjustResult& result) {
 }
 
 void PrintTest(const AdjustResult& result, const AdjustOptions& options, Out out) {
-  const double f = result.redundancy();
+  const double f = result.test_redundancy;
   if (std::isnan(result.sigma0_squared)) return;
   fmt::format_to(out,
-                 "  variance factor s0^2 {:.4f}, {:g} % acceptance {:.4f} to {:.4f}: {}\n",
+                 "  variance factor s0^2 {:.4f}, {:.4f} to {:.4f} expected ({:g} % for all tests): "
+                 "{}\n",
                  result.sigma0_squared,
-                 100.0 * options.test_level,
                  result.chi_square.lower / f,
                  result.chi_square.upper / f,
+                 100.0 * options.test_level,
                  result.chi_square_passed ? "passed" : "FAILED");
+  for (const ObservationGroup& group : result.assessment.groups) {
+    fmt::format_to(out,
+                   "    {:<9} v'Pv {:>10.1f}, redundancy {:>10.1f}, factor {:>16}, {:.3f} to "
+                   "{:.3f} expected\n",
+                   group.name,
+                   group.square_sum,
+                   group.redundancy,
+                   ValueWithSigma(group.factor(), group.factor_deviation()),
+                   group.band.lower,
+                   group.band.upper);
+  }
 }
 
 void PrintSigmas(const Block& block, const AdjustResult& result, double factor, Out out) {
@@ -90,19 +102,19 @@ void PrintTests(const QualitySummary& summary, const AdjustResult& result, Out o
                  "  tests of {} observations, level {:.3g} each, {:.3g} all: critical |w| {:.2f}, "
                  "delta0 {:.2f}\n",
                  figures.tests,
-                 figures.alpha_one_1,
-                 figures.alpha_all_1,
-                 figures.critical_w_1,
-                 figures.delta0_1);
+                 figures.alpha_one,
+                 figures.alpha_all,
+                 figures.critical_w,
+                 figures.delta0);
   if (result.status == AdjustStatus::kPredicted) return;  // nothing was measured
   fmt::format_to(
       out,
       "    above it {} range, {} azimuth, {} control; {:.1f} expected by chance; {} of {} "
-      "looks cannot be localised (two looks a point)\n",
+      "looks cannot be localised (two looks per point)\n",
       summary.looks_above[0],
       summary.looks_above[1],
       summary.control_above,
-      summary.expected_above_1(),
+      summary.expected_above(),
       summary.looks_not_localisable,
       summary.looks_tested[0]);
 }
@@ -117,8 +129,8 @@ void PrintPriors(const AdjustResult& result, Out out) {
                    "{:.2f}, {} {}\n",
                    priors.tested,
                    priors.above,
-                   priors.expected_above_1,
-                   std::abs(priors.worst_w_1),
+                   priors.expected_above,
+                   std::abs(priors.worst_w),
                    worst.owner,
                    worst.name);
   }
@@ -133,7 +145,7 @@ void PrintPriors(const AdjustResult& result, Out out) {
                  "    the pass that fits worst: {}, s0^2 {:.4g} with redundancy {:.1f}\n",
                  worst->owner,
                  worst->variance_factor(),
-                 worst->redundancy_1 + worst->prior_redundancy_1);
+                 worst->redundancy + worst->prior_redundancy);
 }
 
 void PrintQuality(const Block& block, const AdjustResult& result, Out out) {
@@ -159,12 +171,11 @@ void PrintQuality(const Block& block, const AdjustResult& result, Out out) {
 void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (result.checks.empty()) return;
   const CheckSummary& summary = result.assessment.checks;
-  fmt::format_to(out,
-                 "  {:4} check points rms {:10.4g} {:10.4g} {:10.4g}\n",
-                 summary.points,
-                 summary.rms_m[0],
-                 summary.rms_m[1],
-                 summary.rms_m[2]);
+  std::string rms;  // of what the points give: heights alone, say
+  for (const double rms_m : summary.rms_m) {
+    rms += std::isnan(rms_m) ? fmt::format(" {:>10}", "-") : fmt::format(" {:10.4g}", rms_m);
+  }
+  fmt::format_to(out, "  {:4} check points rms{}\n", summary.points, rms);
   const std::string verdict = DescribeChecks(summary, level);
   if (!verdict.empty()) fmt::format_to(out, "    {}\n", verdict);
 }
@@ -237,24 +248,24 @@ void PrintSelection(const SelectionReport& selection, Out out) {
                    "    {:<28} {:<12.12} F {:<10.4g} delta BIC {:.4g}\n",
                    c.name,
                    c.passes,
-                   c.f_1,
-                   c.delta_bic_1);
+                   c.f,
+                   c.delta_bic);
   }
   for (const SimplificationBound& bound : selection.simplifications) {
     fmt::format_to(
         out,
         "  simplification {:<18} moves points by at most {:.2g} sigma: {}{}\n",
         bound.name,
-        bound.fraction_1,
+        bound.fraction,
         bound.verdict,
-        std::isnan(bound.gain_1) ? "" : fmt::format(" (looks {:.2f} times as fast)", bound.gain_1));
+        std::isnan(bound.gain) ? "" : fmt::format(" (looks {:.2f} times as fast)", bound.gain));
   }
   if (selection.simplified.any()) {
     fmt::format_to(out,
                    "  simplified model: looks evaluated {:.2f} times as fast; the full model would "
                    "move no point by more than {:.2g} sigma\n",
-                   selection.simplified_gain_1,
-                   selection.simplified_shift_1);
+                   selection.simplified_gain,
+                   selection.simplified_shift);
   }
 }
 
@@ -263,7 +274,7 @@ void PrintSelection(const SelectionReport& selection, Out out) {
 std::string DescribeResult(const Block& block,
                            const AdjustOptions& options,
                            const AdjustResult& result,
-                           double sigma_factor_1) {
+                           double sigma_factor) {
   std::string text;
   const Out out(text);
   const auto solved = std::count_if(
@@ -289,7 +300,7 @@ std::string DescribeResult(const Block& block,
   }
   if (result.status == AdjustStatus::kConverged || result.status == AdjustStatus::kNotConverged) {
     fmt::format_to(out,
-                   "  iterations {}, cost {:.6g} -> {:.6g}, step left {:.1e} sigma\n",
+                   "  iterations {}, cost {:.6g} -> {:.6g}, Newton decrement {:.1e} sigma\n",
                    result.iterations,
                    result.initial_cost,
                    result.final_cost,
@@ -301,11 +312,11 @@ std::string DescribeResult(const Block& block,
   if (!result.parameters.empty()) {
     fmt::format_to(out, "  condition of the reduced matrix {:.2g}\n", result.condition);
   }
-  PrintSigmas(block, result, sigma_factor_1, out);
+  PrintSigmas(block, result, sigma_factor, out);
   text += DescribeMonteCarlo(result);
-  PrintChecks(result, options.test_level, out);
+  PrintChecks(result, LevelOfOneTest(options.test_level), out);
   PrintQuality(block, result, out);
-  PrintCorrections(result, sigma_factor_1, out);
+  PrintCorrections(result, sigma_factor, out);
   for (const std::string& warning : result.warnings) {
     fmt::format_to(out, "  warning: {}\n", warning);
   }
@@ -314,27 +325,27 @@ std::string DescribeResult(const Block& block,
 
 namespace {
 
-/// A row whose first cell is the name of a pass; a name too long for its column stands alone above
-/// the others.
+/// A row whose first cell is the name of a pass; a name too long for its column has a line of its
+/// own above the others.
 std::string RowOf(const std::string& pass, std::size_t width, const std::string& cells) {
   std::string row = fmt::format("  {:<{}} {}\n", pass, width, cells);
   if (row.size() <= kColumns + 1) return row;
   return fmt::format("  {}\n      {}\n", pass, cells);
 }
 
-/// What the recordings do to a point, where they are told from ideal ones.
+/// Effect of the recordings on a point, if it differs from that of ideal ones.
 void PrintRecordings(const Block& block, Out out) {
-  constexpr double kTold_1 = 1e-3;  // of the sigma of azimuth
+  constexpr double kReported = 1e-3;  // of the sigma of azimuth
   constexpr std::size_t kShown = 40;
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (const Pass& pass : block.passes) {
     const RecordingEffect& effect = pass.recorded.effect;
-    const bool ideal = !(effect.Total_m() > kTold_1 * effect.azimuth_sigma_m);
+    const bool ideal = !(effect.Total_m() > kReported * effect.azimuth_sigma_m);
     if (ideal && pass.recorded.asked.through == PathThrough::kStates) continue;
-    if (++told > kShown) continue;
-    if (told == 1) {
+    if (++reported > kShown) continue;
+    if (reported == 1) {
       fmt::format_to(out,
-                     "  what recorded flights do to a point, metres along track\n"
+                     "  orbit error at the ground, along track [m]\n"
                      "  {:<14} {:<9} {:>9} {:>13} {:>14} {:>13}\n",
                      "pass",
                      "through",
@@ -355,7 +366,7 @@ void PrintRecordings(const Block& block, Out out) {
                                      effect.azimuth_sigma_m)));
     if (!effect.why.empty()) fmt::format_to(out, "    {}\n", effect.why);
   }
-  if (told > kShown) fmt::format_to(out, "  and {} passes more\n", told - kShown);
+  if (reported > kShown) fmt::format_to(out, "  and {} passes more\n", reported - kShown);
 }
 
 }  // namespace
@@ -373,10 +384,11 @@ std::string DescribeBlock(const Block& block) {
   std::array<std::size_t, 3> roles{};
   for (const PointRole role : block.points.role) ++roles[static_cast<std::size_t>(role)];
   std::vector<std::size_t> looks_of_pass(block.passes.size(), 0);
-  std::size_t rejected = 0;
+  std::size_t rejected = 0;  // counted once, here
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    ++looks_of_pass[block.looks.pass[i]];
-    rejected += block.looks.rejected(i) ? 1U : 0U;
+    const bool taken = !block.looks.rejected(i);
+    looks_of_pass[block.looks.pass[i]] += taken ? 1U : 0U;
+    rejected += taken ? 0U : 1U;
   }
   fmt::format_to(out,
                  "  points {}: {} tie, {} control, {} check\n  looks {}, {} rejected\n",
@@ -388,11 +400,14 @@ std::string DescribeBlock(const Block& block) {
                  rejected);
   std::vector<std::size_t> histogram;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
-    const std::size_t looks = block.looks.offsets[point + 1] - block.looks.offsets[point];
+    std::size_t looks = 0;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      looks += block.looks.rejected(i) ? 0U : 1U;
+    }
     if (histogram.size() <= looks) histogram.resize(looks + 1, 0);
     ++histogram[looks];
   }
-  fmt::format_to(out, "  looks a point:");
+  fmt::format_to(out, "  looks per point:");
   for (std::size_t looks = 0; looks < histogram.size(); ++looks) {
     if (histogram[looks] > 0) fmt::format_to(out, "  {} x {}", histogram[looks], looks);
   }
@@ -435,8 +450,8 @@ std::string DescribeVarianceComponents(const AdjustResult& result) {
                  "to {:.4f}: {}\n    {:<14} {:<7} {:>8} {:>11} {:>11} {:>20}\n",
                  report.iterations,
                  report.before.sigma0_squared,
-                 report.before.chi_square.lower / report.before.redundancy_1,
-                 report.before.chi_square.upper / report.before.redundancy_1,
+                 report.before.chi_square.lower / report.before.redundancy,
+                 report.before.chi_square.upper / report.before.redundancy,
                  report.before.passed ? "passed" : "FAILED",
                  "group",
                  "",
@@ -455,7 +470,7 @@ std::string DescribeVarianceComponents(const AdjustResult& result) {
                    c.group,
                    c.component == 0 ? "range" : "azimuth",
                    c.looks,
-                   c.redundancy_1,
+                   c.redundancy,
                    c.sigma_before,
                    after);
   }

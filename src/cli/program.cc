@@ -32,7 +32,7 @@ std::vector<std::string> CommandNames(const CLI::App& app) {
   return names;
 }
 
-/// Long options of a command and of all that it stands below.
+/// Long options of a command and of all commands above it.
 std::vector<std::string> OptionNames(const CLI::App* app) {
   std::vector<std::string> names;
   for (; app != nullptr; app = app->get_parent()) {
@@ -50,8 +50,8 @@ void AddFooterTo(CLI::App* command, const std::string& path) {
   }
   if (path.empty() || !below.empty()) return;
   std::string text =
-      "Of every command:\n"
-      "  --threads N      threads to use (left out: all cores)\n"
+      "Options of every command:\n"
+      "  --threads N      threads to use (default: all cores)\n"
       "  -q,--quiet       no messages, no summary, no progress bar\n"
       "  --json           the summary as JSON on standard output";
   const std::vector<SetKey> keys = SetKeysOf(path);
@@ -199,12 +199,13 @@ Ending ParseAndRun(const Program& program, int argc, char** argv, Session* sessi
     if (mistake.empty()) {
       static_cast<void>(app.exit(error));
     } else {
-      Tell(FitColumns("sarblock: " + mistake + "\nRun with --help for more information."));
+      PrintError(FitColumns("sarblock: " + mistake + "\nRun with --help for more information."));
     }
     return {kWrongUsage, {}};
   }
   InstallInterruptHandler();
   MakeProgress(session);
+  const CancellationScope cancellation(*session->progress);
   const ThreadLimit limit(session->Threads());
   return {session->run(), {}};
 }
@@ -229,7 +230,8 @@ int RunProgram(const Program& program, int argc, char** argv) {
   session.progress.reset();  // clears the bar's line
   if (ending.failed()) {
     const std::string text = "sarblock: " + ending.words;
-    Tell(isatty(STDERR_FILENO) == 1 ? FitColumns(text) : text);  // one line for other programs
+    PrintError(isatty(STDERR_FILENO) == 1 ? FitColumns(text)
+                                          : text);  // one line for other programs
   }
   return FinishOutput(ending.exit_code);
 }

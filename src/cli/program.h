@@ -31,8 +31,8 @@ void AddReport(CLI::App* app, Session* session);
 /// Writes report.html into a result's folder and says so (`--report` of the solving commands).
 void ReportResult(const std::string& folder, const Session& session);
 
-/// What a name of `numbers` stands for, as CLI11 reads an enumeration; any other name is refused
-/// with those allowed and the nearest.
+/// The value of a name in `numbers`, as CLI11 reads an enumeration; any other name is refused with
+/// the allowed ones and the nearest.
 [[nodiscard]] CLI::Validator ChoiceOf(const std::map<std::string, int>& numbers);
 
 /// The same for the values of an enumeration.
@@ -69,8 +69,8 @@ struct Program {
   int cores = 0;           ///< threads without --threads
 };
 
-/// Runs the program and returns its exit code. Of several ranks all return the code they agree on;
-/// the first alone prints.
+/// Runs the program and returns its exit code. Several ranks return the code they agree on; only
+/// the first prints.
 [[nodiscard]] int RunProgram(const Program& program, int argc, char** argv);
 
 }  // namespace sarblock::cli

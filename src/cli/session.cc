@@ -42,7 +42,7 @@ void OpenStandardStreams() {
   }
 }
 
-void Tell(std::string_view line) noexcept {
+void PrintError(std::string_view line) noexcept {
   static_cast<void>(std::fwrite(line.data(), 1, line.size(), stderr));
   static_cast<void>(std::fputc('\n', stderr));
 }
@@ -87,13 +87,13 @@ void RunTogether(Ranks* ranks, const std::function<void()>& work) {
 }
 
 int FinishOutput(int exit_code) {
-  if (exit_code > kNotAccepted) return exit_code;  // told already what is wrong
+  if (exit_code > kNotAccepted) return exit_code;  // the error is printed already
   errno = 0;
   std::cout.flush();
   const bool flushed = std::fflush(stdout) == 0;
   if (flushed && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;
   const std::string reason = errno != 0 ? std::strerror(errno) : "a write failed";
-  Tell("sarblock: standard output: cannot be written: " + reason);
+  PrintError("sarblock: standard output: cannot be written: " + reason);
   return kBadInput;
 }
 
@@ -163,13 +163,13 @@ class TerminalProgress final : public ProgressSink {
 
 int Session::Threads() const { return threads > 0 ? threads : cores; }
 
-void Session::Say(const std::string& line) const {
+void Session::Warn(const std::string& line) const {
   if (quiet || !first()) return;
   if (clear_bar) clear_bar();
-  Tell(line);
+  PrintError(line);
 }
 
-void Session::Show(const std::string& text) const {
+void Session::Print(const std::string& text) const {
   if (quiet || !first()) return;
   if (clear_bar) clear_bar();
   fmt::print("{}", FitColumns(text));
@@ -197,7 +197,7 @@ void AddMemory(CLI::App* command, double* memory_mib) {
       ->add_option("--memory",
                    *memory_mib,
                    "Memory that may be needed [MiB]; what is predicted to need more is refused "
-                   "(left out: what this computer has free)")
+                   "(default: the free memory of this computer)")
       ->type_name("MIB")
       ->check(CLI::PositiveNumber);
 }
@@ -208,7 +208,7 @@ CLI::Option* AddPart(CLI::App* command, std::string* part, const std::string& he
           [](const std::string& text) {
             return TaskPartOf(text)
                        ? std::string()
-                       : fmt::format("I/N with 0 <= I <= N and N up to {} is allowed", kMostParts);
+                       : fmt::format("I/N with 0 <= I <= N and N up to {} is allowed", kMaxParts);
           },
           ""))
       ->type_name("I/N");
@@ -217,8 +217,8 @@ CLI::Option* AddPart(CLI::App* command, std::string* part, const std::string& he
 void AddScratch(CLI::App* command, std::string* folder) {
   command->add_option("--scratch",
                       *folder,
-                      "Folder where large arrays by look and by point stand in files instead of "
-                      "memory; nothing stays there (left out: memory)");
+                      "Folder for files that hold large arrays by look and by point instead of "
+                      "memory; removed at the end (default: memory)");
 }
 
 void MakeProgress(Session* session) {
@@ -233,16 +233,19 @@ void InstallInterruptHandler() {
   action.sa_handler = OnInterrupt;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  // A file beyond `ulimit -f` is a write that fails (EFBIG), and told as such.
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGXFSZ, &action, nullptr);
 }
 
 }  // namespace sarblock::cli
 
-// operator new and delete of the program: large arrays made within a ScratchScope stand in mapped
+// operator new and delete of the program: large arrays made within a ScratchScope are mapped
 // files (core/memory.h), everything else is malloc's as in the standard library. The library and
 // the Python package, which live in processes of others, leave these to the process.
 
 void* operator new(std::size_t bytes) {
-  if (bytes >= sarblock::kScratchLeastBytes) {
+  if (bytes >= sarblock::kScratchMinBytes) {
     if (void* array = sarblock::AllocateScratch(bytes)) return array;
   }
   for (;;) {
@@ -258,7 +261,7 @@ void operator delete(void* memory) noexcept {
 }
 
 void operator delete(void* memory, std::size_t bytes) noexcept {
-  if (bytes >= sarblock::kScratchLeastBytes && sarblock::FreeScratch(memory)) return;
+  if (bytes >= sarblock::kScratchMinBytes && sarblock::FreeScratch(memory)) return;
   std::free(memory);
 }
 

@@ -32,18 +32,18 @@ enum ExitCode : int {
 void OpenStandardStreams();
 
 /// A line on standard error; one that cannot be written is lost, never an error of its own.
-void Tell(std::string_view line) noexcept;
+void PrintError(std::string_view line) noexcept;
 
 /// The words of an error and its exit code: those of interface.md for the library's own; 3 where a
 /// file, a folder, a stream or the memory of this computer is at fault, else 5.
 [[nodiscard]] Ending EndingOf(const std::exception& error);
 
-/// Work of all ranks (null: of this process alone), among which its divided loops are divided.
-/// Where it fails on one rank it ends with an exception on all: the rank's own, or OtherRankFailed.
+/// Work of all ranks (null: of this process alone), over which its divided loops are distributed.
+/// If it fails on one rank it ends with an exception on all: the rank's own, or OtherRankFailed.
 void RunTogether(Ranks* ranks, const std::function<void()>& work);
 
-/// Writes out what standard output still holds. `exit_code`, or 3 with words where that fails and
-/// no error was told of before.
+/// Flushes standard output. Returns `exit_code`, or 3 with a message if that fails and no error was
+/// printed before.
 [[nodiscard]] int FinishOutput(int exit_code);
 
 /// What every command understands.
@@ -63,9 +63,9 @@ struct Session {
   /// True for the rank that reads, writes and prints for all.
   [[nodiscard]] bool first() const { return ranks == nullptr || ranks->first(); }
   /// A line for people on standard error, unless quiet.
-  void Say(const std::string& line) const;
+  void Warn(const std::string& line) const;
   /// Lines for people on standard output, fitted to a terminal, unless quiet.
-  void Show(const std::string& text) const;
+  void Print(const std::string& text) const;
 };
 
 /// Adds the global options; the bar is made by MakeProgress once they are parsed.

@@ -103,11 +103,15 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   }
   if (session.ranks != nullptr) RequireOwnEngine(file.adjust);
   SetParts(arguments.parts, arguments.out, &file.adjust);
-  RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
+  std::optional<OutputLock> lock;
+  RunTogether(session.ranks, [&] {
+    RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
+    if (session.first()) lock.emplace(arguments.out);
+  });
   if (!file.adjust.rejections_file.empty()) {
     const std::size_t rejected =
         ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
-    session.Say(
+    session.Warn(
         fmt::format("sarblock: {} looks left out by {}", rejected, file.adjust.rejections_file));
   }
   ResultContext context;
@@ -155,8 +159,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   if (session.json) {
     fmt::print("{}", summary);
   } else {
-    for (const std::string& warning : file.warnings) session.Say("sarblock: warning: " + warning);
-    session.Show(
+    for (const std::string& warning : file.warnings) session.Warn("sarblock: warning: " + warning);
+    session.Print(
         DescribeResult(
             file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))) +
         "  written to " + arguments.out + "\n");
@@ -205,7 +209,7 @@ void AddIntersect(CLI::App* app, Session* session) {
   AddSolver(app,
             session,
             {"intersect",
-             "Intersect every point alone, flight paths held, with its covariance",
+             "Intersect every point by itself with fixed flight paths, with its covariance",
              Measurements::kRequired,
              false,
              [](BlockFile* file, const std::string&, ProgressSink* progress) {
@@ -259,8 +263,8 @@ nlohmann::json NeedsJson(const ResourceNeeds& needs) {
           {"factor_bytes", needs.factor_bytes},
           {"fronts_bytes", needs.fronts_bytes},
           {"inverse_bytes", needs.inverse_bytes},
-          {"sum_operations", needs.sum_operations_1},
-          {"factor_operations", needs.factor_operations_1}};
+          {"sum_operations", needs.sum_operations},
+          {"factor_operations", needs.factor_operations}};
 }
 
 int RunCheck(const CheckArguments& arguments, const Session& session) {
@@ -306,7 +310,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
   }
   text += fmt::format("  {}\n", DescribeNeeds(check.needs));
   for (const std::string& warning : warnings) text += fmt::format("  warning: {}\n", warning);
-  session.Show(text);
+  session.Print(text);
   return kAccepted;
 }
 
@@ -350,7 +354,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
     static_cast<void>(ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block));
   }
   DiagnosisBounds bounds;
-  if (arguments.all) bounds.adjustments_1 = std::numeric_limits<double>::infinity();
+  if (arguments.all) bounds.adjustments = std::numeric_limits<double>::infinity();
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get(), bounds);
   if (session.json) {
     const nlohmann::ordered_json summary = {{"format", "sarblock-diagnosis 1"},
@@ -380,7 +384,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
   for (const std::string& remark : RemarksBeside(file.warnings, diagnosis)) {
     text += "  warning: " + remark + "\n";
   }
-  session.Show(text + DescribeDiagnosis(diagnosis));
+  session.Print(text + DescribeDiagnosis(diagnosis));
   return kAccepted;
 }
 
@@ -390,15 +394,15 @@ void ExplainUnread(const std::string& folder, ReadOptions read, const Session& s
   read.contradictions = Contradictions::kKeep;
   try {
     ExplainRefusal(ReadBlock(folder, read), session);
-  } catch (const InputError&) {  // a file that cannot be read at all: its own message stands
+  } catch (const InputError&) {  // a file that cannot be read at all: keep its message
   }
 }
 
 void ExplainRefusal(const BlockFile& file, const Session& session) {
   if (!file.adjust.diagnose) return;
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
-  for (const std::string& remark : diagnosis.remarks) session.Say("sarblock: warning: " + remark);
-  for (const std::string& text : diagnosis.Sentences()) session.Say("sarblock: " + text);
+  for (const std::string& remark : diagnosis.remarks) session.Warn("sarblock: warning: " + remark);
+  for (const std::string& text : diagnosis.Sentences()) session.Warn("sarblock: " + text);
 }
 
 std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
@@ -406,7 +410,7 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
   for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
   if (diagnosis.contradicts && diagnosis.explanations.empty()) {
     text += "  none of " + std::to_string(diagnosis.hypotheses) +
-            " mistakes tried takes half of what v'Pv exceeds its redundancy by\n";
+            " mistakes tried explains half of the excess of v'Pv over its redundancy\n";
   }
   if (diagnosis.untried > 0) {
     text += "  " + std::to_string(diagnosis.untried) +
@@ -419,7 +423,7 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
 void AddDiagnose(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command = app->add_subcommand(
-      "diagnose", "Explain by people's mistakes why a block contradicts itself, most likely first");
+      "diagnose", "Find the input mistakes that explain a contradictory block, most likely first");
   command->add_option("block", arguments->block, "Folder or .h5 file of the block")->required();
   command->add_option("--rejections",
                       arguments->rejections,
@@ -445,6 +449,7 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
     return kAccepted;
   }
   RequireFolderFor(FolderContent::kBlock, arguments.out, arguments.foreign);
+  const OutputLock lock(arguments.out);
   const ThreadLimit limit(session.Threads());
   const Scene scene = ReadScene(arguments.scene, session.set);
   const SimulatedBlock simulated =
@@ -467,12 +472,12 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
                                     {"looks", simulated.block.looks.size()}};
     fmt::print("{}\n", summary.dump(2));
   } else {
-    session.Show(fmt::format("{}: {} passes, {} points, {} looks written to {}\n",
-                             scene.name,
-                             simulated.block.passes.size(),
-                             simulated.block.points.size(),
-                             simulated.block.looks.size(),
-                             arguments.out));
+    session.Print(fmt::format("{}: {} passes, {} points, {} looks written to {}\n",
+                              scene.name,
+                              simulated.block.passes.size(),
+                              simulated.block.points.size(),
+                              simulated.block.looks.size(),
+                              arguments.out));
   }
   return kAccepted;
 }
@@ -497,8 +502,9 @@ void AddAdjustParts(CLI::App* command, CLI::Option* report, AdjustParts* parts) 
       "Only the runs I modulo N of covariance = montecarlo, for --join; I from 0 or from 1");
   part->excludes(report);
   command
-      ->add_option(
-          "--join", parts->join, "Folders of all parts that --part wrote: their runs, none anew")
+      ->add_option("--join",
+                   parts->join,
+                   "Folders of all parts that --part wrote; joins their runs, computes none")
       ->excludes(part);
 }
 
@@ -527,14 +533,14 @@ void WritePart(const std::string& out,
   const std::string text = WriteMonteCarloPart(out, block, options, draws, inputs, compression);
   if (!result.accepted()) {
     for (const std::string& reason : result.assessment.reasons) {
-      session.Say("sarblock: the adjustment is not accepted: " + reason);
+      session.Warn("sarblock: the adjustment is not accepted: " + reason);
     }
   }
   if (session.json) {
     fmt::print("{}", text);
     return;
   }
-  session.Show(
+  session.Print(
       fmt::format("{}: {} of {} runs written to {}; \"sarblock adjust --join\" makes the result of "
                   "all parts\n",
                   NameOf(*options.montecarlo_part),

@@ -42,7 +42,7 @@ constexpr std::array kKinds = {
               TradeoffKeys,
               false},  // timed, each row beside its reference
     StudyKind{"stability",
-              "Blocks pushed to the extremes beside the same adjustment in 50 digits",
+              "Extreme blocks, compared with the same adjustment in 50 digits",
               PrepareStability,
               StabilityKeys,
               true},
@@ -92,7 +92,7 @@ void ShowSummary(const nlohmann::json& summary, const std::string& words, const 
   if (session.json) {
     fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
-    session.Show(words);
+    session.Print(words);
   }
 }
 
@@ -140,9 +140,9 @@ int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Se
       arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
   StudyRows rows(arguments.out, IdentityOf(kind, study, part), start);
   if (rows.kept() > 0) {
-    session.Say(fmt::format("sarblock: {} of {} tasks of the study are there already",
-                            rows.kept(),
-                            study.plan.tasks.size()));
+    session.Warn(fmt::format("sarblock: {} of {} tasks of the study are there already",
+                             rows.kept(),
+                             study.plan.tasks.size()));
   }
   const StudyTable table = Naming(
       arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get(), part); });
@@ -214,7 +214,7 @@ void AddStudy(CLI::App* app, Session* session) {
               "Only the tasks I modulo N, for `study join`; I from 0 or from 1");
     }
     command->add_flag(
-        "--restart", arguments->restart, "Compute all rows anew, whatever the folder holds");
+        "--restart", arguments->restart, "Compute all rows again, even those that the folder has");
     AddForce(command, &arguments->foreign);
     command->callback([=, &kind] {
       session->run = [=, &kind] { return RunOneStudy(kind, *arguments, *session); };
@@ -302,13 +302,13 @@ std::vector<std::string> ChoicesOf(const std::vector<TradeoffRow>& rows, Tradeof
   return names;
 }
 
-/// The error that a stage is about: of the covariance there, of positions in all others. Never
-/// below the floor of the plot: what counts as equal, or where digits are the matter the last one.
+/// The error that a stage trades: of the covariance in that stage, of positions in all others. At
+/// least the floor of the plot: the limit of equality, or the last digit where digits are compared.
 double ErrorOf(const TradeoffRow& row) {
-  const double error_1 = row.stage == TradeoffStage::kCovariance ? row.errors.covariance_error_1
-                                                                 : row.errors.position_error_1;
+  const double error = row.stage == TradeoffStage::kCovariance ? row.errors.covariance_error
+                                                               : row.errors.position_error;
   const bool digits = row.stage == TradeoffStage::kSolver || row.stage == TradeoffStage::kPrecision;
-  return std::max(error_1, digits ? 1e-16 : kSamePosition_1);
+  return std::max(error, digits ? 1e-16 : kSamePosition);
 }
 
 /// A line a choice through its sizes.
@@ -341,7 +341,7 @@ std::string PlotError(const std::vector<TradeoffRow>& rows, TradeoffStage stage)
                                                      : "largest shift [sigma]";
   plot.notes = {"a line: one choice,", "from small to large"};
   return Draw(std::move(plot), rows, stage, [](const TradeoffRow& row) {
-    return std::array{row.speed_ratio_1, ErrorOf(row)};
+    return std::array{row.speed_ratio, ErrorOf(row)};
   });
 }
 
@@ -439,7 +439,7 @@ void ChooseScale(Plot* plot) {
   if (most < 3.0 * least) plot->y.scale = PlotScale::kLinear;
 }
 
-/// Worst sigma of a variant against the number of control points, a line a layout.
+/// Worst sigma of a variant against the number of control points, one line per layout.
 std::string PlotWorst(const StudyTable& table,
                       const std::string& variant,
                       const std::string& direction) {
@@ -503,7 +503,7 @@ std::string PlotRelative(const StudyTable& table, const std::vector<std::string>
   return SvgOf(plot);
 }
 
-/// Normalised errors squared of the verified rows with the bounds that hold together.
+/// Normalised errors squared of the verified rows with their simultaneous bounds.
 std::string PlotVerified(const StudyTable& table) {
   Plot plot;
   plot.title = "Monte Carlo against prediction";
@@ -577,7 +577,7 @@ PlotSeries DigitsAgainstCondition(const StudyTable& table,
   return series;
 }
 
-/// The decades that hold every condition of the table.
+/// The decades that cover every condition of the table.
 double LargestCondition(const StudyTable& table) {
   double largest = 10.0;
   for (std::size_t row = 0; row < table.size(); ++row) {
@@ -646,8 +646,8 @@ std::string PlotErrors(const StudyTable& table) {
     }
     plot.series.push_back(std::move(series));
   }
-  plot.series.push_back(Line(
-      "wrong unless warned of", PlotDash::kDashed, {{1.0, kMostError_1}, {largest, kMostError_1}}));
+  plot.series.push_back(
+      Line("wrong unless warned of", PlotDash::kDashed, {{1.0, kMaxError}, {largest, kMaxError}}));
   return SvgOf(plot);
 }
 

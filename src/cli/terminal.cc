@@ -84,15 +84,15 @@ std::string FitColumns(std::string_view text) { return EachLine(text, AppendFitt
 std::string FitHelp(std::string_view text) { return EachLine(text, AppendFittedHelp); }
 
 bool RemainingTime::IsStable(double spent_s) {
-  constexpr double kLeast_s = 3.0, kPart_1 = 2.0 / 3.0, kSpread_1 = 1.3;
-  constexpr std::size_t kLeast = 4;
-  std::erase_if(whole_s_, [&](const auto& of) { return of.first < kPart_1 * spent_s; });
-  if (spent_s < kLeast_s || whole_s_.size() < kLeast) return false;
+  constexpr double kMin_s = 3.0, kPart = 2.0 / 3.0, kSpread = 1.3;
+  constexpr std::size_t kMin = 4;
+  std::erase_if(whole_s_, [&](const auto& of) { return of.first < kPart * spent_s; });
+  if (spent_s < kMin_s || whole_s_.size() < kMin) return false;
   const auto [least, most] =
       std::minmax_element(whole_s_.begin(), whole_s_.end(), [](const auto& a, const auto& b) {
         return a.second < b.second;
       });
-  return most->second < kSpread_1 * least->second;
+  return most->second < kSpread * least->second;
 }
 
 std::optional<double> RemainingTime::Update(std::string_view stage,
@@ -104,29 +104,29 @@ std::optional<double> RemainingTime::Update(std::string_view stage,
     done_ = 0;
     begin_s_ = now_s;
     whole_s_.clear();
-    told_s_.reset();
+    shown_s_.reset();
   }
   if (done == 0 || done >= total) return std::nullopt;
   const double spent_s = now_s - begin_s_;
-  const double part_1 = static_cast<double>(done) / static_cast<double>(total);
-  if (done > done_) whole_s_.emplace_back(spent_s, spent_s / part_1);
+  const double part = static_cast<double>(done) / static_cast<double>(total);
+  if (done > done_) whole_s_.emplace_back(spent_s, spent_s / part);
   done_ = done;
-  const double left_s = spent_s / part_1 - spent_s;
-  if (!told_s_) {
+  const double left_s = spent_s / part - spent_s;
+  if (!shown_s_) {
     if (!IsStable(spent_s)) return std::nullopt;
-    told_s_ = left_s;
+    shown_s_ = left_s;
   } else {
-    constexpr double kWrong_1 = 2.0, kStep_1 = 1.25, kEnd_s = 2.0;
-    const double expected_s = std::max(*told_s_ - (now_s - told_at_s_), kEnd_s);
-    if (left_s > kWrong_1 * expected_s || (expected_s > kEnd_s && left_s < expected_s / kWrong_1)) {
-      told_s_.reset();
+    constexpr double kWrong = 2.0, kStep = 1.25, kEnd_s = 2.0;
+    const double expected_s = std::max(*shown_s_ - (now_s - shown_at_s_), kEnd_s);
+    if (left_s > kWrong * expected_s || (expected_s > kEnd_s && left_s < expected_s / kWrong)) {
+      shown_s_.reset();
       whole_s_.clear();
       return std::nullopt;
     }
-    told_s_ = std::clamp(left_s, expected_s / kStep_1, kStep_1 * expected_s);
+    shown_s_ = std::clamp(left_s, expected_s / kStep, kStep * expected_s);
   }
-  told_at_s_ = now_s;
-  return told_s_;
+  shown_at_s_ = now_s;
+  return shown_s_;
 }
 
 }  // namespace sarblock::cli

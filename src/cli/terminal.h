@@ -21,11 +21,11 @@ inline constexpr std::size_t kColumns = 80;
 /// The same for the text of --help: what follows a broken line begins below its description.
 [[nodiscard]] std::string FitHelp(std::string_view text);
 
-/// How long the running stage still takes, from how far it has come. Parts of a stage may cost very
-/// different times (blocks of a study, iterations), so nothing is told until the whole time that is
-/// extrapolated has kept within 30 % for a third of the time spent, and nothing again once what was
-/// told turns out wrong by a factor of two. From one call to the next what is told departs from a
-/// clock that runs down by at most a quarter.
+/// Remaining time of the running stage, from its progress. Parts of a stage may cost very different
+/// times (blocks of a study, iterations), so nothing is shown until the extrapolated total has
+/// stayed within 30 % for a third of the time spent, and nothing again once the shown time turns
+/// out wrong by a factor of two. From one call to the next the shown time departs from a clock that
+/// runs down by at most a quarter.
 class RemainingTime {
  public:
   /// To be called with every report of progress, times in seconds of any clock that only goes on.
@@ -41,8 +41,8 @@ class RemainingTime {
   std::size_t done_ = 0;
   double begin_s_ = 0.0;
   std::vector<std::pair<double, double>> whole_s_;  ///< time spent, whole time extrapolated
-  std::optional<double> told_s_;
-  double told_at_s_ = 0.0;
+  std::optional<double> shown_s_;
+  double shown_at_s_ = 0.0;
 };
 
 }  // namespace sarblock::cli

@@ -57,8 +57,8 @@ struct GroupFiles {
 constexpr GroupFiles kVersion1{"memory.limit_in_bytes", "memory.usage_in_bytes", "total_cache"};
 constexpr GroupFiles kVersion2{"memory.max", "memory.current", "file"};
 
-/// What a group and those it stands in leave.
-double LeftByGroups(const fs::path& mount, const fs::path& group, const GroupFiles& files) {
+/// Memory that a group and the groups around it leave.
+double FreeByGroups(const fs::path& mount, const fs::path& group, const GroupFiles& files) {
   double left_bytes = kUnlimited_bytes;
   for (fs::path at = group.relative_path();; at = at.parent_path()) {
     const fs::path folder = at.empty() ? mount : mount / at;
@@ -79,6 +79,17 @@ double AvailableMemory_bytes(const fs::path& root) {
   if (const auto kib = NumberAfter(root / "proc/meminfo", "MemAvailable")) {
     left_bytes = 1024.0 * *kib;
   }
+  // "Max address space  LIMIT  LIMIT  bytes", a number or "unlimited".
+  std::ifstream limits(root / "proc/self/limits");
+  const std::string name = "Max address space";
+  for (std::string row; std::getline(limits, row);) {
+    if (!row.starts_with(name)) continue;
+    double limit_bytes = 0.0;
+    const auto pages = NumberIn(root / "proc/self/statm");  // that this process has asked for
+    if (!(std::istringstream(row.substr(name.size())) >> limit_bytes) || !pages) break;
+    const double asked_bytes = *pages * static_cast<double>(::sysconf(_SC_PAGESIZE));
+    left_bytes = std::min(left_bytes, std::max(0.0, limit_bytes - asked_bytes));
+  }
   std::ifstream groups(root / "proc/self/cgroup");
   std::string line;  // "0::/path" of version 2, "4:memory:/path" of version 1
   while (std::getline(groups, line)) {
@@ -89,9 +100,9 @@ double AvailableMemory_bytes(const fs::path& root) {
     const fs::path group = line.substr(second + 1);
     const fs::path mounted = root / "sys/fs/cgroup";
     if (controllers == ",,") {
-      left_bytes = std::min(left_bytes, LeftByGroups(mounted, group, kVersion2));
+      left_bytes = std::min(left_bytes, FreeByGroups(mounted, group, kVersion2));
     } else if (controllers.find(",memory,") != std::string::npos) {
-      left_bytes = std::min(left_bytes, LeftByGroups(mounted / "memory", group, kVersion1));
+      left_bytes = std::min(left_bytes, FreeByGroups(mounted / "memory", group, kVersion1));
     }
   }
   return left_bytes;
@@ -114,7 +125,7 @@ thread_local const ScratchScope* current = nullptr;
 /// an address.
 constexpr std::size_t kPage = 4096;
 
-/// Stands at the beginning of a mapped file. A list of these needs no allocation, which operator
+/// Header at the beginning of a mapped file. A list of these needs no allocation, which operator
 /// delete could not have.
 struct Entry {
   std::size_t bytes = 0;  ///< of the whole file
@@ -191,7 +202,7 @@ ResidentScope::ResidentScope() : outer_(std::exchange(current, nullptr)) {}
 ResidentScope::~ResidentScope() { current = outer_; }
 
 void* AllocateScratch(std::size_t bytes) {
-  if (bytes < kScratchLeastBytes || current == nullptr) return nullptr;
+  if (bytes < kScratchMinBytes || current == nullptr) return nullptr;
   const std::filesystem::path& folder = current->folder();
   const std::size_t whole = bytes + kPage;
   const ScratchFile file(folder);

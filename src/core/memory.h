@@ -16,13 +16,14 @@ namespace sarblock {
 
 /// Memory that this process may still take without swapping: what /proc/meminfo calls available,
 /// and no more than the control groups that the process is in (version 1 or 2, all of the path)
-/// leave below their limits, their page cache counted as free. Infinite where the system tells
-/// nothing. `root` is where the system's files stand; a test gives a folder.
+/// leave below their limits, their page cache counted as free, and than its own limit of addresses
+/// (ulimit -v). Infinite where the system tells nothing. `root`: the system's files; of a test,
+/// too.
 [[nodiscard]] double AvailableMemory_bytes(const std::filesystem::path& root = "/");
 
-/// Asks the system to hold an array that will be filled to its end in pages of 2 MiB: a hundred
-/// times fewer of them have to be given and taken back. Where it has none nothing changes. For
-/// arrays whose size is known before: of a vector that grows, pages of the copies would be in vain.
+/// Asks the system for pages of 2 MiB for an array that will be filled to its end: a hundred times
+/// fewer pages have to be given and taken back. Where it has none nothing changes. For arrays whose
+/// size is known before; in a growing vector the pages of the copies would be wasted.
 void PreferLargePages(void* array, std::size_t bytes);
 
 /// Room for `count` values, in large pages.
@@ -33,8 +34,8 @@ void ReserveInLargePages(std::size_t count, std::vector<T>* values) {
   PreferLargePages(values->data(), values->capacity() * sizeof(T));
 }
 
-/// Arrays from so many bytes on may stand in scratch files.
-inline constexpr std::size_t kScratchLeastBytes = std::size_t{2} << 20;
+/// Arrays of at least so many bytes may be in scratch files.
+inline constexpr std::size_t kScratchMinBytes = std::size_t{2} << 20;
 
 /// A folder that has no place for a scratch file; what() says which folder, how much and why.
 class ScratchError : public std::bad_alloc {
@@ -46,12 +47,12 @@ class ScratchError : public std::bad_alloc {
   std::runtime_error words_;  // whose copies never throw
 };
 
-/// While one of these lives, arrays of at least kScratchLeastBytes that this thread allocates stand
-/// in mapped files of `folder`, in a program whose operator new asks AllocateScratch: the kernel
-/// writes out what is not worked on and reads it again, so that they need no memory. They are read
-/// and written as any other array and may outlive the scope. A file has no name from the beginning,
-/// so that nothing stays behind however the process ends; its space is taken when it is made, so
-/// that a full disk is an error then and never later.
+/// During the life of one of these, arrays of at least kScratchMinBytes that this thread
+/// allocates are mapped files of `folder`, in a program whose operator new asks AllocateScratch:
+/// the kernel writes idle pages to the file and reads them again, so that they need no memory. They
+/// are read and written as any other array and may outlive the scope. A file has no name from the
+/// beginning, so that it disappears however the process ends; its space is allocated when it is
+/// made, so that a full disk is an error then and never later.
 class ScratchScope {
  public:
   /// Throws ScratchError if no file can be made in `folder`.

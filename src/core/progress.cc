@@ -49,7 +49,7 @@ std::optional<TaskPart> TaskPartOf(const std::string& text) {
   };
   TaskPart part;
   if (slash == std::string::npos || !number(0, slash, &part.index) ||
-      !number(slash + 1, text.size(), &part.count) || part.count < 1 || part.count > kMostParts ||
+      !number(slash + 1, text.size(), &part.count) || part.count < 1 || part.count > kMaxParts ||
       part.index > part.count) {
     return std::nullopt;
   }

@@ -54,8 +54,8 @@ std::vector<Ranks::Note> Ranks::Learn(Note own, const Ending* failure) {
   std::vector<Note> notes = Meet(own, failure);
   const int failed = LowestFailed(notes);
   if (failed < 0) return notes;
-  const Note& told = notes[static_cast<std::size_t>(failed)];
-  Ending known{told.exit_code, std::string(told.words, ' ')};
+  const Note& reported = notes[static_cast<std::size_t>(failed)];
+  Ending known{reported.exit_code, std::string(reported.words, ' ')};
   if (failed == rank()) known.words = failure->words;
   const auto bytes = std::as_writable_bytes(std::span(known.words.data(), known.words.size()));
   Exchange(std::vector<RankPart>{{.data = bytes.data(), .bytes = bytes.size(), .rank = failed}});

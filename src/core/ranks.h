@@ -31,7 +31,7 @@ class OtherRankFailed : public std::exception {
   Ending ending_;
 };
 
-/// Bytes that one rank makes and that all, or one other, hold afterwards.
+/// Bytes made by one rank and sent to all ranks or to one other.
 struct RankPart {
   static constexpr int kAllRanks = -1;
   std::byte* data = nullptr;  ///< null on a rank that neither makes nor gets them
@@ -65,8 +65,8 @@ class Ranks {
   /// Throws InputError on every rank if the bytes are not the same on all: processors that do not
   /// round alike. Throws OtherRankFailed.
   void RequireSame(std::span<const std::byte> bytes);
-  /// The failure that all ranks now know of, that of the lowest rank that failed; none if no rank
-  /// failed. `own`: of this rank, or null.
+  /// The failure of the lowest rank that failed, the same on all ranks; none if no rank failed.
+  /// `own`: the error of this rank, or null.
   [[nodiscard]] std::optional<Ending> Agree(const Ending* own);
   /// The last call: the failure that is known, else that of the lowest rank that failed, else the
   /// ending of the first rank.
@@ -75,7 +75,7 @@ class Ranks {
  protected:
   /// Why a rank comes to a meeting.
   enum class Purpose : std::int32_t { kShare, kCompare, kAgree, kConclude };
-  /// What ranks tell each other whenever they meet.
+  /// Note that ranks exchange whenever they meet.
   struct Note {
     Purpose purpose = Purpose::kShare;
     std::int32_t exit_code = 0;

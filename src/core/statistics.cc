@@ -125,7 +125,7 @@ std::uint64_t MixStream(std::uint64_t a, std::uint64_t b) {
 }
 
 bool ExactSum::HasTerms(std::uint32_t count) const {
-  const Units most = static_cast<Units>(kMost_1 / kUnit_1) * count;
+  const Units most = static_cast<Units>(kMax / kUnit) * count;
   return -most <= units_ && units_ <= most;
 }
 
@@ -143,10 +143,10 @@ std::string ExactSum::Text() const {
 }
 
 std::optional<ExactSum> ExactSum::FromText(std::string_view text) {
-  constexpr std::size_t kMostDigits = 38;  // below 2^127
+  constexpr std::size_t kMaxDigits = 38;  // below 2^127
   const bool negative = text.starts_with('-');
   if (negative) text.remove_prefix(1);
-  if (text.empty() || text.size() > kMostDigits) return std::nullopt;
+  if (text.empty() || text.size() > kMaxDigits) return std::nullopt;
   ExactSum sum;
   for (const char c : text) {
     if (c < '0' || c > '9') return std::nullopt;

@@ -26,10 +26,10 @@ std::string ValueWithSigma(double value, double sigma) {
   if (!(sigma > 0.0) || !std::isfinite(value) || !std::isfinite(sigma)) return Digits(value, 6);
   const int second_digit = static_cast<int>(std::floor(std::log10(sigma))) - 1;
   const double larger = std::max(std::abs(value), sigma);
-  constexpr int kDecimals = 7, kMostDecimals = 12;
+  constexpr int kDecimals = 7, kMaxDecimals = 12;
   constexpr double kSmall = 1e-3, kLarge = 1e9;
   const int decimals = std::max(0, -second_digit);
-  if (decimals <= (larger < kSmall ? kDecimals : kMostDecimals) && larger < kLarge) {
+  if (decimals <= (larger < kSmall ? kDecimals : kMaxDecimals) && larger < kLarge) {
     const double unit = std::pow(10.0, second_digit);
     const auto rounded = [&](double x) { return decimals > 0 ? x : unit * std::round(x / unit); };
     return Print("%.*f +- %.*f", decimals, rounded(value), decimals, rounded(sigma));
@@ -45,18 +45,22 @@ const char* ParseNumber(std::string_view text, double* value) {
   if (text.size() > 1 && *begin == '+' && begin[1] != '-') ++begin;
   const auto [stop, error] = std::from_chars(begin, end, *value);
   if (error == std::errc::result_out_of_range) {
-    return " is out of range, a number of magnitude 1e-307 to 1e308 (or 0) is allowed";
+    return "a number of magnitude 1e-307 to 1e308 (or 0)";
   }
   if (error != std::errc() || stop != end) {
-    return " is not a number, a decimal number with a point is allowed";
+    return "a decimal number with a point";
   }
-  return std::isfinite(*value) ? nullptr : " is not allowed, a finite number is";
+  return std::isfinite(*value) ? nullptr : "a finite number";
 }
 
 const char* ProblemOfPositive(double value) {
-  if (!(value > 0.0)) return " is not allowed, a number above 0 is";
+  if (!(value > 0.0)) return "a number above 0";
   const bool squares = value <= kLargestNumber && value >= 1.0 / kLargestNumber;
-  return squares ? nullptr : " is not allowed, a number from 1e-60 to 1e60 is";
+  return squares ? nullptr : "a number from 1e-60 to 1e60";
+}
+
+std::string MustBe(std::string_view allowed, std::string_view got) {
+  return "must be " + std::string(allowed) + ", got " + std::string(got);
 }
 
 std::string Quoted(std::string_view text) {
@@ -82,7 +86,7 @@ std::string NumberText(double value) {
   return text;
 }
 
-double InUnit(double value, double factor) {
+double ToUnit(double value, double factor) {
   double best = value / factor;
   double candidate = std::nextafter(std::nextafter(best, -HUGE_VAL), -HUGE_VAL);
   for (int i = 0; i < 5; ++i, candidate = std::nextafter(candidate, HUGE_VAL)) {

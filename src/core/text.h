@@ -18,9 +18,11 @@ namespace sarblock {
 /// a standard deviation above 0: six digits of the value alone.
 [[nodiscard]] std::string ValueWithSigma(double value, double sigma);
 
-/// Reads all of `text` as a finite decimal number. Returns null, or what is wrong as the rest of a
-/// sentence that begins with the text.
+/// Reads all of `text` as a finite decimal number. Returns null, or what it must be (MustBe()).
 [[nodiscard]] const char* ParseNumber(std::string_view text, double* value);
+
+/// "must be ALLOWED, got GOT".
+[[nodiscard]] std::string MustBe(std::string_view allowed, std::string_view got);
 
 /// Text of a file as it appears in a message: in quotes, shortened, control characters as `?`.
 [[nodiscard]] std::string Quoted(std::string_view text);
@@ -31,16 +33,16 @@ void AppendNumber(double value, std::string* text);
 
 /// A number x with x * factor == value where one exists near value / factor, so that a unit
 /// converted for a file comes back to the same double.
-[[nodiscard]] double InUnit(double value, double factor);
+[[nodiscard]] double ToUnit(double value, double factor);
 /// Magnitudes within which squares, their inverses and the products of two variances are finite.
 inline constexpr double kLargestNumber = 1e60;
-/// What is wrong with a standard deviation or another number that must be above 0; null: nothing.
+/// What a standard deviation or another positive number must be (MustBe()); null if it is so.
 [[nodiscard]] const char* ProblemOfPositive(double value);
 
 inline constexpr std::uint64_t kFnv1aStart = 0xcbf29ce484222325u;
 
-/// FNV-1a, 64 bits (Fowler, Noll and Vo): tells damaged or other data, not forged ones. `state` is
-/// the value of what stands before.
+/// FNV-1a, 64 bits (Fowler, Noll and Vo): detects damaged or exchanged data, not forged data.
+/// `state` is the value of the bytes before.
 [[nodiscard]] inline std::uint64_t Fnv1a(std::span<const std::byte> bytes,
                                          std::uint64_t state = kFnv1aStart) {
   for (const std::byte byte : bytes) {

@@ -62,17 +62,17 @@ class SharedArray {
   /// One element an item of the loop.
   template <typename Values>
   static SharedArray ByItem(Values* values) {
-    return Of(values, Kind::kItem, nullptr);
+    return Make(values, Kind::kItem, nullptr);
   }
   /// One element a chunk.
   template <typename Values>
   static SharedArray ByChunk(Values* values) {
-    return Of(values, Kind::kChunk, nullptr);
+    return Make(values, Kind::kChunk, nullptr);
   }
   /// The elements offsets[i] to offsets[i + 1] belong to item i.
   template <typename Values>
   static SharedArray ByRange(const std::vector<std::uint64_t>& offsets, Values* values) {
-    return Of(values, Kind::kRange, offsets.data());
+    return Make(values, Kind::kRange, offsets.data());
   }
 
   /// The bytes of the items [begin, end), which are the chunks [first, last).
@@ -83,7 +83,7 @@ class SharedArray {
  private:
   enum class Kind { kItem, kChunk, kRange };
   template <typename Values>
-  static SharedArray Of(Values* values, Kind kind, const std::uint64_t* offsets) {
+  static SharedArray Make(Values* values, Kind kind, const std::uint64_t* offsets) {
     using Element = std::remove_reference_t<decltype(*values->data())>;
     static_assert(std::is_standard_layout_v<Element> && std::is_trivially_destructible_v<Element>);
     SharedArray out;
@@ -111,19 +111,19 @@ void ForChunksOfRanks(std::size_t count,
 /// OtherRankFailed.
 [[nodiscard]] int ThreadsOfRanks();
 
-/// Three things are done with each of a row of items, at most `at_once` of which are held, in
-/// places 0 to at_once - 1: `next(place)` makes an item, or returns false behind the last one,
-/// `work(place)` goes on with it, `take(place)` ends it. Of each of `next` and `take` one call runs
-/// at a time, in the order of the items, while others are worked on by the threads that ThreadLimit
-/// allows. What `next` or `work` throws is rethrown here in place of `take`, when the items before
-/// it are taken: an error does not depend on the number of threads. Throws Interrupted where the
-/// sink of CancellationScope asks for it.
+/// A pipeline of three stages over a sequence of items, at most `at_once` of them in memory, in
+/// places 0 to at_once - 1: `next(place)` makes an item, or returns false after the last one,
+/// `work(place)` processes it, `take(place)` ends it. `next` and `take` run one call at a time, in
+/// the order of the items, while other items are in `work` on the threads that ThreadLimit
+/// allows. An exception of `next` or `work` is rethrown here in place of `take`, when the items
+/// before it are taken: an error does not depend on the number of threads. Throws Interrupted if
+/// the sink of CancellationScope asks for it.
 void PipeInOrder(std::size_t at_once,
                  const std::function<bool(std::size_t)>& next,
                  const std::function<void(std::size_t)>& work,
                  const std::function<void(std::size_t)>& take);
 
-/// Items to hold at once: every thread has one while others are made and taken.
+/// Items in memory at once: every thread has one while others are made and taken.
 [[nodiscard]] std::size_t ItemsAtOnce();
 
 /// Scratch that the pieces of a parallel loop borrow in turn: as many objects as pieces run at
@@ -190,8 +190,8 @@ class StageTimer {
 
 /// Looks or points of a piece, of `count`.
 inline std::size_t SizeOfPiece(std::size_t count) {
-  constexpr std::size_t kMostPieces = 16, kLeast = 32768;
-  return std::max(kLeast, (count + kMostPieces - 1) / kMostPieces);
+  constexpr std::size_t kMaxPieces = 16, kMin = 32768;
+  return std::max(kMin, (count + kMaxPieces - 1) / kMaxPieces);
 }
 inline std::size_t PiecesOfLooks(std::size_t count) {
   return (count + SizeOfPiece(count) - 1) / SizeOfPiece(count);

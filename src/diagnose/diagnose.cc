@@ -22,70 +22,64 @@ namespace sarblock {
 namespace {
 
 /// Level of the global test of the sample below which nothing is asked.
-constexpr double kContradicts_1 = 1e-4;
+constexpr double kContradicts = 1e-4;
 /// A hypothesis whose known points lie nearer than this part of where they did is solved.
-constexpr double kNearer_1 = 0.5;
+constexpr double kNearer = 0.5;
 /// Hypotheses of the screening that are solved, and of those whose size is searched.
-constexpr std::size_t kMostScreened = 12, kMostRefined = 6;
+constexpr std::size_t kMaxScreened = 12, kMaxRefined = 6;
 /// Parts of the work at which no more hypotheses are tried: what known points or scores show of
 /// passes and of the whole control, single rows (made and tried), what is guessed, standard
 /// deviations. The rest is
 /// left for the sizes of the best, of the first of which more is spent if need be.
-constexpr double kForShown_1 = 0.5, kToMakeRows_1 = 0.65, kForRows_1 = 0.75, kForGuessed_1 = 0.85,
-                 kForSigmas_1 = 0.95, kForFirst_1 = 1.2;
-/// Level of the F tests of all hypotheses together, and part of what v'Pv exceeds its redundancy
-/// by that is to be taken.
-constexpr double kSignificance_1 = 1e-6, kLeastPart_1 = 0.5;
-/// Explanations that are told: those that cost at most this, and this part of the gain, more than
-/// the best.
-constexpr std::size_t kMostTold = 3;
-constexpr double kNearlyAsGood_1 = 1e-4, kAsGood_1 = 30.0;
+constexpr double kPartForShown = 0.5, kPartToMakeRows = 0.65, kPartForRows = 0.75,
+                 kPartForGuessed = 0.85, kPartForSigmas = 0.95, kPartForFirst = 1.2;
+/// Level of the F tests of all hypotheses together, and the part of the excess of v'Pv over its
+/// redundancy that must be explained.
+constexpr double kSignificance = 1e-6, kMinPart = 0.5;
+/// Explanations that are reported: those that cost at most this, and this part of the gain, more
+/// than the best.
+constexpr std::size_t kMaxReported = 3;
+constexpr double kNearlyAsGood = 1e-4, kAsGood = 30.0;
 
-/// How much of the gain a rough solution may lack, and the part of v'Pv that it is to take.
-constexpr double kRough_1 = 0.01, kLeastRough_1 = 0.1;
+/// How much of the gain an approximate solution may lack, and the part of v'Pv that it is to take.
+constexpr double kApproximate = 0.01, kMinApproximate = 0.1;
 
 /// Logarithm of the largest factor by which people mistake standard deviations.
-constexpr double kMostLogFactor_1 = 11.5;
-
-/// True where a fit is so good that changes of little can start from it: a gross mistake leads
-/// everything else away, and what has no place finds none from there.
-bool IsNear(const Fit& fit) {
-  constexpr double kNear_1 = 30.0;
-  return fit.solved && fit.lost == 0 && fit.square_sum_1 < kNear_1 * fit.redundancy_1;
-}
+constexpr double kMaxLogFactor = 11.5;
 
 /// Every pass sees known points.
-bool AllSeen(const std::vector<PassSightings>& passes) {
-  return std::all_of(passes.begin(), passes.end(), [](const PassSightings& pass) {
-    return pass.sightings.size() >= 3;
+bool AllSeen(const std::vector<PassPredictions>& passes) {
+  return std::all_of(passes.begin(), passes.end(), [](const PassPredictions& pass) {
+    return pass.predictions.size() >= 3;
   });
 }
 
 /// True where nothing is left to explain.
 bool ExplainsAll(const Fit& fit) {
-  return fit.solved && fit.lost == 0 && fit.square_sum_1 < 1.5 * fit.redundancy_1;
+  return fit.solved && fit.lost == 0 && fit.square_sum < 1.5 * fit.redundancy;
 }
 
 bool Contradicts(const Fit& fit) {
   if (!fit.solved || fit.lost > 0) return true;
-  if (!(fit.redundancy_1 >= 1.0)) return false;
-  const Interval interval = ChiSquareInterval(1.0 - kContradicts_1, fit.redundancy_1);
-  return !interval.Contains(fit.square_sum_1);
+  if (!(fit.redundancy >= 1.0)) return false;
+  const Interval interval = ChiSquareInterval(1.0 - kContradicts, fit.redundancy);
+  return !interval.Contains(fit.square_sum);
 }
 
-/// v'Pv above which no change of values is told (docs/theory/diagnosis.md, eq. (7)): never where
-/// residuals are smaller than their standard deviations, which has no other cause.
-double MostLeft(const Fit& before) {
+/// v'Pv above which no change of values is reported (docs/theory/diagnosis.md, eq. (7)): never
+/// where residuals are smaller than their standard deviations, which has no other cause.
+double MaxUnexplained(const Fit& before) {
   if (!before.solved) return std::numeric_limits<double>::infinity();
-  const double excess_1 = before.SquareSum() - before.redundancy_1;
-  if (excess_1 < 0.0) return -std::numeric_limits<double>::infinity();
-  return before.SquareSum() - kLeastPart_1 * excess_1;
+  const double excess = before.SquareSum() - before.redundancy;
+  if (excess < 0.0) return -std::numeric_limits<double>::infinity();
+  return before.SquareSum() - kMinPart * excess;
 }
 
-/// Whether what changes no more than what is left out here may be told. Points that go with that
-/// say nothing.
-bool MayBeTold(const Fit& before, const Fit& without) {
-  return !without.solved || without.lost > before.lost || without.SquareSum() <= MostLeft(before);
+/// Whether a change may be reported that affects no more than what is left out here. Points that go
+/// with that say nothing.
+bool IsReportable(const Fit& before, const Fit& without) {
+  return !without.solved || without.lost > before.lost ||
+         without.SquareSum() <= MaxUnexplained(before);
 }
 
 bool AreSame(const Hypothesis& a, const Hypothesis& b) {
@@ -93,14 +87,14 @@ bool AreSame(const Hypothesis& a, const Hypothesis& b) {
 }
 
 /// Of the passes that a hypothesis concerns the median misfit with it over that without.
-double ScreenOf(const Hypothesis& hypothesis, const std::vector<PassSightings>& passes) {
+double ScreenOf(const Hypothesis& hypothesis, const std::vector<PassPredictions>& passes) {
   std::vector<double> ratios;
-  for (const PassSightings& pass : passes) {
+  for (const PassPredictions& pass : passes) {
     const std::string& id = pass.part.passes[0].id;
     const bool concerns = hypothesis.passes.empty() ||
                           std::find(hypothesis.passes.begin(), hypothesis.passes.end(), id) !=
                               hypothesis.passes.end();
-    if (!concerns || pass.sightings.empty()) continue;
+    if (!concerns || pass.predictions.empty()) continue;
     Block part = pass.part;
     hypothesis.undo(&part, hypothesis.value);
     ratios.push_back(MisfitOf(part) / pass.misfit_m);
@@ -110,22 +104,22 @@ double ScreenOf(const Hypothesis& hypothesis, const std::vector<PassSightings>& 
 }
 
 /// Those that need no screening and the best of the others, in the order of their promise.
-Hypotheses Screen(Hypotheses all, const std::vector<PassSightings>& passes) {
+Hypotheses Screen(Hypotheses all, const std::vector<PassPredictions>& passes) {
   std::vector<std::pair<double, std::size_t>> ratios;
   Hypotheses out;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].screened) continue;
     const double ratio = ScreenOf(all[i], passes);
-    // What helps every pass stands before what helps each by itself.
-    if (ratio < kNearer_1) ratios.emplace_back(all[i].passes.empty() ? 0.1 * ratio : ratio, i);
+    // What helps every pass comes before what helps each by itself.
+    if (ratio < kNearer) ratios.emplace_back(all[i].passes.empty() ? 0.1 * ratio : ratio, i);
   }
   std::sort(ratios.begin(), ratios.end());
-  for (std::size_t k = 0; k < std::min(kMostScreened, ratios.size()); ++k) {
+  for (std::size_t k = 0; k < std::min(kMaxScreened, ratios.size()); ++k) {
     Hypothesis& shown = all[ratios[k].second];
-    const double kept_1 = ratios[k].first;
-    shown.order_1 = kept_1 < Hypothesis::kTold_1
-                        ? kept_1
-                        : std::lerp(Hypothesis::kWeak_1, Hypothesis::kGuessed_1, kept_1);
+    const double kept = ratios[k].first;
+    shown.order = kept < Hypothesis::kReported
+                      ? kept
+                      : std::lerp(Hypothesis::kWeak, Hypothesis::kGuessed, kept);
     out.push_back(std::move(shown));
   }
   for (Hypothesis& hypothesis : all) {
@@ -136,24 +130,24 @@ Hypotheses Screen(Hypotheses all, const std::vector<PassSightings>& passes) {
 
 void SortByPromise(Hypotheses* all) {
   std::stable_sort(all->begin(), all->end(), [](const Hypothesis& a, const Hypothesis& b) {
-    return a.order_1 < b.order_1;
+    return a.order < b.order;
   });
 }
 
 struct Candidate {
   Hypothesis hypothesis;
   Solved solved;
-  double cost_1 = 0.0;  ///< with the penalty of its parameters
+  double cost = 0.0;  ///< with the penalty of its parameters
 };
 
 void SortByCost(std::vector<Candidate>* candidates) {
   std::stable_sort(candidates->begin(), candidates->end(), [](const auto& a, const auto& b) {
-    return a.cost_1 < b.cost_1;
+    return a.cost < b.cost;
   });
 }
 
-/// The corrections without passes of which no look takes part: nothing tells of them.
-CorrectionModel OfPassesWithLooks(const Block& block, CorrectionModel corrections) {
+/// Drops passes without observations: nothing determines their corrections.
+CorrectionModel RestrictToObservedPasses(const Block& block, CorrectionModel corrections) {
   std::vector<std::uint8_t> has_looks(block.passes.size(), 0);
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     if (!block.looks.rejected(i)) has_looks[block.looks.pass[i]] = 1;
@@ -188,6 +182,8 @@ class Diagnosing {
     if (options.corrections != CorrectionChoice::kNone) {
       corrections_ = {options.groups, options.priors};
     }
+    given_ = corrections_;
+    test_level_ = options.test_level;
   }
 
   Diagnosis Run() {
@@ -201,41 +197,46 @@ class Diagnosing {
     } else {
       sample = TakeSample(block_, progress_);
     }
-    corrections_ = OfPassesWithLooks(sample.block, std::move(corrections_));
+    corrections_ = RestrictToObservedPasses(sample.block, std::move(corrections_));
     const Work work(block_, sample.block, bounds_);
     Trials trials(sample.block, corrections_, work, progress_);
-    const Fit before = trials.AsItIs();
+    Fit before = trials.SolveGiven();
+    const PriorSums priors = PriorsOf(trials.given(), corrections_, before);
+    const double empty = std::max(0.0, priors.redundancy - priors.square_sum);
+    before.redundancy -= empty;
+    trials.LeaveOutOfRedundancy(empty);
     out_.contradicts = Contradicts(before);
     out_.square_sum = before.SquareSum();
-    out_.redundancy = before.redundancy_1;
+    out_.redundancy = before.redundancy;
     out_.points = sample.block.points.size();
     if (out_.contradicts) Explain(sample, before, &trials);
     out_.solutions = trials.solutions();
-    out_.work_1 = trials.work().done_looks();
-    out_.most_work_1 = trials.work().most_looks();
+    out_.work = trials.work().done_looks();
+    out_.max_work = trials.work().most_looks();
     return std::move(out_);
   }
 
  private:
   void Explain(const Sample& sample, const Fit& before, Trials* trials) {
-    const std::vector<PassSightings> passes = SightingsOf(sample.block);
+    const std::vector<PassPredictions> passes = PredictLooks(sample.block);
     const SampleResiduals residuals = ResidualsOf(trials->given(), corrections_, before);
     bool rows_alone = true;  // may be the cause
     const std::function<bool(const std::vector<std::uint32_t>&)> may_explain =
         [&](const std::vector<std::uint32_t>& points) {
           if (!rows_alone || !before.solved) return rows_alone;
-          if (!trials->work().Allows(kToMakeRows_1)) {
+          if (!trials->work().Allows(kPartToMakeRows)) {
             ++out_.untried;
             return false;
           }
-          const Fit rest = trials->Without(points,
-                                           {.warm = IsNear(before) ? &before.state : nullptr,
-                                            .effort = Effort::kQuick,
-                                            .useless_above_1 = MostLeft(before)});
-          return MayBeTold(before, rest);
+          const Fit rest = trials->SolveWithout(points,
+                                                {.warm = IsNear(before) ? &before.state : nullptr,
+                                                 .effort = Effort::kQuick,
+                                                 .useless_above = MaxUnexplained(before)});
+          return IsReportable(before, rest);
         };
     const Facts facts{sample, passes, corrections_, before, residuals, may_explain};
     Hypotheses all;
+    AddModelMistakes(facts, trials, &all);
     for (const auto add :
          {AddTimeMistakes, AddRangeMistakes, AddConeMistakes, AddPathMistakes, AddShiftedIds}) {
       add(facts, &all);
@@ -247,7 +248,7 @@ class Diagnosing {
     Hypotheses tried = scored ? ScoredMistakes(facts, progress_) : Hypotheses{};
     out_.hypotheses = static_cast<int>(all.size() + of_control.size() + tried.size());
     Hypotheses screened = Screen(std::move(all), passes);
-    // Of what known points show too they tell the size.
+    // They give the size of what known points show too.
     std::erase_if(tried, [&](const Hypothesis& of_score) {
       return std::any_of(screened.begin(), screened.end(), [&](const Hypothesis& of_known) {
         return !of_known.screened && AreSame(of_score, of_known);
@@ -260,11 +261,11 @@ class Diagnosing {
     std::vector<Candidate> candidates;
     const auto guessed =
         std::partition_point(tried.begin(), tried.end(), [](const Hypothesis& hypothesis) {
-          return hypothesis.order_1 < Hypothesis::kWeak_1;
+          return hypothesis.order < Hypothesis::kWeak;
         });
     Hypotheses guesses(std::make_move_iterator(guessed), std::make_move_iterator(tried.end()));
     tried.erase(guessed, tried.end());
-    Try(before, std::move(tried), kForShown_1, trials, &candidates);
+    Try(before, std::move(tried), kPartForShown, trials, &candidates);
     // What a mistake of many looks far from a solution explains wholly, no few rows explain.
     rows_alone = IsNear(before) || !AnyExplainsAll(candidates);
     all = {};
@@ -272,17 +273,17 @@ class Diagnosing {
     AddKnownPointMistakes(facts, &all);
     if (rows_alone) {
       AddLookMistakes(facts, &all);
-      AddWanderMistakes(facts, &all);
+      AddTimeCorrelatedMistakes(facts, &all);
     }
     out_.hypotheses += static_cast<int>(all.size());
-    Try(before, Screen(std::move(all), passes), kForRows_1, trials, &candidates);
-    Try(before, std::move(guesses), kForGuessed_1, trials, &candidates);
+    Try(before, Screen(std::move(all), passes), kPartForRows, trials, &candidates);
+    Try(before, std::move(guesses), kPartForGuessed, trials, &candidates);
     all = {};
     AddSigmaMistakes(facts, &all);
     out_.hypotheses += static_cast<int>(all.size());
-    Try(before, std::move(all), kForSigmas_1, trials, &candidates);
+    Try(before, std::move(all), kPartForSigmas, trials, &candidates);
     Refine(before, trials, &candidates);
-    Tell(before, candidates);
+    Report(before, sample, trials->given(), candidates);
   }
 
   static bool AnyExplainsAll(const std::vector<Candidate>& candidates) {
@@ -291,20 +292,20 @@ class Diagnosing {
     });
   }
 
-  /// Solves the hypotheses, roughly. One whose cost can no longer come down to what is told is
-  /// given up, a part of what is of no use not tried; where this part of the work is done the
-  /// others are counted alone.
+  /// Solves the hypotheses approximately. One whose cost can no longer come down to what is
+  /// reported is given up, and useless ones are not tried; after this part of the work the others
+  /// are only counted.
   void Try(const Fit& before,
            Hypotheses tried,
-           double part_of_work_1,
+           double part_of_work,
            Trials* trials,
            std::vector<Candidate>* candidates) {
-    const bool too_large = before.square_sum_1 < before.redundancy_1;  // of the sigmas
+    const bool too_large = before.square_sum < before.redundancy;  // of the sigmas
     bool explained = AnyExplainsAll(*candidates);
-    double most_1 = MostLeft(before);
+    double max_square = MaxUnexplained(before);
     for (const Candidate& candidate : *candidates) {
       if (!Explains(before, candidate)) continue;
-      most_1 = std::min(most_1, MostTold(before, candidate.cost_1, kNearlyAsGood_1));
+      max_square = std::min(max_square, MaxReported(before, candidate.cost, kNearlyAsGood));
     }
     bool of_use = true;  // the last that changes more than a part of another
     for (std::size_t i = 0; i < tried.size(); ++i) {
@@ -312,34 +313,34 @@ class Diagnosing {
       Hypothesis& hypothesis = tried[i];
       if (hypothesis.within_last && !of_use) continue;
       const bool of_sigma = hypothesis.kind == MistakeKind::kSigma;
-      if (!(most_1 > 0.0) && !of_sigma) continue;
+      if (!(max_square > 0.0) && !of_sigma) continue;
       // Other standard deviations, the last of the list, are asked for where no value explains all.
       if (explained && !too_large && of_sigma) continue;
-      if (!trials->work().Allows(part_of_work_1)) {
+      if (!trials->work().Allows(part_of_work)) {
         ++out_.untried;
         continue;
       }
-      const double useless_1 = of_sigma ? std::numeric_limits<double>::infinity() : most_1;
+      const double useless_above = of_sigma ? std::numeric_limits<double>::infinity() : max_square;
       Solved solved{hypothesis.value, kNotGiven, {}};
       if (hypothesis.free && hypothesis.value == 0.0 && before.solved) {
         // From zero on nothing is gained before the size is searched.
         solved =
-            SearchSize(hypothesis, before, {Effort::kQuick, useless_1, part_of_work_1}, trials);
+            SearchSize(hypothesis, before, {Effort::kQuick, useless_above, part_of_work}, trials);
       } else {
         const bool near = hypothesis.local && IsNear(before);
         solved.fit = trials->With(hypothesis,
                                   hypothesis.value,
                                   {.warm = near ? &before.state : nullptr,
                                    .effort = Effort::kQuick,
-                                   .useless_above_1 = useless_1});
+                                   .useless_above = useless_above});
       }
-      if (!hypothesis.within_last) of_use = MayBeTold(before, solved.fit);
+      if (!hypothesis.within_last) of_use = IsReportable(before, solved.fit);
       if (!solved.fit.solved) continue;
-      const double cost_1 = CostOf(hypothesis, solved.fit);
-      candidates->push_back({std::move(hypothesis), std::move(solved), cost_1});
+      const double cost = CostOf(hypothesis, solved.fit);
+      candidates->push_back({std::move(hypothesis), std::move(solved), cost});
       explained = explained || ExplainsAll(candidates->back().solved.fit);
       if (Explains(before, candidates->back())) {
-        most_1 = std::min(most_1, MostTold(before, cost_1, kNearlyAsGood_1));
+        max_square = std::min(max_square, MaxReported(before, cost, kNearlyAsGood));
       }
     }
     SortByCost(candidates);
@@ -347,34 +348,34 @@ class Diagnosing {
 
   /// Finds the sizes of the best.
   void Refine(const Fit& before, Trials* trials, std::vector<Candidate>* candidates) {
-    double most_1 = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < std::min(kMostRefined, candidates->size()); ++i) {
+    double max_square = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < std::min(kMaxRefined, candidates->size()); ++i) {
       Candidate& candidate = (*candidates)[i];
-      if (candidate.cost_1 > most_1) break;
+      if (candidate.cost > max_square) break;
       Hypothesis& hypothesis = candidate.hypothesis;
-      const double taken_1 = before.SquareSum() - candidate.solved.fit.SquareSum();
+      const double square_explained = before.SquareSum() - candidate.solved.fit.SquareSum();
       const bool of_values = hypothesis.kind != MistakeKind::kSigma && before.solved;
-      if (of_values && !(taken_1 > kLeastRough_1 * before.SquareSum())) continue;
+      if (of_values && !(square_explained > kMinApproximate * before.SquareSum())) continue;
       hypothesis.value = candidate.solved.value;
-      const double part_1 = i == 0 ? kForFirst_1 : 1.0;
-      if (!trials->work().Allows(part_1)) break;
+      const double part = i == 0 ? kPartForFirst : 1.0;
+      if (!trials->work().Allows(part)) break;
       if (!candidate.solved.fit.settled) {
         candidate.solved.fit =
             trials->With(hypothesis, hypothesis.value, {.warm = &candidate.solved.fit.state});
       }
       candidate.solved =
-          SearchSize(hypothesis, candidate.solved.fit, {.part_of_work_1 = part_1}, trials);
-      candidate.cost_1 = CostOf(hypothesis, candidate.solved.fit);
+          SearchSize(hypothesis, candidate.solved.fit, {.part_of_work = part}, trials);
+      candidate.cost = CostOf(hypothesis, candidate.solved.fit);
       if (Explains(before, candidate)) {
-        most_1 = std::min(most_1, MostTold(before, candidate.cost_1, kRough_1));
+        max_square = std::min(max_square, MaxReported(before, candidate.cost, kApproximate));
       }
     }
     SortByCost(candidates);
   }
 
-  /// Cost up to which others are told beside one of this cost.
-  static double MostTold(const Fit& before, double cost_1, double part_1) {
-    return cost_1 + kAsGood_1 + part_1 * std::max(0.0, before.Cost() - cost_1);
+  /// Cost up to which others are reported with one of this cost.
+  static double MaxReported(const Fit& before, double cost, double part) {
+    return cost + kAsGood + part * std::max(0.0, before.Cost() - cost);
   }
 
   static double CostOf(const Hypothesis& hypothesis, const Fit& fit) {
@@ -382,44 +383,100 @@ class Diagnosing {
     return fit.Cost() + hypothesis.parameters * std::log(equations);
   }
 
-  /// True where a hypothesis takes enough of the contradiction to be told.
+  /// True where a hypothesis explains enough of the contradiction to be reported.
   [[nodiscard]] bool Explains(const Fit& before, const Candidate& candidate) const {
     const Fit& after = candidate.solved.fit;
     if (!after.solved || (before.solved && after.lost > before.lost)) return false;
     if (!before.solved) return after.lost < after.looks;
     const double k = std::max(1, candidate.hypothesis.parameters);
-    const double left = after.redundancy_1 - k;
+    const double left = after.redundancy - k;
     if (!(left >= 1.0)) return false;
     if (candidate.hypothesis.kind == MistakeKind::kSigma) {
-      if (!(std::abs(candidate.solved.value) < kMostLogFactor_1)) return false;
-      const bool fits = after.SquareSum() < 2.0 * left && after.square_sum_1 > 0.5 * left;
+      if (!(std::abs(candidate.solved.value) < kMaxLogFactor)) return false;
+      const bool fits = after.SquareSum() < 2.0 * left && after.square_sum > 0.5 * left;
       return fits && before.Cost() - after.Cost() > 50.0;
     }
-    const double taken_1 = before.SquareSum() - after.SquareSum();
-    if (!(after.SquareSum() <= MostLeft(before)) || !(taken_1 > 0.0)) return false;
-    if (after.SquareSum() > candidate.hypothesis.most_left_1 * left) return false;
-    const double f = (taken_1 / k) / std::max(1e-300, after.SquareSum() / left);
-    return out_.hypotheses * FisherTailProbability(f, k, left) < kSignificance_1;
+    const double square_explained = before.SquareSum() - after.SquareSum();
+    if (!(after.SquareSum() <= MaxUnexplained(before)) || !(square_explained > 0.0)) return false;
+    if (after.SquareSum() > candidate.hypothesis.max_unexplained * left) return false;
+    const double f = (square_explained / k) / std::max(1e-300, after.SquareSum() / left);
+    return out_.hypotheses * FisherTailProbability(f, k, left) < kSignificance;
   }
 
-  void Tell(const Fit& before, const std::vector<Candidate>& candidates) {
-    double most_1 = 0.0;
-    std::vector<const Hypothesis*> told;
+  /// Standard deviations are the cause of noise alone: what the residuals show under those of a
+  /// candidate, empty where that is noise.
+  std::string PatternUnder(const Candidate& candidate,
+                           const Sample& sample,
+                           const Block& given) const {
+    if (candidate.hypothesis.kind != MistakeKind::kSigma) return "";
+    Block block = given;
+    candidate.hypothesis.undo(&block, candidate.solved.value);
+    return FindPattern(
+        block, sample.suspects, ResidualsOf(block, corrections_, candidate.solved.fit));
+  }
+
+  /// Standard deviations that leave the whole block, or its priors, contradicted: then it is no
+  /// matter of noise. They are known no better than the sample tells.
+  static bool FailsAsNoise(const Explanation& reported) {
+    if (reported.kind != MistakeKind::kSigma || !reported.cure.tried || reported.cure.cures)
+      return false;
+    constexpr double kContradicted = 2.0, kSigmas = 8.0;
+    if (reported.cure.priors_factor > kContradicted) return true;
+    return std::abs(std::log(reported.cure.factor)) > kSigmas * reported.sigma / reported.value;
+  }
+
+  static int RankOf(const Explanation& reported) {
+    if (!reported.cure.cures) return 2;
+    return reported.cause == "model.missing" ? 0 : 1;
+  }
+
+  /// `given`: the sample as it was solved, check points as control.
+  void Report(const Fit& before,
+              const Sample& sample,
+              const Block& given,
+              const std::vector<Candidate>& candidates) {
+    double max_square = 0.0;
+    std::vector<const Candidate*> reported;
     for (const Candidate& candidate : candidates) {
-      if (out_.explanations.size() >= kMostTold) break;
+      if (reported.size() >= kMaxReported) break;
       if (!Explains(before, candidate)) continue;
-      if (told.empty()) most_1 = MostTold(before, candidate.cost_1, kNearlyAsGood_1);
-      if (candidate.cost_1 > most_1) break;
-      const bool again = std::any_of(told.begin(), told.end(), [&](const Hypothesis* other) {
-        return AreSame(*other, candidate.hypothesis);
+      if (!reported.empty() && candidate.cost > max_square) break;
+      const bool again = std::any_of(reported.begin(), reported.end(), [&](const Candidate* other) {
+        return AreSame(other->hypothesis, candidate.hypothesis);
       });
       if (again) continue;
-      told.push_back(&candidate.hypothesis);
-      out_.explanations.push_back(Describe(before, candidate));
+      const std::string pattern = PatternUnder(candidate, sample, given);
+      if (!pattern.empty()) {
+        out_.pattern = pattern;
+        continue;
+      }
+      if (reported.empty()) max_square = MaxReported(before, candidate.cost, kNearlyAsGood);
+      reported.push_back(&candidate);
     }
+    // What was chosen is suspected too where it would explain all.
+    const auto chosen = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
+      return c.hypothesis.kind == MistakeKind::kModel && ExplainsAll(c.solved.fit) &&
+             Explains(before, c);
+    });
+    const bool beside = chosen != candidates.end() &&
+                        std::find(reported.begin(), reported.end(), &*chosen) == reported.end();
+    if (beside) {
+      if (reported.size() == kMaxReported) reported.pop_back();
+      reported.push_back(&*chosen);
+    }
+    for (const Candidate* candidate : reported) {
+      Explanation described = Describe(before, *candidate);
+      if (!FailsAsNoise(described)) out_.explanations.push_back(std::move(described));
+    }
+    // What makes the whole block a good one stands before what only the sample likes better, and
+    // corrections that are missing, the commonest mistake of all, before what would do as well.
+    std::stable_sort(
+        out_.explanations.begin(),
+        out_.explanations.end(),
+        [](const Explanation& a, const Explanation& b) { return RankOf(a) < RankOf(b); });
   }
 
-  static Explanation Describe(const Fit& before, const Candidate& candidate) {
+  Explanation Describe(const Fit& before, const Candidate& candidate) const {
     const Hypothesis& hypothesis = candidate.hypothesis;
     Explanation out;
     out.kind = hypothesis.kind;
@@ -438,21 +495,31 @@ class Diagnosing {
     const Size size = SizeOf(out.value, out.sigma, out.unit);
     out.equals = Equals(hypothesis.numbers, out.value, out.sigma);
     out.change = hypothesis.change(size);
-    out.square_sum_before_1 = before.SquareSum();
-    out.square_sum_after_1 = candidate.solved.fit.SquareSum();
-    out.redundancy_before_1 = before.redundancy_1;
-    out.redundancy_after_1 = candidate.solved.fit.redundancy_1 - hypothesis.parameters;
+    out.square_sum_before = before.SquareSum();
+    out.square_sum_after = candidate.solved.fit.SquareSum();
+    out.redundancy_before = before.redundancy;
+    out.redundancy_after = candidate.solved.fit.redundancy - hypothesis.parameters;
     out.looks_lost_before = before.lost;
     out.looks_lost_after = candidate.solved.fit.lost;
-    out.part_1 = out.square_sum_before_1 > 0.0
-                     ? (out.square_sum_before_1 - out.square_sum_after_1) / out.square_sum_before_1
-                     : 0.0;
-    out.sentence = SentenceOf(hypothesis, size, out);
+    out.part = out.square_sum_before > 0.0
+                   ? (out.square_sum_before - out.square_sum_after) / out.square_sum_before
+                   : 0.0;
+    const bool cured = std::any_of(out_.explanations.begin(),
+                                   out_.explanations.end(),
+                                   [](const Explanation& one) { return one.cure.cures; });
+    if (!cured || hypothesis.kind == MistakeKind::kModel) {
+      out.cure = CureOf(block_, given_, hypothesis, candidate.solved.value, test_level_, progress_);
+    }
+    const std::string detail =
+        hypothesis.detail ? hypothesis.detail(candidate.solved.fit) : std::string();
+    out.sentence = SentenceOf(hypothesis, size, detail, out);
     return out;
   }
 
   const Block& block_;
-  CorrectionModel corrections_;
+  CorrectionModel corrections_;  ///< of passes with looks in the sample
+  CorrectionModel given_;
+  double test_level_ = 0.0;
   DiagnosisBounds bounds_;
   ProgressSink* progress_;
   Diagnosis out_;

@@ -19,6 +19,8 @@ const char* NameOf(MistakeKind kind) {
       return "ids";
     case MistakeKind::kSigma:
       return "sigma";
+    case MistakeKind::kModel:
+      return "model";
   }
   return "";
 }
@@ -27,6 +29,9 @@ std::vector<std::string> Diagnosis::Sentences() const {
   std::vector<std::string> out;
   for (const Explanation& explanation : explanations) {
     out.push_back((out.empty() ? "most likely: " : "or: ") + explanation.sentence);
+  }
+  if (out.empty() && !pattern.empty()) {
+    out.push_back("no standard deviation explains it, the residuals are no noise: " + pattern);
   }
   return out;
 }

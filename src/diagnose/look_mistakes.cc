@@ -40,23 +40,23 @@ struct Times {
   std::vector<double> measured_s, true_s, late_s;
 };
 
-Times TimesOf(const PassSightings& pass) {
+Times TimesOf(const PassPredictions& pass) {
   Times times;
-  for (const Sighting& sighting : pass.sightings) {
-    if (std::isnan(sighting.true_time_s)) continue;
-    times.measured_s.push_back(sighting.time_s);
-    times.true_s.push_back(sighting.true_time_s);
-    times.late_s.push_back(sighting.time_s - sighting.true_time_s);
+  for (const PredictedLook& predicted : pass.predictions) {
+    if (std::isnan(predicted.true_time_s)) continue;
+    times.measured_s.push_back(predicted.time_s);
+    times.true_s.push_back(predicted.true_time_s);
+    times.late_s.push_back(predicted.time_s - predicted.true_time_s);
   }
   return times;
 }
 
 /// Standard deviation of an azimuth time of the pass.
-double SigmaOfTime(const PassSightings& pass, const Facts& facts) {
+double SigmaOfTime(const PassPredictions& pass, const Facts& facts) {
   const LookSigma& sigma = facts.sample.block.passes[pass.pass].sigma;
   const double azimuth = sigma.azimuth > 0.0 ? sigma.azimuth : 1.0;
   if (sigma.azimuth_unit == AzimuthUnit::kHertz && pass.part.looks.size() > 0) {
-    return azimuth * pass.part.RoughAzimuthUnit_m(0, pass.speed_mps) / pass.speed_mps;
+    return azimuth * pass.part.ApproximateAzimuthUnit_m(0, pass.speed_mps) / pass.speed_mps;
   }
   return sigma.azimuth_unit == AzimuthUnit::kSeconds ? azimuth : azimuth / pass.speed_mps;
 }
@@ -82,9 +82,9 @@ Hypothesis ConstantTime(const Names& passes, double late_s, double step_s) {
            (size.value > 0.0 ? " late" : " early");
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: time_s " + OfPasses(passes) +
+    return "observations.csv: time_s " + PassesPhrase(passes) +
            (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(size.value)) +
-           ", or correction.time " + OfPasses(passes);
+           ", or correction.time " + PassesPhrase(passes);
   };
   return out;
 }
@@ -109,7 +109,7 @@ Hypothesis Reversed(const Names& passes, double sum_s, double step_s) {
     return "the times of " + PassWords(passes) + " run backward";
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: time_s " + OfPasses(passes) + " is " + size.text +
+    return "observations.csv: time_s " + PassesPhrase(passes) + " is " + size.text +
            " minus what it is";
   };
   return out;
@@ -131,7 +131,7 @@ Hypothesis ScaledTime(const Names& passes, const KnownNumber& factor) {
            " times too large (" + factor.text + ")";
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: time_s " + OfPasses(passes) + " divided by " + Short(size.value);
+    return "observations.csv: time_s " + PassesPhrase(passes) + " divided by " + Short(size.value);
   };
   return out;
 }
@@ -145,8 +145,8 @@ const std::vector<KnownNumber>& TimeFactors() {
   return factors;
 }
 
-bool Near(double value, double wanted, double part_1) {
-  return std::abs(value - wanted) < part_1 * std::abs(wanted);
+bool Near(double value, double wanted, double part) {
+  return std::abs(value - wanted) < part * std::abs(wanted);
 }
 
 void AddOf(const Names& passes, const Times& times, double sigma_s, Hypotheses* out) {
@@ -166,7 +166,7 @@ void AddOf(const Names& passes, const Times& times, double sigma_s, Hypotheses* 
 void AddTimeMistakes(const Facts& facts, Hypotheses* out) {
   Times all;
   double sigma_s = 0.0;
-  for (const PassSightings& pass : facts.passes) {
+  for (const PassPredictions& pass : facts.passes) {
     const Names name{facts.sample.block.passes[pass.pass].id};
     const Times times = TimesOf(pass);
     sigma_s = std::max(sigma_s, SigmaOfTime(pass, facts));
@@ -223,7 +223,7 @@ Hypothesis ScaledRange(const Names& passes, const KnownNumber& factor) {
            " times what they should be (" + factor.text + ")";
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: range_m " + OfPasses(passes) + " divided by " + Short(size.value);
+    return "observations.csv: range_m " + PassesPhrase(passes) + " divided by " + Short(size.value);
   };
   return out;
 }
@@ -277,33 +277,33 @@ Hypothesis GroundRange(const Names& passes) {
     return "the ranges of " + PassWords(passes) + " are ground ranges, not slant ranges";
   };
   out.change = [passes](const Size&) {
-    return "observations.csv: slant ranges in range_m " + OfPasses(passes);
+    return "observations.csv: slant ranges in range_m " + PassesPhrase(passes);
   };
   return out;
 }
 
 /// Measured over true range, and their differences.
 struct Ranges {
-  std::vector<double> ratio_1, longer_m;
+  std::vector<double> ratio, longer_m;
 };
 
-Ranges RangesOf(const PassSightings& pass) {
+Ranges RangesOf(const PassPredictions& pass) {
   Ranges ranges;
-  for (const Sighting& sighting : pass.sightings) {
-    if (std::isnan(sighting.true_range_m)) continue;
-    ranges.ratio_1.push_back(sighting.range_m / sighting.true_range_m);
-    ranges.longer_m.push_back(sighting.range_m - sighting.true_range_m);
+  for (const PredictedLook& predicted : pass.predictions) {
+    if (std::isnan(predicted.true_range_m)) continue;
+    ranges.ratio.push_back(predicted.range_m / predicted.true_range_m);
+    ranges.longer_m.push_back(predicted.range_m - predicted.true_range_m);
   }
   return ranges;
 }
 
 void AddOf(const Names& passes, const Ranges& ranges, double sigma_m, Hypotheses* out) {
-  if (ranges.ratio_1.size() < 3) return;
+  if (ranges.ratio.size() < 3) return;
   out->push_back(RangeBias(passes, Median(ranges.longer_m), sigma_m));
   out->push_back(GroundRange(passes));
-  const double ratio_1 = Median(ranges.ratio_1);
+  const double ratio = Median(ranges.ratio);
   for (const KnownNumber& factor : RangeFactors()) {
-    if (std::abs(ratio_1 / factor.value - 1.0) < 0.1) {
+    if (std::abs(ratio / factor.value - 1.0) < 0.1) {
       out->push_back(ScaledRange(passes, factor));
     }
   }
@@ -337,9 +337,9 @@ Hypothesis RangeBias(const std::vector<std::string>& passes, double longer_m, do
            (size.value > 0.0 ? " too long" : " too short");
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: range_m " + OfPasses(passes) +
+    return "observations.csv: range_m " + PassesPhrase(passes) +
            (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(size.value)) +
-           ", or correction.range (bias) " + OfPasses(passes);
+           ", or correction.range (bias) " + PassesPhrase(passes);
   };
   return out;
 }
@@ -347,19 +347,19 @@ Hypothesis RangeBias(const std::vector<std::string>& passes, double longer_m, do
 void AddRangeMistakes(const Facts& facts, Hypotheses* out) {
   Ranges all;
   double sigma_m = 0.0;
-  for (const PassSightings& pass : facts.passes) {
+  for (const PassPredictions& pass : facts.passes) {
     const Pass& of = facts.sample.block.passes[pass.pass];
     const double sigma_of_m = of.sigma.range_m > 0.0 ? of.sigma.range_m : 1.0;
     sigma_m = std::max(sigma_m, sigma_of_m);
     const Ranges ranges = RangesOf(pass);
     AddOf({of.id}, ranges, sigma_of_m, out);
-    if (ranges.ratio_1.size() < 3) AddBlind({of.id}, out);
-    all.ratio_1.insert(all.ratio_1.end(), ranges.ratio_1.begin(), ranges.ratio_1.end());
+    if (ranges.ratio.size() < 3) AddBlind({of.id}, out);
+    all.ratio.insert(all.ratio.end(), ranges.ratio.begin(), ranges.ratio.end());
     all.longer_m.insert(all.longer_m.end(), ranges.longer_m.begin(), ranges.longer_m.end());
   }
   if (facts.passes.size() < 2) return;
   AddOf({}, all, sigma_m, out);
-  if (all.ratio_1.size() < 3) AddBlind({}, out);
+  if (all.ratio.size() < 3) AddBlind({}, out);
 }
 
 namespace {
@@ -383,7 +383,7 @@ Hypothesis WrongSide(const Names& passes) {
            " to the other side of the flight than block.toml says";
   };
   out.change = [passes](const Size&) {
-    return "block.toml: the other value of `look` " + OfPasses(passes);
+    return "block.toml: the other value of `look` " + PassesPhrase(passes);
   };
   return out;
 }
@@ -402,11 +402,36 @@ Hypothesis ScaledCone(const Names& passes, const char* column, const KnownNumber
   out.unit = "1";
   const std::string name = column;
   out.says = [passes, factor, name](const Size&) {
-    return "the values of " + name + " " + OfPasses(passes) + " " + factor.text;
+    return "the values of " + name + " " + PassesPhrase(passes) + " " + factor.text;
   };
   out.change = [passes, factor, name](const Size&) {
-    return "observations.csv: " + name + " " + OfPasses(passes) + " divided by " +
+    return "observations.csv: " + name + " " + PassesPhrase(passes) + " divided by " +
            Short(factor.value);
+  };
+  return out;
+}
+
+/// Dopplers in another unit, such as parts of the pulse rate, or of another wavelength.
+Hypothesis DopplerFactor(const Names& passes, double factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kCone;
+  out.cause = "cone.factor";
+  out.passes = passes;
+  out.undo = [passes](Block* block, double value) {
+    ForLooks(*block, passes, [&](std::size_t i) { block->looks.cone[i] /= value; });
+  };
+  out.free = true;
+  out.value = factor;
+  out.step = 1e-3 * factor;
+  out.unit = "1";
+  out.says = [passes](const Size& size) {
+    return "doppler_hz " + PassesPhrase(passes) + " are " + size.text +
+           " times what known points show (another unit, such as parts of the pulse rate, or "
+           "wavelength_m by that factor)";
+  };
+  out.change = [passes](const Size& size) {
+    return "observations.csv: doppler_hz " + PassesPhrase(passes) + " divided by " +
+           Short(size.value);
   };
   return out;
 }
@@ -423,40 +448,40 @@ Hypothesis Wavelength(const Names& passes, const KnownNumber& factor) {
   out.value = factor.value;
   out.unit = "1";
   out.says = [passes, factor](const Size& size) {
-    return "the wavelength " + OfPasses(passes) + " is " + Short(size.value) +
+    return "the wavelength " + PassesPhrase(passes) + " is " + Short(size.value) +
            " times too large (" + factor.text + ")";
   };
   out.change = [passes](const Size& size) {
-    return "block.toml: wavelength_m " + OfPasses(passes) + " divided by " + Short(size.value);
+    return "block.toml: wavelength_m " + PassesPhrase(passes) + " divided by " + Short(size.value);
   };
   return out;
 }
 
 /// Sines of the squints at which known points are seen and that the looks give.
 struct Squints {
-  std::vector<double> seen_1, given_1, ratio_1, off_rad;
+  std::vector<double> predicted_sine, given_sine, ratio, off_rad;
   bool doppler = false, given = false;
 };
 
-Squints SquintsOf(const PassSightings& pass) {
+Squints SquintsOf(const PassPredictions& pass) {
   Squints out;
   const Looks& looks = pass.part.looks;
-  for (const Sighting& sighting : pass.sightings) {
-    if (std::isnan(sighting.ahead_sine_1)) continue;
-    double given_1 = 0.0;
+  for (const PredictedLook& predicted : pass.predictions) {
+    if (std::isnan(predicted.ahead_sine)) continue;
+    double given_sine = 0.0;
     if (!looks.cone.empty()) {
-      const double cone = looks.cone[sighting.look];
-      const bool doppler = (looks.flags[sighting.look] & Looks::kDoppler) != 0;
+      const double cone = looks.cone[predicted.look];
+      const bool doppler = (looks.flags[predicted.look] & Looks::kDoppler) != 0;
       out.doppler = out.doppler || doppler;
       out.given = out.given || cone != 0.0;
-      given_1 =
+      given_sine =
           doppler ? 0.5 * pass.part.passes[0].wavelength_m * cone / pass.speed_mps : std::sin(cone);
     }
-    out.seen_1.push_back(sighting.ahead_sine_1);
-    out.given_1.push_back(given_1);
-    if (sighting.ahead_sine_1 != 0.0) out.ratio_1.push_back(given_1 / sighting.ahead_sine_1);
-    out.off_rad.push_back(std::asin(std::clamp(given_1, -1.0, 1.0)) -
-                          std::asin(sighting.ahead_sine_1));
+    out.predicted_sine.push_back(predicted.ahead_sine);
+    out.given_sine.push_back(given_sine);
+    if (predicted.ahead_sine != 0.0) out.ratio.push_back(given_sine / predicted.ahead_sine);
+    out.off_rad.push_back(std::asin(std::clamp(given_sine, -1.0, 1.0)) -
+                          std::asin(predicted.ahead_sine));
   }
   return out;
 }
@@ -466,6 +491,11 @@ void AddOf(const Names& passes, const Squints& squints, Hypotheses* out) {
     const char* column = squints.doppler ? "doppler_hz" : "squint_deg";
     out->push_back(ScaledCone(passes, column, {-1.0, "have the wrong sign"}));
     if (squints.doppler) {
+      constexpr double kFarFromOne = 0.01;
+      const double factor = squints.ratio.size() < 3 ? 1.0 : Median(squints.ratio);
+      if (factor > 0.0 && std::abs(factor - 1.0) > kFarFromOne) {
+        out->push_back(DopplerFactor(passes, factor));
+      }
       out->push_back(Wavelength(passes, {100.0, "centimetres for metres"}));
       out->push_back(Wavelength(passes, {1000.0, "millimetres for metres"}));
     } else {
@@ -501,9 +531,9 @@ Hypothesis SquintBias(const std::vector<std::string>& passes, double value_rad, 
            degrees.text + " that squint_deg leaves out";
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: squint_deg " + OfPasses(passes) +
+    return "observations.csv: squint_deg " + PassesPhrase(passes) +
            (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(kDegPerRad * size.value)) +
-           ", or correction.squint " + OfPasses(passes);
+           ", or correction.squint " + PassesPhrase(passes);
   };
   return out;
 }
@@ -511,26 +541,27 @@ Hypothesis SquintBias(const std::vector<std::string>& passes, double value_rad, 
 void AddConeMistakes(const Facts& facts, Hypotheses* out) {
   Names turned;
   Squints all;
-  for (const PassSightings& pass : facts.passes) {
+  for (const PassPredictions& pass : facts.passes) {
     const std::string& id = facts.sample.block.passes[pass.pass].id;
-    const auto wrong = std::count_if(pass.sightings.begin(),
-                                     pass.sightings.end(),
-                                     [](const Sighting& s) { return !s.on_its_side; });
-    if (2 * static_cast<std::size_t>(wrong) > pass.sightings.size()) turned.push_back(id);
-    if (pass.sightings.empty()) {
+    const auto wrong = std::count_if(pass.predictions.begin(),
+                                     pass.predictions.end(),
+                                     [](const PredictedLook& s) { return !s.on_its_side; });
+    if (2 * static_cast<std::size_t>(wrong) > pass.predictions.size()) turned.push_back(id);
+    if (pass.predictions.empty()) {
       out->push_back(WrongSide({id}));
       out->back().screened = true;
     }
     const Squints squints = SquintsOf(pass);
     AddOf({id}, squints, out);
     all.off_rad.insert(all.off_rad.end(), squints.off_rad.begin(), squints.off_rad.end());
+    all.ratio.insert(all.ratio.end(), squints.ratio.begin(), squints.ratio.end());
     all.doppler = all.doppler || squints.doppler;
     all.given = all.given || squints.given;
   }
   if (!turned.empty()) {
     out->push_back(WrongSide(turned));
     out->back().screened = true;
-    out->back().order_1 = Hypothesis::kTold_1;
+    out->back().order = Hypothesis::kReported;
   }
   if (facts.passes.size() > 1) AddOf({}, all, out);
 }
@@ -607,12 +638,12 @@ Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measure
     const bool large = size.value > 1.0;
     const double by = large ? size.value : 1.0 / size.value;
     return "the standard deviations of the " + std::string(WordOf(measured)) + " " +
-           OfPasses(passes) + " are " + SizeOf(by, size.sigma / size.value * by, "").text +
+           PassesPhrase(passes) + " are " + SizeOf(by, size.sigma / size.value * by, "").text +
            " times too " + (large ? "large" : "small");
   };
   out.change = [passes, measured](const Size& size) {
     return "block.toml: [sigma] (or the columns of observations.csv) of the " +
-           std::string(WordOf(measured)) + " " + OfPasses(passes) + " divided by " +
+           std::string(WordOf(measured)) + " " + PassesPhrase(passes) + " divided by " +
            Short(size.value);
   };
   out.screened = true;
@@ -625,45 +656,46 @@ Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measure
 double OwnS0(const SampleResiduals& residuals, Measured measured) {
   if (measured == Measured::kBoth) return 0.0;
   const Eigen::Index column = measured == Measured::kRange ? 0 : 1;
-  double square_1 = 0.0, redundancy_1 = 0.0;
-  for (Eigen::Index i = 0; i < residuals.whitened_1.rows(); ++i) {
-    const double error_1 = residuals.whitened_1(i, column);
-    const double part_1 = residuals.redundancy_1(i, column);
-    if (!std::isfinite(error_1) || !std::isfinite(part_1)) continue;
-    square_1 += error_1 * error_1;
-    redundancy_1 += part_1;
+  double square = 0.0, redundancy = 0.0;
+  for (Eigen::Index i = 0; i < residuals.whitened_errors.rows(); ++i) {
+    const double error = residuals.whitened_errors(i, column);
+    const double part = residuals.redundancy(i, column);
+    if (!std::isfinite(error) || !std::isfinite(part)) continue;
+    square += error * error;
+    redundancy += part;
   }
-  return redundancy_1 > 1.0 ? std::sqrt(square_1 / redundancy_1) : 0.0;
+  return redundancy > 1.0 ? std::sqrt(square / redundancy) : 0.0;
 }
 
 }  // namespace
 
 void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
   const Block& block = facts.sample.block;
-  const double s0_1 = std::sqrt(facts.before.square_sum_1 / facts.before.redundancy_1);
-  if (!(s0_1 > 0.0) || !std::isfinite(s0_1)) return;
+  const double s0 = std::sqrt(facts.before.square_sum / facts.before.redundancy);
+  if (!(s0 > 0.0) || !std::isfinite(s0)) return;
   for (const Measured measured : {Measured::kBoth, Measured::kRange, Measured::kAzimuth}) {
-    const double own_s0_1 = OwnS0(facts.residuals, measured);
-    out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0_1 > 0.0 ? own_s0_1 : s0_1)));
+    const double own_s0 = OwnS0(facts.residuals, measured);
+    out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0 > 0.0 ? own_s0 : s0)));
     if (block.passes.size() < 2) continue;
     for (const Pass& pass : block.passes) {
       // A pass whose residuals are the rule is none to ask of.
-      double sum_1 = 0.0, count = 0.0;
+      double sum = 0.0, count = 0.0;
       ForLooks(block, {pass.id}, [&](std::size_t i) {
-        const auto row = facts.residuals.whitened_1.row(static_cast<Eigen::Index>(i));
-        const double square_1 = measured == Measured::kRange     ? row[0] * row[0]
-                                : measured == Measured::kAzimuth ? row[1] * row[1]
-                                                                 : row.squaredNorm();
-        if (!std::isfinite(square_1)) return;
-        sum_1 += square_1;
+        const auto row = facts.residuals.whitened_errors.row(static_cast<Eigen::Index>(i));
+        const double square = measured == Measured::kRange     ? row[0] * row[0]
+                              : measured == Measured::kAzimuth ? row[1] * row[1]
+                                                               : row.squaredNorm();
+        if (!std::isfinite(square)) return;
+        sum += square;
         count += measured == Measured::kBoth ? 2.0 : 1.0;
       });
-      const double all_1 =
-          facts.before.square_sum_1 / (2.0 * static_cast<double>(facts.before.looks));
-      const double share_1 = count > 0.0 ? sum_1 / count / all_1 : 1.0;
-      if (share_1 < 1.3 && share_1 > 0.3) continue;
-      if (share_1 > 1.0 && sum_1 < 0.3 * facts.before.square_sum_1) continue;
-      out->push_back(ScaledSigma(block, {pass.id}, measured, 1.0 / std::sqrt(share_1 * all_1)));
+      const double overall_ratio =
+          facts.before.square_sum / (2.0 * static_cast<double>(facts.before.looks));
+      const double share = count > 0.0 ? sum / count / overall_ratio : 1.0;
+      if (share < 1.3 && share > 0.3) continue;
+      if (share > 1.0 && sum < 0.3 * facts.before.square_sum) continue;
+      out->push_back(
+          ScaledSigma(block, {pass.id}, measured, 1.0 / std::sqrt(share * overall_ratio)));
     }
   }
 }
@@ -671,10 +703,10 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
 namespace {
 
 /// Of v'Pv, in squares of sigma, that a constant is to take to be solved for; and how many are.
-constexpr double kLeastStatistic_1 = 25.0;
-constexpr std::size_t kMostScored = 6;
+constexpr double kMinStatistic = 25.0;
+constexpr std::size_t kMaxScored = 6;
 /// Passes up to which the dense score test of all of them is no matter of time.
-constexpr std::size_t kMostPasses = 60;
+constexpr std::size_t kMaxPasses = 60;
 
 using Names = std::vector<std::string>;
 using ParameterKey = std::pair<std::string, std::string>;  // owner and name
@@ -698,7 +730,8 @@ Hypothesis HypothesisOf(const Parameter& parameter, const Names& passes, const F
   const Pass& pass = block.passes[0];
   const double speed_mps = facts.passes[0].speed_mps;
   const double range_m = block.looks.size() > 0 ? block.looks.range_m[0] : 1.0;
-  const double azimuth_m = block.looks.size() > 0 ? block.RoughAzimuthSigma_m(0, speed_mps) : 1.0;
+  const double azimuth_m =
+      block.looks.size() > 0 ? block.ApproximateAzimuthSigma_m(0, speed_mps) : 1.0;
   switch (parameter.kind) {
     case ParameterKind::kRangeBias:
       return RangeBias(passes, 0.0, pass.sigma.range_m);
@@ -714,7 +747,7 @@ Hypothesis HypothesisOf(const Parameter& parameter, const Names& passes, const F
 Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress) {
   Hypotheses out;
   const Block& block = facts.sample.block;
-  if (!facts.before.solved || block.passes.size() > kMostPasses) return out;
+  if (!facts.before.solved || block.passes.size() > kMaxPasses) return out;
   try {
     std::vector<CorrectionGroup> groups = facts.corrections.groups;
     for (const CorrectionGroup& constant : Constants()) {
@@ -749,16 +782,16 @@ Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress) {
     ReducedSystem system(extended);
     system.Form(state, {}, progress);
     QuadraticModel::Data data = DataAt(system, state.corrections, extended.layout.parameters);
-    data.redundancy_1 = facts.before.redundancy_1;
+    data.redundancy = facts.before.redundancy;
     QuadraticModel model(std::move(data));
     if (!model.Reset(active)) return out;
     std::vector<std::pair<double, int>> scores;
     for (const int column : constants) {
-      const double statistic_1 = model.Score({column}).statistic_1;
-      if (statistic_1 > kLeastStatistic_1) scores.emplace_back(-statistic_1, column);
+      const double statistic = model.Score({column}).statistic;
+      if (statistic > kMinStatistic) scores.emplace_back(-statistic, column);
     }
     std::sort(scores.begin(), scores.end());
-    if (scores.size() > kMostScored) scores.resize(kMostScored);
+    if (scores.size() > kMaxScored) scores.resize(kMaxScored);
     for (const auto& [score, column] : scores) {
       const Parameter& parameter = extended.layout.parameters[static_cast<std::size_t>(column)];
       const bool shared = parameter.owner.rfind("diagnose.", 0) == 0;
@@ -766,8 +799,8 @@ Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress) {
       out.push_back(HypothesisOf(parameter, shared ? Names{} : Names{parameter.owner}, facts));
       out.back().screened = true;
       // What a constant takes where all is linear is its statistic.
-      const double excess_1 = facts.before.SquareSum() - facts.before.redundancy_1;
-      if (-2.0 * score > excess_1) out.back().order_1 = Hypothesis::kScored_1;
+      const double excess = facts.before.SquareSum() - facts.before.redundancy;
+      if (-2.0 * score > excess) out.back().order = Hypothesis::kScored;
       out.back().local = true;
     }
   } catch (const Interrupted&) {

@@ -29,8 +29,8 @@ std::string Joined(const std::vector<std::string>& names) {
 }
 
 /// Never 100 % unless nothing is left.
-std::string Percent(double part_1) {
-  return Print("%.2f", std::min(99.99, 100.0 * std::max(0.0, part_1))) + " %";
+std::string Percent(double part) {
+  return Print("%.2f", std::min(99.99, 100.0 * std::max(0.0, part))) + " %";
 }
 
 }  // namespace
@@ -59,25 +59,35 @@ std::string PassWords(const std::vector<std::string>& passes) {
   return (passes.size() == 1 ? "pass " : "passes ") + Joined(passes);
 }
 
-std::string OfPasses(const std::vector<std::string>& passes) {
+std::string PassesPhrase(const std::vector<std::string>& passes) {
   return "of " + (passes.empty() ? std::string("all passes") : Joined(passes));
 }
 
 std::string SentenceOf(const Hypothesis& hypothesis,
                        const Size& size,
+                       const std::string& detail,
                        const Explanation& explanation) {
   std::string text = hypothesis.says(size);
   if (!explanation.equals.empty()) text += " (" + explanation.equals + ")";
-  if (hypothesis.kind != MistakeKind::kSigma || explanation.part_1 > 0.0) {
-    text += ": takes " + Percent(explanation.part_1) + " of v'Pv";
+  if (!detail.empty()) text += ", " + detail;
+  if (hypothesis.kind != MistakeKind::kSigma || explanation.part > 0.0) {
+    text += ": takes " + Percent(explanation.part) + " of v'Pv";
   }
   if (explanation.looks_lost_before > explanation.looks_lost_after) {
     text += Print(" and finds a place for %zu looks",
                   explanation.looks_lost_before - explanation.looks_lost_after);
   }
-  const double left_1 = explanation.square_sum_after_1 / explanation.redundancy_after_1;
-  if (left_1 > 2.0 || explanation.looks_lost_after > 0) {
-    text += " but does not explain all (v'Pv over redundancy " + Short(left_1) + " is left)";
+  const double left = explanation.square_sum_after / explanation.redundancy_after;
+  if (left > 2.0 || explanation.looks_lost_after > 0) {
+    text += " but does not explain all (v'Pv over redundancy " + Short(left) + " is left)";
+  }
+  const Explanation::Cure& cure = explanation.cure;
+  if (cure.tried) {
+    text += cure.cures ? "; with it the whole block is sound: s0^2 of looks and control "
+                       : "; of the whole block it is a part: s0^2 of looks and control ";
+    text += Short(cure.factor) + " (" + Short(cure.lower) + " to " + Short(cure.upper) +
+            " is expected)";
+    if (std::isfinite(cure.priors_factor)) text += ", of priors " + Short(cure.priors_factor);
   }
   return text + "; " + explanation.change;
 }

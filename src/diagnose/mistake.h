@@ -24,6 +24,9 @@ struct Size {
   std::string text;
 };
 
+struct CorrectionModel;
+struct Fit;
+
 /// One mistake that may have been made, and the change of the block that undoes it. `undo` is
 /// called on the sample and on small parts of it, so it finds passes and points by their ids and
 /// leaves alone what is not there.
@@ -33,30 +36,36 @@ struct Hypothesis {
   std::vector<std::string> passes;  ///< empty: all
   std::vector<std::string> points;
   std::function<void(Block*, double value)> undo;
-  int parameters = 1;  ///< that undoing it fits to the looks; 0: a change without a size
+  /// A mistake in the corrections asked for: what undoes it there; empty for all others.
+  std::function<void(CorrectionModel*, double value)> remodel;
+  double log_cost = 0.0;  ///< on -2 log of the likelihood by `value`, of wider priors
+  int parameters = 1;     ///< that undoing it fits to the looks; 0: a change without a size
   /// The size is found from `value` on with first steps of `step`; else `value` is the size.
   bool free = false;
   double value = 0.0, step = 0.0;
-  bool logarithm = false;  ///< value and step are logarithms of what is told
+  bool logarithm = false;  ///< value and step are logarithms of what is reported
   std::string unit;
   std::vector<KnownNumber> numbers;
   /// "the times of pass DSC are 18.000 +- 0.001 s late"
   std::function<std::string(const Size&)> says;
   std::function<std::string(const Size&)> change;
+  std::function<std::string(const Fit&)> detail;  ///< what its solution shows; empty: nothing
   /// What known points do not show, or a score test found: solved without the screening.
   bool screened = false;
-  /// Where it stands among those that are tried: what the data tell by themselves, also those with
-  /// which known points keep less than a tenth of their misfit; what scores show; known points that
-  /// keep more; what is guessed.
-  double order_1 = kGuessed_1;
-  static constexpr double kTold_1 = 0.1, kScored_1 = 0.6, kWeak_1 = 0.7, kGuessed_1 = 1.0;
+  /// Where it stands among those that are tried: corrections that were chosen; what the data tell
+  /// by themselves, also those with which known points keep less than a tenth of their misfit; what
+  /// scores show; known points that keep more; what is guessed.
+  double order = kGuessed;
+  static constexpr double kChosen = 0.05, kReported = 0.1, kScored = 0.6, kWeak = 0.7,
+                          kGuessed = 1.0;
   /// Changes one of the measurements that the hypothesis before leaves out: of no use where that is
   /// of none.
   bool within_last = false;
   /// Recorded states that undoing it makes paths of which do not go through them.
   std::size_t smoothed_states = 0;
-  /// Not told where v'Pv over its redundancy stays above this: a curve takes a part of anything.
-  double most_left_1 = std::numeric_limits<double>::infinity();
+  /// Not reported where v'Pv over its redundancy stays above this: a curve takes a part of
+  /// anything.
+  double max_unexplained = std::numeric_limits<double>::infinity();
   /// Changes little of the whole: solved from where the sample as it is ended.
   bool local = false;
 };
@@ -76,11 +85,12 @@ struct Hypothesis {
 /// "pass A", "passes A and B", "all passes" for none.
 [[nodiscard]] std::string PassWords(const std::vector<std::string>& passes);
 /// "of A", "of A and B", "of all passes" for none.
-[[nodiscard]] std::string OfPasses(const std::vector<std::string>& passes);
+[[nodiscard]] std::string PassesPhrase(const std::vector<std::string>& passes);
 
-/// The sentence of an explanation whose other members stand.
+/// The sentence of an explanation whose other members are set.
 [[nodiscard]] std::string SentenceOf(const Hypothesis& hypothesis,
                                      const Size& size,
+                                     const std::string& detail,
                                      const Explanation& explanation);
 
 }  // namespace sarblock

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/progress.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@ namespace sarblock {
                                       double step_s);
 
 /// Adds the hypotheses of times that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddTimeMistakes(const Facts& facts, Hypotheses* out);
 
 /// Ranges that are too long by a constant, from `longer_m` on; empty `passes`: of all.
@@ -25,7 +27,8 @@ void AddTimeMistakes(const Facts& facts, Hypotheses* out);
                                    double step_m);
 
 /// Adds the hypotheses of ranges that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddRangeMistakes(const Facts& facts, Hypotheses* out);
 
 /// Squints that are too large by a constant, from `value_rad` on; empty `passes`: of all.
@@ -34,13 +37,13 @@ void AddRangeMistakes(const Facts& facts, Hypotheses* out);
                                     double step_rad);
 
 /// Adds the hypotheses of look sides and cones that this block gives reason to try, with first
-/// values of their sizes: those that the sightings suggest, and those that show in a solution
-/// alone.
+/// values of their sizes: those that the predicted observations suggest, and those that show in a
+/// solution alone.
 void AddConeMistakes(const Facts& facts, Hypotheses* out);
 
 /// Adds the hypotheses of standard deviations that this block gives reason to try, with first
-/// values of their sizes: those that the sightings suggest, and those that show in a solution
-/// alone.
+/// values of their sizes: those that the predicted observations suggest, and those that show in a
+/// solution alone.
 void AddSigmaMistakes(const Facts& facts, Hypotheses* out);
 
 /// Constants of time, range and squint, of one pass or of all, that Rao's score test (selection)
@@ -49,15 +52,22 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out);
 [[nodiscard]] Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress);
 
 /// Adds the hypotheses of flight paths that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddPathMistakes(const Facts& facts, Hypotheses* out);
 
-/// Errors that are correlated in time: residuals of a pass that wander along its strip, of its
-/// ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq. (9).
-void AddWanderMistakes(const Facts& facts, Hypotheses* out);
+/// Errors that are correlated in time: residuals of a pass that drift to and fro along its strip,
+/// of its ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq.
+/// (9).
+void AddTimeCorrelatedMistakes(const Facts& facts, Hypotheses* out);
+
+/// Adds those of the corrections asked for: priors too tight (one solution tells which and by how
+/// much), terms that are missing, passes held as exact.
+void AddModelMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 
 /// Adds the hypotheses of known positions that this block gives reason to try, with first values
-/// of their sizes: those that the sightings suggest, and those that show in a solution alone.
+/// of their sizes: those that the predicted observations suggest, and those that show in a solution
+/// alone.
 void AddControlMistakes(const Facts& facts, Hypotheses* out);
 /// Of single known points, and of pairs of them, whose rows may explain the block.
 void AddKnownPointMistakes(const Facts& facts, Hypotheses* out);
@@ -71,5 +81,20 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out);
 void AddShiftedIds(const Facts& facts, Hypotheses* out);
 /// Adds the hypotheses that two suspects are exchanged in a pass, where both agree better then.
 void AddExchangedPoints(const Facts& facts, Hypotheses* out);
+
+/// What the residuals of a fit show that is no noise, the most striking: one sign in a pass, a
+/// trend with range or time, correlation along the strip, heavy tails; empty where they are noise.
+/// Points that were taken because they are the worst (`suspects`) say nothing of that.
+[[nodiscard]] std::string FindPattern(const Block& block,
+                                      const std::vector<std::uint32_t>& suspects,
+                                      const SampleResiduals& residuals);
+
+/// The whole block, with these corrections, solved with a mistake undone.
+[[nodiscard]] Explanation::Cure CureOf(const Block& given,
+                                       const CorrectionModel& corrections,
+                                       const Hypothesis& hypothesis,
+                                       double value,
+                                       double test_level,
+                                       ProgressSink* progress);
 
 }  // namespace sarblock

@@ -68,8 +68,8 @@ Hypothesis ScaledStates(const Names& passes, bool positions, bool velocities, do
   const std::string what = positions && velocities ? "positions and velocities"
                            : positions             ? "positions"
                                                    : "velocities";
-  const std::string unit = factor == 1e-3  ? (positions ? "kilometres" : "kilometres a second")
-                           : factor == 1e3 ? (positions ? "millimetres" : "millimetres a second")
+  const std::string unit = factor == 1e-3  ? (positions ? "kilometres" : "kilometres per second")
+                           : factor == 1e3 ? (positions ? "millimetres" : "millimetres per second")
                                            : "of the wrong sign";
   if (factor < 0.0) out.cause = "path.velocity_sign";
   out.value = factor;
@@ -80,7 +80,8 @@ Hypothesis ScaledStates(const Names& passes, bool positions, bool velocities, do
            (factor < 0.0 ? unit : "in " + unit);
   };
   out.change = [=](const Size&) {
-    return "trajectories.csv: " + what + " " + OfPasses(passes) + " divided by " + Short(factor);
+    return "trajectories.csv: " + what + " " + PassesPhrase(passes) + " divided by " +
+           Short(factor);
   };
   return out;
 }
@@ -108,7 +109,7 @@ Hypothesis InertialStates(const Names& passes, double rate) {
            " are in inertial axes, not in those of the turning body: rate " + size.text;
   };
   out.change = [passes](const Size&) {
-    return "trajectories.csv: body-fixed positions and velocities " + OfPasses(passes);
+    return "trajectories.csv: body-fixed positions and velocities " + PassesPhrase(passes);
   };
   return out;
 }
@@ -124,7 +125,7 @@ Hypothesis InertialVelocities(const Names& passes, double rate) {
            " are inertial, the positions body-fixed: rate " + size.text;
   };
   out.change = [passes](const Size&) {
-    return "trajectories.csv: velocities " + OfPasses(passes) +
+    return "trajectories.csv: velocities " + PassesPhrase(passes) +
            " less the rotation times the position, or through = \"positions\" in [trajectory]";
   };
   return out;
@@ -132,7 +133,7 @@ Hypothesis InertialVelocities(const Names& passes, double rate) {
 
 /// Velocities given over velocities of the positions, and the turning that would explain them.
 struct VelocityFacts {
-  double ratio_1 = 1.0;         ///< median of the projection on the motion
+  double ratio = 1.0;           ///< median of the projection on the motion
   double rate_rad_per_s = 0.0;  ///< of given less moved, about the axis of the body
 };
 
@@ -146,8 +147,8 @@ VelocityFacts VelocitiesOf(const Pass& pass) {
     const Eigen::Vector3d moved = (b.position_m - a.position_m) / (b.time_s - a.time_s);
     Eigen::Vector3d said = Eigen::Vector3d::Zero();
     for (std::size_t k = i - stride; k < i; ++k) {
-      const double part_1 = (states[k + 1].time_s - states[k].time_s) / (b.time_s - a.time_s);
-      said += 0.5 * part_1 * (states[k].velocity_mps + states[k + 1].velocity_mps);
+      const double part = (states[k + 1].time_s - states[k].time_s) / (b.time_s - a.time_s);
+      said += 0.5 * part * (states[k].velocity_mps + states[k + 1].velocity_mps);
     }
     const Eigen::Vector3d turned = Eigen::Vector3d::UnitZ().cross(a.position_m);
     if (moved.squaredNorm() > 0.0) ratio.push_back(said.dot(moved) / moved.squaredNorm());
@@ -185,23 +186,23 @@ Hypothesis ExchangedPasses(const std::string& a, const std::string& b) {
 void AddExchangedPaths(const Facts& facts, Hypotheses* out) {
   const std::size_t count = facts.passes.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const PassSightings& a = facts.passes[i];
+    const PassPredictions& a = facts.passes[i];
     for (std::size_t j = i + 1; j < count; ++j) {
-      const PassSightings& b = facts.passes[j];
+      const PassPredictions& b = facts.passes[j];
       const Pass &pass_a = facts.sample.block.passes[i], &pass_b = facts.sample.block.passes[j];
-      const auto with = [](const PassSightings& sees, const Pass& path) {
+      const auto with = [](const PassPredictions& sees, const Pass& path) {
         Block part = sees.part;
         part.passes[0].path = path.path;
         return MisfitOf(part);
       };
-      if (a.sightings.empty() || b.sightings.empty()) {
+      if (a.predictions.empty() || b.predictions.empty()) {
         if (count <= 6) out->push_back(ExchangedPasses(pass_a.id, pass_b.id));
         continue;
       }
-      const double kept_1 = std::max(with(a, pass_b) / a.misfit_m, with(b, pass_a) / b.misfit_m);
-      if (kept_1 < 0.3) {
+      const double kept_part = std::max(with(a, pass_b) / a.misfit_m, with(b, pass_a) / b.misfit_m);
+      if (kept_part < 0.3) {
         out->push_back(ExchangedPasses(pass_a.id, pass_b.id));
-        out->back().order_1 = Hypothesis::kTold_1 * kept_1;
+        out->back().order = Hypothesis::kReported * kept_part;
       }
     }
   }
@@ -213,20 +214,20 @@ Hypothesis OtherReading(const Names& passes, const std::string& why, const char*
   out.cause = cause;
   out.passes = passes;
   out.parameters = 0;
-  out.undo = [passes](Block* block, double) { ReadAsAutoDecides(passes, block); };
+  out.undo = [passes](Block* block, double) { ReadWithAuto(passes, block); };
   out.says = [passes, why](const Size&) {
     return "the states of " + PassWords(passes) + " " + why;
   };
   out.change = [passes](const Size&) {
-    return "block.toml: [trajectory] through = \"auto\", or other states " + OfPasses(passes) +
+    return "block.toml: [trajectory] through = \"auto\", or other states " + PassesPhrase(passes) +
            " in trajectories.csv";
   };
   out.screened = true;
   return out;
 }
 
-/// What velocities and positions tell by themselves: of all passes where it shows in all, else of
-/// those in which it does.
+/// What velocities and positions show without a solution: for all passes if it shows in all, else
+/// for those in which it does.
 void AddVelocities(const Facts& facts, Hypotheses* out) {
   const Block& block = facts.sample.block;
   std::vector<VelocityFacts> velocities;
@@ -240,12 +241,12 @@ void AddVelocities(const Facts& facts, Hypotheses* out) {
     for (const Names& passes : scopes) {
       out->push_back(hypothesis(passes));
       out->back().screened = true;
-      out->back().order_1 = Hypothesis::kTold_1;
+      out->back().order = Hypothesis::kReported;
     }
   };
   for (const double factor : {-1.0, 1e-3, 1e3}) {
     const auto shows = [factor](const VelocityFacts& velocity) {
-      return std::abs(velocity.ratio_1 / factor - 1.0) < 0.1;
+      return std::abs(velocity.ratio / factor - 1.0) < 0.1;
     };
     add(shows, [&](const Names& passes) { return ScaledStates(passes, false, true, factor); });
     if (factor != 1e3) continue;
@@ -283,12 +284,12 @@ void AddRecordings(const Facts& facts, Hypotheses* out) {
   if (!sparse.empty()) {
     out->push_back(
         OtherReading(sparse, "lie too far apart for the cubics between them", "path.sparse"));
-    out->back().order_1 = Hypothesis::kTold_1;
+    out->back().order = Hypothesis::kReported;
   }
   if (!rough.empty()) {
     out->push_back(OtherReading(
-        rough, "are rough: velocities and positions contradict each other", "path.rough"));
-    out->back().order_1 = Hypothesis::kTold_1;
+        rough, "are noisy: velocities and positions contradict each other", "path.rough"));
+    out->back().order = Hypothesis::kReported;
   }
 }
 
@@ -319,7 +320,7 @@ using Names = std::vector<std::string>;
 
 enum class Coordinate { kRange, kTime };
 
-/// What a residual tells of the error of its own measurement, in metres or seconds, and its weight.
+/// Measurement error estimated as v/r, in metres or seconds, and its weight.
 struct Sign {
   double time_s = 0.0, error = 0.0, weight = 0.0;
 };
@@ -339,7 +340,7 @@ struct Curve {
 };
 
 /// Curves of passes by their ids, of root mean square 1 over all their values.
-struct Wander {
+struct TrajectoryError {
   Names passes;
   std::map<std::string, Curve> curves;
   double rms = 0.0;  ///< of the curves
@@ -357,21 +358,22 @@ double TimeSigma_s(const Block& block, std::size_t look) {
 
 /// In the order of their times.
 std::vector<Sign> SignsOf(const Facts& facts, const std::string& pass, Coordinate measured) {
-  constexpr double kLeastRedundancy_1 = 0.02;
+  constexpr double kMinRedundancy = 0.02;
   const Block& block = facts.sample.block;
   const Eigen::Index component = measured == Coordinate::kRange ? 0 : 1;
   std::vector<Sign> out;
   ForLooks(block, {pass}, [&](std::size_t i) {
     if (measured == Coordinate::kTime && block.MeasuresDoppler(i)) return;
-    const double whitened_1 = facts.residuals.whitened_1(static_cast<Eigen::Index>(i), component);
-    const double redundancy_1 =
-        facts.residuals.redundancy_1(static_cast<Eigen::Index>(i), component);
+    const double whitened_errors =
+        facts.residuals.whitened_errors(static_cast<Eigen::Index>(i), component);
+    const double redundancy = facts.residuals.redundancy(static_cast<Eigen::Index>(i), component);
     const double sigma =
         measured == Coordinate::kRange ? block.SigmaOf(i).range_m : TimeSigma_s(block, i);
-    if (!std::isfinite(whitened_1) || !std::isfinite(sigma)) return;
-    if (!(redundancy_1 > kLeastRedundancy_1)) return;
-    out.push_back(
-        {block.looks.time_s[i], sigma * whitened_1 / redundancy_1, redundancy_1 / (sigma * sigma)});
+    if (!std::isfinite(whitened_errors) || !std::isfinite(sigma)) return;
+    if (!(redundancy > kMinRedundancy)) return;
+    out.push_back({block.looks.time_s[i],
+                   sigma * whitened_errors / redundancy,
+                   redundancy / (sigma * sigma)});
   });
   std::sort(
       out.begin(), out.end(), [](const Sign& a, const Sign& b) { return a.time_s < b.time_s; });
@@ -395,7 +397,7 @@ double FitCurve(const std::vector<Sign>& signs, std::size_t pieces, Curve* curve
     right[k + 1] += sign.weight * part * sign.error;
     square += sign.weight * sign.error * sign.error;
   }
-  constexpr double kLeastPivot_1 = 1e-6;
+  constexpr double kMinPivot = 1e-6;
   std::vector<double> pivots = diagonal;
   for (std::size_t k = 0; k < n; ++k) {
     if (k > 0) {
@@ -403,7 +405,7 @@ double FitCurve(const std::vector<Sign>& signs, std::size_t pieces, Curve* curve
       pivots[k] -= factor * beside[k - 1];
       right[k] -= factor * right[k - 1];
     }
-    if (!(pivots[k] > kLeastPivot_1 * diagonal[k])) return kNotGiven;
+    if (!(pivots[k] > kMinPivot * diagonal[k])) return kNotGiven;
     square -= right[k] * right[k] / pivots[k];
   }
   curve->values.assign(n, 0.0);
@@ -417,34 +419,34 @@ double FitCurve(const std::vector<Sign>& signs, std::size_t pieces, Curve* curve
 /// The curve of the number of pieces that Schwarz's criterion takes; nothing where a straight line
 /// is as good.
 std::optional<Curve> FindCurve(const std::vector<Sign>& signs) {
-  constexpr std::size_t kMostPieces = 24, kLooksAPiece = 2;
+  constexpr std::size_t kMaxPieces = 24, kLooksAPiece = 2;
   /// Of -2 log L: 1e-5 that noise looks so.
-  constexpr double kLeastGain_1 = 20.0;
+  constexpr double kMinGain = 20.0;
   if (signs.size() < 12) return std::nullopt;
   const auto n = static_cast<double>(signs.size());
   const double span_s = signs.back().time_s - signs.front().time_s;
   if (!(span_s > 0.0)) return std::nullopt;
   std::optional<Curve> best;
-  double straight_1 = 0.0, least_1 = 0.0;
-  const std::size_t most = std::min(kMostPieces, signs.size() / kLooksAPiece);
+  double straight_cost = 0.0, least_cost = 0.0;
+  const std::size_t most = std::min(kMaxPieces, signs.size() / kLooksAPiece);
   for (std::size_t pieces = 1; pieces <= most; ++pieces) {
     Curve curve{signs.front().time_s, span_s / static_cast<double>(pieces), {}};
     const double rest = FitCurve(signs, pieces, &curve);
     if (!(rest > 0.0)) continue;
-    const double cost_1 = n * std::log(rest) + static_cast<double>(pieces + 1) * std::log(n);
+    const double cost = n * std::log(rest) + static_cast<double>(pieces + 1) * std::log(n);
     if (pieces == 1) {
-      straight_1 = least_1 = cost_1;
-    } else if (cost_1 < least_1) {
-      least_1 = cost_1;
+      straight_cost = least_cost = cost;
+    } else if (cost < least_cost) {
+      least_cost = cost;
       best = std::move(curve);
     }
   }
-  return straight_1 - least_1 > kLeastGain_1 ? best : std::nullopt;
+  return straight_cost - least_cost > kMinGain ? best : std::nullopt;
 }
 
 /// The curves of some passes together, scaled to root mean square 1.
-Wander Together(const std::vector<std::pair<std::string, Curve>>& curves) {
-  Wander out;
+TrajectoryError Together(const std::vector<std::pair<std::string, Curve>>& curves) {
+  TrajectoryError out;
   double square = 0.0, values = 0.0;
   for (const auto& [pass, curve] : curves) {
     out.passes.push_back(pass);
@@ -462,37 +464,38 @@ Wander Together(const std::vector<std::pair<std::string, Curve>>& curves) {
   return out;
 }
 
-Hypothesis Wandering(Coordinate measured, Wander found) {
-  const auto wander = std::make_shared<const Wander>(std::move(found));
+Hypothesis TimeCorrelated(Coordinate measured, TrajectoryError found) {
+  const auto trajectory_error = std::make_shared<const TrajectoryError>(std::move(found));
   const bool range = measured == Coordinate::kRange;
   Hypothesis out;
   out.kind = range ? MistakeKind::kRange : MistakeKind::kTime;
   out.cause = range ? "range.wander" : "time.wander";
-  out.passes = wander->passes;
+  out.passes = trajectory_error->passes;
   // Residuals are predicted less measured: what is added to a measurement undoes its error.
-  out.undo = [wander, range](Block* block, double value) {
-    ForLooks(*block, wander->passes, [&](std::size_t i) {
+  out.undo = [trajectory_error, range](Block* block, double value) {
+    ForLooks(*block, trajectory_error->passes, [&](std::size_t i) {
       Looks& looks = block->looks;
-      const Curve& curve = wander->curves.at(block->passes[looks.pass[i]].id);
+      const Curve& curve = trajectory_error->curves.at(block->passes[looks.pass[i]].id);
       (range ? looks.range_m : looks.time_s)[i] += value * curve.At(looks.time_s[i]);
     });
   };
-  out.parameters = wander->pieces;
-  out.most_left_1 = 10.0;
+  out.parameters = trajectory_error->pieces;
+  out.max_unexplained = 10.0;
   out.free = true;
-  out.value = wander->rms;
-  out.step = 0.1 * wander->rms;
+  out.value = trajectory_error->rms;
+  out.step = 0.1 * trajectory_error->rms;
   out.unit = range ? "m" : "s";
-  out.says = [wander, range](const Size& size) {
+  out.says = [trajectory_error, range](const Size& size) {
     return std::string("errors of the ") + (range ? "ranges" : "times") + " " +
-           OfPasses(wander->passes) + " are correlated in time: they wander along the strip by " +
-           size.text + " (root mean square) and keep their sign for some " +
-           Short(wander->piece_s) + " s";
+           PassesPhrase(trajectory_error->passes) +
+           " are correlated in time: they drift along the strip by " + size.text +
+           " (root mean square) and keep their sign for some " + Short(trajectory_error->piece_s) +
+           " s";
   };
-  out.change = [wander, range](const Size&) {
+  out.change = [trajectory_error, range](const Size&) {
     return "block.toml: a spline in [adjust.correction.position] with knot_spacing_s = " +
-           Short(wander->piece_s) + " for " + PassWords(wander->passes) +
-           " if its flight path wanders so, else standard deviations of the " +
+           Short(trajectory_error->piece_s) + " for " + PassWords(trajectory_error->passes) +
+           " if its flight path has such errors, else standard deviations of the " +
            (range ? "ranges" : "times") + " with that error in them";
   };
   out.screened = true;
@@ -502,7 +505,7 @@ Hypothesis Wandering(Coordinate measured, Wander found) {
 
 }  // namespace
 
-void AddWanderMistakes(const Facts& facts, Hypotheses* out) {
+void AddTimeCorrelatedMistakes(const Facts& facts, Hypotheses* out) {
   if (!facts.before.solved) return;
   for (const Coordinate measured : {Coordinate::kRange, Coordinate::kTime}) {
     std::vector<std::pair<std::string, Curve>> curves;
@@ -511,8 +514,8 @@ void AddWanderMistakes(const Facts& facts, Hypotheses* out) {
         curves.emplace_back(pass.id, std::move(*curve));
       }
     }
-    for (const auto& curve : curves) out->push_back(Wandering(measured, Together({curve})));
-    if (curves.size() > 1) out->push_back(Wandering(measured, Together(curves)));
+    for (const auto& curve : curves) out->push_back(TimeCorrelated(measured, Together({curve})));
+    if (curves.size() > 1) out->push_back(TimeCorrelated(measured, Together(curves)));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,8 +19,8 @@
 namespace sarblock {
 namespace {
 
-/// Whose coordinates: of control and check points, of one role, or of one point.
-struct Whose {
+/// Known points by role or id.
+struct PointSelection {
   std::optional<PointRole> role;
   std::string point;  ///< empty: all of the role
 
@@ -42,21 +43,24 @@ struct Whose {
 /// From the position that was read to the one that was meant.
 using Meant = std::function<Eigen::Vector3d(const Frame&, const Eigen::Vector3d&)>;
 
-Hypothesis Replaced(
-    const Whose& whose, std::string cause, Meant meant, std::string says, std::string change) {
+Hypothesis Replaced(const PointSelection& selection,
+                    std::string cause,
+                    Meant meant,
+                    std::string says,
+                    std::string change) {
   Hypothesis out;
   out.kind = MistakeKind::kControl;
   out.cause = std::move(cause);
-  if (!whose.point.empty()) out.points = {whose.point};
+  if (!selection.point.empty()) out.points = {selection.point};
   out.parameters = 0;
-  out.undo = [whose, meant = std::move(meant)](Block* block, double) {
-    whose.Apply(block, [&](Eigen::Vector3d* p_m) { *p_m = meant(block->frame, *p_m); });
+  out.undo = [selection, meant = std::move(meant)](Block* block, double) {
+    selection.Apply(block, [&](Eigen::Vector3d* p_m) { *p_m = meant(block->frame, *p_m); });
   };
-  out.says = [whose, says = std::move(says)](const Size&) {
-    return "the coordinates " + whose.Words() + " " + says;
+  out.says = [selection, says = std::move(says)](const Size&) {
+    return "the coordinates " + selection.Words() + " " + says;
   };
-  out.change = [whose, change = std::move(change)](const Size&) {
-    return "points.csv: " + change + " " + whose.Words();
+  out.change = [selection, change = std::move(change)](const Size&) {
+    return "points.csv: " + change + " " + selection.Words();
   };
   return out;
 }
@@ -69,8 +73,8 @@ Meant Geodetically(Edit edit) {
   };
 }
 
-Hypothesis Exchanged(const Whose& whose) {
-  return Replaced(whose,
+Hypothesis Exchanged(const PointSelection& selection) {
+  return Replaced(selection,
                   "control.lat_lon",
                   Geodetically([](Geodetic at) {
                     std::swap(at.lat_rad, at.lon_rad);
@@ -102,17 +106,53 @@ constexpr std::array kBodies{
     NamedBody{"a Venus sphere of 6051 km", 6051000.0, 0.0},
     NamedBody{"a Venus sphere of 6052 km", 6052000.0, 0.0}};
 
-void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
-  out->push_back(Exchanged(whose));
+/// DD.MMmm, degrees and minutes, read as degrees with decimals.
+double FromMinutes(double read_rad) {
+  const double read_deg = read_rad / kRadPerDeg;
+  const double degrees = std::trunc(read_deg);
+  return kRadPerDeg * (degrees + 100.0 * (read_deg - degrees) / 60.0);
+}
+
+void AddGeodetic(const PointSelection& selection, const Frame& frame, Hypotheses* out) {
+  out->push_back(Exchanged(selection));
   out->push_back(
-      Replaced(whose,
+      Replaced(selection,
                "control.radians",
                Geodetically([](Geodetic at) {
                  return Geodetic{at.lat_rad / kRadPerDeg, at.lon_rad / kRadPerDeg, at.h_m};
                }),
                "are radians where degrees are read",
                "lat_deg and lon_deg in degrees"));
-  out->push_back(Replaced(whose,
+  out->push_back(Replaced(selection,
+                          "control.longitude_sign",
+                          Geodetically([](Geodetic at) {
+                            return Geodetic{at.lat_rad, -at.lon_rad, at.h_m};
+                          }),
+                          "have longitudes of the wrong sign",
+                          "lon_deg positive east"));
+  out->push_back(Replaced(selection,
+                          "control.latitude_sign",
+                          Geodetically([](Geodetic at) {
+                            return Geodetic{-at.lat_rad, at.lon_rad, at.h_m};
+                          }),
+                          "have latitudes of the wrong sign",
+                          "lat_deg positive north"));
+  out->push_back(Replaced(selection,
+                          "control.half_turn",
+                          Geodetically([](Geodetic at) {
+                            return Geodetic{at.lat_rad, at.lon_rad + std::numbers::pi, at.h_m};
+                          }),
+                          "have longitudes that are half a turn off",
+                          "lon_deg plus or minus 180"));
+  out->push_back(
+      Replaced(selection,
+               "control.minutes",
+               Geodetically([](Geodetic at) {
+                 return Geodetic{FromMinutes(at.lat_rad), FromMinutes(at.lon_rad), at.h_m};
+               }),
+               "are degrees and minutes where degrees with decimals are read",
+               "lat_deg and lon_deg in degrees with decimals"));
+  out->push_back(Replaced(selection,
                           "control.height_km",
                           Geodetically([](Geodetic at) {
                             return Geodetic{at.lat_rad, at.lon_rad, 1e3 * at.h_m};
@@ -121,11 +161,11 @@ void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
                           "h_m in metres"));
   const Ellipsoid own = frame.ellipsoid();
   if (own.flattening > 0.0) {
-    const double ratio_1 = (1.0 - own.flattening) * (1.0 - own.flattening);
-    out->push_back(Replaced(whose,
+    const double ratio = (1.0 - own.flattening) * (1.0 - own.flattening);
+    out->push_back(Replaced(selection,
                             "control.planetocentric",
-                            Geodetically([ratio_1](Geodetic at) {
-                              at.lat_rad = std::atan(std::tan(at.lat_rad) / ratio_1);
+                            Geodetically([ratio](Geodetic at) {
+                              at.lat_rad = std::atan(std::tan(at.lat_rad) / ratio);
                               return at;
                             }),
                             "have planetocentric latitudes",
@@ -136,7 +176,7 @@ void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
     if (std::abs(body.a_m / own.a_m - 1.0) > 0.01) continue;
     const Frame other = Frame::Geocentric({body.name, body.a_m, body.flattening});
     out->push_back(Replaced(
-        whose,
+        selection,
         "control.ellipsoid",
         [other](const Frame& given, const Eigen::Vector3d& p_m) {
           return other.FrameFromGeodetic(given.GeodeticFromFrame(p_m));
@@ -146,32 +186,71 @@ void AddGeodetic(const Whose& whose, const Frame& frame, Hypotheses* out) {
   }
 }
 
-Hypothesis ConstantHeight(const Whose& whose, double step_m, const Fit& before) {
+/// Heights that were read as `meant` times what they are.
+Hypothesis ScaledHeights(const PointSelection& selection,
+                         bool geocentric,
+                         std::string cause,
+                         double meant,
+                         std::string says,
+                         std::string change) {
+  const Meant on_ellipsoid = Geodetically([meant](Geodetic at) {
+    return Geodetic{at.lat_rad, at.lon_rad, meant * at.h_m};
+  });
+  const Meant flat = [meant](const Frame&, const Eigen::Vector3d& p_m) {
+    return Eigen::Vector3d(p_m.x(), p_m.y(), meant * p_m.z());
+  };
+  return Replaced(selection,
+                  std::move(cause),
+                  geocentric ? on_ellipsoid : flat,
+                  std::move(says),
+                  std::move(change));
+}
+
+void AddHeights(const PointSelection& selection, bool geocentric, Hypotheses* out) {
+  constexpr double kFoot_m = 0.3048;
+  out->push_back(ScaledHeights(selection,
+                               geocentric,
+                               "control.height_sign",
+                               -1.0,
+                               "have heights of the wrong sign",
+                               "the other sign of the heights"));
+  out->push_back(ScaledHeights(selection,
+                               geocentric,
+                               "control.feet",
+                               kFoot_m,
+                               "have heights in feet",
+                               "heights in metres, times 0.3048,"));
+  for (Hypothesis* hypothesis : {&(*out)[out->size() - 2], &out->back()}) {
+    hypothesis->screened = true;  // small against errors of the flights
+    hypothesis->local = true;
+  }
+}
+
+Hypothesis ConstantHeight(const PointSelection& selection, double step_m, const Fit& before) {
   Hypothesis out;
   out.kind = MistakeKind::kControl;
   out.cause = "control.height";
-  out.undo = [whose](Block* block, double higher_m) {
-    whose.Apply(block, [&](Eigen::Vector3d* p_m) {
-      *p_m -= higher_m * block->frame.VerticalAt(*p_m).up_1;
-    });
+  out.undo = [selection](Block* block, double higher_m) {
+    selection.Apply(
+        block, [&](Eigen::Vector3d* p_m) { *p_m -= higher_m * block->frame.VerticalAt(*p_m).up; });
   };
   out.free = true;
   out.step = step_m;
   out.unit = "m";
-  out.says = [whose](const Size& size) {
-    return "the heights " + whose.Words() + " are " +
+  out.says = [selection](const Size& size) {
+    return "the heights " + selection.Words() + " are " +
            SizeOf(std::abs(size.value), size.sigma, "m").text +
            (size.value > 0.0 ? " too large" : " too small") +
            " (heights above the geoid or of another ellipsoid?)";
   };
-  out.change = [whose](const Size& size) {
-    return "points.csv: heights " + whose.Words() + (size.value > 0.0 ? " minus " : " plus ") +
+  out.change = [selection](const Size& size) {
+    return "points.csv: heights " + selection.Words() + (size.value > 0.0 ? " minus " : " plus ") +
            Short(std::abs(size.value)) +
            "; check points of the same source as the control cannot see such an error";
   };
   out.screened = true;
-  // Differences of solutions on their way tell nothing.
-  out.order_1 = before.settled ? Hypothesis::kScored_1 : Hypothesis::kGuessed_1;
+  // Differences of unfinished solutions show nothing.
+  out.order = before.settled ? Hypothesis::kScored : Hypothesis::kGuessed;
   out.local = true;
   return out;
 }
@@ -225,11 +304,11 @@ Hypothesis ExchangedPoints(const std::string& a, const std::string& b) {
 
 /// Known points that the fit moves most, in their standard deviations, after the suspects.
 std::vector<std::uint32_t> DoubtfulKnownPoints(const Facts& facts) {
-  constexpr std::size_t kMost = 6;
+  constexpr std::size_t kMax = 6;
   const Block& block = facts.sample.block;
   std::vector<std::uint32_t> out;
   for (const std::uint32_t suspect : facts.sample.suspects) {
-    if (block.points.FindKnown(suspect) != nullptr && out.size() < kMost) out.push_back(suspect);
+    if (block.points.FindKnown(suspect) != nullptr && out.size() < kMax) out.push_back(suspect);
   }
   std::vector<std::pair<double, std::uint32_t>> moved;
   for (const KnownPosition& known : block.points.known) {
@@ -237,13 +316,13 @@ std::vector<std::uint32_t> DoubtfulKnownPoints(const Facts& facts) {
     const Eigen::Vector3d& given_m = block.points.given_m[known.point];
     const Eigen::Vector3d off_m =
         block.frame.EnuFromFrame(given_m) * (facts.before.state.Position(known.point) - given_m);
-    double square_1 = 0.0;
+    double square = 0.0;
     for (int i = 0; i < 3; ++i) {
-      if (known.held[static_cast<std::size_t>(i)]) {
-        square_1 += off_m[i] * off_m[i] / known.covariance_enu_m2(i, i);
+      if (known.fixed[static_cast<std::size_t>(i)]) {
+        square += off_m[i] * off_m[i] / known.covariance_enu_m2(i, i);
       }
     }
-    if (std::isfinite(square_1)) moved.emplace_back(-square_1, known.point);
+    if (std::isfinite(square)) moved.emplace_back(-square, known.point);
   }
   std::sort(moved.begin(), moved.end());
   for (std::size_t i = 0; i < std::min<std::size_t>(3, moved.size()); ++i) {
@@ -256,14 +335,14 @@ std::vector<std::uint32_t> DoubtfulKnownPoints(const Facts& facts) {
 
 /// The looks of two known points lie nearer to each other's coordinates.
 bool MeetExchanged(const Block& block, std::uint32_t a, std::uint32_t b) {
-  constexpr double kMuchNearer_1 = 0.3;
+  constexpr double kMuchNearer = 0.3;
   Block part = PartOf(block, {a, b});
   const auto worst_m = [&part] {
     return std::max(ContradictionOf(part, 0), ContradictionOf(part, 1));
   };
   const double before_m = worst_m();
   std::swap(part.points.given_m[0], part.points.given_m[1]);
-  return !(worst_m() > kMuchNearer_1 * before_m);
+  return !(worst_m() > kMuchNearer * before_m);
 }
 
 }  // namespace
@@ -276,21 +355,33 @@ void AddControlMistakes(const Facts& facts, Hypotheses* out) {
   for (const KnownPosition& known : block.points.known) {
     control = control || block.points.role[known.point] == PointRole::kControl;
     check = check || block.points.role[known.point] == PointRole::kCheck;
-    if (known.held[2]) sigma_m = std::sqrt(known.covariance_enu_m2(2, 2));
+    if (known.fixed[2]) sigma_m = std::sqrt(known.covariance_enu_m2(2, 2));
   }
-  std::vector<Whose> scopes{{std::nullopt, ""}};
+  std::vector<PointSelection> scopes{{std::nullopt, ""}};
   if (control && check)
     scopes = {{std::nullopt, ""}, {PointRole::kControl, ""}, {PointRole::kCheck, ""}};
   const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
-  for (const Whose& whose : scopes) {
-    out->push_back(ConstantHeight(whose, sigma_m, facts.before));
+  for (const PointSelection& selection : scopes) {
+    out->push_back(ConstantHeight(selection, sigma_m, facts.before));
     out->push_back(Replaced(
-        whose,
+        selection,
         "control.km",
         [](const Frame&, const Eigen::Vector3d& p_m) { return Eigen::Vector3d(1e3 * p_m); },
         "are in kilometres",
         "metres in x_m, y_m, z_m"));
-    if (geocentric) AddGeodetic(whose, block.frame, out);
+    AddHeights(selection, geocentric, out);
+    if (geocentric) {
+      AddGeodetic(selection, block.frame, out);
+    } else {
+      out->push_back(Replaced(
+          selection,
+          "control.xy",
+          [](const Frame&, const Eigen::Vector3d& p_m) {
+            return Eigen::Vector3d(p_m.y(), p_m.x(), p_m.z());
+          },
+          "have x and y exchanged",
+          "exchange x_m and y_m"));
+    }
   }
 }
 
@@ -430,21 +521,21 @@ LookErrors ErrorsOf(const Block& block, std::uint32_t point, std::size_t look) {
     if (!fit.solved) return out;
     p_m = fit.state.Position(0);
   }
-  const Sighting sighting = SightingAt(block, look, p_m);
+  const PredictedLook predicted = PredictLook(block, look, p_m);
   if (block.MeasuresDoppler(look)) {
     const Pass& pass = block.passes[block.looks.pass[look]];
-    const auto motion = pass.path.At(sighting.time_s);
+    const auto motion = pass.path.At(predicted.time_s);
     if (!motion) return out;
-    const Eigen::Vector3d sight_m = p_m - motion->position_m;
-    const double distance_m = sight_m.norm();
+    const Eigen::Vector3d los_m = p_m - motion->position_m;
+    const double distance_m = los_m.norm();
     out.higher_hz = block.looks.cone[look] -
-                    2.0 * motion->velocity_mps.dot(sight_m) / (pass.wavelength_m * distance_m);
-    out.longer_m = sighting.range_m - distance_m;
+                    2.0 * motion->velocity_mps.dot(los_m) / (pass.wavelength_m * distance_m);
+    out.longer_m = predicted.range_m - distance_m;
     return out;
   }
-  if (std::isnan(sighting.true_time_s)) return out;
-  out.late_s = sighting.time_s - sighting.true_time_s;
-  out.longer_m = sighting.range_m - sighting.true_range_m;
+  if (std::isnan(predicted.true_time_s)) return out;
+  out.late_s = predicted.time_s - predicted.true_time_s;
+  out.longer_m = predicted.range_m - predicted.true_range_m;
   return out;
 }
 
@@ -454,20 +545,20 @@ std::vector<std::uint32_t> DoubtfulPoints(const Facts& facts, std::size_t most) 
   std::vector<std::uint32_t> out = facts.sample.suspects;
   std::vector<std::pair<double, std::uint32_t>> sums;
   for (std::uint32_t j = 0; j < block.points.size(); ++j) {
-    double sum_1 = 0.0;
+    double sum = 0.0;
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
-      const double square_1 =
-          facts.residuals.whitened_1.row(static_cast<Eigen::Index>(i)).squaredNorm();
-      if (std::isfinite(square_1)) sum_1 += square_1;
+      const double square =
+          facts.residuals.whitened_errors.row(static_cast<Eigen::Index>(i)).squaredNorm();
+      if (std::isfinite(square)) sum += square;
     }
-    sums.emplace_back(-sum_1, j);
+    sums.emplace_back(-sum, j);
   }
   std::sort(sums.begin(), sums.end());
   if (out.size() > most) out.resize(most);
   // To explain the block a point must have a part of v'Pv by itself.
-  constexpr double kLeastShare_1 = 0.1;
+  constexpr double kMinShare = 0.1;
   for (std::size_t k = 0; k < std::min<std::size_t>(2, sums.size()); ++k) {
-    if (-sums[k].first < kLeastShare_1 * facts.before.square_sum_1) break;
+    if (-sums[k].first < kMinShare * facts.before.square_sum) break;
     if (std::find(out.begin(), out.end(), sums[k].second) == out.end()) {
       out.push_back(sums[k].second);
     }
@@ -478,9 +569,9 @@ std::vector<std::uint32_t> DoubtfulPoints(const Facts& facts, std::size_t most) 
 }  // namespace
 
 void AddLookMistakes(const Facts& facts, Hypotheses* out) {
-  constexpr std::size_t kMostPoints = 4;
+  constexpr std::size_t kMaxPoints = 4;
   const Block& block = facts.sample.block;
-  const std::vector<std::uint32_t> doubtful = DoubtfulPoints(facts, kMostPoints);
+  const std::vector<std::uint32_t> doubtful = DoubtfulPoints(facts, kMaxPoints);
   if (doubtful.empty() || !facts.may_explain(doubtful)) return;
   for (const std::uint32_t j : doubtful) {
     const std::string point(block.points.ids[j]);
@@ -504,7 +595,7 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out) {
         out->push_back(OneLook(name, Part::kDoppler, errors.higher_hz, sigma.azimuth));
       } else {
         const double speed_mps = facts.passes[p].speed_mps;
-        const double sigma_s = block.RoughAzimuthSigma_m(i, speed_mps) / speed_mps;
+        const double sigma_s = block.ApproximateAzimuthSigma_m(i, speed_mps) / speed_mps;
         out->push_back(OneLook(name, Part::kTime, errors.late_s, sigma_s));
       }
       out->push_back(OneLook(name, Part::kRange, errors.longer_m, sigma.range_m));
@@ -661,7 +752,7 @@ void AddShiftedIds(const Facts& facts, Hypotheses* out) {
       }
       const bool before = neighbour == Sample::kPointBefore || neighbour == Sample::kTimeBefore;
       out->push_back(Shifted(block.passes[p].id, std::move(rows), before));
-      out->back().screened = facts.passes[p].sightings.empty();
+      out->back().screened = facts.passes[p].predictions.empty();
     }
   }
 }

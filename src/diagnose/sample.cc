@@ -23,13 +23,13 @@ namespace {
 /// Known points of either role.
 constexpr std::size_t kKnownOfRole = 24;
 /// Points that are looked at for suspects in a large block.
-constexpr std::size_t kMostLookedAt = 20000;
-constexpr std::size_t kMostSuspects = 10;
+constexpr std::size_t kMaxExamined = 20000;
+constexpr std::size_t kMaxSuspects = 10;
 /// Times the median of all points, from which on a point is suspect.
-constexpr double kSuspect_1 = 8.0;
+constexpr double kSuspect = 8.0;
 
 /// Steps of an intersection that only a ratio is made of; circles far from each other creep.
-constexpr int kRoughSteps = 12;
+constexpr int kApproximateSteps = 12;
 
 /// More than any contradiction.
 constexpr double kNowhere_m = 1e12;
@@ -37,9 +37,9 @@ constexpr double kNowhere_m = 1e12;
 /// Indices 0 .. count-1 in an order whose every beginning is spread evenly.
 std::vector<std::uint32_t> SpreadOrder(std::size_t count) {
   std::vector<std::pair<double, std::uint32_t>> keys;
-  constexpr double kGolden_1 = 0.6180339887498949;
+  constexpr double kGolden = 0.6180339887498949;
   for (std::size_t i = 0; i < count; ++i) {
-    const double turns = kGolden_1 * static_cast<double>(i);
+    const double turns = kGolden * static_cast<double>(i);
     keys.emplace_back(turns - std::floor(turns), static_cast<std::uint32_t>(i));
   }
   std::sort(keys.begin(), keys.end());
@@ -48,8 +48,8 @@ std::vector<std::uint32_t> SpreadOrder(std::size_t count) {
   return order;
 }
 
-bool MayHold(const KnownPosition& known) {
-  return known.held[0] && known.held[1] && known.held[2] &&
+bool CanFix(const KnownPosition& known) {
+  return known.fixed[0] && known.fixed[1] && known.fixed[2] &&
          Eigen::LLT<Eigen::Matrix3d>(known.covariance_enu_m2).info() == Eigen::Success;
 }
 
@@ -90,43 +90,46 @@ std::vector<std::uint32_t> ChoosePoints(const Block& block) {
 }
 
 double ContradictionOf(const Block& block, const LookModel& model, std::uint32_t point) {
-  std::vector<Sight> sights;
+  std::vector<FixedPathLook> observations;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(model.layout().size());
   double scale_m = 0.0;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     if (block.looks.rejected(i) || !(block.looks.range_m[i] > 0.0)) continue;
-    const auto sight = model.SightOf(i, none);
-    if (!sight) return kNowhere_m;  // a time off its path
-    sights.push_back(*sight);
-    scale_m = std::max(scale_m, sight->range_sigma_m);
+    const auto observation = model.FixPath(i, none);
+    if (!observation) return kNowhere_m;  // a time off its path
+    observations.push_back(*observation);
+    scale_m = std::max(scale_m, observation->range_sigma_m);
   }
-  if (sights.empty()) return kNotGiven;
+  if (observations.empty()) return kNotGiven;
   const KnownPosition* known = block.points.FindKnown(point);
-  if (known != nullptr && block.points.role[point] != PointRole::kTie && MayHold(*known)) {
+  if (known != nullptr && block.points.role[point] != PointRole::kTie && CanFix(*known)) {
     const Eigen::Vector3d& p_m = block.points.given_m[point];
     std::vector<double> off_m;
-    for (const Sight& sight : sights) {
-      const double off = std::abs((p_m - sight.antenna_m).norm() - sight.range_m);
-      off_m.push_back(off + (LiesWhereItLooks(block.frame, sight, p_m) ? 0.0 : sight.range_m));
-      const double ahead_m = sight.velocity_mps.normalized().dot(p_m - sight.antenna_m);
-      const double sine = sight.cone.Sine(sight.velocity_mps.norm());
-      off_m.push_back(std::abs(ahead_m - sight.range_m * sine));
+    for (const FixedPathLook& observation : observations) {
+      const double off = std::abs((p_m - observation.antenna_m).norm() - observation.range_m);
+      off_m.push_back(
+          off + (LiesWhereItLooks(block.frame, observation, p_m) ? 0.0 : observation.range_m));
+      const double ahead_m = observation.velocity_mps.normalized().dot(p_m - observation.antenna_m);
+      const double sine = observation.cone.Sine(observation.velocity_mps.norm());
+      off_m.push_back(std::abs(ahead_m - observation.range_m * sine));
     }
     return *std::max_element(off_m.begin(), off_m.end());
   }
-  if (sights.size() < 2) return kNotGiven;
-  const Intersection met = Intersect(sights, block.frame, {.max_iterations = kRoughSteps});
+  if (observations.size() < 2) return kNotGiven;
+  const Intersection met =
+      Intersect(observations, block.frame, {.max_iterations = kApproximateSteps});
   const bool meets = met.outcome == IntersectionOutcome::kDetermined ||
                      met.outcome == IntersectionOutcome::kCirclesDoNotMeet ||
                      met.outcome == IntersectionOutcome::kNotConverged;
   if (!meets) return kNowhere_m;
-  return scale_m * std::sqrt(met.weighted_square_sum / (2.0 * static_cast<double>(sights.size())));
+  return scale_m *
+         std::sqrt(met.weighted_square_sum / (2.0 * static_cast<double>(observations.size())));
 }
 
 double SafeContradiction(const Block& block, const LookModel& model, std::uint32_t point) {
   try {
     return ContradictionOf(block, model, point);
-  } catch (const InputError&) {  // values of which no sight can be made
+  } catch (const InputError&) {  // values of no observation
     return kNowhere_m;
   }
 }
@@ -136,7 +139,7 @@ std::vector<std::uint32_t> FindSuspects(const Block& block) {
   std::vector<CorrectionGroup> none;
   const ParameterLayout layout = MakeParameterLayout(block, none);
   const LookModel model(block, layout);
-  const std::size_t stride = 1 + block.points.size() / kMostLookedAt;
+  const std::size_t stride = 1 + block.points.size() / kMaxExamined;
   const std::size_t count = block.points.size() / stride;
   std::vector<double> off_m(count, kNotGiven);
   ParallelForChunks(count, 256, [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -156,11 +159,11 @@ std::vector<std::uint32_t> FindSuspects(const Block& block) {
   std::vector<std::pair<double, std::uint32_t>> found;
   for (std::size_t i = 0; i < count; ++i) {
     const double ratio = off_m[i] / median_m[known(i)];
-    if (ratio > kSuspect_1) found.emplace_back(-ratio, static_cast<std::uint32_t>(i * stride));
+    if (ratio > kSuspect) found.emplace_back(-ratio, static_cast<std::uint32_t>(i * stride));
   }
   std::sort(found.begin(), found.end());
   std::vector<std::uint32_t> suspects;
-  for (std::size_t i = 0; i < std::min(found.size(), kMostSuspects); ++i) {
+  for (std::size_t i = 0; i < std::min(found.size(), kMaxSuspects); ++i) {
     suspects.push_back(found[i].second);
   }
   return suspects;
@@ -276,7 +279,7 @@ void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass,
   });
 }
 
-void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block) {
+void ReadWithAuto(const std::vector<std::string>& passes, Block* block) {
   TryOnPasses(block, [&] {
     const std::vector<std::uint32_t> asked = PassesOf(*block, passes);
     for (const std::uint32_t p : asked) {
@@ -376,11 +379,11 @@ Block PartOfPass(const Block& block, std::uint32_t pass, const std::vector<std::
 
 namespace {
 
-constexpr std::size_t kMostKnown = 60;
+constexpr std::size_t kMaxKnown = 60;
 
-Sighting See(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
+PredictedLook See(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
   const Pass& pass = block.passes[block.looks.pass[look]];
-  Sighting out;
+  PredictedLook out;
   out.look = look;
   out.time_s = block.looks.time_s[look];
   out.range_m = block.looks.range_m[look];
@@ -388,34 +391,34 @@ Sighting See(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
   Motion motion;
   out.off_m = (p_m - pass.path.states().front().position_m).norm();
   if (!pass.path.Read(out.time_s, Acceleration::kOfCubic, &motion)) return out;
-  const Eigen::Vector3d sight_m = p_m - motion.position_m;
-  const double distance_m = sight_m.norm(), speed_mps = motion.velocity_mps.norm();
-  const double ahead_m = motion.velocity_mps.dot(sight_m) / speed_mps;
-  Sight sight;
-  sight.antenna_m = motion.position_m;
-  sight.velocity_mps = motion.velocity_mps;
-  sight.side = pass.side == LookSide::kLeft ? 1 : -1;
-  out.on_its_side = LiesWhereItLooks(block.frame, sight, p_m);
-  out.ahead_sine_1 = ahead_m / distance_m;
+  const Eigen::Vector3d los_m = p_m - motion.position_m;
+  const double distance_m = los_m.norm(), speed_mps = motion.velocity_mps.norm();
+  const double ahead_m = motion.velocity_mps.dot(los_m) / speed_mps;
+  FixedPathLook observation;
+  observation.antenna_m = motion.position_m;
+  observation.velocity_mps = motion.velocity_mps;
+  observation.side = pass.side == LookSide::kLeft ? 1 : -1;
+  out.on_its_side = LiesWhereItLooks(block.frame, observation, p_m);
+  out.ahead_sine = ahead_m / distance_m;
   out.off_m = std::hypot(distance_m - out.range_m, ahead_m - distance_m * cone.Sine(speed_mps));
   if (!out.on_its_side) out.off_m += distance_m;
   return out;
 }
 
-void FindAbeam(const Block& block, const Eigen::Vector3d& p_m, Sighting* sighting) {
-  const FlightPath& path = block.passes[block.looks.pass[sighting->look]].path;
+void FindAbeam(const Block& block, const Eigen::Vector3d& p_m, PredictedLook* predicted) {
+  const FlightPath& path = block.passes[block.looks.pass[predicted->look]].path;
   const std::optional<double> time_s =
-      FindConeTime(path, p_m, block.ConeOf(sighting->look), path.start_s(), path.end_s());
+      FindConeTime(path, p_m, block.ConeOf(predicted->look), path.start_s(), path.end_s());
   const std::optional<Motion> motion = time_s ? path.At(*time_s) : std::nullopt;
   if (!motion) return;
-  sighting->true_time_s = *time_s;
-  sighting->true_range_m = (p_m - motion->position_m).norm();
+  predicted->true_time_s = *time_s;
+  predicted->true_range_m = (p_m - motion->position_m).norm();
 }
 
 bool WhollyKnown(const Block& block, std::uint32_t point) {
   const KnownPosition* known = block.points.FindKnown(point);
-  return known != nullptr && block.points.role[point] != PointRole::kTie && known->held[0] &&
-         known->held[1] && known->held[2] && block.points.given_m[point].allFinite();
+  return known != nullptr && block.points.role[point] != PointRole::kTie && known->fixed[0] &&
+         known->fixed[1] && known->fixed[2] && block.points.given_m[point].allFinite();
 }
 
 template <typename Use>
@@ -462,28 +465,28 @@ double MisfitOf(const Block& block) {
   return Median(std::move(off_m));
 }
 
-Sighting SightingAt(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
-  Sighting sighting = See(block, look, p_m);
-  FindAbeam(block, p_m, &sighting);
-  return sighting;
+PredictedLook PredictLook(const Block& block, std::size_t look, const Eigen::Vector3d& p_m) {
+  PredictedLook predicted = See(block, look, p_m);
+  FindAbeam(block, p_m, &predicted);
+  return predicted;
 }
 
-std::vector<PassSightings> SightingsOf(const Block& block) {
+std::vector<PassPredictions> PredictLooks(const Block& block) {
   std::vector<std::vector<std::uint32_t>> known(block.passes.size());
   ForKnownLooks(block, [&](std::uint32_t point, std::size_t look) {
     std::vector<std::uint32_t>& points = known[block.looks.pass[look]];
     if (points.empty() || points.back() != point) points.push_back(point);
   });
-  std::vector<PassSightings> out(block.passes.size());
+  std::vector<PassPredictions> out(block.passes.size());
   for (std::uint32_t p = 0; p < out.size(); ++p) {
-    PassSightings& of = out[p];
+    PassPredictions& of = out[p];
     of.pass = p;
     of.speed_mps = block.passes[p].path.states().front().velocity_mps.norm();
     std::vector<std::uint32_t>& points = known[p];
-    if (points.size() > kMostKnown) {
+    if (points.size() > kMaxKnown) {
       std::vector<std::uint32_t> kept;
-      for (std::size_t i = 0; i < kMostKnown; ++i) {
-        kept.push_back(points[i * points.size() / kMostKnown]);
+      for (std::size_t i = 0; i < kMaxKnown; ++i) {
+        kept.push_back(points[i * points.size() / kMaxKnown]);
       }
       points = std::move(kept);
     }
@@ -492,9 +495,9 @@ std::vector<PassSightings> SightingsOf(const Block& block) {
     of.part.passes[0].recorded.asked.through = PathThrough::kStates;
     std::vector<double> off_m;
     ForKnownLooks(of.part, [&](std::uint32_t point, std::size_t look) {
-      const Sighting sighting = SightingAt(of.part, look, of.part.points.given_m[point]);
-      off_m.push_back(sighting.off_m);
-      of.sightings.push_back(sighting);
+      const PredictedLook predicted = PredictLook(of.part, look, of.part.points.given_m[point]);
+      off_m.push_back(predicted.off_m);
+      of.predictions.push_back(predicted);
     });
     of.misfit_m = Median(std::move(off_m));
   }

@@ -35,8 +35,8 @@ struct Sample {
 
 [[nodiscard]] Sample TakeSample(const Block& block, ProgressSink* progress);
 
-/// How badly the looks of a point meet on the given paths, in metres; of a known point how far they
-/// pass it by. NaN where there is nothing to tell.
+/// Misfit of the looks of a point on the given paths, in metres; for a known point their distance
+/// from it. NaN if there is none.
 [[nodiscard]] double ContradictionOf(const Block& block, std::uint32_t point);
 
 /// Index of a pass; nothing where the block has none of this id.
@@ -57,7 +57,7 @@ void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass,
 
 /// Reads these passes (empty: all) as `auto` decides. Where no path can be made so they stay as
 /// they were.
-void ReadAsAutoDecides(const std::vector<std::string>& passes, Block* block);
+void ReadWithAuto(const std::vector<std::string>& passes, Block* block);
 
 /// Where looks lie beyond the ends of their strip, the strip is the span of its looks.
 void FitStrips(Block* block);
@@ -74,21 +74,21 @@ void FitStrips(Block* block);
                                const std::vector<std::uint32_t>& points);
 
 /// A look of a pass at a known point and what the pass's given flight would have measured of it.
-struct Sighting {
+struct PredictedLook {
   std::size_t look = 0;
   double time_s = 0.0, range_m = 0.0;  ///< as measured
   double off_m = 0.0;  ///< how far the known position lies from the look's circle at its time
   bool on_its_side = false;
   // Where the known position comes abeam on the given path; NaN where it does not.
   double true_time_s = kNotGiven, true_range_m = kNotGiven;
-  double ahead_sine_1 = kNotGiven;  ///< sine of the squint at which it is seen at the measured time
+  double ahead_sine = kNotGiven;  ///< sine of the squint at which it is seen at the measured time
 };
 
 /// What one pass sees of the points whose position is known (control and check).
-struct PassSightings {
+struct PassPredictions {
   std::uint32_t pass = 0;
   Block part;  ///< the pass alone with these points
-  std::vector<Sighting> sightings;
+  std::vector<PredictedLook> predictions;
   double misfit_m = kNotGiven;  ///< median of off_m
   double speed_mps = 0.0;
 };
@@ -99,10 +99,12 @@ struct PassSightings {
 [[nodiscard]] double MisfitOf(const Block& block);
 
 /// A look and a position.
-[[nodiscard]] Sighting SightingAt(const Block& block, std::size_t look, const Eigen::Vector3d& p_m);
+[[nodiscard]] PredictedLook PredictLook(const Block& block,
+                                        std::size_t look,
+                                        const Eigen::Vector3d& p_m);
 
 /// Of every pass of the block.
-[[nodiscard]] std::vector<PassSightings> SightingsOf(const Block& block);
+[[nodiscard]] std::vector<PassPredictions> PredictLooks(const Block& block);
 
 /// Line through the median: b of y = a + b x from the pairs' slopes (Theil and Sen), and a.
 struct Line {

@@ -11,7 +11,9 @@
 
 #include "normals/point.h"
 #include "normals/reduced_system.h"
+#include "quality/covariance.h"
 #include "sample.h"
+#include "solve/rank.h"
 #include "solve/reduced_engine.h"
 #include "solve/start.h"
 #include <Eigen/Cholesky>
@@ -19,11 +21,11 @@
 namespace sarblock {
 namespace {
 
-constexpr int kQuicklyFormed = 6, kMostFormed = 16;
+constexpr int kQuicklyFormed = 6, kMaxFormations = 16;
 /// Steps of an intersection to start from: circles far from each other creep.
 constexpr int kStepsToStart = 12;
 /// Newton decrement in sigmas: v'Pv to its square.
-constexpr double kSettled_1 = 0.03;
+constexpr double kSettled = 0.03;
 
 /// Looks of the sample that ought to have a place: not rejected, of points that can be solved.
 bool Counts(const Block& sample, std::size_t point, std::size_t look) {
@@ -43,8 +45,9 @@ void CountPlaces(const AdjustmentProblem& problem, Fit* fit) {
       if (!Counts(sample, point, i)) continue;
       bool placed = problem.Solves(point) && problem.look_used[i] != 0;
       if (placed) {
-        const auto sight = problem.model.SightOf(i, fit->state.corrections);
-        placed = sight && LiesWhereItLooks(sample.frame, *sight, fit->state.Position(point));
+        const auto observation = problem.model.FixPath(i, fit->state.corrections);
+        placed =
+            observation && LiesWhereItLooks(sample.frame, *observation, fit->state.Position(point));
       }
       ++(placed ? fit->looks : fit->lost);
     }
@@ -64,7 +67,7 @@ BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
       continue;
     }
     for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
-      if (problem->look_used[i] != 0 && !problem->model.SightOf(i, state.corrections)) {
+      if (problem->look_used[i] != 0 && !problem->model.FixPath(i, state.corrections)) {
         problem->look_used[i] = 0;
       }
     }
@@ -81,7 +84,12 @@ BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
 
 }  // namespace
 
-double Fit::SquareSum() const { return square_sum_1 + kLost_1 * static_cast<double>(lost); }
+bool IsNear(const Fit& fit) {
+  constexpr double kNear = 30.0;
+  return fit.solved && fit.lost == 0 && fit.square_sum < kNear * fit.redundancy;
+}
+
+double Fit::SquareSum() const { return square_sum + kLost * static_cast<double>(lost); }
 
 Fit SolveSample(const Block& sample,
                 const CorrectionModel& corrections,
@@ -91,34 +99,51 @@ Fit SolveSample(const Block& sample,
   try {
     AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
     const bool fits = asked.warm != nullptr && asked.warm->start_m.size() == sample.points.size();
-    fit.state =
-        fits ? Continue(*asked.warm, &problem)
-             : std::move(
-                   ComputeStartValues(&problem, progress, {.max_iterations = kStepsToStart}).state);
+    fit.state = fits ? Continue(*asked.warm, &problem)
+                     : std::move(ComputeStartValues(&problem, progress, kStepsToStart).state);
     SolveOptions options;
-    options.useless_above_1 = asked.useless_above_1;
-    options.max_formed = asked.effort == Effort::kQuick ? kQuicklyFormed : kMostFormed;
-    options.settled_1 = kSettled_1;
+    options.useless_above = asked.useless_above;
+    options.max_formed = asked.effort == Effort::kQuick ? kQuicklyFormed : kMaxFormations;
+    options.settle_below = kSettled;
     ReducedSystem system(problem);
     const SolveReport report = SolveReduced(problem, {}, options, &system, &fit.state, progress);
     fit.formed = report.formed;
     fit.settled = report.converged;
     UpdateWeights(fit.state, &problem);
     system.Form(fit.state, {}, progress);
-    fit.square_sum_1 = 2.0 * system.cost();
-    fit.redundancy_1 = CountProblem(problem).redundancy();
+    fit.square_sum = 2.0 * system.cost();
+    fit.counts = CountProblem(problem);
+    fit.redundancy = fit.counts.redundancy();
     CountPlaces(problem, &fit);
-    fit.solved = std::isfinite(fit.square_sum_1) && fit.looks > 0;
+    fit.solved = std::isfinite(fit.square_sum) && fit.looks > 0;
   } catch (const Interrupted&) {
     throw;
   } catch (const std::exception&) {  // what cannot be solved explains nothing
     fit.solved = false;
   }
   if (!fit.solved) {
-    fit.square_sum_1 = 0.0;
+    fit.square_sum = 0.0;
     fit.lost = sample.looks.size();
   }
   return fit;
+}
+
+PriorSums PriorsOf(const Block& sample, const CorrectionModel& corrections, const Fit& fit) {
+  if (!fit.solved) return {};
+  try {
+    AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
+    if (problem.layout.size() == 0) return {};
+    const BlockState state = Continue(fit.state, &problem);
+    ReducedSystem system(problem);
+    system.Form(state, {}, nullptr);
+    FactorRegular(&system);
+    return SumPriors(
+        problem.layout, state.corrections, ParameterCovariances(system, system.SelectedInverse()));
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception&) {  // no covariance where directions are open
+    return {};
+  }
 }
 
 SampleResiduals ResidualsOf(const Block& sample,
@@ -137,7 +162,7 @@ SampleResiduals ResidualsOf(const Block& sample,
     for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
       if (sample.looks.rejected(i)) continue;
       if (EvaluateWhitened(problem, fit.state, {}, point, i, &at)) {
-        out.whitened_1.row(static_cast<Eigen::Index>(i)) = at.error_1.transpose();
+        out.whitened_errors.row(static_cast<Eigen::Index>(i)) = at.whitened_error.transpose();
       }
     }
     if (!problem.Solves(point)) continue;
@@ -145,8 +170,8 @@ SampleResiduals ResidualsOf(const Block& sample,
     const auto rows = static_cast<std::size_t>(factor.row_count);
     for (std::size_t k = 0; k < 2 * static_cast<std::size_t>(factor.look_count); ++k) {
       const double q0 = factor.q[k], q1 = factor.q[rows + k], q2 = factor.q[2 * rows + k];
-      out.redundancy_1(static_cast<Eigen::Index>(factor.looks[k / 2].look),
-                       static_cast<Eigen::Index>(k % 2)) = 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
+      out.redundancy(static_cast<Eigen::Index>(factor.looks[k / 2].look),
+                     static_cast<Eigen::Index>(k % 2)) = 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
     }
   }
   return out;
@@ -154,37 +179,37 @@ SampleResiduals ResidualsOf(const Block& sample,
 
 namespace {
 
-constexpr int kQuickRounds = 2, kMostRounds = 6;
+constexpr int kQuickRounds = 2, kMaxRounds = 6;
 /// Of a standard deviation, from which on a size counts as found.
-constexpr double kFound_1 = 0.05;
+constexpr double kFound = 0.05;
 
-bool MayHoldPoint(const KnownPosition& known) {
-  int held = 0;
-  for (const bool component : known.held) held += component ? 1 : 0;
-  if (held < 3) return held > 0;
+bool CanFixPoint(const KnownPosition& known) {
+  int fixed = 0;
+  for (const bool component : known.fixed) fixed += component ? 1 : 0;
+  if (fixed < 3) return fixed > 0;
   return Eigen::LLT<Eigen::Matrix3d>(known.covariance_enu_m2).info() == Eigen::Success;
 }
 
 /// Sum of ln sigma^2 of all measurements.
 double LogSigmas(const Block& block) {
-  double sum_1 = 0.0;
+  double sum = 0.0;
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     const LookSigma sigma = block.SigmaOf(i);
-    sum_1 += 2.0 * std::log(sigma.range_m * sigma.azimuth);
+    sum += 2.0 * std::log(sigma.range_m * sigma.azimuth);
   }
-  return sum_1;
+  return sum;
 }
 
-void HoldCheckPoints(Block* block) {
+void FixCheckPoints(Block* block) {
   for (const KnownPosition& known : block->points.known) {
     PointRole& role = block->points.role[known.point];
-    if (role == PointRole::kCheck && MayHoldPoint(known)) role = PointRole::kControl;
+    if (role == PointRole::kCheck && CanFixPoint(known)) role = PointRole::kControl;
   }
 }
 
-constexpr double kMostLogMove_1 = 3.0;
+constexpr double kMaxLogMove = 3.0;
 /// Of what the parabola through three solutions takes off the cost, how much may be there.
-constexpr double kPromised_1 = 4.0;
+constexpr double kPromised = 4.0;
 
 }  // namespace
 
@@ -194,21 +219,24 @@ Trials::Trials(const Block& sample, CorrectionModel corrections, Work work, Prog
       corrections_(std::move(corrections)),
       work_(work),
       progress_(progress) {
-  HoldCheckPoints(&given_);
+  FixCheckPoints(&given_);
   for (const Pass& pass : sample_.passes) states_ += pass.RecordedStates().size();
 }
 
-Fit Trials::Solve(const Block& block, const FitOptions& options) {
+Fit Trials::Solve(const Block& block,
+                  const CorrectionModel& corrections,
+                  const FitOptions& options) {
   ++solutions_;
-  Fit fit = SolveSample(block, corrections_, options, progress_);
-  const auto start = options.warm == nullptr ? Work::Start::kOfItsOwn : Work::Start::kOfAnother;
+  Fit fit = SolveSample(block, corrections, options, progress_);
+  if (fit.solved) fit.redundancy -= empty_priors_;
+  const auto start = options.warm == nullptr ? Work::Start::kCold : Work::Start::kWarm;
   work_.AddSolution(block.looks.size(), fit, start, states_);
   return fit;
 }
 
-Fit Trials::AsItIs() { return Solve(given_, {}); }
+Fit Trials::SolveGiven() { return Solve(given_, corrections_, {}); }
 
-Fit Trials::Without(const std::vector<std::uint32_t>& points, const FitOptions& options) {
+Fit Trials::SolveWithout(const std::vector<std::uint32_t>& points, const FitOptions& options) {
   std::vector<std::uint8_t>& flags = given_.looks.flags;
   const std::vector<std::uint8_t> before = flags;
   for (const std::uint32_t point : points) {
@@ -216,7 +244,7 @@ Fit Trials::Without(const std::vector<std::uint32_t>& points, const FitOptions& 
       flags[i] |= Looks::kRejected;
     }
   }
-  Fit fit = Solve(given_, options);
+  Fit fit = Solve(given_, corrections_, options);
   flags = before;
   return fit;
 }
@@ -225,13 +253,15 @@ Fit Trials::With(const Hypothesis& hypothesis, double value, const FitOptions& o
   Block block = sample_;
   hypothesis.undo(&block, value);
   FitStrips(&block);
-  HoldCheckPoints(&block);
+  FixCheckPoints(&block);
   work_.AddSmoothed(hypothesis.smoothed_states);
-  Fit fit = Solve(block, options);
+  CorrectionModel corrections = corrections_;
+  if (hypothesis.remodel) hypothesis.remodel(&corrections, value);
+  Fit fit = Solve(block, corrections, options);
   if (block.looks.size() == sample_.looks.size() && fit.looks > 0) {
-    const double part_1 =
-        std::clamp(fit.redundancy_1 / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);
-    fit.log_sigmas_1 = part_1 * (LogSigmas(block) - LogSigmas(sample_));
+    const double part =
+        std::clamp(fit.redundancy / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);
+    fit.log_sigmas = part * (LogSigmas(block) - LogSigmas(sample_)) + hypothesis.log_cost * value;
   }
   return fit;
 }
@@ -246,13 +276,13 @@ Solved SearchSize(const Hypothesis& hypothesis,
   const auto at = [&](double value) {
     return trials->With(hypothesis, value, {.warm = &best.fit.state, .effort = options.effort});
   };
-  const int rounds = options.effort == Effort::kQuick ? kQuickRounds : kMostRounds;
+  const int rounds = options.effort == Effort::kQuick ? kQuickRounds : kMaxRounds;
   for (int round = 0; round < rounds; ++round) {
-    if (!trials->work().Allows(options.part_of_work_1)) break;
+    if (!trials->work().Allows(options.part_of_work)) break;
     Fit above = at(best.value + step), below = at(best.value - step);
-    const double here_1 = best.fit.Cost();
+    const double cost_here = best.fit.Cost();
     const double slope = (above.Cost() - below.Cost()) / (2.0 * step);
-    const double curvature = (above.Cost() - 2.0 * here_1 + below.Cost()) / (step * step);
+    const double curvature = (above.Cost() - 2.0 * cost_here + below.Cost()) / (step * step);
     const auto take = [&best](double value, Fit fit) {
       if (!fit.solved || !(fit.Cost() < best.fit.Cost())) return false;
       best.fit = std::move(fit);
@@ -266,19 +296,19 @@ Solved SearchSize(const Hypothesis& hypothesis,
       continue;
     }
     best.sigma = std::sqrt(2.0 / curvature);
-    const double promised_1 = 0.5 * slope * slope / curvature;
-    if (here_1 - kPromised_1 * promised_1 > options.useless_above_1) break;
+    const double promised = 0.5 * slope * slope / curvature;
+    if (cost_here - kPromised * promised > options.useless_above) break;
     double move = -slope / curvature;
     // Standard deviations far off bend the cost: a parabola is good for a few powers of e.
-    if (hypothesis.logarithm) move = std::clamp(move, -kMostLogMove_1, kMostLogMove_1);
+    if (hypothesis.logarithm) move = std::clamp(move, -kMaxLogMove, kMaxLogMove);
     bool moved = false;
     for (int shorter = 0; shorter < 3 && !moved; ++shorter, move *= 0.25) {
-      if (!trials->work().Allows(options.part_of_work_1)) break;
+      if (!trials->work().Allows(options.part_of_work)) break;
       moved = take(best.value + move, at(best.value + move));
-      if (std::abs(move) < kFound_1 * best.sigma) break;
+      if (std::abs(move) < kFound * best.sigma) break;
     }
     const bool fine = step < 5.0 * best.sigma && step > 0.2 * best.sigma;
-    if (fine && (std::abs(slope / curvature) < kFound_1 * best.sigma || !moved)) break;
+    if (fine && (std::abs(slope / curvature) < kFound * best.sigma || !moved)) break;
     step = hypothesis.logarithm ? std::min(best.sigma, 1.0) : best.sigma;
   }
   return best;

@@ -17,6 +17,7 @@
 
 #include "mistake.h"
 #include "model/problem.h"
+#include "quality/groups.h"
 #include "sample.h"
 #include <Eigen/Core>
 
@@ -25,25 +26,30 @@ namespace sarblock {
 /// A sample of a block solved by least squares, as far as it can be.
 struct Fit {
   bool solved = false;
-  double square_sum_1 = 0.0;  ///< v'Pv of what has a place
-  double redundancy_1 = 0.0;
+  double square_sum = 0.0;  ///< v'Pv of what has a place
+  double redundancy = 0.0;
+  ProblemCounts counts;
   std::size_t looks = 0;  ///< that have a place
   std::size_t lost = 0;   ///< looks without one, or whose point lies where they do not look to
   /// Sum of ln sigma^2 of the measurements less that of the sample as it was given, times the
   /// redundancy of a measurement.
-  double log_sigmas_1 = 0.0;
+  double log_sigmas = 0.0;
   int formed = 0;        ///< times that the system was formed
   bool settled = false;  ///< the solution converged
   BlockState state;
 
-  /// v'Pv with a look that has no place counted by kLost_1.
+  /// v'Pv with a look that has no place counted by kLost.
   [[nodiscard]] double SquareSum() const;
   /// -2 log of the restricted likelihood but for a constant (docs/theory/diagnosis.md, eq. (2)).
-  [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas_1; }
+  [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas; }
 };
 
+/// True where a fit is so good that changes of little can start from it: a gross mistake leads
+/// everything else away, and what has no place finds none from there.
+[[nodiscard]] bool IsNear(const Fit& fit);
+
 /// What a look without a place counts: residuals of 30 sigma in range and azimuth.
-inline constexpr double kLost_1 = 1800.0;
+inline constexpr double kLost = 1800.0;
 
 /// How often a solution may form its system. A hypothesis that is right is there after two or three
 /// times; the others need not get there.
@@ -55,7 +61,7 @@ struct FitOptions {
   const BlockState* warm = nullptr;
   Effort effort = Effort::kFull;
   /// v'Pv above which the fit is of no use: it may be given up (SolveOptions).
-  double useless_above_1 = std::numeric_limits<double>::infinity();
+  double useless_above = std::numeric_limits<double>::infinity();
 };
 
 /// Solves the sample. Never throws but Interrupted: what cannot be solved is a Fit that is not.
@@ -64,11 +70,16 @@ struct FitOptions {
                               const FitOptions& options,
                               ProgressSink* progress);
 
+/// The priors of a fit (quality/groups.h); all zero where it has none or no covariance.
+[[nodiscard]] PriorSums PriorsOf(const Block& sample,
+                                 const CorrectionModel& corrections,
+                                 const Fit& fit);
+
 /// Of every look at a fit, NaN where it has none; columns range and azimuth.
 struct SampleResiduals {
-  Eigen::MatrixX2d whitened_1;    ///< over their standard deviations
-  Eigen::MatrixX2d redundancy_1;  ///< part of an error of the measurement that its own residual
-                                  ///< shows while corrections stay: 1 less what its point follows
+  Eigen::MatrixX2d whitened_errors;  ///< over their standard deviations
+  Eigen::MatrixX2d redundancy;       ///< part of an error of the measurement that its own residual
+                                ///< shows while corrections stay: 1 less what its point follows
 };
 [[nodiscard]] SampleResiduals ResidualsOf(const Block& sample,
                                           const CorrectionModel& corrections,
@@ -77,10 +88,12 @@ struct SampleResiduals {
 /// What hypotheses are made of.
 struct Facts {
   const Sample& sample;
-  const std::vector<PassSightings>& passes;  ///< of the sample's known points
+  const std::vector<PassPredictions>& passes;  ///< of the sample's known points
   const CorrectionModel& corrections;
   const Fit& before;                 ///< the sample as it is
   const SampleResiduals& residuals;  ///< of `before`
+  /// Changes of little can start from it (IsNear).
+  [[nodiscard]] bool near() const { return IsNear(before); }
   /// Whether a mistake in the rows of these points alone may be told: without all of them, which no
   /// change of them beats, v'Pv falls by as much as an explanation is to take.
   const std::function<bool(const std::vector<std::uint32_t>& points)>& may_explain;
@@ -88,23 +101,23 @@ struct Facts {
 
 using Hypotheses = std::vector<Hypothesis>;
 
-/// Work of a diagnosis, counted and not timed, so that the same block is told the same on every
+/// Work of a diagnosis, counted and not timed, so that the same block gets the same answer on every
 /// machine and with any number of threads. Its unit is a look formed: the equations of one look
 /// made once, with its part of their elimination (docs/theory/diagnosis.md, eq. (11)).
 class Work {
  public:
-  enum class Start { kOfItsOwn, kOfAnother };
+  enum class Start { kCold, kWarm };
 
   /// At most so many adjustments of a block, of which a sample is solved.
   Work(const Block& block, const Block& sample, const DiagnosisBounds& bounds)
-      : most_looks_(bounds.adjustments_1 *
+      : most_looks_(bounds.adjustments *
                     std::max(kFormedByAdjustment * static_cast<double>(block.looks.size()),
-                             kLeastOfSample * static_cast<double>(sample.looks.size()))) {}
+                             kMinSampleLooks * static_cast<double>(sample.looks.size()))) {}
 
   /// A solution of a sample of so many looks, and the recorded states that it copied.
   void AddSolution(std::size_t looks, const Fit& fit, Start start, std::size_t states) {
     const double of_start = fit.lost > 0 ? kStartOfLost : kStartValues;
-    const double beside = kLastSum + (start == Start::kOfItsOwn ? of_start : 0.0);
+    const double beside = kLastSum + (start == Start::kCold ? of_start : 0.0);
     done_looks_ += static_cast<double>(looks) * (fit.formed + beside) +
                    kCopiedState * static_cast<double>(states);
   }
@@ -114,14 +127,14 @@ class Work {
   }
 
   /// Less than this part of it is done.
-  [[nodiscard]] bool Allows(double part_1) const { return done_looks_ < part_1 * most_looks_; }
+  [[nodiscard]] bool Allows(double part) const { return done_looks_ < part * most_looks_; }
   [[nodiscard]] double done_looks() const { return done_looks_; }
   [[nodiscard]] double most_looks() const { return most_looks_; }
 
  private:
   /// What one adjustment forms of each look, its covariance counted as what takes as long; and of
   /// each look of the sample at least, which is most of a small block.
-  static constexpr double kFormedByAdjustment = 5.5, kLeastOfSample = 36.0;
+  static constexpr double kFormedByAdjustment = 5.5, kMinSampleLooks = 36.0;
   /// The last square sum with the places of the looks, and start values, also where circles do not
   /// meet, in looks formed once.
   static constexpr double kLastSum = 2.0, kStartValues = 2.0, kStartOfLost = 5.0;
@@ -137,22 +150,29 @@ class Trials {
   Trials(const Block& sample, CorrectionModel corrections, Work work, ProgressSink* progress);
 
   /// The sample as it is.
-  [[nodiscard]] Fit AsItIs();
+  [[nodiscard]] Fit SolveGiven();
+  /// What priors that are wider than their corrections put into the redundancy without residuals:
+  /// taken off that of every fit from now on.
+  void LeaveOutOfRedundancy(double empty_priors) { empty_priors_ = empty_priors; }
   /// Without the looks of some points.
-  [[nodiscard]] Fit Without(const std::vector<std::uint32_t>& points, const FitOptions& options);
+  [[nodiscard]] Fit SolveWithout(const std::vector<std::uint32_t>& points,
+                                 const FitOptions& options);
   [[nodiscard]] Fit With(const Hypothesis& hypothesis, double value, const FitOptions& options);
-  /// The block that AsItIs() solves: check points as control.
+  /// The block that SolveGiven() solves: check points as control.
   [[nodiscard]] const Block& given() const { return given_; }
   [[nodiscard]] int solutions() const { return solutions_; }
   [[nodiscard]] const Work& work() const { return work_; }
 
  private:
-  [[nodiscard]] Fit Solve(const Block& block, const FitOptions& options);
+  [[nodiscard]] Fit Solve(const Block& block,
+                          const CorrectionModel& corrections,
+                          const FitOptions& options);
 
   const Block& sample_;
   Block given_;
   CorrectionModel corrections_;
   Work work_;
+  double empty_priors_ = 0.0;
   std::size_t states_ = 0;  ///< recorded states of the passes, which every trial copies
   ProgressSink* progress_;
   int solutions_ = 0;
@@ -168,8 +188,8 @@ struct SearchOptions {
   Effort effort = Effort::kFull;
   /// Cost above which a size is of no use: the search ends where four times what the parabola
   /// promises would not bring it there.
-  double useless_above_1 = std::numeric_limits<double>::infinity();
-  double part_of_work_1 = 1.0;  ///< at which the search ends where it is
+  double useless_above = std::numeric_limits<double>::infinity();
+  double part_of_work = 1.0;  ///< at which the search ends where it is
 };
 
 /// Finds the size of least cost from hypothesis.value on: Newton's steps on the parabola through

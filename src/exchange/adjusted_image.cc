@@ -35,8 +35,8 @@ Eigen::MatrixXd FitParameters(std::span<const FitTime> times) {
   const Eigen::MatrixXd scaled =
       scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
   const dense::PivotedCholesky factor(scaled);
-  constexpr double kLeastPivot = 1e-10;
-  if (!factor.PivotsAbove(kLeastPivot)) {
+  constexpr double kMinPivot = 1e-10;
+  if (!factor.PivotsAbove(kMinPivot)) {
     throw InputError("times", "do not determine the parameters");
   }
   const Eigen::MatrixXd solution =
@@ -229,7 +229,7 @@ AntennaInfluence AdjustedAntenna::InfluenceAt(double path_time_s, Direction dire
       case ParameterKind::kVelocityUp: {
         const Eigen::Index axis = parameter.kind == ParameterKind::kVelocityAcross ? 1 : 2;
         if (direction == Direction::kOfCone) {
-          influence.col(k).tail<3>() = motion.velocity_mps.norm() * axes.axes_1.col(axis);
+          influence.col(k).tail<3>() = motion.velocity_mps.norm() * axes.axes.col(axis);
         }
         break;
       }
@@ -248,7 +248,7 @@ Eigen::Vector3d ConeVelocity(const AdjustedAntenna& antenna,
   if (across == 0.0 && up == 0.0) return motion.velocity_mps;
   const TrackAxes axes = TrackAxesOf(frame, motion);
   return motion.velocity_mps +
-         motion.velocity_mps.norm() * (across * axes.axes_1.col(1) + up * axes.axes_1.col(2));
+         motion.velocity_mps.norm() * (across * axes.axes.col(1) + up * axes.axes.col(2));
 }
 
 namespace {
@@ -283,8 +283,8 @@ UtcTime EpochOf(const ResultPass& pass, const std::string& what) {
   if (pass.epoch_utc.empty()) {
     throw InputError("format",
                      what + " needs UTC, and pass '" + pass.id +
-                         "' does not tell what its time_s = 0 is: epoch_utc of the pass in "
-                         "block.toml tells it");
+                         "' has no epoch for its time_s = 0: set epoch_utc of the pass in "
+                         "block.toml");
   }
   const auto epoch = ParseUtc(pass.epoch_utc);
   if (!epoch) {

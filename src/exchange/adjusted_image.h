@@ -24,8 +24,8 @@ struct FitTime {
   Eigen::MatrixXd by_format, by_result;
 };
 
-/// The parameters of a format by least squares: of all q those that come nearest to what x
-/// corrections do to the antenna at all times together,
+/// The parameters of a format by least squares: the q that comes nearest to the effect of x
+/// corrections on the antenna at all times together,
 ///
 ///     sum_k |A_k q - J_k x|^2 = min,   q = G x,   G = (sum A_k' A_k)^-1 sum A_k' J_k
 ///
@@ -33,7 +33,7 @@ struct FitTime {
 /// T. Throws InputError where the times do not determine q.
 [[nodiscard]] Eigen::MatrixXd FitParameters(std::span<const FitTime> times);
 
-/// Largest standard deviation, over the times, of what the format does not hold: the root of the
+/// Largest standard deviation, over the times, of what the format cannot represent: the root of the
 /// largest trace of (J_k - A_k G) C (J_k - A_k G)' over its first `rows` rows, which are in metres.
 [[nodiscard]] double UnfittedSigma_m(std::span<const FitTime> times,
                                      Eigen::Index rows,
@@ -82,9 +82,9 @@ class AdjustedAntenna {
   [[nodiscard]] double sigma(std::size_t k) const {
     return result_.parameters[parameters_[k]].sigma;
   }
-  /// By parameters(): of positions and time biases; velocity groups turn the direction of flight
-  /// and count where `with_direction`; all others are zero. Of the image's path, which the
-  /// corrections depend on linearly.
+  /// By parameters(): derivatives by positions and time biases; velocity groups turn the direction
+  /// of flight and count where `with_direction`; all others are zero. They are those of the image's
+  /// path, which depends on the corrections linearly.
   enum class Direction { kOfPath, kOfCone };
   [[nodiscard]] AntennaInfluence InfluenceAt(double path_time_s, Direction direction) const;
   /// Covariance by parameters(), in their units; without rows where the result has none.
@@ -113,8 +113,8 @@ class AdjustedAntenna {
                                            const Frame& frame,
                                            const Motion& motion);
 
-/// What time_s = 0 of a pass is. Throws InputError where it is not told; `what` ("an orbit file")
-/// needs it.
+/// The epoch time_s = 0 of a pass. Throws InputError if the block does not give it; `what` ("an
+/// orbit file") needs it.
 [[nodiscard]] UtcTime EpochOf(const ResultPass& pass, const std::string& what);
 
 /// The id of a pass as the name of a file: letters, digits, dots and dashes; anything else becomes
@@ -140,7 +140,7 @@ struct MadeImage {
 using ImageMaker = std::function<MadeImage(const PassImage&)>;
 
 /// Writes one file for each image given, its name that of the pass and an ending, after all of them
-/// are made. Passes without an image are told among what is not carried. Throws InputError where no
+/// are made. Passes without an image are listed among what is not carried. Throws InputError if no
 /// image is given, two are of one pass, or a pass is not in the result.
 void WriteImageFiles(const std::filesystem::path& folder,
                      const ExportView& view,

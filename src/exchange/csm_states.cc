@@ -17,8 +17,8 @@
 namespace sarblock {
 namespace {
 
-/// Differences below it are not told.
-constexpr double kTold_m = 1e-3;
+/// Smaller differences are not reported.
+constexpr double kReported_m = 1e-3;
 
 double EpochOfPass_s(const ResultPass& pass) {
   return EphemerisTime_s(EpochOf(pass, "a model state"));
@@ -70,7 +70,7 @@ class StateMaker {
     adjusted.reference_m = ReferencePoint();
     CheckInterpolation(adjusted.states);
     CheckPolynomials(adjusted.ground_range);
-    TellUncarried();
+    ListUncarried();
     return {CsmStateText(model_, adjusted), std::move(notes_)};
   }
 
@@ -132,7 +132,7 @@ class StateMaker {
     }
     const Eigen::MatrixXd fit = FitParameters(times);
     const double rest_m = UnfittedSigma_m(times, 3, fit, antenna_.covariance());
-    if (rest_m > kTold_m) {
+    if (rest_m > kReported_m) {
       notes_.not_carried.push_back(fmt::format(
           "m_covariance holds what is common to all positions; that they err by up to {:.3g} m (1 "
           "sigma) about it",
@@ -142,15 +142,15 @@ class StateMaker {
     return 0.5 * (covariance + covariance.transpose());
   }
 
-  [[nodiscard]] Sight MiddleSight() const {
+  [[nodiscard]] FixedPathLook MiddleLook() const {
     const Motion motion = antenna_.MotionAt(MiddleTime_s());
-    Sight sight;
-    sight.antenna_m = motion.position_m;
-    sight.velocity_mps = ConeVelocity(antenna_, result_.frame, motion);
-    sight.acceleration_mps2 = motion.acceleration_mps2;
-    sight.range_m = Distance_m(MiddleRange_m());
-    sight.side = static_cast<int>(antenna_.pass().side);
-    return sight;
+    FixedPathLook observation;
+    observation.antenna_m = motion.position_m;
+    observation.velocity_mps = ConeVelocity(antenna_, result_.frame, motion);
+    observation.acceleration_mps2 = motion.acceleration_mps2;
+    observation.range_m = Distance_m(MiddleRange_m());
+    observation.side = static_cast<int>(antenna_.pass().side);
+    return observation;
   }
   [[nodiscard]] double MiddleTime_s() const {
     const double line = 0.5 * static_cast<double>(model_.image.lines - 1);
@@ -164,7 +164,7 @@ class StateMaker {
   }
   // Zeros, which USGSCSM takes for not given, where the middle of the image is not on the ground.
   [[nodiscard]] Eigen::Vector3d ReferencePoint() const {
-    const Intersection place = IntersectWithHeight(MiddleSight(), result_.frame, 0.0);
+    const Intersection place = IntersectWithHeight(MiddleLook(), result_.frame, 0.0);
     if (place.outcome != IntersectionOutcome::kDetermined) return Eigen::Vector3d::Zero();
     return place.position_m;
   }
@@ -184,7 +184,7 @@ class StateMaker {
       const Eigen::Vector3d& true_m = antenna_.MotionAt(PathTime_s(ephemeris_s)).position_m;
       largest_m = std::max(largest_m, (Eigen::Vector3d(read.data()) - true_m).norm());
     }
-    if (largest_m > kTold_m) {
+    if (largest_m > kReported_m) {
       notes_.not_carried.push_back(
           fmt::format("between its states, {:.3g} s apart, the path is up to {:.3g} m from that of "
                       "the result",
@@ -215,32 +215,32 @@ class StateMaker {
       const double read_m = c[0] + far_m * (c[1] + far_m * (c[2] + far_m * c[3]));
       largest_m = std::max(largest_m, std::abs(read_m - Distance_m(given->range_m)));
     }
-    if (largest_m > kTold_m) {
+    if (largest_m > kReported_m) {
       notes_.not_carried.push_back(fmt::format(
           "between the range polynomials slant ranges are read up to {:.3g} m apart", largest_m));
     }
   }
 
-  void TellUncarried() {
-    const Sight middle = MiddleSight();
+  void ListUncarried() {
+    const FixedPathLook middle = MiddleLook();
     for (std::size_t k = 0; k < antenna_.parameters().size(); ++k) {
       const double value = antenna_.value(k), sigma = antenna_.sigma(k);
       switch (antenna_.parameter(k).kind) {
         case ParameterKind::kSquintBias:
-          Tell(k,
+          List(k,
                fmt::format("{:.3g} m along the track in the middle of the image",
                            middle.range_m * std::sin(value)));
           break;
         case ParameterKind::kZenithDelay:
-          Tell(k,
+          List(k,
                fmt::format("{:.3g} m of slant range in the middle of the image",
                            value * DelaysPerZenith(middle)));
           break;
         case ParameterKind::kRangeBias:
-          if (sigma > 0.0) TellSigma(k, sigma);
+          if (sigma > 0.0) ListSigma(k, sigma);
           break;
         case ParameterKind::kRangeScale:
-          if (sigma > 0.0) TellSigma(k, sigma * middle.range_m);
+          if (sigma > 0.0) ListSigma(k, sigma * middle.range_m);
           break;
         default:
           break;
@@ -251,21 +251,21 @@ class StateMaker {
                                       " does not give it, so USGSCSM has no illumination");
     }
   }
-  void Tell(std::size_t k, const std::string& size) {
+  void List(std::size_t k, const std::string& size) {
     notes_.not_carried.push_back(antenna_.parameter(k).name + ": " + size);
   }
-  void TellSigma(std::size_t k, double sigma_m) {
+  void ListSigma(std::size_t k, double sigma_m) {
     notes_.not_carried.push_back(
         fmt::format("the standard deviation of {}, {:.3g} m of slant range",
                     antenna_.parameter(k).name,
                     sigma_m));
   }
   // One over the cosine of the incidence on the sphere of the ground below.
-  [[nodiscard]] double DelaysPerZenith(const Sight& sight) const {
+  [[nodiscard]] double DelaysPerZenith(const FixedPathLook& observation) const {
     const double ground_m = result_.frame.ellipsoid().a_m;
-    const double cosine =
-        (sight.antenna_m.squaredNorm() - ground_m * ground_m - sight.range_m * sight.range_m) /
-        (2.0 * ground_m * sight.range_m);
+    const double cosine = (observation.antenna_m.squaredNorm() - ground_m * ground_m -
+                           observation.range_m * observation.range_m) /
+                          (2.0 * ground_m * observation.range_m);
     return 1.0 / cosine;
   }
 

@@ -32,7 +32,7 @@ void WriteGeoJsonFile(const std::filesystem::path& file,
                          .role = result.points.role,
                          .points = result.points.results,
                          .polygons = view.options.ellipses,
-                         .confidence_1 = view.options.confidence_1,
+                         .confidence = view.options.confidence,
                          .checks = &result.points.checks};
   for (const ResultPass& pass : result.passes) content.paths.emplace_back(pass.id, &pass.path);
   WriteGeoJson(file, content);
@@ -85,7 +85,7 @@ ExportReport ExportResult(const ResultFile& result,
                           const std::filesystem::path& out,
                           const ExportOptions& options) {
   ExportView view{result, options, 1.0, {}};
-  if (options.confidence_1) view.ellipse_scale_1 = EllipseScale(*options.confidence_1);
+  if (options.confidence) view.ellipse_scale = EllipseScale(*options.confidence);
   const auto count = static_cast<std::uint32_t>(result.points.size());
   for (std::uint32_t point = 0; point < count; ++point) {
     if (IsSolved(result.points.results.status[point])) view.points.push_back(point);

@@ -12,24 +12,24 @@
 
 namespace sarblock {
 
-/// Formats of other programs that a result can be written in (docs/export.md: conventions, and what
-/// each of them cannot hold).
+/// Formats of other programs that a result can be written in (docs/export.md: conventions, and
+/// what each of them cannot represent).
 enum class ExportFormat {
   kGeoJson,     ///< points, error ellipses, flight paths; geocentric frames
   kKml,         ///< the same, styled by role; geocentric frames
   kGeoPackage,  ///< the same as layers of one SQLite file; local frames too
   kIsis,        ///< residuals.csv and bundleout_points.csv of ISIS jigsaw; geocentric frames
   kSinex,       ///< SINEX 2.02, estimates and covariance; geocentric frames
-  kOrbitFiles,  ///< one Sentinel-1 orbit file a pass; WGS84, passes with an epoch in UTC
+  kOrbitFiles,  ///< one Sentinel-1 orbit file per pass; WGS84, passes with an epoch in UTC
   kCsmStates,   ///< a model state of USGSCSM an image given; geocentric, passes with an epoch
-  kSicd,        ///< the XML of a SICD image given, with AdjustableParameterOffsets; likewise
+  kSicd,        ///< the XML of a SICD image given, with AdjustableParameterOffsets; one per image
 };
 
 /// Names on the command line, in the order of the enumeration: geojson, kml, gpkg, isis, sinex,
 /// eof, csm, sicd.
 [[nodiscard]] const std::vector<std::string>& ExportFormatNames();
 
-/// Where a result goes unless told otherwise: `export.geojson`, `export.kml`, `export.gpkg`, folder
+/// Default place of an export: `export.geojson`, `export.kml`, `export.gpkg`, folder
 /// `isis`, `export.snx`, folders `eof`, `csm` and `sicd`.
 [[nodiscard]] const char* DefaultExportName(ExportFormat format);
 
@@ -46,7 +46,7 @@ ExportReport ExportResult(const ResultFile& result,
                           const ExportOptions& options);
 
 /// Throws InputError where ExportResult() must not write: `out` is a folder in place of a file or
-/// the reverse, or (kRefuse) files stand there that it did not write in this format.
+/// the reverse, or (kRefuse) there are files that it did not write in this format.
 void RequireTargetFor(ExportFormat format, const std::filesystem::path& out, ForeignFiles foreign);
 
 }  // namespace sarblock

@@ -22,13 +22,13 @@ struct ExportImage {
 
 struct ExportOptions {
   /// Probability of the ellipses (quality/covariance.h); left out: standard ellipses, 39.3 percent.
-  std::optional<double> confidence_1;
+  std::optional<double> confidence;
   bool ellipses = true;           ///< GeoJSON, KML, GeoPackage: as polygons too, 1 to 2 kB each
   bool cross_covariances = true;  ///< SINEX: also between the points of pairs.csv
   std::string agency = "SBK";     ///< SINEX: three characters
   std::string mission;            ///< orbit files; empty: from the ids of the passes
-  std::string created_utc;        ///< of the file, "2022-10-16T01:50:44Z"; empty: not told
-  /// Model states, SICD: images as they were imported, at most one a pass; others are left out.
+  std::string created_utc;        ///< of the file, "2022-10-16T01:50:44Z"; empty: not given
+  /// Model states, SICD: images as they were imported, at most one per pass; others are left out.
   std::vector<ExportImage> images;
   /// Model states: how the block was imported, `import csm --range-polynomial`.
   RangePolynomialTimes range_polynomial = RangePolynomialTimes::kGiven;
@@ -50,7 +50,7 @@ struct ExportReport {
 struct ExportView {
   const ResultFile& result;
   const ExportOptions& options;
-  double ellipse_scale_1 = 1.0;
+  double ellipse_scale = 1.0;
   std::vector<std::uint32_t> points;  ///< solved ones, in their order
 
   [[nodiscard]] bool HasCovariance(std::uint32_t point) const;
@@ -96,7 +96,7 @@ void WriteSicdOffsets(const std::filesystem::path& folder,
                       const ExportView& view,
                       ExportReport* report);
 
-/// One Sentinel-1 orbit file a pass (docs/export.md).
+/// One Sentinel-1 orbit file per pass (docs/export.md).
 void WriteOrbitFiles(const std::filesystem::path& folder,
                      const ExportView& view,
                      ExportReport* report);

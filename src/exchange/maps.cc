@@ -78,7 +78,7 @@ class KmlWriter {
         Datum("sigma_e_m", std::sqrt(c[0]));
         Datum("sigma_n_m", std::sqrt(c[1]));
         Datum("sigma_u_m", std::sqrt(c[2]));
-        const ErrorEllipse ellipse = EllipseOf(c, view_.ellipse_scale_1);
+        const ErrorEllipse ellipse = EllipseOf(c, view_.ellipse_scale);
         Datum("ellipse_major_m", ellipse.major_m);
         Datum("ellipse_minor_m", ellipse.minor_m);
         Datum("ellipse_azimuth_deg", ellipse.azimuth_rad * kDegPerRad);
@@ -100,14 +100,14 @@ class KmlWriter {
     if (!view_.options.ellipses) return 0;
     std::size_t count = 0;
     Add("<Folder><name>Error ellipses</name><description>{}</description>\n",
-        view_.options.confidence_1
-            ? fmt::format("{} percent, true size", 100.0 * *view_.options.confidence_1)
+        view_.options.confidence
+            ? fmt::format("{} percent, true size", 100.0 * *view_.options.confidence)
             : std::string("1 sigma, true size"));
     for (const std::uint32_t point : view_.points) {
       if (!view_.HasCovariance(point)) continue;
       const auto ring = EllipseRing(view_.result.frame,
                                     view_.Position_m(point),
-                                    EllipseOf(view_.Covariance_m2(point), view_.ellipse_scale_1));
+                                    EllipseOf(view_.Covariance_m2(point), view_.ellipse_scale));
       Add("<Placemark><name>{}</name><styleUrl>#ellipse</styleUrl><Polygon><outerBoundaryIs>"
           "<LinearRing><coordinates>",
           XmlText(view_.result.points.ids[point]));
@@ -205,7 +205,7 @@ class Database {
     if (status == SQLITE_OK || status == SQLITE_DONE) return;
     throw std::runtime_error(std::string("SQLite: ") + sqlite3_errmsg(database_.get()));
   }
-  /// The bytes that a file would hold.
+  /// The bytes of the file.
   [[nodiscard]] std::string Bytes() const {
     sqlite3_int64 size = 0;
     const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> bytes(
@@ -347,7 +347,7 @@ class GeopackageWriter {
       ErrorEllipse ellipse{kNotGiven, kNotGiven, kNotGiven};
       if (view_.HasCovariance(point)) {
         c = view_.Covariance_m2(point);
-        ellipse = EllipseOf(c, view_.ellipse_scale_1);
+        ellipse = EllipseOf(c, view_.ellipse_scale);
       }
       for (std::size_t k = 0; k < 3; ++k) insert.Number(std::sqrt(c[k]));
       for (std::size_t k = 3; k < 6; ++k) insert.Number(c[k]);
@@ -375,7 +375,7 @@ class GeopackageWriter {
       for (const Eigen::Vector2d& corner : ring) AppendCorner(corner, &geometry);
       AppendCorner(ring[0], &geometry);
       insert.Blob(geometry.bytes()).Text(view_.result.points.ids[point]);
-      insert.Number(view_.options.confidence_1.value_or(-std::expm1(-0.5))).Row();
+      insert.Number(view_.options.confidence.value_or(-std::expm1(-0.5))).Row();
       ++count;
     }
     return count;
@@ -441,7 +441,7 @@ class GeopackageWriter {
     return {place.lon_rad * kDegPerRad, place.lat_rad * kDegPerRad, place.h_m};
   }
   [[nodiscard]] std::array<Eigen::Vector2d, kEllipseCorners> Ring(std::uint32_t point) const {
-    const ErrorEllipse ellipse = EllipseOf(view_.Covariance_m2(point), view_.ellipse_scale_1);
+    const ErrorEllipse ellipse = EllipseOf(view_.Covariance_m2(point), view_.ellipse_scale);
     const Eigen::Vector3d& p_m = view_.Position_m(point);
     std::array<Eigen::Vector2d, kEllipseCorners> ring = EllipseCorners(ellipse);
     if (local_) {

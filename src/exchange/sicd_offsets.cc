@@ -37,7 +37,7 @@ SicdVersion VersionOf(const XmlElement& root) {
   SicdVersion version;
   const auto fail = [&] {
     root.Fail("its namespace xmlns is " + Quoted(given) +
-              ", urn:SICD:1.0.0 or later is needed, which tells the version");
+              ", urn:SICD:1.0.0 or later is needed, which has the version");
   };
   if (!given.starts_with(kNamespace)) fail();
   const char* const end = given.data() + given.size();
@@ -75,7 +75,7 @@ void AddMatrix(pugi::xml_node parent, const char* name, const Eigen::Matrix<doub
   }
 }
 
-// ErrorStatistics stands before MatchInfo and what belongs to the kind of image.
+// ErrorStatistics comes before MatchInfo and the elements of the kind of image.
 pugi::xml_node StatisticsOf(pugi::xml_node root) {
   if (pugi::xml_node statistics = root.child("ErrorStatistics")) return statistics;
   for (const char* after : {"MatchInfo", "RgAzComp", "PFA", "RMA"}) {
@@ -103,7 +103,7 @@ void SetMark(pugi::xml_document* document) {
 AdjustedSicd AdjustSicd(std::string_view bytes,
                         const std::string& file,
                         const SicdAdjustment& adjustment) {
-  ByteSource source = ByteSource::OfBytes(bytes, file);
+  ByteSource source = ByteSource::FromBytes(bytes, file);
   const std::string text = SicdText(&source);
   AdjustedSicd adjusted;
   {
@@ -112,7 +112,7 @@ AdjustedSicd AdjustSicd(std::string_view bytes,
     constexpr int kWithOffsets = 4;
     adjusted.raised = version.major == 1 && version.minor < kWithOffsets;
   }
-  // Blanks and comments stay where they stand.
+  // Blanks and comments stay where they are.
   pugi::xml_document document;
   constexpr unsigned int kKeepAll = pugi::parse_full | pugi::parse_ws_pcdata;
   if (!document.load_buffer(text.data(), text.size(), kKeepAll, pugi::encoding_utf8)) {
@@ -133,7 +133,7 @@ AdjustedSicd AdjustSicd(std::string_view bytes,
     pugi::xml_node composite = offsets.append_child("CompositeSCP");
     AddNumber(composite, "Rg", adjustment.composite->range_m);
     AddNumber(composite, "Az", adjustment.composite->azimuth_m);
-    AddNumber(composite, "RgAz", adjustment.composite->correlation_1);
+    AddNumber(composite, "RgAz", adjustment.composite->correlation);
   }
   SetMark(&document);
   std::ostringstream out;
@@ -143,15 +143,15 @@ AdjustedSicd AdjustSicd(std::string_view bytes,
 }
 
 AdjustedSicd AdjustSicdFile(const std::string& file, const SicdAdjustment& adjustment) {
-  ByteSource source = ByteSource::OfFile(file);
+  ByteSource source = ByteSource::FromFile(file);
   const std::string text = SicdText(&source);
   return AdjustSicd(text, file, adjustment);
 }
 
 namespace {
 
-/// Differences below it are not told.
-constexpr double kToldOfSicd_m = 1e-3;
+/// Smaller differences are not reported.
+constexpr double kSicdReported_m = 1e-3;
 constexpr int kFitTimes = 65;
 
 ImagePass PassAt(const SicdImage& image, const UtcTime& epoch) {
@@ -245,7 +245,7 @@ class OffsetMaker {
     return (motion.position_m - image_.centre_m).norm() / motion.velocity_mps.norm();
   }
   // Offset and drift, columns 0 to 2 and 3 to 5, of these.
-  [[nodiscard]] Eigen::MatrixXd ByOffsets(double time_s) const {
+  [[nodiscard]] Eigen::MatrixXd OffsetJacobian(double time_s) const {
     Eigen::MatrixXd by = Eigen::MatrixXd::Zero(6, 6);
     by.topLeftCorner(3, 3).setIdentity();
     by.topRightCorner(3, 3).diagonal().setConstant(SinceCentre_s(time_s));
@@ -261,14 +261,14 @@ class OffsetMaker {
       Eigen::MatrixXd by_result =
           antenna_.InfluenceAt(PathTime_s(time_s), AdjustedAntenna::Direction::kOfPath);
       by_result.bottomRows(3) *= MetresOfVelocity_s();
-      times.push_back({ByOffsets(time_s), std::move(by_result)});
+      times.push_back({OffsetJacobian(time_s), std::move(by_result)});
     }
     Eigen::MatrixXd fit = FitParameters(times);
     if (antenna_.HasCovariance() && !antenna_.parameters().empty()) {
       const double rest_m = UnfittedSigma_m(times, 6, fit, antenna_.covariance());
-      if (rest_m > kToldOfSicd_m) {
+      if (rest_m > kSicdReported_m) {
         notes_.not_carried.push_back(fmt::format(
-            "APOError holds an offset and a drift; what errs about them by up to {:.3g} m (1 "
+            "APOError holds an offset and a drift; the error about them, up to {:.3g} m (1 "
             "sigma)",
             rest_m));
       }
@@ -276,8 +276,8 @@ class OffsetMaker {
     return fit;
   }
 
-  // Of the result's path from ARPPoly, by the same least squares. Offsets that the file had are in
-  // it, and the range bias comes on top of theirs.
+  // The deviation of the result's path from ARPPoly, by the same least squares. It includes the
+  // offsets of the file, and the range bias is added to theirs.
   SicdOffsets Offsets() {
     std::vector<FitTime> times;
     for (int k = 0; k < kFitTimes; ++k) {
@@ -287,16 +287,16 @@ class OffsetMaker {
       Eigen::VectorXd change_m(6);
       change_m << found.position_m - nominal.position_m,
           MetresOfVelocity_s() * (found.velocity_mps - nominal.velocity_mps);
-      times.push_back({ByOffsets(time_s), change_m});
+      times.push_back({OffsetJacobian(time_s), change_m});
     }
     const Eigen::VectorXd fit = FitParameters(times);
     double largest_m = 0.0;
     for (const FitTime& time : times) {
       largest_m = std::max(largest_m, (time.by_result - time.by_format * fit).norm());
     }
-    if (largest_m > kToldOfSicd_m) {
+    if (largest_m > kSicdReported_m) {
       notes_.not_carried.push_back(fmt::format(
-          "what the path does beside an offset and a drift, up to {:.3g} m at the scene centre",
+          "deviations of the path from an offset and a drift, up to {:.3g} m at the scene centre",
           largest_m));
     }
     SicdOffsets offsets;
@@ -329,13 +329,12 @@ class OffsetMaker {
     const SicdMotion antenna = AdjustedMotionOf(adjusted, image_.centre_time_s);
     const Eigen::Vector3d from_m = antenna.position_m - image_.centre_m;
     const double range_m = from_m.norm();
-    const Eigen::Vector3d sight_1 = from_m / range_m;
-    const Eigen::Vector3d across_mps =
-        antenna.velocity_mps - antenna.velocity_mps.dot(sight_1) * sight_1;
+    const Eigen::Vector3d los = from_m / range_m;
+    const Eigen::Vector3d across_mps = antenna.velocity_mps - antenna.velocity_mps.dot(los) * los;
     Eigen::Matrix<double, 2, 8> partials = Eigen::Matrix<double, 2, 8>::Zero();
-    partials.block<1, 3>(0, 0) = -sight_1.transpose();
+    partials.block<1, 3>(0, 0) = -los.transpose();
     partials.block<1, 3>(1, 0) = -across_mps.transpose() / range_m;
-    partials.block<1, 3>(1, 3) = -sight_1.transpose();
+    partials.block<1, 3>(1, 3) = -los.transpose();
     partials(0, 6) = -0.5 * kSpeedOfLight_mps;
     partials(0, 7) = 0.5 * kSpeedOfLight_mps;
     // The second axis of the slant plane is along the flight where the image looks to the left.
@@ -347,7 +346,7 @@ class OffsetMaker {
     composite.azimuth_m = std::sqrt(plane_m2(1, 1));
     const double product_m2 = composite.range_m * composite.azimuth_m;
     if (product_m2 > 0.0) {
-      composite.correlation_1 = std::clamp(plane_m2(0, 1) / product_m2, -1.0, 1.0);
+      composite.correlation = std::clamp(plane_m2(0, 1) / product_m2, -1.0, 1.0);
     }
     return composite;
   }
@@ -355,7 +354,7 @@ class OffsetMaker {
   // A look of zero Doppler is corrected at its own time; the standard adds offsets at the centre of
   // the aperture.
   void CompareWithApertures(const SicdOffsets& offsets) {
-    if (!HasRaster(image_) || image_.aperture_time_s.empty() || image_.rate_scale_1.empty()) return;
+    if (!HasRaster(image_) || image_.aperture_time_s.empty() || image_.rate_scale.empty()) return;
     SicdImage adjusted = image_;
     adjusted.offsets = offsets;
     SicdImage given = image_;
@@ -373,7 +372,7 @@ class OffsetMaker {
         }
       }
     }
-    if (std::max(largest_m[0], largest_m[1]) <= kToldOfSicd_m) return;
+    if (std::max(largest_m[0], largest_m[1]) <= kSicdReported_m) return;
     notes_.not_carried.push_back(
         fmt::format("looks of zero Doppler as they are corrected here: offsets that are added at "
                     "the centre of the aperture place them up to {:.3g} m in range and {:.3g} m "
@@ -388,13 +387,13 @@ class OffsetMaker {
                                                                       double column) const {
     const double closest_s = ValueOf(image.closest_time_s, image.Azimuth_m(column));
     const SicdMotion closest = AdjustedMotionOf(image, closest_s);
-    Sight sight;
-    sight.antenna_m = closest.position_m;
-    sight.velocity_mps = closest.velocity_mps;
-    sight.range_m = image.ClosestRange_m(row);
-    sight.side = static_cast<int>(image.side);
+    FixedPathLook observation;
+    observation.antenna_m = closest.position_m;
+    observation.velocity_mps = closest.velocity_mps;
+    observation.range_m = image.ClosestRange_m(row);
+    observation.side = static_cast<int>(image.side);
     const double height_m = result_.frame.GeodeticFromFrame(image.centre_m).h_m;
-    const Intersection place = IntersectWithHeight(sight, result_.frame, height_m);
+    const Intersection place = IntersectWithHeight(observation, result_.frame, height_m);
     const auto look = LookOfPlace(image, row, column);
     if (place.outcome != IntersectionOutcome::kDetermined || !look) return std::nullopt;
     const SicdMotion antenna = AdjustedMotionOf(image, look->time_s);

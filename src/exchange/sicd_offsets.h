@@ -14,7 +14,7 @@ namespace sarblock {
 struct SicdComposite {
   double range_m = 0.0;
   double azimuth_m = 0.0;
-  double correlation_1 = 0.0;
+  double correlation = 0.0;
 };
 
 /// What an adjustment adds to the metadata of a SICD image (NGA.STND.0024-1,
@@ -24,7 +24,7 @@ struct SicdAdjustment {
   /// Of ARPPosSCPCOA [m], ARPVel [m/s], TxTimeSCPCOA and RcvTimeSCPCOA [s], in this order; left out
   /// where it is not known.
   std::optional<Eigen::Matrix<double, 8, 8>> covariance;
-  std::optional<SicdComposite> composite;  ///< of the adjusted image; likewise
+  std::optional<SicdComposite> composite;  ///< of the adjusted image; none if not estimated
 };
 
 struct AdjustedSicd {
@@ -33,7 +33,7 @@ struct AdjustedSicd {
 };
 
 /// The XML of a SICD image, given alone or in a NITF file, with AdjustableParameterOffsets as the
-/// schema of version 1.4.0 orders them; all else stays as it stands. The offset of the ranges goes
+/// schema of version 1.4.0 orders them; all else is unchanged. The offset of the ranges goes
 /// into RcvTimeSCPCOA. Versions 1.0.0 to 1.3.0 are raised to 1.4.0, to which they conform. Throws
 /// InputError with file and line for texts that are no XML and for versions before 1.0.0.
 [[nodiscard]] AdjustedSicd AdjustSicd(std::string_view bytes,

@@ -35,19 +35,19 @@ struct SinexCovariance {
   std::vector<Cross> cross;  ///< sorted by row, then column; empty if not asked for
 };
 
-/// Own covariances from points.csv and, of the pairs in pairs.csv, the symmetric part of the cross
-/// covariance:
+/// The points' own covariances from points.csv and, for the pairs in pairs.csv, the symmetric part
+/// of the cross covariance:
 ///
 ///     (Q_ab + Q_ab') / 2 = (Q_a + Q_b - cov(b - a)) / 2
 ///
-/// All that the covariance of a difference tells; differences of the two points get exactly the
-/// covariance of the table back. Throws InputError where the matrix is not positive definite so,
-/// which it need not be while covariances of other pairs are not given and count as zero.
+/// The covariance of a difference determines no more; the difference of the two points has exactly
+/// the covariance of the table. Throws InputError if the matrix is then not positive definite,
+/// which can happen because covariances of pairs that are not given count as zero.
 [[nodiscard]] SinexCovariance FormCovariance(const ExportView& view);
 
 namespace {
 
-Eigen::Matrix3d InFrame(const Frame& frame, const Eigen::Vector3d& p_m, const SymmetricEnu& c) {
+Eigen::Matrix3d ToFrame(const Frame& frame, const Eigen::Vector3d& p_m, const SymmetricEnu& c) {
   const Eigen::Matrix3d enu = MatrixOf(c);
   const Eigen::Matrix3d enu_from_frame = frame.EnuFromFrame(p_m);
   const Eigen::Matrix3d turned = enu_from_frame.transpose() * enu * enu_from_frame;
@@ -73,8 +73,8 @@ void RequirePositiveDefinite(const SinexCovariance& covariance) {
   }
   BlockCholesky factor(matrix);
   const BlockCholesky::Outcome outcome = factor.Factorize(matrix);
-  constexpr double kLeastPivot = 1e-13;  // fifteen digits are written
-  if (outcome.positive_definite && outcome.smallest_pivot_ratio > kLeastPivot) return;
+  constexpr double kMinPivot = 1e-13;  // fifteen digits are written
+  if (outcome.positive_definite && outcome.smallest_pivot_ratio > kMinPivot) return;
   throw InputError(
       "cross",
       "the covariance with the pairs of pairs.csv is not positive definite, because those of the "
@@ -92,7 +92,7 @@ SinexCovariance FormCovariance(const ExportView& view) {
     const std::uint32_t point = view.points[i];
     place[point] = i;
     covariance.own.push_back(
-        InFrame(result.frame, view.Position_m(point), view.Covariance_m2(point)));
+        ToFrame(result.frame, view.Position_m(point), view.Covariance_m2(point)));
   }
   if (!view.options.cross_covariances) return covariance;
   for (const PairResult& pair : result.pairs) {
@@ -101,7 +101,7 @@ SinexCovariance FormCovariance(const ExportView& view) {
       continue;
     }
     const Eigen::Matrix3d difference =
-        InFrame(result.frame, view.Position_m(pair.a), pair.covariance_m2);
+        ToFrame(result.frame, view.Position_m(pair.a), pair.covariance_m2);
     covariance.cross.push_back({std::max(a, b),
                                 std::min(a, b),
                                 0.5 * (covariance.own[a] + covariance.own[b] - difference)});
@@ -121,7 +121,7 @@ SinexCovariance FormCovariance(const ExportView& view) {
 
 namespace {
 
-constexpr std::size_t kMostEstimates = 99999;  // five digits of an index
+constexpr std::size_t kMaxEstimates = 99999;  // five digits of an index
 constexpr const char* kNoTime = "00:000:00000";
 
 // Years, day of the year and seconds of the day: YY:DDD:SSSSS.
@@ -143,7 +143,8 @@ struct DataSpan {
   std::string start = kNoTime, end = kNoTime, middle = kNoTime;
 };
 
-// From the start of the first strip to the end of the last one; unknown unless every pass tells.
+// From the start of the first strip to the end of the last one; unknown unless every pass has an
+// epoch.
 DataSpan SpanOf(const ResultFile& result) {
   UtcTime first, last;
   bool any = false;
@@ -228,7 +229,7 @@ class SinexWriter {
     Add("+FILE/COMMENT\n"
         " Body-fixed axes of {}, a = {} m, f = {}.\n"
         " Technique C: the format has no code for radar ranges.\n"
-        " Points and their site codes: the table .sites.csv beside this file.\n"
+        " Points and their site codes: the table .sites.csv next to this file.\n"
         " Standard deviations {} the a-posteriori variance factor.\n"
         "{}"
         "-FILE/COMMENT\n",
@@ -236,7 +237,7 @@ class SinexWriter {
         ellipsoid.a_m,
         ellipsoid.flattening,
         view_.result.summary.sigma_scaled_by_posterior ? "are scaled by" : "do not contain",
-        " Correlations of different points that stand nowhere below are not known.\n");
+        " Correlations of different points that are not listed are not known.\n");
   }
 
   void Statistics() {
@@ -245,7 +246,12 @@ class SinexWriter {
     Statistic("NUMBER OF OBSERVATIONS", summary.Count("observations"));
     Statistic("NUMBER OF UNKNOWNS", summary.Count("parameters"));
     Statistic("NUMBER OF DEGREES OF FREEDOM", summary.Count("redundancy"));
-    Statistic("VARIANCE FACTOR", summary.sigma0_squared);
+    // Of the observations and the degrees of freedom above, priors included.
+    double factor = summary.sigma0_squared;
+    for (const ResultGroup& group : summary.groups) {
+      if (group.name == "all") factor = group.factor;
+    }
+    Statistic("VARIANCE FACTOR", factor);
     Add("-SOLUTION/STATISTICS\n");
   }
 
@@ -356,12 +362,12 @@ void CheckOptions(const ExportView& view) {
                       return std::isalnum(static_cast<unsigned char>(c)) != 0;
                     });
   if (!good) {
-    throw InputError("agency", "'" + agency + "' is not allowed, three letters or digits are");
+    throw InputError("agency", "must be three letters or digits, got '" + agency + "'");
   }
   if (view.points.empty()) throw InputError("format", "the result has no solved point to write");
-  if (3 * view.points.size() > kMostEstimates) {
+  if (3 * view.points.size() > kMaxEstimates) {
     throw InputError("format",
-                     "SINEX counts " + std::to_string(kMostEstimates) +
+                     "SINEX counts " + std::to_string(kMaxEstimates) +
                          " estimates at most, these points have " +
                          std::to_string(3 * view.points.size()));
   }
@@ -377,13 +383,20 @@ void CheckOptions(const ExportView& view) {
 void WriteSites(const std::filesystem::path& file,
                 const ExportView& view,
                 const std::vector<std::string>& codes) {
-  CsvWriter out(file, {"code", "point", "role"});
-  for (std::size_t i = 0; i < codes.size(); ++i) {
+  constexpr Columns kColumns{{
+      {"code", ColumnNeed::kRequired, CellKind::kText},
+      {"point", ColumnNeed::kRequired, CellKind::kPoint},
+      {"role", ColumnNeed::kRequired, CellKind::kText},
+  }};
+  const auto table = WriteCsv(file, kColumns);
+  WriteEach(codes.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const std::uint32_t point = view.points[i];
-    out.Text(codes[i].substr(0, codes[i].find(' '))).Text(view.result.points.ids[point]);
-    out.Text(NameOf(view.result.points.role[point])).EndRow();
-  }
-  out.Commit();
+    NewRow(batch)
+        .Text(kColumns("code"), codes[i].substr(0, codes[i].find(' ')))
+        .Id(kColumns("point"), view.result.points.ids, point)
+        .Text(kColumns("role"), NameOf(view.result.points.role[point]));
+  });
+  table->Commit();
 }
 
 }  // namespace

@@ -94,9 +94,9 @@ constexpr OptionUse kAboveZero{ReadPositive<kMembers...>, DumpAboveZero<kMembers
 /// A number between 0 and 1, both excluded.
 template <auto... kMembers>
 void ReadPart(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  double& part_1 = At<kMembers...>(reading->options);
-  part_1 = value.Positive();
-  if (!(part_1 < 1.0)) value.Fail(NumberText(part_1) + " is not allowed, a number below 1 is");
+  double& part = At<kMembers...>(reading->options);
+  part = value.Positive();
+  if (!(part < 1.0)) value.Fail("must be a number below 1, got " + NumberText(part));
 }
 template <auto... kMembers>
 constexpr OptionUse kPart{ReadPart<kMembers...>, DumpNumber<kMembers...>};
@@ -177,11 +177,11 @@ std::string DumpSeed(const AdjustOption&, const AdjustOptions& options) {
 }
 
 void ReadTolerance(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  double& tolerance_1 = reading->options.tolerance_1;
-  tolerance_1 = value.Positive();
-  if (tolerance_1 <= kRemainingStepAccepted_1) return;
-  value.Fail(NumberText(tolerance_1) + " is not allowed, a number up to " +
-             NumberText(kRemainingStepAccepted_1) + " is: no solution is accepted with more left");
+  double& tolerance = reading->options.tolerance;
+  tolerance = value.Positive();
+  if (tolerance <= kRemainingStepAccepted) return;
+  value.Fail("must be at most " + NumberText(kRemainingStepAccepted) + ", got " +
+             NumberText(tolerance) + ": no solution is accepted with a larger Newton decrement");
 }
 
 void ReadRejections(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
@@ -193,15 +193,14 @@ std::string DumpRejections(const AdjustOption&, const AdjustOptions& options) {
 
 void ReadCandidates(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   if (!reading->options.groups.empty()) {
-    value.Fail(
-        "stands beside correction tables, which are the candidates then; one of both is allowed");
+    value.Fail("excludes correction tables, which would be the candidates; give one of both");
   }
   std::vector<std::size_t>& kinds = reading->options.selection.kinds;
   kinds.clear();
   for (const TomlValue& entry : value.Entries()) {
     const std::size_t kind = entry.OneOf(CorrectionKinds());
     if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) {
-      entry.Fail("stands twice, once is allowed");
+      entry.Fail("is given twice");
     }
     kinds.push_back(kind);
   }
@@ -220,9 +219,9 @@ std::string DumpCandidates(const AdjustOption&, const AdjustOptions& options) {
 void ReadSpacings(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   std::vector<double>& spacings_s = reading->options.selection.knot_spacings_s.emplace();
   for (const TomlValue& entry : value.Entries()) spacings_s.push_back(entry.Positive());
-  if (spacings_s.size() > SelectionOptions::kMostSpacings) {
+  if (spacings_s.size() > SelectionOptions::kMaxSpacings) {
     value.Fail("has " + std::to_string(spacings_s.size()) + " entries, at most " +
-               std::to_string(SelectionOptions::kMostSpacings) + " are allowed");
+               std::to_string(SelectionOptions::kMaxSpacings) + " are allowed");
   }
 }
 std::string DumpSpacings(const AdjustOption&, const AdjustOptions& options) {
@@ -235,16 +234,16 @@ std::string DumpSpacings(const AdjustOption&, const AdjustOptions& options) {
 double Within(const TomlValue& value, double lowest, double highest, const std::string& allowed) {
   const double number = value.Number();
   if (!(number > lowest && number <= highest)) {
-    value.Fail(NumberText(number) + " is not allowed, " + allowed);
+    value.Fail("must be " + allowed + ", got " + NumberText(number));
   }
   return number;
 }
 void ReadMaxCondition(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  reading->options.selection.max_condition_1 = Within(value, 1.0, 1e300, "a number above 1 is");
+  reading->options.selection.max_condition = Within(value, 1.0, 1e300, "a number above 1");
 }
 void ReadMaxRatio(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  reading->options.selection.max_posterior_prior_1 =
-      Within(value, 0.0, 1.0, "a number above 0 and at most 1 is");
+  reading->options.selection.max_posterior_prior =
+      Within(value, 0.0, 1.0, "a number above 0 and at most 1");
 }
 
 void ReadQuality(const AdjustOption&, const TomlValue& value, OptionReading* reading);
@@ -254,7 +253,7 @@ void ReadSelection(const AdjustOption&, const TomlValue& value, OptionReading* r
 // groups depend on each other and stand with their readers in correction_options.cc.
 // clang-format off
 const std::array kOptions = std::to_array<OptionRow>({
-  {{"corrections", "text", "given, none, auto", "given where a correction table stands, else none",
+  {{"corrections", "text", "given, none, auto", "given if there is a correction table, else none",
    "Which corrections of the passes are estimated; auto adds only what the data need."},
    kChoice<&AdjustOptions::corrections>},
   {{"robust", "text", "none, huber, cauchy, tukey", "none", "Robust loss on a look."},
@@ -293,7 +292,7 @@ const std::array kOptions = std::to_array<OptionRow>({
    kInteger<1, 100000, &AdjustOptions::max_iterations>},
   {{"tolerance", "number", "above 0, at most 0.001, in sigmas", "1e-6",
    "Step left, over all unknowns together, at which iteration ends."},
-   {ReadTolerance, DumpNumber<&AdjustOptions::tolerance_1>}},
+   {ReadTolerance, DumpNumber<&AdjustOptions::tolerance>}},
   {{"engine", "text", "auto, ceres, reduced", "auto", "The solver."},
    kChoice<&AdjustOptions::engine>},
   {{"ceres_solver", "text", "auto, dense-schur, sparse-schur, iterative-schur", "auto",
@@ -303,7 +302,7 @@ const std::array kOptions = std::to_array<OptionRow>({
   {{"covariance_method", "text", "auto, reduced, ceres", "auto",
    "How the covariance is formed; ceres is the slow second route, up to 10,000 unknowns."},
    kChoice<&AdjustOptions::covariance_method>},
-  {{"test_level", "number", "above 0, below 1", "0.95", "Probability of the global test."},
+  {{"test_level", "number", "above 0, below 1", "0.999", "Probability with which a block without mistakes passes all tests of the verdict."},
    kPart<&AdjustOptions::test_level>},
   {{"diagnose", "flag", "true, false", "true",
    "Look for the mistake behind a block that is not accepted, fails a test or cannot be solved."},
@@ -324,10 +323,10 @@ const std::array kOptions = std::to_array<OptionRow>({
    "Joint priors: several corrections of a pass with their full covariance."}, {}},
   {{"quality.alpha", "number", "above 0, below power", "0.001",
    "Level of the test of one observation, or of all together with family_wise."},
-   {ReadPositive<&AdjustOptions::quality, &QualityOptions::alpha_1>, DumpNumber<&AdjustOptions::quality, &QualityOptions::alpha_1>}},
+   {ReadPositive<&AdjustOptions::quality, &QualityOptions::alpha>, DumpNumber<&AdjustOptions::quality, &QualityOptions::alpha>}},
   {{"quality.power", "number", "above alpha, below 1", "0.8",
    "Probability with which a minimal detectable blunder is found."},
-   kPart<&AdjustOptions::quality, &QualityOptions::power_1>},
+   kPart<&AdjustOptions::quality, &QualityOptions::power>},
   {{"quality.family_wise", "text", "none, sidak, bonferroni", "none",
    "Make alpha the level of all tests of a solution together."},
    kChoice<&AdjustOptions::quality, &QualityOptions::family_wise>},
@@ -343,14 +342,14 @@ const std::array kOptions = std::to_array<OptionRow>({
    kFlag<&AdjustOptions::quality, &QualityOptions::consensus>},
   {{"quality.separation", "number", "above 0, below 1", "0.95",
    "Probability that the wrong look is among those that are named."},
-   kPart<&AdjustOptions::quality, &QualityOptions::separation_1>},
+   kPart<&AdjustOptions::quality, &QualityOptions::separation>},
   {{"selection.mode", "text", "common, per-pass", "common",
    "The same corrections for all passes, each with its own values, or every pass for itself, where "
    "standard deviations come out too small."},
    kChoice<&AdjustOptions::selection, &SelectionOptions::mode>},
   {{"selection.significance", "number", "above 0, below 1", "0.05",
    "Level of the F tests of one step, shared by all terms (Bonferroni)."},
-   kPart<&AdjustOptions::selection, &SelectionOptions::significance_1>},
+   kPart<&AdjustOptions::selection, &SelectionOptions::significance>},
   {{"selection.candidates", "list", "position, velocity, range, time, squint, troposphere",
    "all but velocity", "Kinds that are tried, without priors; not beside correction tables."},
    {ReadCandidates, DumpCandidates}},
@@ -365,14 +364,14 @@ const std::array kOptions = std::to_array<OptionRow>({
   {{"selection.max_condition", "number", "above 1", "1e8",
    "How much of a variance may come from other unknowns before a candidate counts as not "
    "determinable."},
-   {ReadMaxCondition, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_condition_1>}},
+   {ReadMaxCondition, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_condition>}},
   {{"selection.max_posterior_prior", "number", "above 0, at most 1", "0.9",
    "Ratio of posterior to prior standard deviation above which the observations add too little."},
-   {ReadMaxRatio, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_posterior_prior_1>}},
+   {ReadMaxRatio, DumpNumber<&AdjustOptions::selection, &SelectionOptions::max_posterior_prior>}},
   {{"selection.simplify", "number", "above 0, below 1", "0.01",
    "Part of its standard deviation by which simplifications of the model may move a point; those "
    "that save time are then taken; docs/theory/selection.md."},
-   kPart<&AdjustOptions::selection, &SelectionOptions::simplify_1>},
+   kPart<&AdjustOptions::selection, &SelectionOptions::simplify>},
 });
 // clang-format on
 
@@ -396,12 +395,12 @@ void ReadQuality(const AdjustOption&, const TomlValue& value, OptionReading* rea
   const TomlTable table(value);
   ReadSection(table, "quality.", reading);
   const QualityOptions& options = reading->options.quality;
-  if (options.alpha_1 < options.power_1) return;
+  if (options.alpha < options.power) return;
   if (const auto alpha = table.Find("alpha")) {
-    alpha->Fail(NumberText(options.alpha_1) + " is not allowed, a number below " +
-                NumberText(options.power_1) + " is");
+    alpha->Fail("must be below " + NumberText(options.power) + ", got " +
+                NumberText(options.alpha));
   }
-  table.Require("power", "").Fail("must be above alpha, which is " + NumberText(options.alpha_1));
+  table.Require("power", "").Fail("must be above alpha, which is " + NumberText(options.alpha));
 }
 
 void ReadSelection(const AdjustOption&, const TomlValue& value, OptionReading* reading) {

@@ -9,8 +9,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -20,15 +20,99 @@
 #include "correction_options.h"
 #include "tables/open.h"
 #include "tables/toml.h"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace sarblock {
+
+namespace {
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// An id as one that was typed again would be: without blanks (no-break ones too), zeros before
+/// digits, and the difference of capitals.
+std::string NearKey(std::string_view id) {
+  std::string simple;
+  for (std::size_t i = 0; i < id.size(); ++i) {
+    if (id.substr(i).starts_with("\xC2\xA0")) {
+      ++i;
+    } else if (id[i] == '0' && (simple.empty() || !IsDigit(simple.back())) && i + 1 < id.size() &&
+               IsDigit(id[i + 1])) {
+      continue;
+    } else if (id[i] != ' ' && id[i] != '\t') {
+      simple += static_cast<char>(std::tolower(static_cast<unsigned char>(id[i])));
+    }
+  }
+  return simple;
+}
+
+/// The id in quotes, with words for blanks that do not show.
+std::string Shown(std::string_view id) {
+  std::string shown(id);
+  for (std::size_t at = 0; (at = shown.find("\xC2\xA0", at)) != std::string::npos;) {
+    shown.replace(at, 2, "<no-break space>");
+  }
+  return Quoted(shown);
+}
+
+/// Warns of known points without a look whose names are nearly those of points that have looks and
+/// do not stand in the table of points, of which there are `listed`.
+void WarnOfNearNames(std::size_t listed, BlockReading* reading) {
+  const Points& points = reading->result.block.points;
+  const Looks& looks = reading->result.block.looks;
+  std::map<std::string, std::uint32_t> missing;
+  for (const KnownPosition& known : points.known) {
+    if (looks.offsets[known.point] != looks.offsets[known.point + 1]) continue;
+    missing.emplace(NearKey(points.ids[known.point]), known.point);
+  }
+  std::vector<std::string> pairs;
+  std::size_t found = 0;
+  for (std::size_t i = listed; i < points.size() && !missing.empty(); ++i) {
+    const auto known = missing.find(NearKey(points.ids[i]));
+    if (known == missing.end()) continue;
+    constexpr std::size_t kNamed = 5;
+    if (++found > kNamed) continue;
+    pairs.push_back(Shown(points.ids[known->second]) + " and " + Shown(points.ids[i]));
+  }
+  if (found == 0) return;
+  std::string text = fmt::format("{}", fmt::join(pairs, ", "));
+  if (found > pairs.size()) text += fmt::format(" and {} more", found - pairs.size());
+  reading->result.warnings.push_back(
+      fmt::format("{} known point{} no look, and the observations have nearly the same name{}: {}; "
+                  "are they the same points?",
+                  found,
+                  found == 1 ? " has" : "s have",
+                  found == 1 ? "" : "s",
+                  text));
+}
+
+void WarnOfRejectedPasses(BlockReading* reading) {
+  const Block& block = reading->result.block;
+  std::vector<std::size_t> looks(block.passes.size(), 0), taken(block.passes.size(), 0);
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    ++looks[block.looks.pass[i]];
+    taken[block.looks.pass[i]] += block.looks.rejected(i) ? 0U : 1U;
+  }
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    if (looks[i] == 0 || taken[i] > 0) continue;
+    reading->result.warnings.push_back(
+        fmt::format("pass {}: all {} looks are rejected, so it takes no part",
+                    Quoted(block.passes[i].id),
+                    looks[i]));
+  }
+}
+
+}  // namespace
 
 BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   BlockReading reading{source, options, {}, {}, {}, {}, {}};
   ReadBlockToml(&reading);
   ReadTrajectories(&reading);
   ReadPoints(&reading);
+  const std::size_t listed = reading.result.block.points.size();
   ReadLooks(&reading);
+  WarnOfNearNames(listed, &reading);
+  WarnOfRejectedPasses(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
   if (options.contradictions == Contradictions::kRefuse) RequireAboveGround(reading.result.block);
   for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {
@@ -57,44 +141,25 @@ BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
                        options);
 }
 
-std::uint32_t FindPass(const TableReader& reader,
-                       std::size_t column,
-                       const IdTable& pass_ids,
-                       const char* holder) {
-  return reader.Lookup(column, [&] {
-    const std::string_view id = reader.Id(column);
-    const std::uint32_t pass = pass_ids.Find(id);
-    if (pass == IdTable::kNone) {
-      reader.Fail(
-          column,
-          std::string(holder) + " has no pass " + Quoted(id) + DidYouMean(pass_ids.Nearest(id)));
+std::uint32_t IdFinder::Find(const Row& row, std::size_t column) {
+  return found_.Of(row, column, [&] {
+    const std::string_view id = row.Id(column);
+    const std::uint32_t found = ids_.Find(id);
+    if (found == IdTable::kNone) {
+      row.Fail(column,
+               std::string(holder_) + " has no " + noun_ + " " + Quoted(id) +
+                   DidYouMean(ids_.Nearest(id)));
     }
-    return pass;
+    return found;
   });
 }
 
-std::uint32_t FindPoint(const TableReader& reader,
-                        std::size_t column,
-                        const IdTable& ids,
-                        const char* holder) {
-  return reader.Lookup(column, [&] {
-    const std::string_view id = reader.Id(column);
-    const std::uint32_t point = ids.Find(id);
-    if (point == IdTable::kNone) {
-      reader.Fail(
-          column,
-          std::string(holder) + " has no point " + Quoted(id) + DidYouMean(ids.Nearest(id)));
-    }
-    return point;
-  });
-}
-
-double LengthNumber(const TableReader& reader, std::size_t column) {
-  const double value_m = reader.Number(column);
+double LengthNumber(const Row& row, std::size_t column) {
+  const double value_m = row.Number(column);
   if (std::abs(value_m) > kLargestLength_m) {
-    reader.Fail(column,
-                NumberText(value_m) + " m is not allowed, at most " + NumberText(kLargestLength_m) +
-                    " m is");
+    row.Fail(column,
+             "must be at most " + NumberText(kLargestLength_m) + " m, got " + NumberText(value_m) +
+                 " m");
   }
   return value_m;
 }
@@ -138,10 +203,10 @@ void ReadLines(const TomlTable& table, ImageGrid* grid) {
   }
   grid->burst_start_s = Numbers(*bursts);
   if (grid->burst_start_s.empty()) bursts->Fail("is empty, the time of every burst is needed");
-  constexpr int kMostLines = 10'000'000;
+  constexpr int kMaxLines = 10'000'000;
   grid->lines_per_burst = static_cast<std::size_t>(
       table.Require("lines_per_burst", "with burst_start_s the lines of a burst")
-          .Integer(1, kMostLines));
+          .Integer(1, kMaxLines));
   const auto first = table.Find("first_line_s");
   grid->first_line_s = first ? first->Number() : grid->burst_start_s.front();
 }
@@ -247,7 +312,7 @@ Ellipsoid ReadEllipsoid(const TomlValue& value) {
   const TomlValue flattening = table.Require("f", "the flattening (a - b)/a");
   ellipsoid.flattening = flattening.Number();
   if (!(ellipsoid.flattening >= 0.0 && ellipsoid.flattening < 1.0)) {
-    flattening.Fail(NumberText(ellipsoid.flattening) + " is not allowed, 0 <= f < 1 is");
+    flattening.Fail("must be 0 <= f < 1, got " + NumberText(ellipsoid.flattening));
   }
   return ellipsoid;
 }
@@ -278,7 +343,7 @@ void ReadLookSigma(const TomlTable& table, const std::string& infix, LookSigma* 
     const auto value = table.FindPositive(key);
     if (!value) continue;
     if (!given.empty()) {
-      table.Find(key)->Fail("stands beside " + given + ", one of both is allowed");
+      table.Find(key)->Fail("excludes " + given + "; give one of both");
     }
     given = key;
     sigma->azimuth = *value;
@@ -307,7 +372,7 @@ void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
     const auto refuse_both = [&table](bool in_pixels, const char* key, const char* pixel_key) {
       const auto other = table.Find(key);
       if (in_pixels && other) {
-        other->Fail(std::string("stands beside image.") + pixel_key + ", one of both is allowed");
+        other->Fail(std::string("excludes image.") + pixel_key + "; give one of both");
       }
     };
     refuse_both(!std::isnan(sigma.line_px), "azimuth_sigma_m", "line_sigma_px");
@@ -352,7 +417,7 @@ void ReadPass(const TomlTable& table,
   }
   const std::uint32_t other = reading->pass_ids.Find(pass.id);
   if (other != IdTable::kNone) {
-    id.Fail("pass " + Quoted(pass.id) + " stands twice, first on line " +
+    id.Fail("pass " + Quoted(pass.id) + " is given twice, first on line " +
             std::to_string(reading->pass_places[other].line));
   }
   reading->pass_ids.FindOrAppend(pass.id);
@@ -374,8 +439,8 @@ void ReadPass(const TomlTable& table,
     span_s = {table.Require("start_s", "with end_s the start of the strip").Number(),
               table.Require("end_s", "with start_s the end of the strip").Number()};
     if (!((*span_s)[0] < (*span_s)[1])) {
-      end->Fail(NumberText((*span_s)[1]) +
-                " is not allowed, an end after start_s = " + NumberText((*span_s)[0]) + " is");
+      end->Fail("must be after start_s = " + NumberText((*span_s)[0]) + ", got " +
+                NumberText((*span_s)[1]));
     }
   }
   reading->strip_spans_s.push_back(span_s);
@@ -420,42 +485,61 @@ void ReadBlockToml(BlockReading* reading) {
 
 namespace {
 
-/// By texts, what TableReader::Lookup() found for each.
-using TextMemos = std::map<const IdTable*, std::vector<std::uint32_t>>;
-
 class ArrayReader final : public TableReader {
  public:
-  ArrayReader(const ArrayTable& table, std::span<const TableColumn> columns, TextMemos* memos)
-      : TableReader(table.name, columns),
+  ArrayReader(const ArrayTable& table, Schema schema)
+      : TableReader(table.name, schema),
         table_(table),
-        end_(table.columns.empty() ? 0 : table.columns.front().rows()),
-        columns_(columns.size()),
-        memos_(columns.size()),
-        buffers_(columns.size()) {
-    for (const ArrayColumn& column : table.columns) {
-      const auto asked = std::find(names_.begin(), names_.end(), column.name);
-      if (asked == names_.end()) {
-        unknown_.push_back(column.name);
-        continue;
+        rows_(table.columns.empty() ? 0 : table.columns.front().rows()),
+        arrays_(schema.size()) {
+    for (const ArrayColumn& array : table.columns) {
+      const auto known = std::find(names_.begin(), names_.end(), array.name);
+      if (known == names_.end()) {
+        unknown_.push_back(array.name);
+      } else {
+        OpenArray(static_cast<std::size_t>(known - names_.begin()), array);
       }
-      OpenColumn(static_cast<std::size_t>(asked - names_.begin()), column, columns, memos);
     }
-    RequireColumns(columns);
+    RequireColumns();
   }
 
-  bool Next() override {
-    if (line_ == end_) return false;
-    at_ = line_++;
+  bool Next(Batch* batch) override {
+    if (next_ == rows_) return false;
+    batch->first = next_;
+    next_ += std::min(rows_ - next_, kRowsAtOnce);
     return true;
   }
-  std::unique_ptr<TableReader> Part() override {
-    if (line_ == end_) return nullptr;
-    auto part = std::make_unique<ArrayReader>(*this);
-    part->end_ = std::min(end_, line_ + kPartRows);
-    line_ = part->end_;
-    return part;
+  void Parse(Batch* batch) const override {
+    batch->Begin(schema_);
+    batch->table = this;
+    batch->rows = std::min(rows_ - batch->first, kRowsAtOnce);
+    for (std::size_t i = 0; i < schema_.size(); ++i) {
+      Column& column = batch->columns[i];
+      column.texts = Has(i) ? arrays_[i]->texts.get() : nullptr;
+      if (!Has(i)) continue;
+      const auto copy = [&](const auto& from, auto* to) {
+        const auto rows = from.subspan(batch->first, batch->rows);
+        to->assign(rows.begin(), rows.end());
+      };
+      if (column.texts == nullptr) {
+        copy(arrays_[i]->cells, &column.numbers);
+        continue;
+      }
+      copy(arrays_[i]->indices, &column.indices);
+      if (IsText(schema_[i].kind)) continue;
+      for (const std::uint32_t text : column.indices) {  // numbers are asked for
+        column.numbers.push_back(NumberOfText((*column.texts)[text], schema_[i].kind));
+      }
+      column.texts = nullptr;
+    }
   }
-  std::size_t RowCount() const override { return end_ - line_; }
+  std::size_t RowsLeft() const override { return rows_ - next_; }
+  std::string TextOfCell(const Row& row, std::size_t column) const override {
+    const ArrayColumn& array = *arrays_[column];
+    const std::size_t cell = row.line() - 1;
+    return array.texts != nullptr ? std::string((*array.texts)[array.indices[cell]])
+                                  : NumberText(array.cells[cell]);
+  }
   FilePlace PlaceAt(std::size_t line, std::size_t column) const override {
     std::string field = file_ + "." + names_[column];
     if (line > 0) field += "[" + std::to_string(line - 1) + "]";
@@ -466,69 +550,31 @@ class ArrayReader final : public TableReader {
   }
 
  private:
-  static constexpr std::size_t kPartRows = 16384;
-
-  void OpenColumn(std::size_t index,
-                  const ArrayColumn& column,
-                  std::span<const TableColumn> columns,
-                  TextMemos* memos) {
-    const FilePlace place = PlaceAt(0, index);
-    if (Has(index)) throw InputError(place, "stands twice, one column is allowed");
-    if (column.rows() != RowCount()) {
+  void OpenArray(std::size_t column, const ArrayColumn& array) {
+    const FilePlace place = PlaceAt(0, column);
+    if (Has(column)) throw InputError(place, "is given twice; one column only");
+    if (array.rows() != rows_) {
       throw InputError(place,
-                       "has " + std::to_string(column.rows()) + " rows where " + file_ + "." +
-                           table_.columns.front().name + " has " + std::to_string(RowCount()) +
+                       "has " + std::to_string(array.rows()) + " rows where " + file_ + "." +
+                           table_.columns.front().name + " has " + std::to_string(rows_) +
                            ", as many are needed");
     }
-    columns_[index] = &column;
-    place_[index] = index;
-    if (column.texts != nullptr) {
-      memos_[index] = &(*memos)[column.texts.get()];
-      memos_[index]->resize(column.texts->size(), kUnknown);
-      for (std::size_t row = 0; row < column.indices.size(); ++row) {
-        if (column.indices[row] < column.texts->size()) continue;
-        throw InputError(PlaceAt(row + 1, index),
-                         std::to_string(column.indices[row]) + " is not allowed, an index below " +
-                             std::to_string(column.texts->size()) + ", the number of texts, is");
-      }
-      return;
+    arrays_[column] = &array;
+    place_[column] = column;
+    for (std::size_t row = 0; array.texts != nullptr && row < rows_; ++row) {
+      if (array.indices[row] < array.texts->size()) continue;
+      throw InputError(PlaceAt(row + 1, column),
+                       "must be an index below " + std::to_string(array.texts->size()) +
+                           ", the number of texts, got " + std::to_string(array.indices[row]));
     }
-    const CellKind kind = columns[index].kind;
-    if (kind == CellKind::kPass || kind == CellKind::kPoint || kind == CellKind::kText) {
+    if (array.texts == nullptr && IsText(schema_[column].kind)) {
       throw InputError(place, "holds numbers, texts are needed");
     }
-    for (std::size_t row = 0; row < column.cells.size(); ++row) {
-      if (!std::isinf(column.cells[row])) continue;
-      throw InputError(PlaceAt(row + 1, index),
-                       NumberText(column.cells[row]) + " is not allowed, a finite number is");
+    for (std::size_t row = 0; row < array.cells.size(); ++row) {
+      if (!std::isinf(array.cells[row])) continue;
+      throw InputError(PlaceAt(row + 1, column),
+                       "must be a finite number, got " + NumberText(array.cells[row]));
     }
-    numbers_[index] = column.cells.data();
-  }
-
-  std::string_view TextOf(std::size_t column) const override {
-    const ArrayColumn& cells = *columns_[column];
-    if (cells.texts != nullptr) return (*cells.texts)[cells.indices[at_]];
-    return TextOfNumber(cells.cells[at_], &buffers_[column]);
-  }
-  std::uint32_t* Memo(std::size_t column) const override {
-    if (!Has(column) || memos_[column] == nullptr) return nullptr;
-    return &(*memos_[column])[columns_[column]->indices[at_]];
-  }
-  NumberedTexts TextsAhead(std::size_t column) const override {
-    if (!Has(column) || memos_[column] == nullptr) return {};
-    const ArrayColumn& cells = *columns_[column];
-    return {cells.indices.subspan(line_, end_ - line_), cells.texts->size()};
-  }
-  std::uint32_t* MemosAhead(std::size_t column) const override {
-    return Has(column) && memos_[column] != nullptr ? memos_[column]->data() : nullptr;
-  }
-  std::string_view TextOfNumbered(std::size_t column, std::uint32_t text) const override {
-    return (*columns_[column]->texts)[text];
-  }
-  std::span<const double> CellsAhead(std::size_t column) const override {
-    const ArrayColumn& cells = *columns_[column];
-    if (cells.texts != nullptr) return {};
-    return cells.cells.subspan(line_, end_ - line_);
   }
   std::string ColumnsThere() const override {
     std::string text = "there are ";
@@ -539,10 +585,9 @@ class ArrayReader final : public TableReader {
   }
 
   const ArrayTable& table_;
-  std::size_t end_;                                 // of the rows of this reader
-  std::vector<const ArrayColumn*> columns_;         // by asked column; null: not there
-  std::vector<std::vector<std::uint32_t>*> memos_;  // null: numbers
-  mutable std::vector<std::string> buffers_;
+  std::size_t rows_;
+  std::vector<const ArrayColumn*> arrays_;  // by column; null: not there
+  std::size_t next_ = 0;
 };
 
 class ArraySource final : public TableSource {
@@ -552,10 +597,9 @@ class ArraySource final : public TableSource {
   std::pair<std::string, std::string> Read(std::string_view file) const override {
     return {std::string(file), std::string(arrays_.block_toml)};
   }
-  std::unique_ptr<TableReader> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) const override {
+  std::unique_ptr<TableReader> Open(std::string_view table, Schema schema) const override {
     for (const ArrayTable& held : arrays_.tables) {
-      if (held.name == table) return std::make_unique<ArrayReader>(held, columns, &memos_);
+      if (held.name == table) return std::make_unique<ArrayReader>(held, schema);
     }
     return nullptr;
   }
@@ -564,7 +608,6 @@ class ArraySource final : public TableSource {
 
  private:
   const BlockArrays& arrays_;
-  mutable TextMemos memos_;
 };
 
 }  // namespace

@@ -29,7 +29,7 @@ struct BlockReading {
   std::vector<double> pixel_sigma_px;
 };
 
-/// Reads a block wherever its tables stand.
+/// Reads a block from any source of tables.
 [[nodiscard]] BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options);
 
 void ReadBlockToml(BlockReading* reading);
@@ -37,25 +37,33 @@ void ReadTrajectories(BlockReading* reading);
 void ReadPoints(BlockReading* reading);
 void ReadLooks(BlockReading* reading);
 
-/// Index of the pass a cell names; refuses others, giving the nearest. `holder` is where passes
-/// stand.
-[[nodiscard]] std::uint32_t FindPass(const TableReader& reader,
-                                     std::size_t column,
-                                     const IdTable& pass_ids,
-                                     const char* holder = "block.toml");
-/// Index of the point a cell names, in the same way.
-[[nodiscard]] std::uint32_t FindPoint(const TableReader& reader,
-                                      std::size_t column,
-                                      const IdTable& ids,
-                                      const char* holder = "the block");
+/// Finds passes or points by the ids in cells of one column.
+class IdFinder {
+ public:
+  /// `noun` is "pass" or "point", `holder` where those are that `ids` has, for messages.
+  IdFinder(const char* noun, const IdTable& ids, const char* holder)
+      : noun_(noun), ids_(ids), holder_(holder) {}
+  /// The index of the id; refuses one that is not there, giving the nearest.
+  [[nodiscard]] std::uint32_t Find(const Row& row, std::size_t column);
+
+ private:
+  const char* noun_;
+  const IdTable& ids_;
+  const char* holder_;
+  FoundTexts found_;
+};
+
+/// Adds the id of a cell to those of the rows before, none of which may have it; returns its index.
+std::uint32_t AddId(const Row& row, std::size_t column, IdTable* ids);
+
 /// The role of a point by its name.
-[[nodiscard]] PointRole ReadRole(const TableReader& reader, std::size_t column);
+[[nodiscard]] PointRole ReadRole(const Row& row, std::size_t column);
 
 /// Lengths beyond this have squares and positions without a meaning; no body's ground is as far
 /// from the origin of its frame, nor an antenna from the ground.
 inline constexpr double kLargestLength_m = 1e12;
 /// A coordinate or a range of at most kLargestLength_m, or NaN for an empty cell.
-[[nodiscard]] double LengthNumber(const TableReader& reader, std::size_t column);
+[[nodiscard]] double LengthNumber(const Row& row, std::size_t column);
 
 /// Paths by pass from a table with the columns of trajectories.csv. A pass without states gets an
 /// empty path.

@@ -22,10 +22,10 @@ void ForLooks(const Looks& looks, std::size_t begin, std::size_t end, const Writ
   }
 }
 
-/// Writes flight paths, one a pass of the block, with the columns of trajectories.csv.
+/// Writes flight paths, one per pass, with the columns of trajectories.csv.
 void WritePaths(TableSink* sink,
                 std::string_view name,
-                const Block& block,
+                const IdTable& pass_ids,
                 const std::vector<FlightPath>& paths);
 
 /// What BlockIds takes.

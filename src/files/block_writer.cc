@@ -104,138 +104,134 @@ std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
 }
 
 void WritePoints(TableSink* sink, const Block& block) {
-  // Positions are written in the axes of the frame, not as latitude, longitude and height.
-  std::vector<TableColumn> columns(kPointColumns.begin(), kPointColumns.end());
-  columns.erase(columns.begin() + 5, columns.begin() + 8);
-  const auto table = sink->Open("points", columns);
-  TableWriter& out = *table;
+  constexpr const auto& kColumns = kPointColumns;
+  constexpr std::array kSigmas = kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m");
+  constexpr std::array kCovariances = kColumns("cov_en_m2", "cov_eu_m2", "cov_nu_m2");
+  // Positions are written in the axes of the frame.
+  constexpr std::array<std::string_view, 3> kGeodetic{"lat_deg", "lon_deg", "h_m"};
+  const auto table = sink->Open("points", kColumns, kGeodetic);
   constexpr const char* kRoles[] = {"tie", "control", "check"};
   const Points& points = block.points;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d& p = points.given_m[i];
-    out.Id(points.ids[i], i).Text(kRoles[static_cast<std::size_t>(points.role[i])]);
-    out.Number(p.x()).Number(p.y()).Number(p.z());
-    const KnownPosition* known = points.FindKnown(i);
-    if (known == nullptr) {
-      out.Empty(6);
-    } else {
-      const Eigen::Matrix3d& covariance = known->covariance_enu_m2;
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        // A check point taken as exactly known is written without standard deviations.
-        out.Number(covariance(k, k) > 0.0 ? std::sqrt(covariance(k, k)) : kNotGiven);
-      }
-      for (const auto& [a, b] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
-        out.Number(covariance(a, b) != 0.0 ? covariance(a, b) : kNotGiven);
-      }
+  WriteEach(points.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const auto index = static_cast<std::uint32_t>(i);
+    NewRow row(batch);
+    row.Id(kColumns("point"), points.ids, index);
+    row.Text(kColumns("role"), kRoles[static_cast<std::size_t>(points.role[i])]);
+    row.Numbers(kColumns("x_m", "y_m", "z_m"), points.given_m[i]);
+    const KnownPosition* known = points.FindKnown(index);
+    if (known == nullptr) return;
+    const Eigen::Matrix3d& covariance = known->covariance_enu_m2;
+    for (std::size_t k = 0; k < 3; ++k) {
+      // A check point taken as exactly known is written without standard deviations.
+      const double variance_m2 =
+          covariance(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k));
+      if (variance_m2 > 0.0) row.Number(kSigmas[k], std::sqrt(variance_m2));
     }
-    out.EndRow();
-  }
-  out.Commit();
+    std::size_t k = 0;
+    for (const auto& [a, b] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
+      if (covariance(a, b) != 0.0) row.Number(kCovariances[k], covariance(a, b));
+      ++k;
+    }
+  });
+  table->Commit();
 }
 
-// Which optional columns the looks of a block need.
-struct WrittenColumns {
-  bool squint = false, doppler = false, range_sigma = false, azimuth_m = false, azimuth_s = false,
-       doppler_sigma = false, rejected = false;
-};
-
-WrittenColumns ColumnsOf(const Block& block) {
+/// Columns of looks that a block does not need.
+std::vector<std::string_view> ColumnsLeftOut(const Block& block) {
   const Looks& looks = block.looks;
-  WrittenColumns columns;
+  bool squint = false, doppler = false, range_sigma = false, rejected = false;
+  std::array<bool, 3> azimuth{};  // by unit
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
-    columns.doppler |= doppler;
-    columns.squint |= !doppler && !looks.cone.empty() && looks.cone[i] != 0.0;
-    columns.rejected |= looks.rejected(i);
-    columns.range_sigma |= !looks.range_sigma_m.empty() && !std::isnan(looks.range_sigma_m[i]);
+    const bool by_doppler = (looks.flags[i] & Looks::kDoppler) != 0;
+    doppler |= by_doppler;
+    squint |= !by_doppler && !looks.cone.empty() && looks.cone[i] != 0.0;
+    rejected |= looks.rejected(i);
+    range_sigma |= !looks.range_sigma_m.empty() && !std::isnan(looks.range_sigma_m[i]);
     if (!looks.azimuth_sigma.empty() && !std::isnan(looks.azimuth_sigma[i])) {
-      const AzimuthUnit unit = block.SigmaOf(i).azimuth_unit;
-      columns.azimuth_m |= unit == AzimuthUnit::kMetres;
-      columns.azimuth_s |= unit == AzimuthUnit::kSeconds;
-      columns.doppler_sigma |= unit == AzimuthUnit::kHertz;
+      azimuth[static_cast<std::size_t>(block.SigmaOf(i).azimuth_unit)] = true;
     }
   }
-  return columns;
+  std::vector<std::string_view> left_out{"line", "pixel", "line_sigma_px", "pixel_sigma_px"};
+  for (const auto& [needed, column] :
+       {std::pair{squint, "squint_deg"},
+        std::pair{doppler, "doppler_hz"},
+        std::pair{range_sigma, "range_sigma_m"},
+        std::pair{azimuth[static_cast<std::size_t>(AzimuthUnit::kMetres)], "azimuth_sigma_m"},
+        std::pair{azimuth[static_cast<std::size_t>(AzimuthUnit::kSeconds)], "time_sigma_s"},
+        std::pair{azimuth[static_cast<std::size_t>(AzimuthUnit::kHertz)], "doppler_sigma_hz"},
+        std::pair{rejected, "rejected"}}) {
+    if (!needed) left_out.emplace_back(column);
+  }
+  return left_out;
 }
 
-void WriteLooks(TableSink* sink, const Block& block) {
+void WriteLooks(TableSink* sink, const Block& block, const IdTable& pass_ids) {
+  constexpr const auto& kColumns = kLookColumns;
   const Looks& looks = block.looks;
-  const WrittenColumns columns = ColumnsOf(block);
-  const std::array<bool, kObservationColumns.size()> written{true,
-                                                             true,
-                                                             true,
-                                                             true,
-                                                             columns.squint,
-                                                             columns.doppler,
-                                                             columns.range_sigma,
-                                                             columns.azimuth_m,
-                                                             columns.azimuth_s,
-                                                             columns.doppler_sigma,
-                                                             columns.rejected};
-  std::vector<TableColumn> chosen;
-  for (std::size_t i = 0; i < written.size(); ++i) {
-    if (written[i]) chosen.push_back(kObservationColumns[i]);
-  }
-  const auto table = sink->Open("observations", chosen);
-  const auto write_look = [&](std::size_t i, std::size_t point, TableWriter* out) {
-    const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
-    const AzimuthUnit unit = block.SigmaOf(i).azimuth_unit;
+  const auto table = sink->Open("observations", kColumns, ColumnsLeftOut(block));
+  const auto write_look = [&](std::size_t i, std::size_t point, Batch* batch) {
+    NewRow row(batch);
+    row.Id(kColumns("pass"), pass_ids, looks.pass[i]);
+    row.Id(kColumns("point"), block.points.ids, static_cast<std::uint32_t>(point));
+    row.Number(kColumns("time_s"), looks.time_s[i]).Number(kColumns("range_m"), looks.range_m[i]);
     const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
-    const double range_sigma_m = looks.range_sigma_m.empty() ? kNotGiven : looks.range_sigma_m[i];
-    const double azimuth = looks.azimuth_sigma.empty() ? kNotGiven : looks.azimuth_sigma[i];
-    out->Id(block.passes[looks.pass[i]].id, looks.pass[i]);
-    out->Id(block.points.ids[point], static_cast<std::uint32_t>(point));
-    out->Number(looks.time_s[i]).Number(looks.range_m[i]);
-    if (columns.squint) {
-      out->Number(doppler || cone == 0.0 ? kNotGiven : InUnit(cone, kRadPerDeg));
+    if ((looks.flags[i] & Looks::kDoppler) != 0) {
+      row.Number(kColumns("doppler_hz"), cone);
+    } else if (cone != 0.0) {
+      row.Number(kColumns("squint_deg"), ToUnit(cone, kRadPerDeg));
     }
-    if (columns.doppler) out->Number(doppler ? cone : kNotGiven);
-    if (columns.range_sigma) out->Number(range_sigma_m);
-    const auto own_sigma = [&](AzimuthUnit of) { out->Number(unit == of ? azimuth : kNotGiven); };
-    if (columns.azimuth_m) own_sigma(AzimuthUnit::kMetres);
-    if (columns.azimuth_s) own_sigma(AzimuthUnit::kSeconds);
-    if (columns.doppler_sigma) own_sigma(AzimuthUnit::kHertz);
-    if (columns.rejected) out->Integer(looks.rejected(i) ? 1 : 0);
-    out->EndRow();
+    if (!looks.range_sigma_m.empty()) {
+      row.Number(kColumns("range_sigma_m"), looks.range_sigma_m[i]);
+    }
+    if (!looks.azimuth_sigma.empty()) {
+      const AzimuthUnit unit = block.SigmaOf(i).azimuth_unit;
+      row.Number(unit == AzimuthUnit::kMetres    ? kColumns("azimuth_sigma_m")
+                 : unit == AzimuthUnit::kSeconds ? kColumns("time_sigma_s")
+                                                 : kColumns("doppler_sigma_hz"),
+                 looks.azimuth_sigma[i]);
+    }
+    row.Integer(kColumns("rejected"), looks.rejected(i) ? 1 : 0);
   };
-  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+  WriteRows(looks.size(), table.get(), [&](std::size_t begin, std::size_t end, Batch* batch) {
     ForLooks(
-        looks, begin, end, [&](std::size_t i, std::size_t point) { write_look(i, point, out); });
-  };
-  WriteRows(looks.size(), table->rows_of_part(), table.get(), write);
+        looks, begin, end, [&](std::size_t i, std::size_t point) { write_look(i, point, batch); });
+  });
   table->Commit();
 }
 
 void WriteTruePoints(TableSink* sink, const Block& block, const Truth& truth) {
-  const auto table = sink->Open("truth", kTruthColumns);
-  TableWriter& out = *table;
-  for (std::size_t i = 0; i < truth.points_m.size(); ++i) {
-    const Eigen::Vector3d& p = truth.points_m[i];
-    if (std::isnan(p.x())) continue;
-    out.Id(block.points.ids[i], static_cast<std::uint32_t>(i));
-    out.Number(p.x()).Number(p.y()).Number(p.z()).EndRow();
-  }
-  out.Commit();
+  constexpr const auto& kColumns = kTruthColumns;
+  const auto table = sink->Open("truth", kColumns);
+  WriteEach(truth.points_m.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const Eigen::Vector3d& p_m = truth.points_m[i];
+    if (std::isnan(p_m.x())) return;
+    NewRow(batch)
+        .Id(kColumns("point"), block.points.ids, static_cast<std::uint32_t>(i))
+        .Numbers(kColumns("x_m", "y_m", "z_m"), p_m);
+  });
+  table->Commit();
 }
 
 }  // namespace
 
 void WritePaths(TableSink* sink,
                 std::string_view name,
-                const Block& block,
+                const IdTable& pass_ids,
                 const std::vector<FlightPath>& paths) {
-  const auto table = sink->Open(name, kPathColumns);
-  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
+  constexpr const auto& kColumns = kPathColumns;
+  const auto table = sink->Open(name, kColumns);
+  const auto write = [&](std::size_t begin, std::size_t end, Batch* batch) {
     for (std::size_t i = begin; i < end; ++i) {
       for (const StateVector& state : paths[i].states()) {
-        out->Id(block.passes[i].id, static_cast<std::uint32_t>(i)).Number(state.time_s);
-        for (Eigen::Index k = 0; k < 3; ++k) out->Number(state.position_m[k]);
-        for (Eigen::Index k = 0; k < 3; ++k) out->Number(state.velocity_mps[k]);
-        out->EndRow();
+        NewRow(batch)
+            .Id(kColumns("pass"), pass_ids, static_cast<std::uint32_t>(i))
+            .Number(kColumns("time_s"), state.time_s)
+            .Numbers(kColumns("x_m", "y_m", "z_m"), state.position_m)
+            .Numbers(kColumns("vx_mps", "vy_mps", "vz_mps"), state.velocity_mps);
       }
     }
   };
-  WriteRows(paths.size(), 1, table.get(), write);
+  WriteRows(paths.size(), table.get(), write, 1);
   table->Commit();
 }
 
@@ -268,17 +264,16 @@ void WriteBlock(const fs::path& target,
                 const Truth* truth,
                 Compression compression) {
   const IdTable passes = PassIds(block);
-  const TextsOfTable pass_ids(passes), point_ids(block.points.ids);
-  const BlockIds ids{&pass_ids, &point_ids};
+  const BlockIds ids{&passes, &block.points.ids};
   WriteTables(FolderContent::kBlock, target, compression, ids, [&](TableSink* sink) {
     std::vector<FlightPath> recorded;
     for (const Pass& pass : block.passes) recorded.emplace_back(pass.RecordedStates());
-    WritePaths(sink, "trajectories", block, recorded);
-    WriteLooks(sink, block);
+    WritePaths(sink, "trajectories", passes, recorded);
+    WriteLooks(sink, block, passes);
     WritePoints(sink, block);
     if (truth != nullptr && !truth->points_m.empty()) WriteTruePoints(sink, block, *truth);
     if (truth != nullptr && !truth->paths.empty()) {
-      WritePaths(sink, "truth_passes", block, truth->paths);
+      WritePaths(sink, "truth_passes", passes, truth->paths);
     }
     sink->WriteText("block.toml", kWrittenBySarblock + BlockTomlText(block, adjust));
   });

@@ -4,18 +4,12 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <functional>
-#include <limits>
 #include <memory>
-#include <span>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
-#include "core/threads.h"
+#include "summary.h"
 #include "tables/json.h"
 #include "tables/open.h"
 #include "tables/toml.h"
@@ -25,35 +19,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void CopyCell(const TableReader& reader, std::size_t column, CellKind kind, TableWriter* out) {
-  switch (kind) {
-    case CellKind::kNumber:
-    case CellKind::kRowNumber:
-      out->Number(reader.Number(column));
-      return;
-    case CellKind::kCount:
-    case CellKind::kFlag:
-      if (!reader.Given(column)) {
-        out->Empty();
+/// Throws where a cell of these rows is not what its column allows.
+void CheckCells(Schema schema, const Batch& batch) {
+  for (std::size_t number = 0; number < batch.rows; ++number) {
+    const Row row(batch, number);
+    for (std::size_t i = 0; i < schema.size(); ++i) {
+      const CellKind kind = schema[i].kind;
+      if (kind == CellKind::kPass || kind == CellKind::kPoint) {
+        static_cast<void>(row.Id(i));
+      } else if (kind == CellKind::kCount) {
+        static_cast<void>(row.Count(i));
       } else if (kind == CellKind::kFlag) {
-        out->Integer(reader.Flag(column) ? 1 : 0);
-      } else {
-        out->Integer(reader.Count(column));
+        static_cast<void>(row.Flag(i));
+      } else if (kind != CellKind::kText) {
+        static_cast<void>(row.Number(i));
       }
-      return;
-    case CellKind::kText:
-      out->Text(reader.Text(column));
-      return;
-    case CellKind::kPass:
-    case CellKind::kPoint:
-      out->Id(reader.Id(column), reader.IndexOfText(column));
-      return;
+    }
   }
 }
 
 /// The columns that the table has, those that nobody knows as text behind the others.
-std::vector<TableColumn> ColumnsOf(const TableReader& reader,
-                                   std::span<const TableColumn> described) {
+std::vector<TableColumn> ColumnsOf(const TableReader& reader, Schema described) {
   std::vector<TableColumn> columns;
   for (std::size_t i = 0; i < described.size(); ++i) {
     if (reader.Has(i)) columns.push_back(described[i]);
@@ -62,131 +48,6 @@ std::vector<TableColumn> ColumnsOf(const TableReader& reader,
     columns.push_back({name, ColumnNeed::kOptional, CellKind::kText});
   }
   return columns;
-}
-
-/// Whether a cell of counts or flags may hold this number, or nothing.
-bool IsAllowed(CellKind kind, double value) {
-  if (std::isnan(value)) return true;
-  if (kind == CellKind::kCount)
-    return value >= 0.0 && value <= 4294967295.0 && value == std::floor(value);
-  return value == 1.0 || (value == 0.0 && !std::signbit(value));
-}
-
-bool CopyNumbers(const TableReader& part, std::size_t column, CellKind kind, TableWriter* out) {
-  const std::span<const double> values = part.NumbersAhead(column);
-  if (values.size() != part.RowCount()) return false;
-  const bool counts = kind == CellKind::kCount || kind == CellKind::kFlag;
-  bool allowed = true;
-  if (counts) {
-    for (const double value : values) allowed &= IsAllowed(kind, value);
-  } else if (!part.NoneAhead(column)) {
-    constexpr auto kExponentBits =
-        std::bit_cast<std::uint64_t>(std::numeric_limits<double>::infinity());
-    constexpr auto kNanBits =
-        std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN());
-    for (const double value : values) {
-      const auto bits = std::bit_cast<std::uint64_t>(value);
-      allowed &= (bits & kExponentBits) != kExponentBits || bits == kNanBits;
-    }
-  }
-  return allowed && out->LendNumbers(column, values);
-}
-
-bool CopyTexts(const TableReader& part, std::size_t column, CellKind kind, TableWriter* out) {
-  const std::span<const std::uint32_t> texts = part.TextNumbersAhead(column);
-  std::uint32_t* const to = out->IndicesOf(column, part.RowCount());
-  if (to == nullptr || texts.size() != part.RowCount()) return false;
-  if (kind == CellKind::kPass) {  // few, each of which FindPassesAhead() has looked at
-    std::vector<std::uint32_t> found;
-    if (!part.IndicesAhead(column, &found)) return false;
-    std::copy(texts.begin(), texts.end(), to);
-    return true;
-  }
-  for (std::size_t row = 0; row < texts.size(); ++row) {
-    const bool same = row > 0 && texts[row] == texts[row - 1];
-    if (same) {
-      to[row] = to[row - 1];
-      continue;
-    }
-    const std::string_view text = part.TextAhead(column, texts[row]);
-    if (kind == CellKind::kPoint && TableReader::ProblemOfId(text) != nullptr) return false;
-    to[row] = kind == CellKind::kPoint ? texts[row] : out->IndexOf(column, text);
-  }
-  return true;
-}
-
-/// The rows of a part that no row has been read of as whole columns, from one file of all tables to
-/// another. False where that cannot be or one of them is to be refused: CopyRows() then copies them
-/// cell by cell and says why.
-bool CopyColumns(std::span<const TableColumn> columns, const TableReader& part, TableWriter* out) {
-  if (part.RowCount() == 0) return false;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const CellKind kind = columns[i].kind;
-    const bool text =
-        kind == CellKind::kText || kind == CellKind::kPass || kind == CellKind::kPoint;
-    if (!(text ? CopyTexts(part, i, kind, out) : CopyNumbers(part, i, kind, out))) return false;
-  }
-  out->EndRows(part.RowCount());
-  return true;
-}
-
-/// Looks at the ids of passes of a part, each once, whether they can be ids.
-void FindPassesAhead(std::span<const TableColumn> columns, const TableReader& part) {
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].kind != CellKind::kPass) continue;
-    static_cast<void>(part.LookupAhead(i, [](std::string_view id) {
-      return TableReader::ProblemOfId(id) != nullptr ? TableReader::kUnknown : 0;
-    }));
-  }
-}
-
-/// Rows that a thread copies.
-struct CopiedRows {
-  std::unique_ptr<TableReader> from;
-  std::unique_ptr<TableWriter> to;
-  std::size_t rows = 0;
-};
-
-void CopyRows(std::span<const TableColumn> columns, CopiedRows* copied) {
-  while (copied->from->Next()) {
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      CopyCell(*copied->from, i, columns[i].kind, copied->to.get());
-    }
-    copied->to->EndRow();
-    ++copied->rows;
-  }
-}
-
-/// All rows of a table by all threads: while some are copied, those copied before are written, in
-/// their order.
-void CopyAllRows(std::span<const TableColumn> columns,
-                 TableReader* reader,
-                 TableWriter* writer,
-                 const std::function<void(std::size_t)>& count) {
-  std::vector<CopiedRows> held(ItemsAtOnce());
-  const auto next = [&](std::size_t place) {
-    CopiedRows& copied = held[place];
-    copied.from = reader->Part();
-    if (copied.to == nullptr) copied.to = writer->Part();
-    if (copied.from != nullptr) FindPassesAhead(columns, *copied.from);
-    return copied.from != nullptr;
-  };
-  const auto copy = [&](std::size_t place) {
-    CopiedRows& copied = held[place];
-    copied.rows = copied.from->RowCount();
-    if (!CopyColumns(columns, *copied.from, copied.to.get())) {
-      copied.to = writer->Part();
-      copied.rows = 0;
-      CopyRows(columns, &copied);
-      copied.to->EndPart();
-    }
-  };
-  const auto write = [&](std::size_t place) {
-    writer->Append(held[place].to.get());
-    held[place].from.reset();  // whose columns were lent
-    count(held[place].rows);
-  };
-  PipeInOrder(held.size(), next, copy, write);
 }
 
 void CopyTable(const TableSource& source,
@@ -200,15 +61,24 @@ void CopyTable(const TableSource& source,
   for (std::size_t i = table.columns.size(); i < columns.size(); ++i) {
     const auto same = [&](const TableColumn& column) { return column.name == columns[i].name; };
     if (columns[i].name.empty() || std::count_if(columns.begin(), columns.end(), same) > 1) {
-      throw InputError(first->Place(0), "a column without a name of its own cannot be converted");
+      throw InputError(first->PlaceAt(0, 0),
+                       "a column without a name of its own cannot be converted");
     }
   }
   const auto reader = source.Open(table.name, columns);
   const auto writer = sink->Open(table.name, columns);
-  CopyAllRows(columns, reader.get(), writer.get(), [&](std::size_t rows) {
-    report->rows += rows;
-    Step(progress, "convert", report->rows, 0, std::string(table.name));
-  });
+  struct Nothing {};
+  ForBatches<Nothing>(
+      reader.get(),
+      [&](Batch* batch, Nothing*) {
+        CheckCells(columns, *batch);
+        writer->Format(batch);
+      },
+      [&](Batch* batch, Nothing*) {
+        writer->Write(batch);
+        report->rows += batch->rows;
+        Step(progress, "convert", report->rows, 0, std::string(table.name));
+      });
   writer->Commit();
   ++report->tables;
 }
@@ -220,6 +90,16 @@ void RequireReadable(FolderContent content, const std::string& text, const std::
   } else {
     static_cast<void>(JsonFile(text, name));
   }
+}
+
+/// The text of a summary.json beside these tables, whose checksums it lists.
+std::string ListingTables(const std::string& text, const fs::path& folder) {
+  auto summary = nlohmann::ordered_json::parse(text);
+  if (!summary.is_object()) return text;
+  const auto tables = TablesJson(SumsOfTables(folder, FolderContent::kResult));
+  if (summary.contains("tables") && summary["tables"] == tables) return text;
+  summary["tables"] = tables;
+  return summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 /// Visible files of a folder that are no table of its kind.
@@ -263,7 +143,9 @@ ConversionReport Convert(const fs::path& from,
     for (const TableDescription& table : TablesOf(content)) {
       CopyTable(*source, table, sink, &report, progress);
     }
-    sink->WriteText(file, kept);
+    const auto folder = sink->folder();
+    const bool lists = content == FolderContent::kResult && folder;
+    sink->WriteText(file, lists ? ListingTables(kept, *folder) : kept);
   });
   if (fs::is_directory(from)) report.left_out = LeftOut(from, content);
   return report;

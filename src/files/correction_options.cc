@@ -37,25 +37,25 @@ constexpr std::array kCorrectionOptions = std::to_array<AdjustOption>({
    "Prior standard deviation of the direction error, dimensionless, one entry a component."},
   {"correction.velocity.passes", "list", "pass ids", "all", "Passes that have the correction."},
   {"correction.velocity.shared", "flag", "true, false", "false", "One set for all these passes."},
-  {"correction.range.bias", "flag", "true, false", "true where bias_sigma_m stands",
+  {"correction.range.bias", "flag", "true, false", "true if bias_sigma_m is given",
    "Estimate a range bias."},
   {"correction.range.bias_sigma_m", "number", "above 0", "no prior", "Its prior."},
-  {"correction.range.scale", "flag", "true, false", "true where scale_sigma_ppm stands",
+  {"correction.range.scale", "flag", "true, false", "true if scale_sigma_ppm is given",
    "Estimate a range scale."},
   {"correction.range.scale_sigma_ppm", "number", "above 0", "no prior", "Its prior."},
   {"correction.range.passes", "list", "pass ids", "all", "Passes that have the correction."},
   {"correction.range.shared", "flag", "true, false", "false", "One set for all these passes."},
-  {"correction.time.bias", "flag", "true, false", "true where bias_sigma_s stands",
+  {"correction.time.bias", "flag", "true, false", "true if bias_sigma_s is given",
    "Estimate an azimuth time bias."},
   {"correction.time.bias_sigma_s", "number", "above 0", "no prior", "Its prior."},
   {"correction.time.passes", "list", "pass ids", "all", "Passes that have the correction."},
   {"correction.time.shared", "flag", "true, false", "false", "One set for all these passes."},
-  {"correction.squint.bias", "flag", "true, false", "true where bias_sigma_deg stands",
+  {"correction.squint.bias", "flag", "true, false", "true if bias_sigma_deg is given",
    "Estimate a squint bias."},
   {"correction.squint.bias_sigma_deg", "number", "above 0", "no prior", "Its prior."},
   {"correction.squint.passes", "list", "pass ids", "all", "Passes that have the correction."},
   {"correction.squint.shared", "flag", "true, false", "false", "One set for all these passes."},
-  {"correction.troposphere.zenith", "flag", "true, false", "true where zenith_sigma_m stands",
+  {"correction.troposphere.zenith", "flag", "true, false", "true if zenith_sigma_m is given",
    "Estimate the zenith delay."},
   {"correction.troposphere.zenith_sigma_m", "number", "above 0", "no prior", "Its prior."},
   {"correction.troposphere.scale_height_m", "number", "above 0", "7000",
@@ -78,7 +78,7 @@ std::vector<std::size_t> ReadComponents(const TomlTable& table,
   for (const TomlValue& entry : given->Entries()) {
     const std::size_t axis = entry.OneOf(axes);
     if (std::find(order.begin(), order.end(), axis) != order.end()) {
-      entry.Fail(Quoted(axes[axis]) + " stands twice, once is allowed");
+      entry.Fail(Quoted(axes[axis]) + " is given twice");
     }
     order.push_back(axis);
   }
@@ -94,12 +94,12 @@ PriorSigma ReadPriorSigma(const TomlValue& value) {
   return value.Positive();
 }
 
-// The entries of a list of priors by axis: one a component in the order of `components`, or one an
-// axis. An axis without an entry is null.
-std::vector<const TomlValue*> ByAxis(const TomlValue& list,
-                                     const std::vector<TomlValue>& entries,
-                                     const std::vector<std::size_t>& components,
-                                     std::size_t axis_count) {
+// The entries of a list of priors by axis: one per component in the order of `components`, or one
+// per axis. An axis without an entry is null.
+std::vector<const TomlValue*> ListByAxis(const TomlValue& list,
+                                         const std::vector<TomlValue>& entries,
+                                         const std::vector<std::size_t>& components,
+                                         std::size_t axis_count) {
   std::vector<const TomlValue*> by_axis(axis_count, nullptr);
   if (entries.size() == components.size()) {
     for (std::size_t i = 0; i < entries.size(); ++i) by_axis[components[i]] = &entries[i];
@@ -108,7 +108,7 @@ std::vector<const TomlValue*> ByAxis(const TomlValue& list,
   } else {
     std::string allowed = std::to_string(components.size());
     if (components.size() != axis_count)
-      allowed += " (one a component) or " + std::to_string(axis_count) + " (one an axis)";
+      allowed += " (one per component) or " + std::to_string(axis_count) + " (one per axis)";
     list.Fail("the list has " + std::to_string(entries.size()) + " entries, " + allowed +
               " are needed");
   }
@@ -158,7 +158,7 @@ PositionCorrection ReadPositionCorrection(const TomlTable& table) {
   const auto sigma = table.Find("sigma_m");
   if (sigma && sigma->IsArray()) {
     const std::vector<TomlValue> entries = sigma->Entries();
-    const auto by_axis = ByAxis(*sigma, entries, components, 3);
+    const auto by_axis = ListByAxis(*sigma, entries, components, 3);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (by_axis[axis] != nullptr) {
         model.prior_sigma_m[axis] = ReadDegrees(*by_axis[axis], model);
@@ -178,7 +178,7 @@ VelocityCorrection ReadVelocity(const TomlTable& table) {
   const auto sigma = table.Find("sigma");
   if (sigma && sigma->IsArray()) {
     const std::vector<TomlValue> entries = sigma->Entries();
-    const auto by_axis = ByAxis(*sigma, entries, components, 2);
+    const auto by_axis = ListByAxis(*sigma, entries, components, 2);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       if (by_axis[axis] != nullptr) model.prior_sigma[axis] = ReadPriorSigma(*by_axis[axis]);
     }
@@ -285,7 +285,7 @@ CorrectionGroup ReadGroup(std::size_t kind,
       entry.Fail("the block has no pass " + Quoted(id) + DidYouMean(NearestName(id, pass_ids)));
     }
     if (std::find(group.passes.begin(), group.passes.end(), id) != group.passes.end()) {
-      entry.Fail("pass " + Quoted(id) + " stands twice, once is allowed");
+      entry.Fail("pass " + Quoted(id) + " is given twice");
     }
     group.passes.push_back(id);
   }
@@ -343,7 +343,7 @@ class GroupDump {
     if (std::isnan(sigma)) {
       Line(name, "true");
     } else {
-      Line(sigma_name, NumberText(InUnit(sigma, unit)));
+      Line(sigma_name, NumberText(ToUnit(sigma, unit)));
     }
   }
 
@@ -430,7 +430,7 @@ std::vector<CorrectionGroup> ReadCorrections(const TomlTable& correction,
     std::vector<TomlValue> tables{*value};
     if (value->IsArray()) tables = value->Entries();
     for (std::size_t i = 0; i < tables.size(); ++i) {
-      // One of several shared groups is told from the others by its number, from 1.
+      // Several shared groups are distinguished by their number, from 1.
       const std::string number = tables.size() > 1 ? "." + std::to_string(i + 1) : "";
       CorrectionGroup group = ReadGroup(kind, kinds[kind] + number, TomlTable(tables[i]), pass_ids);
       RefuseOverlap(groups, group, tables[i], pass_ids);
@@ -494,7 +494,7 @@ std::vector<std::string> ReadNames(const TomlValue& value) {
 Eigen::MatrixXd ReadMatrix(const TomlValue& value) {
   const std::vector<TomlValue> rows = value.Entries();
   const auto size = static_cast<Eigen::Index>(rows.size());
-  if (rows.empty()) value.Fail("is empty, one row a parameter is needed");
+  if (rows.empty()) value.Fail("is empty, one row per parameter is needed");
   Eigen::MatrixXd out(size, size);
   for (Eigen::Index i = 0; i < size; ++i) {
     const TomlValue& row = rows[static_cast<std::size_t>(i)];

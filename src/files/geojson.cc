@@ -50,9 +50,9 @@ void AppendPlace(const Geodetic& place, std::string* text) {
 class Features {
  public:
   explicit Features(const GeoJsonContent& content) : content_(content) {
-    if (content.confidence_1) scale_1_ = EllipseScale(*content.confidence_1);
-    ellipse_text_ = content.confidence_1
-                        ? NumberText(100.0 * *content.confidence_1) + " percent, true size"
+    if (content.confidence) scale_ = EllipseScale(*content.confidence);
+    ellipse_text_ = content.confidence
+                        ? NumberText(100.0 * *content.confidence) + " percent, true size"
                         : "1 sigma, true size";
   }
 
@@ -70,11 +70,11 @@ class Features {
     ErrorEllipse ellipse;
     if (sigmas) {
       const SymmetricEnu& c = points.covariance_m2[i];
-      const double factor_1 = content_.covariance_factor_1;
-      ellipse = EllipseOf(c, scale_1_ * std::sqrt(factor_1));
-      AppendProperty("sigma_e_m", std::sqrt(factor_1 * c[0]), text);
-      AppendProperty("sigma_n_m", std::sqrt(factor_1 * c[1]), text);
-      AppendProperty("sigma_u_m", std::sqrt(factor_1 * c[2]), text);
+      const double factor = content_.covariance_factor;
+      ellipse = EllipseOf(c, scale_ * std::sqrt(factor));
+      AppendProperty("sigma_e_m", std::sqrt(factor * c[0]), text);
+      AppendProperty("sigma_n_m", std::sqrt(factor * c[1]), text);
+      AppendProperty("sigma_u_m", std::sqrt(factor * c[2]), text);
       AppendEllipse(ellipse, text);
     }
     Check(i, text);
@@ -139,7 +139,7 @@ class Features {
   }
 
   const GeoJsonContent& content_;
-  double scale_1_ = 1.0;
+  double scale_ = 1.0;
   std::string ellipse_text_;
 };
 
@@ -152,6 +152,12 @@ const CheckResult* FindCheck(const std::vector<CheckResult>& checks, std::uint32
       });
   return found == checks.end() || found->point != point ? nullptr : &*found;
 }
+
+namespace {
+
+constexpr std::size_t kPointsAtOnce = 2048;  // with polygons some megabytes
+
+}  // namespace
 
 void WriteGeoJson(const std::filesystem::path& file, const GeoJsonContent& content) {
   const Features features(content);
@@ -166,11 +172,9 @@ void WriteGeoJson(const std::filesystem::path& file, const GeoJsonContent& conte
   };
   MakeInOrder<std::string>(
       content.points.status.size(),
-      kRowsPerPiece,
-      [&](std::size_t begin, std::size_t end) {
-        std::string text;
-        for (std::size_t i = begin; i < end; ++i) features.Point(i, &text);
-        return text;
+      kPointsAtOnce,
+      [&](std::size_t begin, std::size_t end, std::string* text) {
+        for (std::size_t i = begin; i < end; ++i) features.Point(i, text);
       },
       write);
   std::string text;

@@ -25,10 +25,10 @@ struct GeoJsonContent {
   const IdTable& ids;
   const std::vector<PointRole>& role;
   const PointResults& points;
-  double covariance_factor_1 = 1.0;
+  double covariance_factor = 1.0;
   bool polygons = true;  ///< error ellipses as polygons, 1.2 kB each
   /// Probability of the ellipses drawn; none: the standard ellipse.
-  std::optional<double> confidence_1 = {};
+  std::optional<double> confidence = {};
   const std::vector<CheckResult>* checks = nullptr;  ///< their errors among the properties
   /// Flight paths as lines of longitude, latitude and height: id and path.
   std::vector<std::pair<std::string, const FlightPath*>> paths = {};

@@ -26,7 +26,6 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kPartFormat = "sarblock-part 1";
 constexpr const char* kPartFile = "part.json";
 constexpr std::array<const char*, 2> kPartTables = {"draws", "sums"};
-constexpr std::size_t kSumsPerPiece = 4096;
 
 [[noreturn]] void RefusePart(const fs::path& folder, const std::string& problem) {
   throw InputError(FilePlace{folder.string(), 0, ""}, problem);
@@ -36,41 +35,44 @@ std::string SolutionText(const MonteCarloDraws& draws) {
   return fmt::format("{:016x}", draws.solution);
 }
 
+constexpr std::array kRatios =
+    kDrawColumns("variance_ratio_e", "variance_ratio_n", "variance_ratio_u");
+constexpr std::array kCoverages = kDrawColumns("coverage_50", "coverage_90", "coverage_99");
+constexpr std::array kProducts =
+    kSumColumns("sum_ee", "sum_nn", "sum_uu", "sum_en", "sum_eu", "sum_nu");
+constexpr std::array kInside = kSumColumns("inside_50", "inside_90", "inside_99");
+
 void WriteDraws(const MonteCarloDraws& draws, TableSink* sink) {
   const auto table = sink->Open("draws", kDrawColumns);
-  for (const MonteCarloRun& run : draws.runs) {
-    table->Integer(run.run).Integer(run.converged ? 1 : 0);
-    if (run.converged) {
-      for (const double ratio : run.variance_ratio_1) table->Number(ratio);
-      table->Number(run.square_1);
-      for (const double part : run.inside_1) table->Number(part);
-    } else {
-      table->Empty(7);
-    }
-    table->EndRow();
-  }
+  WriteEach(draws.runs.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const MonteCarloRun& run = draws.runs[i];
+    NewRow row(batch);
+    row.Integer(kDrawColumns("run"), run.run);
+    row.Integer(kDrawColumns("converged"), run.converged ? 1 : 0);
+    if (!run.converged) return;
+    row.Numbers(kRatios, run.variance_ratio);
+    row.Number(kDrawColumns("normalised_square"), run.square);
+    row.Numbers(kCoverages, run.inside);
+  });
   table->Commit();
 }
 
 void WriteSums(const MonteCarloDraws& draws, const IdTable& ids, TableSink* sink) {
   const auto table = sink->Open("sums", kSumColumns);
-  WriteRows(draws.points.size(),
-            kSumsPerPiece,
-            table.get(),
-            [&](std::size_t begin, std::size_t end, TableWriter* out) {
-              for (std::size_t k = begin; k < end; ++k) {
-                const MonteCarloPoint& sums = draws.points[k];
-                out->Id(ids[sums.point], sums.point);
-                for (const ExactSum& sum : sums.product) out->Text(sum.Text());
-                out->Text(sums.square.Text());
-                for (const std::uint32_t inside : sums.inside) out->Integer(inside);
-                out->EndRow();
-              }
-            });
+  WriteEach(draws.points.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const MonteCarloPoint& sums = draws.points[i];
+    NewRow row(batch);
+    row.Id(kSumColumns("point"), ids, sums.point);
+    for (std::size_t k = 0; k < kProducts.size(); ++k) {
+      row.Text(kProducts[k], sums.product[k].Text());
+    }
+    row.Text(kSumColumns("sum_square"), sums.square.Text());
+    for (std::size_t k = 0; k < kInside.size(); ++k) row.Integer(kInside[k], sums.inside[k]);
+  });
   table->Commit();
 }
 
-/// The tables that stand in a folder, with their checksums.
+/// The tables in a folder, with their checksums.
 std::vector<InputFile> TablesIn(const fs::path& folder) {
   std::vector<InputFile> tables;
   for (const char* name : kPartTables) {
@@ -136,10 +138,10 @@ PartOrigin OriginIn(const fs::path& folder) {
   return ReadPartOrigin(*TablesAt(folder, FolderContent::kPart));
 }
 
-ExactSum SumIn(const TableReader& table, std::size_t column, std::uint32_t terms) {
-  const auto sum = ExactSum::FromText(table.Text(column));
-  if (!sum) table.Fail(column, "is no integer");
-  if (!sum->HasTerms(terms)) table.Fail(column, fmt::format("is no sum of {} runs", terms));
+ExactSum SumIn(const Row& row, std::size_t column, std::uint32_t terms) {
+  const auto sum = ExactSum::FromText(row.Text(column));
+  if (!sum) row.Fail(column, "is no integer");
+  if (!sum->HasTerms(terms)) row.Fail(column, fmt::format("is no sum of {} runs", terms));
   return *sum;
 }
 
@@ -152,23 +154,24 @@ std::uint32_t AddRuns(const TableSource& source,
   const std::size_t count = part.TasksOf(runs);
   std::uint32_t converged = 0;
   std::size_t read = 0;
-  for (; table->Next(); ++read) {
+  ForRows(table.get(), [&](const Row& row) {
     MonteCarloRun run;
-    run.run = table->Count(0);
+    run.run = row.Count(kDrawColumns("run"));
     if (read >= count || run.run != part.index + read * part.count) {
-      table->Fail(0, "is not the run that stands here in " + NameOf(part));
+      row.Fail(kDrawColumns("run"), "is not the run that stands here in " + NameOf(part));
     }
-    run.converged = table->Flag(1);
+    run.converged = row.Flag(kDrawColumns("converged"));
     if (run.converged) {
       for (std::size_t i = 0; i < 3; ++i) {
-        run.variance_ratio_1[i] = table->RequiredNumber(2 + i);
-        run.inside_1[i] = table->RequiredNumber(6 + i);
+        run.variance_ratio[i] = row.RequiredNumber(kRatios[i]);
+        run.inside[i] = row.RequiredNumber(kCoverages[i]);
       }
-      run.square_1 = table->RequiredNumber(5);
+      run.square = row.RequiredNumber(kDrawColumns("normalised_square"));
       ++converged;
     }
     draws->runs.push_back(run);
-  }
+    ++read;
+  });
   if (read != count) {
     throw InputError(FilePlace{table->file(), 0, "run"},
                      fmt::format("has {} of {} runs of {}", read, count, NameOf(part)));
@@ -181,22 +184,25 @@ void AddSums(const TableSource& source,
              const IdTable& ids,
              MonteCarloDraws* draws) {
   const auto table = source.Require("sums", kSumColumns);
+  constexpr std::size_t kId = kSumColumns("point");
   std::size_t read = 0;
-  for (; table->Next(); ++read) {
-    if (read >= draws->points.size() || table->Id(0) != ids[draws->points[read].point]) {
-      table->Fail(0, "is not the point that stands here in the block");
+  ForRows(table.get(), [&](const Row& row) {
+    if (read >= draws->points.size() || row.Id(kId) != ids[draws->points[read].point]) {
+      row.Fail(kId, "is not the point that stands here in the block");
     }
-    MonteCarloPoint& sums = draws->points[read];
-    for (std::size_t k = 0; k < sums.product.size(); ++k) {
-      sums.product[k].Add(SumIn(*table, 1 + k, converged));
+    MonteCarloPoint& sums = draws->points[read++];
+    for (std::size_t k = 0; k < kProducts.size(); ++k) {
+      sums.product[k].Add(SumIn(row, kProducts[k], converged));
     }
-    sums.square.Add(SumIn(*table, 7, converged));
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t inside = table->Count(8 + i);
-      if (inside > converged) table->Fail(8 + i, fmt::format("is more than {} runs", converged));
+    sums.square.Add(SumIn(row, kSumColumns("sum_square"), converged));
+    for (std::size_t i = 0; i < kInside.size(); ++i) {
+      const std::uint32_t inside = row.Count(kInside[i]);
+      if (inside > converged) {
+        row.Fail(kInside[i], fmt::format("is more than {} runs", converged));
+      }
       sums.inside[i] += inside;
     }
-  }
+  });
   if (read != draws->points.size()) {
     throw InputError(FilePlace{table->file(), 0, "point"},
                      fmt::format("has {} of {} points", read, draws->points.size()));

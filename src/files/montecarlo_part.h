@@ -40,7 +40,7 @@ std::string WriteMonteCarloPart(const std::filesystem::path& folder,
 /// Reads part.json; InputError where it is none.
 [[nodiscard]] PartOrigin ReadPartOrigin(const TableSource& source);
 
-/// Adds what the tables of a part hold: the runs of `part` of options.montecarlo_runs behind those
+/// Adds the tables of a part: the runs of `part` of options.montecarlo_runs behind those
 /// in `draws`, its sums to those of the points there. InputError, and `draws` half changed, where
 /// the tables have other runs or points, or sums that such runs cannot have.
 void AddPartTables(const TableSource& source,

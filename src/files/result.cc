@@ -90,23 +90,22 @@ constexpr const char* kSummaryFile = "summary.json";
 
 // One of the names of an enumeration's values, whose last is `last`.
 template <typename Enum>
-Enum ReadEnum(const TableReader& reader, std::size_t column, Enum last) {
-  const auto find = [&]() -> std::uint32_t {
-    const std::string_view text = reader.Text(column);
-    std::vector<std::string> names;
-    for (int i = 0; i <= static_cast<int>(last); ++i) {
-      const auto value = static_cast<Enum>(i);
-      if (text == NameOf(value)) return static_cast<std::uint32_t>(i);
-      if (*NameOf(value) != '\0') names.emplace_back(NameOf(value));
-    }
-    reader.Fail(column, Quoted(text) + " is not known, " + Listed(names) + " is allowed");
-  };
-  return static_cast<Enum>(reader.Lookup(column, find));
+Enum ReadEnum(const Row& row, std::size_t column, Enum last) {
+  const std::string_view text = row.Text(column);
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    if (text == NameOf(static_cast<Enum>(i))) return static_cast<Enum>(i);
+  }
+  std::vector<std::string> names;
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    const char* const name = NameOf(static_cast<Enum>(i));
+    if (*name != '\0') names.emplace_back(name);
+  }
+  row.Fail(column, Quoted(text) + " is not known, " + Listed(names) + " is allowed");
 }
 
-double ReadSigma(const TableReader& reader, std::size_t column) {
-  const double value = reader.Number(column);
-  if (value < 0.0) reader.Fail(column, NumberText(value) + " is not allowed, 0 or more is");
+double ReadSigma(const Row& row, std::size_t column) {
+  const double value = row.Number(column);
+  if (value < 0.0) row.Fail(column, "must be 0 or more, got " + NumberText(value));
   return value;
 }
 
@@ -117,67 +116,36 @@ void DropIfEmpty(Values* values) {
   if (std::none_of(values->begin(), values->end(), given)) Values().swap(*values);
 }
 
-enum PointColumn : std::size_t {
-  kPoint,
-  kRole,
-  kStatus,
-  kLooks,
-  kX,
-  kY,
-  kZ,
-  kLatitudeOf,
-  kLongitudeOf,
-  kHeightAbove,
-  kSigmaE,
-  kSigmaN,
-  kSigmaU,
-  kCovEN,
-  kCovEU,
-  kCovNU,
-  kIntersection,
-  kLeberlAcross,
-  kLeberlUp,
-  kLeberlPathAcross,
-  kLeberlPathUp,
-  kLeberlAzimuth,
-  kRedundancy,
-  kErrorE,
-  kErrorN,
-  kErrorU,
-  kChiSquare,
-  kErrorSigmaE,
-  kErrorSigmaN,
-  kErrorSigmaU,
-  kFixedPathE,
-  kFixedPathN,
-  kFixedPathU,
-  kFixedPathEN,
-  kReason
-};
-
-SymmetricEnu ReadCovariance(const TableReader& reader) {
+SymmetricEnu ReadCovariance(const Row& row) {
   SymmetricEnu covariance_m2;
-  int given = 0;
-  for (std::size_t k = 0; k < 6; ++k) {
-    const double value = k < 3 ? ReadSigma(reader, kSigmaE + k) : reader.Number(kSigmaE + k);
-    covariance_m2[k] = k < 3 ? value * value : value;
-    given += std::isnan(value) ? 0 : 1;
+  std::size_t k = 0;
+  for (const std::size_t column : kResultPointColumns("sigma_e_m", "sigma_n_m", "sigma_u_m")) {
+    const double sigma_m = ReadSigma(row, column);
+    covariance_m2[k++] = sigma_m * sigma_m;
   }
+  for (const std::size_t column : kResultPointColumns("cov_en_m2", "cov_eu_m2", "cov_nu_m2")) {
+    covariance_m2[k++] = row.Number(column);
+  }
+  const auto given = std::count_if(
+      covariance_m2.begin(), covariance_m2.end(), [](double value) { return !std::isnan(value); });
   if (given != 0 && given != 6) {
-    reader.Fail(kSigmaE, "all six figures of the covariance are needed or none");
+    row.Fail(kResultPointColumns("sigma_e_m"),
+             "all six figures of the covariance are needed or none");
   }
   return covariance_m2;
 }
 
 /// The table has no covariances of up.
-SymmetricEnu ReadFixedPathCovariance(const TableReader& reader) {
+SymmetricEnu ReadFixedPathCovariance(const Row& row) {
   SymmetricEnu covariance_m2;
   covariance_m2.fill(kNotGiven);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double sigma_m = ReadSigma(reader, kFixedPathE + k);
-    covariance_m2[k] = sigma_m * sigma_m;
+  std::size_t k = 0;
+  for (const std::size_t column :
+       kResultPointColumns("sigma_held_e_m", "sigma_held_n_m", "sigma_held_u_m")) {
+    const double sigma_m = ReadSigma(row, column);
+    covariance_m2[k++] = sigma_m * sigma_m;
   }
-  covariance_m2[3] = reader.Number(kFixedPathEN);
+  covariance_m2[3] = row.Number(kResultPointColumns("cov_held_en_m2"));
   return covariance_m2;
 }
 
@@ -187,63 +155,73 @@ void DropIfUnknown(std::vector<SymmetricEnu>* covariances_m2) {
   if (std::none_of(covariances_m2->begin(), covariances_m2->end(), known)) covariances_m2->clear();
 }
 
-void ReadCheck(const TableReader& reader, std::uint32_t point, std::vector<CheckResult>* checks) {
+void ReadCheck(const Row& row, std::uint32_t point, std::vector<CheckResult>* checks) {
+  constexpr const auto& kColumns = kResultPointColumns;
+  constexpr std::array kErrors = kColumns("error_e_m", "error_n_m", "error_u_m");
+  constexpr std::array kSigmas = kColumns("error_sigma_e_m", "error_sigma_n_m", "error_sigma_u_m");
   CheckResult check;
   check.point = point;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double error_m = reader.Number(kErrorE + k);
+    const double error_m = row.Number(kErrors[k]);
     check.error_enu_m[static_cast<Eigen::Index>(k)] = error_m;
-    check.sigma_enu_m[static_cast<Eigen::Index>(k)] = ReadSigma(reader, kErrorSigmaE + k);
+    check.sigma_enu_m[static_cast<Eigen::Index>(k)] = ReadSigma(row, kSigmas[k]);
     check.components += std::isnan(error_m) ? 0 : 1;
   }
   if (check.components == 0) return;
-  check.chi_square = reader.Number(kChiSquare);
+  check.chi_square = row.Number(kColumns("chi_square_3"));
   checks->push_back(check);
+}
+
+void ReadPointRow(const Row& row, ResultPoints* points) {
+  constexpr const auto& kColumns = kResultPointColumns;
+  PointResults& results = points->results;
+  const std::uint32_t index = AddId(row, kColumns("point"), &points->ids);
+  points->role.push_back(ReadRole(row, kColumns("role")));
+  results.status.push_back(ReadEnum(row, kColumns("status"), PointStatus::kUndetermined));
+  results.looks.push_back(row.Count(kColumns("looks")));
+  const Eigen::Vector3d position_m(row.Numbers(kColumns("x_m", "y_m", "z_m")).data());
+  if (IsSolved(results.status.back()) && !position_m.allFinite()) {
+    row.Fail(kColumns("x_m"), "is empty, a solved point has x_m, y_m and z_m");
+  }
+  results.position_m.push_back(position_m);
+  results.covariance_m2.push_back(ReadCovariance(row));
+  results.fixed_path_covariance_m2.push_back(ReadFixedPathCovariance(row));
+  const auto number = [&row](std::size_t column, auto* values, double unit = 1.0) {
+    values->push_back(row.Number(column) * unit);
+  };
+  number(kColumns("intersection_deg"), &results.intersection_rad, kRadPerDeg);
+  number(kColumns("sigma_leberl_across_m"), &results.sigma_leberl_across_m);
+  number(kColumns("sigma_leberl_up_m"), &results.sigma_leberl_up_m);
+  number(kColumns("sigma_leberl_path_across_m"), &results.sigma_leberl_path_across_m);
+  number(kColumns("sigma_leberl_path_up_m"), &results.sigma_leberl_path_up_m);
+  number(kColumns("leberl_across_azimuth_deg"), &results.leberl_across_azimuth_rad, kRadPerDeg);
+  number(kColumns("redundancy"), &results.redundancy);
+  ReadCheck(row, index, &points->checks);
+  results.reason.emplace_back(row.Text(kColumns("reason")));
+}
+
+/// Tells of rows that are read.
+void StepRows(const ResultReading& reading, std::size_t rows, const char* what) {
+  if (rows % 65536 == 0) Step(reading.options.progress, "read", rows, 0, what);
 }
 
 }  // namespace
 
 void ReadResultPoints(ResultReading* reading) {
-  const auto opened = reading->source.Require("points", kResultPointColumns);
-  TableReader& reader = *opened;
+  const auto table = reading->source.Require("points", kResultPointColumns);
   ResultPoints& points = reading->result.points;
   PointResults& results = points.results;
-  bool reasons = false;
-  while (reader.Next()) {
-    const auto index = static_cast<std::uint32_t>(points.size());
-    const auto find = [&] { return points.ids.FindOrAppend(reader.Id(kPoint)); };
-    if (reader.Lookup(kPoint, find) != index) {
-      reader.Fail(kPoint,
-                  Quoted(reader.Text(kPoint)) + " stands twice, one row a point is allowed");
-    }
-    points.role.push_back(ReadRole(reader, kRole));
-    results.status.push_back(ReadEnum(reader, kStatus, PointStatus::kUndetermined));
-    results.looks.push_back(reader.Count(kLooks));
-    const Eigen::Vector3d position_m(reader.Number(kX), reader.Number(kY), reader.Number(kZ));
-    if (IsSolved(results.status.back()) && !position_m.allFinite()) {
-      reader.Fail(kX, "is empty, a solved point has x_m, y_m and z_m");
-    }
-    results.position_m.push_back(position_m);
-    results.covariance_m2.push_back(ReadCovariance(reader));
-    results.fixed_path_covariance_m2.push_back(ReadFixedPathCovariance(reader));
-    results.intersection_rad.push_back(reader.Number(kIntersection) * kRadPerDeg);
-    results.sigma_leberl_across_m.push_back(reader.Number(kLeberlAcross));
-    results.sigma_leberl_up_m.push_back(reader.Number(kLeberlUp));
-    results.sigma_leberl_path_across_m.push_back(reader.Number(kLeberlPathAcross));
-    results.sigma_leberl_path_up_m.push_back(reader.Number(kLeberlPathUp));
-    results.leberl_across_azimuth_rad.push_back(reader.Number(kLeberlAzimuth) * kRadPerDeg);
-    results.redundancy.push_back(reader.Number(kRedundancy));
-    ReadCheck(reader, index, &points.checks);
-    results.reason.emplace_back(reader.Text(kReason));
-    reasons = reasons || reader.Given(kReason);
-    if (index % 65536 == 65535) Step(reading->options.progress, "read", index, 0, "points");
-  }
+  ForRows(table.get(), [&](const Row& row) {
+    ReadPointRow(row, &points);
+    StepRows(*reading, points.size(), "points");
+  });
   if (points.size() != reading->points) {
-    throw InputError(FilePlace{reader.file(), 0, ""},
+    throw InputError(FilePlace{table->file(), 0, ""},
                      "has " + std::to_string(points.size()) + " points where summary.json counts " +
                          std::to_string(reading->points) + ": files of two results");
   }
-  if (!reasons) results.reason.clear();
+  const auto empty = [](const std::string& reason) { return reason.empty(); };
+  if (std::all_of(results.reason.begin(), results.reason.end(), empty)) results.reason.clear();
   DropIfUnknown(&results.covariance_m2);
   DropIfUnknown(&results.fixed_path_covariance_m2);
   for (auto* column : {&results.intersection_rad,
@@ -259,68 +237,57 @@ void ReadResultPoints(ResultReading* reading) {
 
 namespace {
 
-// The name of a parameter in passes.csv: pass or shared group, and parameter.
-std::pair<std::string, std::string> NameOfParameter(const TableReader& reader, std::size_t first) {
-  return {std::string(reader.Id(first)), std::string(reader.Id(first + 1))};
-}
+/// The name of a parameter in passes.csv: pass or shared group, and parameter.
+using ParameterName = std::pair<std::string, std::string>;
 
 }  // namespace
 
 void ReadResultParameters(ResultReading* reading) {
-  const auto opened = reading->source.Require("passes", kParameterColumns);
-  TableReader& reader = *opened;
   std::vector<ParameterResult>& parameters = reading->result.parameters;
-  std::map<std::pair<std::string, std::string>, std::uint32_t> index;
-  while (reader.Next()) {
-    const auto name = NameOfParameter(reader, 0);
+  std::map<ParameterName, std::uint32_t> index;
+  ForRows(reading->source.Require("passes", kParameterColumns).get(), [&](const Row& row) {
+    constexpr const auto& kColumns = kParameterColumns;
+    const ParameterName name(row.Id(kColumns("pass")), row.Id(kColumns("parameter")));
     if (!index.emplace(name, static_cast<std::uint32_t>(parameters.size())).second) {
-      reader.Fail(1, Quoted(name.second) + " of " + Quoted(name.first) + " stands twice");
+      row.Fail(kColumns("parameter"),
+               Quoted(name.second) + " of " + Quoted(name.first) + " is given twice");
     }
     parameters.push_back({name.first,
                           name.second,
-                          std::string(reader.Text(2)),
-                          reader.RequiredNumber(3),
-                          ReadSigma(reader, 4),
-                          ReadSigma(reader, 5),
-                          std::string(reader.Text(7))});
-  }
-  auto covariance = reading->source.Open("passes_covariance", kParameterCovarianceColumns);
-  const auto find = [&](std::size_t first) {
-    const auto name = NameOfParameter(*covariance, first);
-    const auto found = index.find(name);
-    if (found == index.end()) {
-      covariance->Fail(
-          first + 1,
-          "passes.csv has no parameter " + Quoted(name.second) + " of " + Quoted(name.first));
-    }
-    return found->second;
-  };
-  while (covariance && covariance->Next()) {
+                          std::string(row.Text(kColumns("unit"))),
+                          row.RequiredNumber(kColumns("value")),
+                          ReadSigma(row, kColumns("sigma")),
+                          ReadSigma(row, kColumns("prior_sigma")),
+                          std::string(row.Text(kColumns("kept")))});
+  });
+  const auto covariance = reading->source.Open("passes_covariance", kParameterCovarianceColumns);
+  if (!covariance) return;
+  ForRows(covariance.get(), [&](const Row& row) {
+    constexpr const auto& kColumns = kParameterCovarianceColumns;
+    const auto find = [&](std::size_t pass, std::size_t parameter) {
+      const ParameterName name(row.Id(pass), row.Id(parameter));
+      const auto found = index.find(name);
+      if (found == index.end()) {
+        row.Fail(
+            parameter,
+            "passes.csv has no parameter " + Quoted(name.second) + " of " + Quoted(name.first));
+      }
+      return found->second;
+    };
+    const std::uint32_t a = find(kColumns("pass_a"), kColumns("parameter_a"));
+    const std::uint32_t b = find(kColumns("pass_b"), kColumns("parameter_b"));
     reading->result.parameter_covariance.push_back(
-        {find(0), find(2), covariance->RequiredNumber(4)});
-  }
+        {a, b, row.RequiredNumber(kColumns("covariance"))});
+  });
 }
 
 namespace {
 
-enum LookColumn : std::size_t {
-  kLookPass,
-  kLookPoint,
-  kRangeResidual,
-  kAzimuthResidual,
-  kQuality,  // redundancy, w, tau, mdb, influence, each of range and of azimuth
-  kWeight = kQuality + 10,
-  kRejected,
-  kLookReason,
-  kFinding,
-  kImage  // line, pixel, line residual, pixel residual
-};
-
 // As float; a number that a float cannot hold is refused.
-float ReadFloat(const TableReader& reader, std::size_t column) {
-  const double value = reader.Number(column);
+float ReadFloat(const Row& row, std::size_t column) {
+  const double value = row.Number(column);
   if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
-    reader.Fail(column, NumberText(value) + " is too large");
+    row.Fail(column, NumberText(value) + " is too large");
   }
   return static_cast<float>(value);
 }
@@ -328,137 +295,163 @@ float ReadFloat(const TableReader& reader, std::size_t column) {
 }  // namespace
 
 void ReadResultLooks(ResultReading* reading) {
-  const auto opened = reading->source.Require("residuals", kResidualColumns);
-  TableReader& reader = *opened;
+  constexpr const auto& kColumns = kResidualColumns;
+  const auto table = reading->source.Require("residuals", kColumns);
   ResultLooks& looks = reading->result.looks;
-  const std::array<std::array<std::vector<float>, 2>*, 5> quality{
-      &looks.redundancy_1, &looks.w_1, &looks.tau_1, &looks.mdb_m, &looks.influence_m};
-  const std::array<std::vector<double>*, 4> image{
-      &looks.line_px, &looks.pixel_px, &looks.line_residual_px, &looks.pixel_residual_px};
-  while (reader.Next()) {
-    const std::size_t row = looks.size();
-    looks.pass.push_back(FindPass(reader, kLookPass, reading->pass_ids, kSummaryFile));
-    looks.point.push_back(FindPoint(reader, kLookPoint, reading->result.points.ids, kPointsFile));
-    looks.range_residual_m.push_back(reader.Number(kRangeResidual));
-    looks.azimuth_residual_m.push_back(reader.Number(kAzimuthResidual));
-    for (std::size_t i = 0; i < 10; ++i) {
-      (*quality[i / 2])[i % 2].push_back(ReadFloat(reader, kQuality + i));
-    }
-    looks.weight.push_back(reader.Given(kWeight) ? ReadFloat(reader, kWeight) : 1.0f);
-    looks.rejected.push_back(reader.Flag(kRejected) ? 1 : 0);
-    looks.reason.push_back(ReadEnum(reader, kLookReason, RejectReason::kSuspect));
-    looks.finding.push_back(reader.Count(kFinding));
-    for (std::size_t i = 0; i < 4; ++i) image[i]->push_back(reader.Number(kImage + i));
-    if (row % 65536 == 65535) Step(reading->options.progress, "read", row, 0, "looks");
-  }
+  const std::array<std::pair<std::size_t, std::vector<float>*>, 10> quality{
+      {{kColumns("range_redundancy"), &looks.redundancy[0]},
+       {kColumns("azimuth_redundancy"), &looks.redundancy[1]},
+       {kColumns("range_w"), &looks.w[0]},
+       {kColumns("azimuth_w"), &looks.w[1]},
+       {kColumns("range_tau"), &looks.tau[0]},
+       {kColumns("azimuth_tau"), &looks.tau[1]},
+       {kColumns("range_mdb_m"), &looks.mdb_m[0]},
+       {kColumns("azimuth_mdb_m"), &looks.mdb_m[1]},
+       {kColumns("range_influence_m"), &looks.influence_m[0]},
+       {kColumns("azimuth_influence_m"), &looks.influence_m[1]}}};
+  const std::array<std::pair<std::size_t, std::vector<double>*>, 4> image{
+      {{kColumns("line"), &looks.line_px},
+       {kColumns("pixel"), &looks.pixel_px},
+       {kColumns("line_residual_px"), &looks.line_residual_px},
+       {kColumns("pixel_residual_px"), &looks.pixel_residual_px}}};
+  IdFinder passes("pass", reading->pass_ids, kSummaryFile);
+  IdFinder points("point", reading->result.points.ids, kPointsFile);
+  ForRows(table.get(), [&](const Row& row) {
+    looks.pass.push_back(passes.Find(row, kColumns("pass")));
+    looks.point.push_back(points.Find(row, kColumns("point")));
+    looks.range_residual_m.push_back(row.Number(kColumns("range_residual_m")));
+    looks.azimuth_residual_m.push_back(row.Number(kColumns("azimuth_residual_m")));
+    for (const auto& [column, values] : quality) values->push_back(ReadFloat(row, column));
+    looks.weight.push_back(row.Given(kColumns("weight")) ? ReadFloat(row, kColumns("weight"))
+                                                         : 1.0f);
+    looks.rejected.push_back(row.Flag(kColumns("rejected")) ? 1 : 0);
+    looks.reason.push_back(ReadEnum(row, kColumns("reason"), RejectReason::kSuspect));
+    looks.finding.push_back(row.Count(kColumns("finding")));
+    for (const auto& [column, values] : image) values->push_back(row.Number(column));
+    StepRows(*reading, looks.size(), "looks");
+  });
   if (looks.size() != reading->looks) {
-    throw InputError(FilePlace{reader.file(), 0, ""},
+    throw InputError(FilePlace{table->file(), 0, ""},
                      "has " + std::to_string(looks.size()) + " looks where summary.json counts " +
                          std::to_string(reading->looks) + ": files of two results");
   }
-  for (auto* figures : quality) {
-    for (std::vector<float>& component : *figures) DropIfEmpty(&component);
-  }
-  for (auto* column : image) DropIfEmpty(column);
+  for (const auto& [column, values] : quality) DropIfEmpty(values);
+  for (const auto& [column, values] : image) DropIfEmpty(values);
 }
 
 void ReadResultControl(ResultReading* reading) {
-  auto reader = reading->source.Open("control_quality", kControlColumns);
-  while (reader && reader->Next()) {
+  constexpr const auto& kColumns = kControlColumns;
+  const auto table = reading->source.Open("control_quality", kColumns);
+  if (!table) return;
+  IdFinder points("point", reading->result.points.ids, kPointsFile);
+  ForRows(table.get(), [&](const Row& row) {
     ResultControl control;
-    control.point = FindPoint(*reader, 0, reading->result.points.ids, kPointsFile);
+    control.point = points.Find(row, kColumns("point"));
     constexpr std::string_view kComponents = "enu";
-    const std::string_view component = reader->Text(1);
+    const std::string_view component = row.Text(kColumns("component"));
     const std::size_t found =
         component.size() == 1 ? kComponents.find(component) : kComponents.npos;
     if (found == kComponents.npos) {
-      reader->Fail(1, Quoted(component) + " is not known, e, n or u is allowed");
+      row.Fail(kColumns("component"), Quoted(component) + " is not known, e, n or u is allowed");
     }
     control.component = static_cast<int>(found);
-    control.residual_m = reader->RequiredNumber(2);
-    control.sigma_m = reader->Number(3);
-    control.redundancy_1 = reader->Number(4);
-    control.w_1 = reader->Number(5);
-    control.tau_1 = reader->Number(6);
-    control.mdb_m = reader->Number(7);
-    control.influence_m = reader->Number(8);
+    control.residual_m = row.RequiredNumber(kColumns("residual_m"));
+    control.sigma_m = row.Number(kColumns("sigma_m"));
+    control.redundancy = row.Number(kColumns("redundancy"));
+    control.w = row.Number(kColumns("w"));
+    control.tau = row.Number(kColumns("tau"));
+    control.mdb_m = row.Number(kColumns("mdb_m"));
+    control.influence_m = row.Number(kColumns("influence_m"));
     reading->result.control.push_back(control);
-  }
+  });
 }
 
 void ReadResultPairs(ResultReading* reading) {
-  auto reader = reading->source.Open("pairs", kPairColumns);
-  while (reader && reader->Next()) {
+  constexpr const auto& kColumns = kPairColumns;
+  const auto table = reading->source.Open("pairs", kColumns);
+  if (!table) return;
+  IdFinder first("point", reading->result.points.ids, kPointsFile), second = first;
+  ForRows(table.get(), [&](const Row& row) {
     PairResult pair;
-    pair.a = FindPoint(*reader, 0, reading->result.points.ids, kPointsFile);
-    pair.b = FindPoint(*reader, 1, reading->result.points.ids, kPointsFile);
-    for (std::size_t k = 0; k < 3; ++k) {
-      pair.difference_enu_m[static_cast<Eigen::Index>(k)] = reader->Number(2 + k);
-    }
-    for (std::size_t k = 0; k < 6; ++k) pair.covariance_m2[k] = reader->Number(5 + k);
-    pair.sigma_leberl_across_m = reader->Number(11);
-    pair.sigma_leberl_up_m = reader->Number(12);
-    pair.sigma_leberl_path_across_m = reader->Number(13);
-    pair.sigma_leberl_path_up_m = reader->Number(14);
+    pair.a = first.Find(row, kColumns("point_a"));
+    pair.b = second.Find(row, kColumns("point_b"));
+    pair.difference_enu_m = Eigen::Vector3d(row.Numbers(kColumns("de_m", "dn_m", "du_m")).data());
+    pair.covariance_m2 = row.Numbers(kPairCovariance);
+    pair.sigma_leberl_across_m = row.Number(kColumns("sigma_leberl_across_m"));
+    pair.sigma_leberl_up_m = row.Number(kColumns("sigma_leberl_up_m"));
+    pair.sigma_leberl_path_across_m = row.Number(kColumns("sigma_leberl_path_across_m"));
+    pair.sigma_leberl_path_up_m = row.Number(kColumns("sigma_leberl_path_up_m"));
     reading->result.pairs.push_back(pair);
-  }
+  });
 }
 
 void ReadResultStrips(ResultReading* reading) {
-  auto reader = reading->source.Open("strips", kStripColumns);
-  const auto triple = [&](std::size_t first) {
-    return Eigen::Vector3d(
-        reader->Number(first), reader->Number(first + 1), reader->Number(first + 2));
-  };
+  constexpr const auto& kColumns = kStripColumns;
+  const auto table = reading->source.Open("strips", kColumns);
+  if (!table) return;
+  IdFinder passes("pass", reading->pass_ids, kSummaryFile);
   std::vector<StripStation>& strips = reading->result.strips;
-  while (reader && reader->Next()) {
-    StripStation station{FindPass(*reader, 0, reading->pass_ids, kSummaryFile),
-                         reader->RequiredNumber(2),
-                         reader->RequiredNumber(3),
-                         triple(4),
-                         triple(7),
-                         triple(10),
-                         triple(13),
-                         triple(16)};
+  ForRows(table.get(), [&](const Row& row) {
+    const auto vector = [&row](const std::array<std::size_t, 3>& columns) {
+      return Eigen::Vector3d(row.Numbers(columns).data());
+    };
+    StripStation station{
+        passes.Find(row, kColumns("pass")),
+        row.RequiredNumber(kColumns("time_s")),
+        row.RequiredNumber(kColumns("strip_time")),
+        vector(kColumns("x_m", "y_m", "z_m")),
+        vector(kColumns("near_x_m", "near_y_m", "near_z_m")),
+        vector(kColumns("far_x_m", "far_y_m", "far_z_m")),
+        vector(kColumns("correction_along_m", "correction_across_m", "correction_up_m")),
+        vector(kColumns("sigma_along_m", "sigma_across_m", "sigma_up_m"))};
     if (!strips.empty() && station.pass < strips.back().pass) {
-      reader->Fail(0, Quoted(reader->Text(0)) + " is not in the order of summary.json");
+      row.Fail(kColumns("pass"),
+               Quoted(row.Text(kColumns("pass"))) + " is not in the order of summary.json");
     }
-    if (!station.antenna_m.allFinite()) reader->Fail(4, "is empty, a station has a position");
+    if (!station.antenna_m.allFinite()) {
+      row.Fail(kColumns("x_m"), "is empty, a station has a position");
+    }
     strips.push_back(station);
-  }
+  });
 }
 
 void ReadResultSelection(ResultReading* reading) {
-  auto reader = reading->source.Open("selection", kSelectionColumns);
-  while (reader && reader->Next()) {
-    CandidateResult candidate;
-    candidate.name = reader->Id(0);
-    candidate.passes = reader->Text(1);
-    candidate.parameters = static_cast<int>(reader->Count(2));
-    candidate.test = ReadEnum(*reader, 3, SelectionTest::kNotTried);
-    candidate.statistic_1 = reader->Number(4);
-    candidate.f_1 = reader->Number(5);
-    candidate.probability_1 = reader->Number(6);
-    candidate.delta_bic_1 = reader->Number(7);
-    candidate.condition_1 = reader->Number(8);
-    candidate.posterior_prior_1 = reader->Number(9);
-    candidate.kept = reader->Text(10) == "kept";
-    if (!candidate.kept && reader->Text(10) != "dropped") {
-      reader->Fail(10, Quoted(reader->Text(10)) + " is not known, kept or dropped is allowed");
-    }
-    candidate.reason = reader->Text(11);
-    reading->result.candidates.push_back(std::move(candidate));
+  if (const auto table = reading->source.Open("selection", kSelectionColumns)) {
+    ForRows(table.get(), [&](const Row& row) {
+      constexpr const auto& kColumns = kSelectionColumns;
+      CandidateResult candidate;
+      candidate.name = row.Id(kColumns("candidate"));
+      candidate.passes = row.Text(kColumns("passes"));
+      candidate.parameters = static_cast<int>(row.Count(kColumns("parameters")));
+      candidate.test = ReadEnum(row, kColumns("test"), SelectionTest::kNotTried);
+      candidate.statistic = row.Number(kColumns("statistic"));
+      candidate.f = row.Number(kColumns("f"));
+      candidate.probability = row.Number(kColumns("p"));
+      candidate.delta_bic = row.Number(kColumns("delta_bic"));
+      candidate.condition = row.Number(kColumns("condition"));
+      candidate.posterior_prior = row.Number(kColumns("posterior_prior"));
+      const std::string_view verdict = row.Text(kColumns("verdict"));
+      candidate.kept = verdict == "kept";
+      if (!candidate.kept && verdict != "dropped") {
+        row.Fail(kColumns("verdict"),
+                 Quoted(verdict) + " is not known, kept or dropped is allowed");
+      }
+      candidate.reason = row.Text(kColumns("reason"));
+      reading->result.candidates.push_back(std::move(candidate));
+    });
   }
-  auto bounds = reading->source.Open("simplifications", kSimplificationColumns);
-  while (bounds && bounds->Next()) {
-    reading->result.simplifications.push_back({std::string(bounds->Id(0)),
-                                               bounds->Number(1),
-                                               bounds->Number(2),
-                                               bounds->Number(3),
-                                               bounds->Count(4) != 0,
-                                               bounds->Count(5) != 0,
-                                               kNotGiven,
-                                               std::string(bounds->Text(6))});
+  if (const auto table = reading->source.Open("simplifications", kSimplificationColumns)) {
+    ForRows(table.get(), [&](const Row& row) {
+      constexpr const auto& kColumns = kSimplificationColumns;
+      reading->result.simplifications.push_back({std::string(row.Id(kColumns("simplification"))),
+                                                 row.Number(kColumns("bound_m")),
+                                                 row.Number(kColumns("sigma_m")),
+                                                 row.Number(kColumns("fraction")),
+                                                 row.Flag(kColumns("allowed")),
+                                                 row.Flag(kColumns("taken")),
+                                                 kNotGiven,
+                                                 std::string(row.Text(kColumns("verdict")))});
+    });
   }
 }
 
@@ -467,7 +460,7 @@ void ReadResultPaths(ResultReading* reading) {
   PathTable table = ReadPaths(reader.get(), reading->pass_ids, kSummaryFile);
   for (std::size_t i = 0; i < table.states.size(); ++i) {
     if (table.states[i].size() < 2) {
-      throw InputError(reader->PlaceAt(table.lines[i], 0),
+      throw InputError(reader->PlaceAt(table.lines[i], kPathColumns("pass")),
                        "pass " + Quoted(reading->pass_ids[i]) +
                            " has fewer than two states, two or more are needed");
     }
@@ -526,7 +519,7 @@ void ReadPasses(const JsonValue& passes, ResultReading* reading) {
     pass.id = entry.Require("id").Text();
     const auto index = static_cast<std::uint32_t>(reading->result.passes.size());
     if (pass.id.empty() || reading->pass_ids.FindOrAppend(pass.id) != index) {
-      entry.Require("id").Fail(Quoted(pass.id) + " is empty or stands twice");
+      entry.Require("id").Fail(Quoted(pass.id) + " is empty or is given twice");
     }
     pass.side =
         entry.Require("look").OneOf({"left", "right"}) == 0 ? LookSide::kLeft : LookSide::kRight;
@@ -635,7 +628,19 @@ void ReadSections(const JsonValue& root, ResultSummary* summary) {
   if (const auto test = root.Find("chi_square")) {
     summary->chi_square = ReadTest(*test);
     summary->chi_square->sigma0_squared = summary->sigma0_squared;
-    summary->chi_square->redundancy = summary->Count("redundancy");
+    // Results of older versions test all observations.
+    const double redundancy = NumberIn(*test, "redundancy");
+    summary->chi_square->redundancy =
+        std::isnan(redundancy) ? summary->Count("redundancy") : redundancy;
+  }
+  for (const JsonValue& entry : EntriesIn(root, "groups")) {
+    summary->groups.push_back({TextIn(entry, "group"),
+                               NumberIn(entry, "square_sum"),
+                               NumberIn(entry, "redundancy"),
+                               NumberIn(entry, "factor"),
+                               NumberIn(entry, "sigma"),
+                               NumberIn(entry, "lower"),
+                               NumberIn(entry, "upper")});
   }
   if (const auto checks = root.Find("check_points")) {
     summary->checks = {CountIn(*checks, "points"),

@@ -14,43 +14,35 @@
 namespace sarblock {
 namespace {
 
-void WriteCovariance(const SymmetricEnu& covariance_m2, double factor, TableWriter* out) {
-  for (const double element_m2 : covariance_m2) out->Number(factor * element_m2);
-}
+using Triple = std::array<double, 3>;
 
-// Errors of a check point.
-void WriteCheck(const ResultView& view, std::uint32_t point, TableWriter* out) {
+/// Errors of a check point.
+void WriteCheck(const ResultView& view, std::uint32_t point, NewRow* row) {
+  constexpr const auto& kColumns = kResultPointColumns;
   const CheckResult* check = FindCheck(view.result.checks, point);
-  if (check == nullptr) {
-    out->Empty(7);
-    return;
-  }
-  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check->error_enu_m[k]);
-  out->Number(check->chi_square);
-  for (Eigen::Index k = 0; k < 3; ++k) out->Number(check->sigma_enu_m[k]);
+  if (check == nullptr) return;
+  row->Numbers(kColumns("error_e_m", "error_n_m", "error_u_m"), check->error_enu_m);
+  row->Number(kColumns("chi_square_3"), check->chi_square);
+  row->Numbers(kColumns("error_sigma_e_m", "error_sigma_n_m", "error_sigma_u_m"),
+               check->sigma_enu_m);
 }
 
-void WriteWithFixedPaths(const PointResults& points,
-                         double factor,
-                         std::size_t i,
-                         TableWriter* out) {
-  if (points.fixed_path_covariance_m2.empty()) {
-    out->Empty(4);
-    return;
-  }
-  const SymmetricEnu& c = points.fixed_path_covariance_m2[i];
-  for (std::size_t k = 0; k < 3; ++k) out->Number(std::sqrt(factor * c[k]));
-  out->Number(factor * c[3]);
+void WriteLeberl(const PointResults& points, std::size_t i, NewRow* row) {
+  constexpr const auto& kColumns = kResultPointColumns;
+  if (points.sigma_leberl_across_m.empty()) return;
+  row->Number(kColumns("sigma_leberl_across_m"), points.sigma_leberl_across_m[i]);
+  row->Number(kColumns("sigma_leberl_up_m"), points.sigma_leberl_up_m[i]);
+  row->Number(kColumns("sigma_leberl_path_across_m"), points.sigma_leberl_path_across_m[i]);
+  row->Number(kColumns("sigma_leberl_path_up_m"), points.sigma_leberl_path_up_m[i]);
+  row->Number(kColumns("leberl_across_azimuth_deg"),
+              points.leberl_across_azimuth_rad[i] * kDegPerRad);
 }
 
-void WriteLeberl(const PointResults& points, std::size_t i, TableWriter* out) {
-  if (points.sigma_leberl_across_m.empty()) {
-    out->Empty(5);
-    return;
-  }
-  out->Number(points.sigma_leberl_across_m[i]).Number(points.sigma_leberl_up_m[i]);
-  out->Number(points.sigma_leberl_path_across_m[i]).Number(points.sigma_leberl_path_up_m[i]);
-  out->Number(points.leberl_across_azimuth_rad[i] * kDegPerRad);
+/// Of the first three elements of a covariance.
+Triple Sigmas(const SymmetricEnu& covariance_m2, double factor) {
+  return {std::sqrt(factor * covariance_m2[0]),
+          std::sqrt(factor * covariance_m2[1]),
+          std::sqrt(factor * covariance_m2[2])};
 }
 
 constexpr std::array<const char*, 3> kComponents = {"e", "n", "u"};
@@ -71,59 +63,66 @@ void WriteQuality(const ResultView& view,
                   const BlunderSizes& sizes,
                   std::uint64_t look,
                   std::size_t point,
-                  TableWriter* out) {
+                  NewRow* row) {
+  constexpr const auto& kColumns = kResidualColumns;
   const LookQuality& quality = view.result.quality;
-  if (quality.empty()) {
-    out->Empty(10);
-    return;
-  }
-  std::array<double, 2> w_1{};
-  for (std::size_t k = 0; k < 2; ++k) w_1[k] = static_cast<double>(quality.w_1[k][look]);
-  for (const auto& r : quality.redundancy_1) out->Number(static_cast<double>(r[look]));
-  for (const double w : w_1) out->Number(w);
-  for (const double w : w_1) out->Number(TauOf(w, view.result));
-  const std::array<BlunderSize, 2> size = sizes.OfLook(look, point);
-  for (const BlunderSize& s : size) out->Number(s.detectable_m);
-  for (const BlunderSize& s : size) out->Number(s.influence_m);
+  if (quality.empty()) return;
+  const std::array<BlunderSize, 2> size = sizes.LookSizes(look, point);
+  const auto write = [&](std::size_t k, const std::array<std::size_t, 5>& columns) {
+    const double tests = static_cast<double>(quality.w[k][look]);
+    row->Numbers(columns,
+                 std::array{static_cast<double>(quality.redundancy[k][look]),
+                            tests,
+                            TauOf(tests, view.result),
+                            size[k].detectable_m,
+                            size[k].influence_m});
+  };
+  write(0,
+        kColumns("range_redundancy", "range_w", "range_tau", "range_mdb_m", "range_influence_m"));
+  write(1,
+        kColumns("azimuth_redundancy",
+                 "azimuth_w",
+                 "azimuth_tau",
+                 "azimuth_mdb_m",
+                 "azimuth_influence_m"));
 }
 
-void WriteVector(const Eigen::Vector3d& v, double factor, TableWriter* out) {
-  for (Eigen::Index k = 0; k < 3; ++k) out->Number(factor * v[k]);
-}
-
-void WritePointRow(const ResultView& view, std::uint32_t i, TableWriter* out) {
+void WritePointRow(const ResultView& view, std::uint32_t i, Batch* batch) {
+  constexpr const auto& kColumns = kResultPointColumns;
   const PointResults& points = view.result.points;
-  const bool geocentric = view.block.frame.kind() == FrameKind::kGeocentric;
-  out->Id(view.block.points.ids[i], i).Text(NameOf(view.block.points.role[i]));
-  out->Text(NameOf(points.status[i])).Integer(points.looks[i]);
-  const Eigen::Vector3d& p = points.position_m[i];
-  const bool known = p.allFinite();
-  if (known) {
-    out->Number(p.x()).Number(p.y()).Number(p.z());
-  } else {
-    out->Empty(3);
+  NewRow row(batch);
+  row.Id(kColumns("point"), view.block.points.ids, i);
+  row.Text(kColumns("role"), NameOf(view.block.points.role[i]));
+  row.Text(kColumns("status"), NameOf(points.status[i]));
+  row.Integer(kColumns("looks"), points.looks[i]);
+  const Eigen::Vector3d& p_m = points.position_m[i];
+  if (p_m.allFinite()) {
+    row.Numbers(kColumns("x_m", "y_m", "z_m"), p_m);
+    if (view.block.frame.kind() == FrameKind::kGeocentric) {
+      const Geodetic place = view.block.frame.GeodeticFromFrame(p_m);
+      row.Numbers(kColumns("lat_deg", "lon_deg", "h_m"),
+                  Triple{place.lat_rad * kDegPerRad, place.lon_rad * kDegPerRad, place.h_m});
+    }
   }
-  if (known && geocentric) {
-    const Geodetic place = view.block.frame.GeodeticFromFrame(p);
-    out->Number(place.lat_rad * kDegPerRad).Number(place.lon_rad * kDegPerRad).Number(place.h_m);
-  } else {
-    out->Empty(3);
-  }
-  if (points.covariance_m2.empty()) {
-    out->Empty(6);
-  } else {
+  if (!points.covariance_m2.empty()) {
     const SymmetricEnu& c = points.covariance_m2[i];
-    for (std::size_t k = 0; k < 3; ++k) out->Number(std::sqrt(view.factor * c[k]));
-    for (std::size_t k = 3; k < 6; ++k) out->Number(view.factor * c[k]);
+    row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), Sigmas(c, view.factor));
+    row.Numbers(kColumns("cov_en_m2", "cov_eu_m2", "cov_nu_m2"),
+                Triple{view.factor * c[3], view.factor * c[4], view.factor * c[5]});
   }
-  out->Number(points.intersection_rad.empty() ? kNotGiven
-                                              : points.intersection_rad[i] * kDegPerRad);
-  WriteLeberl(points, i, out);
-  out->Number(points.redundancy.empty() ? kNotGiven : points.redundancy[i]);
-  WriteCheck(view, i, out);
-  WriteWithFixedPaths(points, view.factor, i, out);
-  out->Text(points.reason.empty() ? std::string_view() : points.reason[i]);
-  out->EndRow();
+  if (!points.intersection_rad.empty()) {
+    row.Number(kColumns("intersection_deg"), points.intersection_rad[i] * kDegPerRad);
+  }
+  WriteLeberl(points, i, &row);
+  if (!points.redundancy.empty()) row.Number(kColumns("redundancy"), points.redundancy[i]);
+  WriteCheck(view, i, &row);
+  if (!points.fixed_path_covariance_m2.empty()) {
+    const SymmetricEnu& c = points.fixed_path_covariance_m2[i];
+    row.Numbers(kColumns("sigma_held_e_m", "sigma_held_n_m", "sigma_held_u_m"),
+                Sigmas(c, view.factor));
+    row.Number(kColumns("cov_held_en_m2"), view.factor * c[3]);
+  }
+  if (!points.reason.empty()) row.Text(kColumns("reason"), points.reason[i]);
 }
 
 }  // namespace
@@ -154,166 +153,160 @@ const char* NameOf(SelectionTest test) {
 
 void WritePointTable(TableSink* sink, const ResultView& view) {
   const auto table = sink->Open("points", kResultPointColumns);
-  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
-    for (std::size_t i = begin; i < end; ++i) {
-      WritePointRow(view, static_cast<std::uint32_t>(i), out);
-    }
-  };
-  WriteRows(view.result.points.status.size(), table->rows_of_part(), table.get(), write);
+  WriteEach(view.result.points.status.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    WritePointRow(view, static_cast<std::uint32_t>(i), batch);
+  });
   table->Commit();
 }
 
 void WriteParameterTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("passes", kParameterColumns);
-  TableWriter& out = *table;
+  constexpr const auto& kColumns = kParameterColumns;
+  const auto table = sink->Open("passes", kColumns);
   const std::vector<PriorTest> priors = TestsOfPriors(view.result);
-  for (std::size_t i = 0; i < priors.size(); ++i) {
-    const ParameterResult& parameter = view.result.parameters[i];
-    ParameterResult scaled = parameter;
-    scaled.sigma *= std::sqrt(view.factor);
-    out.Text(parameter.owner).Text(parameter.name).Text(parameter.unit).Number(parameter.value);
-    out.Number(scaled.sigma).Number(parameter.prior_sigma).Number(scaled.significance_1());
-    out.Text(parameter.kept);
-    out.Number(priors[i].redundancy_1).Number(priors[i].w_1).EndRow();
-  }
-  out.Commit();
+  WriteEach(priors.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    ParameterResult parameter = view.result.parameters[i];
+    parameter.sigma *= std::sqrt(view.factor);
+    NewRow(batch)
+        .Text(kColumns("pass"), parameter.owner)
+        .Text(kColumns("parameter"), parameter.name)
+        .Text(kColumns("unit"), parameter.unit)
+        .Number(kColumns("value"), parameter.value)
+        .Number(kColumns("sigma"), parameter.sigma)
+        .Number(kColumns("prior_sigma"), parameter.prior_sigma)
+        .Number(kColumns("significance"), parameter.significance())
+        .Text(kColumns("kept"), parameter.kept)
+        .Number(kColumns("prior_redundancy"), priors[i].redundancy)
+        .Number(kColumns("prior_w"), priors[i].w);
+  });
+  table->Commit();
 }
 
 void WriteSelectionTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("selection", kSelectionColumns);
-  TableWriter& out = *table;
-  for (const CandidateResult& candidate : view.result.selection.candidates) {
-    out.Text(candidate.name).Text(candidate.passes);
-    out.Integer(candidate.parameters).Text(NameOf(candidate.test));
-    out.Number(candidate.statistic_1).Number(candidate.f_1).Number(candidate.probability_1);
-    out.Number(candidate.delta_bic_1);
+  constexpr const auto& kColumns = kSelectionColumns;
+  const auto table = sink->Open("selection", kColumns);
+  const std::vector<CandidateResult>& candidates = view.result.selection.candidates;
+  WriteEach(candidates.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const CandidateResult& candidate = candidates[i];
+    NewRow row(batch);
+    row.Text(kColumns("candidate"), candidate.name)
+        .Text(kColumns("passes"), candidate.passes)
+        .Integer(kColumns("parameters"), candidate.parameters)
+        .Text(kColumns("test"), NameOf(candidate.test))
+        .Number(kColumns("statistic"), candidate.statistic)
+        .Number(kColumns("f"), candidate.f)
+        .Number(kColumns("p"), candidate.probability)
+        .Number(kColumns("delta_bic"), candidate.delta_bic)
+        .Number(kColumns("posterior_prior"), candidate.posterior_prior)
+        .Text(kColumns("verdict"), candidate.kept ? "kept" : "dropped")
+        .Text(kColumns("reason"), candidate.reason);
     // An infinite condition has no number; the reason says what it means.
-    out.Number(std::isfinite(candidate.condition_1) ? candidate.condition_1 : kNotGiven);
-    out.Number(candidate.posterior_prior_1);
-    out.Text(candidate.kept ? "kept" : "dropped").Text(candidate.reason);
-    if (candidate.step > 0) {
-      out.Integer(candidate.step);
-    } else {
-      out.Empty();
+    if (std::isfinite(candidate.condition)) {
+      row.Number(kColumns("condition"), candidate.condition);
     }
-    out.EndRow();
-  }
-  out.Commit();
+    if (candidate.step > 0) row.Integer(kColumns("step"), candidate.step);
+  });
+  table->Commit();
 }
 
 void WriteSimplificationTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("simplifications", kSimplificationColumns);
-  TableWriter& out = *table;
-  for (const SimplificationBound& bound : view.result.selection.simplifications) {
-    out.Text(bound.name).Number(bound.bound_m).Number(bound.sigma_m).Number(bound.fraction_1);
+  constexpr const auto& kColumns = kSimplificationColumns;
+  const auto table = sink->Open("simplifications", kColumns);
+  const std::vector<SimplificationBound>& bounds = view.result.selection.simplifications;
+  WriteEach(bounds.size(), table.get(), [&](std::size_t i, Batch* batch) {
     // Measured gains are not written: they would differ from run to run.
-    out.Integer(bound.allowed ? 1 : 0).Integer(bound.taken ? 1 : 0).Text(bound.verdict).EndRow();
-  }
-  out.Commit();
+    NewRow(batch)
+        .Text(kColumns("simplification"), bounds[i].name)
+        .Number(kColumns("bound_m"), bounds[i].bound_m)
+        .Number(kColumns("sigma_m"), bounds[i].sigma_m)
+        .Number(kColumns("fraction"), bounds[i].fraction)
+        .Integer(kColumns("allowed"), bounds[i].allowed ? 1 : 0)
+        .Integer(kColumns("taken"), bounds[i].taken ? 1 : 0)
+        .Text(kColumns("verdict"), bounds[i].verdict);
+  });
+  table->Commit();
 }
 
 void WriteParameterCovariance(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("passes_covariance", kParameterCovarianceColumns);
+  constexpr const auto& kColumns = kParameterCovarianceColumns;
+  const auto table = sink->Open("passes_covariance", kColumns);
   const std::vector<ParameterCovariance>& entries = view.result.parameter_covariance;
-  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const ParameterResult& a = view.result.parameters[entries[i].a];
-      const ParameterResult& b = view.result.parameters[entries[i].b];
-      out->Text(a.owner).Text(a.name).Text(b.owner).Text(b.name);
-      out->Number(view.factor * entries[i].covariance).EndRow();
-    }
-  };
-  WriteRows(entries.size(), table->rows_of_part(), table.get(), write);
+  WriteEach(entries.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const ParameterResult& a = view.result.parameters[entries[i].a];
+    const ParameterResult& b = view.result.parameters[entries[i].b];
+    NewRow(batch)
+        .Text(kColumns("pass_a"), a.owner)
+        .Text(kColumns("parameter_a"), a.name)
+        .Text(kColumns("pass_b"), b.owner)
+        .Text(kColumns("parameter_b"), b.name)
+        .Number(kColumns("covariance"), view.factor * entries[i].covariance);
+  });
   table->Commit();
 }
 
 void WritePairTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("pairs", kPairColumns);
+  constexpr const auto& kColumns = kPairColumns;
+  const auto table = sink->Open("pairs", kColumns);
   const std::vector<PairResult>& pairs = view.result.pairs;
-  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const PairResult& pair = pairs[i];
-      out->Id(view.block.points.ids[pair.a], pair.a).Id(view.block.points.ids[pair.b], pair.b);
-      for (Eigen::Index k = 0; k < 3; ++k) out->Number(pair.difference_enu_m[k]);
-      WriteCovariance(pair.covariance_m2, view.factor, out);
-      out->Number(pair.sigma_leberl_across_m).Number(pair.sigma_leberl_up_m);
-      out->Number(pair.sigma_leberl_path_across_m).Number(pair.sigma_leberl_path_up_m).EndRow();
-    }
-  };
-  WriteRows(pairs.size(), table->rows_of_part(), table.get(), write);
-  table->Commit();
-}
-
-void WriteResidualTable(TableSink* sink, const ResultView& view) {
-  const PixelResiduals pixels(view);
-  const auto table = sink->Open(
-      "residuals",
-      std::span(kResidualColumns)
-          .first(kResidualColumns.size() - (pixels.present() ? 0 : kImageResidualColumns)));
-  const Block& block = view.block;
-  const LookResults& looks = view.result.looks;
-  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
-  const std::vector<std::uint32_t> finding = FindingOfLook(view);
-  const auto write_look = [&](std::size_t i, std::size_t point, TableWriter* out) {
-    out->Id(block.passes[block.looks.pass[i]].id, block.looks.pass[i]);
-    out->Id(block.points.ids[point], static_cast<std::uint32_t>(point));
-    out->Number(looks.range_residual_m.empty() ? kNotGiven : looks.range_residual_m[i]);
-    out->Number(looks.azimuth_residual_m.empty() ? kNotGiven : looks.azimuth_residual_m[i]);
-    WriteQuality(view, sizes, i, point, out);
-    const bool rejected = looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
-    out->Number(looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
-    out->Integer(rejected ? 1 : 0);
-    out->Text(looks.reason.empty() ? "" : sarblock::NameOf(looks.reason[i]));
-    if (finding[i] > 0) {
-      out->Integer(finding[i]);
-    } else {
-      out->Empty();
-    }
-    pixels.Write(i, point, out);
-    out->EndRow();
-  };
-  const auto write = [&](std::size_t begin, std::size_t end, TableWriter* out) {
-    ForLooks(block.looks, begin, end, [&](std::size_t i, std::size_t point) {
-      write_look(i, point, out);
-    });
-  };
-  WriteRows(block.looks.size(), table->rows_of_part(), table.get(), write);
+  WriteEach(pairs.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const PairResult& pair = pairs[i];
+    SymmetricEnu covariance_m2 = pair.covariance_m2;
+    for (double& element_m2 : covariance_m2) element_m2 *= view.factor;
+    NewRow(batch)
+        .Id(kColumns("point_a"), view.block.points.ids, pair.a)
+        .Id(kColumns("point_b"), view.block.points.ids, pair.b)
+        .Numbers(kColumns("de_m", "dn_m", "du_m"), pair.difference_enu_m)
+        .Numbers(kPairCovariance, covariance_m2)
+        .Number(kColumns("sigma_leberl_across_m"), pair.sigma_leberl_across_m)
+        .Number(kColumns("sigma_leberl_up_m"), pair.sigma_leberl_up_m)
+        .Number(kColumns("sigma_leberl_path_across_m"), pair.sigma_leberl_path_across_m)
+        .Number(kColumns("sigma_leberl_path_up_m"), pair.sigma_leberl_path_up_m);
+  });
   table->Commit();
 }
 
 void WriteControlTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("control_quality", kControlColumns);
-  TableWriter& out = *table;
+  constexpr const auto& kColumns = kControlColumns;
+  const auto table = sink->Open("control_quality", kColumns);
   const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
-  for (const ControlQuality& control : view.result.control_quality) {
-    const BlunderSize size = sizes.OfControl(control);
-    out.Id(view.block.points.ids[control.point], control.point);
-    out.Text(kComponents[static_cast<std::size_t>(control.component)]);
-    out.Number(control.residual_m)
-        .Number(size.sigma_m)
-        .Number(control.redundancy_1)
-        .Number(control.w_1);
-    out.Number(TauOf(control.w_1, view.result));
-    out.Number(size.detectable_m).Number(size.influence_m).EndRow();
-  }
-  out.Commit();
+  const std::vector<ControlQuality>& qualities = view.result.control_quality;
+  WriteEach(qualities.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const ControlQuality& control = qualities[i];
+    const BlunderSize size = sizes.ControlSize(control);
+    NewRow(batch)
+        .Id(kColumns("point"), view.block.points.ids, control.point)
+        .Text(kColumns("component"), kComponents[static_cast<std::size_t>(control.component)])
+        .Number(kColumns("residual_m"), control.residual_m)
+        .Number(kColumns("sigma_m"), size.sigma_m)
+        .Number(kColumns("redundancy"), control.redundancy)
+        .Number(kColumns("w"), control.w)
+        .Number(kColumns("tau"), TauOf(control.w, view.result))
+        .Number(kColumns("mdb_m"), size.detectable_m)
+        .Number(kColumns("influence_m"), size.influence_m);
+  });
+  table->Commit();
 }
 
 void WriteStripTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("strips", kStripColumns);
-  TableWriter& out = *table;
-  for (const StripStation& station : view.result.strips) {
-    const Pass& pass = view.block.passes[station.pass];
-    out.Id(pass.id, station.pass).Text(pass.side == LookSide::kLeft ? "left" : "right");
-    out.Number(station.time_s).Number(station.strip_time_1);
-    WriteVector(station.antenna_m, 1.0, &out);
-    WriteVector(station.near_m, 1.0, &out);
-    WriteVector(station.far_m, 1.0, &out);
-    WriteVector(station.correction_m, 1.0, &out);
-    WriteVector(station.correction_sigma_m, std::sqrt(view.factor), &out);
-    out.EndRow();
-  }
-  out.Commit();
+  constexpr const auto& kColumns = kStripColumns;
+  const auto table = sink->Open("strips", kColumns);
+  const std::vector<StripStation>& strips = view.result.strips;
+  WriteEach(strips.size(), table.get(), [&](std::size_t i, Batch* batch) {
+    const StripStation& station = strips[i];
+    const bool left = view.block.passes[station.pass].side == LookSide::kLeft;
+    const Eigen::Vector3d sigma_m = std::sqrt(view.factor) * station.correction_sigma_m;
+    NewRow(batch)
+        .Id(kColumns("pass"), view.pass_ids, station.pass)
+        .Text(kColumns("look"), left ? "left" : "right")
+        .Number(kColumns("time_s"), station.time_s)
+        .Number(kColumns("strip_time"), station.strip_time)
+        .Numbers(kColumns("x_m", "y_m", "z_m"), station.antenna_m)
+        .Numbers(kColumns("near_x_m", "near_y_m", "near_z_m"), station.near_m)
+        .Numbers(kColumns("far_x_m", "far_y_m", "far_z_m"), station.far_m)
+        .Numbers(kColumns("correction_along_m", "correction_across_m", "correction_up_m"),
+                 station.correction_m)
+        .Numbers(kColumns("sigma_along_m", "sigma_across_m", "sigma_up_m"), sigma_m);
+  });
+  table->Commit();
 }
 
 namespace {
@@ -331,34 +324,68 @@ double LineResidual(const Block& block,
   return azimuth_residual_m / -rate_mps / pass.image->line_interval_s;
 }
 
-}  // namespace
-
-PixelResiduals::PixelResiduals(const ResultView& view) : view_(view) {
-  present_ = std::any_of(view.block.passes.begin(), view.block.passes.end(), [](const Pass& pass) {
-    return pass.image.has_value();
-  });
+/// Where a look of a pass with an image was measured in it, and its residuals as steps of the
+/// image, computed minus measured. docs/theory/image_coordinates.md, eq. (5).
+void WritePixelResiduals(const ResultView& view, std::size_t look, std::size_t point, NewRow* row) {
+  constexpr const auto& kColumns = kResidualColumns;
+  const Block& block = view.block;
+  const LookResults& looks = view.result.looks;
+  const Pass& pass = block.passes[block.looks.pass[look]];
+  if (!pass.image) return;
+  const RadarCoordinates radar{block.looks.time_s[look], block.looks.range_m[look]};
+  if (const auto image = ImageFromRadar(*pass.image, radar)) {
+    row->Number(kColumns("line"), image->line_px).Number(kColumns("pixel"), image->pixel_px);
+  }
+  if (looks.range_residual_m.empty() || std::isnan(looks.range_residual_m[look])) return;
+  row->Number(
+      kColumns("line_residual_px"),
+      LineResidual(
+          block, look, view.result.points.position_m[point], looks.azimuth_residual_m[look]));
+  if (const auto pixel_m = SlantRangePerPixel_m(*pass.image, radar)) {
+    row->Number(kColumns("pixel_residual_px"), looks.range_residual_m[look] / *pixel_m);
+  }
 }
 
-void PixelResiduals::Write(std::size_t look, std::size_t point, TableWriter* out) const {
-  if (!present_) return;
-  const Block& block = view_.block;
-  const LookResults& looks = view_.result.looks;
-  const Pass& pass = block.passes[block.looks.pass[look]];
-  if (!pass.image) {
-    out->Empty(4);
-    return;
-  }
-  const RadarCoordinates radar{block.looks.time_s[look], block.looks.range_m[look]};
-  const auto image = ImageFromRadar(*pass.image, radar);
-  out->Number(image ? image->line_px : kNotGiven).Number(image ? image->pixel_px : kNotGiven);
-  if (looks.range_residual_m.empty() || std::isnan(looks.range_residual_m[look])) {
-    out->Empty(2);
-    return;
-  }
-  out->Number(LineResidual(
-      block, look, view_.result.points.position_m[point], looks.azimuth_residual_m[look]));
-  const auto pixel_m = SlantRangePerPixel_m(*pass.image, radar);
-  out->Number(pixel_m ? looks.range_residual_m[look] / *pixel_m : kNotGiven);
+}  // namespace
+
+void WriteResidualTable(TableSink* sink, const ResultView& view) {
+  constexpr const auto& kColumns = kResidualColumns;
+  const Block& block = view.block;
+  const bool image = std::any_of(block.passes.begin(), block.passes.end(), [](const Pass& pass) {
+    return pass.image.has_value();
+  });
+  constexpr std::array<std::string_view, 4> kOfImages{
+      "line", "pixel", "line_residual_px", "pixel_residual_px"};
+  const auto table =
+      sink->Open("residuals", kColumns, std::span(kOfImages).first(image ? 0 : kOfImages.size()));
+  const LookResults& looks = view.result.looks;
+  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
+  const std::vector<std::uint32_t> finding = FindingOfLook(view);
+  const auto write_look = [&](std::size_t i, std::size_t point, Batch* batch) {
+    NewRow row(batch);
+    row.Id(kColumns("pass"), view.pass_ids, block.looks.pass[i]);
+    row.Id(kColumns("point"), block.points.ids, static_cast<std::uint32_t>(point));
+    if (!looks.range_residual_m.empty()) {
+      row.Number(kColumns("range_residual_m"), looks.range_residual_m[i]);
+    }
+    if (!looks.azimuth_residual_m.empty()) {
+      row.Number(kColumns("azimuth_residual_m"), looks.azimuth_residual_m[i]);
+    }
+    WriteQuality(view, sizes, i, point, &row);
+    const bool rejected = looks.rejected.empty() ? block.looks.rejected(i) : looks.rejected[i] != 0;
+    row.Number(kColumns("weight"),
+               looks.weight.empty() ? 1.0 : static_cast<double>(looks.weight[i]));
+    row.Integer(kColumns("rejected"), rejected ? 1 : 0);
+    if (!looks.reason.empty()) row.Text(kColumns("reason"), sarblock::NameOf(looks.reason[i]));
+    if (finding[i] > 0) row.Integer(kColumns("finding"), finding[i]);
+    WritePixelResiduals(view, i, point, &row);
+  };
+  WriteRows(block.looks.size(), table.get(), [&](std::size_t begin, std::size_t end, Batch* batch) {
+    ForLooks(block.looks, begin, end, [&](std::size_t i, std::size_t point) {
+      write_look(i, point, batch);
+    });
+  });
+  table->Commit();
 }
 
 }  // namespace sarblock

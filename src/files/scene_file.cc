@@ -37,7 +37,7 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Count("segments", &flight.segments);
   table.Number("segment_spacing_m", &flight.segment_spacing_m);
   table.Number("spacing_m", &flight.spacing_m);
-  table.Number("overlap", &flight.overlap_1);
+  table.Number("overlap", &flight.overlap);
   table.Number("height_m", &flight.height_m);
   table.Number("length_m", &flight.length_m);
   table.Number("speed_mps", &flight.speed_mps);
@@ -56,7 +56,7 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Finish();
   if (swaths > 1) {
     throw InputError(table.PlaceOf("swath"),
-                     "stands twice; give one of swath_look_deg, swath_ground_m, swath_slant_m");
+                     "is given twice; give one of swath_look_deg, swath_ground_m, swath_slant_m");
   }
   return flight;
 }
@@ -76,7 +76,7 @@ SceneNavigation ReadNavigation(SceneTable& table) {
   table.Number("correlation_time_s", &navigation.correlation_time_s);
   table.Number("knot_spacing_s", &navigation.knot_spacing_s);
   table.Number("range_bias_sigma_m", &navigation.range_bias_sigma_m);
-  table.Number("range_scale_sigma_ppm", &navigation.range_scale_sigma_1, 1e-6);
+  table.Number("range_scale_sigma_ppm", &navigation.range_scale_sigma, 1e-6);
   table.Number("time_bias_sigma_s", &navigation.time_bias_sigma_s);
   table.Number("squint_bias_sigma_deg", &navigation.squint_bias_sigma_rad, kRadPerDeg);
   table.Truth("shared_biases", &navigation.shared_biases);
@@ -86,39 +86,44 @@ SceneNavigation ReadNavigation(SceneTable& table) {
 }
 
 /// Reads wander.table; without a folder to look in it is refused.
-void ReadWanderTable(const TomlValue& name,
-                     const std::filesystem::path* folder,
-                     SceneWander* wander) {
+void ReadTrajectoryErrorTable(const TomlValue& name,
+                              const std::filesystem::path* folder,
+                              SceneTrajectoryError* trajectory_error) {
   const std::string file = name.Text();
   if (folder == nullptr) name.Fail("is for scenes that are files, whose folder it counts from");
-  constexpr std::array<TableColumn, 4> columns{{{"time_s", ColumnNeed::kRequired},
-                                                {"along_m", ColumnNeed::kRequired},
-                                                {"across_m", ColumnNeed::kRequired},
-                                                {"up_m", ColumnNeed::kRequired}}};
-  CsvReader reader(*folder / file, columns);
-  if (!reader.unknown_columns().empty()) {
-    name.Fail("has a column '" + reader.unknown_columns().front() +
+  constexpr Columns kColumns{{
+      {"time_s", ColumnNeed::kRequired},
+      {"along_m", ColumnNeed::kRequired},
+      {"across_m", ColumnNeed::kRequired},
+      {"up_m", ColumnNeed::kRequired},
+  }};
+  const auto table = ReadCsv(*folder / file, kColumns);
+  if (!table->unknown_columns().empty()) {
+    name.Fail("has a column '" + table->unknown_columns().front() +
               "', allowed are time_s, along_m, across_m and up_m");
   }
-  while (reader.Next()) {
-    const double time_s = reader.RequiredNumber(0);
-    if (!wander->table_time_s.empty() && !(time_s > wander->table_time_s.back())) {
-      reader.Fail(0, "times must increase");
+  ForRows(table.get(), [&](const Row& row) {
+    const double time_s = row.RequiredNumber(kColumns("time_s"));
+    if (!trajectory_error->table_time_s.empty() &&
+        !(time_s > trajectory_error->table_time_s.back())) {
+      row.Fail(kColumns("time_s"), "times must increase");
     }
-    wander->table_time_s.push_back(time_s);
-    wander->table_m.emplace_back(
-        reader.RequiredNumber(1), reader.RequiredNumber(2), reader.RequiredNumber(3));
-  }
-  if (wander->table_time_s.size() < 2) name.Fail("has fewer than two rows");
+    trajectory_error->table_time_s.push_back(time_s);
+    trajectory_error->table_m.emplace_back(row.RequiredNumber(kColumns("along_m")),
+                                           row.RequiredNumber(kColumns("across_m")),
+                                           row.RequiredNumber(kColumns("up_m")));
+  });
+  if (trajectory_error->table_time_s.size() < 2) name.Fail("has fewer than two rows");
 }
 
-SceneWander ReadWander(SceneTable& table, const std::filesystem::path* folder) {
-  SceneWander wander;
-  table.Numbers("rms_m", &wander.rms_m);
-  table.Numbers("time_constant_s", &wander.time_constant_s);
-  if (const auto name = table.Take("table")) ReadWanderTable(*name, folder, &wander);
+SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesystem::path* folder) {
+  SceneTrajectoryError trajectory_error;
+  table.Numbers("rms_m", &trajectory_error.rms_m);
+  table.Numbers("time_constant_s", &trajectory_error.time_constant_s);
+  if (const auto name = table.Take("table"))
+    ReadTrajectoryErrorTable(*name, folder, &trajectory_error);
   table.Finish();
-  return wander;
+  return trajectory_error;
 }
 
 SceneRecorder ReadRecorder(SceneTable& table) {
@@ -144,20 +149,20 @@ SceneLooks ReadLooks(SceneTable& table) {
   table.Number("range_sigma_m", &looks.range_sigma_m);
   table.Number("azimuth_sigma_m", &looks.azimuth.azimuth);
   if (const auto seconds = table.Take("azimuth_sigma_s")) {
-    if (table.Has("azimuth_sigma_m")) seconds->Fail("cannot stand beside azimuth_sigma_m");
+    if (table.Has("azimuth_sigma_m")) seconds->Fail("excludes azimuth_sigma_m; give one");
     looks.azimuth.azimuth = seconds->Number();
     looks.azimuth.azimuth_unit = AzimuthUnit::kSeconds;
   }
   if (const auto hertz = table.Take("doppler_sigma_hz")) {
     for (const char* other : {"azimuth_sigma_m", "azimuth_sigma_s"}) {
-      if (table.Has(other)) hertz->Fail(std::string("cannot stand beside ") + other);
+      if (table.Has(other)) hertz->Fail(std::string("excludes ") + other + "; give one");
     }
     looks.azimuth.azimuth = hertz->Number();
     looks.azimuth.azimuth_unit = AzimuthUnit::kHertz;
   }
-  table.Number("noise_scale", &looks.noise_scale_1);
-  table.Number("blunder_fraction", &looks.blunder_fraction_1);
-  table.Number("blunder_size", &looks.blunder_size_1);
+  table.Number("noise_scale", &looks.noise_scale);
+  table.Number("blunder_fraction", &looks.blunder_fraction);
+  table.Number("blunder_size", &looks.blunder_size);
   table.Choice<Blunder>(
       "blunder_kind",
       {{"range", Blunder::kRange}, {"azimuth", Blunder::kAzimuth}, {"both", Blunder::kBoth}},
@@ -188,7 +193,7 @@ ScenePoints ReadPoints(SceneTable& table) {
   table.Numbers("east_m", &points.east_m);
   table.Numbers("north_m", &points.north_m);
   if (const auto given = table.Take("density_per_km2")) {
-    if (table.Has("count")) given->Fail("cannot stand beside count");
+    if (table.Has("count")) given->Fail("excludes count; give one");
     const double density = given->Number();
     const double area_km2 =
         (points.east_m[1] - points.east_m[0]) * (points.north_m[1] - points.north_m[0]) * 1e-6;
@@ -230,15 +235,15 @@ SceneControl ReadSceneControl(SceneTable& table, SceneControl::Layout default_la
   if (known.count == 0) known.layout = Layout::kNone;
   table.Numbers("sigma_m", &known.sigma_m);
   if (const auto components = table.Take("components")) {
-    known.held = {false, false, false};
+    known.fixed = {false, false, false};
     for (const TomlValue& name : components->Entries()) {
-      known.held[name.OneOf({"e", "n", "u"})] = true;
+      known.fixed[name.OneOf({"e", "n", "u"})] = true;
     }
   }
   table.Numbers("east_m", &known.east_m);
   table.Numbers("north_m", &known.north_m);
-  table.Number("inset", &known.inset_1);
-  table.Number("noise_scale", &known.noise_scale_1);
+  table.Number("inset", &known.inset);
+  table.Number("noise_scale", &known.noise_scale);
   table.Number("approximate_sigma_m", &known.approximate_sigma_m);
   table.Finish();
   return known;
@@ -281,7 +286,7 @@ Scene ParseSceneIn(const std::filesystem::path* folder,
   for (SceneTable& flight : table.Tables("flight")) {
     scene.flights.push_back(ReadFlight(flight));
   }
-  if (auto t = table.Table("wander")) scene.wander = ReadWander(*t, folder);
+  if (auto t = table.Table("wander")) scene.trajectory_error = ReadTrajectoryError(*t, folder);
   if (auto t = table.Table("recorder")) scene.recorder = ReadRecorder(*t);
   if (auto t = table.Table("navigation")) scene.navigation = ReadNavigation(*t);
   if (auto t = table.Table("looks")) scene.looks = ReadLooks(*t);
@@ -333,7 +338,7 @@ std::vector<std::string> SceneKeys() {
   Scene scene;
   add("frame", [&](SceneTable& table) { ReadSceneFrame(table, &scene); });
   add("flight.0", [](SceneTable& table) { ReadFlight(table); });
-  add("wander", [](SceneTable& table) { ReadWander(table, nullptr); });
+  add("wander", [](SceneTable& table) { ReadTrajectoryError(table, nullptr); });
   add("recorder", [](SceneTable& table) { ReadRecorder(table); });
   add("navigation", [](SceneTable& table) { ReadNavigation(table); });
   add("looks", [](SceneTable& table) { ReadLooks(table); });

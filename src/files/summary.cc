@@ -20,10 +20,10 @@
 #include "correction_options.h"
 #include "quality/assess.h"
 #include "result_tables.h"
+#include "tables/checksum.h"
 #include "tables/json.h"
 #include "tables/open.h"
 #include <nlohmann/json.hpp>
-#include <openssl/evp.h>
 #include <toml++/toml.h>
 
 namespace sarblock {
@@ -66,9 +66,9 @@ Json TrajectoryJson(const RecordedFlight& recorded) {
                {"state_sigma_mps", effect.noise.velocity_mps}};
   if (!effect.why.empty()) json["why"] = effect.why;
   if (effect.fit) {
-    json["fit"] = {{"position", effect.fit->position_1},
+    json["fit"] = {{"position", effect.fit->position_ratio},
                    {"position_freedom", effect.fit->position_freedom},
-                   {"velocity", effect.fit->velocity_1},
+                   {"velocity", effect.fit->velocity_ratio},
                    {"velocity_freedom", effect.fit->velocity_freedom}};
   }
   return json;
@@ -113,11 +113,26 @@ Json Counts(const Block& block, const AdjustResult& result) {
 
 Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
   if (std::isnan(result.sigma0_squared)) return nullptr;
-  return {{"value", result.sigma0_squared * result.redundancy()},
+  return {{"value", result.sigma0_squared * result.test_redundancy},
+          {"redundancy", result.test_redundancy},
           {"lower", result.chi_square.lower},
           {"upper", result.chi_square.upper},
           {"level", options.test_level},
           {"passed", result.chi_square_passed}};
+}
+
+Json Groups(const AdjustResult& result) {
+  Json groups = Json::array();
+  for (const ObservationGroup& group : result.assessment.groups) {
+    groups.push_back({{"group", group.name},
+                      {"square_sum", group.square_sum},
+                      {"redundancy", group.redundancy},
+                      {"factor", group.factor()},
+                      {"sigma", group.factor_deviation()},
+                      {"lower", group.band.lower},
+                      {"upper", group.band.upper}});
+  }
+  return groups;
 }
 
 Json Selection(const SelectionReport& selection) {
@@ -129,10 +144,10 @@ Json Selection(const SelectionReport& selection) {
   Json simplifications = Json::array();
   for (const SimplificationBound& bound : selection.simplifications) {
     simplifications.push_back({{"simplification", bound.name},
-                               {"fraction", bound.fraction_1},
+                               {"fraction", bound.fraction},
                                {"allowed", bound.allowed},
                                {"taken", bound.taken},
-                               {"gain", bound.gain_1},
+                               {"gain", bound.gain},
                                {"verdict", bound.verdict}});
   }
   return {{"candidates", selection.candidates.size()},
@@ -141,8 +156,8 @@ Json Selection(const SelectionReport& selection) {
           {"settled", selection.settled},
           {"kept", kept},
           {"simplifications", simplifications},
-          {"simplified_gain", selection.simplified_gain_1},
-          {"simplified_shift", selection.simplified_shift_1},
+          {"simplified_gain", selection.simplified_gain},
+          {"simplified_shift", selection.simplified_shift},
           {"model", DumpCorrections(selection.groups)}};
 }
 
@@ -163,7 +178,8 @@ std::string Summary(const Block& block,
                     const AdjustOptions& options,
                     const AdjustResult& result,
                     const ResultContext& context,
-                    const std::vector<StageCost>& written) {
+                    const std::vector<StageCost>& written,
+                    const std::vector<TableSum>& tables) {
   Json summary;
   summary["format"] = "sarblock-result 1";
   summary["version"] = Version();
@@ -184,8 +200,10 @@ std::string Summary(const Block& block,
   summary["sigma0_squared"] = result.sigma0_squared;
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
+  summary["groups"] = Groups(result);
   if (!result.checks.empty()) {
-    summary["check_points"] = CheckPointsJson(result.assessment.checks, options.test_level);
+    summary["check_points"] =
+        CheckPointsJson(result.assessment.checks, LevelOfOneTest(options.test_level));
   }
   if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
   if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
@@ -201,6 +219,7 @@ std::string Summary(const Block& block,
   summary["warnings"] = context.warnings;
   for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
   summary["inputs"] = InputsJson(context.inputs);
+  if (!tables.empty()) summary["tables"] = TablesJson(tables);
   summary["configuration"] = ConfigurationJson(options);
   return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -211,7 +230,7 @@ std::string SummaryJson(const Block& block,
                         const AdjustOptions& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
-  return Summary(block, options, result, context, {});
+  return Summary(block, options, result, context, {}, {});
 }
 
 namespace {
@@ -232,7 +251,10 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
   if (view.options.pairs != PairChoice::kNone) WritePairTable(sink, view);
   if (result.montecarlo) WriteMonteCarloTable(sink, view);
   const bool corrected = !result.corrected_paths.empty();
-  WritePaths(sink, "trajectories", block, corrected ? result.corrected_paths : NominalPaths(block));
+  WritePaths(sink,
+             "trajectories",
+             view.pass_ids,
+             corrected ? result.corrected_paths : NominalPaths(block));
   const auto folder = sink->folder();
   if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;
   WriteGeoJson(*folder / "points.geojson",
@@ -241,7 +263,7 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
                 .ids = block.points.ids,
                 .role = block.points.role,
                 .points = result.points,
-                .covariance_factor_1 = view.factor,
+                .covariance_factor = view.factor,
                 .polygons = result.points.status.size() <= ellipse_limit});
 }
 
@@ -252,7 +274,8 @@ std::string WriteResult(const std::filesystem::path& target,
                         const AdjustOptions& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
-  const ResultView view{block, options, result, CovarianceFactor(options, result)};
+  const IdTable passes = PassIds(block);
+  const ResultView view{block, passes, options, result, CovarianceFactor(options, result)};
   ResultContext said = context;
   if (block.frame.kind() == FrameKind::kGeocentric && !NamesContainer(target) &&
       result.points.status.size() > context.ellipse_limit) {
@@ -262,16 +285,21 @@ std::string WriteResult(const std::filesystem::path& target,
         std::to_string(context.ellipse_limit) + " points");
   }
   std::string summary;
-  const IdTable passes = PassIds(block);
-  const TextsOfTable pass_ids(passes), point_ids(block.points.ids);
-  const BlockIds ids{&pass_ids, &point_ids};
+  const BlockIds ids{&passes, &block.points.ids};
   const auto write = [&](TableSink* sink) {
     std::vector<StageCost> written;
     {
       const StageTimer timer("write", &written);
       WriteResultTables(sink, view, context.ellipse_limit);
     }
-    summary = Summary(block, options, result, said, written);
+    const auto folder = sink->folder();
+    summary =
+        Summary(block,
+                options,
+                result,
+                said,
+                written,
+                folder ? SumsOfTables(*folder, FolderContent::kResult) : std::vector<TableSum>());
     sink->WriteText("summary.json", summary);
   };
   WriteTables(FolderContent::kResult, target, context.compression, ids, write);
@@ -290,8 +318,8 @@ Json WorstJson(const Block& block, const QualitySummary& summary) {
     worst.push_back({{"pass", block.passes[block.looks.pass[look.look]].id},
                      {"point", std::string(block.points.ids[look.point])},
                      {"component", ComponentName(look.azimuth)},
-                     {"w", look.w_1},
-                     {"redundancy", look.redundancy_1}});
+                     {"w", look.w},
+                     {"redundancy", look.redundancy}});
   }
   return worst;
 }
@@ -299,13 +327,13 @@ Json WorstJson(const Block& block, const QualitySummary& summary) {
 Json PriorsJson(const AdjustResult& result) {
   const PriorSummary& summary = result.assessment.priors;
   Json json = {{"priors", summary.priors},
-               {"redundancy", summary.redundancy_1},
+               {"redundancy", summary.redundancy},
                {"tested", summary.tested},
                {"above_critical", summary.above},
-               {"expected_above", summary.expected_above_1}};
+               {"expected_above", summary.expected_above}};
   if (summary.tested > 0) {
     const ParameterResult& worst = result.parameters[summary.worst];
-    json["worst"] = {{"pass", worst.owner}, {"parameter", worst.name}, {"w", summary.worst_w_1}};
+    json["worst"] = {{"pass", worst.owner}, {"parameter", worst.name}, {"w", summary.worst_w}};
   }
   return json;
 }
@@ -315,10 +343,10 @@ Json SharesJson(const std::vector<PassShare>& all) {
   for (const PassShare& share : all) {
     shares.push_back({{"pass", share.owner},
                       {"looks", share.looks},
-                      {"square_sum", share.square_sum_1},
-                      {"redundancy", share.redundancy_1},
-                      {"prior_square_sum", share.prior_square_sum_1},
-                      {"prior_redundancy", share.prior_redundancy_1},
+                      {"square_sum", share.square_sum},
+                      {"redundancy", share.redundancy},
+                      {"prior_square_sum", share.prior_square_sum},
+                      {"prior_redundancy", share.prior_redundancy},
                       {"sigma0_squared", share.variance_factor()}});
   }
   return shares;
@@ -329,28 +357,27 @@ Json SharesJson(const std::vector<PassShare>& all) {
 Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustResult& result) {
   const QualitySummary& summary = result.assessment.tests;
   const ReliabilityFigures& figures = summary.figures;
-  return {
-      {"alpha", options.quality.alpha_1},
-      {"power", options.quality.power_1},
-      {"family_wise", NameOfChoice("quality.family_wise", options)},
-      {"test", NameOfChoice("quality.test", options)},
-      {"tests", figures.tests},
-      {"alpha_one", figures.alpha_one_1},
-      {"alpha_all", figures.alpha_all_1},
-      {"critical_w", figures.critical_w_1},
-      {"critical_tau", figures.critical_tau_1},
-      {"delta0", figures.delta0_1},
-      {"median_redundancy",
-       {{"range", summary.median_redundancy_1[0]}, {"azimuth", summary.median_redundancy_1[1]}}},
-      {"above_critical",
-       {{"range", summary.looks_above[0]},
-        {"azimuth", summary.looks_above[1]},
-        {"control", summary.control_above}}},
-      {"expected_above", summary.expected_above_1()},
-      {"looks_not_localisable", summary.looks_not_localisable},
-      {"worst", WorstJson(block, summary)},
-      {"priors", PriorsJson(result)},
-      {"passes", SharesJson(result.assessment.shares)}};
+  return {{"alpha", options.quality.alpha},
+          {"power", options.quality.power},
+          {"family_wise", NameOfChoice("quality.family_wise", options)},
+          {"test", NameOfChoice("quality.test", options)},
+          {"tests", figures.tests},
+          {"alpha_one", figures.alpha_one},
+          {"alpha_all", figures.alpha_all},
+          {"critical_w", figures.critical_w},
+          {"critical_tau", figures.critical_tau},
+          {"delta0", figures.delta0},
+          {"median_redundancy",
+           {{"range", summary.median_redundancy[0]}, {"azimuth", summary.median_redundancy[1]}}},
+          {"above_critical",
+           {{"range", summary.looks_above[0]},
+            {"azimuth", summary.looks_above[1]},
+            {"control", summary.control_above}}},
+          {"expected_above", summary.expected_above()},
+          {"looks_not_localisable", summary.looks_not_localisable},
+          {"worst", WorstJson(block, summary)},
+          {"priors", PriorsJson(result)},
+          {"passes", SharesJson(result.assessment.shares)}};
 }
 
 Json SnoopingJson(const Block& block, const SnoopingReport& report) {
@@ -365,7 +392,7 @@ Json SnoopingJson(const Block& block, const SnoopingReport& report) {
                         {"passes", passes},
                         {"control", finding.control},
                         {"component", ComponentName(finding.azimuth)},
-                        {"w", finding.w_1},
+                        {"w", finding.w},
                         {"located", finding.located()},
                         {"action", NameOf(finding.action)},
                         {"note", finding.note}});
@@ -384,12 +411,12 @@ Json CheckPointsJson(const CheckSummary& summary, double level) {
                {"components", summary.components},
                {"chi_square", summary.chi_square}};
   if (summary.components == 0) return json;
-  json["freedom"] = summary.freedom_1;
+  json["freedom"] = summary.freedom;
   json["lower"] = summary.chi_square_interval.lower;
   json["upper"] = summary.chi_square_interval.upper;
   json["level"] = level;
   json["realistic"] = summary.realistic();
-  json["error_ratio"] = summary.error_ratio_1;
+  json["error_ratio"] = summary.error_ratio;
   json["points_outside"] = summary.points_outside;
   json["says"] = DescribeChecks(summary, level);
   return json;
@@ -401,8 +428,8 @@ using Json = nlohmann::ordered_json;
 
 Json TestSection(const GlobalTest& test, double level) {
   return {{"sigma0_squared", test.sigma0_squared},
-          {"redundancy", test.redundancy_1},
-          {"value", test.sigma0_squared * test.redundancy_1},
+          {"redundancy", test.redundancy},
+          {"value", test.sigma0_squared * test.redundancy},
           {"lower", test.chi_square.lower},
           {"upper", test.chi_square.upper},
           {"level", level},
@@ -410,8 +437,8 @@ Json TestSection(const GlobalTest& test, double level) {
 }
 
 Json MeanSection(const RunMean& mean) {
-  return {{"expected", mean.expected_1},
-          {"mean", mean.mean_1},
+  return {{"expected", mean.expected},
+          {"mean", mean.mean},
           {"lower", mean.lower()},
           {"upper", mean.upper()},
           {"agrees", mean.Agrees()}};
@@ -426,17 +453,17 @@ Json VarianceComponentsSection(const AdjustOptions& options, const AdjustResult&
   section["converged"] = report.converged;
   section["before"] = TestSection(report.before, options.test_level);
   section["after"] = TestSection(
-      {result.sigma0_squared, result.redundancy(), result.chi_square, result.chi_square_passed},
+      {result.sigma0_squared, result.test_redundancy, result.chi_square, result.chi_square_passed},
       options.test_level);
   section["components"] = Json::array();
   for (const VarianceComponent& c : report.components) {
     section["components"].push_back({{"group", c.group},
                                      {"component", c.component == 0 ? "range" : "azimuth"},
                                      {"looks", c.looks},
-                                     {"redundancy", c.redundancy_1},
+                                     {"redundancy", c.redundancy},
                                      {"estimated", c.estimated},
-                                     {"factor", c.factor_1},
-                                     {"factor_sigma", c.factor_deviation_1},
+                                     {"factor", c.factor},
+                                     {"factor_sigma", c.factor_deviation},
                                      {"sigma_before", c.sigma_before},
                                      {"sigma_after", c.sigma_after()},
                                      {"sigma_after_sigma", c.sigma_deviation()},
@@ -466,24 +493,29 @@ Json MonteCarloSection(const MonteCarloReport& report) {
 }
 
 void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
-  const auto table = sink->Open("montecarlo", kMonteCarloColumns);
-  TableWriter& out = *table;
+  constexpr const auto& kColumns = kMonteCarloColumns;
+  const auto table = sink->Open("montecarlo", kColumns);
   const MonteCarloReport& report = *view.result.montecarlo;
-  for (std::uint32_t point = 0; point < report.square_1.size(); ++point) {
-    if (report.runs == 0 || std::isnan(report.square_1[point])) continue;
-    out.Id(view.block.points.ids[point], point);
+  WriteEach(report.square.size(), table.get(), [&](std::size_t point, Batch* batch) {
+    if (report.runs == 0 || std::isnan(report.square[point])) return;
     const std::array<double, 6>& sample_m2 = report.sample_m2[point];
     const SymmetricEnu& rigorous_m2 = view.result.points.covariance_m2[point];
-    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(view.factor * sample_m2[i]));
-    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(view.factor * rigorous_m2[i]));
-    for (std::size_t i = 0; i < 3; ++i) out.Number(std::sqrt(sample_m2[i] / rigorous_m2[i]));
-    out.Number(report.square_1[point]);
-    for (const std::vector<std::uint32_t>& inside : report.inside) {
-      out.Number(static_cast<double>(inside[point]) / report.runs);
+    NewRow row(batch);
+    row.Id(kColumns("point"), view.block.points.ids, static_cast<std::uint32_t>(point));
+    std::array<double, 3> sample_m{}, rigorous_m{}, ratio{}, coverage{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample_m[i] = std::sqrt(view.factor * sample_m2[i]);
+      rigorous_m[i] = std::sqrt(view.factor * rigorous_m2[i]);
+      ratio[i] = std::sqrt(sample_m2[i] / rigorous_m2[i]);
+      coverage[i] = static_cast<double>(report.inside[i][point]) / report.runs;
     }
-    out.EndRow();
-  }
-  out.Commit();
+    row.Numbers(kColumns("sample_sigma_e_m", "sample_sigma_n_m", "sample_sigma_u_m"), sample_m);
+    row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), rigorous_m);
+    row.Numbers(kColumns("ratio_e", "ratio_n", "ratio_u"), ratio);
+    row.Number(kColumns("normalised_square"), report.square[point]);
+    row.Numbers(kColumns("coverage_50", "coverage_90", "coverage_99"), coverage);
+  });
+  table->Commit();
 }
 
 namespace {
@@ -493,28 +525,40 @@ using Json = nlohmann::ordered_json;
 /// null where there is no number.
 Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+/// The whole block with an explanation undone; null where it was not tried.
+Json CureJson(const Explanation::Cure& cure) {
+  if (!cure.tried) return nullptr;
+  return {{"cures", cure.cures},
+          {"sigma0_squared", Number(cure.factor)},
+          {"lower", Number(cure.lower)},
+          {"upper", Number(cure.upper)},
+          {"priors", Number(cure.priors_factor)},
+          {"points", cure.points}};
+}
+
 }  // namespace
 
 Json DiagnosisSection(const Diagnosis& diagnosis) {
   Json section = Json::array();
-  for (const Explanation& told : diagnosis.explanations) {
-    section.push_back({{"kind", NameOf(told.kind)},
-                       {"cause", told.cause},
-                       {"sentence", told.sentence},
-                       {"passes", told.passes},
-                       {"points", told.points},
-                       {"value", Number(told.value)},
-                       {"sigma", Number(told.sigma)},
-                       {"unit", told.unit},
-                       {"equals", told.equals},
-                       {"change", told.change},
-                       {"part", Number(told.part_1)},
-                       {"square_sum_before", Number(told.square_sum_before_1)},
-                       {"square_sum_after", Number(told.square_sum_after_1)},
-                       {"redundancy_before", Number(told.redundancy_before_1)},
-                       {"redundancy_after", Number(told.redundancy_after_1)},
-                       {"looks_lost_before", told.looks_lost_before},
-                       {"looks_lost_after", told.looks_lost_after}});
+  for (const Explanation& reported : diagnosis.explanations) {
+    section.push_back({{"kind", NameOf(reported.kind)},
+                       {"cause", reported.cause},
+                       {"sentence", reported.sentence},
+                       {"passes", reported.passes},
+                       {"points", reported.points},
+                       {"value", Number(reported.value)},
+                       {"sigma", Number(reported.sigma)},
+                       {"unit", reported.unit},
+                       {"equals", reported.equals},
+                       {"change", reported.change},
+                       {"part", Number(reported.part)},
+                       {"square_sum_before", Number(reported.square_sum_before)},
+                       {"square_sum_after", Number(reported.square_sum_after)},
+                       {"redundancy_before", Number(reported.redundancy_before)},
+                       {"redundancy_after", Number(reported.redundancy_after)},
+                       {"cure", CureJson(reported.cure)},
+                       {"looks_lost_before", reported.looks_lost_before},
+                       {"looks_lost_after", reported.looks_lost_after}});
   }
   return section;
 }
@@ -536,30 +580,15 @@ nlohmann::ordered_json InputsJson(const std::vector<InputFile>& files) {
   return inputs;
 }
 
-std::string Sha256OfFile(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(FilePlace{file.string(), 0, ""}, "cannot be opened");
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> digest(EVP_MD_CTX_new(),
-                                                                       &EVP_MD_CTX_free);
-  bool good = digest != nullptr && EVP_DigestInit_ex(digest.get(), EVP_sha256(), nullptr) == 1;
-  std::vector<char> buffer(std::size_t{1} << 18U);
-  while (good && stream) {
-    stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    const auto count = static_cast<std::size_t>(stream.gcount());
-    good = EVP_DigestUpdate(digest.get(), buffer.data(), count) == 1;
+nlohmann::ordered_json TablesJson(const std::vector<TableSum>& tables) {
+  auto list = nlohmann::ordered_json::array();
+  for (const TableSum& table : tables) {
+    list.push_back({{"table", table.table}, {"bytes", table.bytes}, {"sha256", table.sha256}});
   }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> value{};
-  unsigned int size = 0;
-  good = good && stream.eof() && EVP_DigestFinal_ex(digest.get(), value.data(), &size) == 1;
-  if (!good) throw InputError(FilePlace{file.string(), 0, ""}, "cannot be read to its end");
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (unsigned int i = 0; i < size; ++i) {
-    text += kDigits[value[i] >> 4U];
-    text += kDigits[value[i] & 15U];
-  }
-  return text;
+  return list;
 }
+
+std::string Sha256OfFile(const std::filesystem::path& file) { return Sha256Of(file); }
 
 std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
                                       const AdjustOptions& options) {

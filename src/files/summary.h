@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "result_tables.h"
+#include "tables/open.h"
 #include "tables/table.h"
 #include <nlohmann/json.hpp>
 
@@ -33,8 +34,10 @@ void WriteMonteCarloTable(TableSink* sink, const ResultView& view);
 /// The array `diagnosis` of summary.json: one object an explanation, the most likely first.
 [[nodiscard]] nlohmann::ordered_json DiagnosisSection(const Diagnosis& diagnosis);
 
-/// The [adjust] table that held for a run, key by key, and the number of its threads.
+/// The [adjust] table of a run, key by key, and the number of its threads.
 [[nodiscard]] nlohmann::ordered_json ConfigurationJson(const AdjustOptions& options);
+/// Its tables: table, bytes, sha256 of the text of each.
+[[nodiscard]] nlohmann::ordered_json TablesJson(const std::vector<TableSum>& tables);
 /// The files that it read: file, bytes, sha256 each.
 [[nodiscard]] nlohmann::ordered_json InputsJson(const std::vector<InputFile>& files);
 

@@ -16,24 +16,24 @@ namespace {
 constexpr double kSameWithinSigmas = 5.0;
 // Circles whose equation varies by less than this part of the radius are concentric: rounding.
 constexpr double kConcentricPart = 1e-12;
-constexpr std::size_t kMostCirclesPaired = 8;
+constexpr std::size_t kMaxCirclesPaired = 8;
 
 // Standard deviation of a circle's place along its axis by the azimuth error. An error in metres at
 // the target is one of e_d, which moves by cos^2(tau) with the antenna and as much as the circle
 // with the Doppler.
-double AzimuthSigma_m(const Sight& sight, const Circle& circle) {
-  if (sight.exact_time) return sight.azimuth_sigma;
-  if (sight.azimuth_in_seconds) {
-    return sight.azimuth_sigma * sight.velocity_mps.norm();
+double AzimuthSigma_m(const FixedPathLook& observation, const Circle& circle) {
+  if (observation.exact_time) return observation.azimuth_sigma;
+  if (observation.azimuth_in_seconds) {
+    return observation.azimuth_sigma * observation.velocity_mps.norm();
   }
   const double cos_tau = circle.radius_m / circle.range_m;
-  return sight.azimuth_sigma / (cos_tau * cos_tau);
+  return observation.azimuth_sigma / (cos_tau * cos_tau);
 }
 
 // Variance of a circle's centre along its axis: the azimuth error and the range error's share.
-double AlongVariance_m2(const Sight& sight, const Circle& circle) {
-  const double azimuth_sigma_m = AzimuthSigma_m(sight, circle);
-  const double range_share_m = sight.range_sigma_m * circle.along_m / circle.range_m;
+double AlongVariance_m2(const FixedPathLook& observation, const Circle& circle) {
+  const double azimuth_sigma_m = AzimuthSigma_m(observation, circle);
+  const double range_share_m = observation.range_sigma_m * circle.along_m / circle.range_m;
   return azimuth_sigma_m * azimuth_sigma_m + range_share_m * range_share_m;
 }
 
@@ -50,8 +50,8 @@ void Score(const Circle& first, double sigma_m, CutEquation* cut) {
   cut->sigma_m = sigma_m;
   const double inside = (cut->amplitude_m - cut->constant_m) * (cut->amplitude_m + cut->constant_m);
   // Positive: change of the equation per metre along circle 1, in standard deviations, at the
-  // solution. Negative where there is none: the cut that varies most still tells most about the
-  // place. One that does not vary at all (concentric circles) is the last resort.
+  // solution. Negative where there is none: the cut that varies most still locates the point
+  // best. One that does not vary at all (concentric circles) is the last resort.
   if (inside > 0.0) {
     cut->score = std::sqrt(inside) / (first.radius_m * sigma_m);
   } else if (cut->amplitude_m > kConcentricPart * first.radius_m) {
@@ -62,21 +62,23 @@ void Score(const Circle& first, double sigma_m, CutEquation* cut) {
 }
 
 // docs/theory/intersection.md, eq. (2) and (3).
-CutEquation BestCut(const Circle& first, const Circle& second, const Sight& second_sight) {
+CutEquation BestCut(const Circle& first,
+                    const Circle& second,
+                    const FixedPathLook& second_observation) {
   const Eigen::Vector3d offset_m = first.centre_m - second.antenna_m;
   CutEquation sphere;
   sphere.direction = offset_m * (first.radius_m / second.range_m);
-  sphere.amplitude_m = first.axis_1.cross(sphere.direction).norm();
+  sphere.amplitude_m = first.axis.cross(sphere.direction).norm();
   sphere.constant_m = ((second.range_m - first.radius_m) * (second.range_m + first.radius_m) -
                        offset_m.squaredNorm()) /
                       (2.0 * second.range_m);
-  Score(first, second_sight.range_sigma_m, &sphere);
+  Score(first, second_observation.range_sigma_m, &sphere);
 
   CutEquation plane;
-  plane.direction = second.axis_1 * first.radius_m;
-  plane.amplitude_m = first.axis_1.cross(plane.direction).norm();
-  plane.constant_m = second.along_m - second.axis_1.dot(offset_m);
-  Score(first, AzimuthSigma_m(second_sight, second), &plane);
+  plane.direction = second.axis * first.radius_m;
+  plane.amplitude_m = first.axis.cross(plane.direction).norm();
+  plane.constant_m = second.along_m - second.axis.dot(offset_m);
+  Score(first, AzimuthSigma_m(second_observation, second), &plane);
   return plane.score > sphere.score ? plane : sphere;
 }
 
@@ -86,13 +88,13 @@ struct BestPair {
   CutEquation cut;
 };
 
-void Offer(std::span<const Sight> sights,
+void Offer(std::span<const FixedPathLook> observations,
            const Eigen::Vector3d& origin_m,
            std::size_t i,
            std::size_t k,
            BestPair* best) {
-  const Circle first = Circle::Of(sights[i], origin_m);
-  const CutEquation cut = BestCut(first, Circle::Of(sights[k], origin_m), sights[k]);
+  const Circle first = Circle::From(observations[i], origin_m);
+  const CutEquation cut = BestCut(first, Circle::From(observations[k], origin_m), observations[k]);
   if (cut.score > best->cut.score) {
     *best = {first, k, cut};
   }
@@ -100,23 +102,23 @@ void Offer(std::span<const Sight> sights,
 
 }  // namespace
 
-Circle Circle::Of(const Sight& sight, const Eigen::Vector3d& origin_m) {
-  const double speed_mps = sight.velocity_mps.norm();
-  const double sin_tau = sight.cone.Sine(speed_mps);
+Circle Circle::From(const FixedPathLook& observation, const Eigen::Vector3d& origin_m) {
+  const double speed_mps = observation.velocity_mps.norm();
+  const double sin_tau = observation.cone.Sine(speed_mps);
   Circle circle;
-  circle.antenna_m = sight.antenna_m - origin_m;
-  circle.axis_1 = sight.velocity_mps / speed_mps;
-  circle.range_m = sight.range_m;
-  circle.along_m = sight.range_m * sin_tau;
-  circle.centre_m = circle.antenna_m + circle.along_m * circle.axis_1;
-  circle.radius_m = sight.range_m * std::sqrt((1.0 - sin_tau) * (1.0 + sin_tau));
+  circle.antenna_m = observation.antenna_m - origin_m;
+  circle.axis = observation.velocity_mps / speed_mps;
+  circle.range_m = observation.range_m;
+  circle.along_m = observation.range_m * sin_tau;
+  circle.centre_m = circle.antenna_m + circle.along_m * circle.axis;
+  circle.radius_m = observation.range_m * std::sqrt((1.0 - sin_tau) * (1.0 + sin_tau));
   return circle;
 }
 
-CircleBasis CircleBasis::Of(const Circle& circle) {
+CircleBasis CircleBasis::From(const Circle& circle) {
   CircleBasis basis;
-  basis.e1 = circle.axis_1.unitOrthogonal();
-  basis.e2 = circle.axis_1.cross(basis.e1);
+  basis.e1 = circle.axis.unitOrthogonal();
+  basis.e2 = circle.axis.cross(basis.e1);
   return basis;
 }
 
@@ -135,25 +137,25 @@ CosineRoots SolveCosine(double a, double b, double c) {
   return roots;
 }
 
-Starts ClosedStarts(std::span<const Sight> sights,
+Starts ClosedStarts(std::span<const FixedPathLook> observations,
                     const Eigen::Vector3d& origin_m,
-                    const Eigen::Vector3d& up_1) {
+                    const Eigen::Vector3d& up) {
   BestPair best;
-  const std::size_t n = sights.size();
-  if (n <= kMostCirclesPaired) {
+  const std::size_t n = observations.size();
+  if (n <= kMaxCirclesPaired) {
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t k = i + 1; k < n; ++k) {
-        Offer(sights, origin_m, i, k, &best);
+        Offer(observations, origin_m, i, k, &best);
       }
     }
   } else {
     for (std::size_t k = 1; k < n; ++k) {
-      Offer(sights, origin_m, 0, k, &best);
+      Offer(observations, origin_m, 0, k, &best);
     }
     const std::size_t partner = best.partner;
     for (std::size_t k = 0; k < n; ++k) {
       if (k != partner) {
-        Offer(sights, origin_m, partner, k, &best);
+        Offer(observations, origin_m, partner, k, &best);
       }
     }
   }
@@ -162,14 +164,14 @@ Starts ClosedStarts(std::span<const Sight> sights,
   const Circle& circle = best.circle;
   if (best.cut.amplitude_m <= kConcentricPart * circle.radius_m) {
     // Every point of the circle serves alike: the one 45 degrees down on the look side.
-    const Eigen::Vector3d across = up_1.cross(circle.axis_1);
-    const Eigen::Vector3d upward = circle.axis_1.cross(across);
-    const Eigen::Vector3d direction = sights[0].side * across - upward;
+    const Eigen::Vector3d across = up.cross(circle.axis);
+    const Eigen::Vector3d upward = circle.axis.cross(across);
+    const Eigen::Vector3d direction = observations[0].side * across - upward;
     starts.point_m[0] = circle.centre_m + circle.radius_m * direction.stableNormalized();
     starts.count = 1;
     return starts;
   }
-  const CircleBasis basis = CircleBasis::Of(circle);
+  const CircleBasis basis = CircleBasis::From(circle);
   // Circles that just miss each other may do so by noise: the starts are then the two solutions of
   // a cut moved inwards by that much, so that neither side of the touching point is forgotten.
   const double inner_m = std::max(best.cut.amplitude_m - kSameWithinSigmas * best.cut.sigma_m, 0.0);
@@ -184,21 +186,22 @@ Starts ClosedStarts(std::span<const Sight> sights,
   return starts;
 }
 
-bool CirclesCoincide(std::span<const Sight> sights, const Eigen::Vector3d& origin_m) {
+bool CirclesCoincide(std::span<const FixedPathLook> observations, const Eigen::Vector3d& origin_m) {
   constexpr int kSamples = 8;
-  const Circle first = Circle::Of(sights[0], origin_m);
-  const CircleBasis basis = CircleBasis::Of(first);
-  for (std::size_t k = 1; k < sights.size(); ++k) {
-    const Circle other = Circle::Of(sights[k], origin_m);
-    const double range_limit_m =
-        kSameWithinSigmas * std::hypot(sights[0].range_sigma_m, sights[k].range_sigma_m);
-    const double along_limit_m = kSameWithinSigmas * std::sqrt(AlongVariance_m2(sights[0], first) +
-                                                               AlongVariance_m2(sights[k], other));
+  const Circle first = Circle::From(observations[0], origin_m);
+  const CircleBasis basis = CircleBasis::From(first);
+  for (std::size_t k = 1; k < observations.size(); ++k) {
+    const Circle other = Circle::From(observations[k], origin_m);
+    const double range_limit_m = kSameWithinSigmas * std::hypot(observations[0].range_sigma_m,
+                                                                observations[k].range_sigma_m);
+    const double along_limit_m =
+        kSameWithinSigmas * std::sqrt(AlongVariance_m2(observations[0], first) +
+                                      AlongVariance_m2(observations[k], other));
     for (int i = 0; i < kSamples; ++i) {
       const double phi_rad = 2.0 * std::numbers::pi * i / kSamples;
       const Eigen::Vector3d d_m = PointOn(first, basis, phi_rad) - other.centre_m;
-      const double along_m = other.axis_1.dot(d_m);
-      const double radius_m = (d_m - along_m * other.axis_1).norm();
+      const double along_m = other.axis.dot(d_m);
+      const double radius_m = (d_m - along_m * other.axis).norm();
       if (std::abs(along_m) > along_limit_m ||
           std::abs(radius_m - other.radius_m) > range_limit_m) {
         return false;
@@ -217,7 +220,7 @@ constexpr int kMaxNewton = 60;
 class HeightAlong {
  public:
   HeightAlong(const Circle& circle, const Frame& frame, const Eigen::Vector3d& origin_m)
-      : circle_(circle), basis_(CircleBasis::Of(circle)), frame_(frame), origin_m_(origin_m) {}
+      : circle_(circle), basis_(CircleBasis::From(circle)), frame_(frame), origin_m_(origin_m) {}
 
   struct Value {
     Eigen::Vector3d point_m;  // relative to the antenna
@@ -229,11 +232,11 @@ class HeightAlong {
     Value value;
     value.point_m = PointOn(circle_, basis_, phi_rad);
     const Eigen::Vector3d radial_m = value.point_m - circle_.centre_m;
-    const Eigen::Vector3d tangent_m = circle_.axis_1.cross(radial_m);
+    const Eigen::Vector3d tangent_m = circle_.axis.cross(radial_m);
     const Vertical vertical = frame_.VerticalAt(origin_m_ + value.point_m);
     value.height_m = vertical.height_m;
-    value.first_m = vertical.up_1.dot(tangent_m);
-    value.second_m = -vertical.up_1.dot(radial_m) + tangent_m.dot(vertical.dup_dp * tangent_m);
+    value.first_m = vertical.up.dot(tangent_m);
+    value.second_m = -vertical.up.dot(radial_m) + tangent_m.dot(vertical.dup_dp * tangent_m);
     return value;
   }
   [[nodiscard]] const CircleBasis& basis() const { return basis_; }
@@ -283,32 +286,32 @@ double Root(const HeightAlong& along, double height_m, double low_rad, double hi
 
 }  // namespace
 
-Intersection CircleAtHeight(const Sight& sight, const Frame& frame, double height_m) {
-  const Circle circle = Circle::Of(sight, sight.antenna_m);
-  const HeightAlong along(circle, frame, sight.antenna_m);
-  const Eigen::Vector3d up_1 = frame.VerticalAt(sight.antenna_m).up_1;
+Intersection CircleAtHeight(const FixedPathLook& observation, const Frame& frame, double height_m) {
+  const Circle circle = Circle::From(observation, observation.antenna_m);
+  const HeightAlong along(circle, frame, observation.antenna_m);
+  const Eigen::Vector3d up = frame.VerticalAt(observation.antenna_m).up;
   const CircleBasis& basis = along.basis();
 
   Intersection result;
   result.outcome = IntersectionOutcome::kCirclesDoNotMeet;
-  const double top_rad = std::atan2(up_1.dot(basis.e2), up_1.dot(basis.e1));
+  const double top_rad = std::atan2(up.dot(basis.e2), up.dot(basis.e1));
   const double pi_rad = std::atan2(0.0, -1.0);
   const double lowest_rad = Extremum(along, -1.0, top_rad + pi_rad);
   double highest_rad = Extremum(along, 1.0, top_rad);
   if (along.At(lowest_rad).height_m > height_m || along.At(highest_rad).height_m < height_m) {
     return result;
   }
-  // One root on either way up from the lowest point; the look side tells which.
+  // One root on either way up from the lowest point; the look side decides.
   highest_rad = lowest_rad + std::remainder(highest_rad - lowest_rad, 2.0 * pi_rad);
   const double other_rad = highest_rad + (highest_rad > lowest_rad ? -2.0 : 2.0) * pi_rad;
-  const Eigen::Vector3d towards = sight.side * up_1.cross(circle.axis_1);
+  const Eigen::Vector3d towards = observation.side * up.cross(circle.axis);
   double best_side_m = -1.0;
   for (const double end_rad : {highest_rad, other_rad}) {
     const HeightAlong::Value at = along.At(Root(along, height_m, lowest_rad, end_rad));
     const double side_m = towards.dot(at.point_m);
     if (side_m > best_side_m || result.outcome != IntersectionOutcome::kDetermined) {
       best_side_m = side_m;
-      result.position_m = sight.antenna_m + at.point_m;
+      result.position_m = observation.antenna_m + at.point_m;
       result.outcome = IntersectionOutcome::kDetermined;
     }
   }

@@ -16,19 +16,20 @@ namespace sarblock::internal {
 struct Circle {
   Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis_1 = Eigen::Vector3d::UnitX();  ///< unit flight direction
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit flight direction
   double radius_m = 0.0;
   double range_m = 0.0;
   double along_m = 0.0;  ///< R sin(tau): the centre's distance from the antenna along the axis
 
-  [[nodiscard]] static Circle Of(const Sight& sight, const Eigen::Vector3d& origin_m);
+  [[nodiscard]] static Circle From(const FixedPathLook& observation,
+                                   const Eigen::Vector3d& origin_m);
 };
 
 /// Orthonormal pair in the plane of a circle, so that points are c + r (e1 cos phi + e2 sin phi).
 struct CircleBasis {
   Eigen::Vector3d e1 = Eigen::Vector3d::UnitY();
   Eigen::Vector3d e2 = Eigen::Vector3d::UnitZ();
-  [[nodiscard]] static CircleBasis Of(const Circle& circle);
+  [[nodiscard]] static CircleBasis From(const Circle& circle);
 };
 
 [[nodiscard]] Eigen::Vector3d PointOn(const Circle& circle,
@@ -50,17 +51,20 @@ struct Starts {
   std::size_t count = 0;
 };
 
-/// Starts from the pair of sights that intersects best: all pairs up to 8 sights, beyond that the
-/// best partner of the first sight and the best partner of that one. `up_1` is the vertical at the
+/// Starts from the pair of looks that intersects best: all pairs up to 8 looks, beyond that the
+/// best partner of the first look and the best partner of that one. `up` is the vertical at the
 /// first antenna; it only places the start where the circles of the pair are concentric.
-[[nodiscard]] Starts ClosedStarts(std::span<const Sight> sights,
+[[nodiscard]] Starts ClosedStarts(std::span<const FixedPathLook> observations,
                                   const Eigen::Vector3d& origin_m,
-                                  const Eigen::Vector3d& up_1);
+                                  const Eigen::Vector3d& up);
 
 /// True where every circle runs within the looks' noise of the first one, all the way round.
-[[nodiscard]] bool CirclesCoincide(std::span<const Sight> sights, const Eigen::Vector3d& origin_m);
+[[nodiscard]] bool CirclesCoincide(std::span<const FixedPathLook> observations,
+                                   const Eigen::Vector3d& origin_m);
 
 /// The point of one look's circle at a height above the reference surface, on the look side.
-[[nodiscard]] Intersection CircleAtHeight(const Sight& sight, const Frame& frame, double height_m);
+[[nodiscard]] Intersection CircleAtHeight(const FixedPathLook& observation,
+                                          const Frame& frame,
+                                          double height_m);
 
 }  // namespace sarblock::internal

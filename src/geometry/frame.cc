@@ -113,17 +113,17 @@ Place PlaceOf(const Ellipsoid& ellipsoid, const Vector3d& p_m) {
 // 1/(N + h) for a step east and by 1/(M + h) for a step north.
 Vertical VerticalOf(const Ellipsoid& ellipsoid, const Vector3d& p_m) {
   const Place place = PlaceOf(ellipsoid, p_m);
-  const double e2_1 = ellipsoid.flattening * (2.0 - ellipsoid.flattening);
-  const Vector3d east_1 = place.enu_from_frame.row(0);
-  const Vector3d north_1 = place.enu_from_frame.row(1);
+  const double e2 = ellipsoid.flattening * (2.0 - ellipsoid.flattening);
+  const Vector3d east = place.enu_from_frame.row(0);
+  const Vector3d north = place.enu_from_frame.row(1);
   Vertical vertical;
-  vertical.up_1 = place.enu_from_frame.row(2);
+  vertical.up = place.enu_from_frame.row(2);
   vertical.height_m = place.h_m;
-  const double q_1 = 1.0 - e2_1 * vertical.up_1.z() * vertical.up_1.z();
-  const double prime_vertical_m = ellipsoid.a_m / std::sqrt(q_1);
-  const double meridian_m = prime_vertical_m * (1.0 - e2_1) / q_1;
-  vertical.dup_dp = east_1 * east_1.transpose() / (prime_vertical_m + place.h_m) +
-                    north_1 * north_1.transpose() / (meridian_m + place.h_m);
+  const double q = 1.0 - e2 * vertical.up.z() * vertical.up.z();
+  const double prime_vertical_m = ellipsoid.a_m / std::sqrt(q);
+  const double meridian_m = prime_vertical_m * (1.0 - e2) / q;
+  vertical.dup_dp = east * east.transpose() / (prime_vertical_m + place.h_m) +
+                    north * north.transpose() / (meridian_m + place.h_m);
   return vertical;
 }
 
@@ -132,6 +132,9 @@ void RequireGeocentric(FrameKind kind) {
     throw InputError("frame", "'local' has no geodetic coordinates; allowed: 'geocentric'");
   }
 }
+
+/// Above, Bowring's formula is no longer good to 1e-8.
+constexpr double kMaxFlattening = 0.01;
 
 }  // namespace
 
@@ -157,13 +160,28 @@ Vertical Frame::VerticalAt(const Vector3d& p_m) const {
   return vertical;
 }
 
+Vector3d Frame::UpAt(const Vector3d& p_m) const {
+  if (kind_ == FrameKind::kLocal) return Vector3d::UnitZ();
+  const double f = ellipsoid_.flattening, a_m = ellipsoid_.a_m;
+  const double axial_m = std::hypot(p_m.x(), p_m.y()), r_m = p_m.norm();
+  const bool usual = std::abs(f) < kMaxFlattening && r_m > 0.9 * a_m && axial_m > 1e-6 * a_m;
+  if (!usual) return VerticalAt(p_m).up;
+  const double b_m = a_m * (1.0 - f), e2 = f * (2.0 - f), second_e2 = e2 / ((1.0 - f) * (1.0 - f));
+  const double sine = b_m * p_m.z() * (1.0 + second_e2 * b_m / r_m), cosine = a_m * axial_m;
+  const double inverse = 1.0 / std::sqrt(sine * sine + cosine * cosine);
+  const double s = sine * inverse, c = cosine * inverse;
+  const double outward = (1.0 - e2 * a_m * c * c * c / axial_m);
+  return Vector3d(outward * p_m.x(), outward * p_m.y(), p_m.z() + second_e2 * b_m * s * s * s)
+      .normalized();
+}
+
 // With n the vertical, G = diag(a^2, a^2, b^2) and w = sqrt(n'Gn), the point is
 //     s = G n / w + h n.
 // Differentiated once and twice (docs/theory/conventions.md, eqs. (5) to (8)):
 //     s'  = K n' + h' n,    K = G/w - Gn (Gn)'/w^3 + h I,    h' = n.s'
 //     s'' = K n'' + K' n' + h'' n + h' n'.
 // K maps the tangent plane onto itself and is inverted there by d up / d p, which also removes
-// everything along n. So n' = (d up / d p) s', and the tangential part of n'' likewise; its
+// everything along n. So n' = (d up / d p) s', and the tangential part of n'' in the same way; its
 // normal part is -|n'|^2 n because n stays a unit vector.
 VerticalMotion Frame::VerticalAlong(const Vector3d& p_m,
                                     const Vector3d& velocity_mps,
@@ -171,7 +189,7 @@ VerticalMotion Frame::VerticalAlong(const Vector3d& p_m,
   VerticalMotion motion;
   if (kind_ == FrameKind::kLocal) return motion;
   const Vertical vertical = VerticalOf(ellipsoid_, p_m);
-  const Vector3d& n = vertical.up_1;
+  const Vector3d& n = vertical.up;
   const Vector3d n1 = vertical.dup_dp * velocity_mps;
   const double a_m = ellipsoid_.a_m;
   const double b_m = a_m * (1.0 - ellipsoid_.flattening);
@@ -186,7 +204,7 @@ VerticalMotion Frame::VerticalAlong(const Vector3d& p_m,
   const double gn1_n1 = gn1.dot(n1);
   const Vector3d turned = -gn1 * (w1 / (w * w)) - (gn1 * gn_n1 + gn * gn1_n1) / (w * w * w) +
                           gn * (3.0 * gn_n1 * w1 / (w * w * w * w)) + h1 * n1;
-  motion.up_1 = n;
+  motion.up = n;
   motion.rate = n1;
   motion.acceleration =
       vertical.dup_dp * (acceleration_mps2 - turned - h1 * n1) - n1.squaredNorm() * n;
@@ -216,7 +234,7 @@ Vector3d Frame::FrameFromGeodetic(const Geodetic& geodetic) const {
 
 Vector3d Frame::AtHeight(const Vector3d& p_m, double height_m) const {
   const Vertical vertical = VerticalAt(p_m);
-  return p_m + (height_m - vertical.height_m) * vertical.up_1;
+  return p_m + (height_m - vertical.height_m) * vertical.up;
 }
 
 }  // namespace sarblock

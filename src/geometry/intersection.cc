@@ -29,7 +29,7 @@ constexpr double kMisfitProbability = 1e-6;
 constexpr double kSamePointPart = 1e-6;
 // Refinement moves a start by the misfit of the looks, far less than this part of the range.
 constexpr double kClearPart = 0.05;
-constexpr std::size_t kMostLooksPaired = 16;
+constexpr std::size_t kMaxLooksPaired = 16;
 
 void Require(bool holds, const char* field, const char* problem) {
   if (!holds) {
@@ -39,55 +39,58 @@ void Require(bool holds, const char* field, const char* problem) {
 
 bool Positive(double value) { return std::isfinite(value) && value > 0.0; }
 
-void Validate(const Sight& sight) {
-  Require(sight.antenna_m.allFinite(), "antenna_m", "must be finite");
-  Require(sight.velocity_mps.allFinite() && sight.velocity_mps.squaredNorm() > 0.0,
+void Validate(const FixedPathLook& observation) {
+  Require(observation.antenna_m.allFinite(), "antenna_m", "must be finite");
+  Require(observation.velocity_mps.allFinite() && observation.velocity_mps.squaredNorm() > 0.0,
           "velocity_mps",
           "must be finite and not zero");
-  Require(sight.acceleration_mps2.allFinite(), "acceleration_mps2", "must be finite");
-  Require(Positive(sight.range_m), "range_m", "must be finite and positive");
-  Require(Positive(sight.range_sigma_m), "range_sigma_m", "must be finite and positive");
-  Require(Positive(sight.azimuth_sigma), "azimuth_sigma", "must be finite and positive");
-  Require(sight.side == 1 || sight.side == -1, "side", "must be +1 (left) or -1 (right)");
-  if (sight.cone.kind == Cone::Kind::kSquint) {
-    Require(
-        std::abs(std::sin(sight.cone.squint_rad)) < 1.0 && std::cos(sight.cone.squint_rad) > 0.0,
-        "squint_rad",
-        "must lie between -pi/2 and pi/2");
+  Require(observation.acceleration_mps2.allFinite(), "acceleration_mps2", "must be finite");
+  Require(Positive(observation.range_m), "range_m", "must be finite and positive");
+  Require(Positive(observation.range_sigma_m), "range_sigma_m", "must be finite and positive");
+  Require(Positive(observation.azimuth_sigma), "azimuth_sigma", "must be finite and positive");
+  Require(
+      observation.side == 1 || observation.side == -1, "side", "must be +1 (left) or -1 (right)");
+  if (observation.cone.kind == Cone::Kind::kSquint) {
+    Require(std::abs(std::sin(observation.cone.squint_rad)) < 1.0 &&
+                std::cos(observation.cone.squint_rad) > 0.0,
+            "squint_rad",
+            "must lie between -pi/2 and pi/2");
   } else {
-    Require(std::abs(sight.cone.closing_mps) < sight.velocity_mps.norm(),
+    Require(std::abs(observation.cone.closing_mps) < observation.velocity_mps.norm(),
             "closing_mps",
             "must be smaller than the speed (lambda f_D / 2 < |v|)");
   }
 }
 
 // > 0 where the direction d from the antenna lies on the side the antenna looks to.
-double SideComponent(const Sight& sight, const Eigen::Vector3d& up_1, const Eigen::Vector3d& d_m) {
-  return sight.side * up_1.cross(sight.velocity_mps).dot(d_m);
+double SideComponent(const FixedPathLook& observation,
+                     const Eigen::Vector3d& up,
+                     const Eigen::Vector3d& d_m) {
+  return observation.side * up.cross(observation.velocity_mps).dot(d_m);
 }
 
 struct Placement {
   bool right_side = true;
   bool below = true;
-  bool clearly_misplaced = false;  // on a wrong side or above by more than kClearPart of the range
+  bool clearly_mirrored = false;  // on a wrong side or above by more than kClearPart of the range
 };
 
-Placement PlacementOf(std::span<const Sight> sights,
-                      std::span<const Eigen::Vector3d> up_of_sight_1,
+Placement PlacementOf(std::span<const FixedPathLook> observations,
+                      std::span<const Eigen::Vector3d> up_at_antenna,
                       const Eigen::Vector3d& origin_m,
                       const Eigen::Vector3d& point_m) {
   Placement placement;
-  for (std::size_t k = 0; k < sights.size(); ++k) {
-    const Sight& sight = sights[k];
-    const Eigen::Vector3d& up_1 = up_of_sight_1[k];
-    const Eigen::Vector3d d_m = point_m - (sight.antenna_m - origin_m);
-    placement.right_side = placement.right_side && SideComponent(sight, up_1, d_m) > 0.0;
-    placement.below = placement.below && up_1.dot(d_m) < 0.0;
-    const double clear_m = kClearPart * sight.range_m;
-    placement.clearly_misplaced =
-        placement.clearly_misplaced ||
-        SideComponent(sight, up_1, d_m) < -clear_m * sight.velocity_mps.norm() ||
-        up_1.dot(d_m) > clear_m;
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const FixedPathLook& observation = observations[k];
+    const Eigen::Vector3d& up = up_at_antenna[k];
+    const Eigen::Vector3d d_m = point_m - (observation.antenna_m - origin_m);
+    placement.right_side = placement.right_side && SideComponent(observation, up, d_m) > 0.0;
+    placement.below = placement.below && up.dot(d_m) < 0.0;
+    const double clear_m = kClearPart * observation.range_m;
+    placement.clearly_mirrored =
+        placement.clearly_mirrored ||
+        SideComponent(observation, up, d_m) < -clear_m * observation.velocity_mps.norm() ||
+        up.dot(d_m) > clear_m;
   }
   return placement;
 }
@@ -136,7 +139,7 @@ struct Pool {
   }
 };
 
-Intersection ResultOf(std::span<const Sight> sights,
+Intersection ResultOf(std::span<const FixedPathLook> observations,
                       const Eigen::Vector3d& origin_m,
                       const Candidate& candidate,
                       IntersectionOutcome outcome) {
@@ -145,7 +148,7 @@ Intersection ResultOf(std::span<const Sight> sights,
   result.position_m = origin_m + candidate.point_m;
   result.weighted_square_sum = candidate.square_sum;
   result.iterations = candidate.iterations;
-  result.intersection_rad = LargestIntersectionAngle(result.position_m, sights);
+  result.intersection_rad = LargestIntersectionAngle(result.position_m, observations);
   if (candidate.converged && candidate.determined) {
     result.covariance_m2 = internal::CovarianceOf(candidate.r);
   }
@@ -154,20 +157,21 @@ Intersection ResultOf(std::span<const Sight> sights,
 
 }  // namespace
 
-double LargestIntersectionAngle(const Eigen::Vector3d& p_m, std::span<const Sight> sights) {
-  const std::size_t n = sights.size();
+double LargestIntersectionAngle(const Eigen::Vector3d& p_m,
+                                std::span<const FixedPathLook> observations) {
+  const std::size_t n = observations.size();
   double largest_rad = 0.0;
   std::size_t far = 0;
   const auto sweep = [&](std::size_t i, std::size_t begin) {
     for (std::size_t k = begin; k < n; ++k) {
-      const double angle_rad = IntersectionAngle(p_m, sights[i], sights[k]);
+      const double angle_rad = IntersectionAngle(p_m, observations[i], observations[k]);
       if (angle_rad > largest_rad) {
         largest_rad = angle_rad;
         far = k;
       }
     }
   };
-  if (n <= kMostLooksPaired) {
+  if (n <= kMaxLooksPaired) {
     for (std::size_t i = 0; i + 1 < n; ++i) {
       sweep(i, i + 1);
     }
@@ -178,68 +182,69 @@ double LargestIntersectionAngle(const Eigen::Vector3d& p_m, std::span<const Sigh
   return largest_rad;
 }
 
-Intersection Intersect(std::span<const Sight> sights,
+Intersection Intersect(std::span<const FixedPathLook> observations,
                        const Frame& frame,
                        const IntersectionOptions& options) {
-  for (const Sight& sight : sights) {
-    Validate(sight);
+  for (const FixedPathLook& observation : observations) {
+    Validate(observation);
   }
   Intersection result;
-  if (sights.size() < 2) {
+  if (observations.size() < 2) {
     result.outcome = IntersectionOutcome::kTooFewLooks;
     return result;
   }
-  const Eigen::Vector3d origin_m = sights[0].antenna_m;
-  std::vector<Eigen::Vector3d> up_1;
-  up_1.reserve(sights.size());
-  for (const Sight& sight : sights) {
-    up_1.push_back(frame.VerticalAt(sight.antenna_m).up_1);
+  const Eigen::Vector3d origin_m = observations[0].antenna_m;
+  std::vector<Eigen::Vector3d> up;
+  up.reserve(observations.size());
+  for (const FixedPathLook& observation : observations) {
+    up.push_back(frame.UpAt(observation.antenna_m));
   }
-  const internal::Starts starts = internal::ClosedStarts(sights, origin_m, up_1[0]);
+  const internal::Starts starts = internal::ClosedStarts(observations, origin_m, up[0]);
   // Half way between mirror solutions the basin of the other one begins.
   const double apart_m = (starts.point_m[1] - starts.point_m[0]).norm();
-  const double max_step_m = starts.count == 2 ? 0.5 * apart_m : sights[0].range_m;
+  const double max_step_m = starts.count == 2 ? 0.5 * apart_m : observations[0].range_m;
   const auto refine = [&](std::size_t i) {
-    return internal::Refine(sights, origin_m, starts.point_m[i], max_step_m, options);
+    return internal::Refine(observations, origin_m, starts.point_m[i], max_step_m, options);
   };
   // Most points have one start where the antennas look and its mirror image clearly elsewhere. If
   // the first leads to a firm solution in its place the mirror solution would be discarded below:
   // it is not computed.
   if (starts.count == 2) {
-    const Placement first = PlacementOf(sights, up_1, origin_m, starts.point_m[0]);
-    const Placement second = PlacementOf(sights, up_1, origin_m, starts.point_m[1]);
-    if (first.clearly_misplaced != second.clearly_misplaced) {
-      const Candidate candidate = refine(first.clearly_misplaced ? 1 : 0);
-      const Placement placement = PlacementOf(sights, up_1, origin_m, candidate.point_m);
+    const Placement first = PlacementOf(observations, up, origin_m, starts.point_m[0]);
+    const Placement second = PlacementOf(observations, up, origin_m, starts.point_m[1]);
+    if (first.clearly_mirrored != second.clearly_mirrored) {
+      const Candidate candidate = refine(first.clearly_mirrored ? 1 : 0);
+      const Placement placement = PlacementOf(observations, up, origin_m, candidate.point_m);
       if (candidate.converged && candidate.firmly && placement.right_side && placement.below) {
-        return ResultOf(sights,
+        return ResultOf(observations,
                         origin_m,
                         candidate,
-                        Fits(candidate, sights.size()) ? IntersectionOutcome::kDetermined
-                                                       : IntersectionOutcome::kCirclesDoNotMeet);
+                        Fits(candidate, observations.size())
+                            ? IntersectionOutcome::kDetermined
+                            : IntersectionOutcome::kCirclesDoNotMeet);
       }
     }
   }
   Pool pool;
   for (std::size_t i = 0; i < starts.count; ++i) {
     const Candidate candidate = refine(i);
-    const double same_m = kSamePointPart * sights[0].range_m;
+    const double same_m = kSamePointPart * observations[0].range_m;
     if (pool.count == 0 || (candidate.point_m - pool.items[0].point_m).norm() > same_m) {
       pool.Add(candidate);
     }
   }
 
   const auto placed = [&](const Candidate& c) {
-    return PlacementOf(sights, up_1, origin_m, c.point_m);
+    return PlacementOf(observations, up, origin_m, c.point_m);
   };
   const auto right_side = [&](const Candidate& c) { return placed(c).right_side; };
   const auto below = [&](const Candidate& c) { return placed(c).below; };
   const auto finish = [&](IntersectionOutcome outcome) {
-    return ResultOf(sights, origin_m, pool.Best(), outcome);
+    return ResultOf(observations, origin_m, pool.Best(), outcome);
   };
   // A point that floats within the noise (one circle twice) has no place to converge to.
   const auto settled = [&](const Candidate& c) {
-    return c.converged || (!c.determined && Fits(c, sights.size()));
+    return c.converged || (!c.determined && Fits(c, observations.size()));
   };
   const auto open = [&](const Candidate& c) { return !settled(c) && right_side(c) && below(c); };
   const bool any_open = open(pool.items[0]) || open(pool.items[pool.count - 1]);
@@ -250,7 +255,7 @@ Intersection Intersect(std::span<const Sight> sights,
   // antennas may fit better by chance and is still not the point. A point that floats along a
   // circle is on no particular side: only determined ones are judged.
   pool.Prefer([&](const Candidate& c) { return !c.determined || (right_side(c) && below(c)); });
-  if (!pool.Prefer([&](const Candidate& c) { return Fits(c, sights.size()); })) {
+  if (!pool.Prefer([&](const Candidate& c) { return Fits(c, observations.size()); })) {
     return finish(IntersectionOutcome::kCirclesDoNotMeet);
   }
   if (!pool.Prefer([&](const Candidate& c) { return !c.determined || right_side(c); })) {
@@ -258,7 +263,7 @@ Intersection Intersect(std::span<const Sight> sights,
   }
   pool.Prefer(below);
   if (!pool.items[0].determined || !pool.items[pool.count - 1].determined) {
-    return finish(internal::CirclesCoincide(sights, origin_m)
+    return finish(internal::CirclesCoincide(observations, origin_m)
                       ? IntersectionOutcome::kCirclesCoincide
                       : IntersectionOutcome::kCirclesTouch);
   }
@@ -266,16 +271,20 @@ Intersection Intersect(std::span<const Sight> sights,
                                 : IntersectionOutcome::kDetermined);
 }
 
-Intersection IntersectWithHeight(const Sight& sight, const Frame& frame, double height_m) {
-  Validate(sight);
+Intersection IntersectWithHeight(const FixedPathLook& observation,
+                                 const Frame& frame,
+                                 double height_m) {
+  Validate(observation);
   Require(std::isfinite(height_m), "height_m", "must be finite");
-  return internal::CircleAtHeight(sight, frame, height_m);
+  return internal::CircleAtHeight(observation, frame, height_m);
 }
 
-double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight& b) {
-  const auto projected = [&p_m](const Sight& sight) -> Eigen::Vector3d {
-    const Eigen::Vector3d along = sight.velocity_mps.stableNormalized();
-    const Eigen::Vector3d d_m = p_m - sight.antenna_m;
+double IntersectionAngle(const Eigen::Vector3d& p_m,
+                         const FixedPathLook& a,
+                         const FixedPathLook& b) {
+  const auto projected = [&p_m](const FixedPathLook& observation) -> Eigen::Vector3d {
+    const Eigen::Vector3d along = observation.velocity_mps.stableNormalized();
+    const Eigen::Vector3d d_m = p_m - observation.antenna_m;
     return d_m - along.dot(d_m) * along;
   };
   const Eigen::Vector3d first_m = projected(a);
@@ -288,10 +297,10 @@ double IntersectionAngle(const Eigen::Vector3d& p_m, const Sight& a, const Sight
 namespace sarblock::internal {
 namespace {
 
-// Converged when a step changes the whitened equations by less than this part of a standard
-// deviation ...
-constexpr double kStepSigmas = 1e-8;
-// ... or by less than the rounding of a range (a few units in its last place).
+// Solutions less exact than this part of a standard deviation need no second weighting.
+constexpr double kApproximateSigmas = 1e-6;
+// Converged also when a step changes the whitened equations by less than the rounding of a range (a
+// few units in its last place).
 constexpr double kRangeRounding = 8.0 * std::numeric_limits<double>::epsilon();
 // Singular values below this part of the largest are rounding: no step is taken along them.
 constexpr double kSingularPart = 1e-13;
@@ -299,20 +308,20 @@ constexpr double kSingularPart = 1e-13;
 constexpr double kRegular = 1e-4;
 // A point determined with this margin in every criterion is firmly so.
 constexpr double kFirmMargin = 4.0;
-constexpr double kLeastDamping = 1e-12;
+constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
-constexpr std::size_t kStackSights = 64;
+constexpr std::size_t kStackLooks = 64;
 // A standard deviation beyond this part of the shortest range leaves the direction around the
 // flight axis open: no linear statement holds there.
 constexpr double kMaxDeviationPart = 0.5;
 // The mirror solution has to lie this many standard deviations away (section 4).
-constexpr double kLeastMirrorDistance = 3.0;
+constexpr double kMinMirrorDistance = 3.0;
 
-// One whitening per sight: on the stack up to 64 sights.
+// One whitening per look: on the stack up to 64 looks.
 class Weights {
  public:
   explicit Weights(std::size_t count) {
-    if (count > kStackSights) {
+    if (count > kStackLooks) {
       many_.resize(count);
     }
   }
@@ -320,21 +329,21 @@ class Weights {
   const Whitening& operator[](std::size_t k) const { return many_.empty() ? few_[k] : many_[k]; }
 
  private:
-  Whitening few_[kStackSights];
+  Whitening few_[kStackLooks];
   std::vector<Whitening> many_;
 };
 
 class Solver {
  public:
-  Solver(std::span<const Sight> sights,
+  Solver(std::span<const FixedPathLook> observations,
          const Eigen::Vector3d& origin_m,
          double max_step_m,
          const IntersectionOptions& options)
-      : sights_(sights),
+      : observations_(observations),
         origin_m_(origin_m),
         max_step_m_(max_step_m),
         options_(options),
-        weights_(sights.size()) {}
+        weights_(observations.size()) {}
 
   Candidate Run(const Eigen::Vector3d& start_m);
 
@@ -354,7 +363,7 @@ class Solver {
   bool DeterminedAlong(const Eigen::Vector3d& step_m, double margin) const;
   double SecondOrder(const Eigen::Vector3d& step_m) const;
 
-  std::span<const Sight> sights_;
+  std::span<const FixedPathLook> observations_;
   Eigen::Vector3d origin_m_;
   double max_step_m_;
   IntersectionOptions options_;
@@ -364,45 +373,51 @@ class Solver {
   Candidate at_;
 };
 
-bool EquationsOf(const Sight& sight,
+bool EquationsOf(const FixedPathLook& observation,
                  const Eigen::Vector3d& origin_m,
                  const Eigen::Vector3d& point_m,
                  LookEquations* look) {
-  return EvaluateLookEquations(
-      point_m, sight.antenna_m - origin_m, sight.velocity_mps, sight.cone, 0.0, look);
+  return EvaluateLookEquations(point_m,
+                               observation.antenna_m - origin_m,
+                               observation.velocity_mps,
+                               observation.cone,
+                               0.0,
+                               look);
 }
 
 bool Solver::Weigh(const Eigen::Vector3d& point_m) {
   floor_ = 0.0;
-  for (std::size_t k = 0; k < sights_.size(); ++k) {
-    const Sight& sight = sights_[k];
+  for (std::size_t k = 0; k < observations_.size(); ++k) {
+    const FixedPathLook& observation = observations_[k];
     const TimeRates rates = LookTimeRates(point_m,
-                                          sight.antenna_m - origin_m_,
-                                          sight.velocity_mps,
-                                          sight.acceleration_mps2,
-                                          sight.cone);
+                                          observation.antenna_m - origin_m_,
+                                          observation.velocity_mps,
+                                          observation.acceleration_mps2,
+                                          observation.cone);
     Whitening& w = weights_[k];
-    w = sight.exact_time           ? WhitenDoppler(sight.range_sigma_m, sight.azimuth_sigma)
-        : sight.azimuth_in_seconds ? WhitenTime(sight.range_sigma_m, sight.azimuth_sigma, rates)
-                                   : WhitenAzimuth(sight.range_sigma_m, sight.azimuth_sigma, rates);
+    w = observation.exact_time ? WhitenDoppler(observation.range_sigma_m, observation.azimuth_sigma)
+        : observation.azimuth_in_seconds
+            ? WhitenTime(observation.range_sigma_m, observation.azimuth_sigma, rates)
+            : WhitenAzimuth(observation.range_sigma_m, observation.azimuth_sigma, rates);
     const double largest = std::max(std::abs(w.w00), std::abs(w.w11));
     if (!std::isfinite(largest) || !std::isfinite(w.w10)) {
       return false;
     }
-    floor_ = std::max(floor_, kRangeRounding * sight.range_m * largest);
+    floor_ = std::max(floor_, kRangeRounding * observation.range_m * largest);
   }
   return true;
 }
 
 bool Solver::Evaluate(const Eigen::Vector3d& point_m, Triangle* triangle) const {
   *triangle = Triangle();
-  for (std::size_t k = 0; k < sights_.size(); ++k) {
+  for (std::size_t k = 0; k < observations_.size(); ++k) {
     LookEquations look;
-    if (!EquationsOf(sights_[k], origin_m_, point_m, &look)) {
+    if (!EquationsOf(observations_[k], origin_m_, point_m, &look)) {
       return false;
     }
     const Whitening& w = weights_[k];
-    const Eigen::Vector2d error = w.Apply(look.rho_m - sights_[k].range_m, look.doppler_error_m);
+    const Eigen::Vector2d error =
+        w.Apply(look.rho_m - observations_[k].range_m, look.doppler_error_m);
     triangle->Absorb(w.w00 * look.drho_dp, error[0]);
     triangle->Absorb(w.w10 * look.drho_dp + w.w11 * look.ded_dp, error[1]);
   }
@@ -457,13 +472,14 @@ ScaledInverse Invert(const Eigen::Matrix3d& r) {
 // equations, (I - g g')/rho of the range and -sin(tau) times that of the cone.
 Eigen::Matrix3d Solver::Curvature() const {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t k = 0; k < sights_.size(); ++k) {
+  for (std::size_t k = 0; k < observations_.size(); ++k) {
     LookEquations look;
-    if (!EquationsOf(sights_[k], origin_m_, at_.point_m, &look)) {
+    if (!EquationsOf(observations_[k], origin_m_, at_.point_m, &look)) {
       continue;  // cannot happen: the point has been evaluated
     }
     const Whitening& w = weights_[k];
-    const Eigen::Vector2d error = w.Apply(look.rho_m - sights_[k].range_m, look.doppler_error_m);
+    const Eigen::Vector2d error =
+        w.Apply(look.rho_m - observations_[k].range_m, look.doppler_error_m);
     const double factor = error[0] * w.w00 + error[1] * (w.w10 - w.w11 * look.sin_tau);
     sum += factor / look.rho_m *
            (Eigen::Matrix3d::Identity() - look.drho_dp.transpose() * look.drho_dp);
@@ -507,7 +523,7 @@ Solver::Step Solver::NewtonStep(double radius_m) const {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(hessian);
   const Eigen::Vector3d projected = eigen.eigenvectors().transpose() * gradient;
   Step step;
-  for (double damping = 0.0;; damping = std::max(4.0 * damping, kLeastDamping)) {
+  for (double damping = 0.0;; damping = std::max(4.0 * damping, kMinDamping)) {
     Eigen::Vector3d along = Eigen::Vector3d::Zero();
     double square = 0.0;
     for (Eigen::Index i = 0; i < 3; ++i) {
@@ -542,11 +558,11 @@ bool Solver::Descend() {
     }
     Triangle trial;
     const bool valid = Evaluate(at_.point_m + step.move_m, &trial);
-    // Rounding of the equations changes the sum by floor * |e|: below that the sum cannot tell
+    // Rounding of the equations changes the sum by floor * |e|: below that the sum cannot show
     // whether a step helps, and the step is as good as the point it starts from.
     const double blind = std::sqrt(floor_ * std::sqrt(before));
     const bool small =
-        length_m <= radius_m && step.change <= std::max({kStepSigmas, floor_, blind});
+        length_m <= radius_m && step.change <= std::max({options_.settled_sigmas, floor_, blind});
     const double gain = before - trial.SquareSum();
     if (valid && (small || gain > 0.0)) {
       at_.point_m += step.move_m;
@@ -561,7 +577,7 @@ bool Solver::Descend() {
       newton = true;
     } else {
       radius_m = 0.25 * std::min(step.move_m.norm(), radius_m);
-      if (radius_m < kRangeRounding * sights_[0].range_m) {
+      if (radius_m < kRangeRounding * observations_[0].range_m) {
         return true;  // no step lowers the sum any more
       }
     }
@@ -573,12 +589,12 @@ bool Solver::Descend() {
 // linearised equations) that the linear solution mistakes for a displacement along the step.
 double Solver::SecondOrder(const Eigen::Vector3d& step_m) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < sights_.size(); ++k) {
+  for (std::size_t k = 0; k < observations_.size(); ++k) {
     const Whitening& w = weights_[k];
     LookEquations here, ahead, behind;
-    if (!EquationsOf(sights_[k], origin_m_, at_.point_m, &here) ||
-        !EquationsOf(sights_[k], origin_m_, at_.point_m + step_m, &ahead) ||
-        !EquationsOf(sights_[k], origin_m_, at_.point_m - step_m, &behind)) {
+    if (!EquationsOf(observations_[k], origin_m_, at_.point_m, &here) ||
+        !EquationsOf(observations_[k], origin_m_, at_.point_m + step_m, &ahead) ||
+        !EquationsOf(observations_[k], origin_m_, at_.point_m - step_m, &behind)) {
       return std::numeric_limits<double>::infinity();
     }
     const Eigen::Vector2d linear = w.Apply(here.drho_dp * step_m, here.ded_dp * step_m);
@@ -592,15 +608,15 @@ double Solver::SecondOrder(const Eigen::Vector3d& step_m) const {
 
 bool Solver::DeterminedAlong(const Eigen::Vector3d& step_m, double margin) const {
   double shortest_m = std::numeric_limits<double>::infinity();
-  for (const Sight& sight : sights_) {
-    shortest_m = std::min(shortest_m, sight.range_m);
+  for (const FixedPathLook& observation : observations_) {
+    shortest_m = std::min(shortest_m, observation.range_m);
   }
   return margin * step_m.norm() <= kMaxDeviationPart * shortest_m &&
-         margin * SecondOrder(step_m) * kLeastMirrorDistance <= 1.0;
+         margin * SecondOrder(step_m) * kMinMirrorDistance <= 1.0;
 }
 
 // One standard deviation along (nearly) the worst determined direction by inverse iteration on
-// R'R, where R is regular: a comfortable point needs no singular values to be told as one.
+// R'R, where R is regular: well-conditioned points skip the SVD.
 bool Solver::FirmlyDetermined() const {
   const ScaledInverse regular = Invert(triangle_.r);
   if (!(regular.reciprocal_condition >
@@ -643,7 +659,8 @@ void Solver::Judge() {
 Candidate Solver::Run(const Eigen::Vector3d& start_m) {
   at_ = Candidate();
   at_.point_m = start_m;
-  for (int round = 0; round < 2; ++round) {
+  const int rounds = options_.settled_sigmas > kApproximateSigmas ? 1 : 2;
+  for (int round = 0; round < rounds; ++round) {
     at_.converged = Weigh(at_.point_m) && Descend();
     if (!at_.converged) {
       break;
@@ -679,12 +696,12 @@ void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
   rest = std::sqrt(rest * rest + last * last);
 }
 
-Candidate Refine(std::span<const Sight> sights,
+Candidate Refine(std::span<const FixedPathLook> observations,
                  const Eigen::Vector3d& origin_m,
                  const Eigen::Vector3d& start_m,
                  double max_step_m,
                  const IntersectionOptions& options) {
-  return Solver(sights, origin_m, max_step_m, options).Run(start_m);
+  return Solver(observations, origin_m, max_step_m, options).Run(start_m);
 }
 
 Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& r) {

@@ -10,7 +10,7 @@
 
 namespace sarblock::internal {
 
-/// The whitened equations of all sights at one point, reduced to a triangle: J = Q R, Q'e = z.
+/// The whitened equations of all looks at one point, reduced to a triangle: J = Q R, Q'e = z.
 /// Rows are rotated in one at a time, so that nothing is allocated for any number of looks.
 struct Triangle {
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();  ///< upper triangular [1/m]
@@ -34,7 +34,7 @@ struct Candidate {
 
 /// Gauss-Newton, then damped Newton, from a start point: weights from the start, formed again once
 /// at convergence. docs/theory/intersection.md, section 3 and 4.
-[[nodiscard]] Candidate Refine(std::span<const Sight> sights,
+[[nodiscard]] Candidate Refine(std::span<const FixedPathLook> observations,
                                const Eigen::Vector3d& origin_m,
                                const Eigen::Vector3d& start_m,
                                double max_step_m,

@@ -30,7 +30,7 @@ TimeRates LookTimeRates(const Eigen::Vector3d& p_m,
   const SinTau tau = SinTauOf(cone, speed);
   const double rho_rate = -v_mps.dot(d) / rho;
   const double doppler_rate =
-      u_rate.dot(d) - speed - rho_rate * tau.value_1 - rho * tau.dsin_dspeed * speed_rate;
+      u_rate.dot(d) - speed - rho_rate * tau.value - rho * tau.dsin_dspeed * speed_rate;
   return {rho_rate, doppler_rate};
 }
 
@@ -105,10 +105,10 @@ const char* Explain(IntersectionOutcome outcome) {
 }
 
 ConeValue EvaluateCone(const Motion& motion, const Eigen::Vector3d& p_m, const Cone& cone) {
-  const Eigen::Vector3d sight_m = p_m - motion.position_m;
+  const Eigen::Vector3d los_m = p_m - motion.position_m;
   const double speed_mps = motion.velocity_mps.norm();
   const double sin_tau = cone.Sine(speed_mps);
-  return {motion.velocity_mps.dot(sight_m) / speed_mps - sight_m.norm() * sin_tau,
+  return {motion.velocity_mps.dot(los_m) / speed_mps - los_m.norm() * sin_tau,
           LookTimeRates(p_m, motion.position_m, motion.velocity_mps, motion.acceleration_mps2, cone)
               .doppler_mps};
 }
@@ -144,13 +144,15 @@ std::optional<double> FindConeTime(const FlightPath& path,
   return std::nullopt;
 }
 
-bool LiesWhereItLooks(const Frame& frame, const Sight& sight, const Eigen::Vector3d& p_m) {
+bool LiesWhereItLooks(const Frame& frame,
+                      const FixedPathLook& observation,
+                      const Eigen::Vector3d& p_m) {
   // The signs of the track components of d (model.md, section 2) need no axes of unit length.
-  const Eigen::Vector3d up_1 = frame.VerticalAt(sight.antenna_m).up_1;
-  const Eigen::Vector3d& v = sight.velocity_mps;
-  const Eigen::Vector3d d = p_m - sight.antenna_m;
-  const double across = up_1.cross(v).dot(d) * sight.side;
-  const double up = up_1.dot(d) * v.squaredNorm() - up_1.dot(v) * v.dot(d);
+  const Eigen::Vector3d vertical = frame.UpAt(observation.antenna_m);
+  const Eigen::Vector3d& v = observation.velocity_mps;
+  const Eigen::Vector3d d = p_m - observation.antenna_m;
+  const double across = vertical.cross(v).dot(d) * observation.side;
+  const double up = vertical.dot(d) * v.squaredNorm() - vertical.dot(v) * v.dot(d);
   return across > 0.0 && up < 0.0;
 }
 

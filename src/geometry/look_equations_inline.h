@@ -11,7 +11,7 @@ namespace sarblock {
 
 /// sin(tau) without the squint bias, and its derivative by |v| (Doppler input only).
 struct SinTau {
-  double value_1;
+  double value;
   double dsin_dspeed;
 };
 
@@ -19,45 +19,45 @@ struct SinTau {
   if (cone.kind == Cone::Kind::kSquint) {
     return {cone.squint_rad == 0.0 ? 0.0 : std::sin(cone.squint_rad), 0.0};
   }
-  const double sine_1 = cone.closing_mps / speed_mps;
-  return {sine_1, -sine_1 / speed_mps};
+  const double sine = cone.closing_mps / speed_mps;
+  return {sine, -sine / speed_mps};
 }
 
-/// Sight lines shorter than this have no direction to speak of.
-inline constexpr double kLeastRange_m = 1e-3;
+/// A line of sight shorter than this has no defined direction.
+inline constexpr double kMinRange_m = 1e-3;
 
 /// EvaluateLookEquations with d = p - s, the speed and the cone axis u given; `du_dv` is 1/|v|, the
 /// turn of u by velocity across it.
 [[nodiscard]] inline bool EvaluateLookEquationsAlong(const Eigen::Vector3d& d_m,
                                                      double rho_m,
                                                      double inverse_rho_per_m,
-                                                     const Eigen::Vector3d& u_1,
+                                                     const Eigen::Vector3d& u,
                                                      double speed_mps,
                                                      double du_dv,
                                                      const Cone& cone,
                                                      double squint_bias_rad,
                                                      LookEquations* out) {
   const SinTau given = SinTauOf(cone, speed_mps);
-  if (!(std::abs(given.value_1) < 1.0)) return false;
+  if (!(std::abs(given.value) < 1.0)) return false;
 
   // sin(tau + b) and its derivatives by b and by |v|.
-  const double cos_given_1 =
-      given.value_1 == 0.0 ? 1.0 : std::sqrt((1.0 - given.value_1) * (1.0 + given.value_1));
+  const double cos_given =
+      given.value == 0.0 ? 1.0 : std::sqrt((1.0 - given.value) * (1.0 + given.value));
   const bool biased = squint_bias_rad != 0.0;  // most blocks have none: spare the sine
-  const double sin_b_1 = biased ? std::sin(squint_bias_rad) : 0.0;
-  const double cos_b_1 = biased ? std::cos(squint_bias_rad) : 1.0;
-  const double sin_tau = given.value_1 * cos_b_1 + cos_given_1 * sin_b_1;
-  const double cos_tau = cos_given_1 * cos_b_1 - given.value_1 * sin_b_1;
+  const double sin_b = biased ? std::sin(squint_bias_rad) : 0.0;
+  const double cos_b = biased ? std::cos(squint_bias_rad) : 1.0;
+  const double sin_tau = given.value * cos_b + cos_given * sin_b;
+  const double cos_tau = cos_given * cos_b - given.value * sin_b;
   const double dsin_dspeed =
-      given.dsin_dspeed == 0.0 ? 0.0 : given.dsin_dspeed * cos_tau / cos_given_1;
+      given.dsin_dspeed == 0.0 ? 0.0 : given.dsin_dspeed * cos_tau / cos_given;
 
-  const double along_m = u_1.dot(d_m);
+  const double along_m = u.dot(d_m);
   out->rho_m = rho_m;
   out->sin_tau = sin_tau;
   out->doppler_error_m = along_m - rho_m * sin_tau;
   out->drho_dp = (d_m * inverse_rho_per_m).transpose();
-  out->ded_dp = u_1.transpose() - sin_tau * out->drho_dp;
-  out->ded_dv = ((d_m - along_m * u_1) * du_dv - (rho_m * dsin_dspeed) * u_1).transpose();
+  out->ded_dp = u.transpose() - sin_tau * out->drho_dp;
+  out->ded_dv = ((d_m - along_m * u) * du_dv - (rho_m * dsin_dspeed) * u).transpose();
   out->ded_dtau_m = -rho_m * cos_tau;
   return std::isfinite(out->doppler_error_m);
 }
@@ -73,7 +73,7 @@ inline constexpr double kLeastRange_m = 1e-3;
   const Eigen::Array2d inverses = lengths.inverse();
   const double rho_m = lengths[0], speed_mps = lengths[1];
   // Written so that NaN fails too.
-  if (!(rho_m >= kLeastRange_m) || !(speed_mps > 0.0) || !std::isfinite(rho_m) ||
+  if (!(rho_m >= kMinRange_m) || !(speed_mps > 0.0) || !std::isfinite(rho_m) ||
       !std::isfinite(speed_mps)) {
     return false;
   }

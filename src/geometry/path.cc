@@ -25,7 +25,7 @@ void Check(const std::vector<StateVector>& states) {
       throw InputError(which, "time, position and velocity must be finite");
     }
     if (!(state.velocity_mps.norm() > 0.0)) {
-      throw InputError(which, "velocity is zero; an antenna that stands still has no track");
+      throw InputError(which, "velocity is zero; an antenna at rest has no track");
     }
     if (k > 0 && !(state.time_s > states[k - 1].time_s)) {
       throw InputError(which,
@@ -49,14 +49,14 @@ double EqualSpacing_s(const std::vector<StateVector>& states) {
 
 // Whether `to` lies where a straight flight from `from` at its velocity comes to, but for rounding.
 bool ContinuesStraight(const StateVector& from, const StateVector& to) {
-  constexpr double kRounding_1 = std::numeric_limits<double>::epsilon();
+  constexpr double kRounding = std::numeric_limits<double>::epsilon();
   const Eigen::Vector3d moved_m = (to.time_s - from.time_s) * from.velocity_mps;
   const Eigen::Vector3d off_m = to.position_m - (from.position_m + moved_m);
   const Eigen::Vector3d off_mps = to.velocity_mps - from.velocity_mps;
   const double size_m = from.position_m.norm() + to.position_m.norm() + moved_m.norm() +
                         (std::abs(from.time_s) + std::abs(to.time_s)) * from.velocity_mps.norm();
-  return off_m.norm() <= 4.0 * kRounding_1 * size_m &&
-         off_mps.norm() <= 2.0 * kRounding_1 * from.velocity_mps.norm();
+  return off_m.norm() <= 4.0 * kRounding * size_m &&
+         off_mps.norm() <= 2.0 * kRounding * from.velocity_mps.norm();
 }
 
 }  // namespace
@@ -230,7 +230,7 @@ NewtonPolynomial::NewtonPolynomial(std::span<const StateVector> states, OrbitThr
   for (std::size_t order = 1; order < node_s_.size(); ++order) {
     for (std::size_t i = 0; i + order < node_s_.size(); ++i) {
       const double span_s = node_s_[i + order] - node_s_[i];
-      // Of a node that stands twice the difference is the derivative: the given velocity.
+      // For a repeated node the difference is the derivative: the given velocity.
       column[i] = span_s == 0.0 ? states[i / repeat].velocity_mps
                                 : Eigen::Vector3d((column[i + 1] - column[i]) / span_s);
     }
@@ -263,7 +263,7 @@ std::vector<StateVector> ResampleOrbit(const std::vector<StateVector>& states,
                                        double step_s,
                                        OrbitThrough through) {
   if (!(step_s > 0.0)) {
-    throw InputError("step_s", std::to_string(step_s) + " is not allowed, a number above 0 is");
+    throw InputError("step_s", "must be a number above 0, got " + std::to_string(step_s));
   }
   const FlightPath checked(states);  // refuses what is no path
   const bool keep = through == OrbitThrough::kStates;

@@ -19,8 +19,8 @@ namespace {
 /// States beyond the strip on either side that still speak of it.
 constexpr std::size_t kMargin = 10;
 /// Times of an interval at which polynomials are compared, and intervals of a strip.
-constexpr std::array<double, 4> kInInterval_1{0.125, 0.375, 0.625, 0.875};
-constexpr std::size_t kMostIntervals = 64;
+constexpr std::array<double, 4> kInInterval{0.125, 0.375, 0.625, 0.875};
+constexpr std::size_t kMaxIntervals = 64;
 
 double Square(double x) { return x * x; }
 
@@ -57,15 +57,15 @@ Gains GainsOf(std::span<const StateVector> states,
     const NewtonPolynomial a(StatesAround(unit, near, with), through);
     std::optional<NewtonPolynomial> b;
     if (without > 0) b.emplace(StatesAround(unit, near, without), through);
-    for (const double x_1 : kInInterval_1) {
-      StateVector at = a.At(from_s + x_1 * span_s);
+    for (const double fraction : kInInterval) {
+      StateVector at = a.At(from_s + fraction * span_s);
       if (b) {
         const StateVector less = b->At(at.time_s);
         at.position_m -= less.position_m;
         at.velocity_mps -= less.velocity_mps;
       }
-      *rate += Square(at.velocity_mps.x()) / kInInterval_1.size();
-      if (position != nullptr) *position += Square(at.position_m.x()) / kInInterval_1.size();
+      *rate += Square(at.velocity_mps.x()) / kInInterval.size();
+      if (position != nullptr) *position += Square(at.position_m.x()) / kInInterval.size();
     }
   };
   for (std::size_t i = first; i < first + used.size(); ++i) {
@@ -154,9 +154,9 @@ PathErrors Recording::ErrorsOfCubic() const {
   errors.noise = {std::sqrt(noise_place / noise_count), std::sqrt(noise_rate / noise_count)};
   errors.contradiction_mps = contradiction_mps_ / std::sqrt(5.0);  // rms of 1 - 6u + 6u^2
   if (count > 0.0 && IsMoreThanNoise(rate_square, rate_noise, count)) {
-    const double kept_1 = (rate_square - rate_noise) / rate_square;
-    errors.interpolation_mps = std::sqrt(kept_1 * rate_square / count);
-    errors.interpolation_m = std::sqrt(kept_1 * place_square / count);
+    const double kept = (rate_square - rate_noise) / rate_square;
+    errors.interpolation_mps = std::sqrt(kept * rate_square / count);
+    errors.interpolation_m = std::sqrt(kept * place_square / count);
   }
   return errors;
 }
@@ -169,7 +169,7 @@ PathErrors Recording::ErrorsOfPolynomials(PathThrough way) const {
   const std::size_t more = through == OrbitThrough::kStates ? 2 : 4;
   const std::size_t other =
       states_.size() > taken ? std::min(states_.size(), taken + more) : taken - more;
-  const std::size_t step = (last_ - first_ + kMostIntervals) / kMostIntervals;
+  const std::size_t step = (last_ - first_ + kMaxIntervals) / kMaxIntervals;
   const double p2 = Square(noise_.position_m), v2 = Square(noise_.velocity_mps);
   const double b2 = Square(contradiction_mps_);
   double rate = 0.0, place = 0.0, contradiction = 0.0, count = 0.0;
@@ -185,13 +185,14 @@ PathErrors Recording::ErrorsOfPolynomials(PathThrough way) const {
                 of_difference.rate_of_all_velocities * b2;
     const NewtonPolynomial a(StatesAround(states_, k, taken), through);
     const NewtonPolynomial b(StatesAround(states_, k, other), through);
-    for (const double x_1 : kInInterval_1) {
-      const double at_s = states_[k].time_s + x_1 * (states_[k + 1].time_s - states_[k].time_s);
+    for (const double fraction : kInInterval) {
+      const double at_s =
+          states_[k].time_s + fraction * (states_[k + 1].time_s - states_[k].time_s);
       const StateVector in_a = a.At(at_s), in_b = b.At(at_s);
       const Eigen::Vector3d across =
           Across(in_a.velocity_mps - in_b.velocity_mps, in_b.velocity_mps);
-      difference += across.squaredNorm() / kInInterval_1.size();
-      difference_place += (in_a.position_m - in_b.position_m).squaredNorm() / kInInterval_1.size();
+      difference += across.squaredNorm() / kInInterval.size();
+      difference_place += (in_a.position_m - in_b.position_m).squaredNorm() / kInInterval.size();
     }
     count += 1.0;
   }
@@ -199,9 +200,9 @@ PathErrors Recording::ErrorsOfPolynomials(PathThrough way) const {
   errors.noise = {std::sqrt(place / count), std::sqrt(rate / count)};
   errors.contradiction_mps = std::sqrt(contradiction / count);
   if (IsMoreThanNoise(difference, expected, count)) {
-    const double kept_1 = (difference - expected) / difference;
-    errors.interpolation_mps = std::sqrt(kept_1 * difference / count);
-    errors.interpolation_m = std::sqrt(kept_1 * difference_place / count);
+    const double kept = (difference - expected) / difference;
+    errors.interpolation_mps = std::sqrt(kept * difference / count);
+    errors.interpolation_m = std::sqrt(kept * difference_place / count);
   }
   return errors;
 }
@@ -209,7 +210,7 @@ PathErrors Recording::ErrorsOfPolynomials(PathThrough way) const {
 double Recording::DenseStep_s(PathThrough way, double direction_rad) const {
   const OrbitThrough through =
       way == PathThrough::kOrbit ? OrbitThrough::kStates : OrbitThrough::kPositions;
-  constexpr double kMostParts = 64.0;
+  constexpr double kMaxParts = 64.0;
   const double span_s = states_.back().time_s - states_.front().time_s;
   double step_s = span_s;
   for (std::size_t k = first_; k <= last_; ++k) {
@@ -226,7 +227,7 @@ double Recording::DenseStep_s(PathThrough way, double direction_rad) const {
     if (!(fourth_mps4 > 0.0)) continue;
     step_s = std::min(step_s, std::cbrt(216.0 / std::sqrt(3.0) * allowed_mps / fourth_mps4));
   }
-  return std::max(step_s, span_s / (kMostParts * static_cast<double>(states_.size() - 1)));
+  return std::max(step_s, span_s / (kMaxParts * static_cast<double>(states_.size() - 1)));
 }
 
 PathErrors Recording::ErrorsOf(PathThrough through) const {

@@ -14,11 +14,11 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kLeastDifference = 3, kMostDifference = 10;
-constexpr std::size_t kMostWindows = 256;
+constexpr std::size_t kMinDifference = 3, kMaxDifference = 10;
+constexpr std::size_t kMaxWindows = 256;
 /// White noise keeps its size from one order to the next; a flight that the states can follow loses
 /// at least half.
-constexpr double kStillFalling_1 = 0.7;
+constexpr double kStillFalling = 0.7;
 
 struct Squares {
   double position = 0.0, velocity = 0.0;
@@ -28,11 +28,11 @@ struct Squares {
 /// white noise of one comes out as one.
 Squares DifferenceSquares(std::span<const StateVector> states, std::size_t order) {
   const std::size_t windows = states.size() - order;
-  const std::size_t step = (windows + kMostWindows - 1) / kMostWindows;
+  const std::size_t step = (windows + kMaxWindows - 1) / kMaxWindows;
   Squares sum;
   double count = 0.0;
   for (std::size_t first = 0; first < windows; first += step) {
-    std::array<double, kMostDifference + 1> weight{};
+    std::array<double, kMaxDifference + 1> weight{};
     double square = 0.0;
     const double scale_s =
         (states[first + order].time_s - states[first].time_s) / static_cast<double>(order);
@@ -55,16 +55,16 @@ Squares DifferenceSquares(std::span<const StateVector> states, std::size_t order
   return {sum.position / count, sum.velocity / count};
 }
 
-/// The first order whose mean square is not significantly above the least: of those that show noise
-/// alone the one of most windows.
+/// The first order whose mean square is not significantly above the least: among orders that show
+/// noise alone, the one with most windows.
 double NoiseOf(const std::vector<double>& squares, std::size_t states) {
   const std::size_t n = squares.size();
-  constexpr double kFalling = kStillFalling_1 * kStillFalling_1;
+  constexpr double kFalling = kStillFalling * kStillFalling;
   const bool unresolved = n < 2 || (squares[n - 1] < kFalling * squares[n - 2] &&
                                     (n < 3 || squares[n - 2] < kFalling * squares[n - 3]));
   if (unresolved) return 0.0;
   const double least = *std::min_element(squares.begin(), squares.end());
-  const auto windows = static_cast<double>(std::min(kMostWindows, states));
+  const auto windows = static_cast<double>(std::min(kMaxWindows, states));
   const double most = least * (1.0 + 2.0 / std::sqrt(windows));
   return std::sqrt(*std::find_if(
       squares.begin(), squares.end(), [most](double square) { return square <= most; }));
@@ -105,7 +105,7 @@ Eigen::Vector3d ContradictionOf(std::span<const StateVector> nine,
 
 StateNoise EstimateStateNoise(std::span<const StateVector> states) {
   std::vector<double> positions, velocities;
-  for (std::size_t order = kLeastDifference; order <= kMostDifference && order + 2 <= states.size();
+  for (std::size_t order = kMinDifference; order <= kMaxDifference && order + 2 <= states.size();
        ++order) {
     const Squares squares = DifferenceSquares(states, order);
     positions.push_back(squares.position);

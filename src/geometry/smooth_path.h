@@ -56,7 +56,7 @@ struct SmoothedPath {
 ///
 ///     sum |s(t_k) - p_k|^2/sigma_p^2 + |s'(t_k) - v_k|^2/sigma_v^2 -> min
 ///
-/// Knots stand at states, as nearly equally spaced in time as these allow; how many is chosen by
+/// Knots are at states, as nearly equally spaced in time as these allow; how many is chosen by
 /// generalised cross validation over numbers that grow by the square root of two. Sigmas that are
 /// NaN are estimated from the states: first from their differences, then from the residuals.
 /// `strip_s` is where `remaining` and `unfollowed_mps` are taken.

@@ -51,22 +51,22 @@ Moving Cross(const Moving& a, const Moving& b) {
 
 TrackAxes Undefined() {
   const Eigen::Matrix3d nan = Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  return {.axes_1 = nan, .rate = nan, .acceleration = nan};
+  return {.axes = nan, .rate = nan, .acceleration = nan};
 }
 
 }  // namespace
 
 TrackAxes TrackAxesOf(const VerticalMotion& vertical, const Motion& motion) {
-  constexpr double kSmallestSine_1 = 1e-6;
+  constexpr double kSmallestSine = 1e-6;
   if (!(motion.velocity_mps.squaredNorm() > 0.0)) return Undefined();
   const Moving along =
       Normalised({motion.velocity_mps, motion.acceleration_mps2, motion.jerk_mps3});
-  const Moving upright = Rejected({vertical.up_1, vertical.rate, vertical.acceleration}, along);
-  if (!(upright.value.squaredNorm() > kSmallestSine_1 * kSmallestSine_1)) return Undefined();
+  const Moving upright = Rejected({vertical.up, vertical.rate, vertical.acceleration}, along);
+  if (!(upright.value.squaredNorm() > kSmallestSine * kSmallestSine)) return Undefined();
   const Moving up = Normalised(upright);
   const Moving across = Cross(up, along);
   TrackAxes axes;
-  axes.axes_1 << along.value, across.value, up.value;
+  axes.axes << along.value, across.value, up.value;
   axes.rate << along.first, across.first, up.first;
   axes.acceleration << along.second, across.second, up.second;
   return axes;
@@ -81,7 +81,7 @@ TrackAxes TrackAxesOf(const Frame& frame, const Motion& motion) {
 namespace {
 
 /// More knots than this in one piece of a path are taken for a path that is no flight.
-constexpr double kMostSteps = 1e6;
+constexpr double kMaxSteps = 1e6;
 
 }  // namespace
 
@@ -99,8 +99,8 @@ VerticalTable::VerticalTable(const Frame& frame, const FlightPath& path) {
     const double start_s = path.PieceStart_s(k), length_s = path.PieceEnd_s(k) - start_s;
     const VerticalMotion last = vertical_at(path.PieceEnd_s(k));
     const double turn_rad = length_s * std::max(a.rate.norm(), last.rate.norm());
-    const double steps = std::max(1.0, std::ceil(turn_rad / kMostTurn_rad));
-    if (!(steps <= kMostSteps)) {
+    const double steps = std::max(1.0, std::ceil(turn_rad / kMaxTurn_rad));
+    if (!(steps <= kMaxSteps)) {
       throw InputError("states", "the flight path turns around its body too fast to be tabulated");
     }
     const double step_s = length_s / steps, inverse_per_s = steps / length_s;
@@ -111,8 +111,8 @@ VerticalTable::VerticalTable(const Frame& frame, const FlightPath& path) {
                   static_cast<std::uint32_t>(steps)};
     for (std::uint32_t i = 1; i <= pieces_[k].steps; ++i) {
       const VerticalMotion b = i == pieces_[k].steps ? last : vertical_at(start_s + i * step_s);
-      const Eigen::Vector3d mean = (b.up_1 - a.up_1) * inverse_per_s;
-      polynomials_.push_back({a.up_1,
+      const Eigen::Vector3d mean = (b.up - a.up) * inverse_per_s;
+      polynomials_.push_back({a.up,
                               a.rate,
                               (3.0 * mean - 2.0 * a.rate - b.rate) * inverse_per_s,
                               (a.rate + b.rate - 2.0 * mean) * (inverse_per_s * inverse_per_s)});
@@ -129,7 +129,7 @@ VerticalMotion VerticalTable::At(std::size_t index, double time_s) const {
       steps > 0.0 ? std::min(piece.steps - 1, static_cast<std::uint32_t>(steps)) : 0U;
   const Polynomial& p = polynomials_[piece.first + k];
   const double x = after_s - k * piece.step_s;
-  return {.up_1 = p.up_1 + x * (p.rate + x * (p.second + x * p.third)),
+  return {.up = p.up + x * (p.rate + x * (p.second + x * p.third)),
           .rate = p.rate + x * (2.0 * p.second + (3.0 * x) * p.third),
           .acceleration = 2.0 * p.second + (6.0 * x) * p.third};
 }

@@ -21,7 +21,7 @@ inline constexpr std::array<const char*, 3> kFrameAxisNames = {"x", "y", "z"};
 /// frame axes: along = v/|v|; up = the local vertical made orthogonal to along;
 /// across = up x along (model.md, section 2). In Leberl's frame they are x, y and z.
 struct TrackAxes {
-  Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d rate = Eigen::Matrix3d::Zero();          ///< d axes / dt [1/s]
   Eigen::Matrix3d acceleration = Eigen::Matrix3d::Zero();  ///< d2 axes / dt2 [1/s2]
 };
@@ -38,14 +38,14 @@ struct TrackAxes {
 /// of its equations.
 ///
 /// Cubic Hermite interpolation of the unit vector and its rate between knots so near that the
-/// vertical turns by at most kMostTurn_rad; every piece of the path has knots of its own, so that a
-/// recorded path is followed as it is. Error at most kMostTurn_rad^4 / 384 = 2.1e-13 rad in
+/// vertical turns by at most kMaxTurn_rad; every piece of the path has knots of its own, so that a
+/// recorded path is followed as it is. Error at most kMaxTurn_rad^4 / 384 = 2.1e-13 rad in
 /// direction (docs/theory/flight_path.md, eq. (13a)). Beyond the ends of the path the first or last
 /// polynomial is continued. In a `local` frame the vertical is constant and nothing is stored;
 /// otherwise 96 bytes a knot.
 class VerticalTable {
  public:
-  static constexpr double kMostTurn_rad = 3e-3;
+  static constexpr double kMaxTurn_rad = 3e-3;
 
   VerticalTable() = default;
   VerticalTable(const Frame& frame, const FlightPath& path);
@@ -56,7 +56,7 @@ class VerticalTable {
  private:
   /// Between two knots, by the time since the first.
   struct Polynomial {
-    Eigen::Vector3d up_1, rate, second, third;
+    Eigen::Vector3d up, rate, second, third;
   };
   /// Those of one piece of the path: `first` to `first + steps`, equally long.
   struct Piece {

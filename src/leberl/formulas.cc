@@ -120,8 +120,8 @@ double AcrossErrorOfSecondAcross(const StereoConfiguration& c, double dy0_second
 double AlongError(const StereoConfiguration& c, const StereoErrors& errors, Signs signs) {
   const auto& [first, second] = errors;
   const double yaw_m =
-      first.dydot0_1 * c.ground_range_m + second.dydot0_1 * (c.ground_range_m - c.base_m);
-  const double pitch_m = (first.dzdot0_1 + second.dzdot0_1) * c.height_m;
+      first.dydot0 * c.ground_range_m + second.dydot0 * (c.ground_range_m - c.base_m);
+  const double pitch_m = (first.dzdot0 + second.dzdot0) * c.height_m;
   return 0.5 * (first.dx0_m + second.dx0_m + (signs == Signs::kPrinted ? yaw_m : -yaw_m) + pitch_m);
 }
 
@@ -200,13 +200,13 @@ Warp RangeWarp(const StereoConfiguration& c,
   const double r1 = FirstSlantRange(c), r2 = SecondSlantRange(c);
   const double e1 = range_error_first_m / base, e2 = range_error_second_m / base;
   Warp warp;
-  warp.a_1 = e1 * y / r1 - e2 * back / r2;
-  warp.f_1 = (e1 * height / r1 - e2 * height / r2) * HeightSign(signs);
-  warp.c_1 =
+  warp.a = e1 * y / r1 - e2 * back / r2;
+  warp.f = (e1 * height / r1 - e2 * height / r2) * HeightSign(signs);
+  warp.c =
       e1 * (r1 / height + y * back / (height * r1)) - e2 * (r2 / height + y * back / (height * r2));
-  warp.d_1 = (e1 * (back / r1 - back * r1 / (height * height)) -
-              e2 * (y / r2 - y * r2 / (height * height))) *
-             HeightSign(signs);
+  warp.d = (e1 * (back / r1 - back * r1 / (height * height)) -
+            e2 * (y / r2 - y * r2 / (height * height))) *
+           HeightSign(signs);
   return warp;
 }
 

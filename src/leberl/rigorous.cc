@@ -36,7 +36,7 @@ Triple Cross(const Triple& a, const Triple& b) {
 }  // namespace
 
 std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
-                                              const Triple& up_1,
+                                              const Triple& vertical,
                                               const ReducedLook& first,
                                               const ReducedLook& second,
                                               const ReductionLimits& limits) {
@@ -46,28 +46,28 @@ std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
   // written so that NaN (a zero velocity) is refused too
   if (!(std::abs(cosine) >= std::cos(limits.max_convergence_rad))) return std::nullopt;
   const Triple along = Unit(Sum(first_track, cosine < 0.0 ? -1.0 : 1.0, second_track));
-  const Triple up = Unit(Sum(up_1, -Dot(up_1, along), along));
+  const Triple up = Unit(Sum(vertical, -Dot(vertical, along), along));
   const Triple across = Cross(up, along);
 
-  const Triple first_sight_m = Sum(point_m, -1.0, first.antenna_m);
-  const Triple second_sight_m = Sum(point_m, -1.0, second.antenna_m);
-  for (const Triple& sight_m : {first_sight_m, second_sight_m}) {
-    const double sine = Dot(sight_m, along) / std::sqrt(Dot(sight_m, sight_m));
+  const Triple first_los_m = Sum(point_m, -1.0, first.antenna_m);
+  const Triple second_los_m = Sum(point_m, -1.0, second.antenna_m);
+  for (const Triple& los_m : {first_los_m, second_los_m}) {
+    const double sine = Dot(los_m, along) / std::sqrt(Dot(los_m, los_m));
     if (!(std::abs(sine) <= std::sin(limits.max_squint_rad))) return std::nullopt;
   }
-  const double first_height_m = -Dot(first_sight_m, up);
-  const double second_height_m = -Dot(second_sight_m, up);
+  const double first_height_m = -Dot(first_los_m, up);
+  const double second_height_m = -Dot(second_los_m, up);
   if (!(first_height_m > 0.0 && second_height_m > 0.0)) return std::nullopt;
 
   StereoConfiguration c;
   c.height_m = 0.5 * (first_height_m + second_height_m);
-  c.ground_range_m = Dot(first_sight_m, across);
-  c.base_m = c.ground_range_m - Dot(second_sight_m, across);
+  c.ground_range_m = Dot(first_los_m, across);
+  c.base_m = c.ground_range_m - Dot(second_los_m, across);
   const double sides_m2 = c.ground_range_m * (c.ground_range_m - c.base_m);
   c.arrangement = sides_m2 < 0.0 ? Arrangement::kOppositeSide : Arrangement::kSameSide;
   constexpr double kNoBase = 1e-9;  // of H: two looks from one track
   const bool meaningful =
-      std::abs(first_height_m - second_height_m) <= limits.max_height_ratio_1 * c.height_m &&
+      std::abs(first_height_m - second_height_m) <= limits.max_height_ratio * c.height_m &&
       std::abs(c.base_m) > kNoBase * c.height_m && sides_m2 != 0.0;
   if (!meaningful) return std::nullopt;
   return c;
@@ -94,9 +94,9 @@ std::array<Station<T>, 2> TrueStations(const StereoConfiguration& c, const Vecto
     const long double across = k == 0 ? 0.0L : static_cast<long double>(c.base_m);
     stations[k].antenna = {T{0.0L}, T{across}, T{static_cast<long double>(c.height_m)}};
     stations[k].axis = {T{1.0L}, T{0.0L}, T{0.0L}};
-    Vector<T> sight{};
-    for (std::size_t i = 0; i < 3; ++i) sight[i] = p[i] - stations[k].antenna[i];
-    stations[k].range = stereo::Norm(sight);
+    Vector<T> observation{};
+    for (std::size_t i = 0; i < 3; ++i) observation[i] = p[i] - stations[k].antenna[i];
+    stations[k].range = stereo::Norm(observation);
   }
   return stations;
 }
@@ -104,12 +104,13 @@ std::array<Station<T>, 2> TrueStations(const StereoConfiguration& c, const Vecto
 template <typename T>
 Vector<T> Derivative(const StereoConfiguration& c, const StereoErrors& errors, const Vector<T>& p) {
   const std::array<Station<T>, 2> stations = TrueStations(c, p);
-  std::array<Vector<T>, 2> sights{};
+  std::array<Vector<T>, 2> observations{};
   for (std::size_t k = 0; k < 2; ++k) {
-    for (std::size_t i = 0; i < 3; ++i) sights[k][i] = p[i] - stations[k].antenna[i];
+    for (std::size_t i = 0; i < 3; ++i) observations[k][i] = p[i] - stations[k].antenna[i];
   }
   const auto equations = stereo::Evaluate(p, stations);
-  std::array<T, 4> right = stereo::ErrorDirection(equations, sights, {errors.first, errors.second});
+  std::array<T, 4> right =
+      stereo::ErrorDirection(equations, observations, {errors.first, errors.second});
   for (T& value : right) value = -value;
   return stereo::LeastSquares(equations.row, right);
 }
@@ -119,12 +120,13 @@ void Perturb(const StationErrors& e, Station<long double>* station) {
   station->antenna[1] += static_cast<long double>(e.dy0_m);
   station->antenna[2] += static_cast<long double>(e.dz0_m);
   station->range += static_cast<long double>(e.dr_m);
-  const Vector<long double> direction{1.0L, e.dydot0_1, e.dzdot0_1};
+  const Vector<long double> direction{1.0L, e.dydot0, e.dzdot0};
   const long double length = stereo::Norm(direction);
   for (std::size_t i = 0; i < 3; ++i) station->axis[i] = direction[i] / length;
 }
 
-/// Across-track orientation of the two sight lines: its sign tells the two intersections apart.
+/// Across-track orientation of the two lines of sight: its sign distinguishes the two
+/// intersections.
 long double Orientation(const stereo::Equations<long double>& e) {
   return e.row[0][1] * e.row[1][2] - e.row[0][2] * e.row[1][1];
 }
@@ -244,17 +246,17 @@ leberl::RangeNoise StereoRangeNoise(const StereoConfiguration& c, double range_s
   // The looks go to the intersection as an observer has them: antennas, directions, ranges. Each
   // looks to the side of its flight direction (+x) on which the point lies.
   const Eigen::Vector3d point_m(0.0, c.ground_range_m, 0.0);
-  std::array<Sight, 2> sights;
+  std::array<FixedPathLook, 2> observations;
   for (std::size_t k = 0; k < 2; ++k) {
-    Sight& sight = sights[k];
-    sight.antenna_m = Eigen::Vector3d(0.0, k == 0 ? 0.0 : c.base_m, c.height_m);
-    sight.velocity_mps = Eigen::Vector3d(1.0, 0.0, 0.0);
-    sight.range_m = (point_m - sight.antenna_m).norm();
-    sight.side = point_m.y() > sight.antenna_m.y() ? +1 : -1;
-    sight.range_sigma_m = range_sigma_m;
-    sight.azimuth_sigma = range_sigma_m;
+    FixedPathLook& observation = observations[k];
+    observation.antenna_m = Eigen::Vector3d(0.0, k == 0 ? 0.0 : c.base_m, c.height_m);
+    observation.velocity_mps = Eigen::Vector3d(1.0, 0.0, 0.0);
+    observation.range_m = (point_m - observation.antenna_m).norm();
+    observation.side = point_m.y() > observation.antenna_m.y() ? +1 : -1;
+    observation.range_sigma_m = range_sigma_m;
+    observation.azimuth_sigma = range_sigma_m;
   }
-  const Intersection found = Intersect(sights, Frame::Local());
+  const Intersection found = Intersect(observations, Frame::Local());
   if (found.outcome != IntersectionOutcome::kDetermined) {
     throw UndeterminedError("the stereo pair does not determine the point",
                             {NameOf(found.outcome)});
@@ -318,22 +320,22 @@ SingleFlightProof ProveSingleFlight(const SingleFlightPair& pair) {
   const Eigen::Vector3d velocity_mps(1.0, 0.0, 0.0);
   const Eigen::Vector3d point_m(0.0, pair.ground_range_m, 0.0);
   const double radius_m = std::hypot(pair.ground_range_m, pair.height_m);
-  std::array<Sight, 2> sights;
+  std::array<FixedPathLook, 2> observations;
   Eigen::Matrix<double, 4, 3> jacobian;
   std::array<double, 2> plane_m{}, circle_m{};
   for (std::size_t k = 0; k < 2; ++k) {
     const double squint_rad = k == 0 ? pair.first_squint_rad : pair.second_squint_rad;
-    Sight& sight = sights[k];
-    sight.antenna_m = Eigen::Vector3d(-radius_m * std::tan(squint_rad), 0.0, pair.height_m);
-    sight.velocity_mps = velocity_mps;
-    sight.range_m = (point_m - sight.antenna_m).norm();
-    sight.cone.squint_rad = squint_rad;
-    sight.side = pair.ground_range_m > 0.0 ? +1 : -1;
-    plane_m[k] = sight.antenna_m.x() + sight.range_m * std::sin(squint_rad);
-    circle_m[k] = sight.range_m * std::cos(squint_rad);
+    FixedPathLook& observation = observations[k];
+    observation.antenna_m = Eigen::Vector3d(-radius_m * std::tan(squint_rad), 0.0, pair.height_m);
+    observation.velocity_mps = velocity_mps;
+    observation.range_m = (point_m - observation.antenna_m).norm();
+    observation.cone.squint_rad = squint_rad;
+    observation.side = pair.ground_range_m > 0.0 ? +1 : -1;
+    plane_m[k] = observation.antenna_m.x() + observation.range_m * std::sin(squint_rad);
+    circle_m[k] = observation.range_m * std::cos(squint_rad);
     LookEquations equations;
     if (!EvaluateLookEquations(
-            point_m, sight.antenna_m, velocity_mps, sight.cone, 0.0, &equations)) {
+            point_m, observation.antenna_m, velocity_mps, observation.cone, 0.0, &equations)) {
       throw InputError("squint_rad", "the look equations have no value for this squint");
     }
     const auto row = static_cast<Eigen::Index>(2 * k);
@@ -343,12 +345,12 @@ SingleFlightProof ProveSingleFlight(const SingleFlightPair& pair) {
   SingleFlightProof proof;
   const Eigen::Vector3d singular = dense::DecomposeSingular(jacobian).values;
   for (int i = 0; i < 3; ++i) {
-    proof.singular_1[i] = singular(i);
+    proof.singular[i] = singular(i);
     if (singular(i) > kRankTolerance) ++proof.rank;
   }
   proof.plane_gap_m = std::abs(plane_m[0] - plane_m[1]);
   proof.radius_gap_m = std::abs(circle_m[0] - circle_m[1]);
-  proof.outcome = Intersect(sights, Frame::Local()).outcome;
+  proof.outcome = Intersect(observations, Frame::Local()).outcome;
   proof.reason = fmt::format(
       "both looks confine the point to the same circle of radius {:.6g} m normal to the flight "
       "line: {} of 3 coordinates are determined, there is no parallax from one flight line",

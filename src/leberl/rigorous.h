@@ -24,7 +24,7 @@ struct ReducedLook {
 struct ReductionLimits {
   double max_convergence_rad = 0.17;  ///< angle of the tracks (10 deg: cosine off by 1.5 percent)
   double max_squint_rad = 0.17;       ///< of each look, against the mean track
-  double max_height_ratio_1 = 0.1;    ///< |H' - H''| / mean H
+  double max_height_ratio = 0.1;      ///< |H' - H''| / mean H
 };
 
 /// Reduces a pair of looks at a point to the paper's B, H, y.
@@ -39,7 +39,7 @@ struct ReductionLimits {
 /// heights that differ by more than the limits, a point above an antenna, a base below 1e-9 H, or
 /// a point below an antenna. Antennas on different sides give the opposite-side arrangement.
 [[nodiscard]] std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
-                                                            const Triple& up_1,
+                                                            const Triple& vertical,
                                                             const ReducedLook& first,
                                                             const ReducedLook& second,
                                                             const ReductionLimits& limits = {});
@@ -85,7 +85,7 @@ namespace sarblock {
     const leberl::StereoErrors& errors,
     const leberl::Difference& difference);
 
-/// Covariance of the two-look intersection (geometry::Intersect) by range noise, paths held.
+/// Covariance of the two-look intersection (geometry::Intersect) by range noise, paths fixed.
 /// Counterpart of Eq. 25. Throws UndeterminedError where the looks do not determine the point.
 [[nodiscard]] leberl::RangeNoise StereoRangeNoise(const leberl::StereoConfiguration& c,
                                                   double range_sigma_m);
@@ -187,12 +187,12 @@ Equations<T> Evaluate(const Vector<T>& p, const std::array<Station<T>, 2>& stati
   Equations<T> out;
   for (std::size_t k = 0; k < 2; ++k) {
     const Station<T>& station = stations[k];
-    Vector<T> sight{};
-    for (std::size_t i = 0; i < 3; ++i) sight[i] = p[i] - station.antenna[i];
-    const T rho = Norm(sight);
+    Vector<T> observation{};
+    for (std::size_t i = 0; i < 3; ++i) observation[i] = p[i] - station.antenna[i];
+    const T rho = Norm(observation);
     out.error[k] = rho - station.range;
-    out.error[k + 2] = Dot(station.axis, sight);
-    for (std::size_t i = 0; i < 3; ++i) out.row[k][i] = sight[i] / rho;
+    out.error[k + 2] = Dot(station.axis, observation);
+    for (std::size_t i = 0; i < 3; ++i) out.row[k][i] = observation[i] / rho;
     out.row[k + 2] = station.axis;
   }
   return out;
@@ -201,16 +201,16 @@ Equations<T> Evaluate(const Vector<T>& p, const std::array<Station<T>, 2>& stati
 /// Derivative of Eq. 1-4's errors by the stations' errors, times `errors`, at the true point.
 template <typename T>
 std::array<T, 4> ErrorDirection(const Equations<T>& at_truth,
-                                const std::array<Vector<T>, 2>& sights,
+                                const std::array<Vector<T>, 2>& observations,
                                 const std::array<leberl::StationErrors, 2>& errors) {
   const auto constant = [](double value) { return T{static_cast<long double>(value)}; };
   std::array<T, 4> direction{};
   for (std::size_t k = 0; k < 2; ++k) {
     const leberl::StationErrors& e = errors[k];
     const Vector<T> shift{constant(e.dx0_m), constant(e.dy0_m), constant(e.dz0_m)};
-    const Vector<T> turn{constant(0.0), constant(e.dydot0_1), constant(e.dzdot0_1)};
+    const Vector<T> turn{constant(0.0), constant(e.dydot0), constant(e.dzdot0)};
     direction[k] = -Dot(at_truth.row[k], shift) - constant(e.dr_m);
-    direction[k + 2] = Dot(turn, sights[k]) - Dot(at_truth.row[k + 2], shift);
+    direction[k + 2] = Dot(turn, observations[k]) - Dot(at_truth.row[k + 2], shift);
   }
   return direction;
 }
@@ -237,7 +237,7 @@ struct SingleFlightPair {
 /// both cones lie in the plane of the flight line and the point, so its rank is 2.
 struct SingleFlightProof {
   int rank = 0;               ///< of the 4 x 3 Jacobian, singular values above 1e-10
-  double singular_1[3] = {};  ///< its singular values, largest first
+  double singular[3] = {};    ///< its singular values, largest first
   double plane_gap_m = 0.0;   ///< distance of the planes of the two circles
   double radius_gap_m = 0.0;  ///< difference of their radii
   IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;  ///< of Intersect

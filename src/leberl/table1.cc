@@ -298,14 +298,13 @@ Difference WarpWithRanges(const Cell& cell, double error_m, double first_m, doub
   const double base_m = c.base_m, height_m = c.height_m, y_m = c.ground_range_m;
   const double back_m = y_m - base_m, height2_m2 = height_m * height_m;
   const leberl::Warp warp{
-      .a_1 = y_m / first_m - back_m / second_m,
-      .f_1 = height_m / first_m - height_m / second_m,
-      .c_1 =
-          (first_m - second_m) / height_m + y_m * back_m / height_m * (1 / first_m - 1 / second_m),
-      .d_1 = back_m / first_m - back_m * first_m / height2_m2 - y_m / second_m +
-             y_m * second_m / height2_m2,
+      .a = y_m / first_m - back_m / second_m,
+      .f = height_m / first_m - height_m / second_m,
+      .c = (first_m - second_m) / height_m + y_m * back_m / height_m * (1 / first_m - 1 / second_m),
+      .d = back_m / first_m - back_m * first_m / height2_m2 - y_m / second_m +
+           y_m * second_m / height2_m2,
   };
-  const Difference of = warp.Of(cell.difference);
+  const Difference of = warp.Apply(cell.difference);
   return {of.dy_m * error_m / base_m, of.dz_m * error_m / base_m};
 }
 
@@ -339,7 +338,7 @@ void AddRelativeRange(const Cell& cell, std::vector<Substitution>* list) {
   const StereoConfiguration& c = cell.configuration;
   const double e_m = cell.size_m;
   const auto warp = [&](double first_m, double second_m, Signs signs) {
-    return Pick(cell, RangeWarp(c, first_m, second_m, signs).Of(cell.difference));
+    return Pick(cell, RangeWarp(c, first_m, second_m, signs).Apply(cell.difference));
   };
   const auto rounded_km = [](double range_m) { return 1e3 * std::round(range_m / 1e3); };
   list->push_back(
@@ -431,7 +430,7 @@ double Formula(const Cell& cell, Signs signs) {
     case Source::kRange:
       break;
   }
-  return Pick(cell, RangeWarp(c, 0.0, cell.size_m, signs).Of(cell.difference));
+  return Pick(cell, RangeWarp(c, 0.0, cell.size_m, signs).Apply(cell.difference));
 }
 
 const char* EquationOf(const Cell& cell) {

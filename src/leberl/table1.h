@@ -10,7 +10,7 @@
 
 namespace sarblock {
 
-/// How a printed number of Leberl (1979) stands against its formula and the rigorous solution.
+/// How a printed number of Leberl (1979) compares with its formula and the rigorous solution.
 enum class PaperVerdict {
   kAgrees,      ///< printed = formula = derivative, and the exact value rounds to it as well
   kTruncation,  ///< printed = formula = derivative; the exact value differs by the finite size

@@ -26,8 +26,8 @@ std::vector<ValidityCase> Cases(const ValidityOptions& options) {
                                               ? leberl::Arrangement::kSameSide
                                               : leberl::Arrangement::kOppositeSide,
                            .look_rad = look_deg * kRadPerDeg,
-                           .base_ratio_1 = base,
-                           .terrain_ratio_1 = terrain});
+                           .base_ratio = base,
+                           .terrain_ratio = terrain});
         }
       }
     }
@@ -49,8 +49,8 @@ const char* NameOf(ValiditySource source) {
   return "dr''";
 }
 
-std::optional<double> RelativeDifference(const ValidityCase& v, double error_ratio_1) {
-  const leberl::StereoConfiguration c{.base_m = v.base_ratio_1 * kHeight_m,
+std::optional<double> RelativeDifference(const ValidityCase& v, double error_ratio) {
+  const leberl::StereoConfiguration c{.base_m = v.base_ratio * kHeight_m,
                                       .height_m = kHeight_m,
                                       .ground_range_m = std::tan(v.look_rad) * kHeight_m,
                                       .arrangement = v.arrangement};
@@ -58,7 +58,7 @@ std::optional<double> RelativeDifference(const ValidityCase& v, double error_rat
   const bool same_side = v.arrangement == leberl::Arrangement::kSameSide;
   if (!(same_side ? sides_m2 > 0.0 : sides_m2 < 0.0)) return std::nullopt;
   leberl::StereoErrors errors;
-  const double size_m = error_ratio_1 * kHeight_m;
+  const double size_m = error_ratio * kHeight_m;
   switch (v.source) {
     case ValiditySource::kAcrossPosition:
       errors.second.dy0_m = size_m;
@@ -70,7 +70,7 @@ std::optional<double> RelativeDifference(const ValidityCase& v, double error_rat
       errors.second.dr_m = size_m;
       break;
   }
-  const auto exact = StereoErrorExact(c, errors, v.terrain_ratio_1 * kHeight_m);
+  const auto exact = StereoErrorExact(c, errors, v.terrain_ratio * kHeight_m);
   if (!exact) return std::nullopt;
   return std::hypot(AcrossError(c, errors) - exact->dy_m, HeightError(c, errors) - exact->dz_m) /
          std::hypot(exact->dy_m, exact->dz_m);
@@ -104,10 +104,10 @@ std::optional<double> ErrorRatioAtLevel(const ValidityCase& v, double level) {
 std::vector<ValidityRow> ValidityMap(const ValidityOptions& options) {
   std::vector<ValidityRow> rows;
   for (const ValidityCase& of : Cases(options)) {
-    for (const double error_ratio_1 : options.error_ratio) {
+    for (const double error_ratio : options.error_ratio) {
       rows.push_back({.of = of,
-                      .error_ratio_1 = error_ratio_1,
-                      .relative_difference = RelativeDifference(of, error_ratio_1)});
+                      .error_ratio = error_ratio,
+                      .relative_difference = RelativeDifference(of, error_ratio)});
     }
   }
   return rows;

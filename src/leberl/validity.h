@@ -9,7 +9,7 @@
 
 namespace sarblock {
 
-/// Where the paper's first-order formulas hold. The figure is
+/// Where the paper's first-order formulas are valid. The figure is
 ///     |formula - exact| / |exact|   of the vector (dy, dz),
 /// formula: Eq. 14 and 15 of the datum point (y, 0); exact: the finite intersection at (y, z). It
 /// depends on ratios only: look angle theta', B/H, error/H and z/H.
@@ -20,14 +20,14 @@ enum class ValiditySource { kAcrossPosition, kUpPosition, kRange };  ///< of sta
 struct ValidityCase {
   ValiditySource source = ValiditySource::kAcrossPosition;
   leberl::Arrangement arrangement = leberl::Arrangement::kSameSide;
-  double look_rad = 0.0;         ///< theta', in (0, pi/2)
-  double base_ratio_1 = 0.0;     ///< B/H > 0
-  double terrain_ratio_1 = 0.0;  ///< z/H, < 1
+  double look_rad = 0.0;       ///< theta', in (0, pi/2)
+  double base_ratio = 0.0;     ///< B/H > 0
+  double terrain_ratio = 0.0;  ///< z/H, < 1
 };
 
-/// The relative difference for an error of `error_ratio_1` H. Empty where the arrangement has no
+/// The relative difference for an error of `error_ratio` H. Empty where the arrangement has no
 /// such geometry (theta' inside or outside the base) or the perturbed circles do not meet.
-[[nodiscard]] std::optional<double> RelativeDifference(const ValidityCase& v, double error_ratio_1);
+[[nodiscard]] std::optional<double> RelativeDifference(const ValidityCase& v, double error_ratio);
 
 /// Smallest error/H at which the relative difference reaches `level` (0.01, 0.05, 0.20), found by
 /// steps of 10^(1/8) from 1e-7 to 1 and bisection to 1e-6 of itself. 0 where terrain alone
@@ -45,7 +45,7 @@ struct ValidityOptions {
 /// One row of the map: the relative difference for one size of error.
 struct ValidityRow {
   ValidityCase of;
-  double error_ratio_1 = 0.0;
+  double error_ratio = 0.0;
   std::optional<double> relative_difference;  ///< [1]
 };
 /// One point of the lines where the first order is off by 1, 5 and 20 percent.

@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "blas_memory.h"
 #include "core/ranks.h"
+#include "core/threads.h"
 #include "dense.h"
 #include "front_ranks.h"
 #include "fronts.h"
@@ -65,6 +67,7 @@ BlockCholesky::BlockCholesky(std::shared_ptr<const BlockPattern> pattern,
                              std::span<const int> last,
                              double divided_operations)
     : impl_(std::make_unique<Impl>()) {
+  dense::TakeBlasMemory(ThreadsAllowed());
   dense::UseOneBlasThread();
   impl_->pattern = std::move(pattern);
   impl_->own = Divide(sparse::Analyse(*impl_->pattern, last), divided_operations);
@@ -120,7 +123,7 @@ FactorNeeds BlockCholesky::Needs() const {
   const OwnFronts& own = impl_->own;
   FactorNeeds largest;
   for (const FactorNeeds& needs : sparse::NeedsOfRanks(own.symbolic.fronts, own.division)) {
-    if (sparse::MostDoubles(needs) >= sparse::MostDoubles(largest)) largest = needs;
+    if (sparse::MaxDoubles(needs) >= sparse::MaxDoubles(largest)) largest = needs;
   }
   largest.operations = 0.5 * own.symbolic.operations;
   largest.dissected = own.symbolic.dissected;

@@ -33,10 +33,10 @@ namespace sarblock {
 /// for the whole process; the threads above call it side by side.
 ///
 /// Ranks (core/ranks.h): constructed within a RanksScope of two or more, a factor of
-/// `divided_operations` or more stands on all of them, each front on one rank, subtree by subtree
-/// (front_ranks.h). All ranks then call its functions together, in that scope and outside of
-/// loops; results have the bytes of a process alone and stand on every rank. Then any function may
-/// throw OtherRankFailed. A smaller one is factored by every rank.
+/// `divided_operations` or more is distributed over all of them, each front on one rank, subtree by
+/// subtree (front_ranks.h). All ranks then call its functions together, in that scope and outside
+/// of loops; results are those of a single process, bit for bit, and available on every rank. Then
+/// any function may throw OtherRankFailed. A smaller one is factored by every rank.
 ///
 /// Diagonal blocks: only the lower triangle of S is read; SelectedInverse fills both.
 class BlockCholesky {
@@ -70,9 +70,9 @@ class BlockCholesky {
   /// Blocks of S^-1 on the pattern of S (exact, not an approximation).
   [[nodiscard]] BlockSymmetricMatrix SelectedInverse() const;
 
-  /// Whether its fronts stand on several ranks.
+  /// Whether its fronts are on several ranks.
   [[nodiscard]] bool divided() const;
-  [[nodiscard]] std::size_t factor_entries() const;  ///< doubles held by the factor, on all ranks
+  [[nodiscard]] std::size_t factor_entries() const;  ///< doubles of the factor, on all ranks
   /// What it takes, before anything is allocated; of the rank that takes most.
   [[nodiscard]] FactorNeeds Needs() const;
   /// Doubles that it took so far on this rank, as they were counted when they were allocated.
@@ -131,7 +131,7 @@ struct BorderedInverse {
 ///     Z = A^-1 T',   K = I - T Z,   S^-1 = A^-1 + Z K^-1 Z',   T S^-1 = K^-1 Z'
 ///
 /// A is positive definite where S is. Costs a solution with as many columns as T has rows. Among
-/// ranks the factor of A is divided as BlockCholesky says; Z and K stand on all of them.
+/// ranks the factor of A is divided as BlockCholesky says; Z and K are on all of them.
 class BorderedCholesky {
  public:
   explicit BorderedCholesky(std::shared_ptr<const BlockPattern> pattern,

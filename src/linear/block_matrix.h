@@ -41,7 +41,7 @@ class BlockPattern {
     return value_begin_[slot + 1] - value_begin_[slot];
   }
 
-  /// Slot of block (i, j), i >= j; kAbsent when the pattern does not hold it. Constant time up to
+  /// Slot of block (i, j), i >= j; kAbsent when it is not in the pattern. Constant time up to
   /// kTableLimit blocks (packed table, 8 MB at most), binary search in the column above: the
   /// assembly of the reduced normal matrix asks k (k + 1) / 2 times for a point with k looks.
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
@@ -85,9 +85,9 @@ class BlockPattern {
 };
 
 /// A symmetric matrix of dense blocks over pairs of parameter blocks; the lower triangle is stored.
-/// Block b has `sizes[b]` rows. The pattern always holds the diagonal. Blocks are column-major,
-/// one flat array; column j's rows are sorted and start with j. Of a diagonal block only the lower
-/// triangle is read by ToDense, Multiply and BlockCholesky.
+/// Block b has `sizes[b]` rows. The pattern always has the diagonal. Blocks are column-major,
+/// one flat array; column j's rows are sorted and start with j. ToDense, Multiply and
+/// BlockCholesky read only the lower triangle of a diagonal block.
 class BlockSymmetricMatrix {
  public:
   BlockSymmetricMatrix();

@@ -127,7 +127,7 @@ void LeftSolve(
   }
 }
 
-/// Looked up at run time: which BLAS stands behind libblas.so.3 is the installation's choice.
+/// Looked up at run time: the installation chooses the BLAS of libblas.so.3.
 struct BlasThreads {
   int (*get)() = nullptr;
   void (*set)(int) = nullptr;  ///< null: a BLAS whose threads cannot be set

@@ -60,8 +60,8 @@ void Product(
     int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc);
 
 // Eigen's decompositions of small dense matrices of any size, compiled once for all modules: each
-// takes five to fifteen seconds in every source that calls Eigen's own. Of a symmetric matrix the
-// lower triangle is read. Matrices of a size known when compiling are cheap and call Eigen.
+// takes five to fifteen seconds in every source that calls Eigen's own. The lower triangle of a
+// symmetric matrix is read. Matrices of a size known when compiling are cheap and call Eigen.
 
 /// A = V diag(values) V'.
 struct Eigenpairs {
@@ -134,7 +134,7 @@ class PivotedOrthogonal {
   /// Columns count for the rank whose pivot is above `threshold` times the largest.
   PivotedOrthogonal(const Eigen::MatrixXd& a, double threshold);
   [[nodiscard]] Eigen::Index rank() const { return qr_.rank(); }
-  /// The column of A that stands k-th.
+  /// The column of A at place k.
   [[nodiscard]] int Column(Eigen::Index k) const { return qr_.colsPermutation().indices()[k]; }
   /// An orthonormal basis of the columns of A, m x rank.
   [[nodiscard]] Eigen::MatrixXd Basis() const;
@@ -157,13 +157,13 @@ struct SingularValues {
 namespace sarblock::sparse {
 
 /// Memory of fronts that come and go on several threads: places in one range of addresses, the
-/// lowest that fits, so that pages once touched serve again. New pages cost more than the
-/// arithmetic of a front of a few hundred rows. Takes as many pages as are in use at once and
-/// what stands empty between them; returned with the object.
+/// lowest that fits, so that touched pages are used again. New pages cost more than the
+/// arithmetic of a front of a few hundred rows. Takes as many pages as are in use at once plus
+/// the gaps between them; returned with the object.
 class FrontMemory {
  public:
   /// `most` doubles over all calls of Take, each rounded up to kGrain. Only addresses are reserved;
-  /// where that is little, or the system refuses even those, every place is allocated by itself.
+  /// where that is little, or the system refuses even those, every place is allocated separately.
   explicit FrontMemory(std::size_t most);
   ~FrontMemory();
   FrontMemory(const FrontMemory&) = delete;

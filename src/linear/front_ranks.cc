@@ -38,7 +38,7 @@ void SetStages(const std::vector<Front>& fronts, FrontDivision* division) {
 }
 
 /// The fronts of one rank, or of all.
-StageLists ByStage(const FrontDivision& division, int rank = -1) {
+StageLists GroupByStage(const FrontDivision& division, int rank = -1) {
   StageLists lists(At(division.stages));
   for (std::size_t f = 0; f < division.stage.size(); ++f) {
     if (rank < 0 || division.owner[f] == rank) lists[At(division.stage[f])].push_back(f);
@@ -69,7 +69,7 @@ class Divider {
     FrontDivision alone;
     alone.owner.assign(fronts_.size(), 0);
     SetStages(fronts_, &alone);
-    const auto alone_doubles = static_cast<double>(MostDoubles(NeedsOfRanks(fronts_, alone)[0]));
+    const auto alone_doubles = static_cast<double>(MaxDoubles(NeedsOfRanks(fronts_, alone)[0]));
     FrontDivision best;
     double least = 0.0;
     std::vector<bool> split(fronts_.size(), false);
@@ -136,7 +136,7 @@ class Divider {
   [[nodiscard]] double Largest(const FrontDivision& division) const {
     std::size_t most = 0;
     for (const FactorNeeds& needs : NeedsOfRanks(fronts_, division)) {
-      most = std::max(most, MostDoubles(needs));
+      most = std::max(most, MaxDoubles(needs));
     }
     return static_cast<double>(most);
   }
@@ -147,7 +147,7 @@ class Divider {
   double all_ = 0.0;
 };
 
-/// Doubles that ranks hold, and the most so far.
+/// Doubles in the memory of each rank, and their maximum so far.
 class Held {
  public:
   explicit Held(int ranks) : held_(At(ranks), 0), most_(At(ranks), 0) {}
@@ -164,7 +164,7 @@ class Held {
 
 Held WaitingOfRanks(const std::vector<Front>& fronts, const FrontDivision& division) {
   Held held(division.ranks);
-  for (const auto& stage : ByStage(division)) {
+  for (const auto& stage : GroupByStage(division)) {
     for (const std::size_t f : stage) {
       const Front& front = fronts[f];
       const int rank = division.owner[f];
@@ -193,7 +193,7 @@ Held InverseOfRanks(const std::vector<Front>& fronts, const FrontDivision& divis
   for (std::size_t f = 0; f < fronts.size(); ++f) {
     if (fronts[f].parent >= 0 && !division.Crosses(fronts[f], f)) ++unread[At(fronts[f].parent)];
   }
-  const StageLists stages = ByStage(division);
+  const StageLists stages = GroupByStage(division);
   for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
     for (auto at = stage->rbegin(); at != stage->rend(); ++at) {
       const Front& front = fronts[*at];
@@ -253,13 +253,13 @@ std::vector<FactorNeeds> NeedsOfRanks(const std::vector<Front>& fronts,
   return needs;
 }
 
-std::size_t MostDoubles(const FactorNeeds& needs) {
+std::size_t MaxDoubles(const FactorNeeds& needs) {
   return needs.factor + std::max(needs.waiting, needs.inverse_fronts);
 }
 
 OwnFronts::OwnFronts(Symbolic of, FrontDivision divided, int own_rank)
     : symbolic(std::move(of)), division(std::move(divided)), rank(own_rank) {
-  stages = ByStage(division, rank);
+  stages = GroupByStage(division, rank);
   panel.assign(symbolic.fronts.size(), 0);
   for (std::size_t f = 0; f < symbolic.fronts.size(); ++f) {
     if (!Owns(f)) continue;

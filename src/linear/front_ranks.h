@@ -9,9 +9,9 @@
 
 namespace sarblock::sparse {
 
-/// Which rank (core/ranks.h) works on which front, and when. All ranks work, then what crosses from
-/// a rank to another moves, then they work again: what a rank does between two such exchanges is a
-/// stage. A front stands in the first stage in which the update matrices of its children are there.
+/// Which rank (core/ranks.h) works on which front, and when. All ranks work, then exchange data,
+/// then work again: the work between two exchanges is a stage. A front is in the first stage in
+/// which the update matrices of its children are there.
 /// The factor takes the stages in order, the inverse from the last to the first.
 struct FrontDivision {
   std::vector<int> owner;  ///< rank by front
@@ -39,7 +39,7 @@ struct FrontDivision {
                                                     const FrontDivision& division);
 
 /// Doubles of one rank at the most, S and its inverse apart.
-[[nodiscard]] std::size_t MostDoubles(const FactorNeeds& needs);
+[[nodiscard]] std::size_t MaxDoubles(const FactorNeeds& needs);
 
 /// Fronts by stage, each list ascending.
 using StageLists = std::vector<std::vector<std::size_t>>;
@@ -70,7 +70,7 @@ struct LowerTriangle {
   int rows;
   bool packed;
 
-  /// Where row 0 of a column would stand; rows from the diagonal on are there.
+  /// Where row 0 of a column would be; rows from the diagonal on are there.
   [[nodiscard]] std::size_t Column(int c) const {
     return packed ? At(c) * (2 * At(rows) - At(c) - 1) / 2 : At(c) * At(rows);
   }

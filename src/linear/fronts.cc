@@ -415,7 +415,7 @@ void FrontFactorisation::SharePivots(Ranks* ranks) {
 namespace {
 
 /// Lower triangle of Z_RR of a front out of the Z of its parent's front: column(c) is where row 0
-/// of a column of Z_RR would stand.
+/// of a column of Z_RR would be.
 template <typename Column>
 void Gather(const Front& front, const double* parent, int parent_height, const Column& column) {
   for (std::size_t q = 0; q < front.runs.size(); ++q) {

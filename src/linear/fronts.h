@@ -32,11 +32,11 @@ enum class Walk {
   kDown,  ///< a parent before its children
 };
 
-/// Calls work(f) once for every front of `some`, ascending, in the order `walk` demands of them, on
-/// the threads ThreadLimit allows; what they need of others is there. Of the fronts that are ready
-/// the next in postorder (kUp) or in its reverse (kDown) goes first, so that the matrices that wait
-/// for others are those of one thread and of one more branch of the tree for each further thread.
-/// `work` must give the same answer whatever runs beside it.
+/// Calls work(f) once for every front of `some` (ascending), in the order that `walk` demands, on
+/// the threads ThreadLimit allows; what they need from other fronts is there. Among the fronts that
+/// are ready, the next in postorder (kUp) or in its reverse (kDown) goes first, so that the
+/// matrices that wait are those of one thread and of one more branch of the tree for each further
+/// thread. The result of `work` must not depend on what runs at the same time.
 void ForFronts(const std::vector<Front>& fronts,
                const std::vector<std::size_t>& some,
                Walk walk,
@@ -78,8 +78,8 @@ class Ranks;
 
 namespace sarblock::sparse {
 
-/// One factorisation: every own front into its panel, its update matrix handed to its parent, which
-/// may stand on another rank.
+/// One factorisation: every own front into its panel, its update matrix passed to its parent, which
+/// may be on another rank.
 class FrontFactorisation {
  public:
   /// `values` of S on every rank; `factor` has room for the own panels.

@@ -34,24 +34,24 @@ ConeTurning MeasureTurning(const FlightPath& path, const Span& span) {
   ConeTurning out;
   out.range_m = span.range_m;
   if (!(span.first_s <= span.last_s)) return out;  // no look
-  std::vector<double> turning_1;
+  std::vector<double> turning;
   const std::size_t last = path.PieceOf(span.last_s);
   for (std::size_t k = path.PieceOf(span.first_s); k <= last; ++k) {
     const double square = path.PieceVelocity_mps(k).squaredNorm();
-    turning_1.push_back(path.AccelerationMisfit_mps2(k) * span.range_m / square);
-    if (turning_1.back() > ConeTurning::kFolding_1) ++out.folded;
+    turning.push_back(path.AccelerationMisfit_mps2(k) * span.range_m / square);
+    if (turning.back() > ConeTurning::kFolding) ++out.folded;
   }
-  out.pieces = turning_1.size();
-  out.largest_1 = *std::max_element(turning_1.begin(), turning_1.end());
-  out.median_1 = Median(turning_1);
+  out.pieces = turning.size();
+  out.largest = *std::max_element(turning.begin(), turning.end());
+  out.median = Median(turning);
   return out;
 }
 
 /// Part of the standard deviation of azimuth that continuing a reading may be wrong by: on a path
 /// without noise, and where states are noisy, which is as wrong at any place.
-constexpr double kContinued_1 = 1e-7, kContinuedNoisy_1 = 0.01;
+constexpr double kContinued = 1e-7, kContinuedNoisy = 0.01;
 /// Parts of a strip, and of a knot spacing, that functions of time are continued over.
-constexpr double kPartOfStrip_1 = 0.01, kPartOfKnots_1 = 0.05;
+constexpr double kPartOfStrip = 0.01, kPartOfKnots = 0.05;
 /// Readings of the velocity by which an acceleration is found, evenly over a window.
 constexpr int kSlopeReadings = 9;
 /// Windows, each twice as long as the one before, and the places where they are compared.
@@ -132,17 +132,18 @@ CorrectedPaths::CorrectedPaths(const Block& block,
     rule.turning = MeasureTurning(path, spans[pass]);
     const Span& span = spans[pass];
     if (span.first_s <= span.last_s) {
-      if (rule.turning.largest_1 > kMostTurn_1) {
+      if (rule.turning.largest > kMaxTurn) {
         rule.steady = FindSteadyAcceleration(path, span.first_s, span.last_s, span.range_m);
       }
       const double speed_mps = path.PieceVelocity_mps(path.PieceOf(span.first_s)).norm();
-      rule.anchor_step_s = AnchorStep_s(pass, block.RoughAzimuthSigma_m(span.look, speed_mps));
+      rule.anchor_step_s =
+          AnchorStep_s(pass, block.ApproximateAzimuthSigma_m(span.look, speed_mps));
     }
     if (!layout.passes[pass].NeedsTrackAxes()) continue;
     if (simplified.fixed_track_axes ||
         (block.frame.kind() == FrameKind::kLocal && path.IsStraight())) {
       rule.axes = TrackAxesUse::kConstant;
-      rule.axes_1 = AxesInTheMiddle(block.frame, path, block.passes[pass]);
+      rule.constant_axes = AxesInTheMiddle(block.frame, path, block.passes[pass]);
     } else {
       rule.axes = TrackAxesUse::kTurning;
       rule.verticals = VerticalsOf(block, pass, path);
@@ -162,23 +163,23 @@ CorrectedPaths::SteadyAcceleration CorrectedPaths::FindSteadyAcceleration(const 
   double half_s = std::min(most_s, path.PieceEnd_s(middle) - path.PieceStart_s(middle));
   double best_s = half_s;
   SteadyAcceleration out;
-  out.noise_1 = std::numeric_limits<double>::infinity();
-  std::vector<double> change_1;
+  out.noise = std::numeric_limits<double>::infinity();
+  std::vector<double> change;
   for (int window = 0; window < kWindows && 2.0 * half_s <= most_s; ++window, half_s *= 2.0) {
-    change_1.clear();
+    change.clear();
     for (int k = 0; k < kComparedPlaces; ++k) {
       const double time_s = first_s + (last_s - first_s) * (k + 0.5) / kComparedPlaces;
       const double square = path.PieceVelocity_mps(path.PieceOf(time_s)).squaredNorm();
       const Eigen::Vector3d change_mps2 =
           VelocitySlope_mps2(path, time_s, 2.0 * half_s) - VelocitySlope_mps2(path, time_s, half_s);
-      change_1.push_back(change_mps2.norm() * range_m / square);
+      change.push_back(change_mps2.norm() * range_m / square);
     }
-    const double median_1 = MedianInPlace(&change_1);
-    if (median_1 < out.noise_1) {
-      out.noise_1 = median_1;
+    const double median = MedianInPlace(&change);
+    if (median < out.noise) {
+      out.noise = median;
       best_s = 2.0 * half_s;
     }
-    if (median_1 <= kMostTurn_1) break;
+    if (median <= kMaxTurn) break;
   }
   out.step_s = 0.5 * best_s;
   out.start_s = first_s;
@@ -197,20 +198,20 @@ double CorrectedPaths::AnchorStep_s(std::size_t pass, double sigma_m) const {
   const FlightPath& path = PathOf(pass);
   double step_s = std::numeric_limits<double>::infinity();
   const bool noisy = IsNoisy(pass);
-  const double turning_1 = noisy ? rule.steady.noise_1 : rule.turning.largest_1;
-  if (turning_1 > 0.0) {
+  const double turning = noisy ? rule.steady.noise : rule.turning.largest;
+  if (turning > 0.0) {
     const double speed_mps = path.PieceVelocity_mps(path.PieceOf(c.middle_s)).norm();
-    const double part_1 = noisy ? kContinuedNoisy_1 : kContinued_1;
-    step_s = 2.0 * part_1 * sigma_m / (turning_1 * speed_mps);
+    const double part = noisy ? kContinuedNoisy : kContinued;
+    step_s = 2.0 * part * sigma_m / (turning * speed_mps);
   }
-  if (!c.polynomials.empty()) step_s = std::min(step_s, kPartOfStrip_1 * c.half_length_s);
+  if (!c.polynomials.empty()) step_s = std::min(step_s, kPartOfStrip * c.half_length_s);
   for (const SplineTerm& term : c.splines) {
-    step_s = std::min(step_s, kPartOfKnots_1 * term.spline.spacing_s());
+    step_s = std::min(step_s, kPartOfKnots * term.spline.spacing_s());
   }
   return std::isfinite(step_s) ? step_s : 0.0;
 }
 
-bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack_1) {
+bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack) {
   bool changed = false;
   for (std::size_t pass = 0; pass < rules_.size(); ++pass) {
     const double step_s = rules_[pass].anchor_step_s;
@@ -220,7 +221,7 @@ bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack_1) {
       continue;
     }
     const double bias_s = layout_.TimeBias_s(pass, x);
-    if (std::abs(bias_s - anchor_s_[pass]) <= (0.5 + slack_1) * step_s && slack_1 > 0.0) continue;
+    if (std::abs(bias_s - anchor_s_[pass]) <= (0.5 + slack) * step_s && slack > 0.0) continue;
     const double anchor_s = step_s * std::round(bias_s / step_s);
     changed = changed || anchor_s != anchor_s_[pass];
     anchor_s_[pass] = anchor_s;
@@ -293,10 +294,10 @@ bool CorrectedPaths::Read(
   std::size_t piece = 0;
   if (!ReadNominal(pass, read_s, &motion, &piece)) return false;
   if (rule.axes == TrackAxesUse::kConstant) {
-    out->axes_1 = &rule.axes_1;
+    out->axes = &rule.constant_axes;
   } else if (rule.axes == TrackAxesUse::kTurning) {
     out->turning = TrackAxesOf(rule.verticals.At(piece, read_s), motion);
-    out->axes_1 = &out->turning->axes_1;
+    out->axes = &out->turning->axes;
   }
   AxisSums track, frame;
   const auto add = [&](const TermAtTime& term) {
@@ -316,10 +317,10 @@ bool CorrectedPaths::Read(
   }
   // delta = A c + f and its time derivatives; A turns with the track (docs/theory/flight_path.md).
   if (track.used) {
-    const Eigen::Matrix3d& axes_1 = *out->axes_1;
-    motion.position_m += axes_1 * track.value;
-    motion.velocity_mps += axes_1 * track.first;
-    motion.acceleration_mps2 += axes_1 * track.second;
+    const Eigen::Matrix3d& axes = *out->axes;
+    motion.position_m += axes * track.value;
+    motion.velocity_mps += axes * track.first;
+    motion.acceleration_mps2 += axes * track.second;
     if (out->turning) {
       const TrackAxes& a = *out->turning;
       motion.velocity_mps += a.rate * track.value;

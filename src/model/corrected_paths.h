@@ -20,12 +20,12 @@ namespace sarblock {
 /// its path from its first look to its last.
 struct ConeTurning {
   /// It is the length of a difference of accelerations; what turns the cone is its part along the
-  /// sight line, half of that in the mean over directions and ends: from 2 on the cone turns back
-  /// in every other piece, from this on in most.
-  static constexpr double kFolding_1 = 3.0;
-  double largest_1 = 0.0, median_1 = 0.0;
+  /// line of sight, half of that in the mean over directions and ends: from 2 on the cone turns
+  /// back in every other piece, from this on in most.
+  static constexpr double kFolding = 3.0;
+  double largest = 0.0, median = 0.0;
   double range_m = 0.0;                ///< largest measured
-  std::size_t pieces = 0, folded = 0;  ///< those above kFolding_1
+  std::size_t pieces = 0, folded = 0;  ///< those above kFolding
 };
 
 /// One term of the position corrections at a time: its basis functions with derivatives by time.
@@ -48,9 +48,9 @@ struct PathReading {
   PathReading() = default;
   PathReading(const PathReading&) = delete;  // it points to itself
   PathReading& operator=(const PathReading&) = delete;
-  Motion motion;                            ///< corrected; jerk of the nominal path
-  const Eigen::Matrix3d* axes_1 = nullptr;  ///< track axes, where a correction needs them
-  std::optional<TrackAxes> turning;         ///< the same with their derivatives, where they turn
+  Motion motion;                          ///< corrected; jerk of the nominal path
+  const Eigen::Matrix3d* axes = nullptr;  ///< track axes, where a correction needs them
+  std::optional<TrackAxes> turning;       ///< the same with their derivatives, where they turn
   std::size_t term_count = 0;
   std::array<TermAtTime, ParameterLayout::kMaxPolynomials + ParameterLayout::kMaxSplines> terms;
 };
@@ -64,7 +64,7 @@ class CorrectedPaths {
 
   /// Part of the speed at which the cone passes over a point; where noise of the states turns the
   /// cone by more, the acceleration of the path without that noise takes the place of the cubic's.
-  static constexpr double kMostTurn_1 = 0.01;
+  static constexpr double kMaxTurn = 0.01;
   /// The nominal path at a time: position and velocity as recorded, acceleration and jerk as the
   /// antenna moves on from there. False too far beyond the path's ends. `piece`, where given,
   /// becomes the index of the piece.
@@ -84,8 +84,8 @@ class CorrectedPaths {
   /// `x` of the block; returns whether one changed. A reading that moved with a time bias would
   /// jump wherever it passes from one piece of the path to the next, and no step would end there;
   /// one that stays is continued by its derivatives for what is left, less than half a step.
-  /// An anchor stays where its bias is within half a step and `slack_1` of one.
-  bool Anchor(const Eigen::VectorXd& x, double slack_1 = 0.0);
+  /// An anchor stays where its bias is within half a step and `slack` of one.
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0);
   /// Those of other corrections of the same passes.
   void AnchorLike(const CorrectedPaths& other) { anchor_s_ = other.anchor_s_; }
   [[nodiscard]] const ConeTurning& TurningOf(std::size_t pass) const {
@@ -110,13 +110,13 @@ class CorrectedPaths {
   struct SteadyAcceleration {
     double start_s = 0.0, step_s = 1.0;
     std::vector<Eigen::Vector3d> knots_mps2;  ///< empty: not used
-    double noise_1 = 0.0;  ///< how much of the speed of the cone the noise left turns it by
+    double noise = 0.0;  ///< how much of the speed of the cone the noise left turns it by
   };
   /// How the path of a pass is read.
   struct Rule {
     TrackAxesUse axes = TrackAxesUse::kNone;
-    Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();  ///< kConstant
-    VerticalTable verticals;                               ///< kTurning
+    Eigen::Matrix3d constant_axes = Eigen::Matrix3d::Identity();  ///< kConstant
+    VerticalTable verticals;                                      ///< kTurning
     ConeTurning turning;
     SteadyAcceleration steady;
     double anchor_step_s = 0.0;  ///< 0: the anchor stays 0

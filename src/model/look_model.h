@@ -45,8 +45,9 @@ struct LookState {
 /// The errors of the two measurements of a look, predicted less measured, and their partials, each
 /// times its weight. Row 0 is the range, row 1 the azimuth time or the measured Doppler.
 struct LookEvaluation {
-  Eigen::Vector2d error_1;  ///< R_p - R [m] and t_p - t [s] or f_p - f [Hz], times the weights
-  Eigen::Matrix<double, 2, 3> by_point;  ///< [1] and [s/m] or [Hz/m], times the weights
+  Eigen::Vector2d
+      whitened_error;  ///< R_p - R [m] and t_p - t [s] or f_p - f [Hz], times the weights
+  Eigen::Matrix<double, 2, 3> d_point;  ///< [1] and [s/m] or [Hz/m], times the weights
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
   /// Metres at the target that a unit of the azimuth measurement is: |de_d/dt|, on the path without
@@ -57,13 +58,23 @@ struct LookEvaluation {
   /// Multiplies both rows by weights; `columns` local ones are set.
   void Scale(const LookWeights& weights, int columns) {
     const Eigen::Vector2d factor(weights.range_per_m, weights.azimuth_per_unit);
-    error_1.array() *= factor.array();
-    by_point.array().colwise() *= factor.array();
+    whitened_error.array() *= factor.array();
+    d_point.array().colwise() *= factor.array();
     for (std::size_t c = 0; c < static_cast<std::size_t>(columns); ++c) {
       row[0][c] *= factor[0];
       row[1][c] *= factor[1];
     }
   }
+};
+
+/// Second derivatives of the two measurements of a look by d = p - s [m] and v [m/s], point and
+/// antenna at the crossing: of the implicit function, with the acceleration of the path
+/// (docs/theory/adjustment.md, section 4).
+struct LookCurvature {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Matrix6 range, azimuth;  ///< of R_p [m] and of t_p [s] or f_p [Hz]
+  /// Partials of d and v by the look's local columns; the first column_count of each are set.
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 6> row;
 };
 
 /// The antenna at a time of a pass under corrections.
@@ -94,7 +105,7 @@ struct CorrectedMotion {
 /// of a look are smooth however much the path's acceleration jumps at its states, nothing is read
 /// beyond the ends of a path but for a time bias, and a look depends on the same parameters at
 /// every state. Where noise of the states makes the cubic's acceleration turn the cone by more than
-/// CorrectedPaths::kMostTurn_1 of the speed at which it passes over the points, the acceleration of
+/// CorrectedPaths::kMaxTurn of the speed at which it passes over the points, the acceleration of
 /// the path without that noise takes its place. t_p is found anew at every evaluation (Newton's
 /// method on the cone, to 1e-12 of rho). Thread-safe but for Anchor; holds references to the block
 /// and the layout, which must outlive it.
@@ -108,19 +119,19 @@ class LookModel {
 
   [[nodiscard]] const CorrectedPaths& paths() const { return paths_; }
 
-  /// Rough work of evaluating a look of a pass, in units of no meaning: counts, not times, decide
-  /// whether a simplification is worth taking, so that they decide alike on every machine.
+  /// Approximate work of evaluating a look of a pass, in arbitrary units: counts, not times, decide
+  /// whether a simplification is worth taking, so that all machines decide alike.
   [[nodiscard]] double WorkOf(std::size_t pass) const;
 
   /// Standard deviations of a look: the block's times the factors of its pass.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;
   /// Factors on the standard deviations of range and azimuth by pass; empty: 1. The weights do not
   /// follow by themselves (UpdateWeights).
-  void ScaleSigmas(std::vector<std::array<double, 2>> factor_of_pass_1) {
-    sigma_factor_1_ = std::move(factor_of_pass_1);
+  void ScaleSigmas(std::vector<std::array<double, 2>> factors) {
+    sigma_factors_ = std::move(factors);
   }
   [[nodiscard]] const std::vector<std::array<double, 2>>& sigma_factors() const {
-    return sigma_factor_1_;
+    return sigma_factors_;
   }
 
   void ColumnsOf(std::size_t look, LookColumns* columns) const;
@@ -128,11 +139,13 @@ class LookModel {
   void ColumnsAt(std::size_t pass, double time_s, LookColumns* columns) const;
 
   /// Errors and partials of a look. False where the model has no value: path too far away, point at
-  /// the antenna, a cone that the point is never on, sight line level at the target under a
+  /// the antenna, a cone that the point is never on, line of sight level at the target under a
   /// troposphere, overflow.
+  /// `curvature`, where given, is set too.
   [[nodiscard]] bool Evaluate(const LookState& at,
                               const LookWeights& weights,
-                              LookEvaluation* out) const;
+                              LookEvaluation* out,
+                              LookCurvature* curvature = nullptr) const;
 
   /// Corrected antenna motion of a pass at measured time t with all corrections `x` of the block;
   /// nothing outside the path.
@@ -144,9 +157,10 @@ class LookModel {
   [[nodiscard]] std::optional<CorrectedMotion> CorrectedMotionAtPathTime(
       std::size_t pass, double measured_s, double path_s, const Eigen::VectorXd& x) const;
 
-  /// A look as a Sight of the geometry module with corrections `x`, read at its measured time;
+  /// A look with fixed path, with corrections `x`, read at its measured time;
   /// nothing outside the path.
-  [[nodiscard]] std::optional<Sight> SightOf(std::size_t look, const Eigen::VectorXd& x) const;
+  [[nodiscard]] std::optional<FixedPathLook> FixPath(std::size_t look,
+                                                     const Eigen::VectorXd& x) const;
 
   /// Asks the memory for what a look will read of its path.
   void Prefetch(std::size_t look) const {
@@ -155,7 +169,7 @@ class LookModel {
 
   /// Reads the paths at the time biases in all corrections `x`; returns whether that changed what a
   /// look reads (CorrectedPaths::Anchor).
-  bool Anchor(const Eigen::VectorXd& x, double slack_1 = 0.0) { return paths_.Anchor(x, slack_1); }
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0) { return paths_.Anchor(x, slack); }
   /// Reads the same passes where another model does.
   void AnchorLike(const LookModel& other) { paths_.AnchorLike(other.paths_); }
 
@@ -175,7 +189,7 @@ class LookModel {
   Simplified simplified_;
   CorrectedPaths paths_;
   Vertical middle_;  // of a flat frame
-  std::vector<std::array<double, 2>> sigma_factor_1_;
+  std::vector<std::array<double, 2>> sigma_factors_;
 };
 
 /// Local corrections of a look gathered from the block's vector x.

@@ -11,7 +11,7 @@ namespace sarblock {
 namespace {
 
 /// Builds a layout group by group. Static parameters are first collected per owner (a pass or a
-/// shared group) and numbered at the end, so that an owner's parameters stand together.
+/// shared group) and numbered at the end, so that an owner's parameters are consecutive.
 class LayoutBuilder {
  public:
   LayoutBuilder(const Block& block,

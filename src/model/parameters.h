@@ -14,7 +14,7 @@
 
 namespace sarblock {
 
-/// Parameters that always stand together: one column block of the normal matrix.
+/// Parameters that always occur together: one column block of the normal matrix.
 struct ParameterBlock {
   int offset = 0;  ///< first parameter
   int size = 0;
@@ -96,7 +96,7 @@ struct PriorRow {
   std::vector<Term> terms;
 };
 
-/// The equations of all priors of a parameter block: one a parameter that has a prior of its own,
+/// The equations of all priors of a parameter block: one per parameter that has its own prior,
 /// in their order, then those of its joint priors (docs/theory/adjustment.md, eq. (3a)).
 [[nodiscard]] std::vector<PriorRow> PriorRowsOf(const ParameterLayout& layout, int block);
 

@@ -26,7 +26,10 @@ double PriorOf(const PositionCorrection& position, std::size_t axis, std::size_t
   return sigma_m.size() == 1 ? sigma_m[0] : sigma_m[degree];
 }
 
-Parameter OfKind(ParameterKind kind, const char* name, const char* unit, double prior_sigma) {
+Parameter MakeParameter(ParameterKind kind,
+                        const char* name,
+                        const char* unit,
+                        double prior_sigma) {
   Parameter out;
   out.kind = kind;
   out.name = name;
@@ -59,7 +62,7 @@ Parameter PositionParameter(const PositionCorrection& position,
 std::vector<Parameter> ParametersOf(const CorrectionGroup& group) {
   std::vector<Parameter> out;
   const auto add = [&out](ParameterKind kind, const char* name, const char* unit, double sigma) {
-    out.push_back(OfKind(kind, name, unit, sigma));
+    out.push_back(MakeParameter(kind, name, unit, sigma));
   };
   if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
     if (position->basis == PositionCorrection::Basis::kSpline) return out;
@@ -98,9 +101,9 @@ std::vector<Parameter> ParametersOf(const CorrectionGroup& group) {
 namespace {
 
 constexpr std::array<const char*, 3> kRicAxisNames = {"radial", "in-track", "cross-track"};
-constexpr double kSymmetric_1 = 1e-9;
+constexpr double kSymmetric = 1e-9;
 /// Of a variance: it and its inverse keep their digits in products with others.
-constexpr double kLeastVariance = 1e-120;
+constexpr double kMinVariance = 1e-120;
 
 std::string ShortText(double value) {
   std::array<char, 32> text{};
@@ -201,7 +204,7 @@ class Binder {
            prior_.axes != AxesOf(*of_.axes);
   }
 
-  /// The parameter of the pass that stands where one in other axes is named.
+  /// The parameter of the pass in place of one that is named in other axes.
   [[nodiscard]] std::string NameInPass(const std::string& name) const {
     if (!Turned()) return name;
     const auto position = ParsePositionName(name, prior_.axes);
@@ -285,7 +288,7 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
   }
   if (covariance && (prior.sigma.size() > 0 || prior.correlation.size() > 0)) {
     return JointPriorProblem{
-        0, "covariance", -1, "stands beside sigma or correlation, one of both is allowed"};
+        0, "covariance", -1, "excludes sigma and correlation; give one of both"};
   }
   if (covariance) {
     const auto problem = FindCovarianceProblem(prior.parameters, prior.covariance);
@@ -301,13 +304,13 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
   }
   for (Eigen::Index i = 0; i < prior.sigma.size(); ++i) {
     const double square = prior.sigma[i] * prior.sigma[i];
-    if (prior.sigma[i] > 0.0 && square >= kLeastVariance && square <= 1.0 / kLeastVariance) {
+    if (prior.sigma[i] > 0.0 && square >= kMinVariance && square <= 1.0 / kMinVariance) {
       continue;
     }
     return JointPriorProblem{0,
                              "sigma",
                              static_cast<int>(i),
-                             ShortText(prior.sigma[i]) + " is not allowed, a number above 0 is"};
+                             "must be a number above 0, got " + ShortText(prior.sigma[i])};
   }
   if (prior.correlation.size() == 0) return std::nullopt;
   const auto problem = FindCovarianceProblem(prior.parameters, prior.correlation);
@@ -332,7 +335,7 @@ Eigen::MatrixXd JointPrior::Covariance() const {
 }
 
 void JointPriorTerm::Set(const Eigen::MatrixXd& q) {
-  // Scaled to unit diagonal: parameters in metres and seconds stand side by side.
+  // Scaled to unit diagonal: parameters are in metres and seconds.
   const Eigen::VectorXd sigma = q.diagonal().cwiseSqrt();
   const Eigen::VectorXd weight = sigma.cwiseInverse();
   const Eigen::MatrixXd scaled = weight.asDiagonal() * q * weight.asDiagonal();
@@ -355,10 +358,8 @@ std::optional<JointPriorProblem> FindOwnProblem(const JointPrior& prior) {
   for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
     const auto end = prior.parameters.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::find(prior.parameters.begin(), end, prior.parameters[i]) == end) continue;
-    return JointPriorProblem{0,
-                             "parameters",
-                             static_cast<int>(i),
-                             "'" + prior.parameters[i] + "' stands twice, once is allowed"};
+    return JointPriorProblem{
+        0, "parameters", static_cast<int>(i), "'" + prior.parameters[i] + "' is given twice"};
   }
   return FindMatrixProblem(prior);
 }
@@ -368,17 +369,17 @@ std::optional<std::string> FindCovarianceProblem(const std::vector<std::string>&
   const auto size = static_cast<Eigen::Index>(parameters.size());
   if (covariance.rows() != size || covariance.cols() != size) {
     return "is " + std::to_string(covariance.rows()) + " by " + std::to_string(covariance.cols()) +
-           ", one row and one column a parameter are needed: " + std::to_string(size) + " by " +
+           ", one row and one column per parameter are needed: " + std::to_string(size) + " by " +
            std::to_string(size);
   }
   const auto name = [&](Eigen::Index i) {
     return "'" + parameters[static_cast<std::size_t>(i)] + "'";
   };
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (!(covariance(i, i) >= kLeastVariance && covariance(i, i) <= 1.0 / kLeastVariance)) {
+    if (!(covariance(i, i) >= kMinVariance && covariance(i, i) <= 1.0 / kMinVariance)) {
       return "the variance of " + name(i) + " is " + ShortText(covariance(i, i)) +
-             ", a number from " + ShortText(kLeastVariance) + " to " +
-             ShortText(1.0 / kLeastVariance) + " is needed";
+             ", a number from " + ShortText(kMinVariance) + " to " + ShortText(1.0 / kMinVariance) +
+             " is needed";
     }
     if (!covariance.row(i).allFinite()) return "the row of " + name(i) + " is not finite";
   }
@@ -386,20 +387,20 @@ std::optional<std::string> FindCovarianceProblem(const std::vector<std::string>&
   Eigen::MatrixXd l = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
-      if (!(std::abs(covariance(i, j) - covariance(j, i)) <= kSymmetric_1 * sigma[i] * sigma[j])) {
+      if (!(std::abs(covariance(i, j) - covariance(j, i)) <= kSymmetric * sigma[i] * sigma[j])) {
         return "is not symmetric: " + ShortText(covariance(j, i)) + " and " +
                ShortText(covariance(i, j)) + " stand for " + name(j) + " and " + name(i);
       }
-      const double r_1 = covariance(i, j) / (sigma[i] * sigma[j]);
-      l(i, j) = (r_1 - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
+      const double r = covariance(i, j) / (sigma[i] * sigma[j]);
+      l(i, j) = (r - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
     }
-    const double pivot_1 = 1.0 - l.row(i).head(i).squaredNorm();
-    if (!(pivot_1 > kLeastPriorPivot_1)) {
-      return "is not positive definite: beside the parameters before it " + ShortText(pivot_1) +
+    const double pivot = 1.0 - l.row(i).head(i).squaredNorm();
+    if (!(pivot > kMinPriorPivot)) {
+      return "is not positive definite: beside the parameters before it " + ShortText(pivot) +
              " of the variance of " + name(i) + " is left (a pivot of Cholesky's factor), above " +
-             ShortText(kLeastPriorPivot_1) + " is allowed";
+             ShortText(kMinPriorPivot) + " is allowed";
     }
-    l(i, i) = std::sqrt(pivot_1);
+    l(i, i) = std::sqrt(pivot);
   }
   return std::nullopt;
 }
@@ -467,7 +468,7 @@ JointPriorBindings BindJointPriors(const std::vector<std::string>& pass_ids,
                      "parameters",
                      static_cast<int>(k),
                      "'" + prior.parameters[k] + "' of pass '" + pass_ids[i] +
-                         "' stands in another joint prior too, one is allowed"});
+                         "' is in another joint prior too; give it in one"});
       }
       out.bound.push_back(std::move(binding));
       ++bound;
@@ -504,7 +505,7 @@ Eigen::Matrix3d FrameFromAxes(const Frame& frame,
   if (!motion) {
     throw InputError(field, "the middle of the strip of pass " + pass.id + " is not on its path");
   }
-  if (axes == JointPrior::Axes::kTrack) return TrackAxesOf(frame, *motion).axes_1;
+  if (axes == JointPrior::Axes::kTrack) return TrackAxesOf(frame, *motion).axes;
   const bool local = frame.kind() == FrameKind::kLocal;
   double rotation_rad_per_s = 0.0;
   if (axes == JointPrior::Axes::kRicInertial) {

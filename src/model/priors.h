@@ -91,14 +91,14 @@ struct JointPriorProblem {
 struct JointPriorBinding {
   std::size_t prior = 0, pass = 0;
   /// Among ParametersOf() the groups of the pass that are not shared, one group after the other. A
-  /// position parameter in other axes stands for the axis of the correction of the same number.
+  /// position parameter in other axes means the axis of the correction with the same number.
   std::vector<int> parameters;
   PositionCorrection::Axes axes = PositionCorrection::Axes::kTrack;  ///< of the correction
 };
 
 /// Part of the variance of a parameter that the parameters before it must leave: with less, the
 /// equations of the prior would lose more digits than the adjustment has to spare.
-inline constexpr double kLeastPriorPivot_1 = 1e-10;
+inline constexpr double kMinPriorPivot = 1e-10;
 
 /// Empty where there is a problem.
 struct JointPriorBindings {
@@ -110,7 +110,7 @@ struct JointPriorBindings {
 /// Refuses passes and parameters that are not there, parameters of shared groups and of splines,
 /// those with a standard deviation of their own or in two joint priors, a matrix of the wrong size,
 /// one that is not symmetric to 1e-9 of its diagonal, and one of which a pivot, scaled to unit
-/// diagonal, is kLeastPriorPivot_1 or less.
+/// diagonal, is kMinPriorPivot or less.
 [[nodiscard]] JointPriorBindings BindJointPriors(const std::vector<std::string>& pass_ids,
                                                  const std::vector<CorrectionGroup>& groups,
                                                  const std::vector<JointPrior>& priors);

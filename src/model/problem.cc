@@ -19,19 +19,20 @@ ControlEquations MakeControl(const Block& block, const KnownPosition& known) {
   ControlEquations control;
   control.point = known.point;
   control.known_m = block.points.given_m[known.point];
-  std::array<int, 3> held{};
+  std::array<int, 3> fixed{};
   for (int i = 0; i < 3; ++i) {
-    if (known.held[static_cast<std::size_t>(i)]) held[static_cast<std::size_t>(control.rows++)] = i;
+    if (known.fixed[static_cast<std::size_t>(i)])
+      fixed[static_cast<std::size_t>(control.rows++)] = i;
   }
   control.height_only =
-      control.rows == 1 && held[0] == 2 && block.frame.kind() == FrameKind::kGeocentric;
+      control.rows == 1 && fixed[0] == 2 && block.frame.kind() == FrameKind::kGeocentric;
   const Eigen::Matrix3d enu_from_frame = block.frame.EnuFromFrame(control.known_m);
   Eigen::MatrixXd covariance(control.rows, control.rows), rotation(control.rows, 3);
   for (int i = 0; i < control.rows; ++i) {
-    rotation.row(i) = enu_from_frame.row(held[static_cast<std::size_t>(i)]);
+    rotation.row(i) = enu_from_frame.row(fixed[static_cast<std::size_t>(i)]);
     for (int j = 0; j < control.rows; ++j) {
-      covariance(i, j) = known.covariance_enu_m2(held[static_cast<std::size_t>(i)],
-                                                 held[static_cast<std::size_t>(j)]);
+      covariance(i, j) = known.covariance_enu_m2(fixed[static_cast<std::size_t>(i)],
+                                                 fixed[static_cast<std::size_t>(j)]);
     }
   }
   const dense::Cholesky factor(covariance);
@@ -57,11 +58,11 @@ ControlEvaluation EvaluateControl(const Frame& frame,
     const double known_h_m = frame.VerticalAt(control.known_m).height_m;
     const double weight = control.weight.row(0).norm();
     out.residual[0] = weight * (at.height_m - known_h_m);
-    out.by_point.row(0) = weight * at.up_1.transpose();
+    out.d_point.row(0) = weight * at.up.transpose();
     return out;
   }
   out.residual = control.weight * ((start_m - control.known_m) + displacement_m);
-  out.by_point = control.weight;
+  out.d_point = control.weight;
   return out;
 }
 
@@ -79,11 +80,11 @@ AdjustmentProblem::AdjustmentProblem(const Block& source,
   for (std::size_t i = 0; i < looks; ++i) look_used[i] = block.looks.rejected(i) ? 0 : 1;
   point_status.assign(points, PointStatus::kAdjusted);
   point_reason.resize(points);
-  misplaced.resize(points, 0);
+  mirrored.resize(points, 0);
   weights.assign(looks, {0.0, 0.0});
   control_of.assign(points, -1);
   for (const KnownPosition& known : block.points.known) {
-    const bool any = known.held[0] || known.held[1] || known.held[2];
+    const bool any = known.fixed[0] || known.fixed[1] || known.fixed[2];
     if (block.points.role[known.point] != PointRole::kControl || !any) continue;
     control_of[known.point] = static_cast<std::int32_t>(control.size());
     control.push_back(MakeControl(block, known));
@@ -106,17 +107,17 @@ void AdjustmentProblem::LeaveOut(std::size_t point, PointStatus status, const st
   }
 }
 
-void AdjustmentProblem::LeaveOutMisplaced(std::size_t point) {
+void AdjustmentProblem::LeaveOutMirrorSolution(std::size_t point) {
   LeaveOut(point,
            PointStatus::kUndetermined,
            "its looks meet only above the antennas or on the side they do not look to");
-  misplaced[point] = 1;
+  mirrored[point] = 1;
 }
 
 void AdjustmentProblem::TakeBack(std::size_t point, const std::vector<std::size_t>& looks) {
   point_status[point] = PointStatus::kAdjusted;
   point_reason[point].clear();
-  misplaced[point] = 0;
+  mirrored[point] = 0;
   for (const std::size_t look : looks) look_used[look] = 1;
 }
 
@@ -132,9 +133,10 @@ bool EvaluateLook(const LookModel& model,
                   std::size_t look,
                   const LookWeights& weights,
                   LookColumns* columns,
-                  LookEvaluation* out) {
+                  LookEvaluation* out,
+                  LookCurvature* curvature) {
   model.ColumnsOf(look, columns);
-  // The corrections of one block stand together as they are.
+  // The corrections of one block are consecutive already.
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   const double* x = local.data();
   if (columns->block_count == 1) {
@@ -143,8 +145,10 @@ bool EvaluateLook(const LookModel& model,
   } else {
     GatherColumns(model.layout(), *columns, state.corrections, local.data());
   }
-  return model.Evaluate(
-      {look, *columns, state.start_m[point], state.displacement_m[point], x}, weights, out);
+  return model.Evaluate({look, *columns, state.start_m[point], state.displacement_m[point], x},
+                        weights,
+                        out,
+                        curvature);
 }
 
 LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m) {
@@ -200,7 +204,7 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
 
 ProblemCounts CountProblem(const AdjustmentProblem& problem) {
   ProblemCounts counts;
-  counts.defects = problem.held.size();
+  counts.defects = problem.fixed.size();
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     counts.parameters += 3;
@@ -220,11 +224,11 @@ ProblemCounts CountProblem(const AdjustmentProblem& problem) {
 
 namespace {
 
-double Floor(double radial) { return std::max(radial, kLeastRadialCurvature_1); }
+double Floor(double radial) { return std::max(radial, kMinRadialCurvature); }
 
 }  // namespace
 
-double FarSquare_1() { return ChiSquareQuantile(0.999, 2.0); }
+double FarSquare() { return ChiSquareQuantile(0.999, 2.0); }
 
 double RobustScale(const AdjustOptions& options) {
   if (options.robust_scale > 0.0) return options.robust_scale;
@@ -242,27 +246,27 @@ double RobustScale(const AdjustOptions& options) {
   return 0.0;
 }
 
-RobustValue EvaluateLoss(RobustLoss loss, double scale, double square_1) {
+RobustValue EvaluateLoss(RobustLoss loss, double scale, double square) {
   const double b = scale * scale;
   switch (loss) {
     case RobustLoss::kNone:
       break;
     case RobustLoss::kHuber: {
-      if (square_1 <= b) break;
-      const double root = std::sqrt(square_1);
-      return {2.0 * scale * root - b, scale / root, kLeastRadialCurvature_1};
+      if (square <= b) break;
+      const double root = std::sqrt(square);
+      return {2.0 * scale * root - b, scale / root, kMinRadialCurvature};
     }
     case RobustLoss::kCauchy: {
-      const double x = square_1 / b;
+      const double x = square / b;
       return {b * std::log1p(x), 1.0 / (1.0 + x), Floor((1.0 - x) / (1.0 + x))};
     }
     case RobustLoss::kTukey: {
-      if (square_1 >= b) return {b / 3.0, 0.0, 1.0};
-      const double keep = 1.0 - square_1 / b;
+      if (square >= b) return {b / 3.0, 0.0, 1.0};
+      const double keep = 1.0 - square / b;
       return {b / 3.0 * (1.0 - keep * keep * keep), keep * keep, Floor((5.0 * keep - 4.0) / keep)};
     }
   }
-  return {square_1, 1.0, 1.0};
+  return {square, 1.0, 1.0};
 }
 
 }  // namespace sarblock

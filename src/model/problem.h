@@ -29,9 +29,9 @@ struct BlockState {
 };
 
 /// Weighted equations of one control point: up to three rows L^-1 (E (p - p_c)) of the components
-/// held (model.md, section 4). Where only the height of a point in a geocentric frame is held, the
-/// row is the difference of ellipsoidal heights, so that a poor horizontal approximation does not
-/// turn the tangent plane into a height error.
+/// fixed (model.md, section 4). Where only the height of a point in a geocentric frame is fixed,
+/// the row is the difference of ellipsoidal heights, so that a poor horizontal approximation does
+/// not turn the tangent plane into a height error.
 struct ControlEquations {
   std::uint32_t point = 0;
   int rows = 0;
@@ -43,16 +43,16 @@ struct ControlEquations {
 /// Value and Jacobian of control equations at a position start + displacement.
 struct ControlEvaluation {
   Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< first `rows` entries [1]
-  Eigen::Matrix3d by_point = Eigen::Matrix3d::Zero();  ///< first `rows` rows [1/m]
+  Eigen::Matrix3d d_point = Eigen::Matrix3d::Zero();   ///< first `rows` rows [1/m]
 };
 [[nodiscard]] ControlEvaluation EvaluateControl(const Frame& frame,
                                                 const ControlEquations& control,
                                                 const Eigen::Vector3d& start_m,
                                                 const Eigen::Vector3d& displacement_m);
 
-/// A correction held at a value, to give a floating block one solution among many: a minimal
+/// A correction fixed at a value, to give a floating block one solution among many: a minimal
 /// constraint (inner_datum.h). It is no observation.
-struct HeldParameter {
+struct FixedParameter {
   int parameter = 0;
   double value = 0.0;
 };
@@ -76,11 +76,11 @@ struct AdjustmentProblem {
   std::vector<std::uint8_t> look_used;    ///< by look: takes part
   std::vector<PointStatus> point_status;  ///< by point; IsSolved() takes part
   std::vector<std::string> point_reason;  ///< by point; why not, for people
-  std::vector<std::uint8_t> misplaced;  ///< by point: left out, its solution lies where no look can
-  std::vector<LookWeights> weights;     ///< by look
+  std::vector<std::uint8_t> mirrored;  ///< by point: left out, its solution lies where no look can
+  std::vector<LookWeights> weights;    ///< by look
   std::vector<ControlEquations> control;  ///< of control points, sorted by point
   std::vector<std::int32_t> control_of;   ///< by point: index into control, or -1
-  std::vector<HeldParameter> held;        ///< of a block without a datum
+  std::vector<FixedParameter> fixed;      ///< of a block without a datum
 
   AdjustmentProblem(const AdjustmentProblem&) = delete;
   AdjustmentProblem& operator=(const AdjustmentProblem&) = delete;
@@ -89,7 +89,7 @@ struct AdjustmentProblem {
   /// Leaves a point and its looks out.
   void LeaveOut(std::size_t point, PointStatus status, const std::string& reason);
   /// Leaves out a point whose solution stays above the antennas or on the wrong side.
-  void LeaveOutMisplaced(std::size_t point);
+  void LeaveOutMirrorSolution(std::size_t point);
   /// Takes a point and these of its looks into the problem again.
   void TakeBack(std::size_t point, const std::vector<std::size_t>& looks);
   /// Looks of a point that take part.
@@ -116,7 +116,8 @@ struct CorrectionModel {
                                 std::size_t look,
                                 const LookWeights& weights,
                                 LookColumns* columns,
-                                LookEvaluation* out);
+                                LookEvaluation* out,
+                                LookCurvature* curvature = nullptr);
 
 /// Weights of a look with these standard deviations where a unit of its azimuth measurement is so
 /// many metres at its target (LookEvaluation::azimuth_unit_m).
@@ -132,7 +133,7 @@ struct ProblemCounts {
   std::size_t looks = 0;
   std::size_t observations = 0;
   std::size_t parameters = 0;
-  std::size_t defects = 0;  ///< parameters held because nothing determines them
+  std::size_t defects = 0;  ///< parameters fixed because nothing determines them
   [[nodiscard]] double redundancy() const {
     return static_cast<double>(observations + defects) - static_cast<double>(parameters);
   }
@@ -147,7 +148,7 @@ class Participation {
       : look_used_(problem.look_used),
         point_status_(problem.point_status),
         point_reason_(problem.point_reason),
-        misplaced_(problem.misplaced),
+        mirrored_(problem.mirrored),
         weights_(problem.weights),
         control_of_(problem.control_of) {}
 
@@ -156,7 +157,7 @@ class Participation {
     problem->look_used = look_used_;
     problem->point_status = point_status_;
     problem->point_reason = point_reason_;
-    problem->misplaced = misplaced_;
+    problem->mirrored = mirrored_;
     problem->weights = weights_;
     problem->control_of = control_of_;
   }
@@ -165,31 +166,31 @@ class Participation {
   std::vector<std::uint8_t> look_used_;
   std::vector<PointStatus> point_status_;
   std::vector<std::string> point_reason_;
-  std::vector<std::uint8_t> misplaced_;
+  std::vector<std::uint8_t> mirrored_;
   std::vector<LookWeights> weights_;
   std::vector<std::int32_t> control_of_;
 };
 
-inline constexpr double kLeastRadialCurvature_1 = 0.05;
+inline constexpr double kMinRadialCurvature = 0.05;
 
 /// Scale of a loss in sigmas: options.robust_scale, or the loss's own default where that is 0.
 [[nodiscard]] double RobustScale(const AdjustOptions& options);
 
 /// Whitened square length beyond which a look is far off in a robust solution: the 99.9 percent
 /// point of chi-square with two degrees of freedom.
-[[nodiscard]] double FarSquare_1();
+[[nodiscard]] double FarSquare();
 
 /// Weight rho'(s) of a look whose whitened squared length is s >= 0, and its loss rho(s).
 ///     huber   rho = s, or 2 a sqrt(s) - a^2 beyond a       (Huber 1964)
 ///     cauchy  rho = a^2 log(1 + s/a^2)
 ///     tukey   rho = a^2/3 (1 - (1 - s/a^2)^3), a^2/3 beyond a   (Beaton and Tukey 1974)
 struct RobustValue {
-  double loss_1 = 0.0;
-  double weight_1 = 1.0;
+  double loss = 0.0;
+  double weight = 1.0;
   /// Curvature along the residual over the weight, (rho' + 2 s rho'') / rho', not below
-  /// kLeastRadialCurvature_1: reweighting alone takes it for 1 and creeps.
-  double radial_1 = 1.0;
+  /// kMinRadialCurvature: reweighting alone takes it for 1 and creeps.
+  double radial = 1.0;
 };
-[[nodiscard]] RobustValue EvaluateLoss(RobustLoss loss, double scale, double square_1);
+[[nodiscard]] RobustValue EvaluateLoss(RobustLoss loss, double scale, double square);
 
 }  // namespace sarblock

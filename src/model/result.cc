@@ -46,7 +46,7 @@ Eigen::Matrix3d AxesInTheMiddle(const Frame& frame, const FlightPath& path, cons
   if (!path.Evaluate(middle_s, &motion)) {
     return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
   }
-  return TrackAxesOf(frame, motion).axes_1;
+  return TrackAxesOf(frame, motion).axes;
 }
 
 bool LeavesOut(const BlunderFinding& finding) {
@@ -55,10 +55,10 @@ bool LeavesOut(const BlunderFinding& finding) {
          finding.action == BlunderFinding::Action::kControlReleased;
 }
 
-double VarianceComponent::sigma_after() const { return std::sqrt(factor_1) * sigma_before; }
+double VarianceComponent::sigma_after() const { return std::sqrt(factor) * sigma_before; }
 
 double VarianceComponent::sigma_deviation() const {
-  return 0.5 * sigma_after() * factor_deviation_1 / factor_1;
+  return 0.5 * sigma_after() * factor_deviation / factor;
 }
 
 std::vector<std::array<double, 2>> SigmaFactors(const std::vector<VarianceComponent>& components,
@@ -66,7 +66,7 @@ std::vector<std::array<double, 2>> SigmaFactors(const std::vector<VarianceCompon
   std::vector<std::array<double, 2>> factor(passes, {1.0, 1.0});
   for (const VarianceComponent& component : components) {
     for (const std::size_t pass : component.passes) {
-      factor[pass][static_cast<std::size_t>(component.component)] = std::sqrt(component.factor_1);
+      factor[pass][static_cast<std::size_t>(component.component)] = std::sqrt(component.factor);
     }
   }
   return factor;
@@ -74,17 +74,17 @@ std::vector<std::array<double, 2>> SigmaFactors(const std::vector<VarianceCompon
 
 namespace {
 
-constexpr double kConfidence_1 = 0.99;
+constexpr double kConfidence = 0.99;
 
 }  // namespace
 
 double RunMean::lower() const {
-  return mean_1 - NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error_1;
+  return mean - NormalQuantile(0.5 + 0.5 * kConfidence) * standard_error;
 }
 double RunMean::upper() const {
-  return mean_1 + NormalQuantile(0.5 + 0.5 * kConfidence_1) * standard_error_1;
+  return mean + NormalQuantile(0.5 + 0.5 * kConfidence) * standard_error;
 }
-bool RunMean::Agrees() const { return lower() <= expected_1 && expected_1 <= upper(); }
+bool RunMean::Agrees() const { return lower() <= expected && expected <= upper(); }
 
 const char* NameOf(PointStatus status) {
   switch (status) {

@@ -24,7 +24,7 @@ constexpr std::chrono::seconds kPatience(5);
 constexpr std::chrono::milliseconds kAwake(1);
 constexpr std::chrono::microseconds kPause(200);
 /// Bytes of one block of a message: MPI counts them by int.
-constexpr std::size_t kMostOfBlock = std::size_t{1} << 30;
+constexpr std::size_t kMaxPartOfBlock = std::size_t{1} << 30;
 
 bool Done(std::vector<MPI_Request>* requests) {
   int done = 0;
@@ -47,12 +47,12 @@ bool WaitForRanks(std::vector<MPI_Request>* requests, std::optional<Clock::time_
   }
 }
 
-/// Bytes that stand in several places, as one message.
+/// Bytes of several places as one message.
 class Message {
  public:
   void Add(const RankPart& part) {
-    for (std::size_t at = 0; at < part.bytes; at += kMostOfBlock) {
-      sizes_.push_back(static_cast<int>(std::min(kMostOfBlock, part.bytes - at)));
+    for (std::size_t at = 0; at < part.bytes; at += kMaxPartOfBlock) {
+      sizes_.push_back(static_cast<int>(std::min(kMaxPartOfBlock, part.bytes - at)));
       MPI_Get_address(part.data + at, &places_.emplace_back());
     }
   }
@@ -107,7 +107,7 @@ std::vector<Ranks::Note> MpiRanks::Meet(const Note& own, const Ending* hasty) {
   std::optional<Clock::time_point> until;
   if (hasty != nullptr) until = Clock::now() + kPatience;
   if (!WaitForRanks(&requests, until)) {
-    cli::Tell("sarblock: " + hasty->words);
+    cli::PrintError("sarblock: " + hasty->words);
     MPI_Abort(MPI_COMM_WORLD, hasty->exit_code);
   }
   return notes;

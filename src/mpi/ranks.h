@@ -20,7 +20,7 @@ class MpiRanks final : public Ranks {
   [[nodiscard]] int cores() const { return cores_; }
 
  protected:
-  /// A rank that failed waits `kPatience` for the others, tells its words and ends the job.
+  /// A rank that failed waits `kPatience` for the others, prints its error and ends the job.
   [[nodiscard]] std::vector<Note> Meet(const Note& own, const Ending* hasty) override;
   void Exchange(std::span<const RankPart> parts) override;
 

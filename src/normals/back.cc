@@ -21,9 +21,9 @@ void KeptFactors::Keep(std::size_t part,
                        std::size_t point,
                        const PointFactor& factor,
                        const PointColumns& columns) {
-  constexpr std::size_t kMost = std::numeric_limits<std::uint16_t>::max();
-  if (factor.looks_not_evaluated > 0 || columns.blocks.size() > kMost ||
-      static_cast<std::size_t>(factor.look_count) > kMost) {
+  constexpr std::size_t kMax = std::numeric_limits<std::uint16_t>::max();
+  if (factor.looks_not_evaluated > 0 || columns.blocks.size() > kMax ||
+      static_cast<std::size_t>(factor.look_count) > kMax) {
     return;
   }
   std::vector<double>& numbers = parts_[part].numbers;
@@ -59,11 +59,11 @@ void KeptFactors::Share(const PointPieces& pieces, const std::vector<int>& rank_
   };
   std::vector<Sizes> sizes;
   for (const Part& part : parts_) sizes.push_back({part.numbers.size(), part.blocks.size()});
-  std::vector<RankPart> told, kept;
+  std::vector<RankPart> reported, kept;
   for (std::size_t k = 0; k < parts_.size(); ++k) {
-    AddPart(std::as_writable_bytes(std::span(&sizes[k], 1)), rank_of_part[k], &told);
+    AddPart(std::as_writable_bytes(std::span(&sizes[k], 1)), rank_of_part[k], &reported);
   }
-  ranks->Share(told);
+  ranks->Share(reported);
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     Part& part = parts_[k];
     const int rank = rank_of_part[k];
@@ -125,7 +125,7 @@ void KeptFactors::RestoreLooks(const AdjustmentProblem& problem,
     WhitenedLook& look = out->looks[k];
     look.look = i;
     problem.model.ColumnsOf(i, &look.columns);
-    look.error_1 = {out->e[2 * k], out->e[2 * k + 1]};
+    look.whitened_error = {out->e[2 * k], out->e[2 * k + 1]};
     for (auto& row : look.row) {
       take(static_cast<std::size_t>(look.columns.column_count), row.data());
     }
@@ -139,14 +139,14 @@ constexpr std::size_t kPointsPerChunk = 1024;
 /// The step of a point and the decrease of the cost that the quadratic model predicts of it.
 struct PointStep {
   Eigen::Vector3d step_m = Eigen::Vector3d::Zero();
-  double predicted_decrease_1 = 0.0;
+  double predicted_decrease = 0.0;
 };
 
 double PredictedDecrease(const Eigen::Vector3d& gradient,
-                         const Eigen::Vector3d& square_1,
-                         double damping_1,
+                         const Eigen::Vector3d& square,
+                         double damping,
                          const Eigen::Vector3d& step_m) {
-  return 0.5 * (-gradient.dot(step_m) + damping_1 * step_m.cwiseAbs2().dot(square_1));
+  return 0.5 * (-gradient.dot(step_m) + damping * step_m.cwiseAbs2().dot(square));
 }
 
 /// One state with a step of its corrections.
@@ -154,32 +154,33 @@ struct BackSubstitution {
   const AdjustmentProblem& problem;
   const BlockState& state;
   const Weighting& weighting;
-  double damping_1;
+  double damping;
   const Eigen::VectorXd& dx;
 
-  /// J_c dx of a look.
-  [[nodiscard]] Eigen::Vector2d Along(const WhitenedLook& look) const {
-    Eigen::Vector2d along_1 = Eigen::Vector2d::Zero();
+  /// J_c dx of two rows over the columns of a look.
+  template <typename Rows>
+  [[nodiscard]] Eigen::Vector2d Along(const LookColumns& columns, const Rows& rows) const {
+    Eigen::Vector2d along = Eigen::Vector2d::Zero();
     std::size_t local = 0;
-    for (int b = 0; b < look.columns.block_count; ++b) {
+    for (int b = 0; b < columns.block_count; ++b) {
       const ParameterBlock& block =
           problem.layout
-              .blocks[static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)])];
+              .blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
       for (int c = 0; c < block.size; ++c, ++local) {
-        along_1[0] += look.row[0][local] * dx[block.offset + c];
-        along_1[1] += look.row[1][local] * dx[block.offset + c];
+        along[0] += rows[0][local] * dx[block.offset + c];
+        along[1] += rows[1][local] * dx[block.offset + c];
       }
     }
-    return along_1;
+    return along;
   }
 
   /// By the square V of the point's equations; false where V has lost digits that they have.
-  [[nodiscard]] bool BySquare(const PointFactor& factor, std::size_t point, PointStep* out) const {
+  [[nodiscard]] bool StepByNormals(PointFactor* factor, std::size_t point, PointStep* out) const {
     PointSums sums, along_sums;
-    for (int k = 0; k < factor.look_count; ++k) {
-      const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-      sums.Add(look.by_point, look.error_1);
-      along_sums.AddGradient(look.by_point, Along(look));
+    for (int k = 0; k < factor->look_count; ++k) {
+      const WhitenedLook& look = factor->looks[static_cast<std::size_t>(k)];
+      sums.Add(look.d_point, look.whitened_error);
+      along_sums.AddGradient(look.d_point, Along(look.columns, look.row));
     }
     if (problem.control_of[point] >= 0) {
       const ControlEquations& equations =
@@ -188,14 +189,20 @@ struct BackSubstitution {
           problem.block.frame, equations, state.start_m[point], state.displacement_m[point]));
     }
     const Eigen::Vector3d gradient = sums.Gradient();
-    const Eigen::Vector3d moved = gradient + along_sums.Gradient();
     Eigen::Vector3d square = sums.Diagonal();
-    if (damping_1 > 0.0) square = square.cwiseMax(kLeastColumnPart_1 * square.maxCoeff());
+    if (damping > 0.0) square = square.cwiseMax(kMinColumnPart * square.maxCoeff());
     Eigen::Matrix3d r;
     Eigen::Vector3d inverse;
-    if (!FactorNormal((1.0 + damping_1) * square, sums.Above(), damping_1 > 0.0, &r, &inverse)) {
+    if (!FactorSquare(
+            (1.0 + damping) * square, sums.Above(), damping > 0.0, factor, &r, &inverse)) {
       return false;
     }
+    for (int k = 0; k < factor->curved_count; ++k) {
+      const CurvedRows& rows = factor->curved[static_cast<std::size_t>(k)];
+      const Eigen::Vector2d along = Along(*rows.columns, rows.row);
+      along_sums.AddGradient(rows.d_point, rows.sign.cwiseProduct(along));
+    }
+    const Eigen::Vector3d moved = gradient + along_sums.Gradient();
     // V dp = R' R dp = -J_p' (e + J_c dx)
     Eigen::Vector3d y;
     y[0] = moved[0] * inverse[0];
@@ -204,22 +211,23 @@ struct BackSubstitution {
     out->step_m[2] = -y[2] * inverse[2];
     out->step_m[1] = (-y[1] - r(1, 2) * out->step_m[2]) * inverse[1];
     out->step_m[0] = (-y[0] - r(0, 1) * out->step_m[1] - r(0, 2) * out->step_m[2]) * inverse[0];
-    out->predicted_decrease_1 = PredictedDecrease(gradient, square, damping_1, out->step_m);
+    out->predicted_decrease = PredictedDecrease(gradient, square, damping, out->step_m);
     return true;
   }
 
   /// By the QR factors of the point, however thin its intersection.
-  [[nodiscard]] PointStep ByFactors(std::size_t point, PointFactor* factor) const {
-    FactorPoint(problem, state, weighting, damping_1, point, factor);
+  [[nodiscard]] PointStep StepByFactors(std::size_t point, PointFactor* factor) const {
+    FactorPoint(problem, state, weighting, damping, point, factor);
     for (int k = 0; k < factor->look_count; ++k) {  // the right side becomes e + J_c dx
-      const Eigen::Vector2d along_1 = Along(factor->looks[static_cast<std::size_t>(k)]);
-      factor->e[static_cast<std::size_t>(2 * k)] += along_1[0];
-      factor->e[static_cast<std::size_t>(2 * k + 1)] += along_1[1];
+      const WhitenedLook& look = factor->looks[static_cast<std::size_t>(k)];
+      const Eigen::Vector2d along = Along(look.columns, look.row);
+      factor->e[static_cast<std::size_t>(2 * k)] += along[0];
+      factor->e[static_cast<std::size_t>(2 * k + 1)] += along[1];
     }
     PointStep out;
     out.step_m = -factor->r.triangularView<Eigen::Upper>().solve(Project(*factor, factor->e));
-    out.predicted_decrease_1 =
-        PredictedDecrease(factor->gradient, factor->square_1, damping_1, out.step_m);
+    out.predicted_decrease =
+        PredictedDecrease(factor->gradient, factor->square, damping, out.step_m);
     return out;
   }
 };
@@ -229,31 +237,31 @@ struct BackSubstitution {
 PointSteps SubstituteBack(const AdjustmentProblem& problem,
                           const BlockState& state,
                           const Weighting& weighting,
-                          double damping_1,
+                          double damping,
                           const Eigen::VectorXd& dx) {
   const std::size_t points = problem.block.points.size();
   PointSteps out;
   out.displacement_m = state.displacement_m;
-  std::vector<double> predicted_1((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
-  const BackSubstitution substitution{problem, state, weighting, damping_1, dx};
+  std::vector<double> predicted((points + kPointsPerChunk - 1) / kPointsPerChunk, 0.0);
+  const BackSubstitution substitution{problem, state, weighting, damping, dx};
   ForChunksOfRanks(points,
                    kPointsPerChunk,
-                   {SharedArray::ByItem(&out.displacement_m), SharedArray::ByChunk(&predicted_1)},
+                   {SharedArray::ByItem(&out.displacement_m), SharedArray::ByChunk(&predicted)},
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                      PointFactor factor;
                      for (std::size_t point = begin; point < end; ++point) {
                        if (!problem.Solves(point)) continue;
                        EvaluateLooks(problem, state, weighting, point, &factor);
                        PointStep step;
-                       if (!substitution.BySquare(factor, point, &step)) {
-                         step = substitution.ByFactors(point, &factor);
+                       if (!substitution.StepByNormals(&factor, point, &step)) {
+                         step = substitution.StepByFactors(point, &factor);
                        }
                        if (!step.step_m.allFinite()) continue;
                        out.displacement_m[point] += step.step_m;
-                       predicted_1[chunk] += step.predicted_decrease_1;
+                       predicted[chunk] += step.predicted_decrease;
                      }
                    });
-  for (const double part : predicted_1) out.predicted_decrease_1 += part;
+  for (const double part : predicted) out.predicted_decrease += part;
   return out;
 }
 

@@ -18,7 +18,7 @@ namespace sarblock {
 class KeptFactors {
  public:
   /// Memory that may be kept: 29,000 points of five looks, six parameters.
-  static constexpr std::size_t kMostBytes = std::size_t{48} << 20;
+  static constexpr std::size_t kMaxBytes = std::size_t{48} << 20;
 
   /// `bytes`: what BytesFor says of them, taken at once.
   KeptFactors(std::size_t points, std::size_t parts, std::size_t bytes);
@@ -43,7 +43,7 @@ class KeptFactors {
                                       PointColumns* columns) const;
 
   /// What FactorPoint would give as far as the quality figures read it, of a point that Restore
-  /// knows: Q, R, e and of every look its index, columns, rows and error_1.
+  /// knows: Q, R, e and of every look its index, columns, rows and whitened_error.
   void RestoreLooks(const AdjustmentProblem& problem, std::size_t point, PointFactor* out) const;
 
   /// Memory for points with so many looks and local columns of looks together.
@@ -73,7 +73,7 @@ class KeptFactors {
 /// predicts of their part.
 struct PointSteps {
   std::vector<Eigen::Vector3d> displacement_m;
-  double predicted_decrease_1 = 0.0;
+  double predicted_decrease = 0.0;
 };
 
 /// Step of every point for a step `dx` of the corrections:
@@ -84,7 +84,7 @@ struct PointSteps {
 [[nodiscard]] PointSteps SubstituteBack(const AdjustmentProblem& problem,
                                         const BlockState& state,
                                         const Weighting& weighting,
-                                        double damping_1,
+                                        double damping,
                                         const Eigen::VectorXd& dx);
 
 }  // namespace sarblock

@@ -5,7 +5,7 @@
 
 namespace sarblock {
 
-/// Where the parameter blocks of one point stand: in the point's own columns, and in the values of
+/// Places of the parameter blocks of one point: in the point's own columns, and in the values of
 /// a symmetric block matrix over all corrections.
 struct PointBlocks {
   int count = 0;
@@ -19,12 +19,12 @@ struct PointBlocks {
 /// any size; rows are taken eight at a time, so that up to 24 parameters are three strips whose
 /// sums stay in registers. Every sum runs in an order that depends on the sizes alone.
 struct ProductKernels {
-  /// values += sign_1 sum_k x_k x_k' over the blocks of a point, k < terms; lower triangle of S.
+  /// values += sign sum_k x_k x_k' over the blocks of a point, k < terms; lower triangle of S.
   void (*AddSquare)(const PointBlocks& blocks,
                     const double* x,
                     std::size_t stride,
                     int terms,
-                    double sign_1,
+                    double sign,
                     double* values);
   /// out += sum_k a_k b_k' for one block of `rows` x `columns`, column by column.
   void (*AddProducts)(double* out,
@@ -58,11 +58,11 @@ struct ProductKernels {
                     const double* doppler,
                     int columns);
   /// What a look adds to J'J's diagonal and to J'e: diagonal += range^2 + doppler^2, gradient +=
-  /// range error_1[0] + doppler error_1[1], over `columns` columns.
+  /// range whitened_error[0] + doppler whitened_error[1], over `columns` columns.
   void (*AddLook)(int columns,
                   const double* range,
                   const double* doppler,
-                  const double* error_1,
+                  const double* whitened_error,
                   double* diagonal,
                   double* gradient);
   /// out += sum_k c_k x_k over `columns` columns, k < terms.

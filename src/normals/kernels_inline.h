@@ -126,7 +126,7 @@ SARBLOCK_INLINE void ForStrips(Size rows, F&& f) {
   }
 }
 
-/// out += sign sum_k a_k b_k' for one block, kTerms terms held in registers.
+/// out += sign sum_k a_k b_k' for one block, kTerms terms in registers.
 template <Size kTerms>
 SARBLOCK_INLINE void AddBlock(double* out,
                               Size rows,
@@ -319,7 +319,7 @@ void AddTurnedHere(double* out,
 void AddLookHere(int columns,
                  const double* range,
                  const double* doppler,
-                 const double* error_1,
+                 const double* whitened_error,
                  double* diagonal,
                  double* gradient) {
   ForStrips(
@@ -327,8 +327,8 @@ void AddLookHere(int columns,
         decltype(strip) both[2];
         both[0].Read(range + first);
         both[1].Read(doppler + first);
-        strip.SetScaled(error_1[0], both[0]);
-        strip.AddScaled(error_1[1], both[1]);
+        strip.SetScaled(whitened_error[0], both[0]);
+        strip.AddScaled(whitened_error[1], both[1]);
         strip.AddToRows(gradient + first);
         strip = {};
         strip.AddSquares(both[0]);

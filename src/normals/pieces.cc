@@ -17,10 +17,10 @@
 namespace sarblock {
 namespace {
 
-/// A point of more blocks than this may stand in the border.
-constexpr std::size_t kMostEliminated = 512;
+/// A point of more blocks than this may be in the border.
+constexpr std::size_t kMaxEliminated = 512;
 /// Points in the border: each costs a solution with three columns a factorisation.
-constexpr std::size_t kMostBordered = 64;
+constexpr std::size_t kMaxBordered = 64;
 /// Memory of the border's rows.
 constexpr std::size_t kBorderBytes = std::size_t{128} << 20;
 /// The border pays only where it leaves points of so many times fewer blocks.
@@ -98,17 +98,17 @@ std::vector<std::uint32_t> ChooseBordered(
 }
 
 std::vector<std::uint32_t> FindBordered(const AdjustmentProblem& problem) {
-  if (problem.layout.blocks.size() <= kMostEliminated) return {};
+  if (problem.layout.blocks.size() <= kMaxEliminated) return {};
   BlocksOfPoints blocks_of(problem);
   std::vector<std::pair<std::size_t, std::uint32_t>> many_blocks;
   std::size_t most_others = 0;
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     auto count = static_cast<std::size_t>(problem.CountLooks(point));
-    if (count * LookColumns{}.block.size() > kMostEliminated) {
+    if (count * LookColumns{}.block.size() > kMaxEliminated) {
       count = blocks_of.At(point).size();
     }
-    if (count > kMostEliminated) {
+    if (count > kMaxEliminated) {
       many_blocks.emplace_back(count, static_cast<std::uint32_t>(point));
     } else {
       most_others = std::max(most_others, count);
@@ -116,7 +116,7 @@ std::vector<std::uint32_t> FindBordered(const AdjustmentProblem& problem) {
   }
   const auto columns = static_cast<std::size_t>(problem.layout.size());
   const std::size_t fit = kBorderBytes / (3 * sizeof(double) * columns);
-  return ChooseBordered(std::move(many_blocks), most_others, std::min(fit, kMostBordered));
+  return ChooseBordered(std::move(many_blocks), most_others, std::min(fit, kMaxBordered));
 }
 
 }  // namespace
@@ -152,7 +152,7 @@ namespace {
 
 /// Pieces where so many partial sums may be there at once, each of nearly all of S: more pieces
 /// would cost more additions.
-constexpr std::size_t kFewPieces = 64, kLeastAtOnce = 8;
+constexpr std::size_t kFewPieces = 64, kMinTogether = 8;
 /// To add up a number of partial sums takes a nanosecond or two. To take a point out of the order
 /// in which looks stand in memory costs as much as to add up so many.
 constexpr std::size_t kDoublesOfAPoint = 1000;
@@ -216,14 +216,14 @@ std::size_t WholeOf(const BlockPattern& pattern) {
          PointPiece::kVectors * static_cast<std::size_t>(pattern.rows());
 }
 
-/// Cuts the points into pieces, in an order or as they stand.
+/// Cuts the points into pieces, in an order or in that of the block.
 std::vector<PointPiece> Cut(const AdjustmentProblem& problem,
                             const BlockPattern& pattern,
                             const BorderedPoints& bordered,
                             const std::vector<std::uint32_t>& order,
                             std::size_t most) {
   const std::size_t points = problem.block.points.size();
-  const std::size_t count = std::clamp<std::size_t>(points / PointPieces::kLeastPoints, 1, most);
+  const std::size_t count = std::clamp<std::size_t>(points / PointPieces::kMinPoints, 1, most);
   const std::size_t per_piece = (points + count - 1) / count;
   std::vector<PointPiece> pieces(points == 0 ? 0 : (points + per_piece - 1) / per_piece);
   Pool<Marks> pool;
@@ -276,13 +276,13 @@ PointPieces::PointPieces(const AdjustmentProblem& problem,
                          std::size_t small_group)
     : pieces_(Cut(problem, pattern, bordered, {}, kFewPieces)),
       limit_(std::max(2 * WholeOf(pattern), small_group)) {
-  if (kLeastAtOnce * DoublesOf(pieces_) <= limit_ * pieces_.size()) return;
-  pieces_ = Cut(problem, pattern, bordered, {}, kMostPieces);
-  const std::size_t as_they_stand = DoublesOf(pieces_);
-  if (as_they_stand <= kDoublesOfAPoint * problem.block.points.size()) return;
+  if (kMinTogether * DoublesOf(pieces_) <= limit_ * pieces_.size()) return;
+  pieces_ = Cut(problem, pattern, bordered, {}, kMaxPieces);
+  const std::size_t as_given = DoublesOf(pieces_);
+  if (as_given <= kDoublesOfAPoint * problem.block.points.size()) return;
   PointOrder order = SortedByPasses(problem.block);
-  std::vector<PointPiece> sorted = Cut(problem, pattern, bordered, order, kMostPieces);
-  if (2 * DoublesOf(sorted) > as_they_stand) return;
+  std::vector<PointPiece> sorted = Cut(problem, pattern, bordered, order, kMaxPieces);
+  if (2 * DoublesOf(sorted) > as_given) return;
   pieces_ = std::move(sorted);
   order_ = std::move(order);
 }
@@ -304,7 +304,7 @@ double PointPieces::operations() const {
   return sum;
 }
 
-std::size_t PointPieces::MostDoubles(int threads) const {
+std::size_t PointPieces::MaxDoubles(int threads) const {
   std::size_t most = 0;
   for (std::size_t first = 0; first < pieces_.size();) {
     const std::size_t end = GroupEnd(first, threads);
@@ -375,7 +375,7 @@ void PartialSum::AddLooks(const ParameterLayout& layout,
       Kernels().AddLook(size,
                         range,
                         doppler,
-                        look.error_1.data(),
+                        look.whitened_error.data(),
                         Vector(Row::kDiagonal) + row,
                         Vector(gradient) + row);
       range += size;
@@ -384,34 +384,49 @@ void PartialSum::AddLooks(const ParameterLayout& layout,
   }
 }
 
-/// J_c' J_c of each look's own blocks.
-void PartialSum::AddSquaresOfLooks(const ParameterLayout& layout, const PieceScratch& scratch) {
+/// A' B over the blocks of one look, two rows each.
+void PartialSum::AddSquareOfLook(const ParameterLayout& layout,
+                                 const LookColumns& columns,
+                                 const double* a,
+                                 const double* b,
+                                 const PieceScratch& scratch) {
   constexpr std::size_t kStride = ParameterLayout::kMaxLocalColumns;
-  for (int k = 0; k < scratch.factor.look_count; ++k) {
-    const WhitenedLook& look = scratch.factor.looks[AsSize(k)];
-    int first = 0;
-    for (int b = 0; b < look.columns.block_count; ++b) {
-      const int id = look.columns.block[AsSize(b)];
-      const int size = layout.blocks[AsSize(id)].size;
-      int other = 0;
-      for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
-        const int id2 = look.columns.block[AsSize(b2)];
-        const int size2 = layout.blocks[AsSize(id2)].size;
-        if (id2 <= id) {
-          const std::size_t slot = id2 == id ? pattern_->FirstSlot(id) : pattern_->Slot(id, id2);
-          CHECK_NE(scratch.value_of_slot[slot], kUntouched);
-          Kernels().AddProducts(numbers_.data() + scratch.value_of_slot[slot],
-                                size,
-                                size2,
-                                look.row[0].data() + first,
-                                look.row[0].data() + other,
-                                kStride,
-                                2);
-        }
-        other += size2;
+  int first = 0;
+  for (int i = 0; i < columns.block_count; ++i) {
+    const int id = columns.block[AsSize(i)];
+    const int size = layout.blocks[AsSize(id)].size;
+    int other = 0;
+    for (int j = 0; j < columns.block_count; ++j) {
+      const int id2 = columns.block[AsSize(j)];
+      const int size2 = layout.blocks[AsSize(id2)].size;
+      if (id2 <= id) {
+        const std::size_t slot = id2 == id ? pattern_->FirstSlot(id) : pattern_->Slot(id, id2);
+        CHECK_NE(scratch.value_of_slot[slot], kUntouched);
+        double* const at = numbers_.data() + scratch.value_of_slot[slot];
+        Kernels().AddProducts(at, size, size2, a + first, b + other, kStride, 2);
       }
-      first += size;
+      other += size2;
     }
+    first += size;
+  }
+}
+
+/// J_c' J_c of each look's own blocks, and of its rows.
+void PartialSum::AddSquaresOfLooks(const ParameterLayout& layout, const PieceScratch& scratch) {
+  const PointFactor& factor = scratch.factor;
+  for (int k = 0; k < factor.look_count; ++k) {
+    const WhitenedLook& look = factor.looks[AsSize(k)];
+    AddSquareOfLook(layout, look.columns, look.row[0].data(), look.row[0].data(), scratch);
+  }
+  for (int k = 0; k < factor.curved_count; ++k) {
+    const CurvedRows& rows = factor.curved[AsSize(k)];
+    auto with_sign = rows.row;
+    for (std::size_t row = 0; row < 2; ++row) {
+      for (std::size_t c = 0; c < AsSize(rows.columns->column_count); ++c) {
+        with_sign[row][c] *= rows.sign[static_cast<Eigen::Index>(row)];
+      }
+    }
+    AddSquareOfLook(layout, *rows.columns, with_sign[0].data(), rows.row[0].data(), scratch);
   }
 }
 
@@ -438,7 +453,7 @@ void PartialSum::AddRest(const ParameterLayout& layout, PieceScratch* scratch) {
   PointTerms& terms = scratch->terms;
   FindColumns(layout, scratch->factor, &terms.columns);
   const PointBlocks blocks = Blocks(layout, scratch);
-  TurnToRest(layout, scratch->factor, &terms);
+  ProjectToLeftNullSpace(layout, scratch->factor, &terms);
   Kernels().AddSquare(blocks,
                       terms.rest.data(),
                       AsSize(terms.columns.width),
@@ -491,41 +506,42 @@ void PartialSum::AddBordered(const PointEquations& equations,
 
 void PartialSum::Add(const PointEquations& equations, std::size_t point, PieceScratch* scratch) {
   const AdjustmentProblem& problem = equations.problem;
-  const bool damped = equations.damping_1 != 0.0;
+  const bool damped = equations.damping != 0.0;
   PointFactor& factor = scratch->factor;
   scratch->terms.columns.t.clear();
-  FactorPoint(problem, equations.state, equations.weighting, equations.damping_1, point, &factor);
+  FactorPoint(problem, equations.state, equations.weighting, equations.damping, point, &factor);
   if (equations.following != nullptr && SettlePoint(problem,
                                                     equations.weighting,
-                                                    equations.damping_1,
-                                                    equations.settled_1,
+                                                    equations.damping,
+                                                    equations.settle_below,
                                                     point,
                                                     equations.following,
                                                     &factor)) {
     moved_.push_back(static_cast<std::uint32_t>(point));
   }
-  totals_.cost_1 += factor.cost_1;
+  totals_.cost += factor.cost;
   totals_.not_evaluated += factor.looks_not_evaluated;
   totals_.beyond_path += factor.looks_beyond_path;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    if (!(factor.square_1[k] > 0.0)) continue;
+    if (!(factor.square[k] > 0.0)) continue;
     const double g = factor.gradient[k];
-    totals_.gradient_square_1 = std::max(totals_.gradient_square_1, g * g / factor.square_1[k]);
+    totals_.gradient_square = std::max(totals_.gradient_square, g * g / factor.square[k]);
   }
-  if (!damped && !(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) {
+  if (!damped && !(factor.reciprocal_condition >= kMinPointCondition)) {
     AddLooks(problem.layout, Row::kExactGradient, *scratch);
-    weak_.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition_1});
+    weak_.push_back({static_cast<std::uint32_t>(point), factor.reciprocal_condition});
     return;
   }
   const Eigen::Vector3d c = Project(factor, factor.e);
-  totals_.step_square_1 += c.squaredNorm();
+  totals_.step_square += c.squaredNorm();
   const int border_row = equations.bordered.RowOf(point);
   if (border_row >= 0) {  // of hundreds of looks: it takes little of the equations of each
     AddBordered(equations, c, border_row, scratch);
     return;
   }
   // Up to three rows left are no more work than the three of T.
-  if (!damped && (equations.exact || factor.row_count <= 6)) {
+  const bool by_rest = !damped && !equations.weighting.curved;
+  if (by_rest && (equations.exact || factor.row_count <= 6)) {
     AddLooks(problem.layout, Row::kExactGradient, *scratch);
     AddRest(problem.layout, scratch);
   } else {

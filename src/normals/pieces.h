@@ -15,7 +15,7 @@
 
 namespace sarblock {
 
-/// Points whose three rows each stand in the border of the reduced matrix, ascending.
+/// Points with three rows each in the border of the reduced matrix, ascending.
 struct BorderedPoints {
   std::vector<std::uint32_t> points;
 
@@ -28,7 +28,7 @@ struct BorderedPoints {
   }
 };
 
-/// Where the reduced matrix has blocks, which points stand in its border, and how much the looks in
+/// Where the reduced matrix has blocks, which points are in its border, and how much the looks in
 /// use have together.
 ///
 /// A point couples all passes that see it: thousands of them would make the matrix dense. Such
@@ -68,7 +68,7 @@ struct PointPiece {
 /// pieces, every column by one thread; so the bytes of S depend neither on the threads nor on the
 /// groups, and groups can be as small as memory asks for.
 ///
-/// Where points stand in an order in which every piece would touch much of S, they are taken in
+/// If in the order of the points every piece would touch much of S, they are taken in
 /// that of the passes that see them (block/point_order.h): neighbours then share their blocks.
 class PointPieces {
  public:
@@ -81,8 +81,8 @@ class PointPieces {
               std::size_t small_group = kSmallGroup);
 
   /// Fewest points of a piece, where there are more; most pieces.
-  static constexpr std::size_t kLeastPoints = 128;
-  static constexpr std::size_t kMostPieces = 1024;
+  static constexpr std::size_t kMinPoints = 128;
+  static constexpr std::size_t kMaxPieces = 1024;
   /// Partial sums of a group hold at most twice what S and its right side take, or this many
   /// doubles (64 MiB) where that is more.
   static constexpr std::size_t kSmallGroup = std::size_t{1} << 23;
@@ -92,11 +92,11 @@ class PointPieces {
   [[nodiscard]] std::size_t PointAt(std::size_t place) const {
     return order_.empty() ? place : order_[place];
   }
-  /// One past the last piece of the group that begins with piece `first`: at most four a thread or
-  /// 64, at least two.
+  /// One past the last piece of the group that begins with piece `first`: at most four per thread
+  /// or 64, at least two.
   [[nodiscard]] std::size_t GroupEnd(std::size_t first, int threads) const;
   /// Doubles of the largest group.
-  [[nodiscard]] std::size_t MostDoubles(int threads) const;
+  [[nodiscard]] std::size_t MaxDoubles(int threads) const;
   /// Of the squares of all points, half of the columns' squares times the rows left of them.
   [[nodiscard]] double operations() const;
   /// Doubles that the partial sums of a group may have together.
@@ -104,7 +104,7 @@ class PointPieces {
 
  private:
   std::vector<PointPiece> pieces_;
-  std::vector<std::uint32_t> order_;  // points by place; empty: as they stand
+  std::vector<std::uint32_t> order_;  // points by place; empty: in the order of the block
   std::size_t limit_ = kSmallGroup;
 };
 
@@ -114,10 +114,10 @@ struct PointEquations {
   const BlockState& state;
   const Weighting& weighting;
   const BorderedPoints& bordered;
-  double damping_1 = 0.0;
+  double damping = 0.0;
   bool exact = false;  ///< by what is left of a point's equations, however many they are
   BlockState* following = nullptr;  ///< `state`, where its points are settled (SettlePoint)
-  double settled_1 = 0.0;
+  double settle_below = 0.0;
   Eigen::MatrixXd* border = nullptr;
 };
 
@@ -130,7 +130,7 @@ struct NormalSums {
 
 /// Numbers of points without a place in S.
 struct PointTotals {
-  double cost_1 = 0.0, step_square_1 = 0.0, gradient_square_1 = 0.0;
+  double cost = 0.0, step_square = 0.0, gradient_square = 0.0;
   int not_evaluated = 0, beyond_path = 0;
   bool any_subtracted = false;  ///< a point was added as a difference
 };
@@ -175,9 +175,14 @@ class PartialSum {
   [[nodiscard]] double* Vector(Row row) {
     return numbers_.data() + piece_->values + static_cast<std::size_t>(row) * piece_->rows;
   }
-  /// Where the blocks of a point stand in the partial sum.
+  /// Places of the blocks of a point in the partial sum.
   [[nodiscard]] PointBlocks Blocks(const ParameterLayout& layout, PieceScratch* scratch) const;
   void AddLooks(const ParameterLayout& layout, Row gradient, const PieceScratch& scratch);
+  void AddSquareOfLook(const ParameterLayout& layout,
+                       const LookColumns& columns,
+                       const double* a,
+                       const double* b,
+                       const PieceScratch& scratch);
   void AddSquaresOfLooks(const ParameterLayout& layout, const PieceScratch& scratch);
   void AddRightSide(const ParameterLayout& layout,
                     const double* x,

@@ -7,9 +7,38 @@
 #include <span>
 
 #include "model/problem.h"
+#include <Eigen/Eigenvalues>
 
 namespace sarblock {
 namespace {
+
+/// out (`terms` rows over the columns) += B' J, two rows J over the columns of one look, B `terms`
+/// columns `stride` apart.
+void AddTurnedLook(const ParameterLayout& layout,
+                   const LookColumns& look,
+                   const std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2>& rows,
+                   const PointColumns& columns,
+                   const double* b,
+                   std::size_t stride,
+                   int terms,
+                   double* out) {
+  const double* first = rows[0].data();
+  const double* second = rows[1].data();
+  for (int q = 0; q < look.block_count; ++q) {
+    const auto id = static_cast<std::size_t>(look.block[static_cast<std::size_t>(q)]);
+    const int size = layout.blocks[id].size;
+    Kernels().AddTurned(out + columns.column_of_block[id],
+                        static_cast<std::size_t>(columns.width),
+                        terms,
+                        b,
+                        stride,
+                        first,
+                        second,
+                        size);
+    first += size;
+    second += size;
+  }
+}
 
 /// Makes column k of unit length; returns the length it had.
 double Normalise(std::size_t m, double* column) {
@@ -44,13 +73,13 @@ void FactorColumns(std::size_t m, double* q, Eigen::Matrix3d* r) {
 /// Where less than this part of a column's length, squared, is left by the columns before it, J'J
 /// has lost digits that J itself still has: two of sixteen, or four for a step on the way, where
 /// the next step mends them.
-constexpr double kLeastPivot_1 = 1e-2;
-constexpr double kLeastDampedPivot_1 = 1e-4;
+constexpr double kMinPivot = 1e-2;
+constexpr double kMinDampedPivot = 1e-4;
 
 /// Two rows of J, side by side, by its columns.
 using RowPair = std::array<Eigen::Array2d, 3>;
 
-struct AsTheyAre {
+struct NoScaling {
   void operator()(RowPair*) const {}
 };
 
@@ -70,7 +99,7 @@ struct ByFactor {
 template <typename Turn>
 void FillRows(const ControlEvaluation& control,
               int control_rows,
-              double damping_1,
+              double damping,
               const Turn& turn,
               PointFactor* out) {
   const std::ptrdiff_t m = out->row_count;
@@ -80,24 +109,24 @@ void FillRows(const ControlEvaluation& control,
   for (int k = 0; k < out->look_count; ++k, q += 2, e += 2) {
     const WhitenedLook& look = out->looks[static_cast<std::size_t>(k)];
     for (std::size_t c = 0; c < 3; ++c) {
-      rows[c] = look.by_point.col(static_cast<Eigen::Index>(c)).array();
+      rows[c] = look.d_point.col(static_cast<Eigen::Index>(c)).array();
     }
     turn(&rows);
     for (std::ptrdiff_t c = 0; c < 3; ++c) {
       Eigen::Map<Eigen::Array2d>(q + c * m) = rows[static_cast<std::size_t>(c)];
     }
-    Eigen::Map<Eigen::Vector2d>{e} = look.error_1;
+    Eigen::Map<Eigen::Vector2d>{e} = look.whitened_error;
   }
-  const auto put = [&](const Eigen::Vector3d& row, double error_1) {
+  const auto put = [&](const Eigen::Vector3d& row, double whitened_error) {
     for (std::size_t c = 0; c < 3; ++c) rows[c] = row[static_cast<Eigen::Index>(c)];
     turn(&rows);
     for (std::ptrdiff_t c = 0; c < 3; ++c) q[c * m] = rows[static_cast<std::size_t>(c)][0];
-    *e++ = error_1;
+    *e++ = whitened_error;
     ++q;
   };
-  for (int k = 0; k < control_rows; ++k) put(control.by_point.row(k), control.residual[k]);
-  for (Eigen::Index c = 0; damping_1 > 0.0 && c < 3; ++c) {
-    put(std::sqrt(damping_1 * out->square_1[c]) * Eigen::Vector3d::Unit(c), 0.0);
+  for (int k = 0; k < control_rows; ++k) put(control.d_point.row(k), control.residual[k]);
+  for (Eigen::Index c = 0; damping > 0.0 && c < 3; ++c) {
+    put(std::sqrt(damping * out->square[c]) * Eigen::Vector3d::Unit(c), 0.0);
   }
 }
 
@@ -125,39 +154,45 @@ void EvaluateLooks(const AdjustmentProblem& problem,
     for (std::size_t i = end; i < looks.offsets[point + 2]; ++i) problem.model.Prefetch(i);
   }
   if (out->looks.size() < end - begin) out->looks.resize(end - begin);
-  out->look_count = 0;
+  if (weighting.curved && out->curved.size() < CurvedRows::kPerLook * out->looks.size()) {
+    out->curved.resize(CurvedRows::kPerLook * out->looks.size());
+  }
+  out->look_count = out->curved_count = 0;
   out->looks_not_evaluated = out->looks_beyond_path = 0;
-  out->cost_1 = 0.0;
+  out->cost = 0.0;
   for (std::size_t i = begin; i < end; ++i) {
     if (problem.look_used[i] == 0) continue;
     WhitenedLook& look = out->looks[static_cast<std::size_t>(out->look_count)];
-    if (!EvaluateWhitened(problem, state, weighting, point, i, &look)) {
+    CurvedRows* const curved =
+        weighting.curved ? &out->curved[static_cast<std::size_t>(out->curved_count)] : nullptr;
+    if (!EvaluateWhitened(problem, state, weighting, point, i, &look, curved)) {
       ++out->looks_not_evaluated;
       continue;
     }
+    if (curved != nullptr) out->curved_count += CurvedRows::kPerLook;
     if (look.beyond_path) ++out->looks_beyond_path;
-    out->cost_1 += look.cost_1;
+    out->cost += look.cost;
     if (weighting.second_order) BendAlongResidual(&look);
     ++out->look_count;
   }
 }
 
 void BendAlongResidual(WhitenedLook* look) {
-  const double square = look->error_1.squaredNorm();
-  if (look->radial_1 == 1.0 || !(square > 0.0)) return;
-  const double root = std::sqrt(look->radial_1);
+  const double square = look->whitened_error.squaredNorm();
+  if (look->radial == 1.0 || !(square > 0.0)) return;
+  const double root = std::sqrt(look->radial);
   const double take = (1.0 - root) / square;
-  const double e0 = look->error_1[0], e1 = look->error_1[1];
+  const double e0 = look->whitened_error[0], e1 = look->whitened_error[1];
   const auto bend = [&](double& range, double& doppler) {
     const double along = take * (e0 * range + e1 * doppler);
     range -= along * e0;
     doppler -= along * e1;
   };
-  for (Eigen::Index c = 0; c < 3; ++c) bend(look->by_point(0, c), look->by_point(1, c));
+  for (Eigen::Index c = 0; c < 3; ++c) bend(look->d_point(0, c), look->d_point(1, c));
   for (std::size_t c = 0; c < static_cast<std::size_t>(look->columns.column_count); ++c) {
     bend(look->row[0][c], look->row[1][c]);
   }
-  look->error_1 /= root;
+  look->whitened_error /= root;
 }
 
 bool FactorNormal(const Eigen::Vector3d& diagonal,
@@ -165,42 +200,90 @@ bool FactorNormal(const Eigen::Vector3d& diagonal,
                   bool damped,
                   Eigen::Matrix3d* r,
                   Eigen::Vector3d* inverse) {
-  const double least_pivot_1 = damped ? kLeastDampedPivot_1 : kLeastPivot_1;
+  const double least_pivot = damped ? kMinDampedPivot : kMinPivot;
   if (!(diagonal.minCoeff() > 0.0)) return false;
   // First L D L', then the three roots side by side, so that none waits for the one before.
   const double inverse_0 = 1.0 / diagonal[0];
   const double l01 = above[0] * inverse_0, l02 = above[1] * inverse_0;
-  const double left_1 = diagonal[1] - above[0] * l01;
-  if (!(left_1 > least_pivot_1 * diagonal[1])) return false;
+  const double left_11 = diagonal[1] - above[0] * l01;
+  if (!(left_11 > least_pivot * diagonal[1])) return false;
   const double left_12 = above[2] - above[0] * l02;
-  const double l12 = left_12 / left_1;
+  const double l12 = left_12 / left_11;
   const double left_2 = diagonal[2] - above[1] * l02 - left_12 * l12;
-  if (!(left_2 > least_pivot_1 * diagonal[2])) return false;
-  const double r00 = std::sqrt(diagonal[0]), r11 = std::sqrt(left_1), r22 = std::sqrt(left_2);
+  if (!(left_2 > least_pivot * diagonal[2])) return false;
+  const double r00 = std::sqrt(diagonal[0]), r11 = std::sqrt(left_11), r22 = std::sqrt(left_2);
   *r << r00, l01 * r00, l02 * r00, 0.0, r11, l12 * r11, 0.0, 0.0, r22;
   *inverse = {1.0 / r00, 1.0 / r11, 1.0 / r22};
   return true;
 }
 
+bool FactorSquare(const Eigen::Vector3d& diagonal,
+                  const Eigen::Vector3d& above,
+                  bool damped,
+                  PointFactor* factor,
+                  Eigen::Matrix3d* r,
+                  Eigen::Vector3d* inverse) {
+  if (factor->curved_count > 0) {
+    PointSums curved;
+    for (int k = 0; k < factor->curved_count; ++k) {
+      curved.Add(factor->curved[static_cast<std::size_t>(k)]);
+    }
+    if (FactorNormal(diagonal + curved.Diagonal(), above + curved.Above(), damped, r, inverse)) {
+      return true;
+    }
+    factor->curved_count = 0;
+  }
+  return FactorNormal(diagonal, above, damped, r, inverse);
+}
+
 namespace {
 
-/// Cost of a look that is evaluated and weighted, and its weight under a loss.
-void ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
-  const double square = out->error_1.squaredNorm();
-  out->cost_1 = 0.5 * square;
-  out->radial_1 = 1.0;
-  if (weighting.loss == RobustLoss::kNone) return;
+/// Cost of a look that is evaluated and weighted, and its weight under a loss; returns the root of
+/// that weight.
+double ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
+  const double square = out->whitened_error.squaredNorm();
+  out->cost = 0.5 * square;
+  out->radial = 1.0;
+  if (weighting.loss == RobustLoss::kNone) return 1.0;
   const RobustValue robust = EvaluateLoss(weighting.loss, weighting.scale, square);
-  const double root = std::sqrt(robust.weight_1);
-  out->error_1 *= root;
-  out->by_point *= root;
+  const double root = std::sqrt(robust.weight);
+  out->whitened_error *= root;
+  out->d_point *= root;
   for (auto& row : out->row) {
     for (std::size_t c = 0; c < static_cast<std::size_t>(out->columns.column_count); ++c) {
       row[c] *= root;
     }
   }
-  out->cost_1 = 0.5 * robust.loss_1;
-  out->radial_1 = robust.radial_1;
+  out->cost = 0.5 * robust.loss;
+  out->radial = robust.radial;
+  return root;
+}
+
+/// The rows of a look from its curvature, its errors and the weights of both.
+void SetCurvedRows(const LookCurvature& curvature,
+                   const Eigen::Vector2d& weighted_error,
+                   const LookColumns& columns,
+                   CurvedRows* out) {
+  using Matrix6 = LookCurvature::Matrix6;
+  const Matrix6 m = weighted_error[0] * curvature.range + weighted_error[1] * curvature.azimuth;
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(m);
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    CurvedRows& rows = out[k / 2];
+    rows.columns = &columns;
+    const double value = eigen.eigenvalues()[k];
+    rows.sign[k % 2] = value < 0.0 ? -1.0 : 1.0;
+    const Eigen::Matrix<double, 6, 1> axis =
+        std::sqrt(std::abs(value)) * eigen.eigenvectors().col(k);
+    rows.d_point.row(k % 2) = axis.head<3>().transpose();
+    auto& row = rows.row[static_cast<std::size_t>(k % 2)];
+    for (std::size_t c = 0; c < static_cast<std::size_t>(columns.column_count); ++c) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 6; ++i) {
+        sum += axis[static_cast<Eigen::Index>(i)] * curvature.row[i][c];
+      }
+      row[c] = sum;
+    }
+  }
 }
 
 }  // namespace
@@ -210,24 +293,40 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                       const Weighting& weighting,
                       std::size_t point,
                       std::size_t look,
-                      WhitenedLook* out) {
+                      WhitenedLook* out,
+                      CurvedRows* curved) {
   out->look = look;
   const bool renew = weighting.renewed != nullptr;
-  const LookWeights weights = renew ? LookWeights{} : problem.weights[look];
-  if (!EvaluateLook(problem.model, state, point, look, weights, &out->columns, out)) return false;
-  if (renew) {
-    const LookWeights now = WeightsAt(problem.model.SigmaOf(look), out->azimuth_unit_m);
-    (*weighting.renewed)[look] = now;
-    out->Scale(now, out->columns.column_count);
+  LookWeights weights = renew ? LookWeights{} : problem.weights[look];
+  LookCurvature curvature;
+  if (!EvaluateLook(problem.model,
+                    state,
+                    point,
+                    look,
+                    weights,
+                    &out->columns,
+                    out,
+                    curved != nullptr ? &curvature : nullptr)) {
+    return false;
   }
-  ApplyLoss(weighting, out);
+  if (renew) {
+    weights = WeightsAt(problem.model.SigmaOf(look), out->azimuth_unit_m);
+    (*weighting.renewed)[look] = weights;
+    out->Scale(weights, out->columns.column_count);
+  }
+  const double root = ApplyLoss(weighting, out);
+  if (curved != nullptr) {
+    const Eigen::Vector2d weighted_error(root * weights.range_per_m * out->whitened_error[0],
+                                         root * weights.azimuth_per_unit * out->whitened_error[1]);
+    SetCurvedRows(curvature, weighted_error, out->columns, curved);
+  }
   return true;
 }
 
 void FactorPoint(const AdjustmentProblem& problem,
                  const BlockState& state,
                  const Weighting& weighting,
-                 double damping_1,
+                 double damping,
                  std::size_t point,
                  PointFactor* out) {
   EvaluateLooks(problem, state, weighting, point, out);
@@ -240,64 +339,69 @@ void FactorPoint(const AdjustmentProblem& problem,
     control = EvaluateControl(
         problem.block.frame, equations, state.start_m[point], state.displacement_m[point]);
   }
-  const int m = 2 * out->look_count + control_rows + (damping_1 > 0.0 ? 3 : 0);
+  const int m = 2 * out->look_count + control_rows + (damping > 0.0 ? 3 : 0);
   out->row_count = m;
   out->q.resize(static_cast<std::size_t>(3 * m));
   out->e.resize(static_cast<std::size_t>(m));
   PointSums sums;
   for (int k = 0; k < out->look_count; ++k) {
     const WhitenedLook& look = out->looks[static_cast<std::size_t>(k)];
-    sums.Add(look.by_point, look.error_1);
+    sums.Add(look.d_point, look.whitened_error);
   }
   if (control_rows > 0) {
     sums.Add(control);
-    out->cost_1 += 0.5 * control.residual.squaredNorm();
+    out->cost += 0.5 * control.residual.squaredNorm();
   }
-  out->square_1 = sums.Diagonal();
+  out->square = sums.Diagonal();
   out->gradient = sums.Gradient();
-  if (damping_1 > 0.0) {
-    out->square_1 = out->square_1.cwiseMax(kLeastColumnPart_1 * out->square_1.maxCoeff());
+  if (damping > 0.0) {
+    out->square = out->square.cwiseMax(kMinColumnPart * out->square.maxCoeff());
   }
   // By the Cholesky factor of J'J, where that holds the digits, a third of the work of
   // FactorColumns: Q = J R^-1.
   Eigen::Vector3d inverse;
-  if (FactorNormal(
-          (1.0 + damping_1) * out->square_1, sums.Above(), damping_1 > 0.0, &out->r, &inverse)) {
-    FillRows(control, control_rows, damping_1, ByFactor{out->r, inverse}, out);
+  if (FactorSquare(
+          (1.0 + damping) * out->square, sums.Above(), damping > 0.0, out, &out->r, &inverse)) {
+    FillRows(control, control_rows, damping, ByFactor{out->r, inverse}, out);
   } else {
-    FillRows(control, control_rows, damping_1, AsTheyAre{}, out);
+    FillRows(control, control_rows, damping, NoScaling{}, out);
     FactorColumns(static_cast<std::size_t>(m), out->q.data(), &out->r);
   }
-  out->reciprocal_condition_1 =
-      m < 3 || damping_1 > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square_1);
+  for (int k = 0; k < out->curved_count; ++k) {
+    CurvedRows& rows = out->curved[static_cast<std::size_t>(k)];
+    rows.turned = out->r.triangularView<Eigen::Upper>().transpose().solve(rows.d_point.transpose() *
+                                                                          rows.sign.asDiagonal());
+  }
+  out->reciprocal_condition =
+      m < 3 || damping > 0.0 ? 0.0 : ReciprocalCondition(out->r, out->square);
 }
 
 bool SettlePoint(const AdjustmentProblem& problem,
                  const Weighting& weighting,
-                 double damping_1,
-                 double settled_1,
+                 double damping,
+                 double settle_below,
                  std::size_t point,
                  BlockState* state,
                  PointFactor* out) {
-  constexpr int kMostSteps = 8, kMostShortened = 3;
+  constexpr int kMaxSteps = 8, kMaxShortened = 3;
   Eigen::Vector3d& at_m = state->displacement_m[point];
   bool moved = false;
-  for (int step = 0; step < kMostSteps && out->looks_not_evaluated == 0; ++step) {
-    if (damping_1 == 0.0 && !(out->reciprocal_condition_1 >= kLeastPointCondition_1)) break;
+  for (int step = 0; step < kMaxSteps && out->looks_not_evaluated == 0; ++step) {
+    if (damping == 0.0 && !(out->reciprocal_condition >= kMinPointCondition)) break;
     const Eigen::Vector3d c = Project(*out, out->e);
-    if (!(c.squaredNorm() > settled_1 * settled_1)) break;
+    if (!(c.squaredNorm() > settle_below * settle_below)) break;
     const Eigen::Vector3d before_m = at_m;
-    const double cost_1 = out->cost_1;
+    const double cost = out->cost;
     Eigen::Vector3d step_m = -out->r.triangularView<Eigen::Upper>().solve(c);
     bool lower = false;
-    for (int k = 0; k < kMostShortened && !lower && step_m.allFinite(); ++k, step_m *= 0.25) {
+    for (int k = 0; k < kMaxShortened && !lower && step_m.allFinite(); ++k, step_m *= 0.25) {
       at_m = before_m + step_m;
-      FactorPoint(problem, *state, weighting, damping_1, point, out);
-      lower = out->looks_not_evaluated == 0 && out->cost_1 < cost_1;
+      FactorPoint(problem, *state, weighting, damping, point, out);
+      lower = out->looks_not_evaluated == 0 && out->cost < cost;
     }
     if (!lower) {
       at_m = before_m;
-      FactorPoint(problem, *state, weighting, damping_1, point, out);
+      FactorPoint(problem, *state, weighting, damping, point, out);
       break;
     }
     moved = true;
@@ -317,6 +421,12 @@ void ProjectColumns(const AdjustmentProblem& problem,
   FindColumns(problem.layout, factor, columns);
   columns->t.assign(3 * static_cast<std::size_t>(columns->width), 0.0);
   AddTurnedColumns(problem.layout, factor, *columns, factor.q.data(), 3, columns->t.data());
+  for (int k = 0; k < factor.curved_count; ++k) {
+    const CurvedRows& rows = factor.curved[static_cast<std::size_t>(k)];
+    const Eigen::Matrix<double, 2, 3> basis = rows.turned.transpose();
+    AddTurnedLook(
+        problem.layout, *rows.columns, rows.row, *columns, basis.data(), 2, 3, columns->t.data());
+  }
 }
 
 void Complement(const AdjustmentProblem& problem,
@@ -432,22 +542,7 @@ void AddTurnedColumns(const ParameterLayout& layout,
   const auto m = static_cast<std::size_t>(factor.row_count);
   for (int k = 0; k < factor.look_count; ++k, b += 2) {
     const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-    const double* range = look.row[0].data();
-    const double* doppler = look.row[1].data();
-    for (int q = 0; q < look.columns.block_count; ++q) {
-      const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(q)]);
-      const int size = layout.blocks[id].size;
-      Kernels().AddTurned(out + columns.column_of_block[id],
-                          static_cast<std::size_t>(columns.width),
-                          terms,
-                          b,
-                          m,
-                          range,
-                          doppler,
-                          size);
-      range += size;
-      doppler += size;
-    }
+    AddTurnedLook(layout, look.columns, look.row, columns, b, m, terms, out);
   }
 }
 
@@ -475,7 +570,9 @@ PointBlocks FindBlocks(const ParameterLayout& layout,
   return blocks;
 }
 
-void TurnToRest(const ParameterLayout& layout, const PointFactor& factor, PointTerms* terms) {
+void ProjectToLeftNullSpace(const ParameterLayout& layout,
+                            const PointFactor& factor,
+                            PointTerms* terms) {
   const auto m = static_cast<std::size_t>(factor.row_count);
   const std::size_t rest = m - 3;
   CompleteBasis(m, factor.q, &terms->basis);

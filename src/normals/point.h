@@ -20,6 +20,9 @@ struct Weighting {
   double scale = 0.0;
   /// The solver's last steps under a loss: take its curvature along the residual for what it is.
   bool second_order = false;
+  /// Adds what residuals times second derivatives make of each look (CurvedRows);
+  /// damped or not, S is then summed as a difference.
+  bool curved = false;
   /// Where given, looks are weighted as UpdateWeights would at this state, and their weights put
   /// here, by look. Else by the problem's.
   std::vector<LookWeights>* renewed = nullptr;
@@ -30,14 +33,26 @@ struct Weighting {
 struct WhitenedLook : LookEvaluation {
   std::size_t look = 0;  ///< index in the block
   LookColumns columns;
-  double cost_1 = 0.0;    ///< half the squared length, robust loss applied
-  double radial_1 = 1.0;  ///< RobustValue::radial_1
+  double cost = 0.0;    ///< half the squared length, robust loss applied
+  double radial = 1.0;  ///< RobustValue::radial
+};
+
+/// What the errors of a look times its second derivatives (LookCurvature) add to J'J: the sum over
+/// the rows g, two here and six of a look, of sign g' g. Gauss-Newton leaves it out; in a direction
+/// that is known only to some ten metres it is as much as all the rest.
+struct CurvedRows {
+  static constexpr int kPerLook = 3;
+  const LookColumns* columns = nullptr;
+  Eigen::Vector2d sign = Eigen::Vector2d::Ones();
+  Eigen::Matrix<double, 2, 3> d_point;
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
+  Eigen::Matrix<double, 3, 2> turned;  ///< R^-T g' sign of each row, as Q' of those of J_p
 };
 
 /// The equations of one point and the thin QR factorisation of their Jacobian by the point
 /// (docs/theory/covariance.md, eq. (22)):
 ///
-///     J_p = Q R,   c = Q' e;   two rows a look in use, the rows of its control, then, if damped,
+///     J_p = Q R,   c = Q' e;   two rows per look in use, the rows of its control, then, if damped,
 ///                              three rows sqrt(damping J_p' J_p)
 ///
 /// J_c stays with the looks, each its own columns: this is what the solver, the covariance and the
@@ -45,19 +60,22 @@ struct WhitenedLook : LookEvaluation {
 struct PointFactor {
   std::vector<WhitenedLook> looks;  ///< the first look_count are set; rows 2 k and 2 k + 1
   int look_count = 0;
+  /// Of the looks, where the weighting is curved; none where V is not positive definite with them.
+  std::vector<CurvedRows> curved;
+  int curved_count = 0;
   int looks_not_evaluated = 0;
   int looks_beyond_path = 0;  ///< that read a path continued beyond its ends
-  double cost_1 = 0.0;        ///< half the square sum, robust loss applied
+  double cost = 0.0;          ///< half the square sum, robust loss applied
 
   int row_count = 0;
   std::vector<double> q;  ///< row_count x 3, column by column
   std::vector<double> e;  ///< row_count
   Eigen::Matrix3d r = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< J_p' e, undamped
-  Eigen::Vector3d square_1 = Eigen::Vector3d::Zero();  ///< squared lengths of J_p's columns
+  Eigen::Vector3d square = Eigen::Vector3d::Zero();    ///< squared lengths of J_p's columns
   /// 1 / condition of J_p with its columns scaled to unit length (Frobenius norms, so 1/3 at most);
   /// 0 where a column vanishes or there are fewer than three rows; not computed when damped.
-  double reciprocal_condition_1 = 0.0;
+  double reciprocal_condition = 0.0;
 
   [[nodiscard]] Eigen::Vector3d RowOfQ(int row) const {
     const auto i = static_cast<std::size_t>(row), m = static_cast<std::size_t>(row_count);
@@ -86,36 +104,37 @@ struct PointColumns {
                                     const Weighting& weighting,
                                     std::size_t point,
                                     std::size_t look,
-                                    WhitenedLook* out);
+                                    WhitenedLook* out,
+                                    CurvedRows* curved = nullptr);
 
 /// A column of J_p shorter than this part (squared) of the longest is damped as if it had that
 /// length.
-inline constexpr double kLeastColumnPart_1 = 1e-12;
+inline constexpr double kMinColumnPart = 1e-12;
 
 /// Evaluates and factors the equations of a point that takes part. A look without a value at this
 /// state is counted and left out.
 void FactorPoint(const AdjustmentProblem& problem,
                  const BlockState& state,
                  const Weighting& weighting,
-                 double damping_1,
+                 double damping,
                  std::size_t point,
                  PointFactor* out);
 
 /// Own steps of points, in standard deviations, that are left to the next step of all unknowns.
-inline constexpr double kMostOwnStep_1 = 0.1;
+inline constexpr double kMaxOwnStep = 0.1;
 
 /// Moves a point by Gauss-Newton steps of its own, the corrections as they are in the state, until
-/// the step left is at most `settled_1` standard deviations or lowers the cost of the point's
-/// equations no more. `out` holds its factor before, and at its new place afterwards. Returns
-/// whether it moved.
+/// the remaining step is at most `settle_below` standard deviations or lowers the cost of the
+/// point's equations no more. `out` holds its factor before, and at its new place afterwards.
+/// Returns whether it moved.
 ///
 /// A step of the corrections moves a point along a curve, which its linear step leaves: with many
 /// points their costs would refuse all but short steps of the corrections (variable projection,
 /// Golub and Pereyra 1973; embedded point iterations, Jeong et al. 2012).
 bool SettlePoint(const AdjustmentProblem& problem,
                  const Weighting& weighting,
-                 double damping_1,
-                 double settled_1,
+                 double damping,
+                 double settle_below,
                  std::size_t point,
                  BlockState* state,
                  PointFactor* out);
@@ -150,6 +169,15 @@ void BendAlongResidual(WhitenedLook* look);
 [[nodiscard]] bool FactorNormal(const Eigen::Vector3d& diagonal,
                                 const Eigen::Vector3d& above,
                                 bool damped,
+                                Eigen::Matrix3d* r,
+                                Eigen::Vector3d* inverse);
+
+/// The same with the curved of the point added to V; without them, and no more in `factor`, where
+/// V is not positive definite with them.
+[[nodiscard]] bool FactorSquare(const Eigen::Vector3d& diagonal,
+                                const Eigen::Vector3d& above,
+                                bool damped,
+                                PointFactor* factor,
                                 Eigen::Matrix3d* r,
                                 Eigen::Vector3d* inverse);
 
@@ -195,7 +223,7 @@ void FindColumns(const ParameterLayout& layout, const PointFactor& factor, Point
 /// The columns of the blocks given in columns->blocks.
 void PlaceColumns(const ParameterLayout& layout, PointColumns* columns);
 
-/// Finds where the blocks stand in a matrix of the block's pattern, after FindColumns.
+/// Finds the places of the blocks in a matrix of the block's pattern, after FindColumns.
 [[nodiscard]] PointBlocks FindBlocks(const ParameterLayout& layout,
                                      const BlockPattern& pattern,
                                      PointTerms* terms);
@@ -216,7 +244,9 @@ void AddTurnedColumns(const ParameterLayout& layout,
 /// What elimination leaves of the equations, after FindColumns: N' J_c and N' e, with the digits of
 /// J_c itself, however thin the intersection. The point adds (N' J_c)' (N' J_c) to S. row_count
 /// must be 3 at least.
-void TurnToRest(const ParameterLayout& layout, const PointFactor& factor, PointTerms* terms);
+void ProjectToLeftNullSpace(const ParameterLayout& layout,
+                            const PointFactor& factor,
+                            PointTerms* terms);
 
 /// sum_i a_i b_i over m numbers, four sums side by side: a chain of additions as long as the rows
 /// would wait on each of them.
@@ -239,9 +269,9 @@ class PointSums {
   PointSums() {
     for (Eigen::Array2d& sum : sums_) sum.setZero();
   }
-  void Add(const Eigen::Matrix<double, 2, 3>& j, const Eigen::Vector2d& error_1) {
+  void Add(const Eigen::Matrix<double, 2, 3>& j, const Eigen::Vector2d& whitened_error) {
     const Eigen::Array2d j0 = j.col(0).array(), j1 = j.col(1).array(), j2 = j.col(2).array();
-    const Eigen::Array2d e = error_1.array();
+    const Eigen::Array2d e = whitened_error.array();
     sums_[0] += j0 * j0;
     sums_[1] += j1 * j1;
     sums_[2] += j2 * j2;
@@ -252,16 +282,27 @@ class PointSums {
     sums_[7] += j1 * e;
     sums_[8] += j2 * e;
   }
-  void AddGradient(const Eigen::Matrix<double, 2, 3>& j, const Eigen::Vector2d& error_1) {
+  void Add(const CurvedRows& rows) {
+    const Eigen::Array2d sign = rows.sign.array();
+    const Eigen::Array2d j0 = rows.d_point.col(0).array(), j1 = rows.d_point.col(1).array(),
+                         j2 = rows.d_point.col(2).array();
+    sums_[0] += sign * j0 * j0;
+    sums_[1] += sign * j1 * j1;
+    sums_[2] += sign * j2 * j2;
+    sums_[3] += sign * j0 * j1;
+    sums_[4] += sign * j0 * j2;
+    sums_[5] += sign * j1 * j2;
+  }
+  void AddGradient(const Eigen::Matrix<double, 2, 3>& j, const Eigen::Vector2d& whitened_error) {
     for (Eigen::Index c = 0; c < 3; ++c) {
-      sums_[static_cast<std::size_t>(6 + c)] += j.col(c).array() * error_1.array();
+      sums_[static_cast<std::size_t>(6 + c)] += j.col(c).array() * whitened_error.array();
     }
   }
   /// Rows beyond those of the control are zero.
   void Add(const ControlEvaluation& control) {
     Eigen::Matrix<double, 2, 3> last = Eigen::Matrix<double, 2, 3>::Zero();
-    last.row(0) = control.by_point.row(2);
-    Add(control.by_point.topRows<2>(), control.residual.head<2>());
+    last.row(0) = control.d_point.row(2);
+    Add(control.d_point.topRows<2>(), control.residual.head<2>());
     Add(last, {control.residual[2], 0.0});
   }
   [[nodiscard]] Eigen::Vector3d Diagonal() const { return Three(0); }
@@ -337,10 +378,10 @@ class BlocksOfPoints {
 /// A point whose own equations leave a direction open.
 struct WeakPoint {
   std::uint32_t point = 0;
-  double reciprocal_condition_1 = 0.0;
+  double reciprocal_condition = 0.0;
 };
 
 /// Smallest reciprocal condition of a point's scaled Jacobian that still counts as determined.
-inline constexpr double kLeastPointCondition_1 = 1e-10;
+inline constexpr double kMinPointCondition = 1e-10;
 
 }  // namespace sarblock

@@ -18,7 +18,7 @@ namespace {
 
 /// Where points take more than all but this part of what a correction's equations say, S is formed
 /// by what they leave, not as a difference that has lost more than a digit.
-constexpr double kLeastLeft_1 = 1.0 / 16.0;
+constexpr double kMinRemainingPart = 1.0 / 16.0;
 /// Columns of S are added up side by side, so many values at a time at least.
 constexpr std::size_t kValuesPerStripe = std::size_t{1} << 14;
 
@@ -40,45 +40,45 @@ ReducedSystem::ReducedSystem(const AdjustmentProblem& problem,
 void ReducedSystem::Form(const BlockState& state,
                          const Weighting& weighting,
                          ProgressSink* progress,
-                         double damping_1) {
-  damping_1_ = damping_1;
+                         double damping) {
+  damping_ = damping;
   const std::size_t points = problem_.block.points.size();
   sarblock::Step(progress, "linearise", 0, points);
   if (Ranks* const ranks = RanksScope::Current(); ranks != nullptr) {
     const Eigen::VectorXd& x = state.corrections;
     ranks->RequireSame(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));
   }
-  const bool subtracted = Sum(state, weighting, damping_1 == 0.0 && exact_);
-  if (damping_1 == 0.0 && subtracted && PointsTakeNearlyAll()) {
+  const bool may_be_exact = damping == 0.0 && !weighting.curved;
+  const bool subtracted = Sum(state, weighting, may_be_exact && exact_);
+  if (may_be_exact && subtracted && PointsTakeNearlyAll()) {
     exact_ = true;
     Sum(state, weighting, true);
   }
   sarblock::Step(progress, "linearise", points, points);
   AddPriors(state);
-  if (damping_1 > 0.0) {
+  if (damping > 0.0) {
     for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
       const ParameterBlock& block = problem_.layout.blocks[b];
       s_.sparse.Block(static_cast<int>(b), static_cast<int>(b)).diagonal() +=
-          damping_1 * full_diagonal_.segment(block.offset, block.size);
+          damping * full_diagonal_.segment(block.offset, block.size);
     }
   }
   for (Eigen::Index i = 0; i < full_gradient_.size(); ++i) {
     if (full_diagonal_[i] > 0.0) {
-      gradient_1_ =
-          std::max(gradient_1_, std::abs(full_gradient_[i]) / std::sqrt(full_diagonal_[i]));
+      gradient_ = std::max(gradient_, std::abs(full_gradient_[i]) / std::sqrt(full_diagonal_[i]));
     }
   }
 }
 
 void ReducedSystem::FormSettled(const Weighting& weighting,
-                                double damping_1,
-                                double settled_1,
+                                double damping,
+                                double settle_below,
                                 BlockState* state,
                                 ProgressSink* progress) {
   following_ = state;
-  settled_1_ = settled_1;
+  settle_below_ = settle_below;
   try {
-    Form(*state, weighting, progress, damping_1);
+    Form(*state, weighting, progress, damping);
   } catch (...) {
     following_ = nullptr;
     throw;
@@ -112,20 +112,21 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   full_diagonal_.setZero(s_.rows());
   full_gradient_.setZero(s_.rows());
   weak_points_.clear();
-  cost_1_ = gradient_1_ = point_step_square_1_ = 0.0;
+  cost_ = gradient_ = point_step_square_ = 0.0;
   looks_not_evaluated_ = looks_beyond_path_ = 0;
   kept_.reset();
-  const bool keep = kept_bytes_ > 0 && damping_1_ == 0.0 && weighting.loss == RobustLoss::kNone;
+  const bool keep = kept_bytes_ > 0 && damping_ == 0.0 && weighting.loss == RobustLoss::kNone &&
+                    !weighting.curved;
   if (keep) kept_.emplace(problem_.block.points.size(), pieces_.size(), kept_bytes_);
   s_.border.setZero(bordered_.rows(), sparse.rows());
   PointEquations equations{.problem = problem_,
                            .state = state,
                            .weighting = weighting,
                            .bordered = bordered_,
-                           .damping_1 = damping_1_,
+                           .damping = damping_,
                            .exact = exact,
                            .following = following_,
-                           .settled_1 = settled_1_,
+                           .settle_below = settle_below_,
                            .border = &s_.border};
   const NormalSums sums{&sparse, &right_side_, &full_diagonal_, &full_gradient_};
   const auto columns = static_cast<std::size_t>(sparse.block_count());
@@ -170,9 +171,9 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
       }
     });
     for (const PointTotals& of_piece : totals) {
-      cost_1_ += of_piece.cost_1;
-      point_step_square_1_ += of_piece.step_square_1;
-      gradient_1_ = std::max(gradient_1_, std::sqrt(of_piece.gradient_square_1));
+      cost_ += of_piece.cost;
+      point_step_square_ += of_piece.step_square;
+      gradient_ = std::max(gradient_, std::sqrt(of_piece.gradient_square));
       looks_not_evaluated_ += of_piece.not_evaluated;
       looks_beyond_path_ += of_piece.beyond_path;
       subtracted |= of_piece.any_subtracted;
@@ -189,25 +190,25 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
 }
 
 bool ReducedSystem::PointsTakeNearlyAll() const {
-  return (s_.Diagonal().array() < kLeastLeft_1 * full_diagonal_.array()).any();
+  return (s_.Diagonal().array() < kMinRemainingPart * full_diagonal_.array()).any();
 }
 
 void ReducedSystem::AddPriors(const BlockState& state) {
   const ParameterLayout& layout = problem_.layout;
-  for (const HeldParameter& held : problem_.held) {
-    const Eigen::Index row = held.parameter;
+  for (const FixedParameter& fixed : problem_.fixed) {
+    const Eigen::Index row = fixed.parameter;
     const double weight = full_diagonal_[row];  // as much again as all its observations
-    const double off = state.corrections[row] - held.value;
+    const double off = state.corrections[row] - fixed.value;
     for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
       const ParameterBlock& block = layout.blocks[b];
-      if (held.parameter < block.offset || held.parameter >= block.offset + block.size) continue;
-      const int i = held.parameter - block.offset;
+      if (fixed.parameter < block.offset || fixed.parameter >= block.offset + block.size) continue;
+      const int i = fixed.parameter - block.offset;
       s_.sparse.Block(static_cast<int>(b), static_cast<int>(b))(i, i) += weight;
     }
     right_side_[row] += weight * off;
     full_diagonal_[row] += weight;
     full_gradient_[row] += weight * off;
-    cost_1_ += 0.5 * weight * off * off;
+    cost_ += 0.5 * weight * off * off;
   }
   for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
     const ParameterBlock& block = layout.blocks[b];
@@ -221,7 +222,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
       right_side_[row] += weight * x;
       full_diagonal_[row] += weight;
       full_gradient_[row] += weight * x;
-      cost_1_ += 0.5 * weight * x * x;
+      cost_ += 0.5 * weight * x * x;
     }
   }
   for (const JointPriorTerm& prior : layout.joint_priors) {
@@ -239,7 +240,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
     }
     right_side_(at) += gradient;
     full_gradient_(at) += gradient;
-    cost_1_ += 0.5 * (prior.whitening * x).squaredNorm();
+    cost_ += 0.5 * (prior.whitening * x).squaredNorm();
   }
 }
 
@@ -264,7 +265,7 @@ SystemNeeds ReducedSystem::Needs(int threads) {
   Analyse();
   needs.matrix = pattern_->ValueBegin(pattern_->slot_count());
   needs.border = static_cast<std::size_t>(bordered_.rows()) * static_cast<std::size_t>(rows());
-  needs.partial_sums = pieces_.MostDoubles(threads);
+  needs.partial_sums = pieces_.MaxDoubles(threads);
   needs.kept = kept_bytes_ / sizeof(double);
   needs.operations = pieces_.operations();
   needs.factor = factor_->Needs();
@@ -294,7 +295,7 @@ bool ReducedSystem::FactorDamped() {
 }
 
 double ReducedSystem::PredictedDecrease(const Eigen::VectorXd& dx) const {
-  return 0.5 * (-full_gradient_.dot(dx) + damping_1_ * dx.cwiseAbs2().dot(full_diagonal_));
+  return 0.5 * (-full_gradient_.dot(dx) + damping_ * dx.cwiseAbs2().dot(full_diagonal_));
 }
 
 Eigen::MatrixXd ReducedSystem::SolveFor(const Eigen::Ref<const Eigen::MatrixXd>& b) const {
@@ -321,7 +322,7 @@ Eigen::VectorXd ReducedSystem::Step() const {
 double ReducedSystem::NewtonDecrement() const { return NewtonDecrement(Step()); }
 
 double ReducedSystem::NewtonDecrement(const Eigen::VectorXd& step) const {
-  double square = point_step_square_1_;
+  double square = point_step_square_;
   if (rows() > 0) square -= right_side_.dot(step);
   return std::sqrt(std::max(0.0, square));
 }

@@ -62,18 +62,18 @@ class ReducedSystem {
                          std::size_t most_kept_bytes = 0,
                          ManyLooks many = ManyLooks::kBorder);
 
-  /// Forms S and its right-hand side at a state, priors included, with `damping_1` times the
+  /// Forms S and its right-hand side at a state, priors included, with `damping` times the
   /// diagonal of J'J added to every unknown (0: none).
   void Form(const BlockState& state,
             const Weighting& weighting,
             ProgressSink* progress,
-            double damping_1 = 0.0);
+            double damping = 0.0);
 
   /// The same after the points of the state have followed its corrections: each is moved until its
-  /// own step is at most `settled_1` standard deviations (SettlePoint).
+  /// own step is at most `settle_below` standard deviations (SettlePoint).
   void FormSettled(const Weighting& weighting,
-                   double damping_1,
-                   double settled_1,
+                   double damping,
+                   double settle_below,
                    BlockState* state,
                    ProgressSink* progress);
 
@@ -96,14 +96,14 @@ class ReducedSystem {
   /// robust loss changed them; else null.
   [[nodiscard]] const KeptFactors* kept() const { return kept_ ? &*kept_ : nullptr; }
 
-  [[nodiscard]] double cost() const { return cost_1_; }
+  [[nodiscard]] double cost() const { return cost_; }
   [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
   /// Looks that read a path continued beyond its ends: allowed on the way, not at a solution.
   [[nodiscard]] int looks_beyond_path() const { return looks_beyond_path_; }
   /// Points whose own equations are rank deficient, ascending.
   [[nodiscard]] const std::vector<WeakPoint>& weak_points() const { return weak_points_; }
   /// Largest |g_i| / sqrt(H_ii) over points and corrections, dimensionless.
-  [[nodiscard]] double gradient() const { return gradient_1_; }
+  [[nodiscard]] double gradient() const { return gradient_; }
 
   /// S and g as formed, unscaled, priors included.
   [[nodiscard]] const BorderedMatrix& matrix() const { return s_; }
@@ -111,7 +111,7 @@ class ReducedSystem {
   /// Diagonal of J'J of the corrections before points are eliminated, priors included.
   [[nodiscard]] const Eigen::VectorXd& full_diagonal() const { return full_diagonal_; }
   /// Square of the points' own Newton steps, in sigmas: twice what they would take off the cost.
-  [[nodiscard]] double point_step_square() const { return point_step_square_1_; }
+  [[nodiscard]] double point_step_square() const { return point_step_square_; }
 
   /// Newton step of the corrections, -S^-1 g; once factored.
   [[nodiscard]] Eigen::VectorXd Step() const;
@@ -134,7 +134,7 @@ class ReducedSystem {
   void SolveEach(std::span<Eigen::MatrixXd> sets) const;
 
  private:
-  /// The sums over points; `exact`: by Q2 whatever the number of looks. True if a point was added
+  /// The sums over points; `exact`: by Q2 for any number of looks. True if a point was added
   /// as a difference.
   bool Sum(const BlockState& state, const Weighting& weighting, bool exact);
   /// What other ranks moved, into the state of this one.
@@ -159,12 +159,12 @@ class ReducedSystem {
   std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;
   BlockState* following_ = nullptr;  // while it is formed
-  double settled_1_ = 0.0;
+  double settle_below_ = 0.0;
   bool exact_ = false;  // undamped sums by Q2: differences were found to lose digits
-  double damping_1_ = 0.0;
-  double cost_1_ = 0.0;
-  double gradient_1_ = 0.0;
-  double point_step_square_1_ = 0.0;
+  double damping_ = 0.0;
+  double cost_ = 0.0;
+  double gradient_ = 0.0;
+  double point_step_square_ = 0.0;
   int looks_not_evaluated_ = 0;
   int looks_beyond_path_ = 0;
 };

@@ -25,8 +25,7 @@
 namespace sarblock {
 namespace {
 
-enum { kMatchPoint, kMatchImage, kMatchLine, kMatchSample, kMatchLineSigma, kMatchSampleSigma };
-constexpr std::array<TableColumn, 6> kMatchColumns{{
+constexpr Columns kMatchColumns{{
     {"point", ColumnNeed::kRequired, CellKind::kPoint},
     {"image", ColumnNeed::kRequired, CellKind::kText},
     {"line", ColumnNeed::kRequired},
@@ -35,48 +34,37 @@ constexpr std::array<TableColumn, 6> kMatchColumns{{
     {"sample_sigma_px"},
 }};
 
-MatchedPoints ReadMatches(CsvReader reader) {
+MatchedPoints ReadMatches(TableReader* table) {
   MatchedPoints matches;
-  matches.file = reader.file();
-  WarnOfUnknownColumns(reader, &matches.warnings);
-  while (reader.Next()) {
-    MatchedPoint row;
-    row.point = reader.Id(kMatchPoint);
-    row.image = reader.Id(kMatchImage);
-    row.line_px = reader.RequiredNumber(kMatchLine);
-    row.sample_px = reader.RequiredNumber(kMatchSample);
-    row.line_sigma_px = PositiveNumber(reader, kMatchLineSigma);
-    row.sample_sigma_px = PositiveNumber(reader, kMatchSampleSigma);
-    row.file_line = reader.line();
-    matches.rows.push_back(std::move(row));
-  }
+  matches.file = table->file();
+  WarnOfUnknownColumns(*table, &matches.warnings);
+  ForRows(table, [&](const Row& row) {
+    MatchedPoint match;
+    match.point = row.Id(kMatchColumns("point"));
+    match.image = row.Id(kMatchColumns("image"));
+    match.line_px = row.RequiredNumber(kMatchColumns("line"));
+    match.sample_px = row.RequiredNumber(kMatchColumns("sample"));
+    match.line_sigma_px = row.PositiveNumber(kMatchColumns("line_sigma_px"));
+    match.sample_sigma_px = row.PositiveNumber(kMatchColumns("sample_sigma_px"));
+    match.file_line = row.line();
+    matches.rows.push_back(std::move(match));
+  });
   return matches;
 }
 
 }  // namespace
 
 MatchedPoints ReadMatchedPoints(const std::string& file) {
-  return ReadMatches(CsvReader(std::filesystem::path(file), kMatchColumns));
+  return ReadMatches(ReadCsv(file, kMatchColumns).get());
 }
 
 MatchedPoints ParseMatchedPoints(std::string_view text, const std::string& file) {
-  return ReadMatches(CsvReader(file, text, kMatchColumns));
+  return ReadMatches(ReadCsvText(file, text, kMatchColumns).get());
 }
 
 namespace {
 
-enum {
-  kReflectorId,
-  kReflectorLat,
-  kReflectorLon,
-  kReflectorHeight,
-  kReflectorDate,
-  kReflectorValidity,
-  kReflectorEast,
-  kReflectorNorth,
-  kReflectorUp
-};
-constexpr std::array<TableColumn, 9> kReflectorColumns{{
+constexpr Columns kReflectorColumns{{
     {"Corner reflector ID", ColumnNeed::kRequired, CellKind::kPoint},
     {"Latitude (deg)", ColumnNeed::kRequired},
     {"Longitude (deg)", ColumnNeed::kRequired},
@@ -104,62 +92,65 @@ std::optional<UtcTime> EarlyDate(std::string_view text) {
   return AddSeconds(*later, (year - 1972) * kYear_s);
 }
 
-std::optional<UtcTime> SurveyTime(const TableReader& reader) {
-  if (!reader.Given(kReflectorDate)) return std::nullopt;
-  std::string text(reader.Text(kReflectorDate));
+std::optional<UtcTime> SurveyTime(const Row& row) {
+  if (!row.Given(kReflectorColumns("Survey Date"))) return std::nullopt;
+  std::string text(row.Text(kReflectorColumns("Survey Date")));
   constexpr std::size_t kDateAlone = 10;
   if (text.size() == kDateAlone) text += "T00:00:00";
   auto time = ParseUtc(text);
   if (!time) time = EarlyDate(text);
   if (!time) {
-    reader.Fail(kReflectorDate,
-                Quoted(reader.Text(kReflectorDate)) + " is no date, such as 2021-12-17T00:00:00");
+    row.Fail(kReflectorColumns("Survey Date"),
+             Quoted(row.Text(kReflectorColumns("Survey Date"))) +
+                 " is no date, such as 2021-12-17T00:00:00");
   }
   return time;
 }
 
-double Velocity_mps(const TableReader& reader, std::size_t column) {
-  const double value_mps = reader.Number(column);
+double Velocity_mps(const Row& row, std::size_t column) {
+  const double value_mps = row.Number(column);
   if (std::isnan(value_mps)) return 0.0;
   constexpr double kFastest_mps = 1e-3;  // glaciers; in millimetres a year it would be more
   if (std::abs(value_mps) > kFastest_mps) {
-    reader.Fail(column, NumberText(value_mps) + " m/s is faster than any ground moves");
+    row.Fail(column, NumberText(value_mps) + " m/s is faster than any ground moves");
   }
   return value_mps;
 }
 
-Geodetic Place(const TableReader& reader) {
-  const auto bounded = [&reader](std::size_t column, double most, const char* unit) {
-    const double value = reader.RequiredNumber(column);
+Geodetic Place(const Row& row) {
+  const auto bounded = [&row](std::size_t column, double most, const char* unit) {
+    const double value = row.RequiredNumber(column);
     if (std::abs(value) > most) {
-      reader.Fail(column,
-                  NumberText(value) + " is not between -" + NumberText(most) + " and " +
-                      NumberText(most) + " " + unit);
+      row.Fail(column,
+               NumberText(value) + " is not between -" + NumberText(most) + " and " +
+                   NumberText(most) + " " + unit);
     }
     return value;
   };
-  const double lat_deg = bounded(kReflectorLat, 90.0, "degrees");
-  const double lon_deg = bounded(kReflectorLon, 360.0, "degrees");
-  return {lat_deg * kRadPerDeg, lon_deg * kRadPerDeg, bounded(kReflectorHeight, 20e3, "m")};
+  const double lat_deg = bounded(kReflectorColumns("Latitude (deg)"), 90.0, "degrees");
+  const double lon_deg = bounded(kReflectorColumns("Longitude (deg)"), 360.0, "degrees");
+  return {lat_deg * kRadPerDeg,
+          lon_deg * kRadPerDeg,
+          bounded(kReflectorColumns("Height above ellipsoid (m)"), 20e3, "m")};
 }
 
-Reflectors ReadSurveys(CsvReader reader) {
+Reflectors ReadSurveys(TableReader* table) {
   Reflectors reflectors;
-  reflectors.file = reader.file();
-  while (reader.Next()) {
+  reflectors.file = table->file();
+  ForRows(table, [&](const Row& row) {
     ReflectorSurvey survey;
-    survey.id = reader.Id(kReflectorId);
-    survey.place = Place(reader);
-    survey.surveyed = SurveyTime(reader);
-    if (reader.Given(kReflectorValidity)) {
-      survey.usable = (reader.Count(kReflectorValidity) & kUsableForGeometry) != 0;
+    survey.id = row.Id(kReflectorColumns("Corner reflector ID"));
+    survey.place = Place(row);
+    survey.surveyed = SurveyTime(row);
+    if (row.Given(kReflectorColumns("Validity"))) {
+      survey.usable = (row.Count(kReflectorColumns("Validity")) & kUsableForGeometry) != 0;
     }
-    survey.velocity_mps = {Velocity_mps(reader, kReflectorEast),
-                           Velocity_mps(reader, kReflectorNorth),
-                           Velocity_mps(reader, kReflectorUp)};
-    survey.file_line = reader.line();
+    survey.velocity_mps = {Velocity_mps(row, kReflectorColumns("Velocity East (m/s)")),
+                           Velocity_mps(row, kReflectorColumns("Velocity North (m/s)")),
+                           Velocity_mps(row, kReflectorColumns("Velocity Up (m/s)"))};
+    survey.file_line = row.line();
     reflectors.surveys.push_back(std::move(survey));
-  }
+  });
   if (reflectors.surveys.empty()) {
     throw InputError(FilePlace{reflectors.file, 0, ""}, "has no reflector, one or more are needed");
   }
@@ -174,11 +165,11 @@ double Age_s(const ReflectorSurvey& survey, const UtcTime& time) {
 }  // namespace
 
 Reflectors ReadReflectors(const std::string& file) {
-  return ReadSurveys(CsvReader(std::filesystem::path(file), kReflectorColumns));
+  return ReadSurveys(ReadCsv(file, kReflectorColumns).get());
 }
 
 Reflectors ParseReflectors(std::string_view text, const std::string& file) {
-  return ReadSurveys(CsvReader(file, text, kReflectorColumns));
+  return ReadSurveys(ReadCsvText(file, text, kReflectorColumns).get());
 }
 
 std::vector<ReflectorPosition> ReflectorsAt(const Reflectors& reflectors,
@@ -352,10 +343,10 @@ UtcTime SetEpoch(const UtcTime& first_line, Pass* pass) {
   return epoch;
 }
 
-KnownPosition EquallyKnown(std::uint32_t point, const std::array<bool, 3>& held, double sigma_m) {
-  KnownPosition known{point, held, Eigen::Matrix3d::Zero()};
+KnownPosition EquallyKnown(std::uint32_t point, const std::array<bool, 3>& fixed, double sigma_m) {
+  KnownPosition known{point, fixed, Eigen::Matrix3d::Zero()};
   for (Eigen::Index k = 0; k < 3; ++k) {
-    if (held[static_cast<std::size_t>(k)]) known.covariance_enu_m2(k, k) = sigma_m * sigma_m;
+    if (fixed[static_cast<std::size_t>(k)]) known.covariance_enu_m2(k, k) = sigma_m * sigma_m;
   }
   return known;
 }
@@ -602,7 +593,7 @@ Block BlockBuilder::Finish() {
 namespace {
 
 /// What the images say of one reflector.
-struct Sightings {
+struct ReflectorImages {
   std::vector<Eigen::Vector3d> positions_m;
   std::vector<std::pair<std::size_t, ImageCoordinates>> places;
   std::size_t file_line = 0;
@@ -610,18 +601,18 @@ struct Sightings {
 
 Eigen::Vector3d MeanPosition_m(const std::string& file,
                                const std::string& id,
-                               const Sightings& sightings,
+                               const ReflectorImages& predictions,
                                std::vector<std::string>* warnings) {
   Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p_m : sightings.positions_m) mean_m += p_m;
-  mean_m /= static_cast<double>(sightings.positions_m.size());
+  for (const Eigen::Vector3d& p_m : predictions.positions_m) mean_m += p_m;
+  mean_m /= static_cast<double>(predictions.positions_m.size());
   double farthest_m = 0.0;
-  for (const Eigen::Vector3d& p_m : sightings.positions_m) {
+  for (const Eigen::Vector3d& p_m : predictions.positions_m) {
     farthest_m = std::max(farthest_m, (p_m - mean_m).norm());
   }
   constexpr double kNamed_m = 1e-3, kMoved_m = 1.0;
   if (farthest_m > kMoved_m) {
-    throw InputError(FilePlace{file, sightings.file_line, id},
+    throw InputError(FilePlace{file, predictions.file_line, id},
                      fmt::format("was moved between the images, {:.1f} m from the mean of its "
                                  "positions: a block holds a point once; import the images apart, "
                                  "or give it another name for one of them",
@@ -649,7 +640,7 @@ SeenReflectors ReflectorsInImages(const Reflectors& reflectors,
     throw InputError(FilePlace{reflectors.file, 0, ""},
                      "holds places on the Earth, the images are of another body");
   }
-  std::map<std::string, Sightings> seen;
+  std::map<std::string, ReflectorImages> seen;
   std::map<std::string, std::string> why;
   for (const ReflectorSurvey& survey : reflectors.surveys) {
     why[survey.id] = "it was surveyed only after the images, or is not valid for geometry";
@@ -660,16 +651,16 @@ SeenReflectors ReflectorsInImages(const Reflectors& reflectors,
       why[at.id] = "by its position it is in none of the images";
       const auto place = builder.Locate(pass, at.position_m);
       if (!place) continue;
-      Sightings& sightings = seen[at.id];
-      sightings.positions_m.push_back(at.position_m);
-      sightings.places.emplace_back(pass, *place);
-      sightings.file_line = at.file_line;
+      ReflectorImages& predictions = seen[at.id];
+      predictions.positions_m.push_back(at.position_m);
+      predictions.places.emplace_back(pass, *place);
+      predictions.file_line = at.file_line;
     }
   }
   SeenReflectors result;
-  for (const auto& [id, sightings] : seen) {
+  for (const auto& [id, predictions] : seen) {
     result.reflectors.push_back(
-        {id, MeanPosition_m(reflectors.file, id, sightings, warnings), sightings.places});
+        {id, MeanPosition_m(reflectors.file, id, predictions, warnings), predictions.places});
     why.erase(id);
   }
   result.left_out.assign(why.begin(), why.end());

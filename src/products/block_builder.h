@@ -29,7 +29,7 @@ struct MatchedPoint {
   std::size_t file_line = 0;
 };
 
-/// A table of points matched in images, whoever matched them.
+/// A table of points matched in images by any program.
 struct MatchedPoints {
   std::string file;
   /// Line and sample of the centre of the first pixel in the table's numbers. 0: centres at whole
@@ -63,8 +63,8 @@ struct Reflectors {
 
 /// Reads a table of corner reflectors as those of NISAR (JPL D-107698) and UAVSAR are published:
 /// CSV with the columns `Corner reflector ID`, `Latitude (deg)`, `Longitude (deg)`, `Height above
-/// ellipsoid (m)`, and optionally `Survey Date`, `Validity`, `Velocity East (m/s)` and so on. Of
-/// `Validity` bit 4 (geometry) is read. Throws InputError with file, line and column.
+/// ellipsoid (m)`, and optionally `Survey Date`, `Validity`, `Velocity East (m/s)` and so on. Only
+/// bit 4 (geometry) of `Validity` is read. Throws InputError with file, line and column.
 [[nodiscard]] Reflectors ReadReflectors(const std::string& file);
 /// The same of a text in memory; `file` is for messages.
 [[nodiscard]] Reflectors ParseReflectors(std::string_view text, const std::string& file);
@@ -76,8 +76,8 @@ struct ReflectorPosition {
   std::size_t file_line = 0;  ///< of the survey
 };
 
-/// The reflectors that stood at a time: of each the latest survey before it, moved on by its
-/// velocity. Those surveyed only later and those whose latest survey is not usable are left out.
+/// The reflectors at a time: the latest survey of each before it, moved on by its velocity. Those
+/// surveyed only later and those whose latest survey is not usable are left out.
 [[nodiscard]] std::vector<ReflectorPosition> ReflectorsAt(const Reflectors& reflectors,
                                                           const UtcTime& time,
                                                           const Frame& frame);
@@ -109,7 +109,7 @@ class OffsetCollector {
   void Add(std::size_t index,
            const ImageCoordinates& measured_px,
            const ImageCoordinates& given_px);
-  /// One a pass.
+  /// One per pass.
   [[nodiscard]] std::vector<PixelOffset> Offsets(std::size_t passes) const;
 
  private:
@@ -118,7 +118,7 @@ class OffsetCollector {
 
 /// Names offsets that are half a pixel or one line, within 0.15 pixels and three standard
 /// deviations of the median: mistakes of the origin of pixels or of start times. One sentence for
-/// all passes with the same one; `measured_by` is what the lines and samples stand in and `option`
+/// all passes with the same one; `measured_by` is the source of the lines and samples and `option`
 /// what sets their origin.
 [[nodiscard]] std::vector<std::string> NameOffsets(const Block& block,
                                                    const std::vector<PixelOffset>& offsets,
@@ -131,7 +131,7 @@ class OffsetCollector {
 enum class RasterAxes : std::uint8_t {
   kAzimuthDown,        ///< as in the raster
   kRangeDown,          ///< lines are range, samples azimuth
-  kRangeDownMirrored,  ///< likewise, samples counted against time
+  kRangeDownMirrored,  ///< the same, samples counted against time
 };
 
 /// A SICD image whose looks are ranges and measured Dopplers at exact times, with the time of its
@@ -163,13 +163,13 @@ inline constexpr double kEvenly = 0.28867513459481288;
 /// Relative; ellipsoids of one body differ by less.
 inline constexpr double kSameRadius = 1e-3;
 
-/// What time_s = 0 of a pass is, for every importer: the whole UTC second before the first line,
-/// which `pass` is told too.
+/// The epoch time_s = 0 of a pass, for every importer: the whole UTC second before the first line,
+/// which is stored in `pass` too.
 [[nodiscard]] UtcTime SetEpoch(const UtcTime& first_line, Pass* pass);
 
-/// A position known to `sigma_m` in each axis that is held.
+/// A position known to `sigma_m` in each fixed axis.
 [[nodiscard]] KnownPosition EquallyKnown(std::uint32_t point,
-                                         const std::array<bool, 3>& held,
+                                         const std::array<bool, 3>& fixed,
                                          double sigma_m);
 
 struct NewLook {
@@ -187,12 +187,12 @@ class BlockBuilder {
   explicit BlockBuilder(const std::string& name) { block_.name = name; }
 
   /// Adds an image, its index is that of its pass. The first one gives the frame: images of
-  /// another body are refused, and ids that stand already.
+  /// another body are refused, and ids that exist already.
   std::uint32_t AddImage(ImagePass image);
   [[nodiscard]] const Frame& frame() const { return block_.frame; }
   [[nodiscard]] const Block& block() const { return block_; }
 
-  /// A new tie point without a position; nothing where the name stands already.
+  /// A new tie point without a position; nothing if the name exists already.
   std::optional<std::uint32_t> AddPoint(std::string_view id);
   void SetPosition(std::uint32_t point, const Eigen::Vector3d& position_m);
   /// Makes the point control or check.
@@ -253,13 +253,13 @@ struct SeenReflectors {
 
 struct ImportOptions {
   std::string name = "import";        ///< of the block
-  std::vector<std::string> pass_ids;  ///< one an image; empty: made of the images' own names
+  std::vector<std::string> pass_ids;  ///< one per image; empty: made of the images' own names
   std::optional<double>
       range_sigma_m;  ///< of looks; left out: what the image says, else a pixel, evenly spread
   std::optional<double>
       azimuth_sigma_m;  ///< of looks; left out: what the image says, else a line, evenly spread
 
-  /// What the points of geolocation grids become; nothing: they are held against the orbit alone.
+  /// What the points of geolocation grids become; nothing: they are only compared with the orbit.
   std::optional<PointRole> grid = PointRole::kCheck;
   std::optional<double> grid_sigma_m;  ///< of their positions, each axis; needed for control
   /// SICD: the corners that the file places become check points known to this in each axis; left
@@ -294,7 +294,7 @@ struct SerialOfImage {
 
 struct NetworkImportOptions {
   std::string name = "import";         ///< of the block
-  std::vector<std::string> pass_ids;   ///< one an image; empty: the files' names without endings
+  std::vector<std::string> pass_ids;   ///< one per image; empty: the files' names without endings
   std::vector<SerialOfImage> serials;  ///< go before what files say
   /// Line and sample of the centre of the first pixel in the network's numbers: 1 of ISIS, 0.5 of
   /// CSM.
@@ -304,8 +304,8 @@ struct NetworkImportOptions {
   std::optional<double> azimuth_sigma_m;  ///< of measures to which the network gives none
   bool jigsaw_sigma = false;              ///< RadarImage::jigsaw for all measures instead
   std::optional<double> control_sigma_m;  ///< each axis, of constrained points without covariance
-  double fixed_sigma_m = 1e-3;            ///< each axis, of fixed points: as good as held
-  std::optional<double> height_sigma_m;   ///< free points with a position are held in height
+  double fixed_sigma_m = 1e-3;            ///< each axis, of fixed points
+  std::optional<double> height_sigma_m;   ///< constrains free points with a position in height
   MissingImages missing = MissingImages::kRefuse;
   std::optional<MatchedPoints> points;  ///< more looks, beside those of the network
 };
@@ -319,7 +319,7 @@ struct ImportedImage {
 
 struct ImportedNetwork {
   Block block;
-  std::vector<ImportedImage> images;  ///< one a pass
+  std::vector<ImportedImage> images;  ///< one per pass
   std::size_t fixed_points = 0;
   std::size_t matches = 0;  ///< looks of NetworkImportOptions::points
   std::vector<std::string> warnings;

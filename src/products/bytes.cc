@@ -28,7 +28,7 @@ Bits BitsOf(const char* bytes) {
 
 }  // namespace
 
-ByteSource ByteSource::OfFile(const std::string& file) {
+ByteSource ByteSource::FromFile(const std::string& file) {
   ByteSource source;
   source.file_ = file;
   source.stream_.open(file, std::ios::binary);
@@ -40,7 +40,7 @@ ByteSource ByteSource::OfFile(const std::string& file) {
   return source;
 }
 
-ByteSource ByteSource::OfBytes(std::string_view bytes, const std::string& file) {
+ByteSource ByteSource::FromBytes(std::string_view bytes, const std::string& file) {
   ByteSource source;
   source.file_ = file;
   source.bytes_ = bytes;

@@ -14,9 +14,9 @@ namespace sarblock {
 /// of its label and its tables. Every refusal is an InputError with the file.
 class ByteSource {
  public:
-  [[nodiscard]] static ByteSource OfFile(const std::string& file);
+  [[nodiscard]] static ByteSource FromFile(const std::string& file);
   /// Of bytes that outlive the source; `file` is for messages.
-  [[nodiscard]] static ByteSource OfBytes(std::string_view bytes, const std::string& file);
+  [[nodiscard]] static ByteSource FromBytes(std::string_view bytes, const std::string& file);
 
   [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
@@ -31,17 +31,16 @@ class ByteSource {
   std::ifstream stream_;
 };
 
-/// A number as it stands in a file, least significant byte first.
+/// A number as stored in a file, least significant byte first.
 [[nodiscard]] std::uint32_t LittleEndianUint32(const char* bytes);
 [[nodiscard]] double LittleEndianDouble(const char* bytes);
 
 /// Bytes; files of a few hundred thousand are usual.
 inline constexpr std::uint64_t kLargestSicdText = 64U << 20U;
 
-/// The XML of a SICD image in a NITF file: the first data extension segment of that kind. Of the
-/// rest of the file the lengths of its segments are read. Throws InputError with the file and the
-/// field for lengths that are no numbers or lie beyond the end of the file, and where there is no
-/// such segment.
+/// The XML of a SICD image in a NITF file: the first data extension segment of that kind. Only the
+/// lengths of the other segments are read. Throws InputError with the file and the field for
+/// lengths that are no numbers or lie beyond the end of the file, and if there is no such segment.
 [[nodiscard]] std::string SicdTextOfNitf(ByteSource* source);
 
 /// The XML of a SICD image, in a NITF file or alone.
@@ -67,7 +66,7 @@ class WireReader {
       : message_(message), file_(&file), offset_(offset) {}
 
   [[nodiscard]] bool Next(WireField* field);
-  /// A varint that stands alone, as in a packed list.
+  /// A single varint, as in a packed list.
   [[nodiscard]] std::uint64_t Varint();
   [[nodiscard]] bool AtEnd() const { return at_ == message_.size(); }
   /// Where the value of the field that was read last begins in the file.

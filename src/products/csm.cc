@@ -24,7 +24,7 @@ double FiniteNumber(const JsonValue& value) {
 
 double PositiveNumber(const JsonValue& value) {
   const double number = FiniteNumber(value);
-  if (!(number > 0.0)) value.Fail(NumberText(number) + " is not allowed, a number above 0 is");
+  if (!(number > 0.0)) value.Fail("must be a number above 0, got " + NumberText(number));
   return number;
 }
 
@@ -70,8 +70,8 @@ CsmStateTimes TimesOfIsd(const JsonValue& root) {
   const auto intervals = static_cast<double>(given_s.size() - 1);
   const double parts = std::max(1.0, std::ceil(span_s / (intervals * CsmModel::kLongestStep_s)));
   constexpr auto kBeyond = static_cast<double>(CsmModel::kBeyond);
-  constexpr double kMost = 1e6;
-  if (!(span_s > 0.0 && intervals * parts <= kMost)) {
+  constexpr double kMax = 1e6;
+  if (!(span_s > 0.0 && intervals * parts <= kMax)) {
     list.Fail(fmt::format("go over {} s, which no image takes", span_s));
   }
   CsmStateTimes times;
@@ -174,7 +174,7 @@ std::vector<StateVector> StatesOfModel(const JsonValue& root, CsmStateTimes* tim
   if (velocities_mps.size() != positions_m.size()) {
     root.Require("m_velocities")
         .Fail(fmt::format(
-            "has {} velocities beside {} positions", velocities_mps.size(), positions_m.size()));
+            "has {} velocities for {} positions", velocities_mps.size(), positions_m.size()));
   }
   times->count = positions_m.size();
   std::vector<StateVector> states;
@@ -285,7 +285,7 @@ CsmModel ParseCsmModel(std::string_view text, const std::string& file) {
 
 std::string ReadCsmText(const std::string& file) {
   constexpr std::uint64_t kLargest = 256U << 20U;
-  ByteSource source = ByteSource::OfFile(file);
+  ByteSource source = ByteSource::FromFile(file);
   if (source.size() > kLargest) {
     throw InputError(FilePlace{file, 0, ""},
                      "is larger than 256 MiB, which no ISD and no model state is");
@@ -348,14 +348,14 @@ std::string CsmStateText(const CsmModel& model, const AdjustedCsmModel& adjusted
 namespace {
 
 // The lists `names` of a table, which must be as long as its times.
-std::vector<std::vector<JsonValue>> Columns(const JsonValue& table,
-                                            const std::vector<const char*>& names) {
+std::vector<std::vector<JsonValue>> ColumnsOf(const JsonValue& table,
+                                              const std::vector<const char*>& names) {
   std::vector<std::vector<JsonValue>> columns;
   for (const char* name : names) {
     const JsonValue list = table.Require(name);
     columns.push_back(list.Entries());
     if (columns.back().size() != columns.front().size()) {
-      list.Fail(fmt::format("has {} entries beside {} of {}",
+      list.Fail(fmt::format("has {} entries but {} of {}",
                             columns.back().size(),
                             columns.front().size(),
                             names.front()));
@@ -366,12 +366,12 @@ std::vector<std::vector<JsonValue>> Columns(const JsonValue& table,
 
 void RequireInertial(const JsonValue& table) {
   const auto frame = table.Find("reference_frame");
-  if (frame && FiniteNumber(*frame) != 1.0) frame->Fail("is not allowed, 1 (J2000) is");
+  if (frame && FiniteNumber(*frame) != 1.0) frame->Fail("must be 1 (J2000)");
 }
 
 std::vector<GroundRangePolynomial> IsdGroundRange(const JsonValue& root) {
   std::vector<GroundRangePolynomial> polynomials;
-  const auto sets = Columns(root, {"range_conversion_times", "range_conversion_coefficients"});
+  const auto sets = ColumnsOf(root, {"range_conversion_times", "range_conversion_coefficients"});
   for (std::size_t i = 0; i < sets[0].size(); ++i) {
     polynomials.push_back({FiniteNumber(sets[0][i]), 0.0, FiniteNumbers(sets[1][i], 4)});
     if (i > 0 && !(polynomials[i].time_s > polynomials[i - 1].time_s)) {
@@ -405,7 +405,7 @@ InertialOrbit IsdOrbit(const JsonValue& root, const std::string& file) {
   }
   const JsonValue position = root.Require("instrument_position");
   RequireInertial(position);
-  const auto states = Columns(position, {"ephemeris_times", "positions", "velocities"});
+  const auto states = ColumnsOf(position, {"ephemeris_times", "positions", "velocities"});
   for (std::size_t i = 0; i < states[0].size(); ++i) {
     orbit.states.push_back({FiniteNumber(states[0][i]),
                             kMetresOfKm * FiniteVector(states[1][i]),
@@ -414,7 +414,7 @@ InertialOrbit IsdOrbit(const JsonValue& root, const std::string& file) {
   const JsonValue rotation = root.Require("body_rotation");
   RequireInertial(rotation);
   const auto attitudes =
-      Columns(rotation, {"ephemeris_times", "quaternions", "angular_velocities"});
+      ColumnsOf(rotation, {"ephemeris_times", "quaternions", "angular_velocities"});
   for (std::size_t i = 0; i < attitudes[0].size(); ++i) {
     const std::vector<double> q = FiniteNumbers(attitudes[1][i], 4);
     orbit.body.push_back(
@@ -472,7 +472,8 @@ std::ptrdiff_t NodesEachSide(std::ptrdiff_t interval, std::ptrdiff_t count) {
 }
 
 // At its own time, linear between two, that of the end beyond.
-std::vector<double> AtTime(const std::vector<GroundRangePolynomial>& given, double time_s) {
+std::vector<double> PolynomialsAtTime(const std::vector<GroundRangePolynomial>& given,
+                                      double time_s) {
   const auto above = std::upper_bound(
       given.begin(), given.end(), time_s, [](double t, const GroundRangePolynomial& polynomial) {
         return t < polynomial.time_s;
@@ -521,7 +522,7 @@ std::vector<GroundRangePolynomial> ForUsgscsm(const std::vector<GroundRangePolyn
   constexpr std::size_t kCount = kIntervals + 1 + 2 * kBeyond;
   for (std::size_t k = 0; k < kCount; ++k) {
     const double time_s = first_s + static_cast<double>(k) * step_s;
-    written.push_back({time_s, given.front().origin_m, AtTime(given, time_s)});
+    written.push_back({time_s, given.front().origin_m, PolynomialsAtTime(given, time_s)});
   }
   // USGSCSM divides the span by the number of polynomials, not by that of the intervals.
   written.back().time_s += step_s;
@@ -538,9 +539,9 @@ std::vector<GroundRangePolynomial> AsUsgscsmReads(const std::vector<GroundRangeP
   // Through the nodes, where one interpolating polynomial ends and the next begins.
   const double from = std::floor((std::min(start_s, first_s) - first_s) / part_s);
   const double to = std::ceil((std::max(end_s, given.back().time_s) - first_s) / part_s);
-  constexpr double kMost = 1e5;
-  if (to - from > kMost) {
-    throw InputError("ground_range", "polynomials stand too close in time for the path");
+  constexpr double kMax = 1e5;
+  if (to - from > kMax) {
+    throw InputError("ground_range", "polynomials are too close in time for the path");
   }
   std::vector<std::vector<double>> rows;
   for (const GroundRangePolynomial& polynomial : given) rows.push_back(polynomial.coefficients);

@@ -38,9 +38,10 @@ struct CsmStateTimes {
 /// What an ISD or a model state of USGSCSM's SAR model says, as much as a model state needs.
 struct CsmModel {
   RadarImage image;
-  /// Of a model state its own. Of an ISD those of its states, evenly spaced as USGSCSM makes them,
-  /// closer where they are more than kLongestStep_s apart, and kBeyond more at both ends: USGSCSM
-  /// interpolates with eight states only where four stand on both sides, linearly at the ends.
+  /// Times of the states: a model state's own; for an ISD those of its states, evenly spaced as
+  /// USGSCSM makes them, closer where they are more than kLongestStep_s apart, and kBeyond more at
+  /// both ends: USGSCSM interpolates with eight states only where four are on both sides, linearly
+  /// at the ends.
   CsmStateTimes times;
   double centre_s = 0.0, end_s = 0.0;  ///< ephemeris times of the image
   double least_height_m = 0.0, most_height_m = 0.0;
@@ -95,10 +96,10 @@ void RequireCsmModel(const JsonValue& name);
 [[nodiscard]] RadarImage ParseCsmIsd(std::string_view text, const std::string& file);
 
 /// Polynomials at close times, linear between which is what USGSCSM computes of these between
-/// `start_s` and `end_s`: it takes N polynomials as if they stood `span / N` apart from the time of
+/// `start_s` and `end_s`: it takes N polynomials as if they were `span / N` apart from the time of
 /// the first one and interpolates their coefficients with Lagrange's polynomial of up to eight
 /// (usgscsm/src/UsgsAstroSarSensorModel.cpp, getRangeCoefficients; Utilities.cpp, lagrangeInterp).
-/// 32 polynomials an interval: within 1 mm of it for coefficients as uneven as those of LRO.
+/// 32 polynomials per interval: within 1 mm of it for coefficients as uneven as those of LRO.
 [[nodiscard]] std::vector<GroundRangePolynomial> AsUsgscsmReads(
     const std::vector<GroundRangePolynomial>& given, double start_s, double end_s);
 
@@ -108,8 +109,8 @@ void RequireCsmModel(const JsonValue& name);
     const std::vector<std::vector<double>>& rows, double place);
 
 /// The reverse of AsUsgscsmReads(): polynomials that USGSCSM reads, from `start_s` to `end_s`, as
-/// the given ones are at their own times, linear between these; so does who takes them at their
-/// times. They stand close together, four beyond both ends.
+/// the given ones are at their own times, linear between these; a reader that takes them at their
+/// times gets the same. They are close together, four beyond both ends.
 [[nodiscard]] std::vector<GroundRangePolynomial> ForUsgscsm(
     const std::vector<GroundRangePolynomial>& given, double start_s, double end_s);
 

@@ -14,12 +14,12 @@
 namespace sarblock {
 namespace {
 
-/// Above it positions and velocities tell two stories: 1 mm/s of 7500 m/s turns the Doppler plane
-/// by 0.1 m at 900 km.
+/// Above it positions and velocities disagree: 1 mm/s of 7500 m/s turns the Doppler plane by 0.1 m
+/// at 900 km.
 constexpr double kContradiction_mps = 1e-3;
 
-// States 5 minutes apart leave the polynomial of degree 7 some 6 mm from a low orbit; farther ones
-// no longer tell where the satellite was.
+// With states 5 minutes apart the polynomial of degree 7 is some 6 mm from a low orbit; states
+// farther apart no longer determine where the satellite was.
 void RefuseGaps(const std::string& file, const std::vector<StateVector>& states) {
   constexpr double kLongest_s = 300.0;
   for (std::size_t k = 1; k < states.size(); ++k) {
@@ -105,7 +105,7 @@ namespace {
 struct Misfit {
   double range_m = 0.0;
   double along_m = 0.0;
-  double range_per_height_1 = 0.0;  // d e_r / d height
+  double range_per_height = 0.0;  // d e_r / d height
 };
 
 Misfit MisfitAt(const Motion& motion,
@@ -127,13 +127,13 @@ double HeightChange(const Motion& motion,
                     const Eigen::Vector3d& up,
                     const GridPoint& given,
                     double max_misfit_m) {
-  constexpr double kMost_m = 9000.0;  // more than the relief of the Earth's land is no height error
+  constexpr double kMax_m = 9000.0;  // more than the relief of the Earth's land is no height error
   double change_m = 0.0;
   for (int step = 0; step < 10; ++step) {
     const Misfit at = MisfitAt(motion, fit.position_m + change_m * up, up, given);
-    if (!(std::abs(at.range_per_height_1) > 0.05)) return kNotGiven;  // grazing: no say
-    change_m -= at.range_m / at.range_per_height_1;
-    if (!(std::abs(change_m) < kMost_m)) return kNotGiven;
+    if (!(std::abs(at.range_per_height) > 0.05)) return kNotGiven;  // grazing: no say
+    change_m -= at.range_m / at.range_per_height;
+    if (!(std::abs(change_m) < kMax_m)) return kNotGiven;
   }
   const Misfit end = MisfitAt(motion, fit.position_m + change_m * up, up, given);
   const bool fits = std::abs(end.range_m) < max_misfit_m && std::abs(end.along_m) < max_misfit_m;
@@ -141,7 +141,7 @@ double HeightChange(const Motion& motion,
 }
 
 LookSide SideOf(const Motion& motion, const Frame& frame, const Eigen::Vector3d& p_m) {
-  const Eigen::Vector3d left = frame.VerticalAt(motion.position_m).up_1.cross(motion.velocity_mps);
+  const Eigen::Vector3d left = frame.VerticalAt(motion.position_m).up.cross(motion.velocity_mps);
   return left.dot(p_m - motion.position_m) > 0.0 ? LookSide::kLeft : LookSide::kRight;
 }
 
@@ -161,7 +161,7 @@ std::optional<GridFit> FitGridPoint(const GridPoint& point,
   GridFit fit;
   fit.position_m = frame.FrameFromGeodetic(point.place);
   fit.side = SideOf(*motion, frame, fit.position_m);
-  const Eigen::Vector3d up = frame.VerticalAt(fit.position_m).up_1;
+  const Eigen::Vector3d up = frame.VerticalAt(fit.position_m).up;
   const Misfit misfit = MisfitAt(*motion, fit.position_m, up, point);
   fit.range_error_m = misfit.range_m;
   fit.along_error_m = misfit.along_m;

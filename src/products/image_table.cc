@@ -36,7 +36,7 @@ void ReadOrbit(const XmlElement& list, std::vector<OrbitState>* states) {
   for (const XmlElement& orbit : list.Children("orbit")) {
     const XmlElement frame = orbit.Child("frame");
     if (frame.Text() != "Earth Fixed") {
-      frame.Fail("'" + frame.Text() + "' is not allowed, 'Earth Fixed' is");
+      frame.Fail("must be 'Earth Fixed', got '" + frame.Text() + "'");
     }
     AppendState(orbit,
                 {orbit.Child("time").Time(),
@@ -78,7 +78,7 @@ void ReadGrid(const XmlElement& list, std::vector<GeolocationGridPoint>* grid) {
   for (std::size_t i = 1; i < places.size(); ++i) {
     if (places[i].first == places[i - 1].first) {
       places[i].second.Fail("line " + std::to_string(places[i].first.first) + ", pixel " +
-                            std::to_string(places[i].first.second) + " stands twice");
+                            std::to_string(places[i].first.second) + " is given twice");
     }
   }
   std::stable_sort(grid->begin(), grid->end(), [](const auto& a, const auto& b) {
@@ -142,8 +142,7 @@ void ReadImage(const XmlElement& root, const XmlElement& information, Sentinel1P
     product->range_spacing_m = image.Child("rangePixelSpacing").Positive();
     ReadGroundRange(root, product);
   } else {
-    projection.Fail("'" + projection.Text() +
-                    "' is not allowed, 'Slant Range' or 'Ground Range' is");
+    projection.Fail("must be 'Slant Range' or 'Ground Range', got '" + projection.Text() + "'");
   }
 }
 
@@ -193,7 +192,7 @@ OrbitFile ParseOrbitFile(std::string_view text, const std::string& file) {
   orbit.mission = header.Child("Fixed_Header").Child("Mission").Text();
   const XmlElement frame = header.Child("Variable_Header").Child("Ref_Frame");
   if (frame.Text() != "EARTH_FIXED") {
-    frame.Fail("'" + frame.Text() + "' is not allowed, 'EARTH_FIXED' is");
+    frame.Fail("must be 'EARTH_FIXED', got '" + frame.Text() + "'");
   }
   const XmlElement list = xml.Root().Child("Data_Block").Child("List_of_OSVs");
   for (const XmlElement& element : list.Children("OSV")) {
@@ -209,9 +208,9 @@ OrbitFile ParseOrbitFile(std::string_view text, const std::string& file) {
 
 namespace {
 
-constexpr std::size_t kMostLines = 10'000'000;  // and samples
-constexpr std::size_t kMostStates = 10'000;
-constexpr std::size_t kMostGridPoints = std::size_t{1} << 25;
+constexpr std::size_t kMaxLines = 10'000'000;  // and samples
+constexpr std::size_t kMaxStates = 10'000;
+constexpr std::size_t kMaxGridPoints = std::size_t{1} << 25;
 
 /// The group of the image, with its band.
 struct Root {
@@ -247,12 +246,12 @@ Times ReadTimes(const Hdf5Values& file, const std::string& path, std::size_t mos
   }
   if (!epoch) {
     file.Fail(path + " (units)",
-              Quoted(units) + " is not allowed, 'seconds since ' and a UTC time from 1972 on is");
+              "must be 'seconds since ' and a UTC time from 1972 on, got " + Quoted(units));
   }
-  constexpr double kMost_s = 1e9;
+  constexpr double kMax_s = 1e9;
   Times times{*epoch, file.Numbers(path, 1, most).values};
   for (const double seconds_s : times.seconds_s) {
-    if (std::abs(seconds_s) > kMost_s) {
+    if (std::abs(seconds_s) > kMax_s) {
       file.Fail(path, NumberText(seconds_s) + " s are no time of an image");
     }
   }
@@ -282,7 +281,8 @@ Axis EvenAxis(const Hdf5Values& file, const std::string& path, const std::vector
 
 double Positive(const Hdf5Values& file, const std::string& path) {
   const double value = file.Number(path);
-  if (const char* problem = ProblemOfPositive(value)) file.Fail(path, NumberText(value) + problem);
+  if (const char* problem = ProblemOfPositive(value))
+    file.Fail(path, MustBe(problem, NumberText(value)));
   return value;
 }
 
@@ -293,7 +293,7 @@ LookSide ReadSide(const Hdf5Values& file, const std::string& path) {
     return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   if (text != "left" && text != "right") {
-    file.Fail(path, Quoted(given) + " is not allowed, left or right is");
+    file.Fail(path, "must be left or right, got " + Quoted(given));
   }
   return text == "left" ? LookSide::kLeft : LookSide::kRight;
 }
@@ -314,10 +314,10 @@ void RequireSize(const Hdf5Values& file,
 }
 
 void ReadOrbit(const Hdf5Values& file, const std::string& path, NisarProduct* product) {
-  const Times times = ReadTimes(file, path + "/time", kMostStates);
+  const Times times = ReadTimes(file, path + "/time", kMaxStates);
   const std::vector<std::size_t> size{times.seconds_s.size(), 3};
-  const Hdf5Array positions = file.Numbers(path + "/position", 2, 3 * kMostStates);
-  const Hdf5Array velocities = file.Numbers(path + "/velocity", 2, 3 * kMostStates);
+  const Hdf5Array positions = file.Numbers(path + "/position", 2, 3 * kMaxStates);
+  const Hdf5Array velocities = file.Numbers(path + "/velocity", 2, 3 * kMaxStates);
   RequireSize(file, path + "/position", positions, size);
   RequireSize(file, path + "/velocity", velocities, size);
   if (size[0] < 2) file.Fail(path + "/time", "has one state, a path needs two or more");
@@ -337,13 +337,13 @@ void ReadSwath(const Hdf5Values& file, const std::string& swaths, NisarProduct* 
   const std::string frequency = swaths + "/" + product->frequency;
   const std::string lines = swaths + "/zeroDopplerTime", ranges = frequency + "/slantRange";
   if (!file.Has(frequency)) file.Fail(frequency, "is missing; --frequency takes the other one");
-  const Times times = ReadTimes(file, lines, kMostLines);
+  const Times times = ReadTimes(file, lines, kMaxLines);
   const Axis time_s = EvenAxis(file, lines, times.seconds_s);
   product->lines = times.seconds_s.size();
   product->first_line = AddSeconds(times.epoch, time_s.first);
   product->last_line = times.At(product->lines - 1);
   product->line_interval_s = time_s.step;
-  const std::vector<double> ranges_m = file.Numbers(ranges, 1, kMostLines).values;
+  const std::vector<double> ranges_m = file.Numbers(ranges, 1, kMaxLines).values;
   const Axis range_m = EvenAxis(file, ranges, ranges_m);
   if (!(range_m.first > 0.0) || ranges_m.back() > kLargestNumber) {
     file.Fail(ranges, NumberText(range_m.first) + " m is no slant range");
@@ -359,12 +359,12 @@ void ReadGrid(const Hdf5Values& file, const std::string& path, NisarGrid* grid) 
   if (!file.Has(path)) return;
   constexpr double kGeographic = 4326.0;
   if (file.Number(path + "/epsg") != kGeographic) {
-    file.Fail(path + "/epsg", "is not allowed, 4326 (longitude and latitude of WGS84) is");
+    file.Fail(path + "/epsg", "must be 4326 (longitude and latitude of WGS84)");
   }
-  const Times times = ReadTimes(file, path + "/zeroDopplerTime", kMostGridPoints);
+  const Times times = ReadTimes(file, path + "/zeroDopplerTime", kMaxGridPoints);
   for (std::size_t i = 0; i < times.seconds_s.size(); ++i) grid->time.push_back(times.At(i));
-  grid->height_m = file.Numbers(path + "/heightAboveEllipsoid", 1, kMostGridPoints).values;
-  grid->slant_range_m = file.Numbers(path + "/slantRange", 1, kMostGridPoints).values;
+  grid->height_m = file.Numbers(path + "/heightAboveEllipsoid", 1, kMaxGridPoints).values;
+  grid->slant_range_m = file.Numbers(path + "/slantRange", 1, kMaxGridPoints).values;
   for (const double range_m : grid->slant_range_m) {
     if (!(range_m > 0.0) || range_m > kLargestNumber) {
       file.Fail(path + "/slantRange", NumberText(range_m) + " m is no slant range");
@@ -381,7 +381,7 @@ void ReadGrid(const Hdf5Values& file, const std::string& path, NisarGrid* grid) 
       grid->height_m.size(), grid->time.size(), grid->slant_range_m.size()};
   const auto read = [&](const char* name, double most_deg, std::vector<double>* into) {
     const std::string dataset = path + "/" + name;
-    Hdf5Array array = file.Numbers(dataset, 3, kMostGridPoints);
+    Hdf5Array array = file.Numbers(dataset, 3, kMaxGridPoints);
     RequireSize(file, dataset, array, size);
     for (const double value_deg : array.values) {
       if (std::abs(value_deg) > most_deg) {

@@ -68,8 +68,8 @@ struct OrbitFile {
 [[nodiscard]] OrbitFile ParseOrbitFile(std::string_view text, const std::string& file);
 
 /// An orbit file's text; `file` is its name without ending. Times are written to the microsecond,
-/// so states must stand at whole ones (WholeMicrosecond); positions and velocities with the digits
-/// that read back to the same double. UT1 and the orbit number, which nobody told, are left out.
+/// so states must be at whole ones (WholeMicrosecond); positions and velocities with the digits
+/// that read back to the same double. UT1 and the orbit number, which are not known, are left out.
 [[nodiscard]] std::string OrbitFileText(const OrbitFile& orbit,
                                         const UtcTime& created,
                                         const std::string& creator_version);
@@ -115,7 +115,7 @@ struct NisarProduct {
                                      NisarFrequency frequency = NisarFrequency::kA);
 
 /// The image of a product as a pass, its id made of the product's own names. An annotation of
-/// Sentinel-1 does not tell the look side: its grid does.
+/// Sentinel-1 does not give the look side: it follows from the grid.
 [[nodiscard]] ImagePass PassOfSentinel1(const Sentinel1Product& product,
                                         const std::vector<OrbitFile>& orbits,
                                         const ImportOptions& options,

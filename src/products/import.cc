@@ -26,7 +26,7 @@ namespace {
 void CheckOptions(const ImportOptions& options, std::size_t images) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
     if (value && !(*value > 0.0 && std::isfinite(*value))) {
-      throw InputError(name, fmt::format("{} is not allowed, a number above 0 is", *value));
+      throw InputError(name, fmt::format("must be a number above 0, got {}", *value));
     }
   };
   positive(options.grid_sigma_m, "grid-sigma-m");
@@ -40,8 +40,7 @@ void CheckOptions(const ImportOptions& options, std::size_t images) {
   if (options.orbit_step_s != 0.0 && !(options.orbit_step_s >= kShortestStep_s)) {
     throw InputError(
         "orbit-step-s",
-        fmt::format(
-            "{} is not allowed, 0 or {} and more is", options.orbit_step_s, kShortestStep_s));
+        fmt::format("must be 0, or {1} or more, got {0}", options.orbit_step_s, kShortestStep_s));
   }
   if (images == 0) throw InputError("images", "none given, one or more are needed");
   if (!options.pass_ids.empty() && options.pass_ids.size() != images) {
@@ -457,18 +456,18 @@ namespace {
 
 std::string ReadXml(const std::string& file) {
   constexpr std::uint64_t kLargest = std::uint64_t{1} << 30U;
-  ByteSource source = ByteSource::OfFile(file);
+  ByteSource source = ByteSource::FromFile(file);
   if (source.size() > kLargest) {
     throw InputError(FilePlace{file, 0, ""}, "is larger than 1 GiB, which no such file is");
   }
   return source.Read(0, source.size(), "text");
 }
 
-// What stands at the front, without a byte order mark and blanks.
+// The first characters, without a byte order mark and blanks.
 std::string FrontOf(const std::string& file) {
   constexpr std::uint64_t kFront = 256;
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf", kBlanks = " \t\r\n";
-  ByteSource source = ByteSource::OfFile(file);
+  ByteSource source = ByteSource::FromFile(file);
   std::string front = source.Read(0, std::min(kFront, source.size()), "text");
   if (front.starts_with(kByteOrderMark)) front.erase(0, kByteOrderMark.size());
   front.erase(0, std::min(front.size(), front.find_first_not_of(kBlanks)));

@@ -70,14 +70,14 @@ struct ImportedBlock {
 /// kinds). The paths of Sentinel-1 products are their own states or, where
 /// `orbits` are given, those of the file that covers the product with margin.
 ///
-/// A grid point is held against the orbit: e_r = |p - s(t)| - R, e_d = v.(p - s)/|v|. Beyond
+/// A grid point is compared with the orbit: e_r = |p - s(t)| - R, e_d = v.(p - s)/|v|. Beyond
 /// max_misfit_m in either it is faulty. Where grid points become points, each has one look, its
 /// time and range those of the grid; if a change of height alone makes a faulty one fit, its
 /// latitude and longitude are kept, its height is free (control and check points with
 /// grid_sigma_m) or its position is dropped (others); else its look is rejected.
 ///
-/// Reflectors that stood in the images become points where `points` measures them, or all of them
-/// where there is no such table. docs/import.md.
+/// Reflectors in the images become points if `points` measures them, or all of them if there is no
+/// such table. docs/import.md.
 ///
 /// Throws InputError for options that make no sense, two images with one id, images of different
 /// bodies, a product that no orbit file covers, a grid outside the orbit's time span, matched

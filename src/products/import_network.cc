@@ -24,7 +24,7 @@ constexpr std::size_t kNoMatch = SerialMatches::kNone;
 void CheckNetworkOptions(const NetworkImportOptions& options, std::size_t images) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
     if (value && !(*value > 0.0 && std::isfinite(*value))) {
-      throw InputError(name, fmt::format("{} is not allowed, a number above 0 is", *value));
+      throw InputError(name, fmt::format("must be a number above 0, got {}", *value));
     }
   };
   positive(options.range_sigma_m, "range-sigma-m");
@@ -124,7 +124,7 @@ class NetworkImporter {
 
   void AddPass(const RadarImage& image, const std::string& given_id, const std::string& serial) {
     ImagePass made = PassOfRadarImage(image, options_.range_polynomial);
-    // A crop that ends where no measure is told of says nothing of the lines that there are.
+    // A crop whose end is not in the label does not give the number of lines.
     made.lines = made.samples = 0;
     Pass& pass = made.pass;
     if (!given_id.empty()) pass.id = given_id;
@@ -167,8 +167,7 @@ class NetworkImporter {
       return;
     }
     const auto point = builder_.AddPoint(given.id);
-    if (!point)
-      throw InputError(FilePlace{network_.file, 0, given.id}, "stands twice in the network");
+    if (!point) throw InputError(FilePlace{network_.file, 0, given.id}, "is in the network twice");
     if (given.position_m) builder_.SetPosition(*point, *given.position_m);
     // A point that takes no part holds nothing.
     if (!given.unused) AddKnownPosition(given, *point);
@@ -181,7 +180,7 @@ class NetworkImporter {
     Eigen::Matrix3d& covariance_m2 = known.covariance_enu_m2;
     if (given.type == NetworkPointType::kFree) {
       if (!options_.height_sigma_m || !given.position_m) return;
-      known.held = {false, false, true};
+      known.fixed = {false, false, true};
       covariance_m2(2, 2) = *options_.height_sigma_m * *options_.height_sigma_m;
     } else if (!given.position_m) {
       throw InputError(FilePlace{network_.file, 0, given.id},
@@ -190,15 +189,15 @@ class NetworkImporter {
       ++result_.fixed_points;
       covariance_m2.diagonal().setConstant(options_.fixed_sigma_m * options_.fixed_sigma_m);
     } else {
-      known.held = given.constrained.value_or(known.held);
-      covariance_m2 = ConstrainedCovariance_m2(given, &known.held);
+      known.fixed = given.constrained.value_or(known.fixed);
+      covariance_m2 = ConstrainedCovariance_m2(given, &known.fixed);
     }
     builder_.SetKnown(PointRole::kControl, known);
   }
 
-  // In east, north and up of the place, of the components that are held.
+  // East, north and up at the place, of the constrained components.
   [[nodiscard]] Eigen::Matrix3d ConstrainedCovariance_m2(const NetworkPoint& given,
-                                                         std::array<bool, 3>* held) const {
+                                                         std::array<bool, 3>* fixed) const {
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
     if (given.covariance_m2) {
       const Eigen::Matrix3d enu = builder_.frame().EnuFromFrame(*given.position_m);
@@ -216,13 +215,13 @@ class NetworkImporter {
     constexpr double kRounding = 1e-9;
     const Eigen::Vector3d variances_m2 = covariance_m2.diagonal();
     for (Eigen::Index i = 0; i < 3; ++i) {
-      bool& holds = (*held)[static_cast<std::size_t>(i)];
+      bool& holds = (*fixed)[static_cast<std::size_t>(i)];
       holds = holds && variances_m2[i] > kRounding * variances_m2.maxCoeff();
     }
     for (Eigen::Index i = 0; i < 3; ++i) {
       for (Eigen::Index j = 0; j < 3; ++j) {
         const bool both =
-            (*held)[static_cast<std::size_t>(i)] && (*held)[static_cast<std::size_t>(j)];
+            (*fixed)[static_cast<std::size_t>(i)] && (*fixed)[static_cast<std::size_t>(j)];
         const double scale_m2 = std::sqrt(variances_m2[i] * variances_m2[j]);
         if (!both || !(std::abs(covariance_m2(i, j)) > kRounding * scale_m2)) {
           covariance_m2(i, j) = 0.0;
@@ -230,16 +229,17 @@ class NetworkImporter {
       }
     }
     if (!covariance_m2.allFinite() ||
-        Eigen::LLT<Eigen::Matrix3d>(covariance_m2 + FreeOnes(*held)).info() != Eigen::Success) {
+        Eigen::LLT<Eigen::Matrix3d>(covariance_m2 + FreeOnes(*fixed)).info() != Eigen::Success) {
       throw InputError(FilePlace{network_.file, 0, given.id},
                        "its a-priori covariance is none of a position");
     }
     return covariance_m2;
   }
 
-  static Eigen::Matrix3d FreeOnes(const std::array<bool, 3>& held) {
+  static Eigen::Matrix3d FreeOnes(const std::array<bool, 3>& fixed) {
     Eigen::Matrix3d ones = Eigen::Matrix3d::Zero();
-    for (Eigen::Index i = 0; i < 3; ++i) ones(i, i) = held[static_cast<std::size_t>(i)] ? 0.0 : 1.0;
+    for (Eigen::Index i = 0; i < 3; ++i)
+      ones(i, i) = fixed[static_cast<std::size_t>(i)] ? 0.0 : 1.0;
     return ones;
   }
 

@@ -26,7 +26,7 @@ UtcTime LabelTime(const PvlObject& group, std::string_view key, const std::strin
   return *time;
 }
 
-// Labels of Mini-RF say GHz and mean MHz; a value of radar tells which.
+// Labels of Mini-RF say GHz and mean MHz; the range of radar frequencies decides.
 double Wavelength_m(const PvlObject& instrument) {
   const double frequency = instrument.Positive("Frequency");
   const std::string& unit = instrument.Key("Frequency").unit;
@@ -97,7 +97,7 @@ AxisInFull AxisOf(const PvlObject& cube, const std::string& axis) {
   const auto count = static_cast<double>(alpha->Count("Beta" + axis, 1));
   if (!(end > start)) alpha->Fail("AlphaEnding" + singular, "must be after the start");
   result.step = (end - start) / count;
-  result.first = start + 0.5 * result.step - 1.0;  // edges stand at 0.5, centres at 1
+  result.first = start + 0.5 * result.step - 1.0;  // edges are at 0.5, centres at 1
   result.full_count = alpha->Count("Alpha" + axis, 1);
   return result;
 }
@@ -160,10 +160,10 @@ std::optional<JigsawSigma> JigsawSigmaOf(const PvlObject& instrument,
   if (!motion) return std::nullopt;
   const double incidence_rad = instrument.Positive("IncidenceAngle") * kRadPerDeg;
   const double height_m = motion->position_m.norm() - image.ellipsoid.a_m;
-  const double pixels_1 = 100.0 * 1.4 * pixel_m;
+  const double pixels = 100.0 * 1.4 * pixel_m;
   JigsawSigma sigma;
-  sigma.range_m = pixels_1 * instrument.Positive("RangeResolution") * std::sin(incidence_rad);
-  sigma.doppler_hz = pixels_1 * 2.0 * motion->velocity_mps.norm() / image.wavelength_m *
+  sigma.range_m = pixels * instrument.Positive("RangeResolution") * std::sin(incidence_rad);
+  sigma.doppler_hz = pixels * 2.0 * motion->velocity_mps.norm() / image.wavelength_m *
                      instrument.Positive("AzimuthResolution") * std::cos(incidence_rad) / height_m;
   if (!(sigma.range_m > 0.0) || !(sigma.doppler_hz > 0.0)) return std::nullopt;
   return sigma;
@@ -187,7 +187,7 @@ RadarImage ReadCube(ByteSource source) {
       "/" + instrument.Text("InstrumentId") + "/" + start;
   const std::string look = instrument.Text("LookDirection");
   if (look != "LEFT" && look != "RIGHT") {
-    instrument.Fail("LookDirection", Quoted(look) + " is not allowed, LEFT or RIGHT is");
+    instrument.Fail("LookDirection", "must be LEFT or RIGHT, got " + Quoted(look));
   }
   image.side = look == "LEFT" ? LookSide::kLeft : LookSide::kRight;
   image.wavelength_m = Wavelength_m(instrument);
@@ -195,7 +195,7 @@ RadarImage ReadCube(ByteSource source) {
   const double interval_s = instrument.Positive("LineExposureDuration");
   const double pixel_m = instrument.Positive("ScaledPixelHeight");
   const AxisInFull lines = AxisOf(cube, "Lines"), samples = AxisOf(cube, "Samples");
-  // A crop that ends where no measure is told of says nothing of the lines that there are.
+  // A crop whose end is not in the label does not give the number of lines.
   image.lines = lines.full_count;
   image.samples = samples.full_count;
   image.first_line_s = start_s + lines.first * interval_s;
@@ -211,10 +211,10 @@ RadarImage ReadCube(ByteSource source) {
 
 }  // namespace
 
-RadarImage ReadIsisCube(const std::string& file) { return ReadCube(ByteSource::OfFile(file)); }
+RadarImage ReadIsisCube(const std::string& file) { return ReadCube(ByteSource::FromFile(file)); }
 
 RadarImage ParseIsisCube(std::string_view bytes, const std::string& file) {
-  return ReadCube(ByteSource::OfBytes(bytes, file));
+  return ReadCube(ByteSource::FromBytes(bytes, file));
 }
 
 const PvlObject* FindCubeTable(const PvlObject& root, std::string_view name) {
@@ -233,7 +233,7 @@ CubeTable ReadCubeTable(ByteSource* source,
   for (const PvlObject& field : label.children()) {
     if (field.name() != "Field") continue;
     if (field.Text("Type") != "Double" || field.Count("Size", 1) != 1) {
-      field.Fail("Type", "is not allowed here, a single Double is");
+      field.Fail("Type", "must be a single Double here");
     }
     names.push_back(field.Text("Name"));
   }
@@ -333,8 +333,8 @@ std::vector<StateVector> BodyFixedStates(const InertialOrbit& orbit, double step
       throw InputError(FilePlace{orbit.file, 0, "instrument position"}, error.what());
     }
   }();
-  constexpr double kMostSteps = 1e6;
-  if (path.end_s() - path.start_s() > kMostSteps * step_s) {
+  constexpr double kMaxSteps = 1e6;
+  if (path.end_s() - path.start_s() > kMaxSteps * step_s) {
     throw InputError(FilePlace{orbit.file, 0, "instrument position"},
                      fmt::format("states go over {:.3g} s, which no image takes",
                                  path.end_s() - path.start_s()));

@@ -295,11 +295,11 @@ class NetworkReader {
 }  // namespace
 
 ControlNetwork ReadControlNetwork(const std::string& file) {
-  return NetworkReader(ByteSource::OfFile(file)).Read();
+  return NetworkReader(ByteSource::FromFile(file)).Read();
 }
 
 ControlNetwork ParseControlNetwork(std::string_view bytes, const std::string& file) {
-  return NetworkReader(ByteSource::OfBytes(bytes, file)).Read();
+  return NetworkReader(ByteSource::FromBytes(bytes, file)).Read();
 }
 
 namespace {
@@ -398,19 +398,19 @@ class SerialMatcher {
                       images_[image].file));
     }
     if (result_.serial_of_image[image] != kNone) {
-      throw Failure(images_[image].file + " stands behind two serial numbers of --serial");
+      throw Failure(images_[image].file + " is given for two serial numbers of --serial");
     }
     result_.image_of_serial[serial] = image;
     result_.serial_of_image[image] = serial;
   }
 
   static std::string SomeOf(const std::vector<std::string>& names) {
-    constexpr std::size_t kMost = 3;
+    constexpr std::size_t kMax = 3;
     std::string text;
-    for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+    for (std::size_t i = 0; i < std::min(names.size(), kMax); ++i) {
       text += (i > 0 ? ", " : "") + Quoted(names[i]);
     }
-    return names.size() > kMost ? text + fmt::format(" and {} more", names.size() - kMost) : text;
+    return names.size() > kMax ? text + fmt::format(" and {} more", names.size() - kMax) : text;
   }
 
   void RefuseMissing() {
@@ -441,7 +441,7 @@ class SerialMatcher {
                                "means it");
   }
 
-  // A cube takes its start time from the label that made the serial number: of ISDs both are known.
+  // A cube takes its start time from the label that made the serial number; an ISD has both.
   void WarnOfStarts() {
     for (std::size_t image = 0; image < images_.size(); ++image) {
       const std::size_t serial = result_.serial_of_image[image];

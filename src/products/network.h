@@ -48,10 +48,10 @@ struct ControlNetwork {
   std::vector<NetworkPoint> points;
 };
 
-/// Reads binary networks of versions 2 and 5: a PVL label, a header message and one message a
-/// point, in the wire format of protocol buffers. Memory is that of the points: every size is held
-/// against the file before anything is read. Throws InputError with the file and the byte of what
-/// cannot be read, and for text networks and other versions, naming what converts them.
+/// Reads binary networks of versions 2 and 5: a PVL label, a header message and one message per
+/// point, in the wire format of protocol buffers. Memory is that of the points: every size is
+/// checked against the file before anything is read. Throws InputError with the file and the byte
+/// of what cannot be read, and for text networks and other versions, naming what converts them.
 [[nodiscard]] ControlNetwork ReadControlNetwork(const std::string& file);
 /// The same of bytes in memory; `file` is for messages.
 [[nodiscard]] ControlNetwork ParseControlNetwork(std::string_view bytes, const std::string& file);

@@ -25,7 +25,7 @@ std::string_view TrimmedLine(std::string_view text) {
   return text;
 }
 
-// Where the line `End` stands, at or after the line that holds `from`.
+// Place of the line `End`, at or after the line with `from`.
 std::size_t FindEnd(std::string_view text, std::size_t from) {
   std::size_t begin = from == 0 ? 0 : text.rfind('\n', from - 1) + 1;  // npos + 1 is 0
   while (begin < text.size()) {
@@ -260,16 +260,15 @@ double PvlObject::Number(std::string_view key) const { return Numbers(key, 1).fr
 
 double PvlObject::Positive(std::string_view key) const {
   const double value = Number(key);
-  if (!(value > 0.0)) Fail(key, NumberText(value) + " is not allowed, a number above 0 is");
+  if (!(value > 0.0)) Fail(key, "must be a number above 0, got " + NumberText(value));
   return value;
 }
 
 std::uint64_t PvlObject::Count(std::string_view key, std::uint64_t least) const {
-  constexpr double kMost = 9007199254740992.0;  // 2^53: every integer up to it is a double
+  constexpr double kMax = 9007199254740992.0;  // 2^53: every integer up to it is a double
   const double value = Number(key);
-  if (value != std::floor(value) || value < static_cast<double>(least) || value > kMost) {
-    Fail(key,
-         fmt::format("{} is not allowed, an integer of {} or more is", NumberText(value), least));
+  if (value != std::floor(value) || value < static_cast<double>(least) || value > kMax) {
+    Fail(key, fmt::format("must be an integer of {1} or more, got {0}", NumberText(value), least));
   }
   return static_cast<std::uint64_t>(value);
 }

@@ -50,7 +50,7 @@ class PvlObject {
   std::vector<PvlObject> children_;
 };
 
-/// Whether two names are the same but for the case of their letters: labels do not tell them apart.
+/// Whether two names are equal without regard to case, as in labels.
 [[nodiscard]] bool SameName(std::string_view a, std::string_view b);
 
 /// The label at the beginning of a file, up to its line `End`; the root has no name. It is read in

@@ -73,7 +73,7 @@ SicdPath ReadPath(const XmlElement& element) {
           ReadPolynomial(element.Child("Z"))};
 }
 
-std::size_t AtLeastTwo(const XmlElement& element) {
+std::size_t CountAboveOne(const XmlElement& element) {
   const int count = element.Count();
   if (count < 2) element.Fail("is below 2");
   return static_cast<std::size_t>(count);
@@ -113,7 +113,7 @@ double Wavelength_m(const XmlElement& root) {
          (band.Child("MinProc").Positive() + band.Child("MaxProc").Positive());
 }
 
-// What tells the kinds apart.
+// What distinguishes the kinds.
 void ReadKind(const XmlElement& root, SicdImage* image) {
   image->kind = KindOf(root);
   const XmlElement grid = root.Child("Grid");
@@ -124,7 +124,7 @@ void ReadKind(const XmlElement& root, SicdImage* image) {
     image->closest_range_m = inca.Child("R_CA_SCP").Positive();
     const auto time = grid.Find("TimeCOAPoly"), scale = inca.Find("DRateSFPoly");
     if (time) image->aperture_time_s = ReadPolynomial2(*time);
-    if (scale) image->rate_scale_1 = ReadPolynomial2(*scale);
+    if (scale) image->rate_scale = ReadPolynomial2(*scale);
     return;
   }
   image->wavelength_m = Wavelength_m(root);
@@ -132,17 +132,17 @@ void ReadKind(const XmlElement& root, SicdImage* image) {
   if (image->kind == SicdKind::kPolarFormat) {
     const XmlElement pfa = root.Child("PFA");
     image->polar_angle_rad = ReadPolynomial(pfa.Child("PolarAngPoly"));
-    image->frequency_scale_1 = ReadPolynomial(pfa.Child("SpatialFreqSFPoly"));
+    image->frequency_scale = ReadPolynomial(pfa.Child("SpatialFreqSFPoly"));
   } else if (image->kind == SicdKind::kAzimuthCompression) {
     image->cone_cosine_per_m = Bounded(root.Child("RgAzComp").Child("AzSF"), 1.0);
   } else {
-    image->axes_1 = {ReadUnitVector(grid.Child("Row").Child("UVectECF")),
-                     ReadUnitVector(grid.Child("Col").Child("UVectECF"))};
+    image->axes = {ReadUnitVector(grid.Child("Row").Child("UVectECF")),
+                   ReadUnitVector(grid.Child("Col").Child("UVectECF"))};
   }
 }
 
-// Transmitter and receiver of a monostatic image may stand a little apart on one platform: what
-// counts is that half the way by both is the range of ARPPoly.
+// Transmitter and receiver of a monostatic image may be a little apart on one platform: half the
+// way over both must be the range of ARPPoly.
 void RequireOneAntenna(const XmlElement& position, const SicdImage& image) {
   const auto transmitter = position.Find("TxAPCPoly"), receivers = position.Find("RcvAPC");
   if (!transmitter || !receivers) return;
@@ -162,8 +162,8 @@ void RequireOneAntenna(const XmlElement& position, const SicdImage& image) {
       const double both_m = 0.5 * (range_m(transmits, time_s) + range_m(receives, time_s));
       largest_m = std::max(largest_m, std::abs(both_m - range_m(image.path_m, time_s)));
     }
-    constexpr double kMost_m = 0.01;
-    if (largest_m <= kMost_m) continue;
+    constexpr double kMax_m = 0.01;
+    if (largest_m <= kMax_m) continue;
     receiver.Fail(fmt::format(
         "with TxAPCPoly makes ranges that differ by {:.3g} m from those of ARPPoly: the "
         "transmitter and the receiver of a bistatic image are not read, one antenna "
@@ -235,8 +235,8 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   image.file = file;
   ReadKind(root, &image);
   image.core_name = root.Child("CollectionInfo").Child("CoreName").Text();
-  image.rows = AtLeastTwo(data.Child("NumRows"));
-  image.columns = AtLeastTwo(data.Child("NumCols"));
+  image.rows = CountAboveOne(data.Child("NumRows"));
+  image.columns = CountAboveOne(data.Child("NumCols"));
   image.first_row_px = data.Child("FirstRow").Count();
   image.first_column_px = data.Child("FirstCol").Count();
   image.centre_row_px = data.Child("SCPPixel").Child("Row").Count();
@@ -258,7 +258,7 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   KeepLines(root, &image);
   const XmlElement side = root.Child("SCPCOA").Child("SideOfTrack");
   const std::string letter = side.Text();
-  if (letter != "L" && letter != "R") side.Fail("'" + letter + "' is not allowed, L or R is");
+  if (letter != "L" && letter != "R") side.Fail("must be L or R, got '" + letter + "'");
   image.side = letter == "L" ? LookSide::kLeft : LookSide::kRight;
   image.errors = ReadErrorStatistics(root);
   return image;
@@ -300,10 +300,10 @@ FilePlace SicdImage::PlaceOf(const char* element) const {
   return {file, found == element_lines.end() ? 0 : found->second, element};
 }
 
-SicdImage ReadSicd(const std::string& file) { return ReadSource(ByteSource::OfFile(file)); }
+SicdImage ReadSicd(const std::string& file) { return ReadSource(ByteSource::FromFile(file)); }
 
 SicdImage ParseSicd(std::string_view bytes, const std::string& file) {
-  return ReadSource(ByteSource::OfBytes(bytes, file));
+  return ReadSource(ByteSource::FromBytes(bytes, file));
 }
 
 namespace {
@@ -314,8 +314,8 @@ constexpr double kLargestSigma = 1e9;
 double Sigma(const XmlElement& element) {
   const double sigma = element.Number();
   if (!(sigma >= 0.0 && sigma <= kLargestSigma)) {
-    element.Fail(fmt::format(
-        "{} is not allowed, a standard deviation from 0 to {} is", sigma, kLargestSigma));
+    element.Fail(
+        fmt::format("must be a standard deviation from 0 to {1}, got {0}", sigma, kLargestSigma));
   }
   return sigma;
 }
@@ -340,7 +340,7 @@ SicdErrorStatistics::PositionAndVelocity ReadPosVelErr(const XmlElement& element
   } else if (name == "RIC_ECI") {
     out.axes = Axes::kRicEci;
   } else {
-    frame.Fail("'" + name + "' is not allowed, ECF, RIC_ECF or RIC_ECI is");
+    frame.Fail("must be ECF, RIC_ECF or RIC_ECI, got '" + name + "'");
   }
   for (std::size_t i = 0; i < 6; ++i) out.sigma[i] = Sigma(element.Child(kComponents[i]));
   const auto coefficients = element.Find("CorrCoefs");
@@ -350,16 +350,16 @@ SicdErrorStatistics::PositionAndVelocity ReadPosVelErr(const XmlElement& element
     for (std::size_t j = i + 1; j < 6; ++j) {
       const std::string pair = std::string(kComponents[i]) + kComponents[j];
       const XmlElement coefficient = coefficients->Child(pair.c_str());
-      const double r_1 = coefficient.Number();
-      if (!(std::abs(r_1) <= 1.0)) coefficient.Fail("is no correlation, -1 to 1 is allowed");
+      const double r = coefficient.Number();
+      if (!(std::abs(r) <= 1.0)) coefficient.Fail("is no correlation, -1 to 1 is allowed");
       const auto a = static_cast<Eigen::Index>(i), b = static_cast<Eigen::Index>(j);
-      out.correlation(a, b) = out.correlation(b, a) = r_1;
+      out.correlation(a, b) = out.correlation(b, a) = r;
     }
   }
   return out;
 }
 
-// Notes the children of an element that stand there and become nothing.
+// Notes the children of an element that are not used.
 void Note(const XmlElement& element,
           const std::string& path,
           std::initializer_list<const char*> names,
@@ -414,7 +414,7 @@ namespace {
 
 using RangeAndRate = Eigen::Vector2d;  // [m], [m/s]
 
-// As an antenna in motion sees a place that stands still.
+// As a moving antenna sees a place at rest.
 RangeAndRate Seen(const SicdMotion& antenna, const Eigen::Vector3d& p_m) {
   const Eigen::Vector3d from_m = antenna.position_m - p_m;
   const double range_m = from_m.norm();
@@ -422,51 +422,56 @@ RangeAndRate Seen(const SicdMotion& antenna, const Eigen::Vector3d& p_m) {
 }
 
 // The image projections of SICD volume 3 at a time that is given apart.
-RangeAndRate OfInca(const SicdImage& image, double x_m, double y_m, double time_s) {
+RangeAndRate IncaRangeAndRate(const SicdImage& image, double x_m, double y_m, double time_s) {
   const double closest_s = ValueOf(image.closest_time_s, y_m);
   const double closest_m = image.closest_range_m + x_m;
   const double speed_mps = MotionOf(image, closest_s).velocity_mps.norm();
-  const double rate_m2ps2 = ValueOf(image.rate_scale_1, x_m, y_m) * speed_mps * speed_mps;
+  const double rate_m2ps2 = ValueOf(image.rate_scale, x_m, y_m) * speed_mps * speed_mps;
   const double since_s = time_s - closest_s;
   const double range_m = std::sqrt(closest_m * closest_m + rate_m2ps2 * since_s * since_s);
   return {range_m, rate_m2ps2 * since_s / range_m};
 }
 
-RangeAndRate OfPolarFormat(const SicdImage& image, double x_m, double y_m, double time_s) {
+RangeAndRate PolarFormatRangeAndRate(const SicdImage& image,
+                                     double x_m,
+                                     double y_m,
+                                     double time_s) {
   const double angle_rad = ValueOf(image.polar_angle_rad, time_s);
   const double turn_radps = ValueOf(DerivativeOf(image.polar_angle_rad), time_s);
-  const double scale_1 = ValueOf(image.frequency_scale_1, angle_rad);
-  const double scale_rate_1 = ValueOf(DerivativeOf(image.frequency_scale_1), angle_rad);
+  const double scale = ValueOf(image.frequency_scale, angle_rad);
+  const double scale_rate = ValueOf(DerivativeOf(image.frequency_scale), angle_rad);
   const double along_m = x_m * std::cos(angle_rad) + y_m * std::sin(angle_rad);
   const double across_m = y_m * std::cos(angle_rad) - x_m * std::sin(angle_rad);
   const RangeAndRate centre = Seen(MotionOf(image, time_s), image.centre_m);
-  return centre + RangeAndRate(scale_1 * along_m,
-                               (scale_rate_1 * along_m + scale_1 * across_m) * turn_radps);
+  return centre +
+         RangeAndRate(scale * along_m, (scale_rate * along_m + scale * across_m) * turn_radps);
 }
 
-RangeAndRate OfAzimuthCompression(const SicdImage& image, double x_m, double y_m, double time_s) {
+RangeAndRate AzimuthCompressionRangeAndRate(const SicdImage& image,
+                                            double x_m,
+                                            double y_m,
+                                            double time_s) {
   const SicdMotion antenna = MotionOf(image, time_s);
   return Seen(antenna, image.centre_m) +
          RangeAndRate(x_m, -antenna.velocity_mps.norm() * image.cone_cosine_per_m * y_m);
 }
 
-RangeAndRate OfPlane(const SicdImage& image, double x_m, double y_m, double time_s) {
-  return Seen(MotionOf(image, time_s),
-              image.centre_m + x_m * image.axes_1[0] + y_m * image.axes_1[1]);
+RangeAndRate PlaneRangeAndRate(const SicdImage& image, double x_m, double y_m, double time_s) {
+  return Seen(MotionOf(image, time_s), image.centre_m + x_m * image.axes[0] + y_m * image.axes[1]);
 }
 
 RangeAndRate Measured(const SicdImage& image, double x_m, double y_m, double time_s) {
   switch (image.kind) {
     case SicdKind::kPolarFormat:
-      return OfPolarFormat(image, x_m, y_m, time_s);
+      return PolarFormatRangeAndRate(image, x_m, y_m, time_s);
     case SicdKind::kAzimuthCompression:
-      return OfAzimuthCompression(image, x_m, y_m, time_s);
+      return AzimuthCompressionRangeAndRate(image, x_m, y_m, time_s);
     case SicdKind::kPlane:
-      return OfPlane(image, x_m, y_m, time_s);
+      return PlaneRangeAndRate(image, x_m, y_m, time_s);
     case SicdKind::kInca:
       break;
   }
-  return OfInca(image, x_m, y_m, time_s);
+  return IncaRangeAndRate(image, x_m, y_m, time_s);
 }
 
 // By central differences over a metre of rows and of columns; the functions are nearly linear.
@@ -532,7 +537,7 @@ std::optional<ApertureSigma> SigmaOfPlace(const SicdImage& image,
 }
 
 std::optional<ImageCoordinates> PlaceInSicd(const SicdImage& image, const Eigen::Vector3d& p_m) {
-  constexpr int kMostSteps = 30;
+  constexpr int kMaxSteps = 30;
   constexpr double kEnd_m = 1e-8, kFarthest_m = 1e7;
   // What the image says of a place less what the antenna sees there at the same time.
   const auto difference = [&](double x_m, double y_m) -> Eigen::Vector2d {
@@ -541,7 +546,7 @@ std::optional<ImageCoordinates> PlaceInSicd(const SicdImage& image, const Eigen:
            Seen(AdjustedMotionOf(image, time_s), p_m);
   };
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Eigen::Matrix2d slopes = Slopes(difference, place_m.x(), place_m.y());
     const Eigen::Vector2d change_m = -slopes.inverse() * difference(place_m.x(), place_m.y());
     place_m += change_m;

@@ -31,17 +31,17 @@ struct SicdErrorStatistics {
     /// Of P1, P2, P3 [m] and V1, V2, V3 [m/s] at the aperture of the scene centre.
     std::array<double, 6> sigma{};
     Eigen::Matrix<double, 6, 6> correlation = Eigen::Matrix<double, 6, 6>::Identity();
-    bool correlated = false;  ///< CorrCoefs stands in the file
+    bool correlated = false;  ///< the file has CorrCoefs
   };
   std::optional<PositionAndVelocity> path;
   std::optional<double> range_bias_m;
   std::optional<double> zenith_delay_m;  ///< TropoRangeVertical
   /// Unmodeled: what is left of rows and columns, in metres of range and azimuth at the target.
   std::optional<double> row_sigma_m, column_sigma_m;
-  std::vector<std::string> not_used;  ///< elements that stand there and become nothing
+  std::vector<std::string> not_used;  ///< elements of the file that are not used
 };
 
-/// c_0 + c_1 x + c_2 x^2 + ...; times in seconds from SicdImage::start.
+/// c_0 + c x + c_2 x^2 + ...; times in seconds from SicdImage::start.
 using SicdPolynomial = std::vector<double>;
 [[nodiscard]] double ValueOf(const SicdPolynomial& polynomial, double x);
 [[nodiscard]] SicdPolynomial DerivativeOf(const SicdPolynomial& polynomial);
@@ -94,16 +94,16 @@ struct SicdImage {
 
   SicdPolynomial closest_time_s;  ///< kInca: TimeCAPoly, of y
   double closest_range_m = 0.0;   ///< kInca: R_CA_SCP
-  SicdPolynomial2 rate_scale_1;   ///< kInca: DRateSFPoly, of x and y; empty where there is none
+  SicdPolynomial2 rate_scale;     ///< kInca: DRateSFPoly, of x and y; empty where there is none
 
-  SicdPolynomial polar_angle_rad;           ///< kPolarFormat: PolarAngPoly, of time
-  SicdPolynomial frequency_scale_1;         ///< kPolarFormat: SpatialFreqSFPoly, of the polar angle
-  double cone_cosine_per_m = 0.0;           ///< kAzimuthCompression: AzSF
-  std::array<Eigen::Vector3d, 2> axes_1{};  ///< kPlane: UVectECF of rows and of columns
+  SicdPolynomial polar_angle_rad;         ///< kPolarFormat: PolarAngPoly, of time
+  SicdPolynomial frequency_scale;         ///< kPolarFormat: SpatialFreqSFPoly, of the polar angle
+  double cone_cosine_per_m = 0.0;         ///< kAzimuthCompression: AzSF
+  std::array<Eigen::Vector3d, 2> axes{};  ///< kPlane: UVectECF of rows and of columns
 
   /// Lines of elements, for refusals that come after reading.
   std::vector<std::pair<std::string, std::size_t>> element_lines;
-  /// Where an element stands, as `SICD.Position.ARPPoly`.
+  /// Path of an element, as `SICD.Position.ARPPoly`.
   [[nodiscard]] FilePlace PlaceOf(const char* element) const;
   std::optional<SicdErrorStatistics> errors;  ///< ErrorStatistics
 
@@ -124,14 +124,14 @@ struct SicdImage {
 
 /// Reads the metadata of a SICD image: a NITF file (2.1, or NSIF 1.0) with the XML in a data
 /// extension segment, or the XML alone; pixels are never read. Throws InputError with file, line
-/// and element for what is missing or makes no sense, for sizes that the file does not hold, for
+/// and element for what is missing or makes no sense, for sizes beyond the end of the file, for
 /// bistatic images (by name, or whose transmitter and receiver are apart) and for kinds that
 /// SicdKind does not have. docs/import_sicd.md.
 [[nodiscard]] SicdImage ReadSicd(const std::string& file);
 /// The same of bytes in memory; `file` is for messages.
 [[nodiscard]] SicdImage ParseSicd(std::string_view bytes, const std::string& file);
 
-/// Reads SICD.ErrorStatistics; nothing where it does not stand. Throws InputError with file, line
+/// Reads SICD.ErrorStatistics; nothing if the file has none. Throws InputError with file, line
 /// and element for standard deviations below 0 and correlations beyond 1.
 [[nodiscard]] std::optional<SicdErrorStatistics> ReadErrorStatistics(const XmlElement& root);
 
@@ -151,7 +151,7 @@ struct ApertureLook {
                                                       double column_px);
 
 /// Standard deviations of range and range rate of a look whose row and column have these. The time
-/// is held: what an error of it does to range and rate, it does to those predicted too.
+/// is fixed: an error of it changes measured and predicted range and rate alike.
 struct ApertureSigma {
   double range_m = 0.0;
   double range_rate_mps = 0.0;
@@ -169,7 +169,7 @@ struct ApertureSigma {
 
 /// Position and velocity of the antenna: MotionOf() as the polynomials give them,
 /// AdjustedMotionOf() with the file's offsets. Projections form ranges and rates of the first and
-/// hold them against the second.
+/// compare them with the second.
 struct SicdMotion {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();

@@ -159,7 +159,7 @@ ImagePass PassOfSicd(const SicdImage& given) {
     return image;
   }
   if (given.kind == SicdKind::kInca &&
-      (given.aperture_time_s.empty() || given.rate_scale_1.empty())) {
+      (given.aperture_time_s.empty() || given.rate_scale.empty())) {
     throw InputError(place,
                      "is not linear over the columns of the image, for which TimeCOAPoly and "
                      "DRateSFPoly are needed too");
@@ -293,7 +293,7 @@ void AddPath(const SicdImage& sicd,
             : std::string());
 }
 
-void Say(const std::string& text, std::string* says) {
+void AppendPhrase(const std::string& text, std::string* says) {
   *says += (says->empty() ? "" : ", ") + text;
 }
 
@@ -320,13 +320,13 @@ SicdPriors PriorsOfSicd(const SicdImage& sicd, const ImagePass& image) {
     range.bias = true;
     range.bias_prior_sigma_m = *errors.range_bias_m;
     out.corrections.push_back({"range", range, passes, false});
-    Say(fmt::format("range bias {:.3g} m", *errors.range_bias_m), &out.says);
+    AppendPhrase(fmt::format("range bias {:.3g} m", *errors.range_bias_m), &out.says);
   }
   if (errors.zenith_delay_m.value_or(0.0) > 0.0) {
     TroposphereCorrection air;
     air.zenith_prior_sigma_m = *errors.zenith_delay_m;
     out.corrections.push_back({"troposphere", air, passes, false});
-    Say(fmt::format("zenith delay {:.3g} m", *errors.zenith_delay_m), &out.says);
+    AppendPhrase(fmt::format("zenith delay {:.3g} m", *errors.zenith_delay_m), &out.says);
   }
   out.says = out.says.empty()
                  ? "ErrorStatistics gives no prior: its path and its ranges count as exact but for "

@@ -42,7 +42,7 @@ struct SicdPriors {
 
 /// PosVelErr becomes a position correction of degree 1 in frame axes with a joint prior, RangeBias
 /// one of the range bias, TropoRangeVertical one of the zenith delay:
-///     c_0 = dP + (t_m - t_SCP) dV,   c_1 = h dV
+///     c_0 = dP + (t_m - t_SCP) dV,   c = h dV
 /// t_m the middle of the strip of `image`, h half its length, t_SCP the aperture of the scene
 /// centre, where RIC axes are taken too. Velocities of 0 leave degree 0. docs/import_sicd.md.
 [[nodiscard]] SicdPriors PriorsOfSicd(const SicdImage& sicd, const ImagePass& image);

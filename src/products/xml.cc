@@ -19,7 +19,7 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
-// A number in front of `text`, which it is taken from; a plus sign may stand before it.
+// A number in front of `text`, which it is taken from; a plus sign may precede it.
 std::optional<double> TakeNumber(std::string_view* text) {
   std::string_view digits = *text;
   if (digits.starts_with('+')) digits.remove_prefix(1);
@@ -96,7 +96,7 @@ double XmlElement::Number() const {
 
 double XmlElement::Positive() const {
   const double value = Number();
-  if (!(value > 0.0)) Fail(Quoted(Text()) + " is not allowed, a number above 0 is");
+  if (!(value > 0.0)) Fail("must be a number above 0, got " + Quoted(Text()));
   return value;
 }
 
@@ -106,7 +106,7 @@ int XmlElement::Count() const {
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end || value < 0) {
-    Fail(Quoted(text) + " is not allowed, an integer of 0 or more is");
+    Fail("must be an integer of 0 or more, got " + Quoted(text));
   }
   return value;
 }
@@ -119,8 +119,8 @@ int XmlElement::Attribute(const char* name, int most) const {
   int value = -1;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || stop != text.data() + text.size() || value < 0 || value > most) {
-    Fail(std::string("its attribute ") + name + ", " + Quoted(text) +
-         ", is not allowed, an integer of 0 to " + std::to_string(most) + " is");
+    Fail(std::string("its attribute ") + name + " must be an integer of 0 to " +
+         std::to_string(most) + ", got " + Quoted(text));
   }
   return value;
 }

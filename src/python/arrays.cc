@@ -29,8 +29,8 @@ char32_t NextCharacter(std::string_view* text) {
     good = (byte(i) & 0xc0U) == 0x80;
     character = (character << 6U) | (byte(i) & 0x3fU);
   }
-  constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};
-  good = good && character >= kLeast[length] && character < 0x110000 &&
+  constexpr std::array<char32_t, 5> kMin{0, 0, 0x80, 0x800, 0x10000};
+  good = good && character >= kMin[length] && character < 0x110000 &&
          !(character >= 0xd800 && character < 0xe000);
   text->remove_prefix(good ? length : 1);
   return good ? character : kEscaped + lead;
@@ -82,7 +82,7 @@ std::size_t CountCharacters(std::string_view text) {
                               std::size_t count) {
   Refuse(table,
          name + "[" + std::to_string(row) + "]",
-         index + " is not allowed, an index from 0 to below " + std::to_string(count) + " is");
+         "must be an index from 0 to below " + std::to_string(count) + ", got " + index);
 }
 
 void RequireOneDimension(const std::string& table,
@@ -92,18 +92,18 @@ void RequireOneDimension(const std::string& table,
   Refuse(table, name, "has " + std::to_string(array.ndim()) + " dimensions, one is needed");
 }
 
-/// Texts numbered as they come first; which of them stands in each row.
+/// Texts numbered by first occurrence; the number of the text in each row.
 class TextCollector {
  public:
   explicit TextCollector(std::size_t rows) : indices_(rows) {}
   void Set(std::size_t row, std::string_view text) { indices_[row] = texts_.FindOrAppend(text); }
-  HeldColumn Finish(const std::string& name) && {
+  FixedColumn Finish(const std::string& name) && {
     struct Kept {
       IdTable texts;
       std::vector<std::uint32_t> indices;
     };
     auto kept = std::make_shared<Kept>(Kept{std::move(texts_), std::move(indices_)});
-    HeldColumn out;
+    FixedColumn out;
     out.column.name = name;
     out.column.texts = std::shared_ptr<const IdTable>(kept, &kept->texts);
     out.column.indices = kept->indices;
@@ -115,7 +115,7 @@ class TextCollector {
   std::vector<std::uint32_t> indices_;
 };
 
-HeldColumn FixedTexts(const std::string& name, const py::array& array, bool bytes) {
+FixedColumn FixedTexts(const std::string& name, const py::array& array, bool bytes) {
   const auto rows = static_cast<std::size_t>(array.shape(0));
   const auto width = static_cast<std::size_t>(array.itemsize());
   TextCollector collector(rows);
@@ -142,7 +142,7 @@ HeldColumn FixedTexts(const std::string& name, const py::array& array, bool byte
   return std::move(collector).Finish(name);
 }
 
-HeldColumn ObjectTexts(const std::string& table, const std::string& name, const py::array& array) {
+FixedColumn ObjectTexts(const std::string& table, const std::string& name, const py::array& array) {
   const auto rows = static_cast<std::size_t>(array.shape(0));
   TextCollector collector(rows);
   for (std::size_t row = 0; row < rows; ++row) {
@@ -232,7 +232,7 @@ py::array Texts(std::size_t count, const std::function<std::string_view(std::siz
   return out;
 }
 
-HeldColumn ColumnOf(const std::string& table, const std::string& name, const py::array& array) {
+FixedColumn ColumnOf(const std::string& table, const std::string& name, const py::array& array) {
   RequireOneDimension(table, name, array);
   switch (array.dtype().kind()) {
     case 'U':
@@ -253,24 +253,24 @@ HeldColumn ColumnOf(const std::string& table, const std::string& name, const py:
                  ", numbers or strings are needed");
   }
   const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>(array);
-  HeldColumn out;
+  FixedColumn out;
   out.column.name = name;
   out.column.cells = {numbers.data(), static_cast<std::size_t>(numbers.size())};
   out.holder = numbers;
   return out;
 }
 
-HeldColumn IndexColumnOf(const std::string& table,
-                         const std::string& name,
-                         const py::array& array,
-                         std::shared_ptr<const IdTable> texts) {
+FixedColumn IndexColumnOf(const std::string& table,
+                          const std::string& name,
+                          const py::array& array,
+                          std::shared_ptr<const IdTable> texts) {
   RequireOneDimension(table, name, array);
   if (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') {
     Refuse(table,
            name,
            "is an array of " + std::string(py::str(array.dtype())) + ", integers are needed");
   }
-  // Those of a block are of this type and fixed: they are read where they stand.
+  // Those of a block are of this type and fixed: they are read in place.
   using Indices = py::array_t<std::uint32_t, py::array::c_style>;
   if (!py::isinstance<Indices>(array)) {
     const auto given = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>(array);
@@ -288,7 +288,7 @@ HeldColumn IndexColumnOf(const std::string& table,
       RefuseIndex(table, name, i, std::to_string(indices.data()[i]), texts->size());
     }
   }
-  HeldColumn out;
+  FixedColumn out;
   out.column.name = name.substr(0, name.size() - std::string_view("_index").size());
   out.column.indices = {indices.data(), static_cast<std::size_t>(indices.size())};
   out.column.texts = std::move(texts);

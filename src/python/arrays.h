@@ -94,18 +94,18 @@ template <typename Row>
                                     const std::function<std::string_view(std::size_t)>& of);
 
 /// A column of a table as the library reads it, with what holds its numbers.
-struct HeldColumn {
+struct FixedColumn {
   ArrayColumn column;
   pybind11::object holder;
 };
 /// Throws InputError for an array that is no column: not one dimension, no numbers, no strings.
-[[nodiscard]] HeldColumn ColumnOf(const std::string& table,
-                                  const std::string& name,
-                                  const pybind11::array& array);
-/// The same for indices into texts that stand elsewhere.
-[[nodiscard]] HeldColumn IndexColumnOf(const std::string& table,
-                                       const std::string& name,
-                                       const pybind11::array& array,
-                                       std::shared_ptr<const IdTable> texts);
+[[nodiscard]] FixedColumn ColumnOf(const std::string& table,
+                                   const std::string& name,
+                                   const pybind11::array& array);
+/// The same for indices into texts that are elsewhere.
+[[nodiscard]] FixedColumn IndexColumnOf(const std::string& table,
+                                        const std::string& name,
+                                        const pybind11::array& array,
+                                        std::shared_ptr<const IdTable> texts);
 
 }  // namespace sarblock::python

@@ -45,8 +45,9 @@ BlockPointer ReadBlockAt(const std::filesystem::path& path,
   options.progress = progress;
   data->file = ReadBlock(path, options);
   data->overrides = overrides;
-  data->path = path;
+  data->path = std::filesystem::absolute(path);
   data->inputs = ListInputFiles(path, data->file.adjust);
+  data->truth = ReadTruth(path, data->file.block);  // the path may hold another block later
   data->measurements = measurements;
   return data;
 }
@@ -103,9 +104,13 @@ std::filesystem::path HomeOf(const BlockData& data) {
   return data.path.empty() ? std::filesystem::path(".") : data.path;
 }
 
-Truth TruthOf(const BlockData& data) {
-  if (!data.truth.points_m.empty() || data.path.empty()) return data.truth;
-  return ReadTruth(data.path, data.file.block);
+void RequireAsRead(const BlockData& data, const std::string& list) {
+  const std::filesystem::path file = FolderOf(data.path) / list;
+  for (const InputFile& input : data.inputs) {
+    if (input.name != file.filename().string() || input.sha256 == Sha256OfFile(file)) continue;
+    throw InputError(FilePlace{file.string(), 0, ""},
+                     "has changed since the block was read, which names it; read_block reads both");
+  }
 }
 
 namespace {
@@ -118,11 +123,11 @@ std::shared_ptr<BlockData> Shown(const BlockPointer& block) {
   return std::const_pointer_cast<BlockData>(block);
 }
 
-py::array HeldComponents(const std::vector<KnownPosition>& known) {
+py::array FixedComponents(const std::vector<KnownPosition>& known) {
   py::array_t<bool> out({static_cast<py::ssize_t>(known.size()), py::ssize_t{3}});
   bool* to = out.mutable_data();
   for (const KnownPosition& position : known) {
-    to = std::copy(position.held.begin(), position.held.end(), to);
+    to = std::copy(position.fixed.begin(), position.fixed.end(), to);
   }
   return out;
 }
@@ -164,7 +169,7 @@ const std::map<std::string, BlockArrayGetter>& BlockArrayTable() {
        }},
       {"points.known_held",
        [](const py::handle&, const BlockData& data) {
-         return HeldComponents(data.file.block.points.known);
+         return FixedComponents(data.file.block.points.known);
        }},
       {"points.known_covariance_enu_m2",
        [](const py::handle& self, const BlockData& data) {
@@ -257,7 +262,7 @@ std::shared_ptr<BlockData> FromArrays(const std::string& toml,
   auto passes = std::make_shared<IdTable>();
   for (const std::string& id : pass_ids) passes->Append(id);
   std::shared_ptr<const IdTable> points = std::make_shared<IdTable>();
-  std::vector<HeldColumn> held;
+  std::vector<FixedColumn> fixed;
   BlockArrays arrays{toml, {}};
   // Those of the points first: indices of other tables count in them.
   for (const char* name : {"points", "trajectories", "observations"}) {
@@ -266,15 +271,15 @@ std::shared_ptr<BlockData> FromArrays(const std::string& toml,
     ArrayTable table{name, {}};
     for (const auto& [column, array] : given->second) {
       if (column == "pass_index") {
-        held.push_back(IndexColumnOf(name, column, array, passes));
+        fixed.push_back(IndexColumnOf(name, column, array, passes));
       } else if (column == "point_index") {
-        held.push_back(IndexColumnOf(name, column, array, points));
+        fixed.push_back(IndexColumnOf(name, column, array, points));
       } else {
-        held.push_back(ColumnOf(name, column, array));
+        fixed.push_back(ColumnOf(name, column, array));
       }
-      table.columns.push_back(held.back().column);
-      if (table.name == "points" && column == "point" && held.back().column.texts) {
-        points = held.back().column.texts;
+      table.columns.push_back(fixed.back().column);
+      if (table.name == "points" && column == "point" && fixed.back().column.texts) {
+        points = fixed.back().column.texts;
       }
     }
     arrays.tables.push_back(std::move(table));
@@ -285,7 +290,7 @@ std::shared_ptr<BlockData> FromArrays(const std::string& toml,
 }
 
 py::object TruePositions(const BlockData& data) {
-  const Truth truth = TruthOf(data);
+  const Truth& truth = data.truth;
   if (truth.points_m.empty()) return py::none();
   const py::array view = VectorView(py::none(), truth.points_m);
   return view.attr("copy")();
@@ -315,7 +320,7 @@ void WriteBlockData(const BlockData& data,
   RunUnlocked(progress, [&](ProgressSink*) {
     RequireFolderFor(
         FolderContent::kBlock, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
-    const Truth truth = TruthOf(data);
+    const Truth& truth = data.truth;
     WriteBlock(path,
                data.file.block,
                data.file.adjust,

@@ -66,7 +66,7 @@ const std::map<std::string, Formula>& Formulas() {
          out[0] = error.dy_m; out[1] = error.dz_m; }}},
       {"range_warp", {true, 5, 4, [](const C& c, const double* in, const Words& words, double* out) {
          const leberl::Warp warp = RangeWarp(c, in[3], in[4], words.signs);
-         out[0] = warp.a_1; out[1] = warp.f_1; out[2] = warp.c_1; out[3] = warp.d_1; }}},
+         out[0] = warp.a; out[1] = warp.f; out[2] = warp.c; out[3] = warp.d; }}},
       {"noise_of_range", {true, 5, 2, [](const C& c, const double* in, const Words&, double* out) {
          const leberl::RangeNoise noise = NoiseOfRange(c, in[3], in[4]);
          out[0] = noise.sigma_y_m; out[1] = noise.sigma_z_m; }}},

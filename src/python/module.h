@@ -24,10 +24,10 @@ namespace sarblock::python {
 struct BlockData {
   BlockFile file;
   Truth truth;                         ///< of a simulation
-  std::string toml;                    ///< where [adjust] stands
+  std::string toml;                    ///< place of [adjust]
   std::string toml_name;               ///< for messages
   std::vector<std::string> overrides;  ///< KEY=VALUE that it was read with
-  std::filesystem::path path;          ///< empty: it was never a file
+  std::filesystem::path path;          ///< absolute; empty: it was never a file
   std::vector<InputFile> inputs;       ///< of the path, as they were when it was read
   Measurements measurements = Measurements::kRequired;
 };
@@ -53,8 +53,9 @@ using BlockPointer = std::shared_ptr<const BlockData>;
                                       int threads);
 /// The folder from which the names of lists count.
 [[nodiscard]] std::filesystem::path HomeOf(const BlockData& data);
-/// True positions where they are known: those of the simulation, or of the path's truth.csv.
-[[nodiscard]] Truth TruthOf(const BlockData& data);
+/// Throws InputError where a list that the block itself names is not what it was when the block was
+/// read.
+void RequireAsRead(const BlockData& data, const std::string& list);
 
 void BindBlock(pybind11::module_* module);
 

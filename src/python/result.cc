@@ -65,6 +65,9 @@ AdjustResult Run(Task task,
   PointPairs pairs;
   if (options.pairs == PairChoice::kList) {
     pairs = ReadPairs(HomeOf(*solved.source), options.pairs_file, block);
+    if (options.pairs_file == solved.source->file.adjust.pairs_file) {
+      RequireAsRead(*solved.source, options.pairs_file);
+    }
   }
   if (task == Task::kAdjust) {
     try {
@@ -74,11 +77,8 @@ AdjustResult Run(Task task,
       throw ExplainedRefusal(refusal, Diagnose(block, options, progress).Sentences());
     }
   }
-  return Predict(block,
-                 options,
-                 positions_m ? *positions_m : TruthOf(*solved.source).points_m,
-                 pairs,
-                 progress);
+  return Predict(
+      block, options, positions_m ? *positions_m : solved.source->truth.points_m, pairs, progress);
 }
 
 }  // namespace
@@ -114,6 +114,9 @@ std::shared_ptr<const ResultData> Solve(
     solved.changed = block->file.block;
     static_cast<void>(
         ApplyRejections(HomeOf(*block), solved.options.rejections_file, &*solved.changed));
+    if (solved.options.rejections_file == block->file.adjust.rejections_file) {
+      RequireAsRead(*block, solved.options.rejections_file);
+    }
   }
   const std::vector<std::string>& warnings = block->file.warnings;
   solved.context.command = kTaskNames[static_cast<std::size_t>(task)];
@@ -175,7 +178,7 @@ py::object Reasons(const ResultData& data) {
   });
 }
 
-/// A column of the looks: where a result was read, it stands in another structure.
+/// A column of the looks: in a result that was read it is in another structure.
 template <typename Number>
 py::object LookColumn(const py::handle& self,
                       const ResultData& data,
@@ -327,21 +330,19 @@ ResultArrays LookArrays() {
        }},
       {"looks.range_redundancy_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(
-             self, data, &ResultLooks::redundancy_1, &LookQuality::redundancy_1, 0);
+         return QualityColumn(self, data, &ResultLooks::redundancy, &LookQuality::redundancy, 0);
        }},
       {"looks.azimuth_redundancy_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(
-             self, data, &ResultLooks::redundancy_1, &LookQuality::redundancy_1, 1);
+         return QualityColumn(self, data, &ResultLooks::redundancy, &LookQuality::redundancy, 1);
        }},
       {"looks.range_w_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::w_1, &LookQuality::w_1, 0);
+         return QualityColumn(self, data, &ResultLooks::w, &LookQuality::w, 0);
        }},
       {"looks.azimuth_w_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::w_1, &LookQuality::w_1, 1);
+         return QualityColumn(self, data, &ResultLooks::w, &LookQuality::w, 1);
        }},
   };
 }
@@ -379,7 +380,7 @@ ResultArrays OtherArrays() {
        }},
       {"strips.strip_time_1",
        [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.strips(), &StripStation::strip_time_1);
+         return ColumnView(self, data.strips(), &StripStation::strip_time);
        }},
       {"strips.antenna_m", station(&StripStation::antenna_m)},
       {"strips.correction_m", station(&StripStation::correction_m)},
@@ -428,7 +429,7 @@ py::array States(const py::object& self, std::size_t pass) {
   return StatesView(self, path.states());
 }
 
-/// Not all that the tables of a result hold is read; they are copied, if they still are those.
+/// The tables of a result have more than is read; they are copied if they are unchanged.
 void RequireSame(const ResultData& data) {
   const std::string summary =
       TablesAt(data.path, FolderContent::kResult)->Read("summary.json").second;

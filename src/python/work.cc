@@ -53,13 +53,13 @@ class Relay final : public ProgressSink {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, most, [this] { return ended_; });
   }
-  /// What was told since the last call.
+  /// What was reported since the last call.
   [[nodiscard]] std::optional<Report> News() {
     const std::lock_guard lock(mutex_);
     if (!std::exchange(fresh_, false)) return std::nullopt;
     return report_;
   }
-  /// The last that was told of.
+  /// The last that was reported.
   [[nodiscard]] std::string Stage() {
     const std::lock_guard lock(mutex_);
     return report_.stage;
@@ -76,7 +76,7 @@ class Relay final : public ProgressSink {
 /// What Python raised while the work went on.
 using Raised = std::optional<py::error_already_set>;
 
-/// With the interpreter lock held.
+/// Requires the interpreter lock.
 void Listen(const py::object& progress, Relay* relay, Raised* raised) {
   if (*raised) return;
   try {

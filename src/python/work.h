@@ -13,10 +13,10 @@
 namespace sarblock::python {
 
 /// Runs `work` in a thread of its own while the caller waits with the interpreter lock released, so
-/// that other Python threads run. Ten times a second and more the caller looks for signals and
-/// tells `progress`, None or a callable (stage, done, total, detail), how far the work is. Ctrl-C
-/// asks the work to end and throws Interrupted; whatever else a signal or the callable raises is
-/// thrown once the work has ended. BLAS then has as many threads as before.
+/// that other Python threads run. At least ten times per second the caller checks for signals and
+/// calls `progress`, None or a callable (stage, done, total, detail), with the progress. Ctrl-C
+/// asks the work to end and throws Interrupted; any other exception of a signal handler or of the
+/// callable is thrown once the work has ended. BLAS then has as many threads as before.
 void RunUnlocked(const pybind11::object& progress, const std::function<void(ProgressSink*)>& work);
 
 /// The same for work that returns something.

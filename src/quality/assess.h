@@ -11,11 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "groups.h"
 #include "reliability.h"
 
 namespace sarblock {
 
-/// What the tests of a result make of an error in one observation; NaN where there is no test.
+/// Detectable size of an error in one observation; NaN where there is no test.
 struct BlunderSize {
   double sigma_m = kNotGiven;       ///< standard deviation that the observation was weighted with
   double detectable_m = kNotGiven;  ///< minimal detectable blunder, delta0 sigma / sqrt(r)
@@ -24,46 +25,25 @@ struct BlunderSize {
 
 /// Minimal detectable blunders of a result and their influence (docs/theory/quality.md), with the
 /// standard deviations that the result was made with: those of the block, times the square roots of
-/// the variance components where they were estimated. `factor_1` multiplies all variances (the
+/// the variance components where they were estimated. `factor` multiplies all variances (the
 /// posterior variance factor where covariances are scaled by it).
 class BlunderSizes {
  public:
   BlunderSizes(const Block& block,
                const AdjustOptions& options,
                const AdjustResult& result,
-               double factor_1);
+               double factor);
   /// Range and azimuth of a look of `point`. The result has quality figures.
-  [[nodiscard]] std::array<BlunderSize, 2> OfLook(std::uint64_t look, std::size_t point) const;
-  [[nodiscard]] BlunderSize OfControl(const ControlQuality& control) const;
+  [[nodiscard]] std::array<BlunderSize, 2> LookSizes(std::uint64_t look, std::size_t point) const;
+  [[nodiscard]] BlunderSize ControlSize(const ControlQuality& control) const;
 
  private:
   const Block& block_;
   const AdjustResult& result_;
-  double delta0_1_;
-  double scale_1_;                                     // on standard deviations
-  std::vector<std::array<double, 2>> sigma_factor_1_;  // by pass, range and azimuth
+  double delta0_;
+  double scale_;                                      // on standard deviations
+  std::vector<std::array<double, 2>> sigma_factors_;  // by pass, range and azimuth
 };
-
-/// What a prior is to its correction (docs/theory/quality.md, eq. (18)): c the correction, which
-/// the prior expects to be zero with the standard deviation sigma0, sigma that of the result:
-///     r = 1 - sigma^2 / sigma0^2,   w = c / (sigma0 sqrt(r))
-/// Of a joint prior Q with P = Q^-1, C the covariance of its corrections in the result (eq. (18a)):
-///     r_i = 1 - (C P)_ii,   w_i = (P c)_i / sqrt(N_ii),   N = P - P C P,   v'Pv: c_i (P c)_i
-struct PriorTest {
-  /// Part of the redundancy of the block; NaN without a prior or without a standard deviation. Of a
-  /// joint prior it may lie outside 0 to 1, the sum over the prior does not.
-  double redundancy_1 = kNotGiven;
-  /// NaN also where r, of a joint prior N_ii / P_ii, is kLeastRedundancy_1 or less, or nothing is
-  /// measured.
-  double w_1 = kNotGiven;
-  double square_1 = kNotGiven;  ///< part of v'Pv; NaN where w is or nothing is measured
-};
-/// By parameter of the result.
-[[nodiscard]] std::vector<PriorTest> TestsOfPriors(const AdjustResult& result);
-
-/// What is said where a w is larger than chance allows in any of the priors (level 0.001 for all of
-/// them together); empty where none is.
-[[nodiscard]] std::string ContradictedPriors(const AdjustResult& result);
 
 /// At the level of one observation (ReliabilityOf).
 [[nodiscard]] PriorSummary SummarisePriors(const AdjustOptions& options,
@@ -77,7 +57,7 @@ struct PriorTest {
                                                const AdjustResult& result);
 
 /// Studentised residual w / s0 (Pope 1976), s0^2 the variance factor; NaN without one.
-[[nodiscard]] double TauOf(double w_1, const AdjustResult& result);
+[[nodiscard]] double TauOf(double w, const AdjustResult& result);
 
 /// Standard deviation of a look's azimuth in metres at the target; where it is given in seconds by
 /// the azimuth rate at `p_m` on the nominal path: to the relative change of the velocity by the
@@ -102,7 +82,7 @@ struct PriorTest {
 [[nodiscard]] const char* NameOf(BlunderFinding::Action action);
 
 /// Fills `assessment` of a result that is complete but for it: the figures of its tests and the
-/// verdict. Reasons that stand there already (`Refuse`) make it `not accepted`; so does, in an
+/// verdict. Reasons that are there already (`Refuse`) make it `not accepted`; so does, in an
 /// adjustment whose standard deviations are not scaled by it, a variance factor above 10. A test
 /// that fails makes it `converged, tests failed`: the global test and the check points at
 /// `test_level`; the tests of observations and of priors where a block without mistakes would fail

@@ -32,26 +32,23 @@ Eigen::Index UnitOf(const PointResiduals& residuals, Eigen::Index row) {
 /// Row of the largest |w|; -1 where nothing has a test.
 Eigen::Index LargestRow(const PointResiduals& residuals) {
   Eigen::Index largest = -1;
-  double w_1 = 0.0;
+  double w = 0.0;
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
-    const double here = std::abs(residuals.w_1(i));
-    if (!(here > w_1)) continue;  // NaN neither
-    w_1 = here;
+    const double here = std::abs(residuals.w(i));
+    if (!(here > w)) continue;  // NaN neither
+    w = here;
     largest = i;
   }
   return largest;
 }
 
-bool MayExplain(const PointResiduals& residuals,
-                Eigen::Index i,
-                Eigen::Index k,
-                double accepted_1) {
-  const double w_k = residuals.w_1(k);
+bool MayExplain(const PointResiduals& residuals, Eigen::Index i, Eigen::Index k, double accepted) {
+  const double w_k = residuals.w(k);
   if (std::isnan(w_k)) return false;  // an error there shows nowhere
   const double rho = residuals.Correlation(i, k);
-  if (std::abs(rho) > kSameTest_1) return true;
-  const double freed = (residuals.w_1(i) - rho * w_k) / std::sqrt((1.0 - rho) * (1.0 + rho));
-  return std::abs(freed) <= accepted_1;
+  if (std::abs(rho) > kSameTest) return true;
+  const double freed = (residuals.w(i) - rho * w_k) / std::sqrt((1.0 - rho) * (1.0 + rho));
+  return std::abs(freed) <= accepted;
 }
 
 bool IsRemoved(const PointResiduals& residuals, const SuspectSet& set, Eigen::Index row) {
@@ -64,19 +61,19 @@ bool IsRemoved(const PointResiduals& residuals, const SuspectSet& set, Eigen::In
 
 }  // namespace
 
-SuspectSet FindSuspects(const PointResiduals& residuals, double separation_1) {
+SuspectSet FindSuspects(const PointResiduals& residuals, double separation) {
   SuspectSet set;
   const Eigen::Index largest = LargestRow(residuals);
   if (largest < 0) return set;
   const auto looks = static_cast<Eigen::Index>(residuals.looks.size());
   std::vector<std::uint8_t> suspect(residuals.looks.size() + 1, 0);
-  const double accepted_1 = NormalQuantile(0.5 * (1.0 + separation_1));
+  const double accepted = NormalQuantile(0.5 * (1.0 + separation));
   for (Eigen::Index k = 0; k < residuals.size(); ++k) {
     const auto unit = static_cast<std::size_t>(UnitOf(residuals, k));
-    if (MayExplain(residuals, largest, k, accepted_1)) suspect[unit] = 1;
+    if (MayExplain(residuals, largest, k, accepted)) suspect[unit] = 1;
   }
   const Eigen::Index first = UnitOf(residuals, largest);
-  set.largest_w_1 = residuals.w_1(largest);
+  set.largest_w = residuals.w(largest);
   set.azimuth = first < looks && largest % 2 == 1;
   if (first < looks) set.looks.push_back(residuals.looks[static_cast<std::size_t>(first)]);
   for (Eigen::Index unit = 0; unit < looks; ++unit) {
@@ -93,31 +90,31 @@ bool RestDetermines(const PointResiduals& residuals, const SuspectSet& set) {
   Eigen::Matrix3d left = Eigen::Matrix3d::Identity();
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
     if (!IsRemoved(residuals, set, i)) continue;
-    left -= residuals.information_1.row(i).transpose() * residuals.information_1.row(i);
+    left -= residuals.information.row(i).transpose() * residuals.information.row(i);
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(left, Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] > kLeastInformationPart_1;
+  return eigen.eigenvalues()[0] > kMinInformationPart;
 }
 
 double ReachOf(const PointResiduals& residuals, const SuspectSet& set) {
   double reach = 0.0;
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
-    const double w_1 = residuals.w_1(i);
-    if (std::isnan(w_1) || (set.rest_determines && !IsRemoved(residuals, set, i))) continue;
-    reach += std::abs(w_1) * std::sqrt(residuals.shared_1[i] / residuals.q_vv_1(i, i));
+    const double w = residuals.w(i);
+    if (std::isnan(w) || (set.rest_determines && !IsRemoved(residuals, set, i))) continue;
+    reach += std::abs(w) * std::sqrt(residuals.corrections_share[i] / residuals.q_vv(i, i));
   }
   return reach;
 }
 
-bool StandsAlone(const PointResiduals& residuals, double reach_1, double critical_1) {
+bool StaysSuspect(const PointResiduals& residuals, double max_reach, double critical) {
   const Eigen::Index i = LargestRow(residuals);
   if (i < 0) return false;
-  const double part = std::sqrt(residuals.shared_1[i] / residuals.q_vv_1(i, i));
-  return std::abs(residuals.w_1(i)) - part * reach_1 > critical_1;
+  const double part = std::sqrt(residuals.corrections_share[i] / residuals.q_vv(i, i));
+  return std::abs(residuals.w(i)) - part * max_reach > critical;
 }
 
 std::string DescribeContradiction(const Block& block, const SuspectSet& set) {
-  std::string text = "its observations contradict each other and nothing tells which is wrong: ";
+  std::string text = "its observations contradict each other and none can be identified as wrong: ";
   for (std::size_t i = 0; i < set.looks.size(); ++i) {
     text += (i == 0 ? "" : ", ") + block.passes[block.looks.pass[set.looks[i]]].id;
   }
@@ -128,10 +125,10 @@ std::string DescribeContradiction(const Block& block, const SuspectSet& set) {
 std::size_t CountTests(const LookQuality& quality, const std::vector<ControlQuality>& control) {
   const auto has_test = [](float w) { return !std::isnan(w); };
   std::size_t tests = 0;
-  for (const std::vector<float>& w : quality.w_1) {
+  for (const std::vector<float>& w : quality.w) {
     tests += static_cast<std::size_t>(std::count_if(w.begin(), w.end(), has_test));
   }
-  for (const ControlQuality& of : control) tests += std::isnan(of.w_1) ? 0U : 1U;
+  for (const ControlQuality& of : control) tests += std::isnan(of.w) ? 0U : 1U;
   return tests;
 }
 
@@ -147,7 +144,7 @@ void WarnOfFindings(AdjustResult* result) {
          std::to_string(kept) +
              " suspected blunders were kept in the adjustment, see the findings of the search");
   }
-  if (result->snooping->rounds >= kMostSearchRounds) {
+  if (result->snooping->rounds >= kMaxSearchRounds) {
     Warn(result,
          "the search for blunders ended after " + std::to_string(result->snooping->rounds) +
              " rounds and is not complete");
@@ -185,15 +182,15 @@ void FillReasons(const AdjustmentProblem& problem,
 
 namespace {
 
-/// Control points that hold a datum, and so stay.
-constexpr std::size_t kLeastControlPoints = 3;
+/// Control points that are kept for the datum.
+constexpr std::size_t kMinControlPoints = 3;
 
 using Action = BlunderFinding::Action;
 
 /// A point whose largest statistic is above the critical value.
 struct Candidate {
   std::uint32_t point = 0;
-  double w_1 = 0.0;
+  double w = 0.0;
 };
 
 /// What a removal takes, so that it can be undone.
@@ -218,7 +215,7 @@ class Search {
         problem_(*problem),
         state_(*state),
         progress_(progress),
-        held_(problem->block.points.size(), 0),
+        fixed_(problem->block.points.size(), 0),
         readmitted_(problem->look_used.size(), 0),
         taken_back_(problem->block.points.size(), 0),
         given_(*problem),
@@ -248,7 +245,7 @@ class Search {
   [[nodiscard]] std::vector<Candidate> Candidates() const;
   [[nodiscard]] bool TakeCandidates();
   [[nodiscard]] PointResiduals ResidualsOf(std::uint32_t point) const;
-  [[nodiscard]] bool Examine(const Candidate& candidate, double* reach_1);
+  [[nodiscard]] bool Examine(const Candidate& candidate, double* max_reach);
   [[nodiscard]] bool MayRelease(std::uint32_t point) const;
   void Remove(const SuspectSet& set, BlunderFinding* finding);
   void Undo(std::size_t keep, const std::string& note);
@@ -268,15 +265,15 @@ class Search {
   LookQuality quality_;
   std::vector<ControlQuality> control_quality_;
   ReliabilityFigures figures_;
-  double scale_1_ = 1.0;  // of w to the statistic that is tested
-  double critical_1_ = 0.0;
+  double scale_ = 1.0;  // of w to the statistic that is tested
+  double critical_ = 0.0;
   PassConnection connection_;
   std::vector<Removal> removals_;  // of the last round
   bool one_at_a_time_ = false;
-  std::vector<std::uint8_t> held_;        // by point: reported, not touched again
+  std::vector<std::uint8_t> fixed_;       // by point: reported, not touched again
   std::vector<std::uint8_t> readmitted_;  // by look: once is enough
   std::vector<std::uint8_t> taken_back_;  // by point: so too
-  // Before the search, so that it can give way.
+  // Before the search, so that it can be undone.
   Participation given_;
   BlockState given_state_;
   double given_looks_;  // in use
@@ -309,9 +306,9 @@ void Search::TestSolution() {
       static_cast<double>(counts.observations) - static_cast<double>(counts.parameters);
   figures_ = MakeReliability(options_.quality, CountTests(quality_, control_quality_), redundancy);
   const bool tau = options_.quality.test == BlunderTest::kTau;
-  critical_1_ = tau ? figures_.critical_tau_1 : figures_.critical_w_1;
+  critical_ = tau ? figures_.critical_tau : figures_.critical_w;
   const double sigma0 = std::sqrt(2.0 * system_->cost() / redundancy);
-  scale_1_ = tau ? 1.0 / sigma0 : 1.0;
+  scale_ = tau ? 1.0 / sigma0 : 1.0;
   connection_ = ConnectPasses(problem_);
   ++report_.rounds;
 }
@@ -323,20 +320,19 @@ std::vector<Candidate> Search::Candidates() const {
   for (std::uint32_t point = 0; point < problem_.block.points.size(); ++point) {
     double largest = 0.0;
     for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
-      for (const std::vector<float>& w : quality_.w_1) {
+      for (const std::vector<float>& w : quality_.w) {
         largest = std::max(largest, std::abs(static_cast<double>(w[i])));  // NaN never wins
       }
     }
     for (; next < control_quality_.size() && control_quality_[next].point <= point; ++next) {
       if (control_quality_[next].point == point) {
-        largest = std::max(largest, std::abs(control_quality_[next].w_1));
+        largest = std::max(largest, std::abs(control_quality_[next].w));
       }
     }
-    if (held_[point] == 0 && scale_1_ * largest > critical_1_) found.push_back({point, largest});
+    if (fixed_[point] == 0 && scale_ * largest > critical_) found.push_back({point, largest});
   }
-  std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
-    return a.w_1 > b.w_1;
-  });
+  std::stable_sort(
+      found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.w > b.w; });
   return found;
 }
 
@@ -348,7 +344,7 @@ bool Search::MayRelease(std::uint32_t point) const {
     const bool counts = problem_.Solves(control.point) && problem_.control_of[control.point] >= 0;
     if (counts && control.point != point) ++others;
   }
-  return others >= kLeastControlPoints;
+  return others >= kMinControlPoints;
 }
 
 /// Takes what the set names, or the whole point where too little remains of it.
@@ -374,7 +370,7 @@ void Search::Remove(const SuspectSet& set, BlunderFinding* finding) {
   finding->action = Action::kPointLeftOut;
 }
 
-/// Takes back the removals from the `keep`-th on. With a note their points are held and reported,
+/// Takes back the removals from the `keep`-th on. With a note their points are kept and reported,
 /// without they are candidates again.
 void Search::Undo(std::size_t keep, const std::string& note) {
   while (removals_.size() > keep) {
@@ -392,7 +388,7 @@ void Search::Undo(std::size_t keep, const std::string& note) {
     } else {
       finding->action = Action::kKept;
       finding->note = note;
-      held_[removal.point] = 1;
+      fixed_[removal.point] = 1;
     }
     removals_.pop_back();
   }
@@ -406,11 +402,11 @@ PointResiduals Search::ResidualsOf(std::uint32_t point) const {
   }
   const auto& offsets = problem_.block.looks.offsets;
   std::uint64_t largest = offsets[point];
-  float w_1 = 0.0F;
+  float largest_w = 0.0F;
   for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
-    for (const std::vector<float>& w : quality_.w_1) {
-      if (!(std::abs(w[i]) > w_1)) continue;
-      w_1 = std::abs(w[i]);
+    for (const std::vector<float>& w : quality_.w) {
+      if (!(std::abs(w[i]) > largest_w)) continue;
+      largest_w = std::abs(w[i]);
       largest = i;
     }
   }
@@ -418,24 +414,24 @@ PointResiduals Search::ResidualsOf(std::uint32_t point) const {
 }
 
 /// Decides on one candidate; true where something was removed.
-bool Search::Examine(const Candidate& candidate, double* reach_1) {
+bool Search::Examine(const Candidate& candidate, double* max_reach) {
   const PointResiduals residuals = ResidualsOf(candidate.point);
-  if (!StandsAlone(residuals, *reach_1, critical_1_ / scale_1_)) return false;
-  const SuspectSet set = FindSuspects(residuals, options_.quality.separation_1);
+  if (!StaysSuspect(residuals, *max_reach, critical_ / scale_)) return false;
+  const SuspectSet set = FindSuspects(residuals, options_.quality.separation);
   BlunderFinding finding;
   finding.point = candidate.point;
   finding.round = report_.rounds;
-  finding.w_1 = set.largest_w_1;
+  finding.w = set.largest_w;
   finding.azimuth = set.azimuth;
   finding.looks = set.looks;
   finding.control = set.control;
   if (set.control && !MayRelease(candidate.point)) {
-    finding.note = "the control left would not hold the block";
-    held_[candidate.point] = 1;
+    finding.note = "the control left would not fix the block";
+    fixed_[candidate.point] = 1;
     report_.findings.push_back(std::move(finding));
     return false;
   }
-  *reach_1 += ReachOf(residuals, set);
+  *max_reach += ReachOf(residuals, set);
   report_.findings.push_back(finding);
   Remove(set, &report_.findings.back());
   return true;
@@ -444,12 +440,12 @@ bool Search::Examine(const Candidate& candidate, double* reach_1) {
 /// One round; false where nothing was removed.
 bool Search::TakeCandidates() {
   const std::vector<Candidate> candidates = Candidates();
-  double reach_1 = 0.0;
+  double max_reach = 0.0;
   for (const Candidate& candidate : candidates) {
-    if (!Examine(candidate, &reach_1)) continue;
+    if (!Examine(candidate, &max_reach)) continue;
     // The passes are looked at one removal at a time only where a round is known to cut them.
     const bool cut = one_at_a_time_ && !connection_.IsKeptBy(ConnectPasses(problem_));
-    if (cut) Undo(removals_.size() - 1, "without it the passes would not hang together");
+    if (cut) Undo(removals_.size() - 1, "without it the passes would not be connected");
     if (one_at_a_time_ && !cut) break;
   }
   if (removals_.empty()) return false;
@@ -465,7 +461,7 @@ bool Search::TakeCandidates() {
 bool Search::Rounds() {
   if (LeavesOutTooMany()) return false;  // the robust start
   TestSolution();
-  while (report_.rounds < kMostSearchRounds && TakeCandidates()) {
+  while (report_.rounds < kMaxSearchRounds && TakeCandidates()) {
     if (LeavesOutTooMany()) return false;
     solve_(RobustLoss::kNone);
     TestSolution();
@@ -475,7 +471,7 @@ bool Search::Rounds() {
 
 bool Search::LeavesOutTooMany() const {
   const auto left = static_cast<double>(CountProblem(problem_).looks);
-  return given_looks_ - left > kMostLeftOut_1 * given_looks_;
+  return given_looks_ - left > kMaxLeftOut * given_looks_;
 }
 
 /// Everything as it was given.
@@ -493,7 +489,7 @@ void Search::DropOfRobust(std::uint32_t point, double limit) {
   for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
     if (problem_.look_used[i] == 0) continue;
     if (!EvaluateWhitened(problem_, state_, {}, point, i, &at)) continue;
-    if (at.error_1.squaredNorm() > limit) far.looks.push_back(i);
+    if (at.whitened_error.squaredNorm() > limit) far.looks.push_back(i);
   }
   if (far.looks.empty()) return;
   const PointResiduals residuals = InformationOfPoint(problem_, state_, point);
@@ -505,7 +501,7 @@ void Search::DropOfRobust(std::uint32_t point, double limit) {
 /// A redescending loss finds a start that many blunders at once cannot mask.
 void Search::StartRobust() {
   solve_(RobustLoss::kTukey);
-  const double limit = FarSquare_1();
+  const double limit = FarSquare();
   const PassConnection before = ConnectPasses(problem_);
   for (std::uint32_t point = 0; point < problem_.block.points.size(); ++point) {
     if (problem_.Solves(point)) DropOfRobust(point, limit);
@@ -527,7 +523,7 @@ void Search::StartRobust() {
 /// Looks that were left out, though within the critical value in the solution without them: the
 /// residual of a look left out scatters more than its measurement, never less.
 bool Search::Readmit() {
-  if (report_.rounds >= kMostSearchRounds) return false;
+  if (report_.rounds >= kMaxSearchRounds) return false;
   bool any = false;
   const auto try_look = [&](std::uint32_t point, std::uint64_t look) {
     if (readmitted_[look] != 0 || !problem_.Solves(point)) return;
@@ -535,7 +531,7 @@ bool Search::Readmit() {
         problem_.block.looks.pass[look], problem_.block.looks.time_s[look], state_.corrections);
     WhitenedLook at;
     if (!corrected || !EvaluateWhitened(problem_, state_, {}, point, look, &at)) return;
-    if (!(scale_1_ * at.error_1.cwiseAbs().maxCoeff() <= critical_1_)) return;
+    if (!(scale_ * at.whitened_error.cwiseAbs().maxCoeff() <= critical_)) return;
     readmitted_[look] = 1;
     problem_.look_used[look] = 1;
     any = true;

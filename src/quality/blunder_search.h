@@ -18,14 +18,14 @@
 namespace sarblock {
 
 /// Tests whose correlation is beyond this are one test.
-inline constexpr double kSameTest_1 = 0.999;
+inline constexpr double kSameTest = 0.999;
 /// A point is still determined where, in its weakest direction, this part of its information is
 /// left: its standard deviation grows a hundredfold at most.
-inline constexpr double kLeastInformationPart_1 = 1e-4;
+inline constexpr double kMinInformationPart = 1e-4;
 
 /// The observations of a point any one of which alone may have caused its largest |w|.
 struct SuspectSet {
-  double largest_w_1 = 0.0;
+  double largest_w = 0.0;
   bool azimuth = false;              ///< the component of the largest |w|
   std::vector<std::uint64_t> looks;  ///< the one of the largest |w| first
   bool control = false;              ///< the known position too
@@ -36,7 +36,7 @@ struct SuspectSet {
 ///     w_i.k = (w_i - rho w_k) / sqrt(1 - rho^2)
 /// so k may be the cause of the largest, w_i, unless |w_i.k| > N^-1((1 + separation) / 2). Both
 /// components of a look count as the look.
-[[nodiscard]] SuspectSet FindSuspects(const PointResiduals& residuals, double separation_1);
+[[nodiscard]] SuspectSet FindSuspects(const PointResiduals& residuals, double separation);
 
 /// True where the point is determined without the looks (and the known position) of the set.
 [[nodiscard]] bool RestDetermines(const PointResiduals& residuals, const SuspectSet& set);
@@ -46,11 +46,11 @@ struct SuspectSet {
 /// sqrt(h_i h_k / (r_i r_k)), docs/theory/quality.md, eq. (15).
 [[nodiscard]] double ReachOf(const PointResiduals& residuals, const SuspectSet& set);
 
-/// True where the point's largest |w| would stay above `critical_1` whatever removals of that reach
-/// in other points explain of it.
-[[nodiscard]] bool StandsAlone(const PointResiduals& residuals, double reach_1, double critical_1);
+/// True where the point's largest |w| would stay above `critical` after any removals of that
+/// reach in other points.
+[[nodiscard]] bool StaysSuspect(const PointResiduals& residuals, double max_reach, double critical);
 
-/// "its observations contradict each other and nothing tells which is wrong: A1, A2".
+/// "its observations contradict each other and none can be identified as wrong: A1, A2".
 [[nodiscard]] std::string DescribeContradiction(const Block& block, const SuspectSet& set);
 
 /// Observations that have a test.
@@ -63,12 +63,12 @@ void FillReasons(const AdjustmentProblem& problem,
                  AdjustResult* result);
 
 /// Rounds after which the search ends, far more than a block that is fit to be adjusted needs.
-inline constexpr int kMostSearchRounds = 200;
+inline constexpr int kMaxSearchRounds = 200;
 
 /// A solution that leaves out more than this part of the looks as blunders, outliers or misplaced
 /// has not found blunders: a cause that many looks share is wrong, and what is left fits because
 /// the rest is gone.
-inline constexpr double kMostLeftOut_1 = 0.25;
+inline constexpr double kMaxLeftOut = 0.25;
 
 /// Solves `problem` from `state` under a loss, with the looks now in use; updates both.
 using SolveAgain = std::function<void(RobustLoss)>;
@@ -83,17 +83,17 @@ using SolveAgain = std::function<void(RobustLoss)>;
 /// A look alone is a located blunder; it is rejected. Several looks are suspects of which nothing
 /// is claimed: all of them are left out if the rest still determines the point, else the whole
 /// point is. A known position among the suspects is left out with them, but never so that fewer
-/// than three control points remain. Nothing leaves where the passes would fall into more islands,
-/// a pass would lose its last look or the corrections would no longer be determined: it is
-/// reported. Several candidates go in one round, in the order of |w|, where even the largest
+/// than three control points remain. Nothing is removed where the passes would fall into more
+/// components, a pass would lose its last look or the corrections would no longer be determined: it
+/// is reported. Several candidates go in one round, in the order of |w|, where even the largest
 /// correlation that the corrections allow between two points could not explain the one by the
 /// other. Then the block is solved again from where it is. At the end looks left out whose
 /// residuals turned out small are taken back, once each. `found` are findings made before, whose
-/// looks and points are left out already: they are taken back likewise. A known position is left
-/// out only where a search was asked for.
+/// looks and points are left out already: they are taken back in the same way. A known position is
+/// left out only where a search was asked for.
 ///
 /// Leaves `problem` and `state` at the solution without the blunders. A search that has left out
-/// more than kMostLeftOut_1 of the looks it began with has not found blunders: it gives way, leaves
+/// more than kMaxLeftOut of the looks it began with has not found blunders: it aborts, leaves
 /// `problem` and `state` as they were and returns nothing.
 [[nodiscard]] std::optional<SnoopingReport> SearchBlunders(const AdjustOptions& options,
                                                            const SolveAgain& solve,

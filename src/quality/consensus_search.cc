@@ -19,14 +19,14 @@ namespace sarblock {
 namespace {
 
 /// Above this variance factor no error of the standard deviations is likely.
-constexpr double kGross_1 = 10.0;
+constexpr double kGross = 10.0;
 /// Level of the global test where what is wrong was to be left out.
-constexpr double kTest_1 = 0.999;
+constexpr double kTest = 0.999;
 /// Looks that a consensus leaves out by chance, and what each takes off v'Pv.
-constexpr double kFew_1 = 0.01, kSquareOfOne_1 = 20.0;
+constexpr double kFew = 0.01, kSquareOfOne = 20.0;
 /// Sigmas of its prior that no correction is away: careless priors are two or three times too
 /// small.
-constexpr double kFarFromPrior_1 = 8.0;
+constexpr double kFarFromPrior = 8.0;
 
 /// What a trial changes.
 struct Snapshot {
@@ -49,10 +49,10 @@ struct Snapshot {
 
 std::vector<BlunderFinding> FindingsOf(const ConsensusReport& report) {
   std::vector<BlunderFinding> findings;
-  for (const ConsensusReport::OfPoint& of : report.left_out) {
+  for (const ConsensusReport::PointRejection& of : report.left_out) {
     BlunderFinding finding;
     finding.point = static_cast<std::uint32_t>(of.point);
-    finding.w_1 = of.distance_1;
+    finding.w = of.distance;
     finding.azimuth = of.azimuth;
     finding.action = of.contradiction ? BlunderFinding::Action::kPointLeftOut
                                       : BlunderFinding::Action::kRejected;
@@ -77,10 +77,10 @@ std::optional<std::size_t> FirstUndecided(const std::vector<LookCounts>& by_pass
   return std::nullopt;
 }
 
-/// What a test of the solution stands on; under a loss of the looks that it would keep.
+/// Sums for the test of the solution; under a loss over the looks that it would keep.
 struct Remainder {
   double redundancy = 0.0;
-  double square_sum_1 = 0.0;
+  double square_sum = 0.0;
   std::size_t looks = 0, dropped = 0;
   std::size_t control = 0, control_dropped = 0;  ///< control points; those that keep no look
   std::vector<LookCounts> control_looks = {};    ///< by pass; only under a loss
@@ -94,18 +94,18 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
   if (options.robust == RobustLoss::kNone) return rest;
   std::vector<std::uint8_t> look_used = problem.look_used;
   rest.control_looks.resize(problem.block.passes.size());
-  const double limit = FarSquare_1();
+  const double limit = FarSquare();
   const auto& offsets = problem.block.looks.offsets;
   WhitenedLook at;
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
-    double square_1 = 0.0, far_1 = 0.0;
+    double near_square = 0.0, far_square = 0.0;
     std::size_t near = 0, far = 0;
     for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
       if (!EvaluateWhitened(problem, *solution.state, {}, point, i, &at)) continue;
-      const bool is_far = at.error_1.squaredNorm() > limit;
-      (is_far ? far_1 : square_1) += at.error_1.squaredNorm();
+      const bool is_far = at.whitened_error.squaredNorm() > limit;
+      (is_far ? far_square : near_square) += at.whitened_error.squaredNorm();
       ++(is_far ? far : near);
       if (is_far) look_used[i] = 0;
       if (problem.control_of[point] < 0) continue;
@@ -121,7 +121,7 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
       for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) look_used[i] = 0;
     }
     rest.dropped += lost ? near + far : far;
-    rest.square_sum_1 -= lost ? square_1 + far_1 : far_1;
+    rest.square_sum -= lost ? near_square + far_square : far_square;
     rest.redundancy -=
         lost ? 2.0 * static_cast<double>(near + far) - 3.0 : 2.0 * static_cast<double>(far);
   }
@@ -129,8 +129,8 @@ Remainder RemainderOf(const AdjustOptions& options, const Solution& solution) {
   return rest;
 }
 
-bool FailsTest(const Remainder& rest, double most_1) {
-  return rest.redundancy > 0.0 && rest.square_sum_1 > most_1;
+bool FailsTest(const Remainder& rest, double limit) {
+  return rest.redundancy > 0.0 && rest.square_sum > limit;
 }
 
 /// Takes back what a search left out of the looks at control points, and of what it reports.
@@ -157,9 +157,9 @@ void TakeControlBack(AdjustmentProblem* problem, SnoopingReport* report) {
 
 /// Whether most points that no control holds lie where their looks do not see them: a solution that
 /// ended there without converging has no way back.
-bool MostAreMisplaced(const Solution& solution) {
+bool MostAreMirrorSolutions(const Solution& solution) {
   const AdjustmentProblem& problem = *solution.problem;
-  const auto lost = MisplacedPoints(problem, *solution.state, **solution.system).size();
+  const auto lost = MirrorSolutions(problem, *solution.state, **solution.system).size();
   std::size_t points = 0;
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     points += problem.Solves(point) && problem.control_of[point] < 0 ? 1U : 0U;
@@ -170,10 +170,10 @@ bool MostAreMisplaced(const Solution& solution) {
 bool Converged(const AdjustOptions& options, const Solution& solution, ProgressSink* progress) {
   if (solution.solve->converged) return true;
   if (options.robust == RobustLoss::kNone) return false;
-  return StepLeftUnderLoss({options.robust, RobustScale(options)},
-                           *solution.problem,
-                           *solution.state,
-                           progress) <= kRemainingRobustStepAccepted_1;
+  return NewtonDecrementUnderLoss({options.robust, RobustScale(options)},
+                                  *solution.problem,
+                                  *solution.state,
+                                  progress) <= kRemainingRobustStepAccepted;
 }
 
 }  // namespace
@@ -197,7 +197,7 @@ bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state
     const Parameter& parameter = problem.layout.parameters[i];
     const double value = state.corrections[static_cast<Eigen::Index>(i)];
     if (parameter.has_prior() &&
-        std::abs(value - parameter.prior_value) > kFarFromPrior_1 * parameter.prior_sigma) {
+        std::abs(value - parameter.prior_value) > kFarFromPrior * parameter.prior_sigma) {
       return true;
     }
   }
@@ -206,16 +206,16 @@ bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state
     const Eigen::VectorXd x = problem.layout.FromPrior(prior, state.corrections);
     const Eigen::VectorXd w =
         (prior.information * x).cwiseQuotient(prior.information.diagonal().cwiseSqrt());
-    if (w.cwiseAbs().maxCoeff() > kFarFromPrior_1) return true;
+    if (w.cwiseAbs().maxCoeff() > kFarFromPrior) return true;
   }
   return false;
 }
 
 Contradiction FindContradiction(const AdjustOptions& options, const Solution& solution) {
   const AdjustmentProblem& problem = *solution.problem;
-  const bool misplaced =
-      std::find(problem.misplaced.begin(), problem.misplaced.end(), 1) != problem.misplaced.end();
-  if (misplaced) return Contradiction::kGross;
+  const bool mirrored =
+      std::find(problem.mirrored.begin(), problem.mirrored.end(), 1) != problem.mirrored.end();
+  if (mirrored) return Contradiction::kGross;
   if (!Converged(options, solution, nullptr)) {
     // A lowered limit is a wish to see where the steps end.
     const bool limited = options.max_iterations < AdjustOptions{}.max_iterations;
@@ -224,7 +224,7 @@ Contradiction FindContradiction(const AdjustOptions& options, const Solution& so
   if (ContradictsPriors(problem, *solution.state)) return Contradiction::kGross;
   Remainder rest = RemainderOf(options, solution);
   const bool many =
-      static_cast<double>(rest.dropped) > kMostLeftOut_1 * static_cast<double>(rest.looks);
+      static_cast<double>(rest.dropped) > kMaxLeftOut * static_cast<double>(rest.looks);
   // A loss or a search that lets go of the control, of all of it or of that of a pass, has settled
   // somewhere else.
   const bool leaves_out =
@@ -235,11 +235,11 @@ Contradiction FindContradiction(const AdjustOptions& options, const Solution& so
   const bool adrift = 2 * rest.control_dropped > rest.control ||
                       FirstUndecided(rest.control_looks) || PassThatLosesControl(problem) ||
                       (leaves_out && UndecidedPass(rest.by_pass));
-  const bool gross = !options.scale_by_posterior && FailsTest(rest, kGross_1 * rest.redundancy);
+  const bool gross = !options.scale_by_posterior && FailsTest(rest, kGross * rest.redundancy);
   if (many || adrift || gross) return Contradiction::kGross;
   if (!leaves_out || !(rest.redundancy > 0.0)) return Contradiction::kNone;
   return PassThatLosesMore(rest.by_pass) ||
-                 FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy))
+                 FailsTest(rest, ChiSquareQuantile(kTest, rest.redundancy))
              ? Contradiction::kTest
              : Contradiction::kNone;
 }
@@ -249,17 +249,17 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
                                    ProgressSink* progress) {
   Snapshot before(solution);
   const bool was_one = solution.solve->converged && *solution.system;
-  const double square_sum_before_1 = was_one ? 2.0 * (*solution.system)->cost() : 0.0;
+  const double square_sum_before = was_one ? 2.0 * (*solution.system)->cost() : 0.0;
   AdjustOptions options = asked;
   options.robust = RobustLoss::kNone;
   AdjustmentProblem* problem = solution.problem;
   BlockState* state = solution.state;
   const auto form = [&] {
-    solution.system->emplace(*problem, KeptFactors::kMostBytes);
+    solution.system->emplace(*problem, KeptFactors::kMaxBytes);
     (*solution.system)->Form(*state, {}, progress);
   };
   const auto recover = [&] {
-    RecoverMisplacedPoints(
+    RecoverMirrorSolutions(
         options, problem, state, solution.solve, solution.system, solution.defects, progress);
   };
   ConsensusOutcome outcome;
@@ -269,15 +269,15 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     RequireSolvable(*problem);
     solution.solve->iterations += consensus.iterations;
     SolveOnce(options, problem, state, solution.solve, solution.system, progress);
-    if (!solution.solve->converged && MostAreMisplaced(solution)) return std::nullopt;
+    if (!solution.solve->converged && MostAreMirrorSolutions(solution)) return std::nullopt;
     recover();
     if (!solution.solve->converged) return std::nullopt;
-    // The same solution, whatever its tests say: priors are too tight, or noise is larger than
-    // told.
+    // The same solution, even if tests fail: priors are too tight, or noise is larger than
+    // stated.
     const auto left_out = static_cast<double>(consensus.left_out.size());
     outcome.agreed =
-        was_one && left_out <= kFew_1 * static_cast<double>(problem->look_used.size()) &&
-        2.0 * (*solution.system)->cost() > square_sum_before_1 - kSquareOfOne_1 * (1.0 + left_out);
+        was_one && left_out <= kFew * static_cast<double>(problem->look_used.size()) &&
+        2.0 * (*solution.system)->cost() > square_sum_before - kSquareOfOne * (1.0 + left_out);
     if (outcome.agreed) return std::nullopt;
     const auto again = [&](RobustLoss loss) {
       AdjustOptions with_loss = options;
@@ -287,7 +287,7 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     std::optional<SnoopingReport> report =
         SearchBlunders(options, again, problem, state, progress, FindingsOf(consensus));
     if (report && PassThatLosesControl(*problem)) {
-      // Without the errors among the tie points control may hold the path that it belongs to.
+      // Without the errors among the tie points control may determine the path that it belongs to.
       TakeControlBack(problem, &*report);
       again(RobustLoss::kNone);
       const std::vector<std::uint64_t> robust = std::move(report->robust);
@@ -300,7 +300,7 @@ ConsensusOutcome SearchByConsensus(const AdjustOptions& asked,
     recover();
     const Remainder rest = RemainderOf(options, solution);
     const bool fails =
-        rest.redundancy > 0.0 && FailsTest(rest, ChiSquareQuantile(kTest_1, rest.redundancy));
+        rest.redundancy > 0.0 && FailsTest(rest, ChiSquareQuantile(kTest, rest.redundancy));
     if (!solution.solve->converged || fails || PassThatLosesControl(*problem)) return std::nullopt;
     return report;
   };

@@ -45,11 +45,10 @@ enum class Contradiction {
 [[nodiscard]] Contradiction FindContradiction(const AdjustOptions& options,
                                               const Solution& solution);
 
-/// Solves a block whose plain solution contradicts itself once more by consensus
+/// Solves a block whose least-squares solution contradicts itself once more by consensus
 /// (solve/consensus.h), least squares, and a search for blunders that takes back what was left out
-/// and fits. Where that has no answer, or one that leaves out so much that not single looks can be
-/// wrong, or where all looks agree and the solution was none the less one, everything stays as it
-/// was and no report is returned.
+/// and fits. Keeps the old solution and returns no report if there is no consensus, if too many
+/// observations would be left out for single errors, or if all agree.
 struct ConsensusOutcome {
   std::optional<SnoopingReport> adopted;
   bool agreed = false;  ///< there is a consensus, adopted or not

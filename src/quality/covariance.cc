@@ -14,12 +14,12 @@
 
 namespace sarblock {
 
-Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
-                            const BlockState& state,
-                            std::size_t point,
-                            PointFactor* factor,
-                            PointColumns* columns,
-                            Eigen::Ref<Eigen::MatrixXd> full) {
+Eigen::Matrix3d PointSensitivity(const AdjustmentProblem& problem,
+                                 const BlockState& state,
+                                 std::size_t point,
+                                 PointFactor* factor,
+                                 PointColumns* columns,
+                                 Eigen::Ref<Eigen::MatrixXd> full) {
   FactorPoint(problem, state, {}, 0.0, point, factor);
   const Eigen::Matrix3d r_inverse =
       factor->r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
@@ -115,12 +115,12 @@ std::vector<PairResult> PairCovariances(
             own[q].setZero();
             for (const Eigen::Index side : {0, 1}) {
               const Eigen::Matrix3d r_inverse =
-                  SpreadPoint(problem,
-                              state,
-                              side == 0 ? out[q].a : out[q].b,
-                              &factor,
-                              &columns_of_point,
-                              sides.middleCols(3 * side, n > 0 ? 3 : 0));
+                  PointSensitivity(problem,
+                                   state,
+                                   side == 0 ? out[q].a : out[q].b,
+                                   &factor,
+                                   &columns_of_point,
+                                   sides.middleCols(3 * side, n > 0 ? 3 : 0));
               own[q] += r_inverse * r_inverse.transpose();
             }
             const auto local = static_cast<Eigen::Index>(q - first - begin);
@@ -151,7 +151,7 @@ double CheckFreedom(const AdjustmentProblem& problem,
                     const BlockState& state,
                     const ReducedSystem& system,
                     const std::vector<CheckResult>& checks,
-                    double factor_1) {
+                    double variance_factor) {
   std::vector<const CheckResult*> used;
   double components = 0.0;
   for (const CheckResult& check : checks) {
@@ -160,14 +160,14 @@ double CheckFreedom(const AdjustmentProblem& problem,
     components += check.components;
   }
   const std::size_t stride =
-      std::max<std::size_t>(1, (used.size() + kMostCheckPoints - 1) / kMostCheckPoints);
+      std::max<std::size_t>(1, (used.size() + kMaxCheckPoints - 1) / kMaxCheckPoints);
   std::vector<const CheckResult*> part;
   for (std::size_t i = 0; i < used.size(); i += stride) part.push_back(used[i]);
   const auto count = static_cast<Eigen::Index>(part.size());
   const Eigen::Index n = problem.layout.size();
   if (count == 0 || n == 0) return components;
 
-  const double scale_1 = std::sqrt(factor_1);
+  const double sigma_scale = std::sqrt(variance_factor);
   // By point: the directions known, Y = s0 (R^-1 T)' along them, and Q_i.
   Eigen::MatrixXd y(n, 3 * count);
   std::vector<Eigen::Matrix3d> weight(part.size());
@@ -179,16 +179,17 @@ double CheckFreedom(const AdjustmentProblem& problem,
     const KnownPosition& known = *problem.block.points.FindKnown(point);
     Eigen::Matrix3d direction = problem.block.frame.EnuFromFrame(state.Position(point));
     for (Eigen::Index k = 0; k < 3; ++k) {
-      if (!known.held[static_cast<std::size_t>(k)]) direction.row(k).setZero();
+      if (!known.fixed[static_cast<std::size_t>(k)]) direction.row(k).setZero();
     }
     const Eigen::Matrix3d r_inverse =
-        scale_1 * SpreadPoint(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
-    y.middleCols(3 * i, 3) *= scale_1 * direction.transpose();
+        sigma_scale *
+        PointSensitivity(problem, state, point, &factor, &columns, y.middleCols(3 * i, 3));
+    y.middleCols(3 * i, 3) *= sigma_scale * direction.transpose();
     own[static_cast<std::size_t>(i)] =
         direction * r_inverse * r_inverse.transpose() * direction.transpose();
     for (Eigen::Index k = 0; k < 3; ++k) {
       for (Eigen::Index l = 0; l < 3; ++l) {
-        if (known.held[static_cast<std::size_t>(k)] && known.held[static_cast<std::size_t>(l)]) {
+        if (known.fixed[static_cast<std::size_t>(k)] && known.fixed[static_cast<std::size_t>(l)]) {
           own[static_cast<std::size_t>(i)](k, l) += known.covariance_enu_m2(k, l);
         }
       }
@@ -200,12 +201,12 @@ double CheckFreedom(const AdjustmentProblem& problem,
     Eigen::Matrix3d q = own[at] + y.middleCols(3 * i, 3).transpose() * solved.middleCols(3 * i, 3);
     // A component that is not known has a row and a column of zeros, and no weight.
     const KnownPosition& known = *problem.block.points.FindKnown(part[at]->point);
-    Eigen::Vector3d held_1;
+    Eigen::Vector3d fixed_part;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      held_1[k] = known.held[static_cast<std::size_t>(k)] ? 1.0 : 0.0;
-      q(k, k) += 1.0 - held_1[k];
+      fixed_part[k] = known.fixed[static_cast<std::size_t>(k)] ? 1.0 : 0.0;
+      q(k, k) += 1.0 - fixed_part[k];
     }
-    weight[at] = q.llt().solve(Eigen::Matrix3d(held_1.asDiagonal()));
+    weight[at] = q.llt().solve(Eigen::Matrix3d(fixed_part.asDiagonal()));
   }
   double of_part = 0.0, shared = 0.0;
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -222,24 +223,24 @@ double CheckFreedom(const AdjustmentProblem& problem,
   return components * components / (components + shared * scale * scale);
 }
 
-ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double scale_1) {
+ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double sigma_scale) {
   const double ee = covariance_m2[0], nn = covariance_m2[1], en = covariance_m2[3];
   const double mean = 0.5 * (ee + nn);
   const double radius = std::hypot(0.5 * (nn - ee), en);
   ErrorEllipse ellipse;
-  ellipse.major_m = scale_1 * std::sqrt(mean + radius);
-  ellipse.minor_m = scale_1 * std::sqrt(std::max(mean - radius, 0.0));
+  ellipse.major_m = sigma_scale * std::sqrt(mean + radius);
+  ellipse.minor_m = sigma_scale * std::sqrt(std::max(mean - radius, 0.0));
   ellipse.azimuth_rad = 0.5 * std::atan2(2.0 * en, nn - ee);
   if (ellipse.azimuth_rad < 0.0) ellipse.azimuth_rad += std::numbers::pi;
   return ellipse;
 }
 
-double EllipseScale(double confidence_1) {
-  if (!(confidence_1 > 0.0 && confidence_1 < 1.0)) {
+double EllipseScale(double confidence) {
+  if (!(confidence > 0.0 && confidence < 1.0)) {
     throw InputError("confidence",
-                     std::to_string(confidence_1) + " is not allowed, a number between 0 and 1 is");
+                     "must be a number between 0 and 1, got " + std::to_string(confidence));
   }
-  return std::sqrt(-2.0 * std::log1p(-confidence_1));
+  return std::sqrt(-2.0 * std::log1p(-confidence));
 }
 
 std::array<Eigen::Vector2d, kEllipseCorners> EllipseCorners(const ErrorEllipse& ellipse) {

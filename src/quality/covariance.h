@@ -25,7 +25,7 @@ inline constexpr int kFullParameterCovariance = 1000;
 ///     cov(p_a) + cov(p_b) - cov(p_a, p_b) - cov(p_a, p_b)'
 ///     cov(p_a, p_b) = R_a^-1 T_a C T_b' R_b^-T
 /// in east-north-up axes at a. Pairs with a point that is not solved are left out. `system` null:
-/// flight paths held, points are independent.
+/// flight paths fixed, points are independent.
 [[nodiscard]] std::vector<PairResult> PairCovariances(
     const AdjustmentProblem& problem,
     const BlockState& state,
@@ -33,18 +33,18 @@ inline constexpr int kFullParameterCovariance = 1000;
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
     ProgressSink* progress);
 
-/// How many independent components the check points of a result are worth: n^2 over the sum of
+/// Effective number of independent components of the check points of a result: n^2 over the sum of
 /// tr(Q_i^-1 Q_ij Q_j^-1 Q_ji) over all pairs, which is 2 n^2 over the variance of the sum of their
 /// chi-squares (Satterthwaite 1946). n components where nothing correlates them, far fewer where
-/// the datum is common to all and weak. `factor_1` is s0^2 where covariances are scaled by it, 1
-/// otherwise. Above kMostCheckPoints a regular part of them stands for all.
+/// the datum is common to all and weak. `variance_factor` is s0^2 where covariances are scaled by
+/// it, 1 otherwise. Above kMaxCheckPoints a regular part of them represents all.
 /// docs/theory/quality.md.
-inline constexpr std::size_t kMostCheckPoints = 300;
+inline constexpr std::size_t kMaxCheckPoints = 300;
 [[nodiscard]] double CheckFreedom(const AdjustmentProblem& problem,
                                   const BlockState& state,
                                   const ReducedSystem& system,
                                   const std::vector<CheckResult>& checks,
-                                  double factor_1);
+                                  double variance_factor);
 
 /// The differences alone, covariances NaN (level `leberl`).
 [[nodiscard]] std::vector<PairResult> PairDifferences(
@@ -60,9 +60,9 @@ struct ErrorEllipse {
   double azimuth_rad = 0.0;
 };
 
-/// Eigenvalues and eigenvectors of [[ee, en], [en, nn]] in closed form, times `scale_1`. The
+/// Eigenvalues and eigenvectors of [[ee, en], [en, nn]] in closed form, times `sigma_scale`. The
 /// standard ellipse (scale 1) holds the true place with probability 1 - exp(-1/2), 39.3 percent.
-[[nodiscard]] ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double scale_1 = 1.0);
+[[nodiscard]] ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double sigma_scale = 1.0);
 
 /// Scale of the ellipse that holds the true place of a normal error with probability
 /// 0 < confidence < 1: the root of the chi-square quantile of two degrees of freedom,
@@ -70,7 +70,7 @@ struct ErrorEllipse {
 ///     k = sqrt(-2 ln(1 - confidence))
 ///
 /// Throws InputError for other values.
-[[nodiscard]] double EllipseScale(double confidence_1);
+[[nodiscard]] double EllipseScale(double confidence);
 
 constexpr int kEllipseCorners = 36;
 

@@ -22,7 +22,7 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kRedrawnPerChunk = 512;
-constexpr int kMostSteps = 30;
+constexpr int kMaxSteps = 30;
 /// A step this small in metres along track moves no position that counts.
 constexpr double kCloseEnough_m = 1e-7;
 
@@ -46,20 +46,20 @@ void SolveLook(const AdjustmentProblem& problem,
   LookEvaluation at;
   double& azimuth =
       block->MeasuresDoppler(look) ? block->looks.cone[look] : block->looks.time_s[look];
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     if (!EvaluateLook(problem.model, state, point, look, {}, &columns, &at) || at.beyond_path) {
       break;
     }
-    if (std::abs(at.error_1[1]) * at.azimuth_unit_m < kCloseEnough_m) {
+    if (std::abs(at.whitened_error[1]) * at.azimuth_unit_m < kCloseEnough_m) {
       const LookSigma sigma = problem.model.SigmaOf(look);
       out->azimuth[look] = azimuth;
-      out->range_m[look] = block->looks.range_m[look] + at.error_1[0];
+      out->range_m[look] = block->looks.range_m[look] + at.whitened_error[0];
       out->azimuth_sigma[look] = sigma.azimuth_unit == AzimuthUnit::kMetres
                                      ? sigma.azimuth / at.azimuth_unit_m
                                      : sigma.azimuth;
       return;
     }
-    azimuth += at.error_1[1];
+    azimuth += at.whitened_error[1];
   }
   throw InputError("adjust.covariance",
                    "'montecarlo' cannot repeat the look of " +
@@ -68,17 +68,17 @@ void SolveLook(const AdjustmentProblem& problem,
                        ": its noise-free time lies outside the path");
 }
 
-/// Noise of the held components of a known position with their covariance, east-north-up [m].
+/// Noise of the fixed components of a known position with their covariance, east-north-up [m].
 Eigen::Vector3d DrawKnown(const KnownPosition& known, RandomStream* random) {
-  std::vector<Eigen::Index> held;
+  std::vector<Eigen::Index> fixed;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (known.held[i]) held.push_back(static_cast<Eigen::Index>(i));
+    if (known.fixed[i]) fixed.push_back(static_cast<Eigen::Index>(i));
   }
-  Eigen::VectorXd normal(static_cast<Eigen::Index>(held.size()));
+  Eigen::VectorXd normal(static_cast<Eigen::Index>(fixed.size()));
   for (double& value : normal) value = random->Normal();
-  const Eigen::MatrixXd covariance = known.covariance_enu_m2(held, held);
+  const Eigen::MatrixXd covariance = known.covariance_enu_m2(fixed, fixed);
   Eigen::Vector3d noise_m = Eigen::Vector3d::Zero();
-  noise_m(held) = dense::Cholesky(covariance).L().triangularView<Eigen::Lower>() * normal;
+  noise_m(fixed) = dense::Cholesky(covariance).L().triangularView<Eigen::Lower>() * normal;
   return noise_m;
 }
 
@@ -106,13 +106,13 @@ ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& st
   return out;
 }
 
-void RedrawSolution(const AdjustmentProblem& problem,
-                    const BlockState& state,
-                    const ExactReadings& exact,
-                    std::uint64_t seed,
-                    std::uint64_t run,
-                    Block* block,
-                    std::vector<double>* prior_values) {
+void ResampleObservations(const AdjustmentProblem& problem,
+                          const BlockState& state,
+                          const ExactReadings& exact,
+                          std::uint64_t seed,
+                          std::uint64_t run,
+                          Block* block,
+                          std::vector<double>* prior_values) {
   for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
     if (problem.look_used[i] == 0) continue;
     RandomStream random(seed, StreamOf(run, kLookKind, i));
@@ -153,7 +153,7 @@ void RedrawSolution(const AdjustmentProblem& problem,
 
 namespace {
 
-/// Runs whose errors are held at once: 24 bytes a point each.
+/// Runs whose errors are kept at once: 24 bytes per point each.
 constexpr std::size_t kRunsPerBatch = 16;
 
 /// Errors of one run by point, frame axes; empty where it did not converge.
@@ -166,14 +166,14 @@ RunErrors AdjustRun(const AdjustmentProblem& problem,
                     std::uint64_t run) {
   Block block = problem.block;
   std::vector<double> prior_values;
-  RedrawSolution(problem, state, exact, options.montecarlo_seed, run, &block, &prior_values);
+  ResampleObservations(problem, state, exact, options.montecarlo_seed, run, &block, &prior_values);
   AdjustmentProblem again(block, problem);
   again.model.ScaleSigmas(problem.model.sigma_factors());
   again.look_used = problem.look_used;
   again.point_status = problem.point_status;
   again.point_reason = problem.point_reason;
   again.control_of = problem.control_of;  // without what was released as a blunder
-  again.held = problem.held;
+  again.fixed = problem.fixed;
   for (std::size_t i = 0; i < prior_values.size(); ++i) {
     again.layout.parameters[i].prior_value = prior_values[i];
   }
@@ -190,14 +190,14 @@ RunErrors AdjustRun(const AdjustmentProblem& problem,
 /// What a point's errors are compared with.
 struct Reference {
   Eigen::Matrix3d normal_from_frame;  // east, north, up in standard deviations
-  std::array<double, 6> whiten_1;     // of these, to independent ones: lower triangle by rows
+  std::array<double, 6> whiten;       // of these, to independent ones: lower triangle by rows
 };
 
 /// e' Q^-1 e of an error in standard deviations.
-double SquareOf(const std::array<double, 6>& whiten_1, const Eigen::Vector3d& normal) {
-  const double e = whiten_1[0] * normal[0];
-  const double n = whiten_1[1] * normal[0] + whiten_1[2] * normal[1];
-  const double u = whiten_1[3] * normal[0] + whiten_1[4] * normal[1] + whiten_1[5] * normal[2];
+double SquareOf(const std::array<double, 6>& whiten, const Eigen::Vector3d& normal) {
+  const double e = whiten[0] * normal[0];
+  const double n = whiten[1] * normal[0] + whiten[2] * normal[1];
+  const double u = whiten[3] * normal[0] + whiten[4] * normal[1] + whiten[5] * normal[2];
   return e * e + n * n + u * u;
 }
 
@@ -223,27 +223,27 @@ class Collector {
     for (std::size_t k = 0; run.converged && k < draws_.points.size(); ++k) {
       MonteCarloPoint& sums = draws_.points[k];
       const Eigen::Vector3d normal = references_[k].normal_from_frame * errors[sums.point];
-      const double square = SquareOf(references_[k].whiten_1, normal);
+      const double square = SquareOf(references_[k].whiten, normal);
       for (std::size_t i = 0; i < 3; ++i) {
         const double own = normal[static_cast<Eigen::Index>(i)];
         sums.product[i].Add(own * own);
-        run.variance_ratio_1[i] += own * own;
+        run.variance_ratio[i] += own * own;
         if (square > limit_[i]) continue;
         ++sums.inside[i];
-        run.inside_1[i] += 1.0;
+        run.inside[i] += 1.0;
       }
       sums.product[3].Add(normal[0] * normal[1]);
       sums.product[4].Add(normal[0] * normal[2]);
       sums.product[5].Add(normal[1] * normal[2]);
       sums.square.Add(square);
-      run.square_1 += square / 3.0;
+      run.square += square / 3.0;
     }
     const double count = std::max(1.0, static_cast<double>(draws_.points.size()));
     for (std::size_t i = 0; i < 3; ++i) {
-      run.variance_ratio_1[i] /= count;
-      run.inside_1[i] /= count;
+      run.variance_ratio[i] /= count;
+      run.inside[i] /= count;
     }
-    run.square_1 /= count;
+    run.square /= count;
     draws_.runs.push_back(run);
   }
 
@@ -265,7 +265,7 @@ class Collector {
         sigma_m.cwiseInverse().asDiagonal() * problem.block.frame.EnuFromFrame(position_m);
     std::size_t k = 0;
     for (Eigen::Index i = 0; i < 3; ++i) {
-      for (Eigen::Index j = 0; j <= i; ++j) reference.whiten_1[k++] = whiten(i, j) * sigma_m[j];
+      for (Eigen::Index j = 0; j <= i; ++j) reference.whiten[k++] = whiten(i, j) * sigma_m[j];
     }
     references_.push_back(reference);
     draws_.points.emplace_back().point = static_cast<std::uint32_t>(point);
@@ -314,7 +314,7 @@ MonteCarloDraws DrawMonteCarlo(const AdjustmentProblem& problem,
 
 namespace {
 
-constexpr double kConfidence_1 = 0.99;
+constexpr double kConfidence = 0.99;
 
 /// Sum and square sum of a figure over the runs.
 struct RunSum {
@@ -328,10 +328,10 @@ struct RunSum {
   [[nodiscard]] RunMean Mean(int runs, double expected, double least_variance) const {
     const double n = runs;
     RunMean out;
-    out.expected_1 = expected;
-    out.mean_1 = sum / n;
-    const double variance = runs > 1 ? (square - sum * out.mean_1) / (n - 1.0) : least_variance;
-    out.standard_error_1 = std::sqrt(std::max(variance, least_variance) / n);
+    out.expected = expected;
+    out.mean = sum / n;
+    const double variance = runs > 1 ? (square - sum * out.mean) / (n - 1.0) : least_variance;
+    out.standard_error = std::sqrt(std::max(variance, least_variance) / n);
     return out;
   }
 };
@@ -343,10 +343,10 @@ void FillMeans(const MonteCarloDraws& draws, MonteCarloReport* report) {
   for (const MonteCarloRun& run : draws.runs) {
     if (!run.converged) continue;
     for (std::size_t i = 0; i < 3; ++i) {
-      ratio[i].Add(run.variance_ratio_1[i]);
-      inside[i].Add(run.inside_1[i]);
+      ratio[i].Add(run.variance_ratio[i]);
+      inside[i].Add(run.inside[i]);
     }
-    square.Add(run.square_1);
+    square.Add(run.square);
   }
   const auto count = static_cast<double>(draws.points.size());
   for (std::size_t i = 0; i < 3; ++i) {
@@ -365,7 +365,7 @@ void FillPoints(const MonteCarloDraws& draws,
   constexpr std::array<std::array<std::size_t, 2>, 6> kElements{
       {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
   const double runs = report->runs;
-  const Interval allowed = ChiSquareInterval(kConfidence_1, 3.0 * runs);
+  const Interval allowed = ChiSquareInterval(kConfidence, 3.0 * runs);
   for (const MonteCarloPoint& sums : draws.points) {
     const SymmetricEnu& rigorous_m2 = covariance_m2[sums.point];
     for (std::size_t k = 0; k < 6; ++k) {
@@ -376,7 +376,7 @@ void FillPoints(const MonteCarloDraws& draws,
     }
     const double square = sums.square.Value();
     if (!allowed.Contains(square)) ++report->points_outside;
-    report->square_1[sums.point] = square / (3.0 * runs);
+    report->square[sums.point] = square / (3.0 * runs);
     for (std::size_t i = 0; i < 3; ++i) report->inside[i][sums.point] = sums.inside[i];
   }
 }
@@ -399,12 +399,12 @@ std::string SentenceOf(const MonteCarloReport& report) {
                 verdict,
                 report.runs,
                 report.points,
-                ratio.mean_1,
+                ratio.mean,
                 ratio.lower(),
                 ratio.upper(),
-                100.0 * report.coverage[0].mean_1,
-                100.0 * report.coverage[1].mean_1,
-                100.0 * report.coverage[2].mean_1);
+                100.0 * report.coverage[0].mean,
+                100.0 * report.coverage[1].mean,
+                100.0 * report.coverage[2].mean);
   return text.data();
 }
 
@@ -418,7 +418,7 @@ MonteCarloReport ReportMonteCarlo(const MonteCarloDraws& draws,
   report.points = draws.points.size();
   for (const MonteCarloRun& run : draws.runs) ++(run.converged ? report.runs : report.failed);
   report.sample_m2.assign(covariance_m2.size(), {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN});
-  report.square_1.assign(covariance_m2.size(), kNaN);
+  report.square.assign(covariance_m2.size(), kNaN);
   for (auto& inside : report.inside) inside.assign(covariance_m2.size(), 0);
   if (report.runs > 0 && report.points > 0) {
     FillPoints(draws, covariance_m2, &report);

@@ -13,7 +13,7 @@
 
 namespace sarblock {
 
-/// What the looks of a solved block would read without noise.
+/// Noise-free observations of the solution.
 struct ExactReadings {
   // By look in use:
   std::vector<double> range_m;        ///< the range equation's solution
@@ -29,20 +29,20 @@ struct ExactReadings {
 /// and times or Dopplers, the control coordinates and the priors' values. `block` is a copy of
 /// problem.block. One stream of random numbers a look, a control point and a parameter: a function
 /// of seed and run.
-void RedrawSolution(const AdjustmentProblem& problem,
-                    const BlockState& state,
-                    const ExactReadings& exact,
-                    std::uint64_t seed,
-                    std::uint64_t run,
-                    Block* block,
-                    std::vector<double>* prior_values);
+void ResampleObservations(const AdjustmentProblem& problem,
+                          const BlockState& state,
+                          const ExactReadings& exact,
+                          std::uint64_t seed,
+                          std::uint64_t run,
+                          Block* block,
+                          std::vector<double>* prior_values);
 
 /// Repeats the adjustment of a solved block options.montecarlo_runs times (or those of them that
-/// options.montecarlo_part holds), each with noise drawn anew about the solution (RedrawSolution)
-/// and started from it, and compares the errors with the rigorous covariance `covariance_m2`, by
-/// point in east, north, up. Same weights, looks and groups as the solution's, by least squares;
-/// blunders are not simulated. Runs are parallel; what a run adds depends neither on the number of
-/// threads nor on the other runs. docs/theory/montecarlo.md.
+/// options.montecarlo_part holds), each with noise drawn anew about the solution
+/// (ResampleObservations) and started from it, and compares the errors with the rigorous covariance
+/// `covariance_m2`, by point in east, north, up. Same weights, looks and groups as the solution's,
+/// by least squares; blunders are not simulated. Runs are parallel; what a run adds depends neither
+/// on the number of threads nor on the other runs. docs/theory/montecarlo.md.
 [[nodiscard]] MonteCarloDraws DrawMonteCarlo(const AdjustmentProblem& problem,
                                              const BlockState& state,
                                              const AdjustOptions& options,

@@ -26,7 +26,7 @@ constexpr std::size_t kPointsPerChunk = 128;
 /// Variance that corrections give to an equation of unit variance, above which the short form of
 /// the look's leverage loses more digits than a float holds: then the complement is used (not for a
 /// point of the border, where it would need all pairs of its passes).
-constexpr double kLargeLeverage_1 = 1e6;
+constexpr double kLargeLeverage = 1e6;
 
 /// Everything about one point at the solution; storage reused from point to point.
 struct PointState {
@@ -214,7 +214,7 @@ LookCovariance CovarianceAt(const AdjustmentProblem& problem,
   Eigen::Matrix<double, 2, 3> shift = q;         // by unit errors, times R'
   if (inverse != nullptr) {
     LookProducts products = ProductsOf(problem, inverse->blocks, *p, look);
-    if (p->border_row >= 0 || products.own.diagonal().maxCoeff() <= kLargeLeverage_1) {
+    if (p->border_row >= 0 || products.own.diagonal().maxCoeff() <= kLargeLeverage) {
       const Eigen::Matrix<double, 2, 3> qc = q * p->core;
       const Eigen::Matrix2d mixed = products.with_point * q.transpose();
       adjusted = qc * q.transpose() - mixed - mixed.transpose() + products.own;
@@ -225,7 +225,7 @@ LookCovariance CovarianceAt(const AdjustmentProblem& problem,
       shift = q - products.with_point;
     }
   }
-  return {look.look, look.error_1, q, adjusted, p->r_inverse * shift.transpose()};
+  return {look.look, look.whitened_error, q, adjusted, p->r_inverse * shift.transpose()};
 }
 
 /// Reliability of both components of one look; returns its redundancy.
@@ -233,12 +233,12 @@ double FillLook(const LookCovariance& look, LookQuality* out) {
   double total = 0.0;
   for (Eigen::Index i = 0; i < 2; ++i) {
     const auto component = static_cast<std::size_t>(i);
-    const double redundancy = 1.0 - look.adjusted_1(i, i);
+    const double redundancy = 1.0 - look.adjusted_covariance(i, i);
     total += redundancy;
-    out->redundancy_1[component][look.look] = static_cast<float>(redundancy);
-    out->w_1[component][look.look] =
-        redundancy > kLeastRedundancy_1
-            ? static_cast<float>(look.error_1[i] / std::sqrt(redundancy))
+    out->redundancy[component][look.look] = static_cast<float>(redundancy);
+    out->w[component][look.look] =
+        redundancy > kMinRedundancy
+            ? static_cast<float>(look.whitened_error[i] / std::sqrt(redundancy))
             : std::numeric_limits<float>::quiet_NaN();
     out->shift_m[component][look.look] = static_cast<float>(look.shift_m.col(i).norm());
   }
@@ -250,7 +250,7 @@ void Prepare(std::size_t points, std::size_t looks, bool quality, PointSweep* ou
   if (!quality) return;
   out->redundancy.assign(points, kNaN);
   for (std::size_t component = 0; component < 2; ++component) {
-    for (auto* values : {&out->quality.redundancy_1, &out->quality.w_1, &out->quality.shift_m}) {
+    for (auto* values : {&out->quality.redundancy, &out->quality.w, &out->quality.shift_m}) {
       (*values)[component].assign(looks, std::numeric_limits<float>::quiet_NaN());
     }
   }
@@ -303,10 +303,10 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
                    kPointsPerChunk,
                    {SharedArray::ByItem(&out.covariance_m2),
                     SharedArray::ByItem(&out.redundancy),
-                    by_look(&q.redundancy_1[0]),
-                    by_look(&q.redundancy_1[1]),
-                    by_look(&q.w_1[0]),
-                    by_look(&q.w_1[1]),
+                    by_look(&q.redundancy[0]),
+                    by_look(&q.redundancy[1]),
+                    by_look(&q.w[0]),
+                    by_look(&q.w[1]),
                     by_look(&q.shift_m[0]),
                     by_look(&q.shift_m[1])},
                    sweep);
@@ -336,23 +336,23 @@ std::vector<ControlQuality> ControlQualities(const AdjustmentProblem& problem,
     const std::int32_t index = problem.control_of[known.point];
     if (index < 0 || !problem.Solves(known.point)) continue;
     const ControlEquations& control = problem.control[static_cast<std::size_t>(index)];
-    std::vector<int> held;
+    std::vector<int> fixed;
     for (int i = 0; i < 3; ++i) {
-      if (known.held[static_cast<std::size_t>(i)]) held.push_back(i);
+      if (known.fixed[static_cast<std::size_t>(i)]) fixed.push_back(i);
     }
     const SymmetricEnu& c = covariance_m2[known.point];
     const Eigen::Matrix3d adjusted = MatrixOf(c);
     const Eigen::Vector3d error_m =
         block.frame.EnuFromFrame(control.known_m) * (state.Position(known.point) - control.known_m);
-    const auto n = static_cast<Eigen::Index>(held.size());
+    const auto n = static_cast<Eigen::Index>(fixed.size());
     Eigen::MatrixXd given(n, n), of_held(3, n);
     Eigen::VectorXd residual(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const int hi = held[static_cast<std::size_t>(i)];
+      const int hi = fixed[static_cast<std::size_t>(i)];
       residual[i] = error_m[hi];
       of_held.col(i) = adjusted.col(hi);
       for (Eigen::Index j = 0; j < n; ++j) {
-        given(i, j) = known.covariance_enu_m2(hi, held[static_cast<std::size_t>(j)]);
+        given(i, j) = known.covariance_enu_m2(hi, fixed[static_cast<std::size_t>(j)]);
       }
     }
     if (control.height_only) {
@@ -365,7 +365,7 @@ std::vector<ControlQuality> ControlQualities(const AdjustmentProblem& problem,
     const Eigen::MatrixXd weight = given.inverse();
     Eigen::MatrixXd of_residual = given;
     for (Eigen::Index i = 0; i < n; ++i) {
-      of_residual.row(i) -= of_held.row(held[static_cast<std::size_t>(i)]);
+      of_residual.row(i) -= of_held.row(fixed[static_cast<std::size_t>(i)]);
     }
     const Eigen::VectorXd weighted = weight * residual;
     const Eigen::MatrixXd of_weighted = weight * of_residual * weight;
@@ -373,11 +373,10 @@ std::vector<ControlQuality> ControlQualities(const AdjustmentProblem& problem,
     for (Eigen::Index i = 0; i < n; ++i) {
       ControlQuality q;
       q.point = known.point;
-      q.component = held[static_cast<std::size_t>(i)];
+      q.component = fixed[static_cast<std::size_t>(i)];
       q.residual_m = residual[i];
-      q.redundancy_1 = (of_residual * weight)(i, i);
-      q.w_1 =
-          q.redundancy_1 > kLeastRedundancy_1 ? weighted[i] / std::sqrt(of_weighted(i, i)) : kNaN;
+      q.redundancy = (of_residual * weight)(i, i);
+      q.w = q.redundancy > kMinRedundancy ? weighted[i] / std::sqrt(of_weighted(i, i)) : kNaN;
       q.shift_m = gain.col(i).norm() * std::sqrt(given(i, i));
       out.push_back(q);
     }
@@ -434,8 +433,8 @@ void AddLook(const WhitenedLook& look,
              const ParameterLayout& layout,
              Eigen::Index row,
              ResidualEquations* out) {
-  out->a.block<2, 3>(row, 0) = look.by_point;
-  out->a.block<2, 1>(row, 3 + out->columns) = look.error_1;
+  out->a.block<2, 3>(row, 0) = look.d_point;
+  out->a.block<2, 1>(row, 3 + out->columns) = look.whitened_error;
   std::size_t local = 0;
   for (int b = 0; b < look.columns.block_count; ++b) {
     const int block = look.columns.block[static_cast<std::size_t>(b)];
@@ -466,7 +465,7 @@ ResidualEquations EquationsOf(const AdjustmentProblem& problem,
   if (control != nullptr) {
     const ControlEvaluation at = EvaluateControl(
         problem.block.frame, *control, state.start_m[point], state.displacement_m[point]);
-    out.a.bottomLeftCorner(control->rows, 3) = at.by_point.topRows(control->rows);
+    out.a.bottomLeftCorner(control->rows, 3) = at.d_point.topRows(control->rows);
     out.a.bottomRightCorner(control->rows, 1) = at.residual.head(control->rows);
   }
   return out;
@@ -488,13 +487,13 @@ Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const ResidualEquati
 
 }  // namespace
 
-double PointResiduals::w_1(Eigen::Index i) const {
-  const double r = q_vv_1(i, i);
-  return r > kLeastRedundancy_1 ? v_1[i] / std::sqrt(r) : std::numeric_limits<double>::quiet_NaN();
+double PointResiduals::w(Eigen::Index i) const {
+  const double r = q_vv(i, i);
+  return r > kMinRedundancy ? v[i] / std::sqrt(r) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double PointResiduals::Correlation(Eigen::Index i, Eigen::Index k) const {
-  return q_vv_1(i, k) / std::sqrt(q_vv_1(i, i) * q_vv_1(k, k));
+  return q_vv(i, k) / std::sqrt(q_vv(i, i) * q_vv(k, k));
 }
 
 PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
@@ -508,22 +507,22 @@ PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
   Eigen::MatrixXd& a = equations.a;
   const Eigen::Index m = a.rows(), columns = equations.columns;
   out.control_rows = static_cast<int>(m) - 2 * static_cast<int>(out.looks.size());
-  out.v_1 = a.col(3 + columns);
+  out.v = a.col(3 + columns);
   const dense::Orthogonal qr(a.leftCols(3));
   const Eigen::MatrixXd q = qr.Q(m);
   const Eigen::MatrixXd q2 = q.rightCols(m - 3);
   const Eigen::Matrix3d r = qr.R();
-  out.q_vv_1 = q2 * q2.transpose();
+  out.q_vv = q2 * q2.transpose();
   Eigen::MatrixXd gain = q.leftCols(3).transpose();
-  out.information_1 = q.leftCols(3);
-  out.shared_1.setZero(m);
+  out.information = q.leftCols(3);
+  out.corrections_share.setZero(m);
   if (inverse != nullptr && columns > 0) {
     const Eigen::MatrixXd turned = q.transpose() * a.middleCols(3, columns);
     const Eigen::MatrixXd c_b =
         Gather(inverse->blocks, equations) * turned.bottomRows(m - 3).transpose();
     const Eigen::MatrixXd shared = q2 * (turned.bottomRows(m - 3) * c_b) * q2.transpose();
-    out.q_vv_1 -= shared;
-    out.shared_1 = shared.diagonal();
+    out.q_vv -= shared;
+    out.corrections_share = shared.diagonal();
     gain -= turned.topRows(3) * c_b * q2.transpose();
   }
   out.shift_m = r.triangularView<Eigen::Upper>().solve(gain);
@@ -541,11 +540,11 @@ PointResiduals ResidualsOfLook(const AdjustmentProblem& problem,
   PointResiduals out;
   out.looks = {look};
   out.looks_of_point = static_cast<std::size_t>(problem.CountLooks(point));
-  out.v_1 = at.error_1;
-  out.q_vv_1 = Eigen::Matrix2d::Identity() - at.adjusted_1;
-  out.information_1 = at.information_1;
-  const Eigen::Matrix2d own_1 = at.information_1 * at.information_1.transpose();
-  out.shared_1 = (at.adjusted_1 - own_1).diagonal();
+  out.v = at.whitened_error;
+  out.q_vv = Eigen::Matrix2d::Identity() - at.adjusted_covariance;
+  out.information = at.information;
+  const Eigen::Matrix2d point_share = at.information * at.information.transpose();
+  out.corrections_share = (at.adjusted_covariance - point_share).diagonal();
   out.shift_m = at.shift_m;
   return out;
 }
@@ -561,41 +560,41 @@ PointResiduals InformationOfPoint(const AdjustmentProblem& problem,
   }
   out.looks_of_point = out.looks.size();
   out.control_rows = factor.row_count - 2 * factor.look_count;
-  out.v_1 = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), factor.row_count);
-  out.information_1 = Eigen::Map<const Eigen::MatrixX3d>(factor.q.data(), factor.row_count, 3);
+  out.v = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), factor.row_count);
+  out.information = Eigen::Map<const Eigen::MatrixX3d>(factor.q.data(), factor.row_count, 3);
   return out;
 }
 
 namespace {
 
 constexpr std::size_t kRoundedPerChunk = 4096;
-constexpr double kRounding_1 = std::numeric_limits<double>::epsilon();
-/// Of a standard deviation, above which rounding is told of.
-constexpr double kTold_1 = 1e-4;
+constexpr double kRounding = std::numeric_limits<double>::epsilon();
+/// Part of a standard deviation above which rounding is reported.
+constexpr double kReported = 1e-4;
 
 /// The worst equation met so far.
 struct Worst {
-  double part_1 = 0.0;
+  double part = 0.0;
   double rounding_m = 0.0;
   std::size_t point = 0, points = 0;
 
   void Add(const Worst& other) {
     points += other.points;
-    if (other.part_1 <= part_1) return;
-    part_1 = other.part_1;
+    if (other.part <= part) return;
+    part = other.part;
     rounding_m = other.rounding_m;
     point = other.point;
   }
 };
 
-Worst OfPoint(const AdjustmentProblem& problem, const BlockState& state, std::size_t point) {
+Worst WorstOfPoint(const AdjustmentProblem& problem, const BlockState& state, std::size_t point) {
   const Looks& looks = problem.block.looks;
   const double point_m = state.Position(point).lpNorm<Eigen::Infinity>();
   Worst worst;
   worst.point = point;
   const auto meet = [&](double rounding_m, double per_m) {
-    if (!(rounding_m * per_m > worst.part_1)) return;
-    worst.part_1 = rounding_m * per_m;
+    if (!(rounding_m * per_m > worst.part)) return;
+    worst.part = rounding_m * per_m;
     worst.rounding_m = rounding_m;
   };
   for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
@@ -604,15 +603,15 @@ Worst OfPoint(const AdjustmentProblem& problem, const BlockState& state, std::si
     Motion motion;
     if (!problem.block.passes[pass].path.Evaluate(looks.time_s[i], &motion)) continue;
     double rounding_m =
-        kRounding_1 *
+        kRounding *
         std::max({point_m, motion.position_m.lpNorm<Eigen::Infinity>(), looks.range_m[i]});
     // A time is no finer in its file than it is here.
-    rounding_m += kRounding_1 * std::abs(looks.time_s[i]) * motion.velocity_mps.norm();
+    rounding_m += kRounding * std::abs(looks.time_s[i]) * motion.velocity_mps.norm();
     const LookWeights& w = problem.weights[i];
-    const double unit_m = problem.block.RoughAzimuthUnit_m(i, motion.velocity_mps.norm());
+    const double unit_m = problem.block.ApproximateAzimuthUnit_m(i, motion.velocity_mps.norm());
     meet(rounding_m, std::max(w.range_per_m, w.azimuth_per_unit / unit_m));
   }
-  worst.points = worst.part_1 > kTold_1 ? 1 : 0;
+  worst.points = worst.part > kReported ? 1 : 0;
   return worst;
 }
 
@@ -628,14 +627,15 @@ void WarnOfRounding(const AdjustmentProblem& problem,
                    {SharedArray::ByChunk(&parts)},
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                      for (std::size_t point = begin; point < end; ++point) {
-                       if (problem.Solves(point)) parts[chunk].Add(OfPoint(problem, state, point));
+                       if (problem.Solves(point))
+                         parts[chunk].Add(WorstOfPoint(problem, state, point));
                      }
                    });
   Worst worst;
   for (const Worst& part : parts) worst.Add(part);
   if (worst.points == 0) return;
   std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.1e m, %.1e", worst.rounding_m, worst.part_1);
+  std::snprintf(text.data(), text.size(), "%.1e m, %.1e", worst.rounding_m, worst.part);
   Warn(result,
        std::to_string(worst.points) +
            " points have looks weighted finer than the rounding of double precision "

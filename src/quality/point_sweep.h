@@ -22,12 +22,12 @@ namespace sarblock {
 /// column: with C the covariance of the corrections, cov(p_a, p_b) = Y_a' C Y_b for a != b and
 /// cov(p_a) = R^-1 R^-T + Y_a' C Y_a (docs/theory/covariance.md). `factor` and `columns` are
 /// storage, reused from point to point.
-[[nodiscard]] Eigen::Matrix3d SpreadPoint(const AdjustmentProblem& problem,
-                                          const BlockState& state,
-                                          std::size_t point,
-                                          PointFactor* factor,
-                                          PointColumns* columns,
-                                          Eigen::Ref<Eigen::MatrixXd> full);
+[[nodiscard]] Eigen::Matrix3d PointSensitivity(const AdjustmentProblem& problem,
+                                               const BlockState& state,
+                                               std::size_t point,
+                                               PointFactor* factor,
+                                               PointColumns* columns,
+                                               Eigen::Ref<Eigen::MatrixXd> full);
 
 /// A covariance in frame axes [m2] as east, north, up at p.
 [[nodiscard]] SymmetricEnu ToEnu(const Frame& frame,
@@ -47,8 +47,8 @@ struct PointSweep {
 ///
 ///     cov(p) = R^-1 (I + T C T') R^-T
 ///
-/// C = S^-1 on the pattern of S (`inverse`), which holds every block a point needs. Without
-/// corrections (`inverse` null) or for flight paths held: R^-1 R^-T.
+/// C = S^-1 on the pattern of S (`inverse`), which has every block a point needs. Without
+/// corrections (`inverse` null) or for fixed flight paths: R^-1 R^-T.
 /// model.md, section 7; docs/theory/covariance.md, eqs. (22) to (24).
 ///
 /// With `quality` the reliability of every look as well (docs/theory/quality.md), from the same
@@ -68,10 +68,10 @@ struct PointSweep {
 /// One look at the solution, its two components in units of their standard deviations.
 struct LookCovariance {
   std::size_t look = 0;
-  Eigen::Vector2d error_1 = Eigen::Vector2d::Zero();
-  Eigen::Matrix<double, 2, 3> information_1;  ///< its rows of Q
-  Eigen::Matrix2d adjusted_1;                 ///< covariance of the adjusted look
-  Eigen::Matrix<double, 3, 2> shift_m;        ///< of the point by one sigma in each
+  Eigen::Vector2d whitened_error = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 3> information;  ///< its rows of Q
+  Eigen::Matrix2d adjusted_covariance;      ///< covariance of the adjusted look
+  Eigen::Matrix<double, 3, 2> shift_m;      ///< of the point by one sigma in each
 };
 
 /// The figures of SweepPoints of the looks of a point that takes part, in their order.
@@ -80,7 +80,7 @@ struct LookCovariance {
                                                              const CorrectionCovariance* inverse,
                                                              std::size_t point);
 
-/// Reliability of the held components of control points, from their covariances.
+/// Reliability of the fixed components of control points, from their covariances.
 [[nodiscard]] std::vector<ControlQuality> ControlQualities(
     const AdjustmentProblem& problem,
     const BlockState& state,
@@ -96,21 +96,21 @@ struct PointResiduals {
   std::vector<std::uint64_t> looks;
   std::size_t looks_of_point = 0;  ///< that take part
   int control_rows = 0;
-  Eigen::VectorXd v_1;
-  Eigen::MatrixXd q_vv_1;
+  Eigen::VectorXd v;
+  Eigen::MatrixXd q_vv;
   /// What the corrections, and so other points, take of each residual: the diagonal of
   /// Q2 B C B' Q2'.
-  Eigen::VectorXd shared_1;
-  /// Q1: what each observation adds to the information on the point, corrections held; the rows'
+  Eigen::VectorXd corrections_share;
+  /// Q1: what each observation adds to the information on the point, corrections fixed; the rows'
   /// squares add to I.
-  Eigen::MatrixX3d information_1;
+  Eigen::MatrixX3d information;
   /// Shift of the point by one sigma in each observation, 3 rows, frame axes [m].
   Eigen::Matrix3Xd shift_m;
 
-  [[nodiscard]] Eigen::Index size() const { return v_1.size(); }
+  [[nodiscard]] Eigen::Index size() const { return v.size(); }
   /// v / sqrt(r); NaN where there is no redundancy.
-  [[nodiscard]] double w_1(Eigen::Index i) const;
-  /// Correlation of w_1(i) and w_1(k).
+  [[nodiscard]] double w(Eigen::Index i) const;
+  /// Correlation of w(i) and w(k).
   [[nodiscard]] double Correlation(Eigen::Index i, Eigen::Index k) const;
 };
 
@@ -128,7 +128,7 @@ struct PointResiduals {
                                              std::size_t point,
                                              std::uint64_t look);
 
-/// Looks, residuals and information_1 of a point, the rest empty: without the square of its rows.
+/// Looks, residuals and information of a point, the rest empty: without the square of its rows.
 [[nodiscard]] PointResiduals InformationOfPoint(const AdjustmentProblem& problem,
                                                 const BlockState& state,
                                                 std::size_t point);

@@ -20,14 +20,14 @@ namespace sarblock {
                                                  std::size_t tests,
                                                  double redundancy);
 
-/// Chance that |w| exceeds `critical_1` where its expectation is `shift_1`.
-[[nodiscard]] double TestPower(double shift_1, double critical_1);
+/// Chance that |w| exceeds `critical` where its expectation is `shift`.
+[[nodiscard]] double TestPower(double shift, double critical);
 
 /// Minimal detectable blunder delta0 sigma / sqrt(r), in the unit of sigma; NaN where no test is.
-[[nodiscard]] double MinimalDetectable(double delta0_1, double sigma_m, double redundancy_1);
+[[nodiscard]] double MinimalDetectable(double delta0, double sigma_m, double redundancy);
 
 /// Shift of the point by a blunder of that size, delta0 / sqrt(r) times the shift by one sigma [m].
-[[nodiscard]] double Influence_m(double delta0_1, double shift_m, double redundancy_1);
+[[nodiscard]] double Influence_m(double delta0, double shift_m, double redundancy);
 
 /// What v'Pv may lack because good looks were left out, `dropped` far off in a robust solution and
 /// those that the search of `result` left out: each took at least the limit of its test with it. Of
@@ -35,13 +35,6 @@ namespace sarblock {
 [[nodiscard]] double SquareLeftOut(std::size_t dropped,
                                    std::size_t looks,
                                    const AdjustResult& result);
-
-/// v'Pv against chi-square of the redundancy, two-sided, the lower end lower by `left_out_1`; NaN
-/// without redundancy.
-[[nodiscard]] GlobalTest TestGlobally(const AdjustmentProblem& problem,
-                                      double level,
-                                      double square_sum_1,
-                                      double left_out_1 = 0.0);
 
 /// Errors of check points against their known positions.
 void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result);

@@ -270,9 +270,9 @@ void FillCovarianceByCeres(const AdjustmentProblem& problem,
 void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options) {
   if (Resolve(options.covariance_method) != CovarianceMethod::kCeres) return;
   const std::size_t unknowns = CountProblem(problem).parameters;
-  if (unknowns <= kMostCeresUnknowns) return;
+  if (unknowns <= kMaxCeresUnknowns) return;
   throw InputError("adjust.covariance_method",
-                   "'ceres' is for blocks of at most " + std::to_string(kMostCeresUnknowns) +
+                   "'ceres' is for blocks of at most " + std::to_string(kMaxCeresUnknowns) +
                        " unknowns, this one has " + std::to_string(unknowns) +
                        "; allowed: auto, reduced");
 }

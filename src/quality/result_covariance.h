@@ -31,16 +31,16 @@ struct CeresCovariances {
   std::vector<PairResult> pairs;                ///< as PairCovariances
 };
 
-/// Unknowns (three a point, corrections) up to which covariance_method = "ceres" is offered. Its
+/// Unknowns (three per point, corrections) up to which covariance_method = "ceres" is offered. Its
 /// time grows with their square: 10,000 take minutes where the reduced route takes milliseconds.
-inline constexpr std::size_t kMostCeresUnknowns = 10000;
+inline constexpr std::size_t kMaxCeresUnknowns = 10000;
 
 /// Exact marginal covariances of all unknowns of the Ceres problem at `state`, looks without loss:
 /// the sparse QR factorisation of the whole Jacobian (SuiteSparseQR; Ceres' documentation of
 /// Covariance::Options), no elimination of points. Parameters: pairs within one parameter block and
 /// of blocks whose passes see a common point, or all while there are at most
 /// kFullParameterCovariance (covariance.h). Throws UndeterminedError where the Jacobian is rank
-/// deficient to Ceres. No limit of size: the caller refuses above kMostCeresUnknowns.
+/// deficient to Ceres. No limit of size: the caller refuses above kMaxCeresUnknowns.
 [[nodiscard]] CeresCovariances CovariancesByCeres(
     const AdjustmentProblem& problem,
     const BlockState& state,
@@ -51,7 +51,7 @@ inline constexpr std::size_t kMostCeresUnknowns = 10000;
 void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options);
 
 /// Values, sigmas, covariance of points, corrections and pairs at options.covariance.
-/// `datum`: of a floating block, whose covariances are transformed to it.
+/// `datum`: covariances of a floating block are transformed to it.
 void FillCovariance(const AdjustmentProblem& problem,
                     const BlockState& state,
                     const ReducedSystem& system,

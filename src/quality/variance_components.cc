@@ -11,20 +11,21 @@
 #include <utility>
 
 #include "core/threads.h"
+#include "covariance.h"
+#include "groups.h"
 #include "linear/dense.h"
 #include "model/problem.h"
 #include "normals/point.h"
 #include "point_sweep.h"
-#include "reliability.h"
 #include "solve/rank.h"
 
 namespace sarblock {
 namespace {
 
 constexpr std::size_t kPointsPerPartial = 256;
-constexpr std::size_t kMostPartials = 8;
+constexpr std::size_t kMaxPartials = 8;
 /// Of the dense normals by component, all partial sums together.
-constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
 /// What every range of points needs.
 struct Sweep {
@@ -42,9 +43,9 @@ struct Partial {
   explicit Partial(const Sweep& sweep) {
     const auto k = static_cast<Eigen::Index>(sweep.components);
     sums.looks.assign(sweep.components, 0);
-    sums.square_1.setZero(k);
-    sums.redundancy_1.setZero(k);
-    sums.helmert_1.setZero(k, k);
+    sums.square.setZero(k);
+    sums.redundancy.setZero(k);
+    sums.helmert.setZero(k, k);
     const Eigen::Index n = sweep.couples ? sweep.problem.layout.size() : 0;
     normals.assign(sweep.couples ? sweep.components : 0, Eigen::MatrixXd::Zero(n, n));
   }
@@ -119,14 +120,14 @@ void AddPoint(const Sweep& sweep, std::size_t point, GroupedPoint* at, Partial* 
     const int k = at->component[static_cast<std::size_t>(i)];
     if (k < 0) continue;
     ++sums.looks[static_cast<std::size_t>(k)];
-    sums.square_1[k] += v(i, 0) * v(i, 0);
-    sums.redundancy_1[k] += p(i, i) - shared(i, i);
+    sums.square[k] += v(i, 0) * v(i, 0);
+    sums.redundancy[k] += p(i, i) - shared(i, i);
     for (Eigen::Index j = 0; j < m; ++j) {
       const int l = at->component[static_cast<std::size_t>(j)];
       if (l < 0) continue;
       // The square of `shared` is a part of the sum over all pairs of points, added at the end.
-      sums.helmert_1(k, l) += sweep.couples ? p(i, j) * (p(i, j) - 2.0 * shared(i, j))
-                                            : (p(i, j) - shared(i, j)) * (p(i, j) - shared(i, j));
+      sums.helmert(k, l) += sweep.couples ? p(i, j) * (p(i, j) - 2.0 * shared(i, j))
+                                          : (p(i, j) - shared(i, j)) * (p(i, j) - shared(i, j));
     }
     if (sweep.couples) {
       AddNormals(sweep.problem, at->columns, b.row(i), &out->normals[static_cast<std::size_t>(k)]);
@@ -162,7 +163,7 @@ struct ComponentSums {
   int rows = 0;
   Eigen::Matrix3d g = Eigen::Matrix3d::Zero();
   Eigen::MatrixXd h;  // 3 x corrections
-  double squares_1 = 0.0, shared_1 = 0.0;
+  double squares = 0.0, corrections_share = 0.0;
 };
 
 /// A point of the border, which has too many rows for pairs of them:
@@ -171,7 +172,7 @@ struct ComponentSums {
 ///     sum p_ij s_ij   = [k = l] sum s_ii - tr(U_k C U_l'),               s_ij = b_i C b_j'
 ///     U_k             = H_k - G_k T,   M_k = sum j' j - T' H_k - H_k' T + T' G_k T
 ///
-/// over i of component k and j of l. The square of s within the point stands in M where points are
+/// over i of component k and j of l. The square of s within the point is in M where points are
 /// coupled; else it is left out with the rest of the coupling.
 void AddBorderedPoint(
     const Sweep& sweep, std::size_t point, int row, GroupedPoint* at, Partial* out) {
@@ -193,15 +194,16 @@ void AddBorderedPoint(
       if (c < 0) continue;
       const auto i = static_cast<Eigen::Index>(axis);
       ComponentSums& component = of[static_cast<std::size_t>(c)];
-      const Eigen::RowVector3d q = looks[k].information_1.row(i);
-      const double own_1 = q.squaredNorm(), shared_1 = looks[k].adjusted_1(i, i) - own_1;
+      const Eigen::RowVector3d q = looks[k].information.row(i);
+      const double point_share = q.squaredNorm(),
+                   corrections_share = looks[k].adjusted_covariance(i, i) - point_share;
       ++component.rows;
       ++sums.looks[static_cast<std::size_t>(c)];
-      sums.square_1[c] += look.error_1[i] * look.error_1[i];
-      sums.redundancy_1[c] += 1.0 - own_1 - shared_1;
+      sums.square[c] += look.whitened_error[i] * look.whitened_error[i];
+      sums.redundancy[c] += 1.0 - point_share - corrections_share;
       component.g += q.transpose() * q;
-      component.squares_1 += own_1;
-      component.shared_1 += shared_1;
+      component.squares += point_share;
+      component.corrections_share += corrections_share;
       Eigen::MatrixXd* normals =
           sweep.couples ? &out->normals[static_cast<std::size_t>(c)] : nullptr;
       AddRow(layout, look, axis, q, &component.h, normals);
@@ -218,9 +220,9 @@ void AddBorderedPoint(
     for (std::size_t l = 0; l < of.size(); ++l) {
       const double of_p = of[k].g.cwiseProduct(of[l].g).sum();
       const double of_s = c_u.transpose().cwiseProduct(of[l].h - of[l].g * t).sum();
-      sums.helmert_1(ki, static_cast<Eigen::Index>(l)) += of_p + 2.0 * of_s;
+      sums.helmert(ki, static_cast<Eigen::Index>(l)) += of_p + 2.0 * of_s;
     }
-    sums.helmert_1(ki, ki) += of[k].rows - 2.0 * of[k].squares_1 - 2.0 * of[k].shared_1;
+    sums.helmert(ki, ki) += of[k].rows - 2.0 * of[k].squares - 2.0 * of[k].corrections_share;
     if (sweep.couples) {
       out->normals[k] +=
           -t.transpose() * of[k].h - of[k].h.transpose() * t + t.transpose() * (of[k].g * t);
@@ -231,12 +233,12 @@ void AddBorderedPoint(
 /// Sum over all pairs of rows of (B C B')_ij^2 by component: tr(C M_k C M_l).
 void AddCoupling(const ReducedSystem& system,
                  const std::vector<Eigen::MatrixXd>& normals,
-                 Eigen::MatrixXd* helmert_1) {
+                 Eigen::MatrixXd* helmert) {
   std::vector<Eigen::MatrixXd> solved = normals;
   system.SolveEach(solved);
   for (std::size_t k = 0; k < solved.size(); ++k) {
     for (std::size_t l = 0; l < solved.size(); ++l) {
-      (*helmert_1)(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) +=
+      (*helmert)(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) +=
           solved[k].cwiseProduct(solved[l].transpose()).sum();
     }
   }
@@ -251,13 +253,13 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
                           std::size_t component_count) {
   Sweep sweep{problem, state, system, component_of, component_count, std::nullopt};
   const std::size_t points = problem.block.points.size();
-  std::size_t partials = std::clamp<std::size_t>(points / kPointsPerPartial, 1, kMostPartials);
+  std::size_t partials = std::clamp<std::size_t>(points / kPointsPerPartial, 1, kMaxPartials);
   if (problem.layout.size() > 0) {
     sweep.inverse = system.SelectedInverse();
     const auto n = static_cast<std::size_t>(problem.layout.size());
     const std::size_t bytes = component_count * n * n * sizeof(double);
-    sweep.couples = bytes <= kMostBytes;
-    if (sweep.couples) partials = std::clamp<std::size_t>(kMostBytes / bytes, 1, partials);
+    sweep.couples = bytes <= kMaxBytes;
+    if (sweep.couples) partials = std::clamp<std::size_t>(kMaxBytes / bytes, 1, partials);
   }
   const auto border_row_of = [&](std::size_t point) {
     return sweep.inverse ? sweep.inverse->bordered.RowOf(point) : -1;
@@ -276,9 +278,9 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
   for (const std::optional<Partial>& part : parts) {
     if (!part) continue;
     for (std::size_t k = 0; k < component_count; ++k) total.sums.looks[k] += part->sums.looks[k];
-    total.sums.square_1 += part->sums.square_1;
-    total.sums.redundancy_1 += part->sums.redundancy_1;
-    total.sums.helmert_1 += part->sums.helmert_1;
+    total.sums.square += part->sums.square;
+    total.sums.redundancy += part->sums.redundancy;
+    total.sums.helmert += part->sums.helmert;
     for (std::size_t k = 0; k < total.normals.size(); ++k) total.normals[k] += part->normals[k];
   }
   // A few points with many looks each, which solve: not within a loop (SolveEach).
@@ -287,34 +289,34 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
     const int row = problem.Solves(point) ? border_row_of(point) : -1;
     if (row >= 0) AddBorderedPoint(sweep, point, row, &at, &total);
   }
-  if (sweep.couples) AddCoupling(system, total.normals, &total.sums.helmert_1);
+  if (sweep.couples) AddCoupling(system, total.normals, &total.sums.helmert);
   return total.sums;
 }
 
 namespace {
 
-constexpr int kMostIterations = 200;
+constexpr int kMaxIterations = 200;
 /// Iterations after which components that hinder the others from settling are looked for.
 constexpr int kPatience = 15;
 /// Redundancy a look below which there is none but for rounding.
-constexpr double kNoRedundancy_1 = 1e-6;
+constexpr double kNoRedundancy = 1e-6;
 /// A variance that moves by more than this is running away, to zero or beyond all bounds.
-constexpr double kMostFactor_1 = 1e12;
-/// Of Helmert's step: where few looks tell a variance the whole step overshoots, nearly to the
-/// other side.
-constexpr double kDamping_1 = 0.6;
+constexpr double kMaxFactor = 1e12;
+/// Part of Helmert's step: where few looks determine a variance the whole step overshoots, nearly
+/// to the other side.
+constexpr double kDamping = 0.6;
 /// Largest factor on a variance in one step.
-constexpr double kMostStep_1 = 100.0;
+constexpr double kMaxStep = 100.0;
 /// Of the standard deviation of a variance: a step this small changes no digit that counts.
-constexpr double kStepLeft_1 = 0.01;
+constexpr double kMaxDecrement = 0.01;
 /// Helmert's equations take over once no variance changes by more than this part.
-constexpr double kNear_1 = 0.5;
+constexpr double kNear = 0.5;
 
 std::size_t PassOf(const Block& block, const std::string& id) {
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
     if (block.passes[i].id == id) return i;
   }
-  throw InputError("adjust.variance_groups", "no pass '" + id + "' stands in the block");
+  throw InputError("adjust.variance_groups", "the block has no pass '" + id + "'");
 }
 
 std::string NameOfGroup(const Block& block, const std::vector<std::size_t>& passes) {
@@ -332,8 +334,7 @@ std::vector<std::vector<std::size_t>> GroupsOf(const AdjustOptions& options, con
     for (const std::string& id : ids) {
       const std::size_t pass = PassOf(block, id);
       if (named[pass] != 0) {
-        throw InputError("adjust.variance_groups",
-                         "pass '" + id + "' stands twice, once is allowed");
+        throw InputError("adjust.variance_groups", "pass '" + id + "' is given twice");
       }
       named[pass] = 1;
       group.push_back(pass);
@@ -396,10 +397,10 @@ std::vector<Eigen::Index> Estimated(const std::vector<VarianceComponent>& compon
 /// Helmert's equations of the components that are estimated, at the variances reached.
 struct HelmertStep {
   std::vector<Eigen::Index> index;
-  Eigen::VectorXd step_1;       // relative change of the variances
-  Eigen::VectorXd deviation_1;  // of the variances, as part of them
+  Eigen::VectorXd step;       // relative change of the variances
+  Eigen::VectorXd deviation;  // of the variances, as part of them
   [[nodiscard]] bool Settled() const {
-    return (step_1.array().abs() <= kStepLeft_1 * deviation_1.array()).all();
+    return (step.array().abs() <= kMaxDecrement * deviation.array()).all();
   }
 };
 
@@ -408,79 +409,80 @@ HelmertStep SolveHelmert(const VarianceSums& sums,
   HelmertStep out;
   out.index = Estimated(components);
   const auto n = static_cast<Eigen::Index>(out.index.size());
-  const Eigen::MatrixXd h = sums.helmert_1(out.index, out.index);
-  const Eigen::VectorXd excess = (sums.square_1 - sums.redundancy_1)(out.index);
+  const Eigen::MatrixXd h = sums.helmert(out.index, out.index);
+  const Eigen::VectorXd excess = (sums.square - sums.redundancy)(out.index);
   const Eigen::VectorXd scale = h.diagonal().cwiseSqrt().cwiseInverse();
   const dense::PivotedCholesky factor(scale.asDiagonal() * h * scale.asDiagonal());
   const Eigen::MatrixXd inverse = scale.asDiagonal() *
                                   factor.Solve(Eigen::MatrixXd::Identity(n, n).eval()) *
                                   scale.asDiagonal();
-  out.step_1 = inverse * excess;
-  out.deviation_1 = (2.0 * inverse.diagonal()).cwiseSqrt();
-  for (double& deviation : out.deviation_1) {
+  out.step = inverse * excess;
+  out.deviation = (2.0 * inverse.diagonal()).cwiseSqrt();
+  for (double& deviation : out.deviation) {
     if (!std::isfinite(deviation)) deviation = HUGE_VAL;
   }
   return out;
 }
 
-void Hold(double redundancy, VarianceComponent* component) {
+void FixComponent(double redundancy, VarianceComponent* component) {
   component->estimated = false;
   std::array<char, 200> text;
-  std::snprintf(text.data(),
-                text.size(),
-                "held: a redundancy of %.3g in %zu looks, shared with the other components, leaves "
-                "its variance uncertain by more than half of itself",
-                redundancy,
-                component->looks);
+  std::snprintf(
+      text.data(),
+      text.size(),
+      "fixed: a redundancy of %.3g in %zu looks, shared with the other components, leaves "
+      "its variance uncertain by more than half of itself",
+      redundancy,
+      component->looks);
   component->note = text.data();
 }
 
-/// Holds what can have no estimate whatever the weights are, and what runs away.
-void HoldHopeless(const VarianceSums& sums, std::vector<VarianceComponent>* components) {
+/// Fixes components without redundancy and those that diverge.
+void FixUndeterminedComponents(const VarianceSums& sums,
+                               std::vector<VarianceComponent>* components) {
   for (std::size_t k = 0; k < components->size(); ++k) {
     VarianceComponent& component = (*components)[k];
-    const double redundancy = sums.redundancy_1[static_cast<Eigen::Index>(k)];
-    const bool some = redundancy > kNoRedundancy_1 * static_cast<double>(component.looks);
-    const bool bounded =
-        component.factor_1 > 1.0 / kMostFactor_1 && component.factor_1 < kMostFactor_1;
-    if (component.estimated && !(some && bounded)) Hold(redundancy, &component);
+    const double redundancy = sums.redundancy[static_cast<Eigen::Index>(k)];
+    const bool some = redundancy > kNoRedundancy * static_cast<double>(component.looks);
+    const bool bounded = component.factor > 1.0 / kMaxFactor && component.factor < kMaxFactor;
+    if (component.estimated && !(some && bounded)) FixComponent(redundancy, &component);
   }
 }
 
-/// Holds the component that is told worst, if that is not well enough. One at a time: once it is
-/// back at what was given, the others may be told. True if there was one.
-bool HoldWorst(const VarianceSums& sums,
-               const HelmertStep& helmert,
-               std::vector<VarianceComponent>* components) {
+/// Fixes the component that is determined worst, if its standard deviation is too large. One at a
+/// time: with it back at its given value, the others may be determined. True if there was one.
+bool FixWorstComponent(const VarianceSums& sums,
+                       const HelmertStep& helmert,
+                       std::vector<VarianceComponent>* components) {
   Eigen::Index worst = 0;
-  if (helmert.index.empty() || helmert.deviation_1.maxCoeff(&worst) <= kMostVarianceDeviation_1) {
+  if (helmert.index.empty() || helmert.deviation.maxCoeff(&worst) <= kMaxVarianceDeviation) {
     return false;
   }
   const Eigen::Index k = helmert.index[static_cast<std::size_t>(worst)];
-  Hold(sums.redundancy_1[k], &(*components)[static_cast<std::size_t>(k)]);
+  FixComponent(sums.redundancy[k], &(*components)[static_cast<std::size_t>(k)]);
   return true;
 }
 
-/// A component that was held on the way has still to go back to the variance given.
-bool HeldAsGiven(const std::vector<VarianceComponent>& components) {
+/// A component that was fixed on the way still has to return to the given variance.
+bool FixedAsGiven(const std::vector<VarianceComponent>& components) {
   return std::all_of(components.begin(), components.end(), [](const VarianceComponent& c) {
-    return c.estimated || c.factor_1 == 1.0;
+    return c.estimated || c.factor == 1.0;
   });
 }
 
-/// One step of the variances; held ones go back to what was given.
+/// One step of the variances; fixed ones return to the given values.
 void Advance(const VarianceSums& sums,
              const HelmertStep& helmert,
              std::vector<VarianceComponent>* components) {
-  const bool near = helmert.step_1.size() > 0 && helmert.step_1.cwiseAbs().maxCoeff() <= kNear_1;
+  const bool near = helmert.step.size() > 0 && helmert.step.cwiseAbs().maxCoeff() <= kNear;
   for (VarianceComponent& component : *components) {
-    if (!component.estimated) component.factor_1 = 1.0;
+    if (!component.estimated) component.factor = 1.0;
   }
   for (std::size_t i = 0; i < helmert.index.size(); ++i) {
     const Eigen::Index k = helmert.index[i];
-    (*components)[static_cast<std::size_t>(k)].factor_1 *=
-        near ? 1.0 + kDamping_1 * helmert.step_1[static_cast<Eigen::Index>(i)]
-             : std::clamp(sums.square_1[k] / sums.redundancy_1[k], 1.0 / kMostStep_1, kMostStep_1);
+    (*components)[static_cast<std::size_t>(k)].factor *=
+        near ? 1.0 + kDamping * helmert.step[static_cast<Eigen::Index>(i)]
+             : std::clamp(sums.square[k] / sums.redundancy[k], 1.0 / kMaxStep, kMaxStep);
   }
 }
 
@@ -491,20 +493,30 @@ void ScaleProblem(const std::vector<VarianceComponent>& components,
   UpdateWeights(state, problem);
 }
 
+/// Covariances of the corrections, where some have priors.
+std::vector<ParameterCovariance> CovariancesForPriors(const AdjustmentProblem& problem,
+                                                      const ReducedSystem& system) {
+  const std::vector<Parameter>& all = problem.layout.parameters;
+  const bool any =
+      std::any_of(all.begin(), all.end(), [](const Parameter& p) { return p.has_prior(); });
+  return any ? ParameterCovariances(system, system.SelectedInverse())
+             : std::vector<ParameterCovariance>();
+}
+
 }  // namespace
 
 void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result) {
-  std::size_t held = 0;
+  std::size_t fixed = 0;
   std::string first;
   for (const VarianceComponent& component : report.components) {
-    if (component.estimated || held++ > 0) continue;
+    if (component.estimated || fixed++ > 0) continue;
     first = component.group + (component.component == 0 ? " range" : " azimuth");
   }
-  if (held > 0) {
+  if (fixed > 0) {
     Warn(result,
-         std::to_string(held) + " of " + std::to_string(report.components.size()) +
+         std::to_string(fixed) + " of " + std::to_string(report.components.size()) +
              " variance components keep the variance given, the first is " + first +
-             ": too little redundancy to tell it beside the others; fewer groups tell more");
+             ": too little redundancy to estimate it with the others; fewer groups determine more");
   }
   if (!report.converged) Warn(result, "the variance components did not settle");
 }
@@ -513,8 +525,9 @@ std::vector<VarianceComponent> ListVarianceComponents(const AdjustOptions& optio
                                                       const Block& block) {
   if (!options.variance_groups.empty() &&
       options.variance_components != VarianceComponents::kRangeAzimuth) {
-    throw InputError("adjust.variance_groups",
-                     "needs variance_components = \"range-azimuth\", per-pass has a group a pass");
+    throw InputError(
+        "adjust.variance_groups",
+        "needs variance_components = \"range-azimuth\", per-pass has one group per pass");
   }
   std::vector<VarianceComponent> out;
   for (const std::vector<std::size_t>& group : GroupsOf(options, block)) {
@@ -544,12 +557,12 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
       component_of[pass][static_cast<std::size_t>(components[k].component)] = static_cast<int>(k);
     }
   }
-  int last_hold = 0;
+  int last_fixed = 0;
   for (;; ++report.iterations) {
     Step(progress,
          "variance components",
          static_cast<std::size_t>(report.iterations),
-         static_cast<std::size_t>(kMostIterations));
+         static_cast<std::size_t>(kMaxIterations));
     const Participation before(*problem);
     if (steps.drop_outliers) steps.drop_outliers();
     std::optional<ReducedSystem> system;
@@ -558,34 +571,37 @@ VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
     const VarianceSums sums =
         SumVariances(*problem, *state, *system, component_of, components.size());
     if (report.iterations == 0) {
-      report.before = TestGlobally(*problem, options.test_level, 2.0 * system->cost());
+      const PriorSums priors =
+          SumPriors(problem->layout, state->corrections, CovariancesForPriors(*problem, *system));
+      report.before = TestMeasurements(
+          CountProblem(*problem), priors, {.kept = 2.0 * system->cost()}, options.test_level);
       FillSigmaBefore(*problem, component_of, &components);
     }
     if (steps.drop_outliers) before.Restore(problem);
     for (std::size_t k = 0; k < components.size(); ++k) {
       components[k].looks = sums.looks[k];
-      components[k].redundancy_1 = sums.redundancy_1[static_cast<Eigen::Index>(k)];
+      components[k].redundancy = sums.redundancy[static_cast<Eigen::Index>(k)];
     }
-    HoldHopeless(sums, &components);
+    FixUndeterminedComponents(sums, &components);
     // The weights given may be wrong by any factor, and with them what they leave of redundancy:
-    // only where the iteration ends, or does not, is it known what can be told.
+    // only at the end of the iteration, or without one, is it known what can be determined.
     HelmertStep helmert = SolveHelmert(sums, components);
     bool settled = helmert.Settled();
-    if (settled || report.iterations - last_hold >= kPatience) {
-      if (HoldWorst(sums, helmert, &components)) {
-        last_hold = report.iterations;
+    if (settled || report.iterations - last_fixed >= kPatience) {
+      if (FixWorstComponent(sums, helmert, &components)) {
+        last_fixed = report.iterations;
         helmert = SolveHelmert(sums, components);
         settled = helmert.Settled();
       }
     }
-    for (VarianceComponent& component : components) component.factor_deviation_1 = kNaN;
+    for (VarianceComponent& component : components) component.factor_deviation = kNaN;
     for (std::size_t i = 0; i < helmert.index.size(); ++i) {
       VarianceComponent& component = components[static_cast<std::size_t>(helmert.index[i])];
-      component.factor_deviation_1 =
-          component.factor_1 * helmert.deviation_1[static_cast<Eigen::Index>(i)];
+      component.factor_deviation =
+          component.factor * helmert.deviation[static_cast<Eigen::Index>(i)];
     }
-    report.converged = settled && HeldAsGiven(components);
-    if (report.converged || report.iterations == kMostIterations) return report;
+    report.converged = settled && FixedAsGiven(components);
+    if (report.converged || report.iterations == kMaxIterations) return report;
     Advance(sums, helmert, &components);
     ScaleProblem(components, *state, problem);
     steps.solve();

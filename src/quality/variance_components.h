@@ -21,10 +21,10 @@ namespace sarblock {
 /// residuals (docs/theory/variance_components.md, eq. (3)-(6)).
 struct VarianceSums {
   std::vector<std::size_t> looks;
-  Eigen::VectorXd square_1;      ///< v_k' P v_k
-  Eigen::VectorXd redundancy_1;  ///< tr R_kk
+  Eigen::VectorXd square;      ///< v_k' P v_k
+  Eigen::VectorXd redundancy;  ///< tr R_kk
   /// Helmert's matrix, H_kl = sum of R_ij^2 over i in k, j in l.
-  Eigen::MatrixXd helmert_1;
+  Eigen::MatrixXd helmert;
 };
 
 /// `system` is factored at `state` without a loss. `component_of` gives by pass the components of
@@ -38,8 +38,8 @@ struct VarianceSums {
                                         std::size_t component_count);
 
 /// Largest standard deviation of an estimated variance, as part of the variance, that is accepted:
-/// a component of its own then has a redundancy of 8 at least. Beyond it the component is held.
-inline constexpr double kMostVarianceDeviation_1 = 0.5;
+/// a component of its own then has a redundancy of 8 at least. Beyond it the component is fixed.
+inline constexpr double kMaxVarianceDeviation = 0.5;
 
 /// The components that the options ask for: range and azimuth of all passes, of each pass, or of
 /// each of `variance_groups` and, together, of the passes named in none. Nothing estimated yet.
@@ -62,8 +62,8 @@ struct VarianceSteps {
 ///     r))
 ///
 /// the second only where no element falls below half: variances stay positive. Ends when the step
-/// left is below a hundredth of the standard deviation of each, which come from 2 H^-1. A
-/// component whose standard deviation exceeds kMostVarianceDeviation_1 keeps its factor 1 and gets
+/// size is below a hundredth of the standard deviation of each, which come from 2 H^-1. A
+/// component whose standard deviation exceeds kMaxVarianceDeviation keeps its factor 1 and gets
 /// a note. From a solved state; leaves `problem` with the new weights and `state` solved with them.
 [[nodiscard]] VarianceComponentReport EstimateVarianceComponents(const AdjustOptions& options,
                                                                  const VarianceSteps& steps,
@@ -71,7 +71,7 @@ struct VarianceSteps {
                                                                  BlockState* state,
                                                                  ProgressSink* progress);
 
-/// Says which variance components were held and whether the others settled.
+/// Reports which variance components were fixed and whether the others converged.
 void WarnOfComponents(const VarianceComponentReport& report, AdjustResult* result);
 
 }  // namespace sarblock

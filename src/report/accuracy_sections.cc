@@ -10,8 +10,8 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kMostKnownRows = 300;
-constexpr std::size_t kMostChecks = 400;  // in a chart
+constexpr std::size_t kMaxKnownRows = 300;
+constexpr std::size_t kMaxChecks = 400;  // in a chart
 
 std::vector<std::string> TestRow(const std::string& name, const ResultTest& test) {
   return {name,
@@ -21,6 +21,33 @@ std::vector<std::string> TestRow(const std::string& name, const ResultTest& test
           ShownPercent(test.level),
           ReadableCount(test.redundancy),
           test.passed ? "passed" : "FAILED"};
+}
+
+PageTable GroupTable(const ResultSummary& summary) {
+  PageTable table;
+  table.title = "Groups of observations";
+  table.columns = {{"group", false},
+                   {"v'Pv", true},
+                   {"redundancy", true},
+                   {"variance factor", true},
+                   {"from", true},
+                   {"to", true}};
+  for (const ResultGroup& group : summary.groups) {
+    if (group.name != "all" && !(group.lower <= group.factor && group.factor <= group.upper)) {
+      table.marked.push_back(table.rows.size());
+    }
+    table.rows.push_back({group.name,
+                          Shown(group.square_sum),
+                          ReadableCount(group.redundancy),
+                          ShownWithSigma(group.factor, group.factor_sigma),
+                          Shown(group.lower),
+                          Shown(group.upper)});
+  }
+  table.note =
+      "Looks and control are tested without the priors. A factor outside its limits says that the "
+      "standard deviations of this group are not those of its errors; priors may be wider than "
+      "what came out.";
+  return table;
 }
 
 PageTable VarianceTable(const ResultSummary& summary) {
@@ -40,7 +67,7 @@ PageTable VarianceTable(const ResultSummary& summary) {
                           v.component,
                           ReadableCount(v.looks),
                           Shown(v.redundancy),
-                          ShownWithSigma(v.factor_1, v.factor_sigma_1),
+                          ShownWithSigma(v.factor, v.factor_sigma),
                           Shown(v.sigma_before),
                           ShownWithSigma(v.sigma_after, v.sigma_after_sigma),
                           v.unit,
@@ -64,8 +91,8 @@ void AddMonteCarlo(const ResultRepetition& runs, PageSection* section) {
   for (const ResultRepetition::Figure& row : runs.figures) {
     if (!row.agrees) table.marked.push_back(table.rows.size());
     table.rows.push_back({row.name,
-                          Shown(row.expected_1),
-                          Shown(row.mean_1),
+                          Shown(row.expected),
+                          Shown(row.mean),
                           Shown(row.lower) + " to " + Shown(row.upper),
                           row.agrees ? "agrees" : "does not agree"});
   }
@@ -142,7 +169,7 @@ void AddCheckItems(const ResultFolder& result, PageSection* section) {
       sum += error_m;
       squares += error_m * error_m;
       predicted += sigma_m * sigma_m;
-      if (known.error_m.size() < kMostChecks) {
+      if (known.error_m.size() < kMaxChecks) {
         known.error_m.push_back(error_m);
         known.sigma_m.push_back(sigma_m);
         known.names.emplace_back(points.ids[check.point]);
@@ -176,7 +203,7 @@ PageTable CheckTable(const ResultFolder& result) {
   });
   PageTable table;
   table.title = fmt::format("The {} check points farthest from what was predicted",
-                            std::min(order.size(), kMostKnownRows));
+                            std::min(order.size(), kMaxKnownRows));
   table.folded = true;
   table.columns = {{"point", false}};
   for (const char* axis : axes)
@@ -184,7 +211,7 @@ PageTable CheckTable(const ResultFolder& result) {
   for (const char* axis : axes)
     table.columns.push_back({std::string("sigma ") + axis + " [m]", true});
   table.columns.push_back({"chi-square", true});
-  for (std::size_t i = 0; i < std::min(order.size(), kMostKnownRows); ++i) {
+  for (std::size_t i = 0; i < std::min(order.size(), kMaxKnownRows); ++i) {
     const CheckResult& check = *order[i];
     std::vector<std::string> row{std::string(result.file.points.ids[check.point])};
     for (const double error_m : check.error_enu_m) row.push_back(Shown(error_m, 3));
@@ -203,7 +230,7 @@ PageTable ControlTable(const ResultFolder& result) {
   std::vector<const ResultControl*> order;
   for (const ResultControl& control : result.file.control) order.push_back(&control);
   std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
-    return std::abs(a->w_1) > std::abs(b->w_1);
+    return std::abs(a->w) > std::abs(b->w);
   });
   PageTable table;
   table.title = "Control points: residuals against sigmas";
@@ -216,23 +243,23 @@ PageTable ControlTable(const ResultFolder& result) {
                    {"minimal detectable blunder [m]", true},
                    {"its influence [m]", true}};
   const double critical =
-      result.file.summary.tests ? result.file.summary.tests->critical_w_1 : kAbsent;
-  for (std::size_t i = 0; i < std::min(order.size(), kMostKnownRows); ++i) {
+      result.file.summary.tests ? result.file.summary.tests->critical_w : kAbsent;
+  for (std::size_t i = 0; i < std::min(order.size(), kMaxKnownRows); ++i) {
     const ResultControl& c = *order[i];
-    if (std::abs(c.w_1) > critical) table.marked.push_back(i);
+    if (std::abs(c.w) > critical) table.marked.push_back(i);
     table.rows.push_back({std::string(result.file.points.ids[c.point]),
                           axes[static_cast<std::size_t>(c.component)],
                           Shown(c.residual_m, 3),
                           Shown(c.sigma_m, 3),
-                          Shown(c.redundancy_1, 3),
-                          Shown(c.w_1, 3),
+                          Shown(c.redundancy, 3),
+                          Shown(c.w, 3),
                           Shown(c.mdb_m, 3),
                           Shown(c.influence_m, 3)});
   }
   table.note = fmt::format(
       "{} of {} components, the largest |w| first. Low redundancy: an error of this coordinate "
       "would go into the block unseen, as far as its influence says.",
-      std::min(order.size(), kMostKnownRows),
+      std::min(order.size(), kMaxKnownRows),
       order.size());
   return table;
 }
@@ -259,8 +286,9 @@ PageSection TestSection(const ResultFolder& result) {
                      {"", false}};
     if (summary.test_before)
       table.rows.push_back(TestRow("as weighted at first", *summary.test_before));
-    table.rows.push_back(TestRow(summary.test_before ? "with variances estimated" : "all looks",
-                                 *summary.chi_square));
+    table.rows.push_back(
+        TestRow(summary.test_before ? "with variances estimated" : "looks and control",
+                *summary.chi_square));
     if (!summary.chi_square->passed) table.marked.push_back(table.rows.size() - 1);
     table.note = summary.sigma_scaled_by_posterior
                      ? "All standard deviations of this report are scaled by s0."
@@ -269,6 +297,7 @@ PageSection TestSection(const ResultFolder& result) {
                            Shown(std::sqrt(summary.sigma0_squared)) + ".";
     section.items.emplace_back(std::move(table));
   }
+  if (!summary.groups.empty()) section.items.emplace_back(GroupTable(summary));
   if (!summary.variances.empty()) {
     section.items.emplace_back(VarianceTable(summary));
   } else if (summary.status == "converged") {

@@ -26,7 +26,7 @@ struct ChartSeries {
   std::string label, style, color;
   std::vector<double> x, y, low, high;
   std::vector<std::string> names;  ///< of points, shown when pointed at; empty: none
-  bool written = false;            ///< names also stand beside their points
+  bool written = false;            ///< names are also written next to their points
 };
 
 struct XyChart {
@@ -53,7 +53,7 @@ struct MapChart {
     std::string label;
     std::vector<double> of_point;
     double low = 0.0, high = 0.0;    ///< ends of the colour scale
-    double least = 0.0, most = 0.0;  ///< of the values that the scale stands for
+    double least = 0.0, most = 0.0;  ///< of the values that the scale covers
     bool weak_where_low = false;     ///< dark colours are for what is weak
   };
   std::vector<Value> values;
@@ -69,7 +69,7 @@ struct MapChart {
 };
 [[nodiscard]] std::string ChartJson(const std::string& id, const MapChart& chart);
 
-/// Figures of a report: small statistics of whatever the values are. NaN are left out everywhere.
+/// Figures of a report: small statistics of any values. NaN are left out everywhere.
 
 /// Quantile by linear interpolation between order statistics: position p (n - 1), p in [0, 1].
 /// NaN without values.
@@ -94,7 +94,7 @@ struct Histogram {
 
 /// One point of a quantile plot: the normal quantile expected of an ordered value, and the value.
 struct QuantilePoint {
-  double expected_1 = 0.0;
+  double expected = 0.0;
   double value = 0.0;
 };
 /// Normal quantile plot, expected quantiles at (i - 0.5) / n (Hazen). Above `most` points the tails

@@ -41,9 +41,8 @@ void ComparePoints(const ResultFolder& a, const ResultFolder& b, ResultDifferenc
     for (std::size_t k = 0; k < 3; ++k) {
       point.shift_m[k] = shift[static_cast<Eigen::Index>(k)];
       const double sa = SigmaOf(pa, i, k), sb = SigmaOf(pb, j, k);
-      point.sigma_ratio_1[k] = sb / sa;
-      point.shift_sigmas_1 =
-          Larger(point.shift_sigmas_1, std::abs(point.shift_m[k]) / Larger(sa, sb));
+      point.sigma_ratio[k] = sb / sa;
+      point.shift_sigmas = Larger(point.shift_sigmas, std::abs(point.shift_m[k]) / Larger(sa, sb));
     }
     out->common.push_back(point);
   }
@@ -67,7 +66,7 @@ void CompareParameters(const std::vector<ParameterResult>& a,
     parameter.a = i;
     parameter.b = found->second;
     parameter.change = b[found->second].value - a[i].value;
-    parameter.change_sigmas_1 =
+    parameter.change_sigmas =
         std::abs(parameter.change) / Larger(a[i].sigma, b[found->second].sigma);
     out->parameters.push_back(parameter);
   }
@@ -101,8 +100,8 @@ ResultDifference CompareResults(const ResultFolder& a, const ResultFolder& b) {
 
 namespace {
 
-constexpr std::size_t kMostChangedRows = 300;
-constexpr std::size_t kMostComparedDots = 3000;
+constexpr std::size_t kMaxChangedRows = 300;
+constexpr std::size_t kMaxComparedDots = 3000;
 
 struct Side {
   const ResultFolder& result;
@@ -159,7 +158,7 @@ PageTable FigureTable(const Side& a, const Side& b) {
            b.accuracy.largest_m[k]);
   }
   if (sa.checks && sb.checks) {
-    number("check points, error over sigma", sa.checks->error_ratio_1, sb.checks->error_ratio_1);
+    number("check points, error over sigma", sa.checks->error_ratio, sb.checks->error_ratio);
   }
   const auto above = [](const ResultSummary& s) {
     return s.tests ? static_cast<double>(s.tests->above_all()) : kAbsent;
@@ -203,9 +202,9 @@ struct Shift {
 Shift ShiftsOf(const ResultDifference& difference) {
   Shift out;
   for (const ResultDifference::Point& point : difference.common) {
-    out.sigmas.push_back(point.shift_sigmas_1);
+    out.sigmas.push_back(point.shift_sigmas);
     out.length_m.push_back(point.shift_length_m);
-    for (std::size_t k = 0; k < 3; ++k) out.ratio[k].push_back(point.sigma_ratio_1[k]);
+    for (std::size_t k = 0; k < 3; ++k) out.ratio[k].push_back(point.sigma_ratio[k]);
   }
   return out;
 }
@@ -219,7 +218,7 @@ PageFigure SigmaFigure(const ResultDifference& difference,
   chart.y = {"sigma in B [m]", true, kAbsent, kAbsent};
   ChartSeries dots{"points", "points", "blue", {}, {}, {}, {}, {}};
   double low = kAbsent, high = kAbsent;
-  for (const std::uint32_t n : SampleIndices(difference.common.size(), kMostComparedDots)) {
+  for (const std::uint32_t n : SampleIndices(difference.common.size(), kMaxComparedDots)) {
     const ResultDifference::Point& point = difference.common[n];
     const double x = SigmaOf(a.result.file.points, point.a, k);
     const double y = SigmaOf(b.result.file.points, point.b, k);
@@ -282,13 +281,13 @@ PageSection PointSection(const ResultDifference& difference, const Side& a, cons
                    {std::string("shift ") + axes[1] + " [m]", true},
                    {std::string("shift ") + axes[2] + " [m]", true},
                    {"largest component [sigma]", true}};
-  for (std::size_t i = 0; i < std::min(order.size(), kMostChangedRows); ++i) {
+  for (std::size_t i = 0; i < std::min(order.size(), kMaxChangedRows); ++i) {
     const ResultDifference::Point& point = *order[i];
     moved.rows.push_back({std::string(a.result.file.points.ids[point.a]),
                           Shown(point.shift_m[0], 3),
                           Shown(point.shift_m[1], 3),
                           Shown(point.shift_m[2], 3),
-                          Shown(point.shift_sigmas_1, 3)});
+                          Shown(point.shift_sigmas, 3)});
   }
   section.items.emplace_back(std::move(moved));
   return section;
@@ -297,7 +296,7 @@ PageSection PointSection(const ResultDifference& difference, const Side& a, cons
 PageSection ParameterSection(const ResultDifference& difference, const Side& a) {
   PageSection section{"corrections", "Corrections", {}};
   section.items.emplace_back(
-      PageText{fmt::format("{} corrections stand in both, {} only in A, {} only in B.",
+      PageText{fmt::format("{} corrections are in both, {} only in A, {} only in B.",
                            difference.parameters.size(),
                            difference.parameters_only_in_a,
                            difference.parameters_only_in_b),
@@ -306,8 +305,8 @@ PageSection ParameterSection(const ResultDifference& difference, const Side& a) 
   std::vector<const ResultDifference::Parameter*> order;
   for (const auto& parameter : difference.parameters) order.push_back(&parameter);
   std::stable_sort(order.begin(), order.end(), [](const auto* x, const auto* y) {
-    return std::isnan(y->change_sigmas_1) ? !std::isnan(x->change_sigmas_1)
-                                          : x->change_sigmas_1 > y->change_sigmas_1;
+    return std::isnan(y->change_sigmas) ? !std::isnan(x->change_sigmas)
+                                        : x->change_sigmas > y->change_sigmas;
   });
   PageTable table;
   table.columns = {{"pass", false},
@@ -316,17 +315,17 @@ PageSection ParameterSection(const ResultDifference& difference, const Side& a) 
                    {"change", true},
                    {"unit", false},
                    {"change [sigma]", true}};
-  for (std::size_t i = 0; i < std::min(order.size(), kMostChangedRows); ++i) {
+  for (std::size_t i = 0; i < std::min(order.size(), kMaxChangedRows); ++i) {
     const ParameterResult& p = a.result.file.parameters[order[i]->a];
     table.rows.push_back({p.owner,
                           p.name,
                           ShownWithSigma(p.value, p.sigma),
                           Shown(order[i]->change, 3),
                           p.unit,
-                          Shown(order[i]->change_sigmas_1, 3)});
+                          Shown(order[i]->change_sigmas, 3)});
   }
   table.note = fmt::format("The {} of {} that changed most.",
-                           std::min(order.size(), kMostChangedRows),
+                           std::min(order.size(), kMaxChangedRows),
                            difference.parameters.size());
   section.items.emplace_back(std::move(table));
   return section;

@@ -19,15 +19,15 @@ struct ResultDifference {
     double shift_length_m = 0.0;
     /// Largest of the three components in units of the larger of the two standard deviations; NaN
     /// where neither result has one.
-    double shift_sigmas_1 = kAbsent;
-    std::array<double, 3> sigma_ratio_1{kAbsent, kAbsent, kAbsent};  ///< b over a
+    double shift_sigmas = kAbsent;
+    std::array<double, 3> sigma_ratio{kAbsent, kAbsent, kAbsent};  ///< b over a
   };
   std::vector<Point> common;  ///< solved in both
   std::size_t only_in_a = 0, only_in_b = 0;
   struct Parameter {
     std::uint32_t a = 0, b = 0;
-    double change = 0.0;               ///< b - a, in the parameter's unit
-    double change_sigmas_1 = kAbsent;  ///< in units of the larger standard deviation
+    double change = 0.0;             ///< b - a, in the parameter's unit
+    double change_sigmas = kAbsent;  ///< in units of the larger standard deviation
   };
   std::vector<Parameter> parameters;  ///< in both
   std::size_t parameters_only_in_a = 0, parameters_only_in_b = 0;

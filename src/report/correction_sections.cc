@@ -11,8 +11,8 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kMostCharts = 18;
-constexpr std::size_t kMostParameterRows = 300;
+constexpr std::size_t kMaxCharts = 18;
+constexpr std::size_t kMaxParameterRows = 300;
 constexpr const char* kTrackAxes[] = {"along", "across", "up"};
 constexpr const char* kTrackColors[] = {"blue", "orange", "green"};
 
@@ -43,10 +43,10 @@ PageFigure StripFigure(const std::string& pass, const Strip& strip, std::size_t 
     for (const StripStation& station : strip) {
       const double value_m = station.correction_m[axis];
       const double sigma_m = station.correction_sigma_m[axis];
-      line.x.push_back(station.strip_time_1);
+      line.x.push_back(station.strip_time);
       line.y.push_back(value_m);
       if (std::isnan(sigma_m)) continue;
-      band.x.push_back(station.strip_time_1);
+      band.x.push_back(station.strip_time);
       band.y.push_back(value_m);
       band.low.push_back(value_m - 2.0 * sigma_m);
       band.high.push_back(value_m + 2.0 * sigma_m);
@@ -64,8 +64,8 @@ PageTable ParameterTable(const ResultFolder& result) {
   std::vector<std::size_t> order(result.file.parameters.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const double sa = result.file.parameters[a].significance_1();
-    const double sb = result.file.parameters[b].significance_1();
+    const double sa = result.file.parameters[a].significance();
+    const double sb = result.file.parameters[b].significance();
     return std::isnan(sb) ? !std::isnan(sa) : sa > sb;
   });
   PageTable table;
@@ -77,10 +77,10 @@ PageTable ParameterTable(const ResultFolder& result) {
                    {"unit", false},
                    {"prior sigma", true},
                    {"significance", true}};
-  const std::size_t rows = std::min(order.size(), kMostParameterRows);
+  const std::size_t rows = std::min(order.size(), kMaxParameterRows);
   for (std::size_t i = 0; i < rows; ++i) {
     const ParameterResult& p = result.file.parameters[order[i]];
-    const double significance = p.significance_1();
+    const double significance = p.significance();
     table.rows.push_back({p.owner,
                           p.name,
                           Shown(p.value),
@@ -89,17 +89,16 @@ PageTable ParameterTable(const ResultFolder& result) {
                           Shown(p.prior_sigma, 3),
                           std::isnan(significance) ? "-" : Shown(significance, 3) + " sigma"});
   }
-  const auto weak = std::count_if(
-      result.file.parameters.begin(), result.file.parameters.end(), [](const ParameterResult& p) {
-        return p.significance_1() < 2.0;
-      });
+  const auto weak = std::count_if(result.file.parameters.begin(),
+                                  result.file.parameters.end(),
+                                  [](const ParameterResult& p) { return p.significance() < 2.0; });
   const auto unlearned = std::count_if(
       result.file.parameters.begin(), result.file.parameters.end(), [](const ParameterResult& p) {
         return p.sigma > 0.9 * p.prior_sigma;
       });
   table.note = fmt::format(
       "{} of {} parameters. {} are below 2 sigma: the data do not ask for them. {} keep more than "
-      "nine tenths of their prior sigma: the observations say little of them.",
+      "nine tenths of their prior sigma: the observations say little about them.",
       rows,
       order.size(),
       weak,
@@ -115,7 +114,7 @@ PageTable CorrelationTable(const ResultFolder& result) {
     return result.file.parameters[i].owner + " " + result.file.parameters[i].name;
   };
   for (const ReportCorrelation& c : result.correlations) {
-    table.rows.push_back({name(c.a), name(c.b), fmt::format("{:+.4f}", c.correlation_1)});
+    table.rows.push_back({name(c.a), name(c.b), fmt::format("{:+.4f}", c.correlation)});
   }
   table.note = fmt::format(
       "{} of {}, the strongest first. The values of such a pair can be exchanged for each other "
@@ -142,10 +141,10 @@ PageTable CandidateTable(const ResultFolder& result) {
     table.rows.push_back({c.name,
                           c.passes,
                           ReadableCount(static_cast<double>(c.parameters)),
-                          Shown(c.f_1, 3),
-                          Shown(c.probability_1, 2),
-                          Shown(c.delta_bic_1, 3),
-                          Shown(c.condition_1, 2),
+                          Shown(c.f, 3),
+                          Shown(c.probability, 2),
+                          Shown(c.delta_bic, 3),
+                          Shown(c.condition, 2),
                           c.kept ? "kept" : "dropped",
                           c.reason});
   }
@@ -190,11 +189,11 @@ PageSection CorrectionSection(const ResultFolder& result) {
   std::vector<Strip> strips = StripsOf(result.file);
   std::erase_if(strips, [](const Strip& strip) { return !Corrected(strip); });
   const std::size_t all = strips.size();
-  if (all > kMostCharts) {
+  if (all > kMaxCharts) {
     std::stable_sort(strips.begin(), strips.end(), [](const Strip& a, const Strip& b) {
       return Significance(a) > Significance(b);
     });
-    strips.resize(kMostCharts);
+    strips.resize(kMaxCharts);
   }
   const bool predicted = result.file.summary.status == "predicted";
   if (!strips.empty() && !predicted) {
@@ -207,8 +206,8 @@ PageSection CorrectionSection(const ResultFolder& result) {
     std::string note =
         "Position correction along, across and up over each strip, with its band of two sigma. "
         "Each chart has its own scale.";
-    if (all > kMostCharts) {
-      note += fmt::format(" The {} most significant of {} passes.", kMostCharts, all);
+    if (all > kMaxCharts) {
+      note += fmt::format(" The {} most significant of {} passes.", kMaxCharts, all);
     }
     section.items.emplace_back(PageText{note, "note"});
   }
@@ -265,11 +264,8 @@ PageSection ModelSection(const ResultFolder& result) {
                      {"part", true},
                      {"verdict", false}};
     for (const SimplificationBound& s : result.file.simplifications) {
-      table.rows.push_back({s.name,
-                            Shown(s.bound_m, 3),
-                            Shown(s.sigma_m, 3),
-                            ShownPercent(s.fraction_1),
-                            s.verdict});
+      table.rows.push_back(
+          {s.name, Shown(s.bound_m, 3), Shown(s.sigma_m, 3), ShownPercent(s.fraction), s.verdict});
     }
     section.items.emplace_back(std::move(table));
   }

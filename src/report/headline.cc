@@ -23,8 +23,8 @@ bool IsFree(const ResultPoints& points, std::size_t i) {
          points.results.looks[i] > 1;
 }
 
-/// See AccuracyFigures::along_track_1.
-double AlongTrack_1(const ResultFolder& result, const MapPlane& plane, std::size_t axis) {
+/// See AccuracyFigures::along_track.
+double AlongTrack(const ResultFolder& result, const MapPlane& plane, std::size_t axis) {
   if (axis == 2) return 0.0;
   const ResultLooks& looks = result.file.looks;
   std::vector<double> weight(result.file.passes.size(), 0.0);
@@ -72,9 +72,9 @@ AccuracyFigures::Group DescribeGroup(const ResultPoints& points,
     if (!hull.Contains(place[0], place[1])) ++outside;
   }
   out.median_intersection_deg = SampleQuantile(std::move(angle_deg), 0.5);
-  out.median_looks_1 = SampleQuantile(std::move(looks), 0.5);
+  out.median_looks = SampleQuantile(std::move(looks), 0.5);
   if (hull.HasArea() && !members.empty()) {
-    out.outside_control_1 = static_cast<double>(outside) / static_cast<double>(members.size());
+    out.outside_control = static_cast<double>(outside) / static_cast<double>(members.size());
   }
   return out;
 }
@@ -98,13 +98,13 @@ MapPlane::MapPlane(const ResultFolder& result) {
   }
   if (count == 0.0) return;
   origin_m_ = sum / count;
-  axes_1_ = frame.EnuFromFrame(origin_m_);
+  axes_ = frame.EnuFromFrame(origin_m_);
   const Geodetic place = frame.GeodeticFromFrame(origin_m_);
   middle_ = fmt::format("{:.4f}, {:.4f}", place.lat_rad * kDegPerRad, place.lon_rad * kDegPerRad);
 }
 
 std::array<double, 2> MapPlane::Place(const Eigen::Vector3d& position_m) const {
-  const Eigen::Vector3d place_m = axes_1_ * (position_m - origin_m_);
+  const Eigen::Vector3d place_m = axes_ * (position_m - origin_m_);
   return {place_m[0], place_m[1]};
 }
 
@@ -150,9 +150,9 @@ AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
     const double looks_m = FixedPathSigmaOf(points, i, weak), whole_m = SigmaOf(points, i, weak);
     parts.push_back(1.0 - looks_m * looks_m / (whole_m * whole_m));
   }
-  out.path_part_1 = SampleQuantile(std::move(parts), 0.5);
+  out.path_part = SampleQuantile(std::move(parts), 0.5);
   const MapPlane plane(result);
-  out.along_track_1 = AlongTrack_1(result, plane, weak);
+  out.along_track = AlongTrack(result, plane, weak);
   const ConvexHull hull = HullOfControl(points, plane);
   out.all = DescribeGroup(points, free, hull, plane);
   out.median_intersection_deg = out.all.median_intersection_deg;
@@ -170,16 +170,16 @@ AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
 
 namespace {
 
-constexpr double kPathsDecide_1 = 0.6, kLooksDecide_1 = 0.4;
-constexpr double kAlong_1 = 0.7, kAcross_1 = 0.3;
+constexpr double kPathsDecide = 0.6, kLooksDecide = 0.4;
+constexpr double kMinAlong = 0.7, kMaxAcross = 0.3;
 constexpr double kGoodAngle_deg = 60.0;
 
 enum class Direction { kAlong, kRanges, kBoth, kUnknown };
 
 Direction DirectionOf(const AccuracyFigures& accuracy) {
-  if (std::isnan(accuracy.along_track_1)) return Direction::kUnknown;
-  if (accuracy.along_track_1 > kAlong_1) return Direction::kAlong;
-  return accuracy.along_track_1 < kAcross_1 ? Direction::kRanges : Direction::kBoth;
+  if (std::isnan(accuracy.along_track)) return Direction::kUnknown;
+  if (accuracy.along_track > kMinAlong) return Direction::kAlong;
+  return accuracy.along_track < kMaxAcross ? Direction::kRanges : Direction::kBoth;
 }
 
 std::string Percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
@@ -203,20 +203,20 @@ std::string LooksBriefly(const AccuracyFigures& accuracy) {
 std::string LooksInWords(const AccuracyFigures& accuracy) {
   switch (DirectionOf(accuracy)) {
     case Direction::kAlong:
-      return "more accurate azimuths (image times) or more looks a point";
+      return "more accurate azimuths (image times) or more looks per point";
     case Direction::kBoth:
-      return "more accurate azimuths and ranges or more looks a point";
+      return "more accurate azimuths and ranges or more looks per point";
     case Direction::kUnknown:
-      return "more accurate looks or more of them a point";
+      return "more accurate looks or more of them per point";
     case Direction::kRanges:
       break;
   }
   return accuracy.median_intersection_deg < kGoodAngle_deg
              ? fmt::format(
-                   "larger intersection angles (the median is {} degrees), more looks a "
+                   "larger intersection angles (the median is {} degrees), more looks per "
                    "point or more accurate ranges",
                    ReadableNumber(accuracy.median_intersection_deg, 3))
-             : "more looks a point or more accurate ranges";
+             : "more looks per point or more accurate ranges";
 }
 
 /// "north (along track)"
@@ -241,7 +241,7 @@ std::string WeakestName(const AccuracyFigures& accuracy, const Frame& frame) {
 Advice AdviceOf(const AccuracyFigures& accuracy, const Frame& frame) {
   if (accuracy.free_points == 0) return {"", ""};
   const std::string weakest = WeakestName(accuracy, frame);
-  const double part = accuracy.path_part_1;
+  const double part = accuracy.path_part;
   if (std::isnan(part)) {
     return {LooksBriefly(accuracy),
             fmt::format(
@@ -254,8 +254,8 @@ Advice AdviceOf(const AccuracyFigures& accuracy, const Frame& frame) {
       weakest,
       Percent(part),
       Percent(1.0 - part));
-  if (part > kPathsDecide_1) return {"control, better paths", shares + paths + " would help most."};
-  if (part < kLooksDecide_1) {
+  if (part > kPathsDecide) return {"control, better paths", shares + paths + " would help most."};
+  if (part < kLooksDecide) {
     return {LooksBriefly(accuracy), shares + LooksInWords(accuracy) + " would help most."};
   }
   return {
@@ -280,7 +280,8 @@ std::array<std::string, 3> AxisPhrases(const Frame& frame) {
 const char* Plural(std::size_t count) { return count == 1 ? "" : "s"; }
 
 /// "0.38 m in x, 1.6 m in y and 2.8 m in z"
-std::string InAxes(const std::array<double, 3>& sigma_m, const std::array<std::string, 3>& axes) {
+std::string AxesPhrase(const std::array<double, 3>& sigma_m,
+                       const std::array<std::string, 3>& axes) {
   return fmt::format("{} m {}, {} m {} and {} m {}",
                      Brief(sigma_m[0]),
                      axes[0],
@@ -320,7 +321,7 @@ std::string StatusSentence(const ResultSummary& summary) {
       fmt::format("{} iteration{}", summary.iterations, Plural(summary.iterations));
   if (summary.status == "not_converged") {
     return fmt::format(
-        "The adjustment did not converge in {}: a step of {} sigma was still to go, so its numbers "
+        "The adjustment did not converge in {}: the Newton decrement was {} sigma, so its numbers "
         "are those of an unfinished solution.",
         rounds,
         Brief(summary.remaining_step));
@@ -361,7 +362,7 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, He
     out->sentences.push_back(
         fmt::format("Control or a single look decides every point, so the standard deviations (in "
                     "the median {}) say nothing of the block.",
-                    InAxes(accuracy.median_m, axes)));
+                    AxesPhrase(accuracy.median_m, axes)));
     return;
   }
   const auto weak = static_cast<std::size_t>(accuracy.weakest);
@@ -369,8 +370,8 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, He
       fmt::format("Half of the {} points are known to {} or better, 95 % to {}; the weakest is {} "
                   "with {} m {} (one sigma).",
                   ReadableCount(accuracy.points),
-                  InAxes(accuracy.median_m, axes),
-                  InAxes(accuracy.most_m, axes),
+                  AxesPhrase(accuracy.median_m, axes),
+                  AxesPhrase(accuracy.most_m, axes),
                   accuracy.largest_point[weak],
                   Brief(accuracy.largest_m[weak]),
                   axes[weak]));
@@ -403,7 +404,7 @@ void AddAttention(const ResultFolder& result, Headline* out) {
                     ReadableCount(count),
                     Plural(count),
                     count == 1 ? "is" : "are",
-                    kHighCorrelation_1));
+                    kHighCorrelation));
   }
   if (!summary.warnings.empty()) {
     const std::size_t count = summary.warnings.size();

@@ -22,19 +22,19 @@ struct AccuracyFigures {
   /// What follows is of the points that geometry decides: not control, two looks at least. What
   /// control or a single look decides says nothing of what would help.
   std::size_t free_points = 0;
-  /// Median part of the variance of the weakest component that the flight paths bring; the looks
-  /// bring the rest. NaN where the result does not tell.
-  double path_part_1 = kAbsent;
+  /// Median part of the variance of the weakest component that comes from the flight paths; the
+  /// rest comes from the looks. NaN if the result does not give it.
+  double path_part = kAbsent;
   double median_intersection_deg = kAbsent;
   /// Mean square of the cosine between the weakest component and the tracks of the passes, each
   /// with its looks: 1 along track, 0 across or up. NaN for plan components without strips.csv.
-  double along_track_1 = kAbsent;
+  double along_track = kAbsent;
   /// The twentieth of the points that is weakest in that component, against all.
   struct Group {
     std::size_t points = 0;
     double median_intersection_deg = kAbsent;
-    double median_looks_1 = kAbsent;
-    double outside_control_1 = kAbsent;  ///< part outside the hull of the control points
+    double median_looks = kAbsent;
+    double outside_control = kAbsent;  ///< part outside the hull of the control points
   };
   Group weak, all;
 };
@@ -53,12 +53,12 @@ class MapPlane {
   [[nodiscard]] const Eigen::Vector3d& origin_m() const { return origin_m_; }
   /// The position that lies in the plane at a place.
   [[nodiscard]] Eigen::Vector3d PositionAt(const std::array<double, 2>& place_m) const {
-    return origin_m_ + axes_1_.transpose() * Eigen::Vector3d(place_m[0], place_m[1], 0.0);
+    return origin_m_ + axes_.transpose() * Eigen::Vector3d(place_m[0], place_m[1], 0.0);
   }
 
  private:
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d axes_1_ = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
   std::string middle_;
 };
 

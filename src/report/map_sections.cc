@@ -121,10 +121,10 @@ std::vector<MapChart::Line> GraticuleOf(const Frame& frame,
 
 namespace {
 
-constexpr std::size_t kMostPoints = 5000;
-constexpr std::size_t kMostPasses = 80;
-constexpr std::size_t kMostMarks = 600;  // control, check
-constexpr std::size_t kMostErrors = 150;
+constexpr std::size_t kMaxPoints = 5000;
+constexpr std::size_t kMaxPasses = 80;
+constexpr std::size_t kMaxMarks = 600;  // control, check
+constexpr std::size_t kMaxErrors = 150;
 
 class MapMaker {
  public:
@@ -162,7 +162,7 @@ class MapMaker {
   [[nodiscard]] static double SizeOf_m(const MapBox& box) {
     return std::fmax(box.high_m[0] - box.low_m[0], box.high_m[1] - box.low_m[1]);
   }
-  [[nodiscard]] std::array<double, 2> InUnits(const std::array<double, 2>& place_m) const {
+  [[nodiscard]] std::array<double, 2> ToUnits(const std::array<double, 2>& place_m) const {
     return {place_m[0] / per_unit_m_, place_m[1] / per_unit_m_};
   }
   [[nodiscard]] std::array<double, 2> PlaceOf(std::uint32_t i) const {
@@ -174,14 +174,14 @@ class MapMaker {
 
   void AddStrips() {
     const auto strips = StripsOf(result_.file);
-    for (std::size_t s = 0; s < std::min(strips.size(), kMostPasses); ++s) {
+    for (std::size_t s = 0; s < std::min(strips.size(), kMaxPasses); ++s) {
       const std::string& pass = result_.file.passes[strips[s].front().pass].id;
       MapChart::Line track{pass, {}}, swath{pass, {}};
       const auto add = [&](const Eigen::Vector3d& edge_m) {
-        if (!std::isnan(edge_m[0])) swath.places.push_back(InUnits(plane_.Place(edge_m)));
+        if (!std::isnan(edge_m[0])) swath.places.push_back(ToUnits(plane_.Place(edge_m)));
       };
       for (const StripStation& station : strips[s]) {
-        track.places.push_back(InUnits(plane_.Place(station.antenna_m)));
+        track.places.push_back(ToUnits(plane_.Place(station.antenna_m)));
         add(station.near_m);
       }
       for (std::size_t i = strips[s].size(); i-- > 0;) add(strips[s][i].far_m);
@@ -195,7 +195,7 @@ class MapMaker {
 
   void AddPoints() {
     std::vector<std::uint32_t> shown;
-    for (const std::uint32_t k : SampleIndices(placed_.size(), kMostPoints)) {
+    for (const std::uint32_t k : SampleIndices(placed_.size(), kMaxPoints)) {
       shown.push_back(placed_[k]);
     }
     // The weakest are what a reader looks for.
@@ -206,7 +206,7 @@ class MapMaker {
       }
     }
     for (const std::uint32_t i : shown) {
-      chart_.points.push_back(InUnits(PlaceOf(i)));
+      chart_.points.push_back(ToUnits(PlaceOf(i)));
       chart_.point_names.emplace_back(points_.ids[i]);
     }
     const std::array<const char*, 3> axes = AxisNames(result_.file.frame);
@@ -249,19 +249,19 @@ class MapMaker {
     for (const std::uint32_t i : placed_) {
       if (points_.role[i] == PointRole::kTie) continue;
       ChartPlaces& places = IsControl(i) ? chart_.control : chart_.checks;
-      if (places.size() >= kMostMarks) continue;
-      places.push_back(InUnits(PlaceOf(i)));
+      if (places.size() >= kMaxMarks) continue;
+      places.push_back(ToUnits(PlaceOf(i)));
       (IsControl(i) ? chart_.control_names : chart_.check_names).emplace_back(points_.ids[i]);
     }
   }
 
   void AddEllipses() {
-    for (const std::uint32_t k : SampleIndices(placed_.size(), kMostPoints)) {
+    for (const std::uint32_t k : SampleIndices(placed_.size(), kMaxPoints)) {
       const std::uint32_t i = placed_[k];
       if (IsControl(i)) continue;
       const ErrorEllipse ellipse = EllipseOf(points_.results.covariance_m2[i]);
       if (!(ellipse.major_m > 0.0) || !std::isfinite(ellipse.major_m)) continue;
-      const std::array<double, 2> place = InUnits(PlaceOf(i));
+      const std::array<double, 2> place = ToUnits(PlaceOf(i));
       chart_.ellipses.push_back({place[0],
                                  place[1],
                                  ellipse.major_m / per_unit_m_,
@@ -272,9 +272,9 @@ class MapMaker {
 
   void AddErrors() {
     for (const CheckResult& check : points_.checks) {
-      if (chart_.errors.size() >= kMostErrors) return;
+      if (chart_.errors.size() >= kMaxErrors) return;
       if (std::isnan(check.error_enu_m[0]) || std::isnan(check.error_enu_m[1])) continue;
-      const std::array<double, 2> from = InUnits(PlaceOf(check.point));
+      const std::array<double, 2> from = ToUnits(PlaceOf(check.point));
       chart_.errors.push_back({from[0],
                                from[1],
                                check.error_enu_m[0] / per_unit_m_,
@@ -284,14 +284,14 @@ class MapMaker {
 
   void AddGraticule() {
     // What the page shows first: the block with its swaths in a window not much lower than wide.
-    constexpr double kWindow_1 = 0.65;
+    constexpr double kWindow = 0.65;
     MapBox seen = box_m_;
     for (const MapChart::Line& swath : chart_.swaths) {
       for (const auto& [east, north] : swath.places) {
         seen.Add({per_unit_m_ * east, per_unit_m_ * north});
       }
     }
-    const double side_m = kWindow_1 * SizeOf_m(seen);
+    const double side_m = kWindow * SizeOf_m(seen);
     for (std::size_t k = 0; k < 2; ++k) {
       const double lacking_m = std::fmax(0.0, side_m - (seen.high_m[k] - seen.low_m[k]));
       seen.low_m[k] -= 0.5 * lacking_m;
@@ -300,7 +300,7 @@ class MapMaker {
     chart_.graticule =
         GraticuleOf(result_.file.frame, plane_, seen, box_m_.Widened(1.2 * SizeOf_m(seen)));
     for (MapChart::Line& line : chart_.graticule) {
-      for (std::array<double, 2>& place : line.places) place = InUnits(place);
+      for (std::array<double, 2>& place : line.places) place = ToUnits(place);
     }
   }
 
@@ -364,9 +364,9 @@ PageTable PassTable(const ResultFolder& result, const MapPlane& plane) {
                    {"strip from [s]", true},
                    {"to [s]", true},
                    {"swath, near to far [km]", true}};
-  constexpr std::size_t kMostPassRows = 300;
+  constexpr std::size_t kMaxPassRows = 300;
   const auto strips = StripsOf(result.file);
-  for (std::size_t s = 0; s < std::min(strips.size(), kMostPassRows); ++s) {
+  for (std::size_t s = 0; s < std::min(strips.size(), kMaxPassRows); ++s) {
     const std::span<const StripStation> strip = strips[s];
     const ResultPass& pass = result.file.passes[strip.front().pass];
     const auto first = plane.Place(strip.front().antenna_m);
@@ -383,8 +383,8 @@ PageTable PassTable(const ResultFolder& result, const MapPlane& plane) {
                           Shown(std::hypot(far[0] - near[0], far[1] - near[1]) / 1000.0, 3)});
   }
   table.note = "Headings clockwise from north (y in a local frame).";
-  if (strips.size() > kMostPassRows) {
-    table.note += fmt::format(" The first {} of {}.", kMostPassRows, strips.size());
+  if (strips.size() > kMaxPassRows) {
+    table.note += fmt::format(" The first {} of {}.", kMaxPassRows, strips.size());
   }
   return table;
 }
@@ -399,14 +399,14 @@ std::string WeakGroupText(const AccuracyFigures& accuracy) {
                                  Shown(weak.median_intersection_deg, 3),
                                  Shown(all.median_intersection_deg, 3)));
   }
-  if (weak.median_looks_1 < all.median_looks_1) {
+  if (weak.median_looks < all.median_looks) {
     facets.push_back(fmt::format(
-        "have {:.0f} looks where {:.0f} are usual", weak.median_looks_1, all.median_looks_1));
+        "have {:.0f} looks where {:.0f} are usual", weak.median_looks, all.median_looks));
   }
-  if (weak.outside_control_1 > all.outside_control_1 + 0.2) {
+  if (weak.outside_control > all.outside_control + 0.2) {
     facets.push_back(fmt::format("lie to {} outside the control points, of all points {}",
-                                 ShownPercent(weak.outside_control_1),
-                                 ShownPercent(all.outside_control_1)));
+                                 ShownPercent(weak.outside_control),
+                                 ShownPercent(all.outside_control)));
   }
   if (facets.empty() || weak.points < 5) return "";
   std::string text = "The weakest twentieth of the points that are not control ";
@@ -488,8 +488,8 @@ PageSection MapSection(const ResultFolder& result, const AccuracyFigures& accura
 namespace {
 
 constexpr std::size_t kProfileBins = 24;
-constexpr std::size_t kLeastInBin = 3;
-constexpr std::size_t kMostDots = 1500;
+constexpr std::size_t kMinInBin = 3;
+constexpr std::size_t kMaxDots = 1500;
 
 /// Unit vector (east, north) across the direction most of the flight paths have; axes count, not
 /// their sense, so angles are doubled.
@@ -538,7 +538,7 @@ struct LookClass {
 };
 constexpr std::uint32_t kAnyNumber = std::numeric_limits<std::uint32_t>::max();
 constexpr LookClass kLookClasses[] = {{1, 1}, {2, 2}, {3, 3}, {4, kAnyNumber}};
-constexpr std::size_t kLeastInClass = 10;
+constexpr std::size_t kMinInClass = 10;
 
 Profiles Collect(const ResultFolder& result, const LookClass& looks) {
   const ResultPoints& points = result.file.points;
@@ -581,7 +581,7 @@ ChartSeries MedianLine(const std::string& label,
                        const std::vector<double>& x,
                        const std::vector<double>& values) {
   ChartSeries series{label, style, color, {}, {}, {}, {}, {}};
-  for (const BinnedMedian& bin : MedianInBins(x, values, kProfileBins, kLeastInBin)) {
+  for (const BinnedMedian& bin : MedianInBins(x, values, kProfileBins, kMinInBin)) {
     series.x.push_back(bin.x);
     series.y.push_back(bin.value);
   }
@@ -598,7 +598,7 @@ PageFigure ProfileFigure(const Profiles& profiles,
   chart.y.label = "sigma [m]";
   chart.y.logarithmic = true;
   ChartSeries dots{whole + ", single points", "points", "pale", {}, {}, {}, {}, {}};
-  for (const std::uint32_t i : SampleIndices(profiles.x_km.size(), kMostDots)) {
+  for (const std::uint32_t i : SampleIndices(profiles.x_km.size(), kMaxDots)) {
     dots.x.push_back(profiles.x_km[i]);
     dots.y.push_back(profile.whole_m[i]);
     dots.names.push_back(profiles.names[i]);
@@ -628,7 +628,7 @@ PageSection ProfileSection(const ResultFolder& result) {
     const Profiles profiles = Collect(result, looks);
     const std::size_t count = profiles.x_km.size();
     if (count == 0) continue;
-    if (count < kLeastInClass) {
+    if (count < kMinInClass) {
       few.push_back(fmt::format("{} with {}", count, looks.Name()));
       continue;
     }

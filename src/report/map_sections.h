@@ -26,9 +26,9 @@ struct MapBox {
                                                       const MapBox& seen,
                                                       const MapBox& drawn);
 
-/// The map of a result and what its caption says of it. Points are coloured from the 2nd to the
+/// The map of a result and its caption. Points are coloured from the 2nd to the
 /// 98th percentile of the points that are not control; ellipses belong to these points too, since
-/// those of points held at their control coordinates say nothing of the block.
+/// those of points fixed at their control coordinates say nothing about the block.
 struct BlockMap {
   MapChart chart;
   std::size_t placed = 0;   ///< points with a position; 0: there is no map

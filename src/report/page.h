@@ -60,7 +60,7 @@ struct PageFigure {
 struct PageFigures {
   std::vector<PageFigure> figures;
 };
-/// A picture in SVG as it stands in a file, shown as an image (scripts in it do not run).
+/// The text of an SVG file, shown as an image (scripts in it do not run).
 struct PagePicture {
   std::string title;
   std::string svg;
@@ -107,11 +107,11 @@ struct Page {
 /// The page as one HTML file that needs no other.
 [[nodiscard]] std::string RenderPage(const Page& page);
 
-/// Text as it may stand between tags and in quoted attributes: & < > " ' become references, control
+/// Text escaped for use between tags and in quoted attributes: & < > " ' become references, control
 /// characters other than tab and newline the replacement character, and so does what is not UTF-8.
 [[nodiscard]] std::string EscapeHtml(std::string_view text);
 
-/// JSON as it may stand inside a script element: < > & and the two line separators that a script
+/// JSON escaped for use inside a script element: < > & and the two line separators that a script
 /// would take for line ends become \u escapes. They occur in strings only, so the value is the
 /// same.
 [[nodiscard]] std::string EscapeScriptJson(std::string_view json);
@@ -121,7 +121,7 @@ struct Page {
 [[nodiscard]] std::string ReadableNumber(double value, int digits = 4);
 
 /// A count with thin spaces between groups of three from five digits on.
-[[nodiscard]] std::string ReadableCount(double count_1);
+[[nodiscard]] std::string ReadableCount(double count);
 [[nodiscard]] inline std::string ReadableCount(std::size_t count) {
   return ReadableCount(static_cast<double>(count));
 }
@@ -134,7 +134,7 @@ struct Page {
 /// The first letter in capitals.
 [[nodiscard]] std::string Capital(std::string text);
 
-/// A file of src/report/assets, or the chart library, as it stood when the program was built
+/// A file of src/report/assets, or the chart library, as it was when the program was built
 /// (cmake/embed_files.cmake writes the definition). std::out_of_range for another name.
 [[nodiscard]] std::string_view AssetText(std::string_view name);
 

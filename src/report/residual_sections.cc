@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kHistogramEnd = 5.0;
 constexpr std::size_t kHistogramBins = 40;
-constexpr std::size_t kMostQuantiles = 600;
+constexpr std::size_t kMaxQuantiles = 600;
 
 double NormalDensity(double w) {
   return std::exp(-0.5 * w * w) / std::sqrt(2.0 * std::numbers::pi);
@@ -59,8 +59,8 @@ PageFigure QuantileFigure(const std::vector<float>& w, std::size_t k) {
   chart.x.label = "normal quantile";
   chart.y.label = "standardised residual w";
   ChartSeries dots{"looks", "points", k == 0 ? "blue" : "green", {}, {}, {}, {}, {}};
-  for (const QuantilePoint& point : NormalQuantilePlot(w, kMostQuantiles)) {
-    dots.x.push_back(point.expected_1);
+  for (const QuantilePoint& point : NormalQuantilePlot(w, kMaxQuantiles)) {
+    dots.x.push_back(point.expected);
     dots.y.push_back(point.value);
   }
   const double end = dots.x.empty() ? 3.0 : std::max(-dots.x.front(), dots.x.back());
@@ -108,14 +108,14 @@ PageTable ResidualTable(const ReportLooks& looks) {
                    {"its median influence [m]", true}};
   for (std::size_t k = 0; k < 2; ++k) {
     const Moments residual = MomentsOf(looks.residual_m[k]);
-    const Moments w = MomentsOf(looks.w_1[k]);
+    const Moments w = MomentsOf(looks.w[k]);
     table.rows.push_back({kLookComponents[k],
                           ReadableCount(static_cast<double>(looks.residual_m[k].size())),
                           Shown(std::hypot(residual.mean, residual.deviation), 3),
                           Shown(w.mean, 2),
                           Shown(w.deviation, 3),
                           Shown(w.largest, 3),
-                          Shown(SampleQuantile(Doubles(looks.redundancy_1[k]), 0.5), 3),
+                          Shown(SampleQuantile(Doubles(looks.redundancy[k]), 0.5), 3),
                           Shown(SampleQuantile(Doubles(looks.mdb_m[k]), 0.5), 3),
                           Shown(SampleQuantile(Doubles(looks.influence_m[k]), 0.5), 3)});
   }
@@ -130,7 +130,7 @@ PageTable ResidualTable(const ReportLooks& looks) {
 PageSection ResidualSection(const ResultFolder& result) {
   PageSection section{"residuals", "Residuals", StripResidualItems(result)};
   const ReportLooks& looks = result.looks;
-  if (looks.w_1[0].empty() && looks.w_1[1].empty()) {
+  if (looks.w[0].empty() && looks.w[1].empty()) {
     section.items.emplace_back(PageText{result.file.summary.status == "predicted"
                                             ? "A prediction has no residuals: nothing was measured."
                                             : "The result has no standardised residuals: they come "
@@ -142,9 +142,9 @@ PageSection ResidualSection(const ResultFolder& result) {
   section.items.emplace_back(PageText{"Standardised", "heading"});
   PageFigures figures;
   for (std::size_t k = 0; k < 2; ++k) {
-    if (looks.w_1[k].empty()) continue;
-    figures.figures.push_back(HistogramFigure(looks.w_1[k], k));
-    figures.figures.push_back(QuantileFigure(looks.w_1[k], k));
+    if (looks.w[k].empty()) continue;
+    figures.figures.push_back(HistogramFigure(looks.w[k], k));
+    figures.figures.push_back(QuantileFigure(looks.w[k], k));
   }
   section.items.emplace_back(std::move(figures));
   section.items.emplace_back(ResidualTable(looks));
@@ -153,9 +153,9 @@ PageSection ResidualSection(const ResultFolder& result) {
 
 namespace {
 
-constexpr std::size_t kMostResidualCharts = 18;
-constexpr std::size_t kMostResidualDots = 400;
-constexpr std::size_t kMedianBins = 10, kLeastInMedianBin = 3;
+constexpr std::size_t kMaxResidualCharts = 18;
+constexpr std::size_t kMaxResidualDots = 400;
+constexpr std::size_t kMedianBins = 10, kMinInMedianBin = 3;
 
 using Place = std::array<double, 2>;
 
@@ -178,7 +178,7 @@ double Ahead_m(std::span<const StripStation> strip,
          std::hypot(ahead[0], ahead[1]);
 }
 
-double TrendOf_1(const std::vector<double>& x, const std::vector<double>& y) {
+double TrendOf(const std::vector<double>& x, const std::vector<double>& y) {
   const auto n = static_cast<double>(x.size());
   if (x.size() < 5) return 0.0;
   const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / n;
@@ -189,8 +189,8 @@ double TrendOf_1(const std::vector<double>& x, const std::vector<double>& y) {
     xy += (x[i] - mean_x) * (y[i] - mean_y);
     yy += (y[i] - mean_y) * (y[i] - mean_y);
   }
-  const double trend_1 = std::abs(xy) / std::sqrt(xx * yy) * std::sqrt(n);
-  return std::isfinite(trend_1) ? trend_1 : 0.0;
+  const double trend = std::abs(xy) / std::sqrt(xx * yy) * std::sqrt(n);
+  return std::isfinite(trend) ? trend : 0.0;
 }
 
 PageFigure FigureOfStrip(const ResultFolder& result,
@@ -202,7 +202,7 @@ PageFigure FigureOfStrip(const ResultFolder& result,
 
   constexpr const char* kColors[] = {"sky", "yellow"};
   constexpr const char* kLineColors[] = {"blue", "orange"};
-  const std::vector<std::uint32_t> shown = SampleIndices(strip.time_s.size(), kMostResidualDots);
+  const std::vector<std::uint32_t> shown = SampleIndices(strip.time_s.size(), kMaxResidualDots);
   for (std::size_t k = 0; k < 2; ++k) {
     ChartSeries dots{kLookComponents[k], "points", kColors[k], {}, {}, {}, {}, {}};
     for (const std::uint32_t i : shown) {
@@ -217,7 +217,7 @@ PageFigure FigureOfStrip(const ResultFolder& result,
     ChartSeries line{
         std::string(kLookComponents[k]) + ", median", "line", kLineColors[k], {}, {}, {}, {}, {}};
     for (const BinnedMedian& bin :
-         MedianInBins(strip.time_s, strip.residual_m[k], kMedianBins, kLeastInMedianBin)) {
+         MedianInBins(strip.time_s, strip.residual_m[k], kMedianBins, kMinInMedianBin)) {
       line.x.push_back(bin.x);
       line.y.push_back(bin.value);
     }
@@ -247,8 +247,8 @@ double StripTimeOf_s(std::span<const StripStation> strip,
   return kAbsent;
 }
 
-double StripResiduals::Trend_1() const {
-  return std::max(TrendOf_1(time_s, residual_m[0]), TrendOf_1(time_s, residual_m[1]));
+double StripResiduals::Trend() const {
+  return std::max(TrendOf(time_s, residual_m[0]), TrendOf(time_s, residual_m[1]));
 }
 
 std::vector<StripResiduals> ResidualsAlongStrips(const ResultFolder& result) {
@@ -291,13 +291,13 @@ std::vector<PageItem> StripResidualItems(const ResultFolder& result) {
       "should scatter about zero all along: an offset asks for a bias, a slope for a drift, a bow "
       "for a quadratic term of the flight path. Each chart has its own scale.";
   const std::size_t all = strips.size();
-  if (all > kMostResidualCharts) {
+  if (all > kMaxResidualCharts) {
     std::stable_sort(
         strips.begin(), strips.end(), [](const StripResiduals& a, const StripResiduals& b) {
-          return a.Trend_1() > b.Trend_1();
+          return a.Trend() > b.Trend();
         });
-    strips.resize(kMostResidualCharts);
-    note += fmt::format(" The {} of {} passes with the largest trend.", kMostResidualCharts, all);
+    strips.resize(kMaxResidualCharts);
+    note += fmt::format(" The {} of {} passes with the largest trend.", kMaxResidualCharts, all);
   }
   PageFigures figures;
   for (std::size_t i = 0; i < strips.size(); ++i) {
@@ -326,41 +326,41 @@ PageTable WorstTable(const ResultFolder& result, double critical) {
                    {"further w of the point", false}};
   const ResultFile& file = result.file;
   const ResultLooks& looks = file.looks;
-  std::vector<std::vector<ReportLook>> by_point;
+  std::vector<std::vector<ReportLook>> d_point;
   std::unordered_map<std::uint32_t, std::size_t> row_of;
   for (const ReportLook& look : result.looks.worst) {
-    const auto [found, added] = row_of.emplace(looks.point[look.look], by_point.size());
-    if (added) by_point.emplace_back();
-    by_point[found->second].push_back(look);
+    const auto [found, added] = row_of.emplace(looks.point[look.look], d_point.size());
+    if (added) d_point.emplace_back();
+    d_point[found->second].push_back(look);
   }
-  constexpr std::size_t kMostRows = 100, kMostFurther = 4;
+  constexpr std::size_t kMaxRows = 100, kMaxFurtherRows = 4;
   const auto name = [&](const ReportLook& look) {
     return file.passes[looks.pass[look.look]].id + " " + kLookComponents[look.component];
   };
   const auto w_of = [&](const ReportLook& look) {
-    return static_cast<double>(looks.w_1[look.component][look.look]);
+    return static_cast<double>(looks.w[look.component][look.look]);
   };
-  for (std::size_t p = 0; p < std::min(by_point.size(), kMostRows); ++p) {
-    const ReportLook& first = by_point[p].front();
+  for (std::size_t p = 0; p < std::min(d_point.size(), kMaxRows); ++p) {
+    const ReportLook& first = d_point[p].front();
     const auto figure = [&](const std::array<std::vector<float>, 2>& of_looks) {
       const std::vector<float>& values = of_looks[first.component];
       return Shown(values.empty() ? kAbsent : static_cast<double>(values[first.look]), 3);
     };
     std::string further;
-    for (std::size_t i = 1; i < by_point[p].size(); ++i) {
-      if (i > kMostFurther) {
-        further += fmt::format(" and {} more", by_point[p].size() - i);
+    for (std::size_t i = 1; i < d_point[p].size(); ++i) {
+      if (i > kMaxFurtherRows) {
+        further += fmt::format(" and {} more", d_point[p].size() - i);
         break;
       }
       further += fmt::format(
-          "{}{} {}", i == 1 ? "" : ", ", name(by_point[p][i]), Shown(w_of(by_point[p][i]), 3));
+          "{}{} {}", i == 1 ? "" : ", ", name(d_point[p][i]), Shown(w_of(d_point[p][i]), 3));
     }
     if (std::abs(w_of(first)) > critical) table.marked.push_back(p);
     table.rows.push_back({std::string(file.points.ids[looks.point[first.look]]),
                           Shown(w_of(first), 3),
                           name(first),
                           Shown(ResidualOf_m(looks, first.look, first.component), 3),
-                          figure(looks.redundancy_1),
+                          figure(looks.redundancy),
                           figure(looks.mdb_m),
                           figure(looks.influence_m),
                           further});
@@ -371,8 +371,8 @@ PageTable WorstTable(const ResultFolder& result, double critical) {
       "are marked. The minimal detectable blunder is found with a power of {}; smaller ones may "
       "stay, and move the point by up to the influence.",
       result.looks.worst.size(),
-      ReportLooks::kLeastTested_1,
-      ShownPercent(file.summary.tests ? file.summary.tests->power_1 : kAbsent));
+      ReportLooks::kMinTested,
+      ShownPercent(file.summary.tests ? file.summary.tests->power : kAbsent));
   return table;
 }
 
@@ -394,7 +394,7 @@ PageTable FindingTable(const ResultSummary& summary) {
                           f.point,
                           f.passes,
                           f.component,
-                          Shown(f.w_1, 3),
+                          Shown(f.w, 3),
                           f.located ? "yes" : "no",
                           f.action,
                           f.note});
@@ -403,7 +403,7 @@ PageTable FindingTable(const ResultSummary& summary) {
       fmt::format("{} findings in {} rounds{}.",
                   summary.findings.size(),
                   *summary.snooping_rounds,
-                  summary.findings.size() > kRows ? "; the others stand in summary.json" : "");
+                  summary.findings.size() > kRows ? "; the others are in summary.json" : "");
   return table;
 }
 
@@ -423,16 +423,16 @@ PageSection WorstLooksSection(const ResultFolder& result) {
                       "are expected by chance. {} looks belong to points with one degree of "
                       "freedom, where a blunder shows but cannot be located.",
                       ReadableCount(tests->tests),
-                      Shown(tests->alpha_1, 2),
-                      Shown(tests->critical_w_1, 3),
+                      Shown(tests->alpha, 2),
+                      Shown(tests->critical_w, 3),
                       tests->above[0],
                       tests->above[1],
                       tests->above[2],
-                      Shown(tests->expected_above_1, 2),
+                      Shown(tests->expected_above, 2),
                       ReadableCount(tests->not_localisable)),
           ""});
     }
-    section.items.emplace_back(WorstTable(result, tests ? tests->critical_w_1 : kAbsent));
+    section.items.emplace_back(WorstTable(result, tests ? tests->critical_w : kAbsent));
   }
   if (result.file.summary.snooping_rounds && !result.file.summary.findings.empty()) {
     section.items.emplace_back(FindingTable(result.file.summary));

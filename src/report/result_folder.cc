@@ -11,23 +11,23 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kMostCorrelations = 40;
+constexpr std::size_t kMaxCorrelations = 40;
 
 void ArrangeCorrelations(ResultFolder* out) {
   std::vector<ReportCorrelation>& list = out->correlations;
   const auto larger = [](const ReportCorrelation& a, const ReportCorrelation& b) {
-    return std::abs(a.correlation_1) > std::abs(b.correlation_1);
+    return std::abs(a.correlation) > std::abs(b.correlation);
   };
   const std::vector<ParameterResult>& parameters = out->file.parameters;
   for (const ParameterCovariance& entry : out->file.parameter_covariance) {
     if (entry.a == entry.b) continue;
-    const double correlation_1 =
+    const double correlation =
         entry.covariance / (parameters[entry.a].sigma * parameters[entry.b].sigma);
-    if (!(std::abs(correlation_1) > kHighCorrelation_1)) continue;
+    if (!(std::abs(correlation) > kHighCorrelation)) continue;
     ++out->correlation_count;
-    list.push_back({entry.a, entry.b, correlation_1});
+    list.push_back({entry.a, entry.b, correlation});
     std::push_heap(list.begin(), list.end(), larger);
-    if (list.size() > kMostCorrelations) {
+    if (list.size() > kMaxCorrelations) {
       std::pop_heap(list.begin(), list.end(), larger);
       list.pop_back();
     }
@@ -40,7 +40,7 @@ class LargestLooks {
  public:
   explicit LargestLooks(std::vector<ReportLook>* list) : list_(list) {}
   void Add(double size, ReportLook look) {
-    const bool full = heap_.size() == ReportLooks::kMostWorst;
+    const bool full = heap_.size() == ReportLooks::kMaxWorst;
     if (std::isnan(size) || (full && !(size > heap_.front().first))) return;
     heap_.emplace_back(size, look);
     std::push_heap(heap_.begin(), heap_.end(), &Larger);
@@ -80,15 +80,14 @@ void ArrangeLooks(const ResultLooks& looks, ReportLooks* out) {
       if (!std::isnan(residual_m[k])) {
         out->residual_m[k].push_back(static_cast<float>(residual_m[k]));
       }
-      keep(looks.redundancy_1[k], i, &out->redundancy_1[k]);
+      keep(looks.redundancy[k], i, &out->redundancy[k]);
       keep(looks.mdb_m[k], i, &out->mdb_m[k]);
       keep(looks.influence_m[k], i, &out->influence_m[k]);
-      keep(looks.w_1[k], i, &out->w_1[k]);
-      const bool weak =
-          !looks.redundancy_1[k].empty() &&
-          !(static_cast<double>(looks.redundancy_1[k][i]) >= ReportLooks::kLeastTested_1);
-      if (!looks.w_1[k].empty() && !weak) {
-        worst.Add(std::abs(static_cast<double>(looks.w_1[k][i])), {i, k});
+      keep(looks.w[k], i, &out->w[k]);
+      const bool weak = !looks.redundancy[k].empty() &&
+                        !(static_cast<double>(looks.redundancy[k][i]) >= ReportLooks::kMinTested);
+      if (!looks.w[k].empty() && !weak) {
+        worst.Add(std::abs(static_cast<double>(looks.w[k][i])), {i, k});
       }
     }
   }

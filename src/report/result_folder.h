@@ -16,15 +16,15 @@ namespace sarblock {
 
 /// Numbers that a result does not give.
 inline constexpr double kAbsent = kNotGiven;
-inline constexpr double kHighCorrelation_1 = 0.95;
+inline constexpr double kHighCorrelation = 0.95;
 
 /// Components of a look, as results name them.
 inline constexpr std::array kLookComponents{"range", "azimuth"};
 
-/// Two parameters that the result cannot tell apart well.
+/// Two parameters with a high correlation.
 struct ReportCorrelation {
   std::uint32_t a = 0, b = 0;  ///< indices into the parameters
-  double correlation_1 = 0.0;
+  double correlation = 0.0;
 };
 
 /// One observation of a look: index of the look and component, 0 range and 1 azimuth.
@@ -35,15 +35,15 @@ struct ReportLook {
 
 /// What a report shows of the looks: by component, the figures of the looks in use that have one.
 struct ReportLooks {
-  std::array<std::vector<float>, 2> w_1, residual_m, redundancy_1, mdb_m, influence_m;
+  std::array<std::vector<float>, 2> w, residual_m, redundancy, mdb_m, influence_m;
   std::size_t rejected = 0;
   std::vector<std::pair<std::string, std::size_t>> rejected_by_reason;
-  /// Largest |w| first, at most kMostWorst, none with a redundancy below kLeastTested_1: its w
+  /// Largest |w| first, at most kMaxWorst, none with a redundancy below kMinTested: its w
   /// says nothing of the observation alone.
   std::vector<ReportLook> worst;
-  std::vector<ReportLook> left_out;  ///< rejected ones, largest residual first, at most kMostWorst
-  static constexpr std::size_t kMostWorst = 300;
-  static constexpr double kLeastTested_1 = 0.01;
+  std::vector<ReportLook> left_out;  ///< rejected ones, largest residual first, at most kMaxWorst
+  static constexpr std::size_t kMaxWorst = 300;
+  static constexpr double kMinTested = 0.01;
 };
 
 /// A result as it was read, and what is counted and sorted once for all sections of its report.
@@ -51,14 +51,14 @@ struct ResultFolder {
   std::string path;
   ResultFile file;
   std::vector<std::uint32_t> unsolved;          ///< points
-  std::vector<ReportCorrelation> correlations;  ///< |.| above kHighCorrelation_1, largest first
+  std::vector<ReportCorrelation> correlations;  ///< |.| above kHighCorrelation, largest first
   std::size_t correlation_count = 0;            ///< of them in all; the list holds at most 40
   ReportLooks looks;
 };
 
 /// Counts and sorts what a result holds.
 [[nodiscard]] ResultFolder Arrange(std::string path, ResultFile file);
-/// Reads a result (ReadResult) for its report. Memory: about 400 bytes a point and 150 a look.
+/// Reads a result (ReadResult) for its report. Memory: about 400 bytes per point and 150 per look.
 [[nodiscard]] ResultFolder ReadResultFolder(const std::filesystem::path& folder,
                                             ProgressSink* progress = nullptr);
 

@@ -29,7 +29,7 @@ constexpr NamedCount kCounts[] = {
     {"looks", "Looks in the block"},
     {"looks_used", "Looks used"},
     {"looks_not_evaluated", "Looks without a model value"},
-    {"observations", "Observations (two a look, control components, priors)"},
+    {"observations", "Observations (two per look, control components, priors)"},
     {"parameters", "Unknowns (three a point, corrections)"},
     {"datum_defects", "Datum defects fixed by the inner datum"},
     {"redundancy", "Redundancy"},
@@ -77,7 +77,7 @@ PageTable SettingTable(const ResultSummary& summary) {
     const std::string value = Setting(summary, key);
     if (!value.empty()) table.rows.push_back({key, value});
   }
-  table.note = "The whole configuration stands at the end of this report.";
+  table.note = "The whole configuration is at the end of this report.";
   return table;
 }
 
@@ -88,12 +88,12 @@ PageSection CountsSection(const ResultFolder& result) {
   section.items.emplace_back(CountTable(result.file.summary));
   section.items.emplace_back(SettingTable(result.file.summary));
   if (!result.unsolved.empty()) {
-    constexpr std::size_t kMostUnsolved = 50;
+    constexpr std::size_t kMaxUnsolved = 50;
     const ResultPoints& points = result.file.points;
     PageTable table;
     table.title = "Points that were left out";
     table.columns = {{"point", false}, {"status", false}, {"why", false}};
-    const std::size_t shown = std::min(result.unsolved.size(), kMostUnsolved);
+    const std::size_t shown = std::min(result.unsolved.size(), kMaxUnsolved);
     for (const std::uint32_t point : std::span(result.unsolved).first(shown)) {
       table.rows.push_back({std::string(points.ids[point]),
                             NameOf(points.results.status[point]),
@@ -207,7 +207,7 @@ std::vector<PageFact> HeadlineFacts(const ResultFolder& result,
   }
   if (const auto& checks = result.file.summary.checks; checks && checks->components > 0) {
     out.push_back({"Check points, error over sigma",
-                   Shown(checks->error_ratio_1, 3),
+                   Shown(checks->error_ratio, 3),
                    fmt::format("{} point{}, {}",
                                checks->points,
                                checks->points == 1 ? "" : "s",

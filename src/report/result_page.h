@@ -50,7 +50,7 @@ struct StripResiduals {
   std::vector<double> time_s;
   std::array<std::vector<double>, 2> residual_m;  ///< range, azimuth
   /// Largest |correlation with time| sqrt(n) of the two: about a normal deviate without a trend.
-  [[nodiscard]] double Trend_1() const;
+  [[nodiscard]] double Trend() const;
 };
 [[nodiscard]] std::vector<StripResiduals> ResidualsAlongStrips(const ResultFolder& result);
 

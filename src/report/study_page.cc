@@ -22,15 +22,15 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kMostShownRows = 800;      // of a table in the page
-constexpr std::size_t kMostSentenceBytes = 240;  // longer answers stand in their list only
-constexpr std::size_t kMostSentences = 3;
+constexpr std::size_t kMaxShownRows = 800;      // of a table in the page
+constexpr std::size_t kMaxSentenceBytes = 240;  // longer answers are in their list only
+constexpr std::size_t kMaxSentences = 3;
 
 /// Messages may be long; the table of the study has them whole.
 std::string Shortened(const std::string& text) {
-  constexpr std::size_t kMostBytes = 160;
-  if (text.size() <= kMostBytes) return text;
-  return text.substr(0, text.rfind(' ', kMostBytes)) + " ...";
+  constexpr std::size_t kMaxBytes = 160;
+  if (text.size() <= kMaxBytes) return text;
+  return text.substr(0, text.rfind(' ', kMaxBytes)) + " ...";
 }
 
 std::string Sentence(std::string line) {
@@ -41,7 +41,7 @@ std::string Sentence(std::string line) {
 
 }  // namespace
 
-std::string InWords(const std::string& column) {
+std::string ColumnPhrase(const std::string& column) {
   static const std::map<std::string, std::string> kWords{{"e", "east"},
                                                          {"n", "north"},
                                                          {"u", "up"},
@@ -68,9 +68,9 @@ PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts) 
   PageTable out;
   out.title = "All rows";
   for (const std::string& column : table.columns) {
-    out.columns.push_back({InWords(column), texts.count(column) == 0});
+    out.columns.push_back({ColumnPhrase(column), texts.count(column) == 0});
   }
-  for (std::size_t r = 0; r < std::min(table.rows.size(), kMostShownRows); ++r) {
+  for (std::size_t r = 0; r < std::min(table.rows.size(), kMaxShownRows); ++r) {
     std::vector<std::string> row;
     for (const std::string& column : table.columns) {
       const std::string text = table.Text(r, column);
@@ -82,9 +82,9 @@ PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts) 
     }
     out.rows.push_back(std::move(row));
   }
-  if (table.rows.size() > kMostShownRows) {
+  if (table.rows.size() > kMaxShownRows) {
     out.note =
-        fmt::format("The first {} of {} rows.", kMostShownRows, ReadableCount(table.rows.size()));
+        fmt::format("The first {} of {} rows.", kMaxShownRows, ReadableCount(table.rows.size()));
   }
   return out;
 }
@@ -136,7 +136,7 @@ Page MakeStudyPage(const StudyFolder& study) {
   if (!study.name.empty()) page.title = study.name;
   if (!study.purpose.empty()) page.subtitle = "Goal: " + study.purpose;
   for (const std::string& line : study.answers) {
-    if (page.headline.sentences.size() < kMostSentences && line.size() <= kMostSentenceBytes) {
+    if (page.headline.sentences.size() < kMaxSentences && line.size() <= kMaxSentenceBytes) {
       page.headline.sentences.push_back(Sentence(line));
     }
   }
@@ -150,7 +150,7 @@ Page MakeStudyPage(const StudyFolder& study) {
   if (!study.pictures.empty()) {
     PageSection section{"plots", "Plots of the study", {}};
     for (const StudyPicture& picture : study.pictures) {
-      section.items.emplace_back(PagePicture{Capital(InWords(picture.name)), picture.svg});
+      section.items.emplace_back(PagePicture{Capital(ColumnPhrase(picture.name)), picture.svg});
     }
     page.sections.push_back(std::move(section));
   }
@@ -159,8 +159,8 @@ Page MakeStudyPage(const StudyFolder& study) {
 
 namespace {
 
-constexpr std::size_t kMostPictureBytes = 1000000;
-constexpr std::size_t kMostStudyRows = 20000;
+constexpr std::size_t kMaxPictureBytes = 1000000;
+constexpr std::size_t kMaxStudyRows = 20000;
 
 struct StudyKind {
   const char* name;
@@ -225,7 +225,7 @@ std::vector<StudyPicture> ReadPictures(const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
     std::string svg{std::istreambuf_iterator<char>(stream), {}};
-    if (bytes + svg.size() > kMostPictureBytes) continue;
+    if (bytes + svg.size() > kMaxPictureBytes) continue;
     bytes += svg.size();
     out.push_back({file.stem().string(), std::move(svg)});
   }
@@ -292,18 +292,18 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
     if (!file) continue;
     StudyCsv table;
     table.kind = kind.name;
-    CsvReader reader(*file, kind.columns);
+    const auto reader = ReadCsv(*file, AsTexts(kind.columns));
     std::vector<std::size_t> there;
     for (std::size_t c = 0; c < kind.columns.size(); ++c) {
-      if (!reader.Has(c)) continue;
+      if (!reader->Has(c)) continue;
       there.push_back(c);
       table.columns.emplace_back(kind.columns[c].name);
     }
-    while (reader.Next() && table.rows.size() < kMostStudyRows) {
-      std::vector<std::string> row;
-      for (const std::size_t c : there) row.emplace_back(reader.Text(c));
-      table.rows.push_back(std::move(row));
-    }
+    ForRows(reader.get(), [&](const Row& row) {
+      if (table.rows.size() == kMaxStudyRows) return;
+      std::vector<std::string>& cells = table.rows.emplace_back();
+      for (const std::size_t c : there) cells.emplace_back(row.Text(c));
+    });
     out.tables.push_back(std::move(table));
     ReadHeading(folder / (std::string(kind.name) + ".study.toml"), &out);
     for (std::string& line : ReadLines(folder / (std::string(kind.name) + ".txt"))) {
@@ -317,7 +317,7 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
 namespace {
 
 constexpr const char* kLayoutColors[] = {"blue", "orange", "green", "purple"};
-constexpr std::size_t kMostLayouts = 4;  // of a panel; drawn runs or single layouts are the fifth
+constexpr std::size_t kMaxLayouts = 4;  // of a panel; drawn runs or single layouts are the fifth
 
 bool Determined(const StudyCsv& table, std::size_t row) {
   return table.Text(row, "determined") != "0";
@@ -402,12 +402,12 @@ void AddPanels(const StudyCsv& table,
     lines.push_back(std::move(line));
     runs.push_back(std::move(dots));
   }
-  for (std::size_t first = 0; first < lines.size() || !single.x.empty(); first += kMostLayouts) {
+  for (std::size_t first = 0; first < lines.size() || !single.x.empty(); first += kMaxLayouts) {
     XyChart chart;
     chart.x.label = "control points";
     chart.y = {"sigma [m]", true, kAbsent, kAbsent};
     ChartSeries dots{"runs with drawn noise", "points", "ink", {}, {}, {}, {}, {}};
-    const std::size_t end = std::min(lines.size(), first + kMostLayouts);
+    const std::size_t end = std::min(lines.size(), first + kMaxLayouts);
     for (std::size_t i = first; i < end; ++i) {
       chart.series.push_back(lines[i]);
       dots.x.insert(dots.x.end(), runs[i].x.begin(), runs[i].x.end());
@@ -416,12 +416,12 @@ void AddPanels(const StudyCsv& table,
     }
     const bool dotted = !dots.x.empty();
     if (dotted) chart.series.push_back(std::move(dots));
-    if (end == lines.size() && !single.x.empty() && chart.series.size() <= kMostLayouts) {
+    if (end == lines.size() && !single.x.empty() && chart.series.size() <= kMaxLayouts) {
       chart.series.push_back(std::move(single));
       single.x.clear();
     }
     FitY(&chart);
-    const std::string panel = first == 0 ? id : fmt::format("{}-{}", id, first / kMostLayouts + 1);
+    const std::string panel = first == 0 ? id : fmt::format("{}-{}", id, first / kMaxLayouts + 1);
     figures->figures.push_back(
         {panel,
          std::string(measure.title) + (first == 0 ? "" : ", further layouts"),
@@ -451,14 +451,14 @@ std::vector<PageFact> FactsOf(const StudyCsv& table) {
     const double most_m = table.Number(first, kWorst);
     const bool same = table.Text(first, "variant") == table.Text(best, "variant");
     if (!same || !Determined(table, first) || !(most_m > least_m)) continue;
-    const double gain_1 = 1.0 - least_m / most_m;
-    constexpr double kHardly_1 = 0.1;
+    const double gain = 1.0 - least_m / most_m;
+    constexpr double kHardly = 0.1;
     facts.push_back({"More control",
-                     gain_1 < kHardly_1 ? "hardly helps" : "helps",
+                     gain < kHardly ? "hardly helps" : "helps",
                      fmt::format("from {} to {} points the worst height improves by {} %",
                                  table.Text(first, "control_points"),
                                  table.Text(best, "control_points"),
-                                 Shown(100.0 * gain_1, 2))});
+                                 Shown(100.0 * gain, 2))});
     break;
   }
   return facts;
@@ -558,7 +558,7 @@ PageFigure TradeoffFigure(const StudyCsv& table,
                           const std::vector<std::size_t>& rows,
                           std::size_t number) {
   const std::string column = ErrorColumn(table, rows);
-  // The reference has no error: it stands a decade below the smallest.
+  // The reference has no error: it is drawn a decade below the smallest.
   double least = kAbsent;
   for (const std::size_t r : rows) {
     const double error = table.Number(r, column);
@@ -757,8 +757,8 @@ StudyPart StabilityPart(const StudyCsv& table) {
   out.state = wrong ? HeadlineState::kNotAccepted : HeadlineState::kAccepted;
   out.word = wrong ? "Wrong answers were given" : "No wrong answer was given";
   out.sentences.push_back(
-      fmt::format("Of {} blocks made to break the numbers, {} were solved, {} solved with a "
-                  "warning, {} refused and {} answered wrongly without a word.",
+      fmt::format("{} blocks at numerical extremes: {} were solved, {} solved with a warning, {} "
+                  "refused and {} answered wrongly without a warning.",
                   table.rows.size(),
                   of_outcome[0],
                   of_outcome[1],

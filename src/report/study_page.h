@@ -56,7 +56,7 @@ struct StudyPart {
 /// All rows of a table, numbers shortened, headings in words.
 [[nodiscard]] PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts);
 /// "median sigma up [m]" for "median_sigma_u_m".
-[[nodiscard]] std::string InWords(const std::string& column);
+[[nodiscard]] std::string ColumnPhrase(const std::string& column);
 /// Rows of one value of a column, in the order of a number; those without it come last.
 [[nodiscard]] std::vector<std::size_t> RowsOf(const StudyCsv& table,
                                               const std::string& column,

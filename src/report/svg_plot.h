@@ -12,9 +12,9 @@ namespace sarblock {
 
 /// Plots as SVG text: the one way in which the program draws.
 ///
-/// Six colours that the colour-blind tell apart (Paul Tol's bright scheme), each with a marker of
-/// its own, so that no plot relies on colour alone. Every text is escaped. No fonts, scripts,
-/// styles or identifiers: a plot stands alone as a file and may be put into a page with others.
+/// Six colours that are distinct for the colour-blind too (Paul Tol's bright scheme), each with its
+/// own marker, so that no plot relies on colour alone. Every text is escaped. No fonts, scripts,
+/// styles or identifiers: a plot is complete as a file and may be put into a page with others.
 
 enum class PlotScale {
   kLinear,
@@ -25,7 +25,8 @@ enum class PlotScale {
 struct PlotAxis {
   std::string label;
   PlotScale scale = PlotScale::kLinear;
-  /// From, to; not given: of the data, to round numbers. kLog: both above 0, kRoot: not below.
+  /// From, to; not given: range of the data, to round numbers. kLog: both above 0, kRoot: not
+  /// below.
   std::optional<std::array<double, 2>> range;
 };
 
@@ -39,7 +40,7 @@ struct PlotSeries {
 
   std::string name;  ///< in the legend; empty: not there
   /// x, y in the order of the line. A value that is not finite (or not above 0 on a logarithmic
-  /// axis, below 0 on one of roots) leaves a gap. Without points the series stands in the legend
+  /// axis, below 0 on one of roots) leaves a gap. Without points the series is in the legend
   /// alone.
   std::vector<std::array<double, 2>> points;
   /// By point, lower and upper end of a vertical bar; empty: none.

@@ -179,8 +179,8 @@ class Lister {
           model.degree = 0;
           model.knot_spacing_s = spacings_s_[s];
           spline.model = model;
-          // Shared with nobody: beside the polynomial of the same component, which a group of the
-          // pass's own may not stand.
+          // Not shared: together with the polynomial of the same component, which a group of the
+          // pass's own must not be.
           spline.shared = true;
           spline.name = SplineOwner(g, s, block_.passes[pass].id);
           spline.passes = {block_.passes[pass].id};
@@ -350,7 +350,7 @@ struct PassLevels {
   auto operator<=>(const PassLevels&) const = default;
 };
 
-/// The part of a position group whose components stand at one level.
+/// The part of a position group whose components are at one level.
 CorrectionGroup PositionAt(const CorrectionGroup& group,
                            const std::array<bool, 3>& components,
                            const TermLevel& top,
@@ -453,7 +453,7 @@ std::vector<CorrectionGroup> GroupsOf(const Block& block,
         if (process) by_pass[pass].variance_m2[slot] = variance_m2[t];
       }
     }
-    // Passes of one pattern stand in one group.
+    // Passes of one pattern are in one group.
     std::map<PassLevels, std::vector<std::size_t>> by_pattern;
     for (const auto& [pass, pattern] : by_pass) by_pattern[pattern].push_back(pass);
     for (const auto& [pattern, passes] : by_pattern) {
@@ -480,27 +480,27 @@ std::string Text(double value) {
 std::string WhyNot(const CandidateFigures& figures,
                    const SelectionOptions& options,
                    std::size_t tests) {
-  if (!std::isfinite(figures.condition_1)) {
+  if (!std::isfinite(figures.condition)) {
     return "not determinable: the other unknowns can take up its effect; control or a prior would "
            "hold it";
   }
   if (!figures.regular) return "not determinable: no redundancy would be left";
-  if (figures.condition_1 > MostCondition(options)) {
-    return "not determinable: its condition is above " + Text(MostCondition(options));
+  if (figures.condition > MaxCondition(options)) {
+    return "not determinable: its condition is above " + Text(MaxCondition(options));
   }
-  if (figures.effect_part_1 > kNearEffectPart_1) {
+  if (figures.effect_part > kNearEffectPart) {
     return "not determinable: with it a correction would have a standard deviation of more than " +
-           Text(100.0 * kNearEffectPart_1) + " percent of the slant range";
+           Text(100.0 * kNearEffectPart) + " percent of the slant range";
   }
-  if (figures.posterior_prior_1 > options.max_posterior_prior_1) {
+  if (figures.posterior_prior > options.max_posterior_prior) {
     return "not determinable: the observations add little to its prior";
   }
-  const double level_1 = options.significance_1 / static_cast<double>(tests);
-  if (!(figures.probability_1 <= level_1)) {
-    return "not significant: p is above " + Text(level_1) + " (" + Text(options.significance_1) +
+  const double level = options.significance / static_cast<double>(tests);
+  if (!(figures.probability <= level)) {
+    return "not significant: p is above " + Text(level) + " (" + Text(options.significance) +
            " over " + std::to_string(tests) + " terms)";
   }
-  if (!(figures.delta_bic_1 < 0.0)) return "does not pay: the information criterion would grow";
+  if (!(figures.delta_bic < 0.0)) return "does not pay: the information criterion would grow";
   return {};
 }
 
@@ -548,21 +548,21 @@ std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
       if (result.kept || (row.test == SelectionTest::kScore && !contained)) result.test = row.test;
       if (result.test != SelectionTest::kNotTried) {
         result.parameters = row.figures.columns;
-        result.condition_1 = row.figures.condition_1;
+        result.condition = row.figures.condition;
       }
       if (result.test != SelectionTest::kNotTried && row.figures.regular) {
-        result.statistic_1 = row.figures.statistic_1;
-        result.f_1 = row.figures.f_1;
-        result.probability_1 = row.figures.probability_1;
-        result.delta_bic_1 = row.figures.delta_bic_1;
-        result.posterior_prior_1 = row.figures.posterior_prior_1;
+        result.statistic = row.figures.statistic;
+        result.f = row.figures.f;
+        result.probability = row.figures.probability;
+        result.delta_bic = row.figures.delta_bic;
+        result.posterior_prior = row.figures.posterior_prior;
       }
       const std::string why = WhyNot(row.figures, options, tests);
       if (result.kept) {
         result.reason =
             why.empty() ? "determinable, significant and pays" : "below a degree that is kept";
-        if (row.figures.variance_1 > 0.0) {
-          result.reason += ", prior of " + Text(std::sqrt(row.figures.variance_1)) + " m";
+        if (row.figures.variance > 0.0) {
+          result.reason += ", prior of " + Text(std::sqrt(row.figures.variance)) + " m";
         }
       } else if (contained) {
         result.reason = "contained in the spline that is kept";
@@ -596,8 +596,8 @@ std::string KeptText(const SelectionReport& report,
     if (candidate.name != parameter && !spline) continue;
     const std::string among = " " + candidate.passes + " ";
     if (candidate.passes != "all" && among.find(" " + owner + " ") == std::string::npos) continue;
-    return candidate.reason + ": F " + Text(candidate.f_1) + ", p " +
-           Text(candidate.probability_1) + ", delta BIC " + Text(candidate.delta_bic_1);
+    return candidate.reason + ": F " + Text(candidate.f) + ", p " + Text(candidate.probability) +
+           ", delta BIC " + Text(candidate.delta_bic);
   }
   return {};
 }
@@ -616,7 +616,7 @@ Eigen::VectorXd EffectParts(const AdjustmentProblem& problem) {
 Determinacy DeterminacyOf(const Eigen::MatrixXd& s,
                           const Eigen::VectorXd& full_diagonal,
                           const Eigen::VectorXd& prior_weight,
-                          const Eigen::VectorXd& effect_part_1,
+                          const Eigen::VectorXd& effect_part,
                           const std::vector<int>& active) {
   Determinacy out;
   if (active.empty()) return out;
@@ -627,26 +627,26 @@ Determinacy DeterminacyOf(const Eigen::MatrixXd& s,
   const Eigen::VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return {kOpen, kOpen};
   part = scale.asDiagonal() * part * scale.asDiagonal();
-  out.condition_1 = ConditionOf(part);
-  if (!std::isfinite(out.condition_1)) return {kOpen, kOpen};
+  out.condition = ConditionOf(part);
+  if (!std::isfinite(out.condition)) return {kOpen, kOpen};
   const Eigen::Index n = part.rows();
   const Eigen::MatrixXd covariance = dense::Cholesky(part).Inverse();
   for (Eigen::Index k = 0; k < n; ++k) {
     const int column = active[static_cast<std::size_t>(k)];
     if (prior_weight[column] > 0.0) continue;
     const double sigma = scale[k] * std::sqrt(covariance(k, k));
-    out.effect_part_1 = std::max(out.effect_part_1, effect_part_1[column] * sigma);
+    out.effect_part = std::max(out.effect_part, effect_part[column] * sigma);
   }
   return out;
 }
 
-double MostCondition(const SelectionOptions& options) {
-  return std::min(options.max_condition_1, 1.0 / kNearEigenvalue_1);
+double MaxCondition(const SelectionOptions& options) {
+  return std::min(options.max_condition, 1.0 / kNearEigenvalue);
 }
 
-bool Stands(const Determinacy& determinacy, const SelectionOptions& options) {
-  return determinacy.condition_1 <= MostCondition(options) &&
-         determinacy.effect_part_1 <= kNearEffectPart_1;
+bool IsAcceptable(const Determinacy& determinacy, const SelectionOptions& options) {
+  return determinacy.condition <= MaxCondition(options) &&
+         determinacy.effect_part <= kNearEffectPart;
 }
 
 }  // namespace sarblock

@@ -20,7 +20,7 @@ namespace sarblock {
 struct TermLevel {
   std::string name;          ///< "position.up.1", "position.up.spline 10 s", "range.bias"
   std::vector<int> columns;  ///< polynomial: of this degree alone; else all. Empty: not formed, or
-                             ///< a spline that is no larger than what stands before it
+                             ///< a spline that is no larger than the model before it
   bool spline = false;       ///< replaces the levels below
   double spacing_s = kNotGiven;
   bool process = false;  ///< the spline before, with one prior for its coefficients
@@ -102,9 +102,9 @@ class SelectionRows {
 
 /// What a model of corrections leaves open.
 struct Determinacy {
-  double condition_1 = 1.0;    ///< CandidateFigures::condition_1 of all its columns
-  double effect_part_1 = 0.0;  ///< largest standard deviation of a parameter without a prior, as
-                               ///< movement at the target, part of the mean slant range
+  double condition = 1.0;    ///< CandidateFigures::condition of all its columns
+  double effect_part = 0.0;  ///< largest standard deviation of a parameter without a prior, as
+                             ///< movement at the target, part of the mean slant range
 };
 
 /// Part of the mean slant range that one unit of each parameter moves a look; 0 where it has a
@@ -116,14 +116,14 @@ struct Determinacy {
 [[nodiscard]] Determinacy DeterminacyOf(const Eigen::MatrixXd& s,
                                         const Eigen::VectorXd& full_diagonal,
                                         const Eigen::VectorXd& prior_weight,
-                                        const Eigen::VectorXd& effect_part_1,
+                                        const Eigen::VectorXd& effect_part,
                                         const std::vector<int>& active);
 
 /// The largest condition that is asked for and that the rank analysis does not warn of.
-[[nodiscard]] double MostCondition(const SelectionOptions& options);
+[[nodiscard]] double MaxCondition(const SelectionOptions& options);
 
-/// True for a model of which the rank analysis of the adjustment that follows (solve/rank.h)
-/// does not warn, let alone refuses it.
-[[nodiscard]] bool Stands(const Determinacy& determinacy, const SelectionOptions& options);
+/// True for a model that the rank analysis of the following adjustment (solve/rank.h) neither
+/// refuses nor warns of.
+[[nodiscard]] bool IsAcceptable(const Determinacy& determinacy, const SelectionOptions& options);
 
 }  // namespace sarblock

@@ -53,32 +53,32 @@ double LeastEigenvalue(const dense::Cholesky& factor) {
 }
 
 /// Eigenvalues below this part of the largest are rounding: the observations say nothing there.
-constexpr double kNothing_1 = 1e-10;
+constexpr double kNothing = 1e-10;
 
 /// -2 times the logarithm of the restricted likelihood of columns with one prior variance q, and
 /// what they leave of v'Pv (docs/theory/selection.md, eq. 8a).
 struct ProcessLikelihood {
-  Eigen::ArrayXd information;  ///< eigenvalues of M
-  Eigen::ArrayXd square;       ///< of the gradient's parts along its eigenvectors
-  double without_1 = 0.0;      ///< v'Pv without the columns
-  double redundancy_1 = 0.0;
+  Eigen::ArrayXd information;   ///< eigenvalues of M
+  Eigen::ArrayXd square;        ///< of the gradient's parts along its eigenvectors
+  double square_without = 0.0;  ///< v'Pv without the columns
+  double redundancy = 0.0;
 
-  [[nodiscard]] double Left(double q) const {
-    return without_1 - (square / (information + 1.0 / q)).sum();
+  [[nodiscard]] double Remaining(double q) const {
+    return square_without - (square / (information + 1.0 / q)).sum();
   }
   [[nodiscard]] double LogDeterminant(double q) const {
     return (1.0 + q * information).log().sum();
   }
   [[nodiscard]] double operator()(double log_q) const {
     const double q = std::exp(log_q);
-    const double left_1 = std::max(Left(q), kLeastVariance_1 * redundancy_1);
-    return redundancy_1 * std::log(left_1) + LogDeterminant(q);
+    const double left = std::max(Remaining(q), kMinVariance * redundancy);
+    return redundancy * std::log(left) + LogDeterminant(q);
   }
 };
 
 /// The most likely logarithm of q: a grid of factors of two, since there may be several minima,
 /// then golden sections.
-double MostLikely(const ProcessLikelihood& likelihood) {
+double MostLikelyVariance(const ProcessLikelihood& likelihood) {
   // From coefficients that show nowhere to a prior that says nothing.
   const double largest = likelihood.information.maxCoeff();
   const double first = std::log(1e-4 / largest), last = std::log(1e12 / largest);
@@ -88,9 +88,9 @@ double MostLikely(const ProcessLikelihood& likelihood) {
     if (likelihood(at) < likelihood(best)) best = at;
   }
   double low = best - kStep, high = best + kStep;
-  constexpr double kGolden_1 = 0.6180339887498949;
+  constexpr double kGolden = 0.6180339887498949;
   while (high - low > 1e-4) {
-    const double a = high - kGolden_1 * (high - low), b = low + kGolden_1 * (high - low);
+    const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
     (likelihood(a) < likelihood(b) ? high : low) = likelihood(a) < likelihood(b) ? b : a;
   }
   return 0.5 * (low + high);
@@ -111,11 +111,11 @@ QuadraticModel::QuadraticModel(Data data) : data_(std::move(data)) {
 QuadraticModel QuadraticModel::Reduced(const std::vector<int>& columns) const {
   return QuadraticModel({Part(data_.s, columns, columns),
                          data_.b(columns),
-                         data_.constant_1,
+                         data_.constant,
                          data_.full_diagonal(columns),
                          data_.prior_weight(columns),
                          data_.log_count(columns),
-                         data_.redundancy_1});
+                         data_.redundancy});
 }
 
 std::vector<int> QuadraticModel::ActiveBut(
@@ -141,8 +141,8 @@ bool QuadraticModel::Reset(const std::vector<int>& active) {
   active_ = active;
   s_ = data_.s;
   b_ = data_.b;
-  omega_1_ = data_.constant_1;
-  redundancy_1_ = data_.redundancy_1 - Takes(active);
+  omega_ = data_.constant;
+  redundancy_ = data_.redundancy - Takes(active);
   if (active.empty()) return true;
   Eigen::MatrixXd saa = Part(s_, active, active);
   const Eigen::VectorXd scale = saa.diagonal().cwiseMax(0.0).cwiseSqrt().cwiseInverse();
@@ -155,7 +155,7 @@ bool QuadraticModel::Reset(const std::vector<int>& active) {
   const Eigen::VectorXd z = factor.SolveLower(Eigen::VectorXd(scale.asDiagonal() * b_(active)));
   s_.noalias() -= y.transpose() * y;
   b_ -= y.transpose() * z;
-  omega_1_ -= z.squaredNorm();
+  omega_ -= z.squaredNorm();
   return true;
 }
 
@@ -166,45 +166,46 @@ void QuadraticModel::Add(const std::vector<int>& columns) {
   const Eigen::VectorXd z = factor.SolveLower(Eigen::VectorXd(b_(columns)));
   s_.noalias() -= y.transpose() * y;
   b_ -= y.transpose() * z;
-  omega_1_ -= z.squaredNorm();
-  redundancy_1_ -= Takes(columns);
+  omega_ -= z.squaredNorm();
+  redundancy_ -= Takes(columns);
   active_.insert(active_.end(), columns.begin(), columns.end());
 }
 
 CandidateFigures QuadraticModel::Test(const std::vector<int>& columns,
                                       const Eigen::MatrixXd& m,
                                       const Eigen::VectorXd& g,
-                                      double without_1,
-                                      double redundancy_1) const {
+                                      double square_without,
+                                      double redundancy) const {
   CandidateFigures out;
   const auto k = static_cast<double>(columns.size());
   out.columns = static_cast<int>(columns.size());
-  out.condition_1 = std::numeric_limits<double>::infinity();
-  out.posterior_prior_1 = std::numeric_limits<double>::quiet_NaN();
+  out.condition = std::numeric_limits<double>::infinity();
+  out.posterior_prior = std::numeric_limits<double>::quiet_NaN();
   const Eigen::VectorXd scale = data_.full_diagonal(columns).cwiseSqrt().cwiseInverse();
   if (columns.empty() || !scale.allFinite()) return out;
   const dense::Cholesky factor(scale.asDiagonal() * m * scale.asDiagonal());
   if (!factor.positive_definite()) return out;
-  out.condition_1 = 1.0 / LeastEigenvalue(factor);
+  out.condition = 1.0 / LeastEigenvalue(factor);
   const Eigen::VectorXd scaled = scale.asDiagonal() * g;
-  out.statistic_1 = factor.SolveLower(scaled).squaredNorm();
+  out.statistic = factor.SolveLower(scaled).squaredNorm();
 
   const Eigen::VectorXd prior = data_.prior_weight(columns);
   if (prior.minCoeff() > 0.0) {
     // log det of information over prior information: the exact penalty where a prior is proper.
     const double log_det = factor.LogDeterminant() - 2.0 * scale.array().log().sum();
-    out.penalty_1 = log_det - prior.array().log().sum();
-    out.posterior_prior_1 = std::exp(-0.5 * out.penalty_1 / k);
+    out.penalty = log_det - prior.array().log().sum();
+    out.posterior_prior = std::exp(-0.5 * out.penalty / k);
   } else {
-    out.penalty_1 = data_.log_count(columns).sum();
+    out.penalty = data_.log_count(columns).sum();
   }
-  const double left = redundancy_1 - Takes(columns);
+  const double left = redundancy - Takes(columns);
   if (!(left > 0.0)) return out;
-  const double with_1 = std::max(without_1 - out.statistic_1, kLeastVariance_1 * left);
-  out.f_1 = (out.statistic_1 / k) / (with_1 / left);
-  out.probability_1 = FisherTailProbability(out.f_1, k, left);
-  out.delta_bic_1 = redundancy_1 * std::log(with_1 / std::max(without_1, kLeastVariance_1 * left)) +
-                    out.penalty_1;
+  const double square_with = std::max(square_without - out.statistic, kMinVariance * left);
+  out.f = (out.statistic / k) / (square_with / left);
+  out.probability = FisherTailProbability(out.f, k, left);
+  out.delta_bic =
+      redundancy * std::log(square_with / std::max(square_without, kMinVariance * left)) +
+      out.penalty;
   out.regular = true;
   return out;
 }
@@ -217,7 +218,7 @@ double QuadraticModel::Condition(const std::vector<int>& columns) const {
 }
 
 CandidateFigures QuadraticModel::Score(const std::vector<int>& columns) const {
-  return Test(columns, Part(s_, columns, columns), b_(columns), omega_1_, redundancy_1_);
+  return Test(columns, Part(s_, columns, columns), b_(columns), omega_, redundancy_);
 }
 
 Eigen::MatrixXd QuadraticModel::Covariance() const {
@@ -244,7 +245,7 @@ CandidateFigures QuadraticModel::Wald(const std::vector<int>& columns,
   const dense::Cholesky factor(scale.asDiagonal() * ckk * scale.asDiagonal());
   const Eigen::MatrixXd m = scale.asDiagonal() * factor.Inverse() * scale.asDiagonal();
   const Eigen::VectorXd g = m * x;
-  return Test(columns, m, g, omega_1_ + g.dot(x), redundancy_1_ + Takes(columns));
+  return Test(columns, m, g, omega_ + g.dot(x), redundancy_ + Takes(columns));
 }
 
 CandidateFigures QuadraticModel::Exchange(const std::vector<int>& out,
@@ -253,35 +254,35 @@ CandidateFigures QuadraticModel::Exchange(const std::vector<int>& out,
   const std::vector<int> base = ActiveBut({&out, &in});
   QuadraticModel small = Reduced(Joined({&base, &out, &in}));
   CandidateFigures figures;
-  figures.condition_1 = std::numeric_limits<double>::infinity();
+  figures.condition = std::numeric_limits<double>::infinity();
   if (!small.Reset(Places(0, base.size()))) return figures;
   const CandidateFigures less = small.Score(Places(base.size(), out.size()));
   CandidateFigures more = small.Score(Places(base.size() + out.size(), in.size()));
   const int added = static_cast<int>(in.size()) - static_cast<int>(out.size());
   if (!more.regular || added <= 0) return more;
   // The larger space against the smaller one.
-  const double out_1 = small.square_sum() - (out.empty() ? 0.0 : less.statistic_1);
-  const double in_1 = small.square_sum() - more.statistic_1;
+  const double square_out = small.square_sum() - (out.empty() ? 0.0 : less.statistic);
+  const double square_in = small.square_sum() - more.statistic;
   const double left = small.redundancy() - Takes(in);
   const double before = small.redundancy() - Takes(out);
-  const double floor_1 = kLeastVariance_1 * left;
+  const double floor = kMinVariance * left;
   more.columns = added;
-  more.statistic_1 = std::max(0.0, out_1 - in_1);
-  more.f_1 = (more.statistic_1 / added) / (std::max(in_1, floor_1) / left);
-  more.probability_1 = FisherTailProbability(more.f_1, added, left);
-  more.penalty_1 -= out.empty() ? 0.0 : less.penalty_1;
-  more.delta_bic_1 =
-      before * std::log(std::max(in_1, floor_1) / std::max(out_1, floor_1)) + more.penalty_1;
+  more.statistic = std::max(0.0, square_out - square_in);
+  more.f = (more.statistic / added) / (std::max(square_in, floor) / left);
+  more.probability = FisherTailProbability(more.f, added, left);
+  more.penalty -= out.empty() ? 0.0 : less.penalty;
+  more.delta_bic =
+      before * std::log(std::max(square_in, floor) / std::max(square_out, floor)) + more.penalty;
   return more;
 }
 
-void QuadraticModel::SetPrior(const std::vector<int>& columns, double variance_1) {
+void QuadraticModel::SetPrior(const std::vector<int>& columns, double variance) {
   for (const int c : columns) {
-    const double added = 1.0 / variance_1 - data_.prior_weight[c];
+    const double added = 1.0 / variance - data_.prior_weight[c];
     data_.s(c, c) += added;
     s_(c, c) += added;
     data_.full_diagonal[c] += added;
-    data_.prior_weight[c] = 1.0 / variance_1;
+    data_.prior_weight[c] = 1.0 / variance;
   }
 }
 
@@ -290,8 +291,8 @@ CandidateFigures QuadraticModel::Process(const std::vector<int>& in,
                                          const std::vector<int>& below) const {
   CandidateFigures figures;
   figures.columns = static_cast<int>(in.size()) - static_cast<int>(below.size());
-  figures.condition_1 = std::numeric_limits<double>::infinity();
-  figures.posterior_prior_1 = std::numeric_limits<double>::quiet_NaN();
+  figures.condition = std::numeric_limits<double>::infinity();
+  figures.posterior_prior = std::numeric_limits<double>::quiet_NaN();
   if (in.empty()) return figures;
   // What matters as a model of its own; the three sets may have columns in common.
   const std::vector<int> base = ActiveBut({&in, &out, &below});
@@ -313,7 +314,7 @@ CandidateFigures QuadraticModel::Process(const std::vector<int>& in,
   small.SetPrior(places, std::numeric_limits<double>::infinity());
   if (!small.Reset(places_of(base))) return figures;
   const CandidateFigures less = small.Score(places_of(out)), poor = small.Score(places_of(below));
-  const double without_1 = small.square_sum(), redundancy_1 = small.redundancy();
+  const double square_without = small.square_sum(), redundancy = small.redundancy();
 
   const auto k = static_cast<Eigen::Index>(places.size());
   const dense::Eigenpairs eigen = dense::SymmetricEigenpairs(small.s_(places, places));
@@ -322,39 +323,39 @@ CandidateFigures QuadraticModel::Process(const std::vector<int>& in,
   ProcessLikelihood likelihood;
   likelihood.information = eigen.values.cwiseMax(0.0).array();
   likelihood.square = (eigen.vectors.transpose() * small.b_(places)).array().square();
-  likelihood.without_1 = without_1;
-  likelihood.redundancy_1 = redundancy_1;
-  figures.variance_1 = std::exp(MostLikely(likelihood));
+  likelihood.square_without = square_without;
+  likelihood.redundancy = redundancy;
+  figures.variance = std::exp(MostLikelyVariance(likelihood));
 
   // The space of the columns against `below`: an exact test of no variance (Wald 1947).
   int free = 0;
-  double free_1 = without_1;
+  double square_free = square_without;
   for (Eigen::Index i = 0; i < k; ++i) {
-    if (likelihood.information[i] <= kNothing_1 * largest) continue;
+    if (likelihood.information[i] <= kNothing * largest) continue;
     ++free;
-    free_1 -= likelihood.square[i] / likelihood.information[i];
+    square_free -= likelihood.square[i] / likelihood.information[i];
   }
   const int added = free - static_cast<int>(below.size());
-  const double left = redundancy_1 - free;
+  const double left = redundancy - free;
   if (added <= 0 || !(left > 0.0)) return figures;
-  const double floor_1 = kLeastVariance_1 * left;
-  const double below_1 = without_1 - (below.empty() ? 0.0 : poor.statistic_1);
-  figures.statistic_1 = std::max(0.0, below_1 - free_1);
-  figures.f_1 = (figures.statistic_1 / added) / (std::max(free_1, floor_1) / left);
-  figures.probability_1 = FisherTailProbability(figures.f_1, added, left);
+  const double floor = kMinVariance * left;
+  const double square_below = square_without - (below.empty() ? 0.0 : poor.statistic);
+  figures.statistic = std::max(0.0, square_below - square_free);
+  figures.f = (figures.statistic / added) / (std::max(square_free, floor) / left);
+  figures.probability = FisherTailProbability(figures.f, added, left);
 
-  small.SetPrior(places, figures.variance_1);
+  small.SetPrior(places, figures.variance);
   const Eigen::VectorXd scale = small.data_.full_diagonal(places).cwiseSqrt().cwiseInverse();
-  figures.condition_1 = ConditionOf(scale.asDiagonal() * Eigen::MatrixXd(small.s_(places, places)) *
-                                    scale.asDiagonal());
-  const double out_1 = without_1 - (out.empty() ? 0.0 : less.statistic_1);
-  figures.penalty_1 = likelihood.LogDeterminant(figures.variance_1) +
-                      std::log(static_cast<double>(k)) - (out.empty() ? 0.0 : less.penalty_1);
-  figures.delta_bic_1 = (redundancy_1 - small.Takes(places_of(out))) *
-                            std::log(std::max(likelihood.Left(figures.variance_1), floor_1) /
-                                     std::max(out_1, floor_1)) +
-                        figures.penalty_1;
-  figures.regular = std::isfinite(figures.condition_1);
+  figures.condition = ConditionOf(scale.asDiagonal() * Eigen::MatrixXd(small.s_(places, places)) *
+                                  scale.asDiagonal());
+  const double square_out = square_without - (out.empty() ? 0.0 : less.statistic);
+  figures.penalty = likelihood.LogDeterminant(figures.variance) + std::log(static_cast<double>(k)) -
+                    (out.empty() ? 0.0 : less.penalty);
+  figures.delta_bic = (redundancy - small.Takes(places_of(out))) *
+                          std::log(std::max(likelihood.Remaining(figures.variance), floor) /
+                                   std::max(square_out, floor)) +
+                      figures.penalty;
+  figures.regular = std::isfinite(figures.condition);
   return figures;
 }
 
@@ -388,8 +389,8 @@ QuadraticModel::Data DataAt(const ReducedSystem& system,
   data.s = system.matrix().ToDense();
   const Eigen::VectorXd sx = data.s * corrections;
   data.b = sx - system.right_side();
-  data.constant_1 = 2.0 * system.cost() - system.point_step_square() -
-                    2.0 * system.right_side().dot(corrections) + sx.dot(corrections);
+  data.constant = 2.0 * system.cost() - system.point_step_square() -
+                  2.0 * system.right_side().dot(corrections) + sx.dot(corrections);
   data.full_diagonal = system.full_diagonal();
   data.prior_weight.setZero(corrections.size());
   data.log_count = LogCounts(system.problem());

@@ -12,21 +12,21 @@ namespace sarblock {
 
 /// Residuals this much smaller than their standard deviations are exact: what is left of their
 /// square sum is rounding.
-inline constexpr double kLeastVariance_1 = 1e-10;
+inline constexpr double kMinVariance = 1e-10;
 
 /// Figures of one candidate: a set of columns added to a model.
 struct CandidateFigures {
   int columns = 0;
-  double statistic_1 = 0.0;  ///< what the columns take off the square sum
-  double f_1 = 0.0;
-  double probability_1 = 1.0;
-  double delta_bic_1 = 0.0;
-  double condition_1 = 0.0;        ///< infinite where the columns are not determined
-  double effect_part_1 = 0.0;      ///< Determinacy, where it is what keeps the columns out
-  double penalty_1 = 0.0;          ///< of the information criterion
-  double posterior_prior_1 = 0.0;  ///< NaN where a column has no prior
-  double variance_1 = 0.0;         ///< of a process: most likely prior variance; else 0
-  bool regular = false;            ///< determined, and redundancy is left
+  double statistic = 0.0;  ///< what the columns take off the square sum
+  double f = 0.0;
+  double probability = 1.0;
+  double delta_bic = 0.0;
+  double condition = 0.0;        ///< infinite where the columns are not determined
+  double effect_part = 0.0;      ///< Determinacy, where it is what keeps the columns out
+  double penalty = 0.0;          ///< of the information criterion
+  double posterior_prior = 0.0;  ///< NaN where a column has no prior
+  double variance = 0.0;         ///< of a process: most likely prior variance; else 0
+  bool regular = false;          ///< determined, and redundancy is left
 };
 
 /// 1 / least eigenvalue of a scaled symmetric matrix; infinite where it is not positive definite.
@@ -44,11 +44,11 @@ class QuadraticModel {
   struct Data {
     Eigen::MatrixXd s;  ///< symmetric, priors included
     Eigen::VectorXd b;
-    double constant_1 = 0.0;
+    double constant = 0.0;
     Eigen::VectorXd full_diagonal;  ///< before points are eliminated
     Eigen::VectorXd prior_weight;   ///< 0: no prior
-    Eigen::VectorXd log_count;      ///< log of the equations that tell of a column
-    double redundancy_1 = 0.0;      ///< without any correction
+    Eigen::VectorXd log_count;      ///< log of the number of equations with this column
+    double redundancy = 0.0;        ///< without any correction
   };
   explicit QuadraticModel(Data data);
 
@@ -58,8 +58,8 @@ class QuadraticModel {
   void Add(const std::vector<int>& columns);
 
   [[nodiscard]] const std::vector<int>& active() const { return active_; }
-  [[nodiscard]] double square_sum() const { return omega_1_; }
-  [[nodiscard]] double redundancy() const { return redundancy_1_; }
+  [[nodiscard]] double square_sum() const { return omega_; }
+  [[nodiscard]] double redundancy() const { return redundancy_; }
 
   /// ConditionOf() of `columns` as a model, scaled with full_diagonal.
   [[nodiscard]] double Condition(const std::vector<int>& columns) const;
@@ -67,7 +67,7 @@ class QuadraticModel {
   [[nodiscard]] CandidateFigures Score(const std::vector<int>& columns) const;
   /// Inverse of the matrix of the active columns, in their order.
   [[nodiscard]] Eigen::MatrixXd Covariance() const;
-  /// Wald's test of active columns: of leaving them out. `covariance` is Covariance().
+  /// Wald's test of removing active columns. `covariance` is Covariance().
   [[nodiscard]] CandidateFigures Wald(const std::vector<int>& columns,
                                       const Eigen::MatrixXd& covariance) const;
   /// Having `in` against having `out`, the smaller space; one of both is active.
@@ -80,12 +80,12 @@ class QuadraticModel {
                                          const std::vector<int>& below) const;
   /// Gives columns a prior of this variance in place of what they have, infinite: none. Reset()
   /// where they are active.
-  void SetPrior(const std::vector<int>& columns, double variance_1);
+  void SetPrior(const std::vector<int>& columns, double variance);
 
  private:
   /// The model of `columns` alone, in their order, nothing active.
   [[nodiscard]] QuadraticModel Reduced(const std::vector<int>& columns) const;
-  /// Active columns that stand in none of the sets.
+  /// Active columns in none of the sets.
   [[nodiscard]] std::vector<int> ActiveBut(
       std::initializer_list<const std::vector<int>*> sets) const;
   /// Tests columns with information `m` and gradient `g`, the others of the model eliminated,
@@ -93,8 +93,8 @@ class QuadraticModel {
   [[nodiscard]] CandidateFigures Test(const std::vector<int>& columns,
                                       const Eigen::MatrixXd& m,
                                       const Eigen::VectorXd& g,
-                                      double without_1,
-                                      double redundancy_1) const;
+                                      double square_without,
+                                      double redundancy) const;
   /// Redundancy that columns take.
   [[nodiscard]] double Takes(const std::vector<int>& columns) const;
 
@@ -102,8 +102,8 @@ class QuadraticModel {
   std::vector<int> active_;
   Eigen::MatrixXd s_;  // Schur complement after the active columns
   Eigen::VectorXd b_;
-  double omega_1_ = 0.0;
-  double redundancy_1_ = 0.0;
+  double omega_ = 0.0;
+  double redundancy_ = 0.0;
 };
 
 /// v'Pv as a quadratic function of the corrections of a system formed at `corrections`, with the

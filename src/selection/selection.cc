@@ -26,16 +26,16 @@ namespace sarblock {
 namespace {
 
 /// Linearisations after which a selection that still changes its mind is taken as it is.
-constexpr int kMostRounds = 8;
+constexpr int kMaxRounds = 8;
 /// Swaps in one selection after which there are no more.
-constexpr int kMostSwaps = 100;
+constexpr int kMaxSwaps = 100;
 /// Relative difference of information criteria below which two candidates are one.
-constexpr double kEqual_1 = 1e-6;
+constexpr double kEqual = 1e-6;
 /// Sweeps over the processes of a model, which estimate the variance of each given the others'.
 constexpr int kVarianceSweeps = 3;
 /// Relative difference of prior variances that no round is made for: their own standard deviation
 /// is many times that.
-constexpr double kSameVariance_1 = 0.05;
+constexpr double kSameVariance = 0.05;
 
 class Selector {
  public:
@@ -53,9 +53,9 @@ class Selector {
     Start();
     SelectionReport report;
     report.settled = false;
-    while (report.rounds < kMostRounds && !report.settled) {
+    while (report.rounds < kMaxRounds && !report.settled) {
       ++report.rounds;
-      Step(progress_, "select", static_cast<std::size_t>(report.rounds), kMostRounds);
+      Step(progress_, "select", static_cast<std::size_t>(report.rounds), kMaxRounds);
       candidates_ = MakeCandidates(*problem_, options_, spline_groups_);
       levels_.resize(candidates_.terms.size(), 0);
       variance_m2_.resize(candidates_.terms.size(), 0.0);
@@ -64,7 +64,7 @@ class Selector {
       const bool wider = WantSplines(model);
       if (changed) Refit();
       report.settled = !changed && !wider;
-      if (report.settled || report.rounds == kMostRounds) TestKept(model);
+      if (report.settled || report.rounds == kMaxRounds) TestKept(model);
     }
     report.steps = step_;
     report.candidates = rows_.Finish(candidates_, levels_, options_.selection);
@@ -88,7 +88,7 @@ class Selector {
     // The adjustment that follows starts such points again; the choice does without them.
     ReducedSystem system(*problem_);
     system.Form(state_, {}, progress_);
-    for (const std::size_t point : MisplacedPoints(*problem_, state_, system)) {
+    for (const std::size_t point : MirrorSolutions(*problem_, state_, system)) {
       if (problem_->control_of[point] >= 0) continue;
       problem_->LeaveOut(point, PointStatus::kUndetermined, "lost while corrections were chosen");
     }
@@ -128,10 +128,10 @@ class Selector {
   /// All candidates in one system at the present solution.
   QuadraticModel Linearise() {
     AdjustmentProblem extended(block_, candidates_.extended);
-    if (extended.layout.size() > kMostCandidateColumns) {
+    if (extended.layout.size() > kMaxCandidateColumns) {
       throw InputError("adjust.selection",
                        std::to_string(extended.layout.size()) + " candidate parameters, at most " +
-                           std::to_string(kMostCandidateColumns) +
+                           std::to_string(kMaxCandidateColumns) +
                            " are allowed; name fewer candidates, degrees or knots");
     }
     Adopt(*problem_, &extended);
@@ -164,14 +164,14 @@ class Selector {
     const ReducedSystem& nominal = start ? *start : *system;
     nominal_s_ = nominal.matrix().ToDense();
     nominal_diagonal_ = nominal.full_diagonal();
-    effect_part_1_ = EffectParts(extended);
+    effect_part_ = EffectParts(extended);
 
     QuadraticModel::Data data = DataAt(*system, state.corrections, candidates_.parameters);
     const ProblemCounts counts = CountProblem(*problem_);
-    data.redundancy_1 =
+    data.redundancy =
         static_cast<double>(counts.observations) - static_cast<double>(counts.parameters);
     for (const Parameter& parameter : problem_->layout.parameters) {
-      if (!parameter.has_prior()) data.redundancy_1 += 1.0;
+      if (!parameter.has_prior()) data.redundancy += 1.0;
     }
     QuadraticModel model(std::move(data));
     for (std::size_t t = 0; t < levels_.size(); ++t) {
@@ -250,7 +250,7 @@ class Selector {
 
   /// Takes a move; to a process with the variance that its figures found.
   void Enter(const Move& move, QuadraticModel* model) {
-    if (IsProcess(move.term, move.level)) variance_m2_[move.term] = move.figures.variance_1;
+    if (IsProcess(move.term, move.level)) variance_m2_[move.term] = move.figures.variance;
     Apply(move.term, move.level, model);
   }
 
@@ -280,7 +280,7 @@ class Selector {
 
   /// Of two that say the same the first in the list: the difference is rounding.
   static bool PaysMore(const CandidateFigures& a, const CandidateFigures& b) {
-    return a.delta_bic_1 < b.delta_bic_1 - kEqual_1 * (1.0 + std::abs(a.delta_bic_1));
+    return a.delta_bic < b.delta_bic - kEqual * (1.0 + std::abs(a.delta_bic));
   }
 
   /// What the model with one term at another level leaves open on the nominal paths.
@@ -296,7 +296,7 @@ class Selector {
       }
     }
     return DeterminacyOf(
-        nominal_s_, nominal_diagonal_, weight, effect_part_1_, ActiveColumns(levels));
+        nominal_s_, nominal_diagonal_, weight, effect_part_, ActiveColumns(levels));
   }
 
   /// The best candidate that passes, on the nominal paths too.
@@ -305,11 +305,11 @@ class Selector {
     for (;;) {
       Move best = Sweep(model, barred);
       if (!best.found) return best;
-      const Determinacy nominal = NominalWith(best.term, best.level, best.figures.variance_1);
-      if (Stands(nominal, options_.selection)) return best;
+      const Determinacy nominal = NominalWith(best.term, best.level, best.figures.variance);
+      if (IsAcceptable(nominal, options_.selection)) return best;
       barred.insert({best.term, best.level});
-      best.figures.condition_1 = nominal.condition_1;
-      best.figures.effect_part_1 = nominal.effect_part_1;
+      best.figures.condition = nominal.condition;
+      best.figures.effect_part = nominal.effect_part;
       rows_.Note(best.term, best.level, SelectionTest::kScore, best.figures);
     }
   }
@@ -344,8 +344,8 @@ class Selector {
     for (; level > 0; --level) {
       Levels levels = levels_;
       levels[t] = level;
-      if (model.Condition(ActiveColumns(levels)) <= MostCondition(options_.selection) &&
-          Stands(NominalWith(t, level, 0.0), options_.selection)) {
+      if (model.Condition(ActiveColumns(levels)) <= MaxCondition(options_.selection) &&
+          IsAcceptable(NominalWith(t, level, 0.0), options_.selection)) {
         break;
       }
     }
@@ -379,7 +379,7 @@ class Selector {
       if (levels_[t] == 0) continue;
       const auto [figures, below] = TestLast(model, covariance, t);
       if (PassesHere(figures)) continue;
-      if (!worst.found || figures.delta_bic_1 > worst.figures.delta_bic_1) {
+      if (!worst.found || figures.delta_bic > worst.figures.delta_bic) {
         worst = {t, below, figures, true};
       }
     }
@@ -426,9 +426,9 @@ class Selector {
       for (std::size_t t = 0; t < levels_.size(); ++t) {
         if (!IsProcess(t, levels_[t])) continue;
         const std::vector<int> columns = candidates_.terms[t].ColumnsAt(levels_[t]);
-        const double next_m2 = model->Process(columns, {}, {}).variance_1;
+        const double next_m2 = model->Process(columns, {}, {}).variance;
         if (!(next_m2 > 0.0)) continue;
-        if (std::abs(std::log(next_m2 / variance_m2_[t])) > kSameVariance_1) changed = true;
+        if (std::abs(std::log(next_m2 / variance_m2_[t])) > kSameVariance) changed = true;
         variance_m2_[t] = next_m2;
         model->SetPrior(columns, next_m2);
         CHECK(model->Reset(ActiveColumns())) << "a model inside a regular one is singular";
@@ -455,7 +455,7 @@ class Selector {
     const std::size_t terms = candidates_.terms.size();
     std::size_t out = 0;
     Move best;
-    double best_gain_1 = 0.0;
+    double best_gain = 0.0;
     for (std::size_t t = 0; t < terms; ++t) {
       const Levels kept = levels_;
       if (kept[t] == 0 || candidates_.terms[t].levels[kept[t] - 1].spline) continue;
@@ -469,17 +469,18 @@ class Selector {
         for (const std::size_t level : NextLevels(other)) {
           const std::optional<CandidateFigures> figures = Raise(less, other, level);
           if (!figures || dropped.contains({other, level}) || !PassesHere(*figures)) continue;
-          const double gain_1 = now.delta_bic_1 - figures->delta_bic_1;
-          if (!PaysMore(*figures, now) || gain_1 <= best_gain_1) continue;
-          if (!Stands(NominalWith(other, level, figures->variance_1), options_.selection)) continue;
+          const double gain = now.delta_bic - figures->delta_bic;
+          if (!PaysMore(*figures, now) || gain <= best_gain) continue;
+          if (!IsAcceptable(NominalWith(other, level, figures->variance), options_.selection))
+            continue;
           best = {other, level, *figures, true};
-          best_gain_1 = gain_1;
+          best_gain = gain;
           out = t;
         }
       }
       levels_ = kept;
     }
-    if (!best.found || ++swaps_ > kMostSwaps) return false;
+    if (!best.found || ++swaps_ > kMaxSwaps) return false;
     Apply(out, levels_[out] - 1, model);
     Enter(best, model);
     return true;
@@ -489,10 +490,10 @@ class Selector {
   /// residuals than the global test allows; true where that is new.
   bool WantSplines(const QuadraticModel& model) {
     bool wider = false;
-    const double redundancy_1 = model.redundancy();
+    const double redundancy = model.redundancy();
     const bool misfit =
-        redundancy_1 > 0.0 &&
-        model.square_sum() > ChiSquareInterval(options_.test_level, redundancy_1).upper;
+        redundancy > 0.0 &&
+        model.square_sum() > ChiSquareInterval(options_.test_level, redundancy).upper;
     for (std::size_t t = 0; t < candidates_.terms.size(); ++t) {
       const SelectionTerm& term = candidates_.terms[t];
       const bool has_splines = term.Degrees() > 0 && term.levels.size() > term.Degrees();
@@ -534,7 +535,7 @@ class Selector {
   SelectionRows rows_;
   Eigen::MatrixXd nominal_s_;  // of all candidates, paths not corrected
   Eigen::VectorXd nominal_diagonal_;
-  Eigen::VectorXd effect_part_1_;  // EffectParts() of the candidates
+  Eigen::VectorXd effect_part_;  // EffectParts() of the candidates
   int step_ = 0;
   int swaps_ = 0;
 };

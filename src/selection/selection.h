@@ -25,14 +25,15 @@ using AtSelection =
 ///     F = (T/k) / (v'Pv/f)    against the solution with it
 ///     delta BIC = f ln(v'Pv with / v'Pv without) + penalty
 ///
-/// keeping one that is determinable, significant and pays; drops by Wald's test what later ones
-/// made superfluous. All candidates stand in one linearisation, so that a round costs one pass over
-/// the points; the chosen model is then solved and the round repeated until nothing changes.
+/// keeping one that is determinable, significant and lowers the criterion; drops by Wald's test
+/// what later ones made superfluous. One linearisation has all candidates, so that a round costs
+/// one pass over the points; the chosen model is then solved and the round repeated until nothing
+/// changes.
 ///
 /// Candidates are `options.groups` with their priors, else the standard ones of
 /// `options.selection` without priors. A robust adjustment chooses under Huber's loss. Throws what
-/// Adjust() throws, and InputError for more than kMostCandidateColumns candidate parameters.
-inline constexpr int kMostCandidateColumns = 4000;
+/// Adjust() throws, and InputError for more than kMaxCandidateColumns candidate parameters.
+inline constexpr int kMaxCandidateColumns = 4000;
 [[nodiscard]] SelectionReport SelectCorrections(const Block& block,
                                                 const AdjustOptions& options,
                                                 const AtSelection& at_selection = nullptr,

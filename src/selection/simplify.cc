@@ -52,8 +52,8 @@ bool Matters(const AdjustmentProblem& problem, std::size_t pass, std::size_t kin
   }
 }
 
-/// What the looks of one point say: squares of the whitened differences by simplification, and the
-/// information of the point with the paths held.
+/// Sums over the looks of one point: squares of the whitened differences by simplification, and
+/// the information of the point with fixed paths.
 struct PointSums {
   std::array<double, kSimplificationKinds> square{};
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -74,12 +74,12 @@ void AddLook(const AdjustmentProblem& problem,
     sums->complete = false;
     return;
   }
-  sums->information += at.by_point.transpose() * at.by_point;
+  sums->information += at.d_point.transpose() * at.d_point;
   for (std::size_t kind = 0; kind < kSimplificationKinds; ++kind) {
     if (!Matters(problem, pass, kind)) continue;
     sums->square[kind] +=
         EvaluateLook(*models.one[kind], state, point, look, weights, &columns, &simplified)
-            ? (simplified.error_1 - at.error_1).squaredNorm()
+            ? (simplified.whitened_error - at.whitened_error).squaredNorm()
             : std::numeric_limits<double>::infinity();
   }
 }
@@ -95,7 +95,7 @@ double PlaneError(const Frame& frame, const Eigen::Vector3d& middle_m, const Eig
 using Bounds = std::array<SimplificationBound, kSimplificationKinds>;
 
 void TakeLarger(const SimplificationBound& bound, SimplificationBound* largest) {
-  if (std::isnan(largest->fraction_1) || bound.fraction_1 > largest->fraction_1) {
+  if (std::isnan(largest->fraction) || bound.fraction > largest->fraction) {
     *largest = bound;
   }
 }
@@ -116,7 +116,7 @@ void BoundPoint(const AdjustmentProblem& problem,
     const auto index = static_cast<std::size_t>(problem.control_of[point]);
     const ControlEvaluation control = EvaluateControl(
         block.frame, problem.control[index], state.start_m[point], state.displacement_m[point]);
-    const auto rows = control.by_point.topRows(problem.control[index].rows);
+    const auto rows = control.d_point.topRows(problem.control[index].rows);
     sums.information += rows.transpose() * rows;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(sums.information);
@@ -124,13 +124,13 @@ void BoundPoint(const AdjustmentProblem& problem,
   const Eigen::Vector3d p_m = state.Position(point);
   const double sigma_m = 1.0 / std::sqrt(eigen.eigenvalues()[0]);
   for (std::size_t kind = 0; kind < kSimplificationKinds; ++kind) {
-    const double part_1 = std::sqrt(sums.square[kind]);
-    TakeLarger({kSimplificationNames[kind], part_1 * sigma_m, sigma_m, part_1}, &(*largest)[kind]);
+    const double part = std::sqrt(sums.square[kind]);
+    TakeLarger({kSimplificationNames[kind], part * sigma_m, sigma_m, part}, &(*largest)[kind]);
   }
   // Coordinates in the plane are off in height as well.
-  const Eigen::Vector3d up_1 = block.frame.EnuFromFrame(p_m).row(2).transpose();
+  const Eigen::Vector3d up = block.frame.EnuFromFrame(p_m).row(2).transpose();
   const double sigma_up_m = (eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal() *
-                             (eigen.eigenvectors().transpose() * up_1))
+                             (eigen.eigenvectors().transpose() * up))
                                 .norm();
   const double plane_m = PlaneError(block.frame, middle_m, p_m);
   TakeLarger({kSimplificationNames[kFlatFrame], plane_m, sigma_up_m, plane_m / sigma_up_m},
@@ -159,7 +159,7 @@ Simplified OnlySimplified(std::size_t kind, const Eigen::Vector3d& middle_m) {
 
 std::vector<SimplificationBound> BoundSimplifications(const AdjustmentProblem& problem,
                                                       const BlockState& state,
-                                                      double limit_1) {
+                                                      double limit) {
   const std::size_t points = problem.block.points.size();
   const Eigen::Vector3d middle_m = MiddleOfPoints(problem, state);
   const Models models(problem, middle_m);
@@ -179,7 +179,7 @@ std::vector<SimplificationBound> BoundSimplifications(const AdjustmentProblem& p
   }
   if (largest[0].name.empty()) return {};
   for (SimplificationBound& bound : largest) {
-    bound.allowed = bound.fraction_1 <= limit_1;
+    bound.allowed = bound.fraction <= limit;
     bound.verdict = bound.allowed ? "allowed" : "not allowed";
   }
   return {largest.begin(), largest.end()};
@@ -244,7 +244,7 @@ void AdoptAll(const AdjustmentProblem& from, const BlockState& state, Adjustment
   to->point_status = from.point_status;
   to->point_reason = from.point_reason;
   to->control_of = from.control_of;
-  to->held = from.held;
+  to->fixed = from.fixed;
   UpdateWeights(state, to);
 }
 
@@ -255,7 +255,7 @@ bool FormStep(const BlockState& state, ProgressSink* progress, ReducedSystem* sy
 }
 
 /// Largest |u'd| / sigma_u of a displacement over all directions u.
-double InSigmas(const Eigen::Vector3d& enu_m, const SymmetricEnu& c) {
+double LengthInSigmas(const Eigen::Vector3d& enu_m, const SymmetricEnu& c) {
   const Eigen::Matrix3d matrix = MatrixOf(c);
   if (!matrix.allFinite()) return 0.0;
   return std::sqrt(std::max(0.0, enu_m.dot(matrix.ldlt().solve(enu_m))));
@@ -279,7 +279,7 @@ double MeasureGain(const AdjustmentProblem& problem,
 
 Simplified ChooseSimplified(const AdjustmentProblem& problem,
                             const BlockState& state,
-                            double limit_1,
+                            double limit,
                             std::vector<SimplificationBound>* bounds) {
   Simplified taken;
   if (bounds->empty()) return taken;
@@ -290,20 +290,20 @@ Simplified ChooseSimplified(const AdjustmentProblem& problem,
     SimplificationBound& bound = (*bounds)[kind];
     if (!bound.allowed) continue;
     const Simplified only = OnlySimplified(kind, middle_m);
-    open[kind] = WorkOf(problem, only) < (1.0 - kLeastGain_1) * full;
-    if (open[kind]) bound.gain_1 = MeasureGain(problem, state, only);
+    open[kind] = WorkOf(problem, only) < (1.0 - kMinGain) * full;
+    if (open[kind]) bound.gain = MeasureGain(problem, state, only);
     bound.verdict = open[kind] ? "allowed, not taken: it gains nothing beside what was taken"
                                : "allowed, not taken: it gains nothing";
   }
-  double part_1 = 0.0;
+  double part = 0.0;
   for (double now = full;;) {
     std::size_t best = kSimplificationKinds;
-    double least = (1.0 - kLeastGain_1) * now;
+    double least = (1.0 - kMinGain) * now;
     for (std::size_t kind = 0; kind < kSimplificationKinds; ++kind) {
       if (!open[kind]) continue;
       const double work = WorkOf(problem, Both(taken, OnlySimplified(kind, middle_m)));
       if (work > least) continue;
-      if (part_1 + (*bounds)[kind].fraction_1 > limit_1) {
+      if (part + (*bounds)[kind].fraction > limit) {
         (*bounds)[kind].verdict = "allowed, not taken: above the limit with what was taken";
         continue;
       }
@@ -314,7 +314,7 @@ Simplified ChooseSimplified(const AdjustmentProblem& problem,
     open[best] = false;
     taken = Both(taken, OnlySimplified(best, middle_m));
     now = least;
-    part_1 += (*bounds)[best].fraction_1;
+    part += (*bounds)[best].fraction;
     (*bounds)[best].taken = true;
     (*bounds)[best].verdict = "taken";
   }
@@ -337,7 +337,7 @@ double ShiftToFullModel(const AdjustmentProblem& problem,
   for (std::size_t point = 0; point < covariance_m2.size(); ++point) {
     if (!problem.Solves(point)) continue;
     const Eigen::Vector3d shift_m = there.displacement_m[point] - here.displacement_m[point];
-    const double sigmas = InSigmas(
+    const double sigmas = LengthInSigmas(
         problem.block.frame.EnuFromFrame(state.Position(point)) * shift_m, covariance_m2[point]);
     if (!std::isfinite(sigmas)) return kNone;
     largest = std::max(largest, sigmas);

@@ -29,28 +29,28 @@ inline constexpr std::array<const char*, kSimplificationKinds> kSimplificationNa
 [[nodiscard]] Eigen::Vector3d MiddleOfPoints(const AdjustmentProblem& problem,
                                              const BlockState& state);
 
-/// Bounds of what four simplifications of the model would do to the points of a block at a solution
-/// (docs/theory/selection.md, eqs. 9 to 12), flight paths held. With the errors of the equations of
-/// look i changed by delta_i, in metres, no direction u of a point moves by more than
+/// Bounds of the effect of four simplifications of the model on the points of a block at a solution
+/// (docs/theory/selection.md, eqs. 9 to 12), flight paths fixed. If the errors of the equations of
+/// look i change by delta_i, in metres, no direction u of a point moves by more than
 ///
 ///     |u'dp| <= sigma_u sqrt( sum over looks |W_i delta_i|^2 ),      W_i the weights
 ///
 /// because dp = A^+ W delta and the rows of A^+ have the length of the standard deviations
 /// (Cauchy and Schwarz); standard deviations of the whole adjustment are not smaller. delta_i is
 /// the difference of the model with and without the simplification, not a formula of its own.
-/// `limit_1` is the part of a standard deviation up to which one is allowed. `problem` may be
+/// `limit` is the part of a standard deviation up to which one is allowed. `problem` may be
 /// simplified itself; the comparison is with the full model. Empty where no point is solved.
 [[nodiscard]] std::vector<SimplificationBound> BoundSimplifications(
-    const AdjustmentProblem& problem, const BlockState& state, double limit_1);
+    const AdjustmentProblem& problem, const BlockState& state, double limit);
 
-/// Which of the allowed ones a model is worth taking: those that save at least kLeastGain_1 of the
+/// Which of the allowed ones a model is worth taking: those that save at least kMinGain of the
 /// evaluation by LookModel::WorkOf (counts, so that a block has the same result on every machine),
 /// the most first, while the sum of their parts stays within the limit. Fills gain, `taken` and
 /// verdict of `bounds`; the gains are measured.
-inline constexpr double kLeastGain_1 = 0.05;
+inline constexpr double kMinGain = 0.05;
 [[nodiscard]] Simplified ChooseSimplified(const AdjustmentProblem& problem,
                                           const BlockState& state,
-                                          double limit_1,
+                                          double limit,
                                           std::vector<SimplificationBound>* bounds);
 
 /// CPU time of evaluating looks with the full model over that with a simplified one: a sample of up

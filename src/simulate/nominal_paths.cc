@@ -57,12 +57,12 @@ Motion MotionOf(const StateVector& state) {
 }
 
 double LookAngle(const Frame& frame, const Motion& motion, const Eigen::Vector3d& p_m, int side) {
-  const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes_1;
+  const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes;
   const Eigen::Vector3d d = p_m - motion.position_m;
   return std::atan2(side * d.dot(axes.col(1)), -d.dot(axes.col(2)));
 }
 
-/// Finds argument of latitude and node so that `aim` stands on the cone at the wanted look angle
+/// Finds argument of latitude and node so that `aim` is on the cone at the wanted look angle
 /// at the middle of the strip: Newton with differences from the orbit straight above it.
 Orbit AimOrbit(const Scene& scene,
                const SceneFlight& flight,
@@ -114,7 +114,8 @@ double FarRange(const SceneFlight& flight, double radius_m, double relief_m) {
   if (flight.swath.kind == SwathKind::kLookAngle) {
     range_m = depth_m / std::cos(far);
     if (std::isfinite(radius_m)) {
-      // Sight from radius r = a + H hits the sphere of radius a - relief, or grazes at its horizon.
+      // A line of sight from radius r = a + H hits the sphere of radius a - relief, or grazes at
+      // its horizon.
       const double r_m = radius_m + flight.height_m;
       const double a_m = radius_m - relief_m;
       const double under = a_m * a_m - std::pow(r_m * std::sin(far), 2);
@@ -125,41 +126,47 @@ double FarRange(const SceneFlight& flight, double radius_m, double relief_m) {
   return range_m / std::cos(flight.squint_rad);
 }
 
-/// Time by which six standard deviations of the wander, or its table, can move a look. A path that
-/// bends towards the target moves looks by more than its direction alone: three times as much.
-double WanderMargin(const SceneWander& wander, double speed_mps, double range_m) {
+/// Time by which six standard deviations of the trajectory error, or its table, can move a look. A
+/// path that bends towards the target moves looks by more than its direction alone: three times as
+/// much.
+double TrajectoryErrorMargin(const SceneTrajectoryError& trajectory_error,
+                             double speed_mps,
+                             double range_m) {
   double shift_m = 0.0;
   double turn_mps = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (wander.rms_m[axis] > 0.0) {
-      shift_m += 6.0 * wander.rms_m[axis];
-      turn_mps += 6.0 * wander.rms_m[axis] / (std::sqrt(3.0) * wander.time_constant_s[axis]);
+    if (trajectory_error.rms_m[axis] > 0.0) {
+      shift_m += 6.0 * trajectory_error.rms_m[axis];
+      turn_mps += 6.0 * trajectory_error.rms_m[axis] /
+                  (std::sqrt(3.0) * trajectory_error.time_constant_s[axis]);
     }
   }
   double table_m = 0.0;
   double table_mps = 0.0;
-  for (std::size_t i = 0; i < wander.table_m.size(); ++i) {
-    table_m = std::max(table_m, wander.table_m[i].norm());
+  for (std::size_t i = 0; i < trajectory_error.table_m.size(); ++i) {
+    table_m = std::max(table_m, trajectory_error.table_m[i].norm());
     if (i == 0) continue;
-    const double span_s = wander.table_time_s[i] - wander.table_time_s[i - 1];
-    table_mps = std::max(table_mps, (wander.table_m[i] - wander.table_m[i - 1]).norm() / span_s);
+    const double span_s = trajectory_error.table_time_s[i] - trajectory_error.table_time_s[i - 1];
+    table_mps = std::max(
+        table_mps, (trajectory_error.table_m[i] - trajectory_error.table_m[i - 1]).norm() / span_s);
   }
   return (shift_m + table_m + 3.0 * (turn_mps + table_mps) / speed_mps * range_m) / speed_mps;
 }
 
-/// Spacing of the states of the path that a recorded flight was planned on, which stands for the
+/// Spacing of the states of the path that a recorded flight was planned on, which represents the
 /// flight itself: 0.5 s are exact to 2e-8 m and 7e-8 m/s on a low orbit. The true path is written
-/// at the same times, so that a cubic through them follows the wander too.
-double PlannedSpacing_s(const SceneWander& wander) {
+/// at the same times, so that a cubic through them follows the trajectory error too.
+double PlannedSpacing_s(const SceneTrajectoryError& trajectory_error) {
   double spacing_s = 0.5;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (wander.rms_m[axis] > 0.0) {
-      spacing_s = std::min(spacing_s, wander.time_constant_s[axis] / 256.0);
+    if (trajectory_error.rms_m[axis] > 0.0) {
+      spacing_s = std::min(spacing_s, trajectory_error.time_constant_s[axis] / 256.0);
     }
   }
-  if (!wander.table_time_s.empty()) {
-    const double span_s = wander.table_time_s.back() - wander.table_time_s.front();
-    const auto pieces = static_cast<double>(wander.table_time_s.size() - 1);
+  if (!trajectory_error.table_time_s.empty()) {
+    const double span_s =
+        trajectory_error.table_time_s.back() - trajectory_error.table_time_s.front();
+    const auto pieces = static_cast<double>(trajectory_error.table_time_s.size() - 1);
     spacing_s = std::min(spacing_s, 0.5 * span_s / pieces);
   }
   return spacing_s;
@@ -185,15 +192,14 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
   turn_mps += joint.end_slope_m * 2.0 / duration_s;
   const double angle_rad =
       navigation.squint_bias_sigma_rad + joint.squint_bias_rad + turn_mps / speed_mps;
-  const double measured = scene.looks.blunder_fraction_1 > 0.0 ? scene.looks.blunder_size_1 : 1.0;
+  const double measured = scene.looks.blunder_fraction > 0.0 ? scene.looks.blunder_size : 1.0;
   const LookSigma& sigma = scene.looks.azimuth;
   const double azimuth_s = sigma.azimuth_unit == AzimuthUnit::kSeconds  ? sigma.azimuth
                            : sigma.azimuth_unit == AzimuthUnit::kMetres ? sigma.azimuth / speed_mps
                                                                         : 0.0;
-  return 6.0 *
-             ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
-              joint.time_bias_s + azimuth_s * scene.looks.noise_scale_1 * std::max(1.0, measured)) +
-         WanderMargin(scene.wander, speed_mps, range_m);
+  return 6.0 * ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
+                joint.time_bias_s + azimuth_s * scene.looks.noise_scale * std::max(1.0, measured)) +
+         TrajectoryErrorMargin(scene.trajectory_error, speed_mps, range_m);
 }
 
 Pass MakePass(const Scene& scene,
@@ -221,7 +227,7 @@ Pass MakePass(const Scene& scene,
   if (IsRecorded(scene)) {
     // Interpolation of a high degree wants four recorded states beyond either end.
     const double recorded_s = RecordedSpacing_s(scene, flight);
-    spacing_s = PlannedSpacing_s(scene.wander);
+    spacing_s = PlannedSpacing_s(scene.trajectory_error);
     shortest_s = std::min(spacing_s, recorded_s);
     margin_s = look_margin_s + 4.0 * recorded_s;
     if (scene.recorder) margin_s += std::abs(scene.recorder->time_offset_s);
@@ -268,9 +274,9 @@ Trajectory StripTrajectory(const Scene& scene,
   const Eigen::Vector2d ahead(std::sin(flight.heading_rad), std::cos(flight.heading_rad));
   const Eigen::Vector2d left(-ahead.y(), ahead.x());
   const double spacing_m = flight.count == 1 ? 0.0
-                           : std::isnan(flight.overlap_1)
+                           : std::isnan(flight.overlap)
                                ? flight.spacing_m
-                               : (1.0 - flight.overlap_1) * GroundWidth(flight);
+                               : (1.0 - flight.overlap) * GroundWidth(flight);
   const double segment_m = flight.segments == 1 ? 0.0 : flight.segment_spacing_m;
   const Eigen::Vector2d middle_m =
       flight.start_m + static_cast<double>(k) * spacing_m * left +
@@ -356,11 +362,11 @@ namespace {
 /// The quick test of the ends leaves this much to the exact one.
 constexpr double kMargin_m = 1.0;
 
-bool InSwath(const Frame& frame,
-             const NominalPass& planned,
-             const Motion& motion,
-             const Eigen::Vector3d& p_m) {
-  const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes_1;
+bool IsInSwath(const Frame& frame,
+               const NominalPass& planned,
+               const Motion& motion,
+               const Eigen::Vector3d& p_m) {
+  const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes;
   const Eigen::Vector3d d = p_m - motion.position_m;
   const double across_m = d.dot(axes.col(1)) * static_cast<double>(planned.pass.side);
   if (!(across_m > 0.0)) return false;
@@ -381,7 +387,7 @@ std::optional<double> PlannedTime(const Frame& frame,
       pass.path, p_m, Cone{.squint_rad = planned.squint_rad}, pass.start_s, pass.end_s);
   if (!time_s) return std::nullopt;
   const std::optional<Motion> motion = pass.path.At(*time_s);
-  if (!motion || !InSwath(frame, planned, *motion, p_m)) return std::nullopt;
+  if (!motion || !IsInSwath(frame, planned, *motion, p_m)) return std::nullopt;
   return time_s;
 }
 
@@ -406,7 +412,7 @@ Visibility::Visibility(const Frame& frame, const std::vector<NominalPass>& plann
     Reach reach;
     reach.middle_m = MotionAt(p, 0.5 * (p.start_s + p.end_s)).position_m;
     reach.square_m2 = pass.reach_m * pass.reach_m;
-    reach.sine_of_squint_1 = std::sin(pass.squint_rad);
+    reach.sine_of_squint = std::sin(pass.squint_rad);
     const std::array<double, 2> times_s = {p.start_s, p.end_s};
     for (std::size_t end = 0; end < 2; ++end) {
       const Motion motion = MotionAt(p, times_s[end]);
@@ -444,11 +450,11 @@ bool Visibility::MayShow(const Reach& reach, const Eigen::Vector3d& p_m) const {
   // The cone error falls along the path: it is not negative at the start, nor positive at the end.
   const Eigen::Vector3d from_start_m = p_m - reach.ends[0].position_m;
   const Eigen::Vector3d from_end_m = p_m - reach.ends[1].position_m;
-  const double sine_1 = reach.sine_of_squint_1;
-  const double lean_start_m = sine_1 == 0.0 ? 0.0 : from_start_m.norm() * sine_1;
-  const double lean_end_m = sine_1 == 0.0 ? 0.0 : from_end_m.norm() * sine_1;
-  return from_start_m.dot(reach.ends[0].ahead_1) - lean_start_m >= -kMargin_m &&
-         from_end_m.dot(reach.ends[1].ahead_1) - lean_end_m <= kMargin_m;
+  const double sine = reach.sine_of_squint;
+  const double lean_start_m = sine == 0.0 ? 0.0 : from_start_m.norm() * sine;
+  const double lean_end_m = sine == 0.0 ? 0.0 : from_end_m.norm() * sine;
+  return from_start_m.dot(reach.ends[0].ahead) - lean_start_m >= -kMargin_m &&
+         from_end_m.dot(reach.ends[1].ahead) - lean_end_m <= kMargin_m;
 }
 
 void Visibility::LooksAt(const Eigen::Vector3d& p_m, std::vector<PlannedLook>* looks) const {

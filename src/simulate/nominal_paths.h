@@ -47,13 +47,13 @@ class Visibility {
   /// The cone's apex and axis at one end of the strip.
   struct End {
     Eigen::Vector3d position_m;
-    Eigen::Vector3d ahead_1;
+    Eigen::Vector3d ahead;
   };
   /// The sphere about the middle of a path that holds its strip, and the strip's two ends.
   struct Reach {
     Eigen::Vector3d middle_m;
     double square_m2 = 0.0;
-    double sine_of_squint_1 = 0.0;
+    double sine_of_squint = 0.0;
     std::array<End, 2> ends;
   };
   using Cell = std::array<std::int64_t, 3>;

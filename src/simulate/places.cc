@@ -46,25 +46,25 @@ namespace {
 struct Area {
   Eigen::Vector2d low_m;
   Eigen::Vector2d size_m;
-  [[nodiscard]] Eigen::Vector2d At(double x_1, double y_1) const {
-    return low_m + Eigen::Vector2d(x_1 * size_m.x(), y_1 * size_m.y());
+  [[nodiscard]] Eigen::Vector2d At(double x_part, double y_part) const {
+    return low_m + Eigen::Vector2d(x_part * size_m.x(), y_part * size_m.y());
   }
 };
 
 Area AreaOf(const std::array<double, 2>& east_m,
             const std::array<double, 2>& north_m,
-            double inset_1) {
+            double inset) {
   const Eigen::Vector2d low_m(east_m[0], north_m[0]);
   const Eigen::Vector2d size_m(east_m[1] - east_m[0], north_m[1] - north_m[0]);
-  return {low_m + inset_1 * size_m, (1.0 - 2.0 * inset_1) * size_m};
+  return {low_m + inset * size_m, (1.0 - 2.0 * inset) * size_m};
 }
 
 Eigen::Vector2d Random(const Area& area, RandomStream* random) {
-  const double x_1 = random->Uniform();
-  return area.At(x_1, random->Uniform());
+  const double x_part = random->Uniform();
+  return area.At(x_part, random->Uniform());
 }
 
-/// Columns and rows of about square cells that hold `count`.
+/// Columns and rows of `count` about square cells.
 struct Grid {
   std::size_t columns;
   std::size_t rows;
@@ -76,13 +76,13 @@ Grid GridFor(std::size_t count, const Area& area) {
   return {columns, (count + columns - 1) / columns};
 }
 
-/// i of n from edge to edge; a single one stands in the middle.
+/// i of n from edge to edge; a single one is in the middle.
 double EdgeToEdge(std::size_t i, std::size_t n) {
   return n == 1 ? 0.5 : static_cast<double>(i) / static_cast<double>(n - 1);
 }
 
 /// Point at part s (0 <= s < 1) of the way round, anticlockwise from the lower left corner.
-Eigen::Vector2d OnPerimeter(const Area& area, double s) {
+Eigen::Vector2d PointOnPerimeter(const Area& area, double s) {
   const double width_m = area.size_m.x();
   const double height_m = area.size_m.y();
   double way_m = s * 2.0 * (width_m + height_m);
@@ -106,7 +106,7 @@ Eigen::Vector2d KnownPlace(const SceneControl& known,
       return area.At(kX[i % 4], kY[i % 4]);
     }
     case Layout::kPerimeter:
-      return OnPerimeter(area, static_cast<double>(i) / static_cast<double>(known.count));
+      return PointOnPerimeter(area, static_cast<double>(i) / static_cast<double>(known.count));
     case Layout::kGrid: {
       const Grid grid = GridFor(known.count, area);
       return area.At(EdgeToEdge(i % grid.columns, grid.columns),
@@ -138,7 +138,7 @@ void PlaceKnown(const Scene& scene,
   if (known.layout == SceneControl::Layout::kNone) return;
   const Area area = AreaOf(std::isnan(known.east_m[0]) ? scene.points.east_m : known.east_m,
                            std::isnan(known.north_m[0]) ? scene.points.north_m : known.north_m,
-                           known.inset_1);
+                           known.inset);
   const bool control = role == PointRole::kControl;
   const StreamKind stream = control ? kControlPlaceStream : kCheckPlaceStream;
   for (std::size_t i = 0; i < known.count; ++i) {

@@ -36,7 +36,7 @@ class Terrain {
   std::vector<Wave> waves_;
 };
 
-/// A point as planned: where it stands in the scene plane, and as what.
+/// A point as planned: its place in the scene plane, and its role.
 struct PlacedPoint {
   std::string id;
   PointRole role = PointRole::kTie;

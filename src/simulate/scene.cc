@@ -24,8 +24,8 @@ bool AllNotNegative(const std::array<double, 3>& values) {
 }
 
 constexpr double kLargestSquint_rad = 60.0 * kRadPerDeg;
-constexpr std::size_t kMostPasses = 100000;
-constexpr std::size_t kMostPoints = 100000000;
+constexpr std::size_t kMaxPasses = 100000;
+constexpr std::size_t kMaxPoints = 100000000;
 
 Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
   if (!Positive(flight.speed_mps)) return {{field + "speed_mps", "must be given and positive"}};
@@ -33,21 +33,21 @@ Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
     return {{field + "heading_deg", "must be given, clockwise from north (+y); 90 flies along +x"}};
   }
   if (!flight.start_m.allFinite()) return {{field + "start_m", "must be finite"}};
-  if (Given(flight.overlap_1) && !(flight.overlap_1 >= 0.0 && flight.overlap_1 < 1.0)) {
+  if (Given(flight.overlap) && !(flight.overlap >= 0.0 && flight.overlap < 1.0)) {
     return {{field + "overlap", "must be at least 0 and below 1"}};
   }
-  if (Given(flight.overlap_1) && Given(flight.spacing_m)) {
-    return {{field + "overlap", "cannot stand beside spacing_m; give one of them"}};
+  if (Given(flight.overlap) && Given(flight.spacing_m)) {
+    return {{field + "overlap", "excludes spacing_m; give one of them"}};
   }
-  if (flight.segments < 1 || flight.segments > kMostPasses / flight.count) {
+  if (flight.segments < 1 || flight.segments > kMaxPasses / flight.count) {
     return {
         {field + "segments",
-         "must be 1 at least, and not make more than " + std::to_string(kMostPasses) + " passes"}};
+         "must be 1 at least, and not make more than " + std::to_string(kMaxPasses) + " passes"}};
   }
   if (flight.segments > 1 && !Positive(flight.segment_spacing_m)) {
     return {{field + "segment_spacing_m", "must be given and positive where segments is above 1"}};
   }
-  if (flight.count > 1 && !Given(flight.overlap_1) && !std::isfinite(flight.spacing_m)) {
+  if (flight.count > 1 && !Given(flight.overlap) && !std::isfinite(flight.spacing_m)) {
     return {{field + "spacing_m", "must be given (or overlap) where count is above 1"}};
   }
   return std::nullopt;
@@ -63,7 +63,7 @@ Problem FindOrbitProblem(const Scene& scene, const SceneFlight& flight, const st
   if (Given(flight.speed_mps) && !Positive(flight.speed_mps)) {
     return {{field + "speed_mps", "must be positive"}};
   }
-  if (Given(flight.overlap_1)) {
+  if (Given(flight.overlap)) {
     return {{field + "overlap", "is for strips only; give spacing_m"}};
   }
   if (flight.segments != 1) return {{field + "segments", "is for strips only"}};
@@ -80,8 +80,8 @@ Problem FindOrbitProblem(const Scene& scene, const SceneFlight& flight, const st
 
 Problem FindFlightProblem(const Scene& scene, const SceneFlight& flight, const std::string& field) {
   if (flight.id.empty()) return {{field + "id", "must not be empty"}};
-  if (flight.count < 1 || flight.count > kMostPasses) {
-    return {{field + "count", "must be from 1 to " + std::to_string(kMostPasses)}};
+  if (flight.count < 1 || flight.count > kMaxPasses) {
+    return {{field + "count", "must be from 1 to " + std::to_string(kMaxPasses)}};
   }
   if (!Positive(flight.height_m)) return {{field + "height_m", "must be given and positive"}};
   if (!Positive(flight.length_m)) return {{field + "length_m", "must be given and positive"}};
@@ -127,19 +127,22 @@ Problem FindFlightsProblem(const Scene& scene) {
   return std::nullopt;
 }
 
-Problem FindWanderProblem(const SceneWander& wander) {
-  if (!AllNotNegative(wander.rms_m)) return {{"wander.rms_m", "must be zero or positive"}};
+Problem FindTrajectoryErrorProblem(const SceneTrajectoryError& trajectory_error) {
+  if (!AllNotNegative(trajectory_error.rms_m))
+    return {{"wander.rms_m", "must be zero or positive"}};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (wander.rms_m[axis] > 0.0 && !Positive(wander.time_constant_s[axis])) {
+    if (trajectory_error.rms_m[axis] > 0.0 && !Positive(trajectory_error.time_constant_s[axis])) {
       return {{"wander.time_constant_s", "must be given and positive where rms_m is above 0"}};
     }
   }
-  if (wander.table_time_s.empty()) return std::nullopt;
-  bool grows = wander.table_time_s.size() >= 2 && std::isfinite(wander.table_time_s.front()) &&
-               wander.table_time_s.size() == wander.table_m.size();
-  for (std::size_t i = 0; grows && i < wander.table_m.size(); ++i) {
-    grows = wander.table_m[i].allFinite() && std::isfinite(wander.table_time_s[i]) &&
-            (i == 0 || wander.table_time_s[i] > wander.table_time_s[i - 1]);
+  if (trajectory_error.table_time_s.empty()) return std::nullopt;
+  bool grows = trajectory_error.table_time_s.size() >= 2 &&
+               std::isfinite(trajectory_error.table_time_s.front()) &&
+               trajectory_error.table_time_s.size() == trajectory_error.table_m.size();
+  for (std::size_t i = 0; grows && i < trajectory_error.table_m.size(); ++i) {
+    grows = trajectory_error.table_m[i].allFinite() &&
+            std::isfinite(trajectory_error.table_time_s[i]) &&
+            (i == 0 || trajectory_error.table_time_s[i] > trajectory_error.table_time_s[i - 1]);
   }
   if (!grows) return {{"wander.table", "needs two rows at least, finite and of increasing times"}};
   return std::nullopt;
@@ -187,7 +190,7 @@ Problem FindNavigationProblem(const SceneNavigation& navigation) {
     return {{field + "correlation_time_s", "must be given and positive for gauss-markov"}};
   }
   if (!NotNegative(navigation.range_bias_sigma_m)) return {{field + "range_bias_sigma_m", bound}};
-  if (!NotNegative(navigation.range_scale_sigma_1)) {
+  if (!NotNegative(navigation.range_scale_sigma)) {
     return {{field + "range_scale_sigma_ppm", bound}};
   }
   if (!NotNegative(navigation.time_bias_sigma_s)) return {{field + "time_bias_sigma_s", bound}};
@@ -208,11 +211,11 @@ Problem FindLooksProblem(const SceneLooks& looks) {
   if (looks.azimuth.azimuth_unit == AzimuthUnit::kHertz && !looks.doppler) {
     return {{"looks.doppler_sigma_hz", "needs cone = \"doppler\": squints are not measured"}};
   }
-  if (!NotNegative(looks.noise_scale_1)) return {{"looks.noise_scale", "must be zero or positive"}};
-  if (!(looks.blunder_fraction_1 >= 0.0 && looks.blunder_fraction_1 < 1.0)) {
+  if (!NotNegative(looks.noise_scale)) return {{"looks.noise_scale", "must be zero or positive"}};
+  if (!(looks.blunder_fraction >= 0.0 && looks.blunder_fraction < 1.0)) {
     return {{"looks.blunder_fraction", "must be at least 0 and below 1"}};
   }
-  if (!NotNegative(looks.blunder_size_1)) {
+  if (!NotNegative(looks.blunder_size)) {
     return {{"looks.blunder_size", "must be zero or positive, in sigmas"}};
   }
   return std::nullopt;
@@ -225,7 +228,7 @@ bool Grows(const std::array<double, 2>& interval_m) {
 
 Problem FindPointsProblem(const Scene& scene) {
   const ScenePoints& points = scene.points;
-  if (points.count > kMostPoints) return {{"points.count", "must not exceed 100 million"}};
+  if (points.count > kMaxPoints) return {{"points.count", "must not exceed 100 million"}};
   if (!Grows(points.east_m)) return {{"points.east_m", "must be given as [from, to], from < to"}};
   if (!Grows(points.north_m)) return {{"points.north_m", "must be given as [from, to], from < to"}};
   if (!std::isfinite(scene.terrain.height_m)) return {{"terrain.height_m", "must be finite"}};
@@ -241,7 +244,7 @@ Problem FindPointsProblem(const Scene& scene) {
 Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
   using Layout = SceneControl::Layout;
   if (known.layout == Layout::kNone) return std::nullopt;
-  if (known.count < 1 || known.count > kMostPoints) {
+  if (known.count < 1 || known.count > kMaxPoints) {
     return {{field + "count", "must be 1 at least"}};
   }
   if (known.layout == Layout::kCorners && known.count > 4) {
@@ -254,11 +257,11 @@ Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
     if (!place_m.allFinite()) return {{field + "places_m", "must be finite"}};
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (known.held[axis] && !Positive(known.sigma_m[axis])) {
-      return {{field + "sigma_m", "must be given and positive for every component held"}};
+    if (known.fixed[axis] && !Positive(known.sigma_m[axis])) {
+      return {{field + "sigma_m", "must be given and positive for every fixed component"}};
     }
   }
-  if (!known.held[0] && !known.held[1] && !known.held[2]) {
+  if (!known.fixed[0] && !known.fixed[1] && !known.fixed[2]) {
     return {{field + "components", "must name one of e, n, u at least"}};
   }
   const auto given = [](const std::array<double, 2>& interval_m) {
@@ -270,10 +273,10 @@ Problem FindKnownProblem(const SceneControl& known, const std::string& field) {
   if (given(known.north_m) && !Grows(known.north_m)) {
     return {{field + "north_m", "must be [from, to], from < to"}};
   }
-  if (!(known.inset_1 >= 0.0 && known.inset_1 < 0.5)) {
+  if (!(known.inset >= 0.0 && known.inset < 0.5)) {
     return {{field + "inset", "must be at least 0 and below 0.5"}};
   }
-  if (!NotNegative(known.noise_scale_1)) {
+  if (!NotNegative(known.noise_scale)) {
     return {{field + "noise_scale", "must be zero or positive"}};
   }
   if (!NotNegative(known.approximate_sigma_m)) {
@@ -305,7 +308,7 @@ std::optional<SceneProblem> FindProblem(const Scene& scene) {
     return {{"frame.rotation_rad_per_s", "must be finite"}};
   }
   if (Problem problem = FindFlightsProblem(scene)) return problem;
-  if (Problem problem = FindWanderProblem(scene.wander)) return problem;
+  if (Problem problem = FindTrajectoryErrorProblem(scene.trajectory_error)) return problem;
   if (scene.recorder) {
     if (Problem problem = FindRecorderProblem(*scene.recorder)) return problem;
   }
@@ -320,11 +323,11 @@ std::optional<SceneProblem> FindProblem(const Scene& scene) {
   return FindKnownProblem(scene.check, "check.");
 }
 
-bool SceneWander::Given() const {
+bool SceneTrajectoryError::Given() const {
   return rms_m[0] > 0.0 || rms_m[1] > 0.0 || rms_m[2] > 0.0 || !table_time_s.empty();
 }
 
-bool IsRecorded(const Scene& scene) { return scene.recorder || scene.wander.Given(); }
+bool IsRecorded(const Scene& scene) { return scene.recorder || scene.trajectory_error.Given(); }
 
 double RecordedSpacing_s(const Scene& scene, const SceneFlight& flight) {
   const bool by_rate = scene.recorder && Given(scene.recorder->rate_hz);
@@ -357,7 +360,7 @@ Eigen::Vector3d FrameFromPlane(const Scene& scene,
 
 namespace {
 
-constexpr int kMostDrawnDegree = 2;
+constexpr int kMaxDrawnDegree = 2;
 constexpr std::array<const char*, 4> kDrawnBiases = {
     "range.bias", "range.scale", "time.bias", "squint.bias"};
 
@@ -374,7 +377,7 @@ std::optional<DrawnParameter> ParseDrawn(const JointPrior& prior, const std::str
   }
   for (const JointPrior::Axes axes : tried) {
     const auto position = ParsePositionName(name, axes);
-    if (position && position->degree <= kMostDrawnDegree) return DrawnParameter{position, axes, {}};
+    if (position && position->degree <= kMaxDrawnDegree) return DrawnParameter{position, axes, {}};
   }
   return std::nullopt;
 }

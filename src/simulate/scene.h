@@ -53,7 +53,7 @@ enum StreamKind : std::uint64_t {
   kBiasStream = 6,
   kLookStream = 7,
   kKnownStream = 8,
-  kWanderStream = 9,
+  kTrajectoryErrorStream = 9,
   kRecorderStream = 10,
   kJointStream = 11,
 };

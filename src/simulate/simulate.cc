@@ -25,10 +25,10 @@ namespace {
 void AppendKnown(const SceneControl& known, std::uint32_t point, Points* points) {
   KnownPosition position;
   position.point = point;
-  position.held = known.held;
+  position.fixed = known.fixed;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    if (known.held[i]) {
+    if (known.fixed[i]) {
       position.covariance_enu_m2(axis, axis) = known.sigma_m[i] * known.sigma_m[i];
     }
   }
@@ -112,8 +112,8 @@ void FillPointsAndLooks(const Scene& scene,
 
 }  // namespace
 
-const Wander* SimulatedBlock::WanderOf(std::size_t pass) const {
-  return wander == nullptr ? nullptr : &(*wander)[pass];
+const TrajectoryError* SimulatedBlock::TrajectoryErrorOf(std::size_t pass) const {
+  return trajectory_error == nullptr ? nullptr : &(*trajectory_error)[pass];
 }
 
 SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
@@ -170,13 +170,14 @@ void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
   const std::vector<double> spacings_s =
       recorded ? RecordedSpacings_s(scene) : std::vector<double>();
   simulated->errors.clear();
-  simulated->wander = nullptr;
-  if (scene.wander.Given()) {
-    std::vector<Wander> wander;
+  simulated->trajectory_error = nullptr;
+  if (scene.trajectory_error.Given()) {
+    std::vector<TrajectoryError> trajectory_error;
     for (std::size_t i = 0; i < block.passes.size(); ++i) {
-      wander.emplace_back(scene.wander, simulated->Planned(i), i, seed);
+      trajectory_error.emplace_back(scene.trajectory_error, simulated->Planned(i), i, seed);
     }
-    simulated->wander = std::make_shared<const std::vector<Wander>>(std::move(wander));
+    simulated->trajectory_error =
+        std::make_shared<const std::vector<TrajectoryError>>(std::move(trajectory_error));
   }
   simulated->truth.paths.clear();
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
@@ -187,7 +188,7 @@ void DrawPaths(const Scene& scene, SimulatedBlock* simulated) {
       block.passes[i].recorded = {};
       block.passes[i].recorded.asked = recorder.reading;
       block.passes[i].path = RecordFlight(
-          block.frame, recorder, spacings_s[i], planned, simulated->WanderOf(i), i, seed);
+          block.frame, recorder, spacings_s[i], planned, simulated->TrajectoryErrorOf(i), i, seed);
     }
     simulated->truth.paths.push_back(TruePathOf(scene, *simulated, i).AtNominalTimes());
   }
@@ -210,13 +211,13 @@ void SolveLook(const Scene& scene,
       paths[pass], p_m, Cone{.squint_rad = true_squint_rad}, exact.nominal_time_s[look]);
   const std::optional<Motion> motion = time_s ? paths[pass].At(*time_s) : std::nullopt;
   if (!motion) {
-    throw InputError(
-        "navigation",
-        "the errors drawn move point " + std::string(block.points.ids[point]) +
-            " out of the path of pass " + block.passes[pass].id +
-            "; allowed are errors small against the strip" +
-            (simulated->wander == nullptr ? ""
-                                          : " and a wander that bends the path less than 1/range"));
+    throw InputError("navigation",
+                     "the errors drawn move point " + std::string(block.points.ids[point]) +
+                         " out of the path of pass " + block.passes[pass].id +
+                         "; allowed are errors small against the strip" +
+                         (simulated->trajectory_error == nullptr
+                              ? ""
+                              : " and trajectory errors that bend the path less than 1/range"));
   }
   exact.time_s[look] = *time_s;
   exact.range_m[look] = (p_m - motion->position_m).norm();
@@ -265,12 +266,12 @@ void Measure(const SceneLooks& scene,
       const std::uint32_t pass = block.looks.pass[look];
       const PassError& error = simulated->errors[pass];
       const LookSigma sigma = block.SigmaOf(look);
-      // Every look takes the same five numbers from its stream, whatever the scene asks for.
+      // Every look takes the same five numbers from its stream, for any scene.
       RandomStream random(simulated->measurement_seed, MixStream(point_stream, pass));
-      double azimuth = scene.noise_scale_1 * random.Normal();  // in sigmas, as is `range`
-      double range = scene.noise_scale_1 * random.Normal();
-      const bool blunder = random.Uniform() < scene.blunder_fraction_1;
-      const double size = random.Uniform() < 0.5 ? -scene.blunder_size_1 : scene.blunder_size_1;
+      double azimuth = scene.noise_scale * random.Normal();  // in sigmas, as is `range`
+      double range = scene.noise_scale * random.Normal();
+      const bool blunder = random.Uniform() < scene.blunder_fraction;
+      const double size = random.Uniform() < 0.5 ? -scene.blunder_size : scene.blunder_size;
       const bool coin = random.Uniform() < 0.5;
       using Kind = SceneLooks::BlunderKind;
       const bool in_azimuth =
@@ -286,7 +287,7 @@ void Measure(const SceneLooks& scene,
       if (!exact.doppler_hz.empty()) {
         block.looks.cone[look] = exact.doppler_hz[look] + sigma_hz * azimuth;
       }
-      block.looks.range_m[look] = (1.0 + error.range_scale_1) * exact.range_m[look] +
+      block.looks.range_m[look] = (1.0 + error.range_scale) * exact.range_m[look] +
                                   error.range_bias_m + sigma.range_m * range;
     }
   }
@@ -302,7 +303,7 @@ void DrawKnown(const Scene& scene, SimulatedBlock* simulated) {
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
       error_enu_m[axis] =
-          (known.held[i] ? given.noise_scale_1 * given.sigma_m[i] : given.approximate_sigma_m) *
+          (known.fixed[i] ? given.noise_scale * given.sigma_m[i] : given.approximate_sigma_m) *
           random.Normal();
     }
     const Eigen::Vector3d& p_m = simulated->truth.points_m[known.point];

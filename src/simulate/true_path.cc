@@ -18,12 +18,12 @@
 
 namespace sarblock {
 
-Wander::Wander(const SceneWander& scene,
-               const Pass& planned,
-               std::size_t pass_index,
-               std::uint64_t seed)
+TrajectoryError::TrajectoryError(const SceneTrajectoryError& scene,
+                                 const Pass& planned,
+                                 std::size_t pass_index,
+                                 std::uint64_t seed)
     : start_s_(planned.start_s) {
-  const std::uint64_t stream = MixStream(kWanderStream, pass_index);
+  const std::uint64_t stream = MixStream(kTrajectoryErrorStream, pass_index);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (scene.rms_m[axis] > 0.0) {
       process_[axis] = DrawGaussMarkov(scene.rms_m[axis],
@@ -43,7 +43,7 @@ Wander::Wander(const SceneWander& scene,
   }
 }
 
-Wander::Offset Wander::At(double time_s) const {
+TrajectoryError::Offset TrajectoryError::At(double time_s) const {
   Offset offset;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
@@ -200,7 +200,7 @@ void AddDrawn(const JointPrior& prior,
   const std::array<std::array<double, 3>*, 3> track = {
       &error->constant_m, &error->drift_m, &error->curvature_m};
   const std::array<double*, 4> biases = {
-      &error->range_bias_m, &error->range_scale_1, &error->time_bias_s, &error->squint_bias_rad};
+      &error->range_bias_m, &error->range_scale, &error->time_bias_s, &error->squint_bias_rad};
   for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
     const double value = drawn[static_cast<Eigen::Index>(i)];
     const auto parameter = ParseDrawn(prior, prior.parameters[i]);
@@ -293,7 +293,7 @@ PassError DrawPassError(const SceneNavigation& navigation,
   }
   RandomStream bias(seed, MixStream(kBiasStream, navigation.shared_biases ? 0 : pass_index));
   error.range_bias_m = navigation.range_bias_sigma_m * bias.Normal();
-  error.range_scale_1 = navigation.range_scale_sigma_1 * bias.Normal();
+  error.range_scale = navigation.range_scale_sigma * bias.Normal();
   error.time_bias_s = navigation.time_bias_sigma_s * bias.Normal();
   error.squint_bias_rad = navigation.squint_bias_sigma_rad * bias.Normal();
   AddJointErrors(navigation.joint, frame, pass, pass_index, seed, &error);
@@ -304,8 +304,8 @@ TruePath::TruePath(const Frame& frame,
                    const Pass& pass,
                    const PassError& error,
                    double knot_spacing_s,
-                   const Wander* wander)
-    : frame_(&frame), pass_(&pass), error_(&error), wander_(wander) {
+                   const TrajectoryError* trajectory_error)
+    : frame_(&frame), pass_(&pass), error_(&error), trajectory_error_(trajectory_error) {
   const auto zero = [](const std::array<double, 3>& c) {
     return c[0] == 0.0 && c[1] == 0.0 && c[2] == 0.0;
   };
@@ -315,7 +315,7 @@ TruePath::TruePath(const Frame& frame,
 }
 
 std::optional<Motion> TruePath::At(double time_s) const {
-  std::optional<Motion> motion = FlownMotion(*frame_, pass_->path, wander_, time_s);
+  std::optional<Motion> motion = FlownMotion(*frame_, pass_->path, trajectory_error_, time_s);
   if (!motion || (!turning_ && !fixed_)) return motion;
   Eigen::Vector3d c, c_rate, c_acceleration = Eigen::Vector3d::Zero();
   const double rate = 2.0 / (pass_->end_s - pass_->start_s);  // of strip-normalised time
@@ -349,10 +349,10 @@ std::optional<Motion> TruePath::At(double time_s) const {
     }
   }
   const TrackAxes track = TrackAxesOf(*frame_, flown);
-  motion->position_m += track.axes_1 * c;
-  motion->velocity_mps += track.rate * c + track.axes_1 * c_rate;
+  motion->position_m += track.axes * c;
+  motion->velocity_mps += track.rate * c + track.axes * c_rate;
   motion->acceleration_mps2 +=
-      track.acceleration * c + 2.0 * (track.rate * c_rate) + track.axes_1 * c_acceleration;
+      track.acceleration * c + 2.0 * (track.rate * c_rate) + track.axes * c_acceleration;
   return motion;
 }
 
@@ -372,7 +372,7 @@ TruePath TruePathOf(const Scene& scene, const SimulatedBlock& simulated, std::si
           simulated.Planned(pass),
           simulated.errors[pass],
           scene.navigation.knot_spacing_s,
-          simulated.WanderOf(pass)};
+          simulated.TrajectoryErrorOf(pass)};
 }
 
 namespace {
@@ -417,18 +417,18 @@ class Jumps {
 
 std::optional<Motion> FlownMotion(const Frame& frame,
                                   const FlightPath& planned,
-                                  const Wander* wander,
+                                  const TrajectoryError* trajectory_error,
                                   double time_s) {
   std::optional<Motion> motion = planned.At(time_s);
-  if (!motion || wander == nullptr) return motion;
+  if (!motion || trajectory_error == nullptr) return motion;
   const TrackAxes track = TrackAxesOf(frame, *motion);
-  const Wander::Offset w = wander->At(time_s);
-  motion->position_m += track.axes_1 * w.value_m;
-  motion->velocity_mps += track.rate * w.value_m + track.axes_1 * w.first_mps;
+  const TrajectoryError::Offset w = trajectory_error->At(time_s);
+  motion->position_m += track.axes * w.value_m;
+  motion->velocity_mps += track.rate * w.value_m + track.axes * w.first_mps;
   motion->acceleration_mps2 += track.acceleration * w.value_m + 2.0 * (track.rate * w.first_mps) +
-                               track.axes_1 * w.second_mps2;
+                               track.axes * w.second_mps2;
   motion->jerk_mps3 += 3.0 * (track.acceleration * w.first_mps + track.rate * w.second_mps2) +
-                       track.axes_1 * w.third_mps3;
+                       track.axes * w.third_mps3;
   return motion;
 }
 
@@ -436,7 +436,7 @@ FlightPath RecordFlight(const Frame& frame,
                         const SceneRecorder& recorder,
                         double spacing_s,
                         const Pass& planned,
-                        const Wander* wander,
+                        const TrajectoryError* trajectory_error,
                         std::size_t pass_index,
                         std::uint64_t seed) {
   const std::uint64_t stream = MixStream(kRecorderStream, pass_index);
@@ -453,15 +453,15 @@ FlightPath RecordFlight(const Frame& frame,
     StateVector state;
     state.time_s = planned.start_s + k * spacing_s;
     const double true_s = state.time_s - offset_s;
-    const std::optional<Motion> motion = FlownMotion(frame, planned.path, wander, true_s);
+    const std::optional<Motion> motion = FlownMotion(frame, planned.path, trajectory_error, true_s);
     if (!motion) {
       if (true_s > planned.path.end_s()) break;
       continue;  // the first, by the rounding of its time
     }
-    // One stream a state: what a state reads does not depend on how many stand before it.
+    // One stream per state: its numbers do not depend on how many states are before it.
     RandomStream noise(
         seed, MixStream(noise_stream, static_cast<std::uint64_t>(static_cast<std::int64_t>(k))));
-    const Eigen::Matrix3d axes = TrackAxesOf(frame, *motion).axes_1;
+    const Eigen::Matrix3d axes = TrackAxesOf(frame, *motion).axes;
     state.position_m = motion->position_m + axes * drift_mps * (true_s - middle_s) +
                        jumps.At(true_s) + Drawn(recorder.noise_m, &noise);
     state.velocity_mps =

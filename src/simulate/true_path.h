@@ -44,14 +44,17 @@ class SmoothCurve {
 };
 
 /// Offsets of a flight from its planned path, along, across, up.
-class Wander {
+class TrajectoryError {
  public:
   struct Offset {
     Eigen::Vector3d value_m, first_mps, second_mps2, third_mps3;
   };
   /// Draws that of pass number `pass_index` from its own streams of `seed`, for the span of the
   /// planned path.
-  Wander(const SceneWander& scene, const Pass& planned, std::size_t pass_index, std::uint64_t seed);
+  TrajectoryError(const SceneTrajectoryError& scene,
+                  const Pass& planned,
+                  std::size_t pass_index,
+                  std::uint64_t seed);
   [[nodiscard]] Offset At(double time_s) const;
 
  private:
@@ -61,9 +64,10 @@ class Wander {
 };
 
 /// A third-order Gauss-Markov process at nodes T/64 apart from `start_s` on both ways until they
-/// cover [from_s, to_s], which holds start_s. Each step is exact (docs/theory/wander.md, eqs. (5)
-/// to (8)); between the nodes the curve differs from the process by 5e-7 of its rms. The draw is a
-/// function of seed and stream: a longer span continues a shorter one.
+/// cover [from_s, to_s], which contains start_s. Each step is exact
+/// (docs/theory/trajectory_error.md, eqs. (5) to (8)); between the nodes the curve differs from the
+/// process by 5e-7 of its rms. The draw is a function of seed and stream: a longer span continues a
+/// shorter one.
 [[nodiscard]] SmoothCurve DrawGaussMarkov(double rms,
                                           double time_constant_s,
                                           double start_s,
@@ -88,17 +92,18 @@ void AddJointErrors(const std::vector<JointPrior>& joint,
                                       std::uint64_t seed);
 
 /// True path of a pass: s(t) = f(t) + A(t) c(t) + PassError::frame_m, A the track axes of the path
-/// f that is flown as far as the recorder knows: the path of `pass`, or where flights wander
-/// FlownPath. Velocity and acceleration are exact derivatives, the turning of the axes included
-/// (but for the third derivative of the planned path's axes times the wander, in the acceleration
-/// alone). Holds references: frame, pass, error and wander must outlive it.
+/// f that is flown as far as the recorder knows: the path of `pass`, or FlownPath if there are
+/// trajectory errors. Velocity and acceleration are exact derivatives, including the turning of the
+/// axes (except, in the acceleration alone, for the third derivative of the planned path's axes
+/// times the trajectory error). Keeps references: frame, pass, error and `trajectory_error` must
+/// outlive it.
 class TruePath {
  public:
   TruePath(const Frame& frame,
            const Pass& pass,
            const PassError& error,
            double knot_spacing_s,
-           const Wander* wander = nullptr);
+           const TrajectoryError* trajectory_error = nullptr);
   /// Nothing outside the span of the nominal states. Jerk is left zero.
   [[nodiscard]] std::optional<Motion> At(double time_s) const;
   /// State vectors at the nominal times.
@@ -108,7 +113,7 @@ class TruePath {
   const Frame* frame_;
   const Pass* pass_;
   const PassError* error_;
-  const Wander* wander_;
+  const TrajectoryError* trajectory_error_;
   std::optional<UniformSpline> spline_;
   bool turning_ = false;  // errors along the track axes
   bool fixed_ = false;    // errors along the axes of the frame
@@ -120,10 +125,10 @@ class TruePath {
                                   std::size_t pass);
 
 /// The motion of a flight at `time_s`: f = p + A w, A the track axes of the planned path p. Nothing
-/// outside the planned path; `wander` null: the planned motion. The jerk lacks A''' w.
+/// outside the planned path; `trajectory_error` null: the planned motion. The jerk lacks A''' w.
 [[nodiscard]] std::optional<Motion> FlownMotion(const Frame& frame,
                                                 const FlightPath& planned,
-                                                const Wander* wander,
+                                                const TrajectoryError* trajectory_error,
                                                 double time_s);
 
 /// The path that the recorder writes: states of the flown motion at start_s + k spacing of the
@@ -133,7 +138,7 @@ class TruePath {
                                       const SceneRecorder& recorder,
                                       double spacing_s,
                                       const Pass& planned,
-                                      const Wander* wander,
+                                      const TrajectoryError* trajectory_error,
                                       std::size_t pass_index,
                                       std::uint64_t seed);
 

@@ -25,8 +25,8 @@ class Loss final : public ceres::LossFunction {
   Loss(RobustLoss loss, double scale) : loss_(loss), scale_(scale) {}
   void Evaluate(double square, double out[3]) const override {
     const RobustValue value = EvaluateLoss(loss_, scale_, square);
-    out[0] = value.loss_1;
-    out[1] = value.weight_1;
+    out[0] = value.loss;
+    out[1] = value.weight;
     // The second derivative only tunes the step; Gauss-Newton weights (zero) keep it positive.
     out[2] = 0.0;
   }
@@ -37,9 +37,9 @@ class Loss final : public ceres::LossFunction {
 };
 
 /// A step below this part of what may be left was the last: those to come are shorter still.
-constexpr double kLastStepPart_1 = 0.3;
+constexpr double kLastStepPart = 0.3;
 /// Under a loss: a change of the cost by this part of it. The reduced engine goes on from there.
-constexpr double kSettledCost_1 = 1e-9;
+constexpr double kSettledCost = 1e-9;
 ceres::LinearSolverType TypeOf(CeresSolver solver) {
   switch (solver) {
     case CeresSolver::kDenseSchur:
@@ -52,19 +52,19 @@ ceres::LinearSolverType TypeOf(CeresSolver solver) {
 }
 
 /// As the reduced engine damps at first: 1e-8 of the diagonal. Starts are near.
-constexpr double kFirstRadius_1 = 1e8;
+constexpr double kFirstRadius = 1e8;
 /// Of a point that follows: as little as the engine's own.
-constexpr double kFollowDamping_1 = 1e-8;
+constexpr double kFollowDamping = 1e-8;
 /// How much better the quadratic model may still get where conjugate gradients end.
-constexpr double kConjugateGradients_1 = 1e-3;
+constexpr double kConjugateGradients = 1e-3;
 
 /// Reports each iteration and ends the solution at a step below `settled` sigmas. The relative
-/// changes of cost that Ceres looks at cannot tell: 1e-6 sigmas change a cost of a thousand by less
+/// change of cost that Ceres tests is not enough: 1e-6 sigmas change a cost of a thousand by less
 /// than its rounding.
 class IterationWatch final : public ceres::IterationCallback {
  public:
   IterationWatch(ProgressSink* sink, int most, bool least_squares, double last_step)
-      : sink_(sink), most_(most), least_squares_(least_squares), last_step_1_(last_step) {}
+      : sink_(sink), most_(most), least_squares_(least_squares), last_step_(last_step) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (sink_ != nullptr) {
       sink_->Update("solve",
@@ -87,14 +87,14 @@ class IterationWatch final : public ceres::IterationCallback {
   /// move at all has no ratio to the promise: the step is then below the root of its rounding.
   [[nodiscard]] bool Settled(const ceres::IterationSummary& summary) const {
     if (summary.cost_change == 0.0) return true;
-    const double promised_1 = summary.cost_change / summary.relative_decrease;
-    return 2.0 * promised_1 <= last_step_1_ * last_step_1_;
+    const double promised = summary.cost_change / summary.relative_decrease;
+    return 2.0 * promised <= last_step_ * last_step_;
   }
 
   ProgressSink* sink_;
   int most_;
   bool least_squares_;
-  double last_step_1_;
+  double last_step_;
   ProgressOfSteps progress_;
   bool stagnates_ = false;
 };
@@ -135,10 +135,10 @@ bool LookCost::Evaluate(double const* const* blocks, double* residuals, double**
           &at)) {
     return false;
   }
-  Eigen::Map<Eigen::Vector2d>{residuals} = at.error_1;
+  Eigen::Map<Eigen::Vector2d>{residuals} = at.whitened_error;
   if (jacobians == nullptr) return true;
   if (jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[0]} = at.by_point;
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[0]} = at.d_point;
   }
   std::size_t column = 0;
   for (std::size_t b = 1; b < sizes.size(); ++b) {
@@ -169,7 +169,7 @@ bool ControlCost::Evaluate(double const* const* blocks,
   for (int i = 0; i < control_.rows; ++i) residuals[i] = at.residual[i];
   if (jacobians != nullptr && jacobians[0] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(
-        jacobians[0], control_.rows, 3) = at.by_point.topRows(control_.rows);
+        jacobians[0], control_.rows, 3) = at.d_point.topRows(control_.rows);
   }
   return at.residual.allFinite();
 }
@@ -292,9 +292,8 @@ class PointsFollow final : public ceres::EvaluationCallback {
     if (!problem_.Solves(point)) return;
     Eigen::Vector3d& displacement_m = state_->displacement_m[point];
     const Eigen::Vector3d given_m = displacement_m;
-    FactorPoint(problem_, *state_, weighting_, kFollowDamping_1, point, factor);
-    if (SettlePoint(
-            problem_, weighting_, kFollowDamping_1, kMostOwnStep_1, point, state_, factor)) {
+    FactorPoint(problem_, *state_, weighting_, kFollowDamping, point, factor);
+    if (SettlePoint(problem_, weighting_, kFollowDamping, kMaxOwnStep, point, state_, factor)) {
       state_->start_m[point] += displacement_m - given_m;
       displacement_m = given_m;
     }
@@ -331,11 +330,11 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   // Least squares end by IterationWatch. Reweighted ones converge linearly and end on the cost;
   // rounding of positions of 7e6 m can keep that moving by more than 1e-14 of itself.
   const bool least_squares = weighting.loss == RobustLoss::kNone;
-  solver.function_tolerance = least_squares ? 0.0 : kSettledCost_1;
+  solver.function_tolerance = least_squares ? 0.0 : kSettledCost;
   solver.parameter_tolerance = 1e-13;
   solver.gradient_tolerance = 0.0;
-  solver.initial_trust_region_radius = kFirstRadius_1;
-  solver.eta = kConjugateGradients_1;
+  solver.initial_trust_region_radius = kFirstRadius;
+  solver.eta = kConjugateGradients;
   solver.max_num_consecutive_invalid_steps = 20;
   if (problem.layout.size() == 0) {
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -354,7 +353,7 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
     solver.linear_solver_ordering.reset(ordering);
   }
   IterationWatch watch(
-      progress, options.max_iterations, least_squares, kLastStepPart_1 * options.settled_1);
+      progress, options.max_iterations, least_squares, kLastStepPart * options.settle_below);
   solver.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, ceres_problem.get(), &summary);
@@ -364,8 +363,8 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   report.converged = !watch.stagnates() && (summary.termination_type == ceres::CONVERGENCE ||
                                             summary.termination_type == ceres::USER_SUCCESS);
   report.iterations = summary.num_successful_steps;
-  report.initial_cost_1 = summary.initial_cost;
-  report.final_cost_1 = summary.final_cost;
+  report.initial_cost = summary.initial_cost;
+  report.final_cost = summary.final_cost;
   report.message = watch.stagnates() ? kStagnates
                    : summary.termination_type == ceres::NO_CONVERGENCE
                        ? LimitReached(options.max_iterations)

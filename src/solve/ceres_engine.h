@@ -70,14 +70,14 @@ class PriorCost final : public ceres::CostFunction {
 /// Memory of the unknowns of a Ceres problem. ceres::Covariance orders them by address, and with it
 /// its sums: two arrays of their own can lie either way, and differ in the last digits.
 struct CeresUnknowns {
-  double* displacements_m = nullptr;  ///< three a point, of all points
+  double* displacements_m = nullptr;  ///< three per point, of all points
   double* corrections = nullptr;
   /// Called by Ceres before it evaluates; null: none. Must outlive the problem.
   ceres::EvaluationCallback* before_evaluation = nullptr;
 };
 
-/// The whole adjustment as a Ceres problem over `unknowns`: one block a solved point (its
-/// displacement) and one a parameter block. `state` gives the start positions alone.
+/// The whole adjustment as a Ceres problem over `unknowns`: one block per solved point (its
+/// displacement) and one per parameter block. `state` gives the start positions alone.
 [[nodiscard]] std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
                                                                const Weighting& weighting,
                                                                const BlockState& state,
@@ -91,9 +91,9 @@ struct CeresUnknowns {
 
 /// Levenberg-Marquardt by Ceres, points eliminated first; points follow each trial step of the
 /// corrections (SettlePoint), which moves their starts. Ends after a step well below
-/// options.settled_1; rounding of the cost hides the last digits (NewtonFinish). Under a robust
+/// options.settle_below; rounding of the cost hides the last digits (NewtonFinish). Under a robust
 /// loss, whose last steps shrink slowly, it ends where the cost changes by less than 1e-9 of
-/// itself. Without corrections there is nothing to reduce: sparse normal equations, whatever
+/// itself. Without corrections there is nothing to reduce: sparse normal equations, for any
 /// options.ceres_solver. Updates `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveWithCeres(const AdjustmentProblem& problem,
                                          const Weighting& weighting,

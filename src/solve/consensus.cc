@@ -27,20 +27,20 @@ namespace {
 
 constexpr std::size_t kPointsAChunk = 512;
 /// Looks that a look of a point is compared with: all up to twice as many, else so many neighbours.
-constexpr std::size_t kMostPartners = 4;
+constexpr std::size_t kMaxPartners = 4;
 /// Common points below which a pair of passes says nothing of one of them, and below which their
 /// differences are compared with a constant alone.
-constexpr std::size_t kLeastCommon = 4;
-constexpr std::size_t kLeastForSlopes = 8;
+constexpr std::size_t kMinCommon = 4;
+constexpr std::size_t kMinForSlopes = 8;
 /// Common points from which second powers are fitted too.
-constexpr std::size_t kLeastForSquares = 24;
+constexpr std::size_t kMinForSquares = 24;
 /// Minimal sets of three points; with every second point wrong one of eight is clean.
 constexpr int kTrials = 60;
 /// Length of a difference that still agrees, squared, in robust standard deviations; terrain is not
 /// normal, and what is left out here is judged again later.
-constexpr double kAgrees_1 = 36.0;
+constexpr double kAgrees = 36.0;
 /// A pair in which fewer of the points agree has no consensus.
-constexpr double kLeastAgreeing_1 = 0.5;
+constexpr double kMinAgreeing = 0.5;
 constexpr std::uint64_t kSeed = 20261122;
 
 /// A point that two passes see.
@@ -87,7 +87,7 @@ class PairFit {
     FitLeastMedian(stream);
     Eigen::Matrix2d covariance = InnerCovariance();
     for (const int columns : {3, 3, 6, 6}) {
-      if (columns == 3 || terms_.size() >= kLeastForSquares) Refine(columns, &covariance);
+      if (columns == 3 || terms_.size() >= kMinForSquares) Refine(columns, &covariance);
     }
     JudgeBy(covariance);
     return covariance.trace();
@@ -96,18 +96,18 @@ class PairFit {
   /// The same of few common points: their own median, and a variance that other pairs have.
   void JudgeFew(double variance_m2) {
     FitMedian();
-    JudgeBy(WithFloor(variance_m2 * Eigen::Matrix2d::Identity()));
+    JudgeBy(AddFloor(variance_m2 * Eigen::Matrix2d::Identity()));
   }
 
  private:
   void JudgeBy(const Eigen::Matrix2d& covariance) {
     std::size_t agreeing = 0;
     for (std::size_t i = 0; i < terms_.size(); ++i) {
-      begin_[i].agrees = Distance(i, covariance) <= kAgrees_1;
+      begin_[i].agrees = Distance(i, covariance) <= kAgrees;
       agreeing += begin_[i].agrees ? 1U : 0U;
     }
     const bool consensus =
-        static_cast<double>(agreeing) >= kLeastAgreeing_1 * static_cast<double>(terms_.size());
+        static_cast<double>(agreeing) >= kMinAgreeing * static_cast<double>(terms_.size());
     for (Common* c = begin_; c != end_; ++c) c->known = consensus;
   }
 
@@ -166,7 +166,7 @@ class PairFit {
     fit_ = best;
   }
 
-  /// Of the half that fits best; its squares stand for all of a normal distribution.
+  /// Of the half that fits best; its squares represent all of a normal distribution.
   [[nodiscard]] Eigen::Matrix2d InnerCovariance() const {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < terms_.size(); ++i) order.emplace_back(Rest(i).squaredNorm(), i);
@@ -180,10 +180,10 @@ class PairFit {
     // E |x|^2 of the inner half of a line's normal distribution is 0.143, of a plane's 0.307.
     // A fit to few points comes nearer to them than they are spread (Rousseeuw and Leroy 1987).
     const double few = 1.0 + 5.0 / (static_cast<double>(order.size()) - 3.0);
-    return WithFloor(few * few * sum / (0.143 * static_cast<double>(half)));
+    return AddFloor(few * few * sum / (0.143 * static_cast<double>(half)));
   }
 
-  [[nodiscard]] static Eigen::Matrix2d WithFloor(const Eigen::Matrix2d& covariance) {
+  [[nodiscard]] static Eigen::Matrix2d AddFloor(const Eigen::Matrix2d& covariance) {
     return covariance + (1e-6 + 1e-12 * covariance.trace()) * Eigen::Matrix2d::Identity();
   }
 
@@ -193,12 +193,12 @@ class PairFit {
     Fit right = Fit::Zero();
     std::vector<std::size_t> inliers;
     for (std::size_t i = 0; i < terms_.size(); ++i) {
-      if (Distance(i, *covariance) > kAgrees_1) continue;
+      if (Distance(i, *covariance) > kAgrees) continue;
       inliers.push_back(i);
       normal += terms_[i] * terms_[i].transpose();
       right += terms_[i] * begin_[i].difference_m.transpose();
     }
-    if (inliers.size() < kLeastForSlopes) return;
+    if (inliers.size() < kMinForSlopes) return;
     // A direction without a spread of points keeps no slope.
     normal.diagonal().array() += 1e-9 * static_cast<double>(inliers.size());
     fit_.setZero();
@@ -206,7 +206,7 @@ class PairFit {
         normal.topLeftCorner(columns, columns).ldlt().solve(right.topRows(columns));
     Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
     for (const std::size_t i : inliers) sum += Rest(i) * Rest(i).transpose();
-    *covariance = WithFloor(sum / (static_cast<double>(inliers.size()) - columns));
+    *covariance = AddFloor(sum / (static_cast<double>(inliers.size()) - columns));
   }
 
   Common* begin_;
@@ -216,7 +216,7 @@ class PairFit {
 };
 
 /// Leaves the looks of a point that contradict most others, one after the other; of several that
-/// contradict as many all are left out: nothing tells which is wrong.
+/// contradict as many all are left out: none can be identified as wrong.
 void JudgePoint(std::size_t begin,
                 std::size_t end,
                 const std::vector<std::pair<std::uint64_t, std::uint64_t>>& contradictions,
@@ -254,9 +254,9 @@ GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem, double ref
                                       : reference_height_m;
       for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
         if (block.looks.rejected(i)) continue;
-        const std::optional<Sight> sight = problem.model.SightOf(i, none);
-        if (!sight) continue;
-        const Intersection met = IntersectWithHeight(*sight, block.frame, height_m);
+        const std::optional<FixedPathLook> observation = problem.model.FixPath(i, none);
+        if (!observation) continue;
+        const Intersection met = IntersectWithHeight(*observation, block.frame, height_m);
         if (met.outcome == IntersectionOutcome::kDetermined) out.place_m[i] = met.position_m;
       }
     }
@@ -265,7 +265,7 @@ GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem, double ref
   std::vector<Common> common;
   for (std::size_t point = 0; point < points; ++point) {
     const std::size_t begin = offsets[point], count = offsets[point + 1] - begin;
-    const std::size_t partners = count <= 2 * kMostPartners + 1 ? count : kMostPartners;
+    const std::size_t partners = count <= 2 * kMaxPartners + 1 ? count : kMaxPartners;
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 1; k <= partners; ++k) {
         std::size_t a = begin + i, b = begin + (i + k) % count;
@@ -298,7 +298,7 @@ GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem, double ref
   const auto count_of = [&](std::size_t pair) { return pair_begin[pair + 1] - pair_begin[pair]; };
   ParallelForChunks(pairs, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t pair = begin; pair < end; ++pair) {
-      if (count_of(pair) < kLeastForSlopes) continue;
+      if (count_of(pair) < kMinForSlopes) continue;
       const Common& first = common[pair_begin[pair]];
       variances_m2[pair] = fit_of(pair).Judge(MixStream(first.pass_a, first.pass_b));
     }
@@ -312,7 +312,7 @@ GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem, double ref
     std::nth_element(known_m2.begin(), upper, known_m2.end());
     const double variance_m2 = *upper;
     for (std::size_t pair = 0; pair < pairs; ++pair) {
-      const bool few = count_of(pair) >= kLeastCommon && count_of(pair) < kLeastForSlopes;
+      const bool few = count_of(pair) >= kMinCommon && count_of(pair) < kMinForSlopes;
       if (few) fit_of(pair).JudgeFew(variance_m2);
     }
   }
@@ -336,31 +336,32 @@ GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem, double ref
 
 namespace {
 
-constexpr double kMeet_1 = 0.999;
+constexpr double kMeet = 0.999;
 /// Pairs that are tried, those of looks far apart in the order of passes first.
-constexpr std::size_t kMostPairs = 36;
+constexpr std::size_t kMaxPairs = 36;
 
 bool Meets(const Frame& frame,
-           const std::vector<Sight>& sights,
-           double variance_1,
+           const std::vector<FixedPathLook>& observations,
+           double variance,
            Intersection* met) {
-  *met = Intersect(sights, frame);
+  *met = Intersect(observations, frame);
   if (met->outcome != IntersectionOutcome::kDetermined &&
       met->outcome != IntersectionOutcome::kCirclesDoNotMeet) {
     return false;
   }
-  const double freedom_1 = 2.0 * static_cast<double>(sights.size()) - 3.0;
-  return met->weighted_square_sum <= variance_1 * ChiSquareQuantile(kMeet_1, freedom_1) &&
-         std::all_of(sights.begin(), sights.end(), [&](const Sight& sight) {
-           return LiesWhereItLooks(frame, sight, met->position_m);
-         });
+  const double freedom = 2.0 * static_cast<double>(observations.size()) - 3.0;
+  return met->weighted_square_sum <= variance * ChiSquareQuantile(kMeet, freedom) &&
+         std::all_of(
+             observations.begin(), observations.end(), [&](const FixedPathLook& observation) {
+               return LiesWhereItLooks(frame, observation, met->position_m);
+             });
 }
 
 /// All pairs of `count` looks, those farthest apart first.
 std::vector<std::pair<std::size_t, std::size_t>> PairsOf(std::size_t count) {
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t apart = count - 1; apart > 0; --apart) {
-    for (std::size_t i = 0; i + apart < count && pairs.size() < kMostPairs; ++i) {
+    for (std::size_t i = 0; i + apart < count && pairs.size() < kMaxPairs; ++i) {
       pairs.emplace_back(i, i + apart);
     }
   }
@@ -372,20 +373,20 @@ std::vector<std::pair<std::size_t, std::size_t>> PairsOf(std::size_t count) {
 PointConsensus FindPointConsensus(const AdjustmentProblem& problem,
                                   const BlockState& state,
                                   std::size_t point,
-                                  double variance_1) {
+                                  double variance) {
   const Block& block = problem.block;
   PointConsensus out;
-  std::vector<Sight> sights;
+  std::vector<FixedPathLook> observations;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     if (block.looks.rejected(i)) continue;
-    if (const auto sight = problem.model.SightOf(i, state.corrections)) {
-      sights.push_back(*sight);
+    if (const auto observation = problem.model.FixPath(i, state.corrections)) {
+      observations.push_back(*observation);
       out.looks.push_back(i);
     }
   }
-  if (sights.size() < 2) return out;
+  if (observations.size() < 2) return out;
   Intersection met;
-  if (Meets(block.frame, sights, variance_1, &met)) {
+  if (Meets(block.frame, observations, variance, &met)) {
     out.outcome = PointConsensus::Outcome::kAgree;
     out.position_m = met.position_m;
     out.weighted_square_sum = met.weighted_square_sum;
@@ -398,21 +399,21 @@ PointConsensus FindPointConsensus(const AdjustmentProblem& problem,
                         met.outcome == IntersectionOutcome::kAmbiguous
                     ? PointConsensus::Outcome::kOpen
                     : PointConsensus::Outcome::kContradict;
-  if (sights.size() == 2) return out;
+  if (observations.size() == 2) return out;
 
   std::vector<std::size_t> best;
   Intersection best_met;
   bool alone = true;
-  for (const auto& [a, b] : PairsOf(sights.size())) {
-    std::vector<Sight> set = {sights[a], sights[b]};
+  for (const auto& [a, b] : PairsOf(observations.size())) {
+    std::vector<FixedPathLook> set = {observations[a], observations[b]};
     Intersection at;
-    if (!Meets(block.frame, set, variance_1, &at)) continue;
+    if (!Meets(block.frame, set, variance, &at)) continue;
     std::vector<std::size_t> members = {a, b};
-    for (std::size_t k = 0; k < sights.size(); ++k) {
+    for (std::size_t k = 0; k < observations.size(); ++k) {
       if (k == a || k == b) continue;
-      set.push_back(sights[k]);
+      set.push_back(observations[k]);
       Intersection with;
-      if (Meets(block.frame, set, variance_1, &with)) {
+      if (Meets(block.frame, set, variance, &with)) {
         members.push_back(k);
         at = with;
       } else {
@@ -440,14 +441,14 @@ namespace {
 
 constexpr std::size_t kJudgedPerChunk = 256;
 /// Of Cauchy's loss at the end: 95 percent efficient at the normal distribution.
-constexpr double kLastScale_1 = 2.385;
+constexpr double kLastScale = 2.385;
 /// From one scale of the graduated loss to the next.
-constexpr double kScaleStep_1 = 3.0;
-constexpr int kMostStepsOfScale = 12, kMostLastSteps = 40;
-constexpr int kMostJudgements = 8;
+constexpr double kScaleStep = 3.0;
+constexpr int kMaxStepsOfScale = 12, kMaxLastSteps = 40;
+constexpr int kMaxJudgements = 8;
 /// Looks of a control point this far (squared) from where it is known to be are left out.
-constexpr double kFar_1 = 0.999;
-constexpr double kMostOfPass_1 = 0.5;
+constexpr double kFar = 0.999;
+constexpr double kMaxPartOfPass = 0.5;
 
 /// Takes everything in again that has equations enough.
 void TakeAll(AdjustmentProblem* problem) {
@@ -459,7 +460,7 @@ void TakeAll(AdjustmentProblem* problem) {
     std::vector<std::size_t> looks;
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       problem->look_used[i] = 0;
-      if (!block.looks.rejected(i) && problem->model.SightOf(i, none)) looks.push_back(i);
+      if (!block.looks.rejected(i) && problem->model.FixPath(i, none)) looks.push_back(i);
     }
     problem->TakeBack(point, looks);
   }
@@ -521,14 +522,14 @@ std::vector<double> LengthsOf(const AdjustmentProblem& problem, const BlockState
     for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
       if (EvaluateWhitened(problem, state, {}, point, i, &at)) {
-        lengths.push_back(at.error_1.norm());
+        lengths.push_back(at.whitened_error.norm());
       }
     }
   }
   return lengths;
 }
 
-int SolveAt(double scale_1,
+int SolveAt(double scale,
             int most_steps,
             const AdjustOptions& options,
             AdjustmentProblem* problem,
@@ -537,10 +538,10 @@ int SolveAt(double scale_1,
   SolveOptions solve;
   solve.max_iterations = most_steps;
   solve.threads = options.threads;
-  solve.settled_1 = 0.1;
+  solve.settle_below = 0.1;
   // Under a loss with many minima a point that settles on a path far off takes the nearest one.
   solve.points_follow = false;
-  const Weighting weighting{RobustLoss::kCauchy, scale_1};
+  const Weighting weighting{RobustLoss::kCauchy, scale};
   return SolveReduced(*problem, weighting, solve, state, progress).iterations;
 }
 
@@ -557,13 +558,13 @@ class TemperedPriors {
   ~TemperedPriors() { Divide(1.0); }
   TemperedPriors(const TemperedPriors&) = delete;
   TemperedPriors& operator=(const TemperedPriors&) = delete;
-  void Divide(double factor_1) {
+  void Divide(double factor) {
     for (std::size_t i = 0; i < sigma_.size(); ++i) {
-      parameters_[i].prior_sigma = sigma_[i] / factor_1;
+      parameters_[i].prior_sigma = sigma_[i] / factor;
     }
     for (std::size_t i = 0; i < joint_.size(); ++i) {
       joint_[i] = given_[i];
-      if (factor_1 != 1.0) joint_[i].Set(given_[i].covariance / (factor_1 * factor_1));
+      if (factor != 1.0) joint_[i].Set(given_[i].covariance / (factor * factor));
     }
   }
 
@@ -580,15 +581,15 @@ int SolveGraduated(const AdjustOptions& options,
                    BlockState* state,
                    ProgressSink* progress) {
   std::vector<double> lengths = LengthsOf(*problem, *state);
-  double scale_1 = std::max(kLastScale_1, 2.0 * MedianInPlace(&lengths));
+  double scale = std::max(kLastScale, 2.0 * MedianInPlace(&lengths));
   int iterations = 0;
   TemperedPriors priors(problem);
-  for (; scale_1 > kLastScale_1; scale_1 /= kScaleStep_1) {
-    priors.Divide(scale_1 / kLastScale_1);
-    iterations += SolveAt(scale_1, kMostStepsOfScale, options, problem, state, progress);
+  for (; scale > kLastScale; scale /= kScaleStep) {
+    priors.Divide(scale / kLastScale);
+    iterations += SolveAt(scale, kMaxStepsOfScale, options, problem, state, progress);
   }
   priors.Divide(1.0);
-  return iterations + SolveAt(kLastScale_1, kMostLastSteps, options, problem, state, progress);
+  return iterations + SolveAt(kLastScale, kMaxLastSteps, options, problem, state, progress);
 }
 
 /// How much more than noise keeps the circles of all points apart: the lower quartile of v'Pv over
@@ -598,20 +599,20 @@ double VarianceOf(const AdjustmentProblem& problem, const BlockState& state) {
   std::vector<double> ratios(block.points.size(), kNotGiven);
   ParallelForChunks(
       block.points.size(), kJudgedPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-        std::vector<Sight> sights;
+        std::vector<FixedPathLook> observations;
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem.Solves(point)) continue;
-          sights.clear();
+          observations.clear();
           for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
                ++i) {
             if (problem.look_used[i] == 0) continue;
-            const auto sight = problem.model.SightOf(i, state.corrections);
-            if (sight) sights.push_back(*sight);
+            const auto observation = problem.model.FixPath(i, state.corrections);
+            if (observation) observations.push_back(*observation);
           }
-          if (sights.size() < 2) continue;
-          const double freedom_1 = 2.0 * static_cast<double>(sights.size()) - 3.0;
-          ratios[point] = Intersect(sights, block.frame).weighted_square_sum /
-                          ChiSquareQuantile(0.25, freedom_1);
+          if (observations.size() < 2) continue;
+          const double freedom = 2.0 * static_cast<double>(observations.size()) - 3.0;
+          ratios[point] = Intersect(observations, block.frame).weighted_square_sum /
+                          ChiSquareQuantile(0.25, freedom);
         }
       });
   std::vector<double> finite;
@@ -630,10 +631,10 @@ double VarianceOf(const AdjustmentProblem& problem, const BlockState& state) {
 PointConsensus ConsensusOfControl(const AdjustmentProblem& problem,
                                   const BlockState& state,
                                   std::size_t point,
-                                  double variance_1) {
+                                  double variance) {
   const Block& block = problem.block;
-  const double limit = variance_1 * ChiSquareQuantile(kFar_1, 2.0);
-  PointConsensus out = FindPointConsensus(problem, state, point, variance_1);
+  const double limit = variance * ChiSquareQuantile(kFar, 2.0);
+  PointConsensus out = FindPointConsensus(problem, state, point, variance);
   if (out.outcome == PointConsensus::Outcome::kAgree ||
       out.outcome == PointConsensus::Outcome::kMajority) {
     return out;
@@ -643,9 +644,10 @@ PointConsensus ConsensusOfControl(const AdjustmentProblem& problem,
   std::vector<std::size_t> all;
   WhitenedLook at;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-    if (block.looks.rejected(i) || !problem.model.SightOf(i, state.corrections)) continue;
+    if (block.looks.rejected(i) || !problem.model.FixPath(i, state.corrections)) continue;
     all.push_back(i);
-    if (EvaluateWhitened(problem, state, {}, point, i, &at) && at.error_1.squaredNorm() <= limit) {
+    if (EvaluateWhitened(problem, state, {}, point, i, &at) &&
+        at.whitened_error.squaredNorm() <= limit) {
       out.looks.push_back(i);
     }
   }
@@ -659,7 +661,7 @@ PointConsensus ConsensusOfControl(const AdjustmentProblem& problem,
 /// true where that changed anything.
 bool JudgePoints(AdjustmentProblem* problem, BlockState* state, ConsensusReport* report) {
   const Block& block = problem->block;
-  const double variance_1 = VarianceOf(*problem, *state);
+  const double variance = VarianceOf(*problem, *state);
   const std::size_t points = block.points.size();
   std::vector<PointConsensus> found(points);
   const auto takes_part = [&](std::size_t point) {
@@ -670,8 +672,8 @@ bool JudgePoints(AdjustmentProblem* problem, BlockState* state, ConsensusReport*
     for (std::size_t point = begin; point < end; ++point) {
       if (!takes_part(point)) continue;
       found[point] = problem->control_of[point] >= 0
-                         ? ConsensusOfControl(*problem, *state, point, variance_1)
-                         : FindPointConsensus(*problem, *state, point, variance_1);
+                         ? ConsensusOfControl(*problem, *state, point, variance)
+                         : FindPointConsensus(*problem, *state, point, variance);
     }
   });
   bool changed = false;
@@ -686,7 +688,7 @@ bool JudgePoints(AdjustmentProblem* problem, BlockState* state, ConsensusReport*
     const bool control = problem->control_of[point] >= 0;
     const bool agrees = of.outcome == PointConsensus::Outcome::kAgree ||
                         of.outcome == PointConsensus::Outcome::kMajority;
-    ConsensusReport::OfPoint entry;
+    ConsensusReport::PointRejection entry;
     entry.point = point;
     if (agrees) {
       for (std::size_t i = begin; i < end; ++i) problem->look_used[i] = 0;
@@ -703,7 +705,7 @@ bool JudgePoints(AdjustmentProblem* problem, BlockState* state, ConsensusReport*
       entry.contradiction = true;
       state->start_m[point] = of.position_m;
       state->displacement_m[point].setZero();
-      std::string text = "its looks contradict each other and nothing tells which is wrong: ";
+      std::string text = "its looks contradict each other and none can be identified as wrong: ";
       for (std::size_t k = 0; k < of.looks.size(); ++k) {
         text += (k == 0 ? "" : ", ") + block.passes[block.looks.pass[of.looks[k]]].id;
       }
@@ -715,9 +717,9 @@ bool JudgePoints(AdjustmentProblem* problem, BlockState* state, ConsensusReport*
       WhitenedLook at;
       for (const std::size_t look : entry.looks) {
         if (!EvaluateWhitened(*problem, *state, {}, point, look, &at)) continue;
-        if (at.error_1.norm() <= entry.distance_1) continue;
-        entry.distance_1 = at.error_1.norm();
-        entry.azimuth = std::abs(at.error_1[1]) > std::abs(at.error_1[0]);
+        if (at.whitened_error.norm() <= entry.distance) continue;
+        entry.distance = at.whitened_error.norm();
+        entry.azimuth = std::abs(at.whitened_error[1]) > std::abs(at.whitened_error[0]);
       }
       report->left_out.push_back(std::move(entry));
     }
@@ -744,18 +746,18 @@ ConsensusReport SolveByConsensus(const AdjustOptions& options,
   state->corrections.setZero();
   UpdateWeights(*state, problem);
   report.iterations = SolveGraduated(options, problem, state, progress);
-  for (int round = 0; round < kMostJudgements; ++round) {
+  for (int round = 0; round < kMaxJudgements; ++round) {
     bool changed = JudgePoints(problem, state, &report);
-    if (round + 1 < kMostJudgements && RelocatePasses(*problem, state)) {
+    if (round + 1 < kMaxJudgements && RelocatePasses(*problem, state)) {
       changed = JudgePoints(problem, state, &report) || changed;
     }
     if (!changed) break;
-    report.iterations += SolveAt(kLastScale_1, kMostLastSteps, options, problem, state, progress);
+    report.iterations += SolveAt(kLastScale, kMaxLastSteps, options, problem, state, progress);
   }
   report.scattered = connection.IsKeptBy(ConnectPasses(*problem));
   for (const PassLooks& of_pass : CountPassLooks(problem->block, problem->look_used)) {
     report.scattered =
-        report.scattered && of_pass.all.lost_1() <= kMostOfPass_1 && of_pass.deciding.Decide();
+        report.scattered && of_pass.all.LostShare() <= kMaxPartOfPass && of_pass.deciding.Decide();
   }
   return report;
 }

@@ -16,12 +16,12 @@
 namespace sarblock {
 namespace {
 
-constexpr std::size_t kMostPartials = 16;
+constexpr std::size_t kMaxPartials = 16;
 /// A move of the datum by less than this changes no figure that is printed.
 constexpr double kDatumSettled_m = 1e-6;
 /// Datum points whose part of the null space is this near to dependent (ratio of the eigenvalues
 /// of G'E G scaled to unit diagonal) fix the datum no better than rounding does.
-constexpr double kLeastDatumEigenvalue_1 = 1e-12;
+constexpr double kMinDatumEigenvalue = 1e-12;
 
 /// Factors of one point: R^-1 and R^-1 T over its blocks.
 struct DatumTerms {
@@ -74,17 +74,17 @@ struct Sums {
 
 }  // namespace
 
-void HoldDatum(const Eigen::MatrixXd& null_space,
-               const Eigen::VectorXd& unit,
-               const BlockState& state,
-               AdjustmentProblem* problem) {
-  problem->held.clear();
+void FixDatum(const Eigen::MatrixXd& null_space,
+              const Eigen::VectorXd& unit,
+              const BlockState& state,
+              AdjustmentProblem* problem) {
+  problem->fixed.clear();
   if (null_space.cols() == 0) return;
   const Eigen::MatrixXd rows = unit.cwiseInverse().asDiagonal() * null_space;
   const dense::PivotedOrthogonal qr(rows.transpose());
   for (Eigen::Index k = 0; k < null_space.cols(); ++k) {
     const int parameter = qr.Column(k);
-    problem->held.push_back({parameter, state.corrections[parameter]});
+    problem->fixed.push_back({parameter, state.corrections[parameter]});
   }
 }
 
@@ -103,7 +103,7 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
   points_k_.setZero(3 * static_cast<Eigen::Index>(points), d);
 
   const std::size_t per_part =
-      std::max<std::size_t>(1024, (points + kMostPartials - 1) / kMostPartials);
+      std::max<std::size_t>(1024, (points + kMaxPartials - 1) / kMaxPartials);
   std::vector<Sums> parts((points + per_part - 1) / per_part);
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Sums& sums = parts[part];
@@ -132,10 +132,10 @@ DatumTransform::DatumTransform(const AdjustmentProblem& problem,
   }
   const Eigen::VectorXd unit = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * gram * unit.asDiagonal();
-  if (!unit.allFinite() || !(dense::SymmetricEigenvalues(scaled)[0] > kLeastDatumEigenvalue_1)) {
+  if (!unit.allFinite() || !(dense::SymmetricEigenvalues(scaled)[0] > kMinDatumEigenvalue)) {
     throw UndeterminedError(
         "the datum points do not fix the datum: the block has " + std::to_string(d) +
-            " defects, and the coordinates of these points do not tell them apart; name more "
+            " defects, and the coordinates of these points do not distinguish them; name more "
             "points in adjust.datum_points",
         {"datum_points"});
   }
@@ -252,34 +252,34 @@ std::vector<std::uint8_t> DatumPoints(const Block& block, const AdjustOptions& o
   return out;
 }
 
-bool HoldIfFloating(const BlockState& state, AdjustmentProblem* problem) {
-  problem->held.clear();
+bool FixDatumIfFloating(const BlockState& state, AdjustmentProblem* problem) {
+  problem->fixed.clear();
   ReducedSystem open(*problem);
   open.Form(state, {}, nullptr);
-  if (!open.weak_points().empty()) return false;  // judged by name where they stand
-  HoldDatum(NullSpace(&open), open.Unit(), state, problem);
-  return !problem->held.empty();
+  if (!open.weak_points().empty()) return false;  // reported by name elsewhere
+  FixDatum(NullSpace(&open), open.Unit(), state, problem);
+  return !problem->fixed.empty();
 }
 
 DatumTransform SettleInnerDatum(const AdjustOptions& options,
                                 const std::function<void()>& solve,
                                 AdjustmentProblem* problem,
                                 BlockState* state) {
-  constexpr int kMostRounds = 20;
+  constexpr int kMaxRounds = 20;
   const std::vector<std::uint8_t> in_datum = DatumPoints(problem->block, options);
   for (int round = 1;; ++round) {
-    problem->held.clear();
+    problem->fixed.clear();
     ReducedSystem open(*problem);
     open.Form(*state, {}, nullptr);
     const Eigen::MatrixXd null_space = NullSpace(&open);
-    HoldDatum(null_space, open.Unit(), *state, problem);
+    FixDatum(null_space, open.Unit(), *state, problem);
     ReducedSystem system(*problem);
     system.Form(*state, {}, nullptr);
     FactorRegular(&system);
     DatumTransform datum(*problem, *state, system, null_space, in_datum);
     const double moved_m = datum.Move(*problem, state);
-    for (HeldParameter& held : problem->held) held.value = state->corrections[held.parameter];
-    if (moved_m <= kDatumSettled_m || round == kMostRounds) return datum;
+    for (FixedParameter& fixed : problem->fixed) fixed.value = state->corrections[fixed.parameter];
+    if (moved_m <= kDatumSettled_m || round == kMaxRounds) return datum;
     solve();
   }
 }

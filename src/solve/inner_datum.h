@@ -14,15 +14,15 @@
 
 namespace sarblock {
 
-/// Holds as many corrections of a floating block as it has defects, at their present values, so
+/// Fixes as many corrections of a floating block as it has defects, at their present values, so
 /// that one solution among many is found: a minimal constraint, which changes no residual.
 /// `null_space` has the defects' directions as columns, by parameter (ReducedSystem::NullSpace).
 /// `unit` the parameters' units (ReducedSystem::Unit), in which metres and seconds compare. The
-/// parameters are those that the directions tell apart best (column-pivoted QR).
-void HoldDatum(const Eigen::MatrixXd& null_space,
-               const Eigen::VectorXd& unit,
-               const BlockState& state,
-               AdjustmentProblem* problem);
+/// parameters are those that distinguish the directions best (column-pivoted QR).
+void FixDatum(const Eigen::MatrixXd& null_space,
+              const Eigen::VectorXd& unit,
+              const BlockState& state,
+              AdjustmentProblem* problem);
 
 /// The transformation of a minimally constrained solution to another datum of the same block
 /// (S-transformation, Baarda 1973; docs/theory/datum.md). With G the null space of the normal
@@ -35,7 +35,7 @@ void HoldDatum(const Eigen::MatrixXd& null_space,
 /// constraints gives the same result. Memory: 6 defects numbers a point.
 class DatumTransform {
  public:
-  /// `system`: formed and factored at `state` with the problem's held parameters. `in_datum`: by
+  /// `system`: formed and factored at `state` with the problem's fixed parameters. `in_datum`: by
   /// point, whether it counts in E; points that are not solved never do. Throws UndeterminedError
   /// where the datum points do not determine the datum (one point alone and a rotation).
   DatumTransform(const AdjustmentProblem& problem,
@@ -83,11 +83,11 @@ void RequireInnerOffered(const AdjustOptions& options);
 [[nodiscard]] std::vector<std::uint8_t> DatumPoints(const Block& block,
                                                     const AdjustOptions& options);
 
-/// Holds the datum at a state where the block has none (HoldDatum); false where it has one.
-[[nodiscard]] bool HoldIfFloating(const BlockState& state, AdjustmentProblem* problem);
+/// Holds the datum at a state where the block has none (FixDatum); false where it has one.
+[[nodiscard]] bool FixDatumIfFloating(const BlockState& state, AdjustmentProblem* problem);
 
 /// Moves a solved state to the inner datum, solving again by `solve` until it stays, and returns
-/// the transformation of covariances there. The problem's held parameters follow.
+/// the transformation of covariances there. The problem's fixed parameters follow.
 [[nodiscard]] DatumTransform SettleInnerDatum(const AdjustOptions& options,
                                               const std::function<void()>& solve,
                                               AdjustmentProblem* problem,

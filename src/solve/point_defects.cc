@@ -22,36 +22,39 @@ constexpr std::size_t kDefectsPerChunk = 1024;
 /// Circles that cut at a sharper angle than this many sqrt(sigma / R) cannot touch within their
 /// noise: the mirror solution is 3 standard deviations away at 1.7 (docs/theory/rank.md, section
 /// 3).
-constexpr double kThinAngle_1 = 5.0;
+constexpr double kThinAngle = 5.0;
 
-bool CutsThin(const Eigen::Vector3d& p_m, const std::vector<Sight>& sights) {
-  double largest_1 = 0.0;
-  for (const Sight& sight : sights) {
-    largest_1 = std::max(largest_1, sight.range_sigma_m / sight.range_m);
+bool CutsThin(const Eigen::Vector3d& p_m, const std::vector<FixedPathLook>& observations) {
+  double largest = 0.0;
+  for (const FixedPathLook& observation : observations) {
+    largest = std::max(largest, observation.range_sigma_m / observation.range_m);
   }
-  return LargestIntersectionAngle(p_m, sights) < kThinAngle_1 * std::sqrt(largest_1);
+  return LargestIntersectionAngle(p_m, observations) < kThinAngle * std::sqrt(largest);
 }
 
 /// The mirror image of p about the plane through two antennas along their flight lies where all
 /// looks look, too.
-bool MirrorFits(const Frame& frame, const Eigen::Vector3d& p_m, const std::vector<Sight>& sights) {
-  const Sight* other = &sights.back();
+bool MirrorFits(const Frame& frame,
+                const Eigen::Vector3d& p_m,
+                const std::vector<FixedPathLook>& observations) {
+  const FixedPathLook* other = &observations.back();
   double most_m2 = 0.0;
-  const Sight& first = sights.front();
+  const FixedPathLook& first = observations.front();
   const Eigen::Vector3d u = first.velocity_mps.normalized();
-  for (const Sight& sight : sights) {
-    const double base_m2 = u.cross(sight.antenna_m - first.antenna_m).squaredNorm();
+  for (const FixedPathLook& observation : observations) {
+    const double base_m2 = u.cross(observation.antenna_m - first.antenna_m).squaredNorm();
     if (base_m2 > most_m2) {
       most_m2 = base_m2;
-      other = &sight;
+      other = &observation;
     }
   }
   if (!(most_m2 > 0.0)) return false;
   const Eigen::Vector3d n = u.cross(other->antenna_m - first.antenna_m).normalized();
   const Eigen::Vector3d mirror_m = p_m - 2.0 * n.dot(p_m - first.antenna_m) * n;
-  return std::all_of(sights.begin(), sights.end(), [&](const Sight& sight) {
-    return LiesWhereItLooks(frame, sight, mirror_m);
-  });
+  return std::all_of(
+      observations.begin(), observations.end(), [&](const FixedPathLook& observation) {
+        return LiesWhereItLooks(frame, observation, mirror_m);
+      });
 }
 
 }  // namespace
@@ -61,20 +64,20 @@ PointDefects FindPointDefects(const AdjustmentProblem& problem, const BlockState
   const std::size_t points = block.points.size();
   std::vector<IntersectionOutcome> outcome(points, IntersectionOutcome::kDetermined);
   const auto examine = [&](std::size_t, std::size_t begin, std::size_t end) {
-    std::vector<Sight> sights;
+    std::vector<FixedPathLook> observations;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point) || problem.control_of[point] >= 0) continue;
-      sights.clear();
+      observations.clear();
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
         if (problem.look_used[i] == 0) continue;
-        if (const auto sight = problem.model.SightOf(i, state.corrections)) {
-          sights.push_back(*sight);
+        if (const auto observation = problem.model.FixPath(i, state.corrections)) {
+          observations.push_back(*observation);
         }
       }
-      if (sights.size() < 2) continue;
+      if (observations.size() < 2) continue;
       const Eigen::Vector3d p_m = state.Position(point);
-      if (!CutsThin(p_m, sights) && !MirrorFits(block.frame, p_m, sights)) continue;
-      outcome[point] = Intersect(sights, block.frame).outcome;
+      if (!CutsThin(p_m, observations) && !MirrorFits(block.frame, p_m, observations)) continue;
+      outcome[point] = Intersect(observations, block.frame).outcome;
     }
   };
   ForChunksOfRanks(points, kDefectsPerChunk, {SharedArray::ByItem(&outcome)}, examine);

@@ -9,8 +9,8 @@
 
 namespace sarblock {
 
-/// Points that a solution would be given for although their own looks do not determine them, on the
-/// paths of a state. Control points, whose coordinates hold them, are not looked at.
+/// Points that would get a solution although their own looks do not determine them, on the paths
+/// of a state. Control points, which their coordinates fix, are not examined.
 struct PointDefects {
   std::vector<std::size_t> touching;    ///< circles meet tangentially
   std::vector<std::size_t> coinciding;  ///< circles are the same (zero base, single flight)

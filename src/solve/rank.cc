@@ -57,8 +57,8 @@ LeastEigenpairs FindLeastEigenpairs(const BorderedMatrix& matrix,
   pairs.values = Eigen::VectorXd::Constant(k, 1.0);
   const auto settled = [&](const Eigen::VectorXd& now) {
     for (Eigen::Index i = 0; i < k; ++i) {
-      if ((i > 0 && !(now[i] < options.settle_below_1)) || now[i] < options.rounding_1) continue;
-      if (std::abs(now[i] - pairs.values[i]) > options.relative_change_1 * now[i]) return false;
+      if ((i > 0 && !(now[i] < options.settle_below)) || now[i] < options.rounding) continue;
+      if (std::abs(now[i] - pairs.values[i]) > options.relative_change * now[i]) return false;
     }
     return true;
   };
@@ -95,17 +95,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLift_1 = 1e-9;
+constexpr double kLift = 1e-9;
 /// Added to the unit diagonal of a singular S so that it can be factored.
-constexpr double kNullSpaceLift_1 = 1e-9;
+constexpr double kNullSpaceLift = 1e-9;
 /// Eigenpairs above this are not looked at: a parameter a hundred times worse than it would be with
 /// all others known is nothing unusual.
-constexpr double kLooked_1 = 1e-4;
-constexpr int kFirstPairs = 6, kMostEigenpairs = 48;
+constexpr double kLooked = 1e-4;
+constexpr int kFirstPairs = 6, kMaxEigenpairs = 48;
 /// Parameters with less than this part of the largest share are not named.
-constexpr double kNamedShare_1 = 0.1;
+constexpr double kNamedShare = 0.1;
 /// Of the effect of its parameters: below, what a direction moves a point by is rounding.
-constexpr double kMovesPoints_1 = 1e-6;
+constexpr double kMovesPoints = 1e-6;
 /// More directions than this are not described one by one.
 constexpr std::size_t kDescribed = 12;
 
@@ -128,7 +128,7 @@ struct Context {
 /// Figures of a unit direction v of the scaled parameters.
 WeakDirection Judge(const Context& context, const VectorXd& v) {
   WeakDirection out;
-  out.eigenvalue_1 = std::max(0.0, v.dot(context.scaled.Multiply(v)));
+  out.eigenvalue = std::max(0.0, v.dot(context.scaled.Multiply(v)));
   double priors = 0.0, effect_m = 0.0;
   for (Index i = 0; i < v.size(); ++i) {
     const double moved = v[i] * context.scale[i];
@@ -144,29 +144,29 @@ WeakDirection Judge(const Context& context, const VectorXd& v) {
     const VectorXd moved = v(prior.parameters).cwiseProduct(context.scale(prior.parameters));
     priors += (prior.whitening * moved).squaredNorm();
   }
-  out.undetermined = !(out.eigenvalue_1 > kLeastEigenvalue_1);
-  const double length = std::sqrt(out.eigenvalue_1);
-  out.prior_part_1 = length > 0.0 ? std::min(1.0, priors / out.eigenvalue_1) : 0.0;
+  out.undetermined = !(out.eigenvalue > kMinEigenvalue);
+  const double length = std::sqrt(out.eigenvalue);
+  out.prior_part = length > 0.0 ? std::min(1.0, priors / out.eigenvalue) : 0.0;
   out.effect_m = length > 0.0 ? effect_m / length : std::numeric_limits<double>::infinity();
-  // A direction that priors hold is determined, by them: legitimate whatever it is worth.
-  if (out.prior_part_1 < 0.5 && out.effect_m > kOpenEffectPart_1 * context.effects.range_m) {
+  // A direction that priors constrain is determined by them, at any accuracy.
+  if (out.prior_part < 0.5 && out.effect_m > kOpenEffectPart * context.effects.range_m) {
     out.undetermined = true;
   }
   const double most = v.cwiseAbs().maxCoeff();
   for (Index i = 0; i < v.size(); ++i) {
-    if (std::abs(v[i]) < kNamedShare_1 * most) continue;
+    if (std::abs(v[i]) < kNamedShare * most) continue;
     out.parameters.push_back({static_cast<int>(i), v[i]});
   }
   std::stable_sort(out.parameters.begin(), out.parameters.end(), [](const auto& a, const auto& b) {
-    return std::abs(a.share_1) > std::abs(b.share_1) * (1.0 + 1e-9);
+    return std::abs(a.share) > std::abs(b.share) * (1.0 + 1e-9);
   });
   return out;
 }
 
 bool IsNearly(const Context& context, const WeakDirection& direction) {
-  return direction.eigenvalue_1 < kNearEigenvalue_1 ||
-         (direction.prior_part_1 < 0.5 &&
-          direction.effect_m > kNearEffectPart_1 * context.effects.range_m);
+  return direction.eigenvalue < kNearEigenvalue ||
+         (direction.prior_part < 0.5 &&
+          direction.effect_m > kNearEffectPart * context.effects.range_m);
 }
 
 /// Exact posterior sigmas of the parameters named and the correlation of the first two, by
@@ -181,14 +181,13 @@ void AddSigmas(const Context& context, WeakDirection* direction) {
   context.factor.Solve(columns);
   for (std::size_t k = 0; k < direction->parameters.size(); ++k) {
     WeakParameter& parameter = direction->parameters[k];
-    const double variance = k < kSolved
-                                ? columns(parameter.index, static_cast<Index>(k))
-                                : parameter.share_1 * parameter.share_1 / direction->eigenvalue_1;
+    const double variance = k < kSolved ? columns(parameter.index, static_cast<Index>(k))
+                                        : parameter.share * parameter.share / direction->eigenvalue;
     parameter.sigma = context.scale[parameter.index] * std::sqrt(std::max(0.0, variance));
   }
   if (count < 2) return;
   const int a = direction->parameters[0].index, b = direction->parameters[1].index;
-  direction->correlation_1 = columns(a, 1) / std::sqrt(columns(a, 0) * columns(b, 1));
+  direction->correlation = columns(a, 1) / std::sqrt(columns(a, 0) * columns(b, 1));
 }
 
 /// The tie point each direction moves most, dp = -R^-1 T dc; none where parameters that compensate
@@ -215,7 +214,7 @@ void AddMovedPoints(const Context& context,
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem.Solves(point) || problem.control_of[point] >= 0) continue;
           FactorPoint(problem, *context.state, {}, 0.0, point, &factor);
-          if (!(factor.reciprocal_condition_1 >= kLeastPointCondition_1)) continue;
+          if (!(factor.reciprocal_condition >= kMinPointCondition)) continue;
           ProjectColumns(problem, factor, &columns);
           if (columns.width == 0) continue;
           MatrixXd local(columns.width, count);
@@ -244,7 +243,7 @@ void AddMovedPoints(const Context& context,
                                        .cwiseProduct(context.effects.metres)
                                        .cwiseAbs()
                                        .maxCoeff();
-    if (!(std::sqrt(best.square) > kMovesPoints_1 * of_parameters_m)) continue;
+    if (!(std::sqrt(best.square) > kMovesPoints * of_parameters_m)) continue;
     (*report)[k].moved_point = static_cast<std::uint32_t>(best.point);
     (*report)[k].moved_m = std::sqrt(best.square);
   }
@@ -275,7 +274,7 @@ std::vector<WeakDirection> Name(const Context& context, const MatrixXd& weak, bo
   MatrixXd moved(weak.rows(), static_cast<Index>(basis.size()));
   for (Judged& judged : basis) {
     WeakDirection& direction = judged.direction;
-    const double length = std::sqrt(std::max(direction.eigenvalue_1, kLeastEigenvalue_1));
+    const double length = std::sqrt(std::max(direction.eigenvalue, kMinEigenvalue));
     moved.col(static_cast<Index>(out.size())) =
         context.scale.cwiseProduct(judged.vector) / (undetermined ? 1.0 : length);
     // The factor of a lifted matrix says nothing of sigmas.
@@ -289,9 +288,9 @@ std::vector<WeakDirection> Name(const Context& context, const MatrixXd& weak, bo
   return out;
 }
 
-void Lift(double lift_1, BlockSymmetricMatrix* matrix) {
+void Lift(double lift, BlockSymmetricMatrix* matrix) {
   for (int b = 0; b < matrix->block_count(); ++b) {
-    matrix->Block(b, b).diagonal().array() += lift_1;
+    matrix->Block(b, b).diagonal().array() += lift;
   }
 }
 
@@ -300,7 +299,7 @@ void Lift(double lift_1, BlockSymmetricMatrix* matrix) {
 struct WeakSpaces {
   MatrixXd undetermined, nearly;
   bool more = false;
-  double least_1 = 1.0;
+  double least = 1.0;
 };
 
 MatrixXd Columns(Index rows, const std::vector<VectorXd>& columns) {
@@ -312,16 +311,16 @@ MatrixXd Columns(Index rows, const std::vector<VectorXd>& columns) {
 WeakSpaces FindWeak(const Context& context) {
   WeakSpaces out;
   LeastEigenpairOptions options;
-  options.settle_below_1 = kLooked_1;
+  options.settle_below = kLooked;
   std::vector<VectorXd> undetermined, nearly;
   const Index n = context.scale.size();
-  for (int count = kFirstPairs;; count = std::min(4 * count, kMostEigenpairs)) {
+  for (int count = kFirstPairs;; count = std::min(4 * count, kMaxEigenpairs)) {
     options.count = count;
     undetermined.clear();
     nearly.clear();
     const LeastEigenpairs pairs = FindLeastEigenpairs(context.scaled, context.factor, options);
-    out.least_1 = pairs.values[0];
-    for (Index k = 0; k < pairs.values.size() && pairs.values[k] < kLooked_1; ++k) {
+    out.least = pairs.values[0];
+    for (Index k = 0; k < pairs.values.size() && pairs.values[k] < kLooked; ++k) {
       const VectorXd v = pairs.vectors.col(k);
       const WeakDirection direction = Judge(context, v);
       // What the factorisation met is undetermined, however its eigenvalue came out.
@@ -333,17 +332,17 @@ WeakSpaces FindWeak(const Context& context) {
     }
     const auto found = static_cast<Index>(undetermined.size() + nearly.size());
     const bool all = found == pairs.values.size() && found < n;
-    out.more = all && count >= kMostEigenpairs;
-    if (!all || count >= kMostEigenpairs) break;
+    out.more = all && count >= kMaxEigenpairs;
+    if (!all || count >= kMaxEigenpairs) break;
   }
   for (Index i = 0; i < n && nearly.size() < kDescribed; ++i) {
     if (context.At(i).has_prior()) continue;
     const double alone_m = context.scale[i] * context.effects.metres[i];
-    if (!(alone_m > kNearEffectPart_1 * context.effects.range_m)) continue;
+    if (!(alone_m > kNearEffectPart * context.effects.range_m)) continue;
     VectorXd v = VectorXd::Unit(n, i);
     context.factor.Solve(v);
     v.normalize();
-    const bool open = alone_m > kOpenEffectPart_1 * context.effects.range_m;
+    const bool open = alone_m > kOpenEffectPart * context.effects.range_m;
     (open ? undetermined : nearly).push_back(v);
   }
   out.undetermined = Columns(n, undetermined);
@@ -362,11 +361,11 @@ RankReport AnalyseRank(const AdjustmentProblem& problem,
   if (scaled.rows() == 0) return report;
   const bool singular = !factor->Factorize(scaled);
   BorderedMatrix lifted;
-  for (double lift_1 = kLift_1; singular; lift_1 *= 100.0) {
+  for (double lift = kLift; singular; lift *= 100.0) {
     lifted = scaled;
-    Lift(lift_1, &lifted.sparse);
+    Lift(lift, &lifted.sparse);
     if (factor->Factorize(lifted)) break;
-    if (lift_1 > 1.0) {
+    if (lift > 1.0) {
       throw UndeterminedError("the reduced matrix of the corrections is not finite or indefinite",
                               {});
     }
@@ -376,7 +375,7 @@ RankReport AnalyseRank(const AdjustmentProblem& problem,
   context.effects = TargetEffectsOf(problem, context.pass_of);
   const WeakSpaces weak = FindWeak(context);
   report.more = weak.more;
-  report.condition_1 = LargestEigenvalue(scaled) / std::max(weak.least_1, 1e-300);
+  report.condition = LargestEigenvalue(scaled) / std::max(weak.least, 1e-300);
   report.undetermined = Name(context, weak.undetermined, true);
   // Beside what is refused, what is merely weak is no news.
   if (report.regular()) report.nearly = Name(context, weak.nearly, false);
@@ -435,15 +434,15 @@ MatrixXd NullSpace(ReducedSystem* system) {
   const BorderedMatrix scaled = system->FormScaled();
   BorderedCholesky& factor = system->factor();
   BorderedMatrix lifted = scaled;
-  Lift(kNullSpaceLift_1, &lifted.sparse);
+  Lift(kNullSpaceLift, &lifted.sparse);
   if (!factor.Factorize(lifted)) RequireRegular(system->problem(), report);
   LeastEigenpairOptions options;
-  options.settle_below_1 = 10.0 * kLeastEigenvalue_1;
-  options.relative_change_1 = 1e-6;
+  options.settle_below = 10.0 * kMinEigenvalue;
+  options.relative_change = 1e-6;
   for (options.count = 8;; options.count *= 2) {
     const LeastEigenpairs pairs = FindLeastEigenpairs(scaled, factor, options);
     Index defects = 0;
-    while (defects < pairs.values.size() && pairs.values[defects] <= kLeastEigenvalue_1) ++defects;
+    while (defects < pairs.values.size() && pairs.values[defects] <= kMinEigenvalue) ++defects;
     if (defects == pairs.values.size() && defects < system->matrix().rows()) continue;
     return system->Unit().asDiagonal() * pairs.vectors.leftCols(defects);
   }
@@ -500,7 +499,7 @@ void FormDetermined(const BlockState& state,
                     ProgressSink* progress) {
   for (;;) {
     RequireSolvable(*problem);
-    system->emplace(*problem, KeptFactors::kMostBytes);
+    system->emplace(*problem, KeptFactors::kMaxBytes);
     (*system)->Form(state, weighting, progress);
     if ((*system)->weak_points().empty()) return;
     LeaveOutWeakPoints(**system, problem);

@@ -25,9 +25,9 @@ struct LeastEigenpairs {
 struct LeastEigenpairOptions {
   int count = 6;  ///< pairs wanted; fewer for a smaller matrix
   /// Pairs below this value, and always the first, have to settle.
-  double settle_below_1 = 0.0;
-  double relative_change_1 = 1e-2;  ///< from step to step: settled
-  double rounding_1 = 1e-15;        ///< values below it are settled whatever they do
+  double settle_below = 0.0;
+  double relative_change = 1e-2;  ///< from step to step: settled
+  double rounding = 1e-15;        ///< smaller values are settled
   int most_steps = 40;
 };
 
@@ -66,7 +66,7 @@ void RequireRegular(const AdjustmentProblem& problem,
 /// One warning for each nearly undetermined direction.
 void WarnOfWeakDirections(const RankReport& rank, AdjustResult* result);
 
-/// Factors the scaled S of a system that was formed and tells what it does not determine. Only a
+/// Factors the scaled S of a system that was formed and reports what it does not determine. Only a
 /// regular report leaves a factor to work with. `state`, where given, lets the report name the
 /// points that move.
 [[nodiscard]] RankReport FactorAndAnalyse(ReducedSystem* system, const BlockState* state = nullptr);

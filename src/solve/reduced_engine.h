@@ -22,10 +22,12 @@ struct SolveReport {
   int iterations = 0;
   int formed = 0;                ///< times the system was formed, its work; of SolveReduced
   bool formed_at_state = false;  ///< the system is that of the state; of SolveReduced
-  double initial_cost_1 = 0.0;
-  double final_cost_1 = 0.0;
+  /// Steps crept until second derivatives were taken into account; of SolveReduced.
+  bool curved = false;
+  double initial_cost = 0.0;
+  double final_cost = 0.0;
   /// Newton decrement at the end in sigmas, steps to come included.
-  double decrement_1 = 0.0;
+  double decrement = 0.0;
   std::string message;
 };
 
@@ -39,16 +41,19 @@ struct SolveOptions {
   bool undamped = false;  ///< of SolveReduced
   /// Each step of the corrections is judged after every point has followed it.
   bool points_follow = true;  ///< of SolveReduced
+  /// Takes second derivatives into account (Weighting::curved) wherever the decrement is small
+  /// enough; else only where steps creep.
+  bool curved = false;  ///< of SolveReduced
   /// Newton decrement, in sigmas over all unknowns, at which the solution is done.
-  double settled_1 = AdjustOptions{}.tolerance_1;
-  /// Takes the last step, shorter than settled_1, without forming the system again to verify it:
+  double settle_below = AdjustOptions{}.tolerance;
+  /// Takes the last step, shorter than settle_below, without forming the system again to verify it:
   /// what follows does (NewtonFinish).
   bool take_last_step = false;                    ///< of SolveReduced
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
   /// v'Pv above which a solution is of no use: after three steps, refused ones included, it is
   /// given up where four times
   /// what the next Newton step promises (the equations are bent) would not bring it there.
-  double useless_above_1 = std::numeric_limits<double>::infinity();  ///< of SolveReduced
+  double useless_above = std::numeric_limits<double>::infinity();  ///< of SolveReduced
 };
 
 /// Newton steps s(x) of the corrections at several states x, and from them a step that takes their
@@ -64,7 +69,7 @@ struct SolveOptions {
 class StepHistory {
  public:
   /// Differences kept.
-  static constexpr std::size_t kMost = 8;
+  static constexpr std::size_t kMax = 8;
 
   void Clear() { differences_.clear(); }
   [[nodiscard]] std::size_t size() const { return differences_.size(); }
@@ -77,7 +82,7 @@ class StepHistory {
   [[nodiscard]] Eigen::VectorXd Accelerate(const Eigen::VectorXd& step) const;
   /// What part of the one before a Newton step without acceleration would be, by the last
   /// difference; 0 without one.
-  [[nodiscard]] double contraction() const { return size() == 0 ? 0.0 : contraction_1_; }
+  [[nodiscard]] double contraction() const { return size() == 0 ? 0.0 : contraction_; }
 
  private:
   struct Difference {
@@ -85,12 +90,12 @@ class StepHistory {
   };
   std::deque<Difference> differences_;  // the newest first
   Eigen::VectorXd unit_;
-  double contraction_1_ = 0.0;
+  double contraction_ = 0.0;
 };
 
 /// A tolerance for a block of so many points: few unknowns share what is left among them, and one
 /// step more costs nothing. Scaled by points / 1000, within [0.01, 1].
-[[nodiscard]] double ToleranceFor(double tolerance_1, const AdjustmentProblem& problem);
+[[nodiscard]] double ToleranceFor(double tolerance, const AdjustmentProblem& problem);
 
 /// Why a solver gave up, in words.
 extern const char kStagnates[];
@@ -103,17 +108,17 @@ extern const char kStagnates[];
 /// for Unconstrained Optimization and Nonlinear Equations, section 7.2.
 class ProgressOfSteps {
  public:
-  [[nodiscard]] bool Stagnates(int iteration, double cost_1, double decrement_1);
+  [[nodiscard]] bool Stagnates(int iteration, double cost, double decrement);
 
  private:
   int iteration_ = 0;  ///< of the figures
-  double cost_1_ = std::numeric_limits<double>::infinity();
-  double decrement_1_ = std::numeric_limits<double>::infinity();
+  double cost_ = std::numeric_limits<double>::infinity();
+  double decrement_ = std::numeric_limits<double>::infinity();
 };
 
-/// What `auto` stands for; anything else stands for itself. No other choice is both faster and at
+/// The choice of `auto`; any other is returned. No other choice is both faster and at
 /// least as accurate in the recorded study of speed against accuracy (docs/studies/tradeoff.md); a
-/// test holds them against its table.
+/// test compares them with its table.
 [[nodiscard]] Engine Resolve(Engine asked);
 [[nodiscard]] CovarianceMethod Resolve(CovarianceMethod asked);
 /// `corrections` is the number of parameters of the passes, the rows of the reduced matrix.
@@ -121,12 +126,12 @@ class ProgressOfSteps {
 
 /// Levenberg-Marquardt on the reduced normal equations (ReducedSystem), without Ceres' objects: per
 /// iteration one pass over the points that forms S and one that substitutes back. Jacobians are
-/// recomputed, not stored; memory beyond the block is 24 bytes a point and S.
+/// recomputed, not stored; memory beyond the block is 24 bytes per point and S.
 ///
 /// Damping (Marquardt 1963): lambda times the diagonal of J'J on every unknown, a tenth after a
-/// step that lowers the cost, tenfold after one that does not. Ends when the step that is left is
-/// below options.settled_1 sigmas over all unknowns together, or below what the rounding of the
-/// cost can tell. The solution is that of SolveWithCeres to a small part of a sigma. Updates
+/// step that lowers the cost, tenfold after one that does not. Ends when the Newton decrement is
+/// below options.settle_below sigmas over all unknowns together, or below the rounding of the
+/// cost. The solution is that of SolveWithCeres to a small part of a sigma. Updates
 /// `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveReduced(const AdjustmentProblem& problem,
                                        const Weighting& weighting,

@@ -18,10 +18,10 @@ namespace sarblock {
 namespace {
 
 /// Of taking chance for a pass off its place, all passes together.
-constexpr double kChance_1 = 0.05;
+constexpr double kChance = 0.05;
 /// Least part of its looks that such a pass loses, and how much more often than the others: matches
 /// of one image are worse than those of another.
-constexpr double kLeastPart_1 = 0.2, kMoreOften_1 = 2.0;
+constexpr double kMinPart = 0.2, kMoreOften = 2.0;
 
 }  // namespace
 
@@ -59,21 +59,21 @@ std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pa
     all.kept += of_pass.deciding.kept;
     all.lost += of_pass.deciding.lost;
   }
-  const double level_1 = kChance_1 / static_cast<double>(std::max<std::size_t>(1, by_pass.size()));
+  const double level = kChance / static_cast<double>(std::max<std::size_t>(1, by_pass.size()));
   for (std::size_t pass = 0; pass < by_pass.size(); ++pass) {
     const LookCounts& own = by_pass[pass].deciding;
     const auto lost = static_cast<double>(own.lost), kept = static_cast<double>(own.kept);
     const double others_lost = static_cast<double>(all.lost) - lost;
     const double others_kept = static_cast<double>(all.kept) - kept;
     // One look more of each kind: a frequency of 0 is not known from any number of looks.
-    const double frequency_1 = (others_lost + 1.0) / (others_lost + others_kept + 2.0);
-    if (own.lost_1() < std::max(kLeastPart_1, kMoreOften_1 * frequency_1)) continue;
-    const double odds = frequency_1 / (1.0 - frequency_1);
+    const double frequency = (others_lost + 1.0) / (others_lost + others_kept + 2.0);
+    if (own.LostShare() < std::max(kMinPart, kMoreOften * frequency)) continue;
+    const double odds = frequency / (1.0 - frequency);
     // P(X >= l) of n = l + k binomial trials by the F distribution (Abramowitz and Stegun (1964),
     // 26.5.24 and 26.6.2).
-    const double chance_1 =
+    const double chance =
         FisherTailProbability(lost / ((kept + 1.0) * odds), 2.0 * (kept + 1.0), 2.0 * lost);
-    if (chance_1 < level_1) return pass;
+    if (chance < level) return pass;
   }
   return std::nullopt;
 }
@@ -81,30 +81,32 @@ std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pa
 namespace {
 
 /// A weight that changes by less than this at the solution changes no digit that counts.
-constexpr double kWeightsSettled_1 = 1e-7;
+constexpr double kWeightsSettled = 1e-7;
 /// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
 /// over to the finishing Newton steps; they start from up to ten times as much.
-constexpr double kApproached_1 = 1.0;
-/// Of a step of the anchors, that a time bias may go beyond where its looks are read.
-constexpr double kAnchorSlack_1 = 0.25;
-constexpr int kMostFinishingSteps = 25;
-constexpr int kMostRounds = 5;
-/// Of leaving out misplaced points and taking back those that fit then.
-constexpr int kMostRecoveries = 10;
+constexpr double kApproached = 1.0;
+/// Of a step of the anchors, that a time bias may go beyond where its looks are read: at first, and
+/// once they were read near the solution, where noise of the states would move it with each anchor.
+constexpr double kAnchorSlack = 0.25, kLateAnchorSlack = 30.0;
+constexpr int kMaxFinishingSteps = 25;
+constexpr int kMaxRounds = 5;
+/// Rounds of leaving out mirror solutions and taking back points that fit then.
+constexpr int kMaxRecoveries = 10;
 /// Probability of v'Pv with which the looks of a point that was left out still agree.
-constexpr double kTakenBack_1 = 0.999;
+constexpr double kTakenBack = 0.999;
 
-/// Sights of a point's looks on the corrected paths.
-std::vector<Sight> SightsOf(const AdjustmentProblem& problem,
-                            const BlockState& state,
-                            std::size_t point) {
-  std::vector<Sight> sights;
+/// A point's looks on the fixed corrected paths.
+std::vector<FixedPathLook> FixPaths(const AdjustmentProblem& problem,
+                                    const BlockState& state,
+                                    std::size_t point) {
+  std::vector<FixedPathLook> observations;
   const auto& offsets = problem.block.looks.offsets;
   for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
     if (problem.look_used[i] == 0) continue;
-    if (const auto sight = problem.model.SightOf(i, state.corrections)) sights.push_back(*sight);
+    if (const auto observation = problem.model.FixPath(i, state.corrections))
+      observations.push_back(*observation);
   }
-  return sights;
+  return observations;
 }
 
 }  // namespace
@@ -115,18 +117,19 @@ bool NewtonFinish(const AdjustOptions& options,
                   ReducedSystem* system,
                   SolveReport* solve,
                   ProgressSink* progress) {
-  problem->model.Anchor(state->corrections);
   SolveOptions finish;
   finish.undamped = true;
+  finish.curved = solve->curved;
   finish.max_iterations =
-      std::clamp(options.max_iterations - solve->iterations, 0, kMostFinishingSteps);
-  finish.settled_1 = ToleranceFor(options.tolerance_1, *problem);
+      std::clamp(options.max_iterations - solve->iterations, 0, kMaxFinishingSteps);
+  finish.settle_below = ToleranceFor(options.tolerance, *problem);
   const SolveReport report =
       SolveReduced(*problem, {.renewed = &problem->weights}, finish, system, state, progress);
   solve->iterations += report.iterations;
-  solve->final_cost_1 = report.final_cost_1;
+  solve->final_cost = report.final_cost;
+  solve->curved = solve->curved || report.curved;
   solve->message = report.message;
-  solve->decrement_1 = report.decrement_1;
+  solve->decrement = report.decrement;
   if (!report.formed_at_state) system->Form(*state, {}, progress);
   return system->looks_not_evaluated() == 0 && system->weak_points().empty() &&
          system->FactorDamped();
@@ -152,15 +155,16 @@ SolveReport SolveRounds(const Weighting& weighting,
   const int allowed = total.iterations + options.max_iterations;
   std::optional<ReducedSystem> own;
   std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
-  system.emplace(*problem, KeptFactors::kMostBytes);
-  for (int round = 0; round < kMostRounds; ++round) {
+  system.emplace(*problem, KeptFactors::kMaxBytes);
+  for (int round = 0; round < kMaxRounds; ++round) {
     SolveOptions solve;
+    solve.curved = total.curved;
     solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
     // First come near; least squares are finished by steps that need no damping, a loss by the
     // reduced engine with its second order.
     const bool approach = round == 0;
-    solve.settled_1 = approach ? kApproached_1 : options.tolerance_1;
+    solve.settle_below = approach ? kApproached : options.tolerance;
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
     Weighting weighted = weighting;
@@ -169,42 +173,44 @@ SolveReport SolveRounds(const Weighting& weighting,
         ceres && (approach || least_squares)
             ? SolveWithCeres(*problem, weighting, solve, state, progress)
             : SolveReduced(*problem, weighted, solve, &*system, state, progress);
-    if (total.iterations == 0) total.initial_cost_1 = report.initial_cost_1;
+    if (total.iterations == 0) total.initial_cost = report.initial_cost;
     total.iterations += report.iterations;
+    total.curved = total.curved || report.curved;
     total.converged = report.converged;
-    total.final_cost_1 = report.final_cost_1;
+    total.final_cost = report.final_cost;
     total.message = report.message;
     if (least_squares) {
+      if (round == 0) problem->model.Anchor(state->corrections);
       const bool factored = NewtonFinish(options, problem, state, &*system, &total, progress);
       if (factored) {
-        total.converged =
-            total.decrement_1 <= std::max(options.tolerance_1, kRemainingStepAccepted_1);
+        total.converged = total.decrement <= std::max(options.tolerance, kRemainingStepAccepted);
       }
       if (total.iterations >= allowed) {
         if (!total.converged) total.message = LimitReached(options.max_iterations);
         break;
       }
-      if (problem->model.Anchor(state->corrections, kAnchorSlack_1)) continue;
+      const double slack = round == 0 ? kAnchorSlack : kLateAnchorSlack;
+      if (problem->model.Anchor(state->corrections, slack)) continue;
       if ((factored && total.converged) || round > 1) break;
       continue;  // a damped solution to the end
     }
-    const double change_1 = UpdateWeights(*state, problem);
+    const double change = UpdateWeights(*state, problem);
     if (!report.converged) break;
     if (approach && total.iterations >= allowed) {
       total.converged = false;
       total.message = LimitReached(options.max_iterations);
     }
     if (total.iterations >= allowed) break;
-    if (!approach && change_1 <= kWeightsSettled_1) break;
+    if (!approach && change <= kWeightsSettled) break;
   }
   if (!least_squares && solved != nullptr) system->Form(*state, {}, progress);
   return total;
 }
 
-double StepLeftUnderLoss(const Weighting& weighting,
-                         const AdjustmentProblem& problem,
-                         const BlockState& state,
-                         ProgressSink* progress) {
+double NewtonDecrementUnderLoss(const Weighting& weighting,
+                                const AdjustmentProblem& problem,
+                                const BlockState& state,
+                                ProgressSink* progress) {
   ReducedSystem system(problem);
   system.Form(state, weighting, progress);
   return system.looks_not_evaluated() == 0 && system.FactorDamped()
@@ -212,7 +218,7 @@ double StepLeftUnderLoss(const Weighting& weighting,
              : std::numeric_limits<double>::infinity();
 }
 
-std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
+std::vector<std::size_t> MirrorSolutions(const AdjustmentProblem& problem,
                                          const BlockState& state,
                                          const ReducedSystem& system) {
   const std::size_t points = problem.block.points.size();
@@ -225,8 +231,10 @@ std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
       const Eigen::Vector3d p_m = state.Position(point);
       for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
         if (problem.look_used[i] == 0) continue;
-        const std::optional<Sight> sight = problem.model.SightOf(i, state.corrections);
-        if (sight && !LiesWhereItLooks(problem.block.frame, *sight, p_m)) lost[point] = 1;
+        const std::optional<FixedPathLook> observation =
+            problem.model.FixPath(i, state.corrections);
+        if (observation && !LiesWhereItLooks(problem.block.frame, *observation, p_m))
+          lost[point] = 1;
       }
     }
   };
@@ -248,29 +256,30 @@ void SolveOnce(const AdjustOptions& options,
   *solve = SolveRounds(
       {options.robust, RobustScale(options)}, options, problem, state, progress, system);
   solve->iterations += before.iterations;
-  solve->initial_cost_1 = before.initial_cost_1;
+  solve->initial_cost = before.initial_cost;
 }
 
 bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) {
   const Block& block = problem->block;
   if (problem->Solves(point) || problem->control_of[point] >= 0) return false;
-  std::vector<Sight> sights;
+  std::vector<FixedPathLook> observations;
   std::vector<std::size_t> looks;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     if (block.looks.rejected(i)) continue;
-    if (const auto sight = problem->model.SightOf(i, state->corrections)) {
-      sights.push_back(*sight);
+    if (const auto observation = problem->model.FixPath(i, state->corrections)) {
+      observations.push_back(*observation);
       looks.push_back(i);
     }
   }
-  if (sights.size() < 2) return false;
-  const Intersection met = Intersect(sights, block.frame);
-  const double freedom_1 = 2.0 * static_cast<double>(sights.size()) - 3.0;
-  const bool fits = met.outcome == IntersectionOutcome::kDetermined &&
-                    met.weighted_square_sum <= ChiSquareQuantile(kTakenBack_1, freedom_1) &&
-                    std::all_of(sights.begin(), sights.end(), [&](const Sight& sight) {
-                      return LiesWhereItLooks(block.frame, sight, met.position_m);
-                    });
+  if (observations.size() < 2) return false;
+  const Intersection met = Intersect(observations, block.frame);
+  const double freedom = 2.0 * static_cast<double>(observations.size()) - 3.0;
+  const bool fits =
+      met.outcome == IntersectionOutcome::kDetermined &&
+      met.weighted_square_sum <= ChiSquareQuantile(kTakenBack, freedom) &&
+      std::all_of(observations.begin(), observations.end(), [&](const FixedPathLook& observation) {
+        return LiesWhereItLooks(block.frame, observation, met.position_m);
+      });
   if (!fits) {
     // What a search for blunders said of the point stays.
     if (problem->point_status[point] == PointStatus::kUndetermined &&
@@ -285,7 +294,7 @@ bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) 
   return true;
 }
 
-void RecoverMisplacedPoints(const AdjustOptions& options,
+void RecoverMirrorSolutions(const AdjustOptions& options,
                             AdjustmentProblem* problem,
                             BlockState* state,
                             SolveReport* solve,
@@ -298,29 +307,30 @@ void RecoverMisplacedPoints(const AdjustOptions& options,
   };
   std::vector<std::uint8_t> tried(problem->block.points.size(), 0);
   // Ends: a point is taken back once.
-  for (int pass = 0; pass < kMostRecoveries; ++pass) {
-    std::vector<std::size_t> lost = MisplacedPoints(*problem, *state, **system);
-    // Each round also mends the corrections that misplaced points have pulled at.
+  for (int pass = 0; pass < kMaxRecoveries; ++pass) {
+    std::vector<std::size_t> lost = MirrorSolutions(*problem, *state, **system);
+    // Each round also mends the corrections that mirror solutions have distorted.
     for (int round = 0; round < 3 && !lost.empty(); ++round) {
       for (const std::size_t point : lost) {
-        const Intersection met = Intersect(SightsOf(*problem, *state, point), problem->block.frame);
+        const Intersection met = Intersect(FixPaths(*problem, *state, point), problem->block.frame);
         if (met.outcome == IntersectionOutcome::kTooFewLooks) continue;
         state->start_m[point] = met.position_m;
         state->displacement_m[point].setZero();
       }
       SolveOnce(options, problem, state, solve, system, progress);
-      lost = MisplacedPoints(*problem, *state, **system);
+      lost = MirrorSolutions(*problem, *state, **system);
     }
     *defects = FindPointDefects(*problem, *state);
     bool left_out = LeaveOutOpenPoints(*defects, problem);
     for (const std::size_t point : lost) {
       if (!problem->Solves(point)) continue;
-      const std::vector<Sight> sights = SightsOf(*problem, *state, point);
-      const bool mirrored = std::any_of(sights.begin(), sights.end(), [&](const Sight& sight) {
-        return !LiesWhereItLooks(problem->block.frame, sight, state->Position(point));
-      });
+      const std::vector<FixedPathLook> observations = FixPaths(*problem, *state, point);
+      const bool mirrored = std::any_of(
+          observations.begin(), observations.end(), [&](const FixedPathLook& observation) {
+            return !LiesWhereItLooks(problem->block.frame, observation, state->Position(point));
+          });
       if (!mirrored || problem->control_of[point] >= 0) continue;  // weak points are named later
-      problem->LeaveOutMisplaced(point);
+      problem->LeaveOutMirrorSolution(point);
       left_out = true;
     }
     if (left_out) {

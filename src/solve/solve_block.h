@@ -21,7 +21,7 @@ struct LookCounts {
   std::size_t kept = 0, lost = 0;
 
   /// Part that was left out; 0 of none.
-  [[nodiscard]] double lost_1() const {
+  [[nodiscard]] double LostShare() const {
     return lost == 0 ? 0.0 : static_cast<double>(lost) / static_cast<double>(kept + lost);
   }
   /// As many for a path as against it decide nothing.
@@ -44,8 +44,8 @@ struct PassLooks {
 
 /// The first pass that lost more of its deciding looks than chance explains: a pass that settled
 /// off its place loses good ones. It lost a fifth of them at least and twice as many as the others,
-/// and the chance of so many is below 0.05, all passes together; the number lost is held against a
-/// binomial distribution with the frequency of the other passes (docs/theory/consensus.md, eq.
+/// and the chance of so many is below 0.05, all passes together; the number lost is tested against
+/// a binomial distribution with the frequency of the other passes (docs/theory/consensus.md, eq.
 /// (4)).
 [[nodiscard]] std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass);
 
@@ -73,15 +73,15 @@ struct PassLooks {
 
 /// Newton step that a robust solution still has to go, in sigmas over all unknowns together;
 /// infinite where a look has no value or the equations under the loss cannot be solved.
-[[nodiscard]] double StepLeftUnderLoss(const Weighting& weighting,
-                                       const AdjustmentProblem& problem,
-                                       const BlockState& state,
-                                       ProgressSink* progress);
+[[nodiscard]] double NewtonDecrementUnderLoss(const Weighting& weighting,
+                                              const AdjustmentProblem& problem,
+                                              const BlockState& state,
+                                              ProgressSink* progress);
 
-/// Points that a poor start led away: to where their looks leave a direction open, or to the mirror
-/// solution, above the antennas or on the side they do not look to. Control points are fixed.
-/// `system` is the reduced one, without a loss, at the state.
-[[nodiscard]] std::vector<std::size_t> MisplacedPoints(const AdjustmentProblem& problem,
+/// Points that diverged from a poor start: to where their looks leave a direction open, or to the
+/// mirror solution, above the antennas or on the side they do not look to. Control points are
+/// fixed. `system` is the reduced one, without a loss, at the state.
+[[nodiscard]] std::vector<std::size_t> MirrorSolutions(const AdjustmentProblem& problem,
                                                        const BlockState& state,
                                                        const ReducedSystem& system);
 
@@ -98,11 +98,11 @@ void SolveOnce(const AdjustOptions& options,
 /// if so. The point starts from there.
 [[nodiscard]] bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state);
 
-/// Starts misplaced points again from the intersection on the corrected paths and solves once more;
-/// what is still misplaced then is left out by name. Points that were left out while corrections
+/// Starts mirror solutions again from the intersection on the corrected paths and solves once more;
+/// those that remain are left out by name. Points that were left out while corrections
 /// were wrong are taken back, each once, and the solution is tested again until nothing changes.
 /// `system` is the reduced system, without a loss, at the solution.
-void RecoverMisplacedPoints(const AdjustOptions& options,
+void RecoverMirrorSolutions(const AdjustOptions& options,
                             AdjustmentProblem* problem,
                             BlockState* state,
                             SolveReport* solve,

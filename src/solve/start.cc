@@ -24,6 +24,9 @@ namespace sarblock {
 namespace {
 
 constexpr std::size_t kPointsPerChunk = 512;
+/// Points follow the paths as soon as these move: where they start need be no more exact than this
+/// part of a standard deviation.
+constexpr double kStartSettled = 0.1;
 
 /// What one point starts with.
 struct PointStart {
@@ -54,7 +57,7 @@ std::string ReasonOf(const PointStart& start) {
 
 PointStart StartOf(const AdjustmentProblem& problem,
                    std::size_t point,
-                   const std::vector<Sight>& sights,
+                   const std::vector<FixedPathLook>& observations,
                    const IntersectionOptions& intersection) {
   const Block& block = problem.block;
   const ControlEquations* control =
@@ -62,23 +65,23 @@ PointStart StartOf(const AdjustmentProblem& problem,
           ? nullptr
           : &problem.control[static_cast<std::size_t>(problem.control_of[point])];
   const int control_rows = control == nullptr ? 0 : control->rows;
-  if (sights.empty()) return Refuse(PointStatus::kNotSeen);
-  if (2 * static_cast<int>(sights.size()) + control_rows < 3) {
+  if (observations.empty()) return Refuse(PointStatus::kNotSeen);
+  if (2 * static_cast<int>(observations.size()) + control_rows < 3) {
     return Refuse(PointStatus::kTooFewLooks);
   }
   PointStart out;
   const Eigen::Vector3d& given_m = block.points.given_m[point];
   // A check point's coordinates are withheld, its start values too.
   if (given_m.allFinite() && block.points.role[point] != PointRole::kCheck) {
-    const auto sees = [&](const Sight& sight) {
-      return LiesWhereItLooks(block.frame, sight, given_m);
+    const auto sees = [&](const FixedPathLook& observation) {
+      return LiesWhereItLooks(block.frame, observation, given_m);
     };
-    if (control != nullptr || std::all_of(sights.begin(), sights.end(), sees)) {
+    if (control != nullptr || std::all_of(observations.begin(), observations.end(), sees)) {
       out.position_m = given_m;
       return out;
     }
   }
-  const Intersection met = Intersect(sights, block.frame, intersection);
+  const Intersection met = Intersect(observations, block.frame, intersection);
   // Flight-path errors may keep circles apart that the adjustment brings together: a compromise is
   // good enough to start from.
   if (met.outcome == IntersectionOutcome::kDetermined ||
@@ -95,12 +98,12 @@ PointStart StartOf(const AdjustmentProblem& problem,
 void RequireSteadyCones(const AdjustmentProblem& problem) {
   for (std::size_t pass = 0; pass < problem.block.passes.size(); ++pass) {
     const ConeTurning& turning = problem.model.paths().TurningOf(pass);
-    if (!(turning.median_1 > ConeTurning::kFolding_1)) continue;
+    if (!(turning.median > ConeTurning::kFolding)) continue;
     std::array<char, 640> text{};
     std::snprintf(
         text.data(),
         text.size(),
-        "the flight path is too rough to be read at %.4g km: in %zu of %zu intervals "
+        "the flight path is too noisy to be read at %.4g km: in %zu of %zu intervals "
         "between its states the path turns the Doppler cone back over points it has "
         "passed, since positions and velocities contradict each other (median %.2g of the "
         "cone's own rate, at most %.2g is allowed); set through = \"smooth\" or \"auto\" in its "
@@ -108,17 +111,17 @@ void RequireSteadyCones(const AdjustmentProblem& problem) {
         1e-3 * turning.range_m,
         turning.folded,
         turning.pieces,
-        turning.median_1,
-        ConeTurning::kFolding_1);
+        turning.median,
+        ConeTurning::kFolding);
     throw InputError("pass " + problem.block.passes[pass].id, text.data());
   }
 }
 
 }  // namespace
 
-StartReport ComputeStartValues(AdjustmentProblem* problem,
-                               ProgressSink* progress,
-                               const IntersectionOptions& intersection) {
+StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress, int max_steps) {
+  const IntersectionOptions intersection{.max_iterations = max_steps,
+                                         .settled_sigmas = kStartSettled};
   const Block& block = problem->block;
   RequireSteadyCones(*problem);
   const std::size_t points = block.points.size();
@@ -130,19 +133,20 @@ StartReport ComputeStartValues(AdjustmentProblem* problem,
   std::vector<PointStart> starts(points);
   std::vector<std::uint8_t> lost(block.looks.size(), 0);
   const auto start = [&](std::size_t, std::size_t begin, std::size_t end) {
-    std::vector<Sight> sights;
+    std::vector<FixedPathLook> observations;
     for (std::size_t point = begin; point < end; ++point) {
-      sights.clear();
+      observations.clear();
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
         if (problem->look_used[i] == 0) continue;
-        const std::optional<Sight> sight = problem->model.SightOf(i, report.state.corrections);
-        if (sight) {
-          sights.push_back(*sight);
+        const std::optional<FixedPathLook> observation =
+            problem->model.FixPath(i, report.state.corrections);
+        if (observation) {
+          observations.push_back(*observation);
         } else {
           lost[i] = 1;
         }
       }
-      starts[point] = StartOf(*problem, point, sights, intersection);
+      starts[point] = StartOf(*problem, point, observations, intersection);
     }
   };
   Step(progress, "start values", 0, points);
@@ -169,13 +173,13 @@ StartReport ComputeStartValues(AdjustmentProblem* problem,
 
 namespace {
 
-constexpr double kMostLost_1 = 1.0 / 3.0;
-constexpr std::size_t kLeastLooks = 4;
-constexpr double kFinalScale_1 = 2.385;  // Cauchy
-constexpr double kShrink_1 = 1.5;
-constexpr int kMostIterations = 60;
+constexpr double kMaxLost = 1.0 / 3.0;
+constexpr std::size_t kMinLooks = 4;
+constexpr double kFinalScale = 2.385;  // Cauchy
+constexpr double kShrink = 1.5;
+constexpr int kMaxIterations = 60;
 /// Part of its misfit that a pass keeps at most where it is moved.
-constexpr double kBetter_1 = 0.5;
+constexpr double kBetter = 0.5;
 
 struct PointLook {
   std::size_t point = 0, look = 0;
@@ -199,8 +203,8 @@ std::vector<std::vector<PointLook>> LooksToResect(const AdjustmentProblem& probl
     }
   }
   for (std::size_t pass = 0; pass < looks.size(); ++pass) {
-    const double least = (1.0 - kMostLost_1) * static_cast<double>(given[pass]);
-    if (static_cast<double>(used[pass]) >= least || looks[pass].size() < kLeastLooks) {
+    const double least = (1.0 - kMaxLost) * static_cast<double>(given[pass]);
+    if (static_cast<double>(used[pass]) >= least || looks[pass].size() < kMinLooks) {
       looks[pass].clear();
     }
   }
@@ -236,11 +240,11 @@ class Resection {
     }
     const double misfit = Misfit(*state);
     if (!std::isfinite(misfit)) return false;
-    double scale = std::max(kFinalScale_1, 2.0 * misfit);
-    for (int i = 0; i < kMostIterations; ++i) {
+    double scale = std::max(kFinalScale, 2.0 * misfit);
+    for (int i = 0; i < kMaxIterations; ++i) {
       if (!Improve(scale, state)) return false;
-      if (scale == kFinalScale_1 && i > 10) break;
-      scale = std::max(kFinalScale_1, scale / kShrink_1);
+      if (scale == kFinalScale && i > 10) break;
+      scale = std::max(kFinalScale, scale / kShrink);
     }
     return true;
   }
@@ -268,7 +272,7 @@ class Resection {
     LookColumns columns;
     LookEvaluation at;
     for (const PointLook& of : looks_) {
-      if (Evaluate(state, of, &columns, &at)) lengths.push_back(at.error_1.norm());
+      if (Evaluate(state, of, &columns, &at)) lengths.push_back(at.whitened_error.norm());
     }
     return lengths;
   }
@@ -283,7 +287,7 @@ class Resection {
       const Parameter& parameter = problem_.layout.parameters[index];
       if (!parameter.has_own_prior()) continue;
       // Looks count as less accurate while the scale is large, and so does what contradicts them.
-      const double sigma = parameter.prior_sigma * kFinalScale_1 / scale;
+      const double sigma = parameter.prior_sigma * kFinalScale / scale;
       const double weight = 1.0 / (sigma * sigma);
       normal(i, i) += weight;
       gradient[i] +=
@@ -295,7 +299,7 @@ class Resection {
         at.push_back(local_[static_cast<std::size_t>(parameter)]);
       }
       if (at.front() < 0) continue;  // of another pass
-      const double factor = scale / kFinalScale_1;
+      const double factor = scale / kFinalScale;
       const Eigen::MatrixXd information = factor * factor * prior.information;
       normal(at, at) += information;
       gradient(at) += information * problem_.layout.FromPrior(prior, state->corrections);
@@ -305,7 +309,7 @@ class Resection {
     Eigen::VectorXd row(size);
     for (const PointLook& of : looks_) {
       if (!Evaluate(*state, of, &columns, &at)) continue;
-      const double weight = 1.0 / (1.0 + at.error_1.squaredNorm() / (scale * scale));
+      const double weight = 1.0 / (1.0 + at.whitened_error.squaredNorm() / (scale * scale));
       for (std::size_t measured = 0; measured < 2; ++measured) {
         row.setZero();
         std::size_t column = 0;
@@ -319,7 +323,7 @@ class Resection {
           }
         }
         normal += weight * row * row.transpose();
-        gradient += weight * at.error_1[static_cast<Eigen::Index>(measured)] * row;
+        gradient += weight * at.whitened_error[static_cast<Eigen::Index>(measured)] * row;
       }
     }
     const dense::PivotedCholesky factor(normal);
@@ -348,7 +352,7 @@ bool RelocatePasses(const AdjustmentProblem& problem, BlockState* state) {
     Resection resection(problem, looks);
     const double misfit = resection.Misfit(*state);
     const Eigen::VectorXd before = state->corrections;
-    if (resection.Solve(state) && resection.Misfit(*state) < kBetter_1 * misfit) {
+    if (resection.Solve(state) && resection.Misfit(*state) < kBetter * misfit) {
       moved = true;
     } else {
       state->corrections = before;

@@ -15,18 +15,18 @@ namespace sarblock {
 /// A point that cannot be started is left out of `problem` with its reason; so is one that has
 /// neither two looks nor control. Looks at which the model has no value at the start are left
 /// out and counted. Forms the weights at the start. Throws InputError for a
-/// pass whose states are too rough to be read. `intersection` bounds the steps of a point whose
-/// circles lie far apart: where they end it starts too. Parallel over points.
+/// pass whose states are too rough to be read. `max_steps`: of a point whose
+/// circles lie far apart; where they end it starts too. Parallel over points.
 struct StartReport {
   BlockState state;
   std::vector<std::size_t> looks_not_evaluated;  ///< look indices, ascending
 };
 [[nodiscard]] StartReport ComputeStartValues(AdjustmentProblem* problem,
                                              ProgressSink* progress,
-                                             const IntersectionOptions& intersection = {});
+                                             int max_steps = IntersectionOptions{}.max_iterations);
 
-/// Passes that lost more than a third of their looks to a consensus may have been led away as a
-/// whole. Each is resected anew from the points that other passes determine, held: its corrections
+/// Passes that lost more than a third of their looks to a consensus may have diverged as a whole.
+/// Each is resected anew from the points that other passes determine, fixed: its corrections
 /// start from their priors and follow a loss whose scale shrinks from the residuals there. They are
 /// taken where its looks fit twice as well then, in the median. Corrections that passes share stay.
 /// True if any pass was moved.

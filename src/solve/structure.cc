@@ -29,7 +29,7 @@ std::uint32_t RootOf(std::vector<std::uint32_t>* parent, std::uint32_t node) {
 }  // namespace
 
 bool PassConnection::IsKeptBy(const PassConnection& after) const {
-  return after.islands <= islands && after.pass_has_looks == pass_has_looks;
+  return after.components <= components && after.pass_has_looks == pass_has_looks;
 }
 
 PassConnection ConnectPasses(const AdjustmentProblem& problem) {
@@ -53,7 +53,7 @@ PassConnection ConnectPasses(const AdjustmentProblem& problem) {
     }
   }
   for (std::uint32_t pass = 0; pass < passes; ++pass) {
-    if (out.pass_has_looks[pass] != 0 && parent[pass] == pass) ++out.islands;
+    if (out.pass_has_looks[pass] != 0 && parent[pass] == pass) ++out.components;
   }
   return out;
 }
@@ -61,10 +61,10 @@ PassConnection ConnectPasses(const AdjustmentProblem& problem) {
 namespace {
 
 /// Width over length below which points count as lying on one line.
-constexpr double kLine_1 = 0.02;
+constexpr double kLine = 0.02;
 /// Control within this part of an area's length, at one end of it, lies on one side.
-constexpr double kSide_1 = 0.3;
-/// Below this span of look angles 1, sin and cos are one function: 1 is told from the best
+constexpr double kSide = 0.3;
+/// Below this span of look angles 1, sin and cos are one function: 1 is distinguished from the best
 /// a sin + b cos by span^2 / 27 only (docs/theory/rank.md, section 1).
 constexpr double kNarrow_rad = 5.0 * kRadPerDeg;
 
@@ -113,8 +113,8 @@ FreeParameters FreeOf(const ParameterLayout& layout, std::size_t pass) {
 struct Extent {
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d axes_1 = Eigen::Matrix3d::Identity();
-  [[nodiscard]] bool OnLine() const { return size_m[1] <= kLine_1 * size_m[0]; }
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  [[nodiscard]] bool IsOnLine() const { return size_m[1] <= kLine * size_m[0]; }
 };
 
 Extent ExtentOf(const BlockState& state, const std::vector<std::size_t>& points) {
@@ -129,16 +129,16 @@ Extent ExtentOf(const BlockState& state, const std::vector<std::size_t>& points)
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
   out.size_m = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().reverse();
-  out.axes_1 = eigen.eigenvectors().rowwise().reverse();
+  out.axes = eigen.eigenvectors().rowwise().reverse();
   return out;
 }
 
-/// An island and what holds it.
-struct Island {
+/// A connected component and its datum.
+struct ConnectedPasses {
   std::vector<std::uint32_t> passes;
   std::vector<std::size_t> points, control;
-  std::array<int, 3> held{};  ///< control components east, north, up
-  std::size_t free_axes = 3;  ///< least number of free axes over its passes
+  std::array<int, 3> fixed{};  ///< control components east, north, up
+  std::size_t free_axes = 3;   ///< least number of free axes over its passes
   std::string name;
 };
 
@@ -148,33 +148,33 @@ std::vector<std::string> NamesOf(const Block& block, const std::vector<std::uint
   return names;
 }
 
-std::vector<Island> DescribeIslands(const AdjustmentProblem& problem,
-                                    const std::vector<FreeParameters>& free) {
+std::vector<ConnectedPasses> DescribeComponents(const AdjustmentProblem& problem,
+                                                const std::vector<FreeParameters>& free) {
   const Block& block = problem.block;
-  std::vector<Island> out;
-  std::vector<std::size_t> island_of(block.passes.size(), 0);
-  for (std::vector<std::uint32_t>& passes : PassIslands(problem)) {
-    Island island;
+  std::vector<ConnectedPasses> out;
+  std::vector<std::size_t> component_of_pass(block.passes.size(), 0);
+  for (std::vector<std::uint32_t>& passes : ConnectedComponents(problem)) {
+    ConnectedPasses connected;
     for (const std::uint32_t pass : passes) {
-      island_of[pass] = out.size();
-      island.free_axes = std::min(island.free_axes, free[pass].Axes());
+      component_of_pass[pass] = out.size();
+      connected.free_axes = std::min(connected.free_axes, free[pass].Axes());
     }
-    island.name = "the island of " + ListNames(NamesOf(block, passes));
-    island.passes = std::move(passes);
-    out.push_back(std::move(island));
+    connected.name = "the component of " + ListNames(NamesOf(block, passes));
+    connected.passes = std::move(passes);
+    out.push_back(std::move(connected));
   }
   if (out.size() == 1) out[0].name = "the block";
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     for (auto i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       if (problem.look_used[i] == 0) continue;
-      Island& island = out[island_of[block.looks.pass[i]]];
-      island.points.push_back(point);
+      ConnectedPasses& connected = out[component_of_pass[block.looks.pass[i]]];
+      connected.points.push_back(point);
       if (problem.control_of[point] >= 0) {
-        island.control.push_back(point);
+        connected.control.push_back(point);
         const KnownPosition* known = block.points.FindKnown(static_cast<std::uint32_t>(point));
         for (std::size_t axis = 0; known != nullptr && axis < 3; ++axis) {
-          island.held[axis] += known->held[axis] ? 1 : 0;
+          connected.fixed[axis] += known->fixed[axis] ? 1 : 0;
         }
       }
       break;
@@ -189,66 +189,66 @@ std::vector<std::string> PointNames(const Block& block, const std::vector<std::s
   return names;
 }
 
-/// Control at one end of the area of an island.
-bool OnOneSide(const BlockState& state, const Island& island) {
-  const Extent area = ExtentOf(state, island.points);
+/// Control at one end of the area of a component.
+bool ControlIsOnOneSide(const BlockState& state, const ConnectedPasses& connected) {
+  const Extent area = ExtentOf(state, connected.points);
   for (int axis = 0; axis < 2; ++axis) {
     const auto span = [&](const std::vector<std::size_t>& points) {
       std::array<double, 2> range_m = {std::numeric_limits<double>::infinity(),
                                        -std::numeric_limits<double>::infinity()};
       for (const std::size_t point : points) {
-        const double at_m = area.axes_1.col(axis).dot(state.Position(point) - area.middle_m);
+        const double at_m = area.axes.col(axis).dot(state.Position(point) - area.middle_m);
         range_m = {std::min(range_m[0], at_m), std::max(range_m[1], at_m)};
       }
       return range_m;
     };
-    const auto all_m = span(island.points), held_m = span(island.control);
+    const auto all_m = span(connected.points), control_m = span(connected.control);
     const double length_m = all_m[1] - all_m[0];
-    if (held_m[1] < all_m[0] + kSide_1 * length_m || held_m[0] > all_m[1] - kSide_1 * length_m) {
+    if (control_m[1] < all_m[0] + kSide * length_m || control_m[0] > all_m[1] - kSide * length_m) {
       return true;
     }
   }
   return false;
 }
 
-/// What control says of an island whose passes are all free.
+/// Datum findings of a component whose passes are all free.
 void ExamineDatum(const AdjustmentProblem& problem,
                   const BlockState& state,
-                  const Island& island,
+                  const ConnectedPasses& connected,
                   std::vector<Finding>* out) {
   const Block& block = problem.block;
   const auto add = [&](const std::string& text, std::vector<std::string> names) {
     out->push_back({text, std::move(names)});
   };
-  if (island.free_axes == 0) return;  // a pass that is held holds the rest
-  const std::vector<std::string> passes = NamesOf(block, island.passes);
-  if (island.control.empty()) {
-    add("nothing holds the position of " + island.name +
+  if (connected.free_axes == 0) return;  // a fixed pass fixes the rest
+  const std::vector<std::string> passes = NamesOf(block, connected.passes);
+  if (connected.control.empty()) {
+    add("nothing fixes the position of " + connected.name +
             ": it has no control point, and no pass of it (" + ListNames(passes) +
             ") has priors for its position or goes without corrections; it needs control or priors",
         passes);
     return;
   }
-  if (island.free_axes < 2) return;
-  const std::vector<std::string> control = PointNames(block, island.control);
-  const std::string held = " holds " + island.name + " without priors for its passes";
-  if (island.control.size() == 1) {
-    add("a single control point (" + control[0] + ")" + held +
+  if (connected.free_axes < 2) return;
+  const std::vector<std::string> control = PointNames(block, connected.control);
+  const std::string fixed = " holds " + connected.name + " without priors for its passes";
+  if (connected.control.size() == 1) {
+    add("a single control point (" + control[0] + ")" + fixed +
             ": rotations about it are open; it needs three that are not on one line",
         control);
-  } else if (ExtentOf(state, island.control).OnLine()) {
-    add("control on one line (" + ListNames(control) + ")" + held +
+  } else if (ExtentOf(state, connected.control).IsOnLine()) {
+    add("control on one line (" + ListNames(control) + ")" + fixed +
             ": the tilt about this line is open; it needs a control point beside the line",
         control);
-  } else if (OnOneSide(state, island)) {
-    add("control on one side (" + ListNames(control) + ")" + held +
+  } else if (ControlIsOnOneSide(state, connected)) {
+    add("control on one side (" + ListNames(control) + ")" + fixed +
             ": errors grow towards the other side; it needs control there",
         control);
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (island.held[axis] > 0) continue;
+    if (connected.fixed[axis] > 0) continue;
     static constexpr std::array<const char*, 3> kNames = {"east", "north", "up"};
-    add("no control point of " + island.name + " (" + ListNames(control) + ") is held in " +
+    add("no control point of " + connected.name + " (" + ListNames(control) + ") is fixed in " +
             kNames[axis] + ": its translation there is open",
         control);
   }
@@ -257,19 +257,19 @@ void ExamineDatum(const AdjustmentProblem& problem,
 /// One point, or all of them on one line.
 void ExaminePoints(const AdjustmentProblem& problem,
                    const BlockState& state,
-                   const Island& island,
+                   const ConnectedPasses& connected,
                    std::vector<Finding>* out) {
   const auto add = [&](const std::string& before, const std::string& after) {
-    std::vector<std::string> names = PointNames(problem.block, island.points);
+    std::vector<std::string> names = PointNames(problem.block, connected.points);
     out->push_back({before + ListNames(names) + after, std::move(names)});
   };
-  if (island.points.size() == 1) {
+  if (connected.points.size() == 1) {
     add("a single point (",
-        ") connects " + ListNames(NamesOf(problem.block, island.passes)) +
+        ") connects " + ListNames(NamesOf(problem.block, connected.passes)) +
             ": it cannot determine corrections without a prior; it needs more points");
-  } else if (island.points.size() > 1 && island.free_axes >= 2 &&
-             ExtentOf(state, island.points).OnLine()) {
-    add("all points of " + island.name + " lie on one line (",
+  } else if (connected.points.size() > 1 && connected.free_axes >= 2 &&
+             ExtentOf(state, connected.points).IsOnLine()) {
+    add("all points of " + connected.name + " lie on one line (",
         "): the tilt about it is open; it needs points beside the line");
   }
 }
@@ -303,7 +303,7 @@ std::vector<std::array<double, 2>> LookAngles(const AdjustmentProblem& problem,
       if (problem.look_used[i] == 0 || !pass.path.Evaluate(block.looks.time_s[i], &motion)) {
         continue;
       }
-      const Eigen::Vector3d d = TrackAxesOf(block.frame, motion).axes_1.transpose() *
+      const Eigen::Vector3d d = TrackAxesOf(block.frame, motion).axes.transpose() *
                                 (state.Position(point) - motion.position_m);
       const double angle_rad = std::atan2(std::abs(d[1]), -d[2]);
       std::array<double, 2>& span = out[block.looks.pass[i]];
@@ -313,7 +313,7 @@ std::vector<std::array<double, 2>> LookAngles(const AdjustmentProblem& problem,
   return out;
 }
 
-/// What each pass by itself cannot tell apart.
+/// Corrections that each pass by itself cannot separate.
 void ExaminePasses(const AdjustmentProblem& problem,
                    const BlockState& state,
                    const std::vector<FreeParameters>& free,
@@ -361,7 +361,7 @@ void ExaminePasses(const AdjustmentProblem& problem,
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> PassIslands(const AdjustmentProblem& problem) {
+std::vector<std::vector<std::uint32_t>> ConnectedComponents(const AdjustmentProblem& problem) {
   const Block& block = problem.block;
   const std::size_t passes = block.passes.size();
   std::vector<std::uint32_t> root(passes);
@@ -392,12 +392,12 @@ std::vector<std::vector<std::uint32_t>> PassIslands(const AdjustmentProblem& pro
   std::vector<std::size_t> index(passes, passes);
   for (std::uint32_t pass = 0; pass < passes; ++pass) {
     if (!seen[pass]) continue;
-    std::size_t& island = index[find(pass)];
-    if (island == passes) {
-      island = out.size();
+    std::size_t& connected = index[find(pass)];
+    if (connected == passes) {
+      connected = out.size();
       out.emplace_back();
     }
-    out[island].push_back(pass);
+    out[connected].push_back(pass);
   }
   return out;
 }
@@ -405,29 +405,29 @@ std::vector<std::vector<std::uint32_t>> PassIslands(const AdjustmentProblem& pro
 std::vector<Finding> ExamineStructure(const AdjustmentProblem& problem, const BlockState& state) {
   std::vector<Finding> out;
   const ParameterLayout& layout = problem.layout;
-  if (layout.size() == 0) return out;  // every point stands for itself
+  if (layout.size() == 0) return out;  // every point is independent
   std::vector<FreeParameters> free;
   bool any = false;
   for (std::size_t pass = 0; pass < layout.passes.size(); ++pass) {
     free.push_back(FreeOf(layout, pass));
     any = any || free.back().count > 0;
   }
-  const std::vector<Island> islands = DescribeIslands(problem, free);
-  if (islands.size() > 1) {
+  const std::vector<ConnectedPasses> components = DescribeComponents(problem, free);
+  if (components.size() > 1) {
     Finding finding;
-    finding.text = "the block falls into " + std::to_string(islands.size()) +
-                   " islands that no point connects:";
-    for (const Island& island : islands) {
-      const std::vector<std::string> names = NamesOf(problem.block, island.passes);
+    finding.text = "the block falls into " + std::to_string(components.size()) +
+                   " components that no point connects:";
+    for (const ConnectedPasses& connected : components) {
+      const std::vector<std::string> names = NamesOf(problem.block, connected.passes);
       finding.text += (finding.names.empty() ? " " : " | ") + ListNames(names);
       finding.names.insert(finding.names.end(), names.begin(), names.end());
     }
-    finding.text += "; each stands for itself, points seen from both would connect them";
+    finding.text += "; points seen from both would connect them";
     out.push_back(std::move(finding));
   }
-  for (const Island& island : islands) {
-    ExamineDatum(problem, state, island, &out);
-    if (any) ExaminePoints(problem, state, island, &out);
+  for (const ConnectedPasses& connected : components) {
+    ExamineDatum(problem, state, connected, &out);
+    if (any) ExaminePoints(problem, state, connected, &out);
   }
   ExaminePasses(problem, state, free, &out);
   return out;

@@ -10,7 +10,7 @@
 
 namespace sarblock {
 
-/// Something in the make of a block that its adjustment will suffer from.
+/// A defect of the network configuration that affects the adjustment.
 struct Finding {
   std::string text;                ///< what, of which passes or points, and what would mend it
   std::vector<std::string> names;  ///< of the passes or points concerned
@@ -19,26 +19,27 @@ struct Finding {
 /// How the passes of a block hang together through the points that take part: passes are nodes, a
 /// point joins all passes whose looks of it are in use (union-find).
 struct PassConnection {
-  int islands = 0;                           ///< of the passes that have looks
+  int components = 0;                        ///< of the passes that have looks
   std::vector<std::uint8_t> pass_has_looks;  ///< by pass
 
-  /// True where `after` has as few islands and no pass lost its last look.
+  /// True where `after` has as few connected components and no pass lost its last look.
   [[nodiscard]] bool IsKeptBy(const PassConnection& after) const;
 };
 
 [[nodiscard]] PassConnection ConnectPasses(const AdjustmentProblem& problem);
 
-/// Findings in the make of a block, before any equation is formed: islands, passes that too few
-/// points see, one point, points or control on one line, control on one side or missing, time and
-/// along-track both free, range bias, across and up all free on a narrow swath. Points count that
-/// `problem` solves, at the positions of `state` (start values will do). What priors or passes
-/// without corrections hold is no finding. `check` and `adjust` say the same words.
-/// docs/theory/rank.md, section 1, has the limits.
+/// Defects of the network configuration, before any equation is formed: connected components,
+/// passes with too few points, one point, points or control on one line, control on one side or
+/// missing, time and along-track both free, range bias, across and up all free on a narrow swath.
+/// Points count that `problem` solves, at the positions of `state` (start values will do). What
+/// priors or passes without corrections determine is no finding. `check` and `adjust` print the
+/// same messages. docs/theory/rank.md, section 1, has the limits.
 [[nodiscard]] std::vector<Finding> ExamineStructure(const AdjustmentProblem& problem,
                                                     const BlockState& state);
 
 /// Sets of passes that no point connects, each ascending; passes without a look that takes part are
 /// in none.
-[[nodiscard]] std::vector<std::vector<std::uint32_t>> PassIslands(const AdjustmentProblem& problem);
+[[nodiscard]] std::vector<std::vector<std::uint32_t>> ConnectedComponents(
+    const AdjustmentProblem& problem);
 
 }  // namespace sarblock

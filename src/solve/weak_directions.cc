@@ -44,7 +44,7 @@ Motions MovementInAxes(const AdjustmentProblem& problem,
   }
   const Motions moved = MovementAt(motion.position_m - middle_m, enu);
   if (axes == PositionCorrection::Axes::kFrame) return moved;
-  return TrackAxesOf(problem.block.frame, motion).axes_1.transpose() * moved;
+  return TrackAxesOf(problem.block.frame, motion).axes.transpose() * moved;
 }
 
 /// First parameter of a pass's own (not shared) static block and whether it has one.
@@ -139,7 +139,7 @@ Eigen::MatrixXd RigidMotions(const AdjustmentProblem& problem,
       const ParameterBlock& first = layout.blocks[static_cast<std::size_t>(term.first_block)];
       if (carried || first.shared) continue;
       carried = true;
-      // Coefficient q of a uniform cubic spline stands for the time of its own knot, q - 1 spacings
+      // Coefficient q of a uniform cubic spline belongs to the time of its own knot, q - 1 spacings
       // from the start: exact for linear functions.
       const double start_s = corrections.middle_s - corrections.half_length_s;
       for (std::size_t q = 0; q < term.spline.count(); ++q) {
@@ -169,7 +169,7 @@ Eigen::MatrixXd RigidMotions(const AdjustmentProblem& problem,
 
 std::string NameMotion(const Eigen::Matrix<double, kMotions, 1>& part,
                        FrameKind frame,
-                       const std::string& whose) {
+                       const std::string& subject) {
   static constexpr std::array<std::array<const char*, 3>, 2> kAxes = {
       {{"x", "y", "z"}, {"east", "north", "up"}}};
   const auto& axes = kAxes[frame == FrameKind::kLocal ? 0 : 1];
@@ -186,10 +186,10 @@ std::string NameMotion(const Eigen::Matrix<double, kMotions, 1>& part,
   if (part.segment<3>(3).norm() > 0.0) {
     const Eigen::Vector3d turn = part.segment<3>(3).normalized();
     const bool tilt = std::abs(turn[2]) < 0.5;
-    return std::string(tilt ? "tilt" : "rotation") + " of " + whose + " about " + listed(3);
+    return std::string(tilt ? "tilt" : "rotation") + " of " + subject + " about " + listed(3);
   }
-  if (part.head<3>().norm() > 0.0) return "translation of " + whose + " in " + listed(0);
-  return "scale of " + whose;
+  if (part.head<3>().norm() > 0.0) return "translation of " + subject + " in " + listed(0);
+  return "scale of " + subject;
 }
 
 TargetEffects TargetEffectsOf(const AdjustmentProblem& problem, const std::vector<int>& pass_of) {
@@ -239,19 +239,19 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// A motion counts as weak where this much of its length lies in the weak subspace.
-constexpr double kInside_1 = 0.95;
-/// Islands beyond this number are told of by the structure alone.
-constexpr std::size_t kMostIslands = 8;
+constexpr double kInside = 0.95;
+/// More components than this are reported by the structure alone.
+constexpr std::size_t kMaxComponents = 8;
 
 MatrixXd Orthonormal(const MatrixXd& a) {
   if (a.cols() == 0) return a;
   return dense::PivotedOrthogonal(a).Basis();
 }
 
-/// Rows that tell the columns of q, which are orthonormal, apart: each the longest of what those
-/// before it leave. They belong to the subspace and not to its basis; of rows that are equal but
-/// for rounding the first is taken.
-std::vector<Index> TellingRows(const MatrixXd& q) {
+/// Rows that distinguish the columns of q, which are orthonormal: each the longest after those
+/// before it are projected out. They belong to the subspace and not to its basis; among rows that
+/// are equal but for rounding the first is taken.
+std::vector<Index> IndependentRows(const MatrixXd& q) {
   std::vector<Index> rows;
   MatrixXd left = q;
   for (Index k = 0; k < q.cols(); ++k) {
@@ -272,34 +272,35 @@ std::vector<Index> TellingRows(const MatrixXd& q) {
 void MakeEchelon(MatrixXd* a) {
   if (a->cols() == 0) return;
   const MatrixXd q = Orthonormal(*a);
-  const std::vector<Index> rows = TellingRows(q);
+  const std::vector<Index> rows = IndependentRows(q);
   MatrixXd head(q.cols(), q.cols());
   for (Index k = 0; k < q.cols(); ++k) head.row(k) = q.row(rows[static_cast<std::size_t>(k)]);
   *a = dense::PivotedOrthogonal(head.transpose()).Solve(q.transpose()).transpose();
 }
 
-/// The rigid motions of every island, in scaled parameters, columns of unit length or zero.
+/// The rigid motions of every connected component, in scaled parameters, columns of unit length or
+/// zero.
 struct Candidates {
   MatrixXd columns;
   VectorXd lengths;  // of the columns before
-  std::vector<std::string> whose;
+  std::vector<std::string> subject;
 };
 
 Candidates CandidatesOf(const AdjustmentProblem& problem,
                         const std::vector<int>& pass_of_parameter,
                         const VectorXd& scale) {
-  std::vector<std::vector<std::uint32_t>> islands = PassIslands(problem);
-  if (islands.size() > kMostIslands) islands.resize(kMostIslands);
+  std::vector<std::vector<std::uint32_t>> components = ConnectedComponents(problem);
+  if (components.size() > kMaxComponents) components.resize(kMaxComponents);
   Candidates out;
-  out.columns = MatrixXd::Zero(scale.size(), kMotions * static_cast<Index>(islands.size()));
+  out.columns = MatrixXd::Zero(scale.size(), kMotions * static_cast<Index>(components.size()));
   out.lengths = VectorXd::Ones(out.columns.cols());
-  for (std::size_t k = 0; k < islands.size(); ++k) {
+  for (std::size_t k = 0; k < components.size(); ++k) {
     std::vector<std::string> names;
-    for (const std::uint32_t pass : islands[k]) names.push_back(problem.block.passes[pass].id);
-    out.whose.push_back(islands.size() == 1 ? "the whole block"
-                                            : "the island of " + ListNames(names));
+    for (const std::uint32_t pass : components[k]) names.push_back(problem.block.passes[pass].id);
+    out.subject.push_back(components.size() == 1 ? "the whole block"
+                                                 : "the component of " + ListNames(names));
     out.columns.middleCols(kMotions * static_cast<Index>(k), kMotions) =
-        scale.cwiseInverse().asDiagonal() * RigidMotions(problem, pass_of_parameter, islands[k]);
+        scale.cwiseInverse().asDiagonal() * RigidMotions(problem, pass_of_parameter, components[k]);
   }
   for (Index c = 0; c < out.columns.cols(); ++c) {
     const double length = out.columns.col(c).norm();
@@ -316,7 +317,7 @@ MatrixXd MotionsInside(const Candidates& candidates, const MatrixXd& weak) {
   if (qr.rank() == 0) return MatrixXd(candidates.columns.cols(), 0);
   const MatrixXd q = qr.Basis();
   const dense::SingularValues svd = dense::DecomposeSingular(weak.transpose() * q);
-  const Index inside = (svd.values.array() >= kInside_1).count();
+  const Index inside = (svd.values.array() >= kInside).count();
   if (inside == 0) return MatrixXd(candidates.columns.cols(), 0);
   MatrixXd part = qr.Solve(q * svd.v.leftCols(inside));
   MakeEchelon(&part);
@@ -337,7 +338,7 @@ std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
   MatrixXd taken(space.cols(), part.cols());
   for (Index k = 0; k < part.cols(); ++k) {
     taken.col(k) = space.transpose() * (candidates.columns * part.col(k));
-    // The island with the largest part, and of its motions those that count.
+    // The component with the largest part, and those of its motions that count.
     Index most = 0;
     part.col(k).cwiseAbs().maxCoeff(&most);
     const Index first = most / kMotions * kMotions;
@@ -350,7 +351,7 @@ std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
     out.push_back({(space * taken.col(k)).normalized(),
                    NameMotion(motion,
                               problem.block.frame.kind(),
-                              candidates.whose[static_cast<std::size_t>(most / kMotions)])});
+                              candidates.subject[static_cast<std::size_t>(most / kMotions)])});
   }
   MatrixXd rest = space;
   if (part.cols() > 0) {
@@ -374,7 +375,7 @@ struct Kind {
 
 std::string Number(double value) { return Digits(value, 3); }
 
-Kind OfPosition(const Parameter& parameter) {
+Kind PositionKind(const Parameter& parameter) {
   constexpr std::array kOfTrack = {Family::kAlong, Family::kAcross, Family::kUp};
   const auto axis = static_cast<std::size_t>(parameter.axis);
   const bool track = parameter.axes == PositionCorrection::Axes::kTrack;
@@ -410,7 +411,7 @@ Kind KindOf(const Parameter& parameter) {
     case ParameterKind::kZenithDelay:
       return {Family::kAir, "zenith delay"};
   }
-  return OfPosition(parameter);
+  return PositionKind(parameter);
 }
 
 struct Meaning {
@@ -425,16 +426,18 @@ Meaning MeaningOf(const std::set<Family>& has, std::size_t owners, bool alone) {
   const bool sideways = any({Family::kAcross, Family::kUp, Family::kFrame});
   const bool forward = any({Family::kAlong, Family::kFrame});
   if (alone) {
-    return {"hardly any look tells of it", "points that see it, a prior or leaving it out"};
+    return {"hardly any look depends on it", "points that see it, a prior or leaving it out"};
   }
   if (has.count(Family::kTime) > 0 && forward) {
     return {"a time bias and a shift along track are the same to a straight flight",
             "leaving out one of the two or a prior for one; control does not help"};
   }
   if (has.count(Family::kRange) > 0 && sideways) {
-    return {"not separable at one look angle: a narrow swath sees only the part along the sight",
-            "a prior for the range bias, control from near to far range of a wide swath, or a pass "
-            "from the other side"};
+    return {
+        "not separable at one look angle: a narrow swath sees only the part along the line of "
+        "sight",
+        "a prior for the range bias, control from near to far range of a wide swath, or a pass "
+        "from the other side"};
   }
   if (has.count(Family::kAir) > 0 && any({Family::kRange, Family::kScale, Family::kUp})) {
     return {"a delay hardly differs from a bias over the angles of incidence seen",
@@ -461,7 +464,7 @@ Meaning MeaningOf(const std::set<Family>& has, std::size_t owners, bool alone) {
 Meaning MeaningOfMotion(const std::string& motion) {
   Meaning meaning{motion, {}};
   if (motion.rfind("translation", 0) == 0) {
-    meaning.remedy = "a control point held in that direction";
+    meaning.remedy = "a control point fixed in that direction";
   } else if (motion.rfind("scale", 0) == 0) {
     meaning.remedy = "two control points far apart";
   } else {
@@ -516,7 +519,7 @@ std::string DescribeDirection(const AdjustmentProblem& problem,
     text += " and " + std::to_string(kinds.size() - kKindsShown) + " more kinds";
   }
   const bool alone = direction.parameters.size() == 1;
-  text += alone ? " stands open" : " move together";
+  text += alone ? " is open" : " move together";
   const Meaning meaning = direction.motion.empty() ? MeaningOf(families, owners.size(), alone)
                                                    : MeaningOfMotion(direction.motion);
   text += ": " + meaning.words;
@@ -527,11 +530,11 @@ std::string DescribeDirection(const AdjustmentProblem& problem,
             Number(first.sigma) + " " + parameter.unit +
             (parameter.has_prior() ? ", its prior " + Number(parameter.prior_sigma)
                                    : std::string(" without a prior"));
-    if (direction.correlation_1 != 0.0) {
+    if (direction.correlation != 0.0) {
       text += ", correlation with " + layout.Describe(direction.parameters[1].index) + " " +
-              Number(direction.correlation_1);
+              Number(direction.correlation);
     }
-    text += ", eigenvalue " + Number(direction.eigenvalue_1) + ")";
+    text += ", eigenvalue " + Number(direction.eigenvalue) + ")";
   }
   if (direction.moved_point) {
     text += ", most at " + std::string(problem.block.points.ids[*direction.moved_point]);

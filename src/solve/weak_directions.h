@@ -14,31 +14,31 @@ namespace sarblock {
 
 /// Least eigenvalue of the reduced matrix scaled to unit diagonal that still counts as regular; its
 /// own rounding is about 1e-15.
-inline constexpr double kLeastEigenvalue_1 = 1e-13;
+inline constexpr double kMinEigenvalue = 1e-13;
 /// Below this an eigenvalue is always warned of: six digits of the covariance are not certain. The
 /// rounding of S, 1.1e-16 of its diagonal, comes back in S^-1 divided by the eigenvalue; up to
 /// twice that is met in covariances (docs/studies/stability.md), which leaves 4.4e-7 here.
-inline constexpr double kNearEigenvalue_1 = 5e-10;
+inline constexpr double kNearEigenvalue = 5e-10;
 /// A standard deviation of a correction without a prior, as movement at the target, beyond these
 /// parts of the mean slant range is warned of, and is refused: nothing linear holds there.
-inline constexpr double kNearEffectPart_1 = 0.01;
-inline constexpr double kOpenEffectPart_1 = 0.5;
+inline constexpr double kNearEffectPart = 0.01;
+inline constexpr double kOpenEffectPart = 0.5;
 
 /// A parameter that takes part in a weak direction.
 struct WeakParameter {
   int index = 0;
-  double share_1 = 0.0;  ///< component of the unit direction, parameters in conditional sigmas
+  double share = 0.0;  ///< component of the unit direction, parameters in conditional sigmas
   /// Posterior standard deviation in the parameter's unit; infinite where undetermined.
   double sigma = std::numeric_limits<double>::infinity();
 };
 
 /// Parameters that move together and change (almost) no observation.
 struct WeakDirection {
-  double eigenvalue_1 = 0.0;  ///< v'Sv, |v| = 1, S scaled to unit diagonal
-  double prior_part_1 = 0.0;  ///< how much of it the priors give, 0 to 1
+  double eigenvalue = 0.0;    ///< v'Sv, |v| = 1, S scaled to unit diagonal
+  double prior_part = 0.0;    ///< how much of it the priors give, 0 to 1
   bool undetermined = false;  ///< to be refused; else nearly undetermined
   double effect_m = 0.0;      ///< largest movement at the target, parameters without prior, 1 sigma
-  double correlation_1 = 0.0;  ///< of the two parameters with the largest shares; 0 if undetermined
+  double correlation = 0.0;   ///< of the two parameters with the largest shares; 0 if undetermined
   std::vector<WeakParameter> parameters;     ///< the largest share first
   std::string motion;                        ///< "translation of the whole block in y", or empty
   std::optional<std::uint32_t> moved_point;  ///< the tie point it moves most, where known
@@ -50,8 +50,8 @@ struct WeakDirection {
 struct RankReport {
   std::vector<WeakDirection> undetermined;
   std::vector<WeakDirection> nearly;
-  bool more = false;         ///< there are more weak directions than were looked for
-  double condition_1 = 1.0;  ///< ratio of the extreme eigenvalues of the scaled S
+  bool more = false;       ///< there are more weak directions than were looked for
+  double condition = 1.0;  ///< ratio of the extreme eigenvalues of the scaled S
   [[nodiscard]] bool regular() const { return undetermined.empty(); }
 };
 
@@ -69,10 +69,10 @@ inline constexpr int kMotions = 7;
                                            const std::vector<std::uint32_t>& passes);
 
 /// "translation of the whole block in y", for a mixture of the columns above: `part` in metres,
-/// radians and one. `whose` is "the whole block" or an island.
+/// radians and one. `subject` is "the whole block" or a connected component.
 [[nodiscard]] std::string NameMotion(const Eigen::Matrix<double, kMotions, 1>& part,
                                      FrameKind frame,
-                                     const std::string& whose);
+                                     const std::string& subject);
 
 /// Metres at the target that one unit of each parameter moves a look, and the mean slant range.
 struct TargetEffects {
@@ -91,10 +91,10 @@ struct NamedDirection {
 };
 
 /// A basis of a weak subspace (`weak`: orthonormal or nearly so, columns in scaled parameters) that
-/// can be put in words. First the rigid motions of the block, or of each island of it, that lie in
-/// the subspace; then the rest, each with a parameter of its own that the others leave alone, so
-/// that local ones stay local. Both depend on the subspace and not on the vectors that span it,
-/// which rounding turns. docs/theory/rank.md, section 4.
+/// can be put in words. First the rigid motions of the block, or of each connected component, that
+/// lie in the subspace; then the rest, each with a parameter of its own that the others leave
+/// alone, so that local ones stay local. Both depend on the subspace and not on the vectors that
+/// span it, which rounding turns. docs/theory/rank.md, section 4.
 [[nodiscard]] std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
                                                         const std::vector<int>& pass_of_parameter,
                                                         const Eigen::VectorXd& scale,

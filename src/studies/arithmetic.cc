@@ -29,8 +29,8 @@ const char* NameOf(Elimination elimination) {
 
 namespace {
 
-constexpr int kMostIterations = 12;
-constexpr double kSettled_1 = 1e-6;
+constexpr int kMaxIterations = 12;
+constexpr double kSettledDecrement = 1e-6;
 constexpr std::size_t kPointsPerReport = 4096;
 
 // Plain loops over rows: what the compiler makes of them is the same for all three arithmetics, and
@@ -153,7 +153,7 @@ class RowReader {
     for (std::size_t k = 0; k < controls; ++k) {
       const auto from = static_cast<Eigen::Index>(k);
       T* row = out->Row(2 * count + k);
-      for (Eigen::Index c = 0; c < 3; ++c) row[c] = static_cast<T>(at.by_point(from, c));
+      for (Eigen::Index c = 0; c < 3; ++c) row[c] = static_cast<T>(at.d_point(from, c));
       row[out->width() + 3] = static_cast<T>(at.residual[from]);
     }
   }
@@ -180,8 +180,8 @@ class RowReader {
 
   void Fill(const WhitenedLook& look, std::size_t component, T* row, std::size_t width) const {
     const auto from = static_cast<Eigen::Index>(component);
-    for (Eigen::Index c = 0; c < 3; ++c) row[c] = static_cast<T>(look.by_point(from, c));
-    row[width + 3] = static_cast<T>(look.error_1[from]);
+    for (Eigen::Index c = 0; c < 3; ++c) row[c] = static_cast<T>(look.d_point(from, c));
+    row[width + 3] = static_cast<T>(look.whitened_error[from]);
     std::size_t local = 0;
     for (int b = 0; b < look.columns.block_count; ++b) {
       const auto id = static_cast<std::size_t>(look.columns.block[static_cast<std::size_t>(b)]);
@@ -319,7 +319,7 @@ class Solver {
   ArithmeticSolution Run(BlockState start) {
     ArithmeticSolution out;
     out.state = std::move(start);
-    double before_1 = kNotGiven;
+    double step_before = kNotGiven;
     for (;; ++out.iterations) {
       Form(out.state);
       if (!Factor()) {
@@ -327,18 +327,19 @@ class Solver {
         return out;
       }
       std::vector<T> dx = Step();
-      double square_1 = point_square_1_;
+      double square = point_square_;
       for (std::size_t i = 0; i < dx.size(); ++i) {
-        square_1 -= static_cast<double>(gradient_[i]) * static_cast<double>(dx[i]);
+        square -= static_cast<double>(gradient_[i]) * static_cast<double>(dx[i]);
       }
-      out.remaining_step_1 = std::sqrt(square_1 < 0.0 ? 0.0 : square_1);
-      if (!std::isfinite(out.remaining_step_1)) {
+      out.remaining_step = std::sqrt(square < 0.0 ? 0.0 : square);
+      if (!std::isfinite(out.remaining_step)) {
         out.problem = "a point cannot be eliminated in this arithmetic";
         return out;
       }
-      const bool floor = out.iterations >= 2 && !(out.remaining_step_1 < 0.5 * before_1);
-      if (out.remaining_step_1 <= kSettled_1 || floor || out.iterations == kMostIterations) break;
-      before_1 = out.remaining_step_1;
+      const bool floor = out.iterations >= 2 && !(out.remaining_step < 0.5 * step_before);
+      if (out.remaining_step <= kSettledDecrement || floor || out.iterations == kMaxIterations)
+        break;
+      step_before = out.remaining_step;
       Move(dx, &out.state);
       UpdateWeights(out.state, &problem_);
     }
@@ -368,7 +369,7 @@ class Solver {
     const auto n = static_cast<std::size_t>(problem_.layout.size());
     s_.SetZero(n);
     gradient_.assign(n, T(0));
-    point_square_1_ = 0.0;
+    point_square_ = 0.0;
     ForPoints("linearise", state, [&](std::size_t) {
       const std::vector<std::size_t>& at = rows_.parameter;
       const std::size_t size = at.size() + 1;
@@ -380,7 +381,7 @@ class Solver {
       }
       for (std::size_t k = 0; k < 3; ++k) {
         const auto e = static_cast<double>(one_.projected[k * size + size - 1]);
-        point_square_1_ += e * e;
+        point_square_ += e * e;
       }
     });
     for (std::size_t i = 0; i < n; ++i) {
@@ -495,7 +496,7 @@ class Solver {
   Eliminated<T> one_;
   Square<T> s_;
   std::vector<T> gradient_, scale_;
-  double point_square_1_ = 0.0;
+  double point_square_ = 0.0;
 };
 
 }  // namespace

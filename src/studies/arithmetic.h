@@ -26,16 +26,16 @@ struct ArithmeticSolution {
   bool solved = false;
   std::string problem;  ///< why not, else empty
   int iterations = 0;
-  double remaining_step_1 = kNotGiven;  ///< Newton step left, in sigmas over all unknowns
+  double remaining_step = kNotGiven;  ///< Newton decrement, in sigmas over all unknowns
   BlockState state;
   std::vector<SymmetricEnu> covariance_m2;  ///< by point; NaN where not solved
 };
 
-/// The adjustment in another arithmetic, to see what its digits are worth: undamped Gauss-Newton
-/// from `start`, dense reduced matrix scaled to unit diagonal, covariances of all points. Equations
-/// are evaluated in double and positions kept in double whatever the arithmetic: a range of 1e6 m
-/// in single precision is known to 6 cm. Ends where the step left is below 1e-6 sigmas or no longer
-/// halves, which is where the rounding of the arithmetic stands.
+/// The adjustment in another arithmetic, to measure the effect of its rounding: undamped
+/// Gauss-Newton from `start`, dense reduced matrix scaled to unit diagonal, covariances of all
+/// points. Equations are evaluated in double and positions kept in double for every arithmetic: a
+/// range of 1e6 m in single precision is known to 6 cm. Ends when the Newton decrement is below
+/// 1e-6 sigmas or no longer halves, where it is rounding of the arithmetic.
 ///
 /// A measuring instrument, not a solver: one thread, time and memory grow with the square and cube
 /// of the number of corrections, no damping, no robust loss, no rank analysis. A factor that does

@@ -73,7 +73,7 @@ namespace {
 
 using Kind = StudyCellKind;
 
-const std::vector<StudyColumn>& Columns() {
+const std::vector<StudyColumn>& DensificationColumns() {
   static const std::vector<StudyColumn> columns = {
       {"layout", Kind::kText},
       {"control_points", Kind::kInteger},
@@ -116,8 +116,8 @@ const std::vector<StudyColumn>& Columns() {
 class RowMaker {
  public:
   RowMaker& Set(const std::string& column, StudyCell cell) {
-    for (std::size_t i = 0; i < Columns().size(); ++i) {
-      if (Columns()[i].name != column) continue;
+    for (std::size_t i = 0; i < DensificationColumns().size(); ++i) {
+      if (DensificationColumns()[i].name != column) continue;
       if (const auto* number = std::get_if<double>(&cell); number && !std::isfinite(*number)) {
         cell = StudyCell{};
       }
@@ -136,7 +136,7 @@ class RowMaker {
   [[nodiscard]] const StudyRow& row() const { return row_; }
 
  private:
-  StudyRow row_ = StudyRow(Columns().size());
+  StudyRow row_ = StudyRow(DensificationColumns().size());
 };
 
 void SetAccuracy(const Accuracy& accuracy, RowMaker* row) {
@@ -206,7 +206,7 @@ bool IsVerified(const DensificationStudy& study, std::size_t index) {
   return study.verify.runs > 0 && index % study.verify.every == 0;
 }
 
-/// Level of one bound so that all hold together (Sidak).
+/// Level of one bound for a simultaneous level of all (Sidak).
 double LevelOfOne(const DensificationStudy& study) {
   std::size_t verified = 0;
   for (std::size_t i = 0; i < study.cases.size(); ++i) verified += IsVerified(study, i) ? 1U : 0U;
@@ -220,11 +220,11 @@ void SetVerification(const Verification& verified, RowMaker* row) {
     row->Set("montecarlo_rms_e_m", verified.rms_m[0])
         .Set("montecarlo_rms_n_m", verified.rms_m[1])
         .Set("montecarlo_rms_u_m", verified.rms_m[2])
-        .Set("nees", verified.nees_1)
+        .Set("nees", verified.nees)
         .Set("nees_lower", verified.bound.lower)
         .Set("nees_upper", verified.bound.upper);
   }
-  const bool agrees = verified.failed == 0 && verified.bound.Contains(verified.nees_1);
+  const bool agrees = verified.failed == 0 && verified.bound.Contains(verified.nees);
   row->Count("agrees", agrees ? 1 : 0);
   if (verified.failed > 0) {
     row->Message(std::to_string(verified.failed) +
@@ -276,11 +276,11 @@ Accuracy AccuracyOf(const SimulatedBlock& planned,
   std::vector<SymmetricEnu> points_m2, differences_m2;
   std::vector<double> distances_m;
   for (const std::size_t i : points) {
-    points_m2.push_back(ToEnu(frame, at_m[covariance.points()[i]], covariance.Of(i)));
+    points_m2.push_back(ToEnu(frame, at_m[covariance.points()[i]], covariance.Point(i)));
   }
   for (const auto& [a, b] : pairs) {
     const Eigen::Vector3d& a_m = at_m[covariance.points()[a]];
-    differences_m2.push_back(ToEnu(frame, a_m, covariance.OfDifference(a, b)));
+    differences_m2.push_back(ToEnu(frame, a_m, covariance.Difference(a, b)));
     distances_m.push_back((at_m[covariance.points()[b]] - a_m).norm());
   }
   return SummariseAccuracy(points_m2, differences_m2, distances_m);
@@ -342,7 +342,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
       objective.pairs.emplace_back(index_of[pair.a], index_of[pair.b]);
     }
     if (objective.points.empty() || objective.pairs.empty()) {
-      throw InputError("placement", "needs a block with points beside its control");
+      throw InputError("placement", "needs a block with points other than control");
     }
     first.Count("determined", 1);
     const auto control = static_cast<std::size_t>(
@@ -373,18 +373,18 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
           tell(row);
         }));
     if (of.exchange == PlacementCase::Exchange::kOff || chosen.size() < 2) return rows;
-    std::string told;
+    std::string reported;
     for (const PlacementExchange& exchange :
          ExchangePlacement(objective, candidates, sigma_m2, &chosen, &covariance, [progress] {
            if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
          })) {
       const Eigen::Vector2d at_m = place_of(exchange.added);
-      told += (told.empty() ? "" : ", ") + id_of(exchange.removed) + " for " +
-              id_of(exchange.added) + " at (" + std::to_string(std::lround(at_m.x())) + ", " +
-              std::to_string(std::lround(at_m.y())) + ")";
+      reported += (reported.empty() ? "" : ", ") + id_of(exchange.removed) + " for " +
+                  id_of(exchange.added) + " at (" + std::to_string(std::lround(at_m.x())) + ", " +
+                  std::to_string(std::lround(at_m.y())) + ")";
     }
     RowMaker last = first;
-    last.Set("layout", std::string("exchange ") + NameOf(of.criterion)).Message(told);
+    last.Set("layout", std::string("exchange ") + NameOf(of.criterion)).Message(reported);
     SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &last);
     last.Set("criterion_m2", ValueOf(objective, covariance))
         .Count("control_points", control + chosen.size());
@@ -399,7 +399,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
 
 StudyPlan PlanDensification(const DensificationStudy& study) {
   StudyPlan plan;
-  plan.columns = Columns();
+  plan.columns = DensificationColumns();
   for (std::size_t i = 0; i < study.cases.size(); ++i) {
     const DensificationCase& of = study.cases[i];
     plan.tasks.push_back(
@@ -420,7 +420,7 @@ namespace {
 struct RunSums {
   std::string why_not = {};  // not empty: not compared
   std::array<double, 3> square_m2{};
-  double whitened_1 = 0.0;
+  double whitened_errors = 0.0;
 };
 
 /// What a point's errors are compared with.
@@ -451,7 +451,7 @@ RunSums Compare(const SimulatedBlock& drawn,
       sums.square_m2[axis] +=
           e_m[static_cast<Eigen::Index>(axis)] * e_m[static_cast<Eigen::Index>(axis)];
     }
-    sums.whitened_1 += (reference.whiten * e_m).squaredNorm();
+    sums.whitened_errors += (reference.whiten * e_m).squaredNorm();
   }
   return sums;
 }
@@ -499,7 +499,7 @@ Verification Verify(const Scene& scene,
   });
 
   Verification out;
-  double whitened_1 = 0.0;
+  double whitened_errors = 0.0;
   std::array<double, 3> square_m2{};
   for (const RunSums& run : sums) {
     if (!run.why_not.empty()) {
@@ -507,12 +507,12 @@ Verification Verify(const Scene& scene,
       continue;
     }
     ++out.runs;
-    whitened_1 += run.whitened_1;
+    whitened_errors += run.whitened_errors;
     for (std::size_t axis = 0; axis < 3; ++axis) square_m2[axis] += run.square_m2[axis];
   }
   if (out.runs == 0 || references.empty()) return out;
   const double count = static_cast<double>(out.runs) * static_cast<double>(references.size());
-  out.nees_1 = whitened_1 / (3.0 * count);
+  out.nees = whitened_errors / (3.0 * count);
   for (std::size_t axis = 0; axis < 3; ++axis) out.rms_m[axis] = std::sqrt(square_m2[axis] / count);
   const BlockCovariance covariance(simulated.block, options, truth_m, predicted.points.status);
   std::vector<std::size_t> chosen;

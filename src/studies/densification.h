@@ -69,7 +69,7 @@ struct PlacementCase {
 struct VerificationOptions {
   int runs = 0;           ///< of each case verified; 0: none
   std::size_t every = 1;  ///< the first case and every so many after it
-  double level = 0.99;    ///< with which all bounds hold together if the predictions are right
+  double level = 0.99;    ///< simultaneous level of all bounds if the predictions are right
   /// Whose standard deviations the flight path and measurement errors are drawn from: the priors of
   /// the corrections, which is what a prediction assumes, or the scene's [navigation].
   enum class Navigation { kPriors, kScene };
@@ -106,10 +106,9 @@ struct DensificationStudy {
 [[nodiscard]] std::vector<std::string> DescribeDensification(const DensificationStudy& study,
                                                              const StudyTable& table);
 
-/// Navigation errors with the standard deviations of the priors: what a prediction takes for
-/// granted. Throws InputError where priors are of kinds that a scene cannot draw (splines, frame
-/// axes, degrees above 2, velocity, troposphere, single passes). What stands without a prior is
-/// drawn as in `scene`.
+/// Navigation errors with the standard deviations of the priors, as a prediction assumes them.
+/// Throws InputError for priors of kinds that a scene cannot draw (splines, frame axes, degrees
+/// above 2, velocity, troposphere, single passes). What has no prior is drawn as in `scene`.
 [[nodiscard]] SceneNavigation NavigationFromPriors(const AdjustOptions& options,
                                                    const SceneNavigation& scene);
 
@@ -119,8 +118,8 @@ struct Verification {
   int failed = 0;                 ///< not converged, or a point not solved
   std::string why;                ///< of the first that failed
   std::array<double, 3> rms_m{};  ///< east, north, up, over all points and runs
-  double nees_1 = 0.0;            ///< mean of e' Q^-1 e / 3
-  Interval bound;                 ///< that holds nees_1 with probability `level`
+  double nees = 0.0;              ///< mean of e' Q^-1 e / 3
+  Interval bound;                 ///< that holds nees with probability `level`
 };
 
 /// Draws noise, paths and control `runs` times about the same nominal block, adjusts each draw and

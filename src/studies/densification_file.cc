@@ -29,7 +29,7 @@ namespace {
 
 /// What one value of an axis, or a listed case, changes in the scene.
 struct Choice {
-  std::string label;  ///< empty: not told (control layout and count have columns of their own)
+  std::string label;  ///< empty: not given (control layout and count have columns of their own)
   std::optional<std::string> scene;
   std::optional<std::vector<std::string>> flights;
   std::vector<std::string> set;
@@ -114,7 +114,7 @@ std::vector<Choice> ReadAxis(SceneTable table) {
       throw InputError(table.PlaceOf("labels"), "must be as many as values");
     }
   } else if (labelled) {
-    throw InputError(table.PlaceOf("labels"), "stand beside values only; a case has a name");
+    throw InputError(table.PlaceOf("labels"), "go with values only; a case has a name");
   }
   for (SceneTable& entry : table.Tables("case")) {
     std::string label;
@@ -227,9 +227,9 @@ std::vector<Choice> Product(const Choice& base,
                             const FilePlace& place) {
   std::vector<Choice> cases = {base};
   for (const std::vector<Choice>& axis : axes) {
-    if (cases.size() * axis.size() > kMostStudyCases) {
+    if (cases.size() * axis.size() > kMaxStudyCases) {
       throw InputError(place,
-                       "give more than " + std::to_string(kMostStudyCases) +
+                       "give more than " + std::to_string(kMaxStudyCases) +
                            " cases together, fewer are allowed");
     }
     std::vector<Choice> longer;
@@ -492,7 +492,7 @@ SceneNavigation NavigationFromPriors(const AdjustOptions& options, const SceneNa
         drawn.range_bias_sigma_m = Or(range->bias_prior_sigma_m, scene.range_bias_sigma_m);
       }
       if (range->scale) {
-        drawn.range_scale_sigma_1 = Or(range->scale_prior_sigma, scene.range_scale_sigma_1);
+        drawn.range_scale_sigma = Or(range->scale_prior_sigma, scene.range_scale_sigma);
       }
     } else if (const auto* time = std::get_if<TimeCorrection>(&group.model)) {
       drawn.time_bias_sigma_s = Or(time->bias_prior_sigma_s, scene.time_bias_sigma_s);

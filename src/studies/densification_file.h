@@ -18,7 +18,7 @@ struct DensificationFile {
 };
 
 /// Most cases of one study, listed and as products.
-inline constexpr std::size_t kMostStudyCases = 10000;
+inline constexpr std::size_t kMaxStudyCases = 10000;
 
 /// Reads a study (docs/studies.md). `overrides` are `KEY=VALUE` as for a scene. Throws InputError
 /// with FILE:LINE: field for syntax, unknown keys, wrong types and values, and for a case whose
@@ -27,7 +27,7 @@ inline constexpr std::size_t kMostStudyCases = 10000;
                                                   const std::vector<std::string>& overrides = {});
 
 /// The same from text; `file` names it in messages, `scene_text` gives the text of a scene by the
-/// name that stands in the study.
+/// name that the study gives.
 [[nodiscard]] DensificationFile ParseDensification(
     std::string_view text,
     const std::string& file,

@@ -15,9 +15,9 @@ using exact::Vec;
 using exact::operator-;
 using exact::operator*;
 
-constexpr int kMostExactIterations = 80;
+constexpr int kMaxExactIterations = 80;
 const char* const kSettled = "1e-14";
-constexpr int kMostConeSteps = 12;
+constexpr int kMaxConeSteps = 12;
 const char* const kOnCone = "1e-28";
 
 /// Lower triangle of a square matrix, row by row.
@@ -103,7 +103,7 @@ double LargestSingularValue(const Triangle& of) {
   return std::sqrt(value);
 }
 
-using Row = std::vector<std::pair<std::size_t, Digits>>;
+using ExactRow = std::vector<std::pair<std::size_t, Digits>>;
 
 /// The adjustment at one state: three unknowns a solved point, then the corrections.
 class ExactAdjustment {
@@ -130,7 +130,7 @@ class ExactAdjustment {
     const Digits settled(kSettled);
     Digits before = -1;
     int grown = 0;
-    for (*iterations = 1; *iterations <= kMostExactIterations; ++*iterations) {
+    for (*iterations = 1; *iterations <= kMaxExactIterations; ++*iterations) {
       Form();
       if (!Factorise()) return "the normal matrix is singular in 50 digits";
       const Digits step = Step();
@@ -145,15 +145,15 @@ class ExactAdjustment {
 
   void Compare(const AdjustResult& result, ExactComparison* out) const {
     const Triangle x = Inverse(matrix_);
-    out->condition_1 = LargestSingularValue(matrix_) * LargestSingularValue(x);
+    out->condition = LargestSingularValue(matrix_) * LargestSingularValue(x);
     out->covariance_m2.assign(problem_.block.points.size(), SymmetricEnu{});
     for (SymmetricEnu& c : out->covariance_m2) c.fill(kNaN);
     for (const std::size_t point : solved_) ComparePoint(x, result, point, out);
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const Digits sigma = sqrt(Covariance(x, corrections_ + i, corrections_ + i));
       const ParameterResult& given = result.parameters[i];
-      Worst(abs(Digits(given.value) - x_[i]) / sigma, &out->error_sigma_1);
-      Worst(abs(Digits(given.sigma) - sigma) / sigma, &out->sigma_error_1);
+      Worst(abs(Digits(given.value) - x_[i]) / sigma, &out->error_sigma);
+      Worst(abs(Digits(given.sigma) - sigma) / sigma, &out->sigma_error);
     }
   }
 
@@ -193,7 +193,7 @@ class ExactAdjustment {
     if (!Factor(&l)) throw InputError(prior.name, "is not positive definite in 50 digits");
     const Triangle whitening = Inverse(l);
     for (std::size_t r = 0; r < size; ++r) {
-      Row row;
+      ExactRow row;
       Digits error = 0;
       for (std::size_t c = 0; c <= r; ++c) {
         const auto i = static_cast<std::size_t>(prior.parameters[c]);
@@ -205,7 +205,7 @@ class ExactAdjustment {
     }
   }
 
-  void Add(const Row& row, const Digits& error) {
+  void Add(const ExactRow& row, const Digits& error) {
     for (const auto& [i, a] : row) {
       for (const auto& [j, b] : row) {
         if (j <= i) matrix_(i, j) += a * b;
@@ -219,23 +219,23 @@ class ExactAdjustment {
     // found.
     Digits& shift = shift_[look];
     exact::LookAt<Digits> at = model_.Evaluate(look, position_[point], x_, shift);
-    for (int step = 0; step < kMostConeSteps; ++step) {
+    for (int step = 0; step < kMaxConeSteps; ++step) {
       const Digits off = at.error[1] / at.cone_rate;
       if (abs(off) < Digits(kOnCone)) break;
       shift -= off;
       at = model_.Evaluate(look, position_[point], x_, shift);
     }
-    // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt; a
-    // measured Doppler likewise, with r = 0.
+    // Range and time as the cone and its partials give them: dt = -de_d / q, dR = de_r + r dt; for
+    // a measured Doppler the same with r = 0.
     const std::array<Digits, 2> sigma = model_.SigmasOf(look, at);
-    Row range_row, time_row;
+    ExactRow range_row, time_row;
     const auto add = [&](std::size_t column, const Digits& range, const Digits& cone) {
       const Digits time = -cone / at.cone_rate;
       range_row.emplace_back(column, (range + at.range_rate * time) / sigma[0]);
       time_row.emplace_back(column, time / sigma[1]);
     };
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      add(first_of_[point] + axis, at.by_point[0][axis], at.by_point[1][axis]);
+      add(first_of_[point] + axis, at.d_point[0][axis], at.d_point[1][axis]);
     }
     problem_.model.ColumnsOf(look, columns);
     std::size_t local = 0;
@@ -253,7 +253,7 @@ class ExactAdjustment {
     Add(time_row, shift / sigma[1]);
   }
 
-  /// L^-1 (E (p - p_c)) with L the factor of the covariance of the components held.
+  /// L^-1 (E (p - p_c)) with L the factor of the covariance of the fixed components.
   void AddControl(std::size_t point) {
     const KnownPosition& known =
         *problem_.block.points.FindKnown(static_cast<std::uint32_t>(point));
@@ -271,17 +271,17 @@ class ExactAdjustment {
       axes[2] = here.up;
       off[2] = here.height - exact::Vertical<Digits>(frame, given, given).height;
     }
-    std::vector<std::size_t> held;
+    std::vector<std::size_t> fixed;
     for (std::size_t i = 0; i < 3; ++i) {
-      if (known.held[i]) held.push_back(i);
+      if (known.fixed[i]) fixed.push_back(i);
     }
     std::array<std::array<Digits, 3>, 3> l;
-    for (std::size_t a = 0; a < held.size(); ++a) {
-      Vec<Digits> row = axes[held[a]];
-      Digits error = off[held[a]];
+    for (std::size_t a = 0; a < fixed.size(); ++a) {
+      Vec<Digits> row = axes[fixed[a]];
+      Digits error = off[fixed[a]];
       for (std::size_t b = 0; b <= a; ++b) {
-        Digits sum = known.covariance_enu_m2(static_cast<Eigen::Index>(held[a]),
-                                             static_cast<Eigen::Index>(held[b]));
+        Digits sum = known.covariance_enu_m2(static_cast<Eigen::Index>(fixed[a]),
+                                             static_cast<Eigen::Index>(fixed[b]));
         for (std::size_t k = 0; k < b; ++k) sum -= l[a][k] * l[b][k];
         l[a][b] = a == b ? Digits(sqrt(sum)) : Digits(sum / l[b][b]);
       }
@@ -291,7 +291,7 @@ class ExactAdjustment {
       }
       control_rows_[a] = (1 / l[a][a]) * row;
       control_errors_[a] = error / l[a][a];
-      Row equation;
+      ExactRow equation;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         equation.emplace_back(first_of_[point] + axis, control_rows_[a][axis]);
       }
@@ -388,12 +388,12 @@ class ExactAdjustment {
       }
       y[a] /= l[a][a];
     }
-    Worst(exact::Norm(y), &out->error_sigma_1);
+    Worst(exact::Norm(y), &out->error_sigma);
     double shortest_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       if (problem_.look_used[i] != 0) shortest_m = std::min(shortest_m, block.looks.range_m[i]);
     }
-    Worst(exact::Norm(e) / Digits(shortest_m), &out->position_error_1);
+    Worst(exact::Norm(e) / Digits(shortest_m), &out->position_error);
     SymmetricEnu& c = out->covariance_m2[point];
     constexpr std::array<std::array<std::size_t, 2>, 6> kOrder = {
         {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
@@ -409,9 +409,9 @@ class ExactAdjustment {
       if (k >= 3) continue;
       const Digits sigma = sqrt(value);
       const Digits computed = given[k] >= 0.0 ? Digits(sqrt(Digits(given[k]))) : Digits(0);
-      Worst(abs(computed - sigma) / sigma, &out->sigma_error_1);
+      Worst(abs(computed - sigma) / sigma, &out->sigma_error);
     }
-    Worst(sqrt(off / square), &out->covariance_error_1);
+    Worst(sqrt(off / square), &out->covariance_error);
   }
 
   const AdjustmentProblem& problem_;

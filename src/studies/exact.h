@@ -198,7 +198,7 @@ Vec<T> Cast(const Eigen::Vector3d& a) {
 template <typename T>
 struct LookAt {
   std::array<T, 2> error;
-  std::array<Vec<T>, 2> by_point;
+  std::array<Vec<T>, 2> d_point;
   std::array<std::vector<T>, 2> by_column;  ///< the look's local columns (look_model.h)
   T range_rate, cone_rate;  ///< by the azimuth measurement, time or Doppler, at a fixed point
 };
@@ -442,8 +442,8 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
 
   LookAt<T> out;
   const T along = Dot(u, d), kappa = sum(c.range_scale);
-  const Vec<T> sight = (T(1) / rho) * d;
-  Vec<T> range_by_p = (T(1) + kappa) * sight;
+  const Vec<T> observation = (T(1) / rho) * d;
+  Vec<T> range_by_p = (T(1) + kappa) * observation;
   Vec<T> range_by_s = T(-1) * range_by_p;
   out.error = {rho + sum(c.range_bias) + kappa * rho - T(looks.range_m[look]),
                along - rho * sin_tau};
@@ -467,14 +467,15 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
       range_by_p = range_by_p + zenith * m.by;
       Vec<T> up;
       for (std::size_t i = 0; i < 3; ++i) up[i] = vertical.up[i].value;
-      const Vec<T> by_s = T(-1) * ((thin.value / drop.value) * sight + (m.value / drop.value) * up);
+      const Vec<T> by_s =
+          T(-1) * ((thin.value / drop.value) * observation + (m.value / drop.value) * up);
       range_by_s = range_by_s + zenith * by_s;
       mappings.push_back(m.value);
     }
   }
-  const Vec<T> cone_by_p = u - sin_tau * sight;
+  const Vec<T> cone_by_p = u - sin_tau * observation;
   const Vec<T> cone_by_axis = (T(1) / speed) * (d - along * u) - (rho * by_speed) * u;
-  out.by_point = {range_by_p, cone_by_p};
+  out.d_point = {range_by_p, cone_by_p};
 
   const auto count = static_cast<std::size_t>(columns.column_count);
   out.by_column[0].assign(count, T(0));
@@ -532,13 +533,13 @@ namespace sarblock {
 struct ExactComparison {
   std::string failure;  ///< empty, or why there is nothing to compare with
   int iterations = 0;
-  double condition_1 = std::numeric_limits<double>::quiet_NaN();  ///< of J with unit columns
+  double condition = std::numeric_limits<double>::quiet_NaN();  ///< of J with unit columns
   /// Largest sqrt(e' Q^-1 e) of a point, e its error and Q its exact 3 x 3 covariance, or
   /// |error| / sigma of a correction.
-  double error_sigma_1 = 0.0;
-  double position_error_1 = 0.0;    ///< largest |e| of a point over its shortest range
-  double covariance_error_1 = 0.0;  ///< largest relative error of a 3 x 3 block, Frobenius
-  double sigma_error_1 = 0.0;       ///< largest relative error of a sigma, points and corrections
+  double error_sigma = 0.0;
+  double position_error = 0.0;    ///< largest |e| of a point over its shortest range
+  double covariance_error = 0.0;  ///< largest relative error of a 3 x 3 block, Frobenius
+  double sigma_error = 0.0;       ///< largest relative error of a sigma, points and corrections
   std::vector<SymmetricEnu> covariance_m2;  ///< exact, by point; NaN where not solved
 };
 

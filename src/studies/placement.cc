@@ -51,10 +51,10 @@ BlockCovariance::BlockCovariance(const Block& block,
     }
   }
   const auto n = static_cast<std::size_t>(problem.layout.size());
-  if (n * (n + 3 * points_.size()) > kMostNumbers) {
+  if (n * (n + 3 * points_.size()) > kMaxNumbers) {
     throw InputError("placement",
                      "is for blocks whose corrections times points stay below " +
-                         std::to_string(kMostNumbers) + ", this one has " + std::to_string(n) +
+                         std::to_string(kMaxNumbers) + ", this one has " + std::to_string(n) +
                          " corrections and " + std::to_string(points_.size()) + " points");
   }
   UpdateWeights(state, &problem);
@@ -74,18 +74,18 @@ BlockCovariance::BlockCovariance(const Block& block,
         PointColumns columns;
         for (std::size_t i = begin; i < end; ++i) {
           const Eigen::Matrix3d r_inverse =
-              SpreadPoint(problem,
-                          state,
-                          points_[i],
-                          &factor,
-                          &columns,
-                          y_.middleCols(3 * static_cast<Eigen::Index>(i), size > 0 ? 3 : 0));
+              PointSensitivity(problem,
+                               state,
+                               points_[i],
+                               &factor,
+                               &columns,
+                               y_.middleCols(3 * static_cast<Eigen::Index>(i), size > 0 ? 3 : 0));
           b_[i] = r_inverse * r_inverse.transpose();
         }
       });
 }
 
-Eigen::Matrix3d BlockCovariance::Of(std::size_t i) const {
+Eigen::Matrix3d BlockCovariance::Point(std::size_t i) const {
   const Eigen::MatrixXd cy = c_ * Y(i);
   return b_[i] + Y(i).transpose() * cy;
 }
@@ -95,7 +95,7 @@ Eigen::Matrix3d BlockCovariance::Between(std::size_t i, std::size_t j) const {
   return Y(i).transpose() * cy;
 }
 
-Eigen::Matrix3d BlockCovariance::OfDifference(std::size_t i, std::size_t j) const {
+Eigen::Matrix3d BlockCovariance::Difference(std::size_t i, std::size_t j) const {
   const Eigen::MatrixXd d = Y(j) - Y(i);
   const Eigen::MatrixXd cd = c_ * d;
   return b_[i] + b_[j] + d.transpose() * cd;
@@ -149,13 +149,13 @@ double BlockCovariance::SquareFreedom(const std::vector<std::size_t>& chosen) co
 
 double BlockCovariance::SumOfVariances(const std::vector<std::size_t>& chosen) const {
   double sum = 0.0;
-  for (const std::size_t i : chosen) sum += Of(i).trace();
+  for (const std::size_t i : chosen) sum += Point(i).trace();
   return sum;
 }
 
 double BlockCovariance::SumOfVariances(const Pairs& pairs) const {
   double sum = 0.0;
-  for (const auto& [a, b] : pairs) sum += OfDifference(a, b).trace();
+  for (const auto& [a, b] : pairs) sum += Difference(a, b).trace();
   return sum;
 }
 
@@ -163,7 +163,7 @@ std::vector<double> BlockCovariance::Gains(const std::vector<std::size_t>& candi
                                            const std::vector<Eigen::Matrix3d>& sigma_m2,
                                            const std::vector<std::size_t>& chosen) const {
   // sum_j tr(Q_jk G^-1 Q_kj) = tr(G^-1 Y_k' C M C Y_k), M = sum_j Y_j Y_j', but for j = k, whose
-  // own B_k stands beside Y_k' C Y_k.
+  // own B_k is added to Y_k' C Y_k.
   Eigen::MatrixXd m = Eigen::MatrixXd::Zero(c_.rows(), c_.rows());
   std::vector<bool> counted(points_.size());
   for (const std::size_t j : chosen) {
@@ -228,7 +228,7 @@ std::vector<double> BlockCovariance::WorstAfter(const std::vector<std::size_t>& 
   std::vector<double> now(chosen.size());
   for (std::size_t j = 0; j < chosen.size(); ++j) {
     z.middleCols(3 * static_cast<Eigen::Index>(j), 3) = Y(chosen[j]);
-    now[j] = Of(chosen[j]).trace();
+    now[j] = Point(chosen[j]).trace();
   }
   std::vector<double> worst(candidates.size());
   const auto evaluate = [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -270,7 +270,7 @@ double ValueOf(const PlacementObjective& objective, const BlockCovariance& covar
     case PlacementCriterion::kWorstPoint: {
       double worst_m2 = 0.0;
       for (const std::size_t i : objective.points) {
-        worst_m2 = std::max(worst_m2, covariance.Of(i).trace());
+        worst_m2 = std::max(worst_m2, covariance.Point(i).trace());
       }
       return worst_m2;
     }
@@ -327,7 +327,7 @@ std::vector<PlacementExchange> ExchangePlacement(const PlacementObjective& objec
                                                  BlockCovariance* covariance,
                                                  const std::function<void()>& before) {
   // A smaller part than this is rounding, and could go back and forth for ever.
-  constexpr double kLeastDrop_1 = 1e-9;
+  constexpr double kMinDrop = 1e-9;
   std::vector<PlacementExchange> exchanges;
   const auto sigma_of = [&](std::size_t point) -> const Eigen::Matrix3d& {
     const auto at = std::find(candidates.begin(), candidates.end(), point);
@@ -347,7 +347,7 @@ std::vector<PlacementExchange> ExchangePlacement(const PlacementObjective& objec
     }
     const std::vector<double> values_m2 = ValuesAfter(objective, *covariance, open, open_m2);
     auto best = std::min_element(values_m2.begin(), values_m2.end());
-    if (!(*best < values_m2.front() * (1.0 - kLeastDrop_1))) best = values_m2.begin();
+    if (!(*best < values_m2.front() * (1.0 - kMinDrop))) best = values_m2.begin();
     const auto at = static_cast<std::size_t>(best - values_m2.begin());
     covariance->AddControl(open[at], open_m2[at]);
     (*chosen)[k] = open[at];

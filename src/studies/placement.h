@@ -38,12 +38,12 @@ namespace sarblock {
 class BlockCovariance {
  public:
   /// Most numbers that C and all Y together may have: 1.6 GB.
-  static constexpr std::size_t kMostNumbers = 200'000'000;
+  static constexpr std::size_t kMaxNumbers = 200'000'000;
 
   /// Of the block as Predict() takes it: geometry and weights alone, flight paths nominal. `status`
   /// says which points take part, as Predict() answers it. Throws UndeterminedError where the
   /// corrections are not determined, InputError where the matrices would be larger than
-  /// kMostNumbers.
+  /// kMaxNumbers.
   BlockCovariance(const Block& block,
                   const AdjustOptions& options,
                   const std::vector<Eigen::Vector3d>& positions_m,
@@ -53,9 +53,9 @@ class BlockCovariance {
   [[nodiscard]] const std::vector<std::uint32_t>& points() const { return points_; }
   [[nodiscard]] Eigen::Index corrections() const { return c_.rows(); }
 
-  [[nodiscard]] Eigen::Matrix3d Of(std::size_t i) const;                      ///< cov(p_i) [m2]
+  [[nodiscard]] Eigen::Matrix3d Point(std::size_t i) const;                   ///< cov(p_i) [m2]
   [[nodiscard]] Eigen::Matrix3d Between(std::size_t i, std::size_t j) const;  ///< i != j [m2]
-  [[nodiscard]] Eigen::Matrix3d OfDifference(std::size_t i, std::size_t j) const;
+  [[nodiscard]] Eigen::Matrix3d Difference(std::size_t i, std::size_t j) const;
 
   /// Makes point i control with this covariance (positive definite) [m2].
   void AddControl(std::size_t i, const Eigen::Matrix3d& sigma_m2);
@@ -128,8 +128,8 @@ struct PlacementStep {
 };
 
 /// Adds the candidate with the smallest value, the first of equal ones, `count` times (or until
-/// there is no candidate left); each becomes control in `covariance`, of the covariance that stands
-/// beside it in `sigma_m2` (frame axes). `after` is called once a point is in.
+/// there is no candidate left); each becomes control in `covariance`, with its covariance from
+/// `sigma_m2` (frame axes). `after` is called after each point.
 ///
 /// A greedy choice is best at each step, not for the number reached. A step costs O(n^3 + (m + k)
 /// n^2) for n corrections, m points, k candidates; kWorstPoint O(k m n).

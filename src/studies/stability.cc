@@ -51,7 +51,7 @@ void Restore(const AdjustResult& result, AdjustmentProblem* problem, BlockState*
 
 /// Words of a warning that the numbers are not to be trusted to their digits. A warning of points
 /// that were left out says nothing of the others.
-bool TellsOfDigits(const std::string& warning) {
+bool WarnsOfDigits(const std::string& warning) {
   constexpr std::array<const char*, 5> kWords = {"not converged",
                                                  "sigmas are still to go",
                                                  "nearly undetermined",
@@ -81,23 +81,23 @@ void FillComparison(const Block& block,
     row->message += (row->message.empty() ? "" : " | ") + ("oracle: " + exact.failure);
     return;
   }
-  row->condition = exact.condition_1;
-  row->covariance_digits_1 = DigitsOf(exact.covariance_error_1);
-  row->sigma_digits_1 = DigitsOf(exact.sigma_error_1);
-  row->position_digits_1 = DigitsOf(exact.position_error_1);
-  row->error_sigma_1 = exact.error_sigma_1;
+  row->condition = exact.condition;
+  row->covariance_digits = DigitsOf(exact.covariance_error);
+  row->sigma_digits = DigitsOf(exact.sigma_error);
+  row->position_digits = DigitsOf(exact.position_error);
+  row->error_sigma = exact.error_sigma;
   const auto by_normals = [&](Precision precision) {
     return DigitsOf(
         CovarianceError(CovariancesByNormals(problem, state, precision), exact.covariance_m2));
   };
-  row->normal_digits_1 = by_normals(Precision::kDouble);
-  row->single_digits_1 = by_normals(Precision::kSingle);
+  row->normal_digits = by_normals(Precision::kDouble);
+  row->single_digits = by_normals(Precision::kSingle);
   AdjustOptions ceres = options;
   ceres.engine = Engine::kCeres;
   ceres.threads = 1;  // the order of its sums, and so the last digits, follow from the number
   ceres.covariance_method = CovarianceMethod::kCeres;
   try {
-    row->ceres_digits_1 = DigitsOf(CovarianceError(
+    row->ceres_digits = DigitsOf(CovarianceError(
         Adjust(block, ceres, {}, progress).points.covariance_m2, exact.covariance_m2));
   } catch (const UndeterminedError&) {
     // Stays without digits.
@@ -123,9 +123,9 @@ const char* NameOf(StabilityOutcome outcome) {
 StabilityOutcome JudgeStability(const StabilityRow& row, const std::vector<std::string>& warnings) {
   if (row.exit_code > 1) return StabilityOutcome::kRefused;
   // Written so that what could not be compared is not right.
-  const bool right = row.error_sigma_1 <= kMostError_1 && row.sigma_digits_1 >= kLeastDigits_1 &&
-                     row.covariance_digits_1 >= kLeastDigits_1;
-  const bool said = std::any_of(warnings.begin(), warnings.end(), TellsOfDigits);
+  const bool right = row.error_sigma <= kMaxError && row.sigma_digits >= kMinDigits &&
+                     row.covariance_digits >= kMinDigits;
+  const bool said = std::any_of(warnings.begin(), warnings.end(), WarnsOfDigits);
   if (!right && !said) return StabilityOutcome::kWrong;
   return row.exit_code == 0 && warnings.empty() ? StabilityOutcome::kOk : StabilityOutcome::kWarned;
 }
@@ -193,7 +193,7 @@ void AddLooks(const AdjustmentProblem& problem,
       double* row = j->AddRow();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         row[first_of_point + axis] =
-            look.by_point(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(axis));
+            look.d_point(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(axis));
       }
       std::size_t local = 0;
       for (int b = 0; b < look.columns.block_count; ++b) {
@@ -226,7 +226,7 @@ Jacobian JacobianOf(const AdjustmentProblem& problem,
     for (int r = 0; r < equations.rows; ++r) {
       double* row = j.AddRow();
       for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        row[3 * k + static_cast<std::size_t>(axis)] = control.by_point(r, axis);
+        row[3 * k + static_cast<std::size_t>(axis)] = control.d_point(r, axis);
       }
     }
   }
@@ -367,15 +367,15 @@ StudyRow RowOf(const StabilityRow& row) {
           row.value,
           CellOrEmpty(row.condition),
           std::string(NameOf(row.outcome)),
-          CellOrEmpty(row.covariance_digits_1),
-          CellOrEmpty(row.position_digits_1),
+          CellOrEmpty(row.covariance_digits),
+          CellOrEmpty(row.position_digits),
           OneLine(row.message),
           static_cast<std::int64_t>(row.exit_code),
-          CellOrEmpty(row.sigma_digits_1),
-          CellOrEmpty(row.error_sigma_1),
-          CellOrEmpty(row.normal_digits_1),
-          CellOrEmpty(row.single_digits_1),
-          CellOrEmpty(row.ceres_digits_1)};
+          CellOrEmpty(row.sigma_digits),
+          CellOrEmpty(row.error_sigma),
+          CellOrEmpty(row.normal_digits),
+          CellOrEmpty(row.single_digits),
+          CellOrEmpty(row.ceres_digits)};
 }
 
 std::string Number(double value, const char* format = "%.3g") {
@@ -385,7 +385,7 @@ std::string Number(double value, const char* format = "%.3g") {
 }
 
 /// "5 ok, 3 warned, 0 refused, 0 wrong".
-std::string Told(const OutcomeCounts& counts) {
+std::string CountsPhrase(const OutcomeCounts& counts) {
   std::string text;
   for (std::size_t k = 0; k < counts.size(); ++k) {
     text += (k == 0 ? "" : ", ") + std::to_string(counts[k]) + " " + NameOf(kOutcomes[k]);
@@ -462,7 +462,7 @@ StudyPlan PlanStability(const StabilityStudy& study) {
     for (const double value : family.values) {
       plan.tasks.push_back(
           {family.name + " " + Number(value), [name = family.name, value](ProgressSink* progress) {
-             // All cores: fewer would hold for the steps beside this one too.
+             // All cores: a limit would apply to the steps that run at the same time too.
              return std::vector<StudyRow>{
                  RowOf(RunStabilityStep(name, value, AvailableCores(), progress))};
            }});
@@ -497,14 +497,15 @@ std::vector<std::string> DescribeStability(const StabilityStudy& study, const St
   }
   std::vector<std::string> words;
   words.push_back(std::to_string(table.size()) + " steps of " +
-                  std::to_string(study.families.size()) + " families: " + Told(all));
+                  std::to_string(study.families.size()) + " families: " + CountsPhrase(all));
   if (all[0] > 0) {
     words.push_back("of those that are ok: largest error " + Number(most_error) +
                     " sigmas, fewest digits of a sigma " + Number(fewest_digits, "%.1f"));
   }
   for (std::string& line : DigitsByCondition(table)) words.push_back(std::move(line));
   for (const StabilityFamily& family : study.families) {
-    words.push_back(family.name + ": " + Told(by_family[family.name]) + " (" + family.about + ")");
+    words.push_back(family.name + ": " + CountsPhrase(by_family[family.name]) + " (" +
+                    family.about + ")");
   }
   words.insert(words.end(), wrong.begin(), wrong.end());
   return words;
@@ -550,7 +551,7 @@ StabilityStudy ParseStability(std::string_view text,
   std::set<std::string> taken;
   const auto named = [&](const TomlValue& name) {
     const StabilityFamily& family = all[name.OneOf(names)];
-    if (!taken.insert(family.name).second) name.Fail("stands there twice");
+    if (!taken.insert(family.name).second) name.Fail("is given twice");
     return family;
   };
   if (const auto listed = table.Take("families")) {

@@ -27,9 +27,9 @@ enum class StabilityOutcome {
 
 /// A result whose sigmas and 3 x 3 covariances have fewer digits than this is wrong unless it says
 /// so itself,
-inline constexpr double kLeastDigits_1 = 6.0;
+inline constexpr double kMinDigits = 6.0;
 /// and one whose positions or corrections are off by more than this part of their sigma.
-inline constexpr double kMostError_1 = 1e-3;
+inline constexpr double kMaxError = 1e-3;
 
 /// One step of a family: the production adjustment beside the same one in 50 digits. Digits are
 /// -log10 of the largest relative error, 0 to 16; NaN where there is no result or nothing to
@@ -41,17 +41,17 @@ struct StabilityRow {
   StabilityOutcome outcome = StabilityOutcome::kRefused;
   int exit_code = 0;
   /// Of the worst 3 x 3 covariance of a point (Frobenius).
-  double covariance_digits_1 = std::numeric_limits<double>::quiet_NaN();
-  double sigma_digits_1 = std::numeric_limits<double>::quiet_NaN();  ///< points and corrections
+  double covariance_digits = std::numeric_limits<double>::quiet_NaN();
+  double sigma_digits = std::numeric_limits<double>::quiet_NaN();  ///< points and corrections
   /// Of the worst position, relative to its shortest slant range.
-  double position_digits_1 = std::numeric_limits<double>::quiet_NaN();
+  double position_digits = std::numeric_limits<double>::quiet_NaN();
   /// Largest error of a position, sqrt(e' Q^-1 e), or of a correction, in sigmas.
-  double error_sigma_1 = std::numeric_limits<double>::quiet_NaN();
+  double error_sigma = std::numeric_limits<double>::quiet_NaN();
   /// Covariance digits by other ways: all normal equations in double and in single precision, and
   /// engine and covariance method "ceres".
-  double normal_digits_1 = std::numeric_limits<double>::quiet_NaN();
-  double single_digits_1 = std::numeric_limits<double>::quiet_NaN();
-  double ceres_digits_1 = std::numeric_limits<double>::quiet_NaN();
+  double normal_digits = std::numeric_limits<double>::quiet_NaN();
+  double single_digits = std::numeric_limits<double>::quiet_NaN();
+  double ceres_digits = std::numeric_limits<double>::quiet_NaN();
   std::string message;  ///< the words of a refusal, the warnings, or why nothing was compared
 };
 
@@ -86,7 +86,7 @@ struct StabilityStudy {
   std::vector<StabilityFamily> families;
 };
 
-/// The study as tasks, one a step; columns in docs/studies.md.
+/// The study as tasks, one per step; columns in docs/studies.md.
 [[nodiscard]] StudyPlan PlanStability(const StabilityStudy& study);
 
 /// In sentences: how often each outcome came, in all and by family; the worst of the rows that are
@@ -97,7 +97,7 @@ struct StabilityStudy {
 /// Reads a stability study (docs/studies.md): `families` lists names, each with the values it has
 /// by default; `[[family]]` gives `name` and `values`. Without either: all families. Throws
 /// InputError with FILE:LINE: field for syntax, unknown keys, wrong types, families that do not
-/// exist or stand twice, and values outside the range a family has by default.
+/// exist or are given twice, and values outside the range a family has by default.
 [[nodiscard]] StabilityStudy ReadStability(const std::filesystem::path& path,
                                            const std::vector<std::string>& overrides = {});
 

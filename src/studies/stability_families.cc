@@ -25,7 +25,7 @@ void FitArea(double height_m, StabilityPlan* plan) {
   plan->swing_m = std::min(5.3, 1e-3 * height_m);
 }
 
-/// Squints in degrees up to a sight line along the flight.
+/// Squints in degrees up to a line of sight along the flight.
 const std::vector<double>& Squints() {
   static const std::vector<double> kSquints_deg = {
       0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9};
@@ -65,7 +65,7 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
       {"base",
        "base_m",
        "four passes of one side at one height within a base",
-       With(0.0, Ratios(1e4, 1e-6, 16)),
+       Prepend(0.0, Ratios(1e4, 1e-6, 16)),
        [](double v) {
          StabilityPlan plan = OneSide();
          for (std::size_t i = 0; i < 4; ++i) {
@@ -76,7 +76,7 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
       {"altitude-difference",
        "difference_m",
        "four passes over one ground track",
-       With(0.0, Ratios(1e4, 1e-4, 13)),
+       Prepend(0.0, Ratios(1e4, 1e-4, 13)),
        [](double v) {
          StabilityPlan plan = OneSide();
          for (std::size_t i = 0; i < 4; ++i) {
@@ -179,7 +179,7 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
          StabilityPlan plan = AircraftPlan();
          plan.origin_m = {v, -0.7 * v, 0.0};
          plan.sigma = {0.83e-3, 1.21e-3, AzimuthUnit::kMetres};
-         HoldControlTo(1e-3, &plan);
+         SetControlSigma(1e-3, &plan);
          return plan;
        }},
       {"coordinates-up",
@@ -251,7 +251,7 @@ const std::vector<PlannedFamily>& GeometryFamilies() {
       {"orbit-base",
        "base_m",
        "orbits of one side, geocentric",
-       With(0.0, Ratios(3e5, 1e-2, 14)),
+       Prepend(0.0, Ratios(3e5, 1e-2, 14)),
        [](double v) {
          StabilityPlan plan = OrbitPlan();
          for (std::size_t i = 0; i < 4; ++i) {
@@ -379,14 +379,14 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
        Ratios(1.0, 1e9, 10),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
-         plan.strip_factor_1 = v;
+         plan.strip_factor = v;
          plan.options.groups = {Drift(3, 3.7)};
          return plan;
        }},
       {"start-error",
        "error_m",
        "start coordinates far off",
-       With(0.0, Ratios(1.0, 1e5, 12)),
+       Prepend(0.0, Ratios(1.0, 1e5, 12)),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
          plan.start_error_m = v;
@@ -395,7 +395,7 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
       {"orbit-start-error",
        "error_m",
        "start coordinates far off, from orbit",
-       With(0.0, Ratios(1.0, 1e6, 12)),
+       Prepend(0.0, Ratios(1.0, 1e6, 12)),
        [](double v) {
          StabilityPlan plan = OrbitPlan();
          plan.start_error_m = v;
@@ -423,7 +423,7 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
       {"time-origin",
        "origin_s",
        "times that count from long ago",
-       With(0.0, Ratios(1.0, 1e9, 10)),
+       Prepend(0.0, Ratios(1.0, 1e9, 10)),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
          plan.time_origin_s = v;
@@ -432,7 +432,7 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
       {"time-origin-bias",
        "origin_s",
        "the same from orbit, with time biases",
-       With(0.0, Ratios(1.0, 1e9, 10)),
+       Prepend(0.0, Ratios(1.0, 1e9, 10)),
        [](double v) {
          StabilityPlan plan = OrbitPlan();
          plan.time_origin_s = v;
@@ -463,7 +463,7 @@ const std::vector<PlannedFamily>& CorrectionFamilies() {
       {"swing",
        "swing_m",
        "antennas that leave their line",
-       With(0.0, Ratios(1e-3, 1e2, 10)),
+       Prepend(0.0, Ratios(1e-3, 1e2, 10)),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
          plan.swing_m = v;
@@ -562,7 +562,7 @@ const std::vector<PlannedFamily>& WeightFamilies() {
        Ratios(1e-8, 1e8, 17),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
-         plan.passes[0].range_sigma_factor_1 = v;
+         plan.passes[0].range_sigma_factor = v;
          return plan;
        }},
       {"sigma-level",
@@ -628,7 +628,7 @@ const std::vector<PlannedFamily>& WeightFamilies() {
        Ratios(1e-9, 1e6, 16),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
-         HoldControlTo(v, &plan);
+         SetControlSigma(v, &plan);
          return plan;
        }},
       {"orbit-control-sigma",
@@ -637,7 +637,7 @@ const std::vector<PlannedFamily>& WeightFamilies() {
        Ratios(1e-9, 1e6, 16),
        [](double v) {
          StabilityPlan plan = OrbitPlan();
-         HoldControlTo(v, &plan);
+         SetControlSigma(v, &plan);
          return plan;
        }},
       {"control-spread",
@@ -646,7 +646,7 @@ const std::vector<PlannedFamily>& WeightFamilies() {
        Ratios(0.99, 1e-9, 13),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
-         plan.control_spread_1 = v;
+         plan.control_spread = v;
          plan.control.push_back({8, {0.53, 0.47, 0.41}});
          plan.options.groups = {Drift(1, kNoPrior)};
          return plan;
@@ -657,26 +657,26 @@ const std::vector<PlannedFamily>& WeightFamilies() {
        Ratios(1.0, 1e-15, 13),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
-         for (PlannedControl& control : plan.control) control.correlation_en_1 = 1.0 - v;
+         for (PlannedControl& control : plan.control) control.correlation_en = 1.0 - v;
          return plan;
        }},
       {"noise",
        "sigmas",
        "looks that contradict each other",
-       With(0.0, Ratios(1e-6, 1e4, 13)),
+       Prepend(0.0, Ratios(1e-6, 1e4, 13)),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
-         plan.noise_1 = v;
+         plan.noise = v;
          return plan;
        }},
       {"blunder",
        "sigmas",
        "one range far off",
-       With(0.0, Ratios(1.0, 1e6, 13)),
+       Prepend(0.0, Ratios(1.0, 1e6, 13)),
        [](double v) {
          StabilityPlan plan = AircraftPlan();
          plan.sigma = {0.0083, 0.0121, AzimuthUnit::kMetres};
-         plan.blunder_1 = v;
+         plan.blunder = v;
          return plan;
        }},
   };
@@ -685,7 +685,7 @@ const std::vector<PlannedFamily>& WeightFamilies() {
 
 namespace {
 
-/// The aircraft's flight, recorded ten times a second.
+/// The aircraft's flight, recorded at 10 Hz.
 StabilityPlan RecordedAircraft(PathThrough through) {
   StabilityPlan plan = AircraftPlan();
   plan.states = 401;
@@ -714,7 +714,7 @@ const std::vector<PlannedFamily>& RecordingFamilies() {
       {"state-noise",
        "noise_m",
        "noise of the positions recorded at 10 Hz, paths through the states",
-       With(0.0, Ratios(1e-7, 1.0, 15)),
+       Prepend(0.0, Ratios(1e-7, 1.0, 15)),
        [](double v) {
          StabilityPlan plan = RecordedAircraft(PathThrough::kStates);
          plan.recording->recorder.noise_m = v;
@@ -723,7 +723,7 @@ const std::vector<PlannedFamily>& RecordingFamilies() {
       {"state-noise-smoothed",
        "noise_m",
        "the same and of velocities, paths smoothed where the data ask for it",
-       With(0.0, Ratios(1e-7, 10.0, 17)),
+       Prepend(0.0, Ratios(1e-7, 10.0, 17)),
        [](double v) {
          StabilityPlan plan = RecordedAircraft(PathThrough::kAuto);
          plan.recording->recorder.noise_m = v;
@@ -738,8 +738,8 @@ const std::vector<PlannedFamily>& RecordingFamilies() {
          StabilityPlan plan = RecordedAircraft(PathThrough::kAuto);
          plan.recording->recorder.noise_m = 0.02;
          plan.recording->recorder.noise_mps = 0.01;
-         plan.recording->wander.rms_m.fill(v);
-         plan.recording->wander.time_constant_s.fill(20.0);
+         plan.recording->trajectory_error.rms_m.fill(v);
+         plan.recording->trajectory_error.time_constant_s.fill(20.0);
          return plan;
        }},
       {"state-interval",
@@ -750,7 +750,7 @@ const std::vector<PlannedFamily>& RecordingFamilies() {
       {"velocity-contradiction",
        "bias_mps",
        "orbits whose velocities are not those of their positions, every 10 s",
-       With(0.0, Ratios(1e-6, 100.0, 9)),
+       Prepend(0.0, Ratios(1e-6, 100.0, 9)),
        [](double v) {
          StabilityPlan plan = RecordedOrbit(10.0);
          plan.recording->recorder.velocity_bias_sigma_mps.fill(v);

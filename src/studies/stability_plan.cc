@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What all paths of a plan stand on.
+/// What all paths of a plan are relative to.
 struct Ground {
   Frame frame;
   Vector3d middle_m;
@@ -61,7 +61,7 @@ StateVector StraightState(const StabilityPlan& plan,
   return state;
 }
 
-/// Circular orbit beside the middle of the area at t = 0, in axes that stand still.
+/// Circular orbit abeam of the middle of the area at t = 0, in inertial axes.
 StateVector OrbitState(const StabilityPlan& plan,
                        const PlannedPass& pass,
                        const Ground& ground,
@@ -103,8 +103,10 @@ FlightPath MakePath(const StabilityPlan& plan, const PlannedPass& pass, const Gr
   return FlightPath(std::move(states));
 }
 
-/// The flight with its wander, as states so close that cubics follow it to nanometres.
-FlightPath FlownPath(const Frame& frame, const FlightPath& planned, const Wander& wander) {
+/// The flight with its trajectory error, as states so close that cubics follow it to nanometres.
+FlightPath FlownPath(const Frame& frame,
+                     const FlightPath& planned,
+                     const TrajectoryError& trajectory_error) {
   constexpr double kSpacing_s = 0.01;
   const auto pieces =
       static_cast<std::size_t>(std::ceil((planned.end_s() - planned.start_s()) / kSpacing_s));
@@ -112,7 +114,7 @@ FlightPath FlownPath(const Frame& frame, const FlightPath& planned, const Wander
   for (std::size_t k = 0; k <= pieces; ++k) {
     const double part = static_cast<double>(k) / static_cast<double>(pieces);
     const double time_s = std::lerp(planned.start_s(), planned.end_s(), part);
-    const Motion motion = *FlownMotion(frame, planned, &wander, time_s);
+    const Motion motion = *FlownMotion(frame, planned, &trajectory_error, time_s);
     states.push_back({time_s, motion.position_m, motion.velocity_mps});
   }
   return FlightPath(std::move(states));
@@ -166,13 +168,13 @@ void AddControl(const StabilityPlan& plan, Block* block, const std::vector<Vecto
     known.point = static_cast<std::uint32_t>(control.point);
     for (std::size_t i = 0; i < 3; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      known.held[i] = std::isfinite(control.sigma_enu_m[i]);
-      if (known.held[i]) {
+      known.fixed[i] = std::isfinite(control.sigma_enu_m[i]);
+      if (known.fixed[i]) {
         known.covariance_enu_m2(k, k) = control.sigma_enu_m[i] * control.sigma_enu_m[i];
       }
     }
     known.covariance_enu_m2(0, 1) = known.covariance_enu_m2(1, 0) =
-        control.correlation_en_1 * control.sigma_enu_m[0] * control.sigma_enu_m[1];
+        control.correlation_en * control.sigma_enu_m[0] * control.sigma_enu_m[1];
     block->points.known.push_back(known);
   }
 }
@@ -233,14 +235,15 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
     pass.side = plan.passes[i].side;
     if (plan.doppler_wavelength_m > 0.0) pass.wavelength_m = plan.doppler_wavelength_m;
     pass.path = MakePath(plan, plan.passes[i], ground);
-    if (plan.recording && plan.recording->wander.Given()) {
+    if (plan.recording && plan.recording->trajectory_error.Given()) {
       pass.start_s = pass.path.start_s();
       pass.end_s = pass.path.end_s();
-      pass.path =
-          FlownPath(block.frame, pass.path, Wander(plan.recording->wander, pass, i, plan.seed));
+      pass.path = FlownPath(block.frame,
+                            pass.path,
+                            TrajectoryError(plan.recording->trajectory_error, pass, i, plan.seed));
     }
     pass.sigma = plan.sigma;
-    pass.sigma.range_m *= plan.passes[i].range_sigma_factor_1;
+    pass.sigma.range_m *= plan.passes[i].range_sigma_factor;
     block.passes.push_back(std::move(pass));
   }
   std::vector<Vector3d> truth_m;
@@ -251,9 +254,9 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
                    (2.0 * random.Uniform() - 1.0) * plan.across_m,
                    0.0);
     double height_m = random.Uniform() * plan.relief_m;
-    if (plan.control_spread_1 < 1.0 && IsControl(plan, j)) {
-      place *= plan.control_spread_1;
-      height_m *= plan.control_spread_1;
+    if (plan.control_spread < 1.0 && IsControl(plan, j)) {
+      place *= plan.control_spread;
+      height_m *= plan.control_spread;
     }
     const Vector3d p_m =
         plan.orbit
@@ -282,10 +285,10 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
       if (plan.sigma.azimuth_unit == AzimuthUnit::kMetres) {
         azimuth_sigma /= std::abs(EvaluateCone(*pass.path.At(time_s), p_m, cone).rate_mps);
       }
-      range_m += plan.noise_1 * pass.sigma.range_m * noise.Normal();
+      range_m += plan.noise * pass.sigma.range_m * noise.Normal();
       const bool exact_time = plan.sigma.azimuth_unit == AzimuthUnit::kHertz;
-      (exact_time ? given : time_s) += plan.noise_1 * azimuth_sigma * noise.Normal();
-      if (i == 0 && j == 1) range_m += plan.blunder_1 * pass.sigma.range_m;
+      (exact_time ? given : time_s) += plan.noise * azimuth_sigma * noise.Normal();
+      if (i == 0 && j == 1) range_m += plan.blunder * pass.sigma.range_m;
       looks.pass.push_back(static_cast<std::uint32_t>(i));
       looks.flags.push_back(plan.doppler_wavelength_m > 0.0 ? std::uint8_t{Looks::kDoppler}
                                                             : std::uint8_t{0});
@@ -298,10 +301,10 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
   AddControl(plan, &block, truth_m);
   std::vector<std::optional<std::array<double, 2>>> spans(block.passes.size());
   SetStripSpans(spans, &block);
-  if (plan.strip_factor_1 > 0.0) {
+  if (plan.strip_factor > 0.0) {
     for (Pass& pass : block.passes) {
       const double middle_s = 0.5 * (pass.start_s + pass.end_s);
-      const double half_s = 0.5 * plan.strip_factor_1 * (pass.end_s - pass.start_s);
+      const double half_s = 0.5 * plan.strip_factor * (pass.end_s - pass.start_s);
       pass.start_s = middle_s - half_s;
       pass.end_s = middle_s + half_s;
     }
@@ -320,12 +323,12 @@ std::vector<double> Ratios(double from, double to, int count) {
   return out;
 }
 
-std::vector<double> With(double first, std::vector<double> rest) {
+std::vector<double> Prepend(double first, std::vector<double> rest) {
   rest.insert(rest.begin(), first);
   return rest;
 }
 
-void HoldControlTo(double sigma_m, StabilityPlan* plan) {
+void SetControlSigma(double sigma_m, StabilityPlan* plan) {
   for (PlannedControl& control : plan->control) control.sigma_enu_m.fill(sigma_m);
 }
 

@@ -23,18 +23,19 @@ struct PlannedPass {
   double ground_range_m = 0.0;  ///< from below the antenna to the middle of the area
   double height_m = 0.0;        ///< of the antenna above the middle of the area
   double squint_rad = 0.0;
-  double range_sigma_factor_1 = 1.0;
+  double range_sigma_factor = 1.0;
 };
 
 struct PlannedControl {
   std::size_t point = 0;
   std::array<double, 3> sigma_enu_m{};
-  double correlation_en_1 = 0.0;
+  double correlation_en = 0.0;
 };
 
-/// A flight that wanders and is recorded with errors; the looks are those of the flight as it was.
+/// A flight with trajectory errors that is recorded with errors; the looks are those of the true
+/// flight.
 struct PlannedRecording {
-  SceneWander wander;
+  SceneTrajectoryError trajectory_error;
   SceneRecorder recorder;  ///< its rate is needed
 };
 
@@ -42,7 +43,7 @@ struct PlannedRecording {
 struct StabilityPlan {
   bool orbit =
       false;  ///< circular orbits about a body that does not turn, geocentric; else straight
-  double body_radius_m = 0.0;  ///< orbit: of a sphere; 0: WGS84
+  double body_radius_m = 0.0;  ///< orbit: radius of a sphere; 0: WGS84
   std::vector<PlannedPass> passes;
   std::size_t points = 10;
   double along_m = 3900.0, across_m = 3900.0;  ///< half the area, along x or east and across it
@@ -51,19 +52,18 @@ struct StabilityPlan {
   double swing_m = 5.3;               ///< of the antenna about its straight line
   double doppler_wavelength_m = 0.0;  ///< > 0: the cone is written as a Doppler centroid
   LookSigma sigma{0.83, 1.21, AzimuthUnit::kMetres};
-  double noise_1 = 1.0;  ///< drawn, in standard deviations
+  double noise = 1.0;  ///< drawn, in standard deviations
   std::vector<PlannedControl> control;
-  double control_spread_1 = 1.0;  ///< < 1: control points drawn together about the middle
+  double control_spread = 1.0;  ///< < 1: control points drawn together about the middle
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< added to all coordinates (not orbit)
   double time_origin_s = 391.7;
-  std::size_t states =
-      41;  ///< of a path that is not recorded, and of what is flown but for the wander
+  std::size_t states = 41;     ///< of a path that is not recorded, and of the planned flight
   double time_margin_s = 0.0;  ///< by which paths are longer at either end
   std::optional<PlannedRecording> recording;
-  double strip_factor_1 = 0.0;  ///< > 0: strip spans given, this many times the looks' own
-  double start_error_m = 0.0;   ///< > 0: points get start coordinates this far off
-  double blunder_1 = 0.0;       ///< added to the first range, in standard deviations
-  double path_error_m = 0.0;    ///< by which the first pass is shifted in all axes
+  double strip_factor = 0.0;   ///< > 0: strip spans given, this many times the looks' own
+  double start_error_m = 0.0;  ///< > 0: points get start coordinates this far off
+  double blunder = 0.0;        ///< added to the first range, in standard deviations
+  double path_error_m = 0.0;   ///< by which the first pass is shifted in all axes
   AdjustOptions options;
   std::uint64_t seed = 1978;
 };
@@ -92,9 +92,9 @@ struct PlannedFamily {
 
 /// `count` values from `from` to `to` with equal ratios.
 [[nodiscard]] std::vector<double> Ratios(double from, double to, int count);
-[[nodiscard]] std::vector<double> With(double first, std::vector<double> rest);
+[[nodiscard]] std::vector<double> Prepend(double first, std::vector<double> rest);
 /// The same standard deviation for all components of all control points.
-void HoldControlTo(double sigma_m, StabilityPlan* plan);
+void SetControlSigma(double sigma_m, StabilityPlan* plan);
 
 /// Families that push the geometry of a block.
 [[nodiscard]] const std::vector<PlannedFamily>& GeometryFamilies();
@@ -105,8 +105,8 @@ void HoldControlTo(double sigma_m, StabilityPlan* plan);
 /// Families that push the weights of a block.
 [[nodiscard]] const std::vector<PlannedFamily>& WeightFamilies();
 
-/// Families of flights as they are recorded: noise, spacing and contradictions of the states, and
-/// how far a flight wanders from a straight line.
+/// Families of recorded flights: noise, spacing and contradictions of the states, and the deviation
+/// of a flight from a straight line.
 [[nodiscard]] const std::vector<PlannedFamily>& RecordingFamilies();
 
 /// A family of small blocks that one number pushes from comfortable to impossible.

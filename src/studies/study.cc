@@ -218,11 +218,11 @@ struct StudyRows::State {
   std::optional<GrowingFile> journal;
   std::optional<GrowingFile> table;
   std::map<std::size_t, std::vector<StudyRow>> earlier;
-  std::map<std::size_t, std::string> waiting;  // finished before a task that stands before them
+  std::map<std::size_t, std::string> waiting;  // finished before a task that precedes them
   std::size_t next = 0;                        // first task that is not in the table
   std::size_t kept = 0;
 
-  /// Text of the tasks that can be told now.
+  /// Text of the tasks that can be shown now.
   std::string TakeReady() {
     std::string ready;
     for (auto found = waiting.find(next); found != waiting.end(); found = waiting.find(next)) {
@@ -309,8 +309,40 @@ std::string StudyTableText(const StudyTable& table) {
   return StudyHeadingText(table.columns()) + StudyRowsText(table.rows());
 }
 
+namespace {
+
+std::vector<TableColumn> TableColumnsOf(const std::vector<StudyColumn>& columns) {
+  std::vector<TableColumn> out;
+  for (const StudyColumn& column : columns) {
+    const bool text = column.kind == StudyCellKind::kText;
+    out.push_back({column.name, ColumnNeed::kRequired, text ? CellKind::kText : CellKind::kNumber});
+  }
+  return out;
+}
+
+std::vector<StudyRow> ReadStudyRows(TableReader* table, const std::vector<StudyColumn>& columns) {
+  std::vector<StudyRow> rows;
+  ForRows(table, [&](const Row& row) {
+    StudyRow cells(columns.size());
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (!row.Given(i)) continue;
+      if (columns[i].kind == StudyCellKind::kText) {
+        cells[i] = std::string(row.Text(i));
+      } else if (columns[i].kind == StudyCellKind::kNumber) {
+        cells[i] = row.Number(i);
+      } else {
+        cells[i] = static_cast<std::int64_t>(row.Number(i));
+      }
+    }
+    rows.push_back(std::move(cells));
+  });
+  return rows;
+}
+
+}  // namespace
+
 StudyTable ReadStudyTable(const std::filesystem::path& file, std::vector<StudyColumn> columns) {
-  std::vector<StudyRow> rows = StudyRowsOf(CsvReader(file, AskedColumns(columns)), columns);
+  std::vector<StudyRow> rows = ReadStudyRows(ReadCsv(file, TableColumnsOf(columns)).get(), columns);
   return {std::move(columns), std::move(rows)};
 }
 
@@ -328,7 +360,7 @@ bool TakeNumber(std::string_view* line, std::string_view word, std::size_t* valu
   return true;
 }
 
-/// The line that ends a record. The checksum of its rows tells a damaged file from a whole one.
+/// The line that ends a record. The checksum of its rows detects damage.
 std::string LastLineOf(std::size_t task, std::string_view rows) {
   return fmt::format("end {} {:016x}", task, Fnv1a(rows));
 }
@@ -395,31 +427,6 @@ StudyJournal ReadStudyJournal(std::string_view text, std::size_t begin, std::siz
   }
 }
 
-std::vector<TableColumn> AskedColumns(const std::vector<StudyColumn>& columns) {
-  std::vector<TableColumn> asked;
-  for (const StudyColumn& column : columns) asked.push_back({column.name, ColumnNeed::kRequired});
-  return asked;
-}
-
-std::vector<StudyRow> StudyRowsOf(CsvReader reader, const std::vector<StudyColumn>& columns) {
-  std::vector<StudyRow> rows;
-  while (reader.Next()) {
-    StudyRow row(columns.size());
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (!reader.Given(i)) continue;
-      if (columns[i].kind == StudyCellKind::kText) {
-        row[i] = std::string(reader.Text(i));
-      } else if (columns[i].kind == StudyCellKind::kNumber) {
-        row[i] = reader.Number(i);
-      } else {
-        row[i] = static_cast<std::int64_t>(reader.Number(i));
-      }
-    }
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
 std::string StudyRecord(std::size_t task, std::size_t rows, std::string_view text) {
   return fmt::format("task {} rows {}\n{}{}\n", task, rows, text, LastLineOf(task, text));
 }
@@ -455,7 +462,7 @@ std::vector<StudyRow> StudyRowsOf(const std::string& text,
                                   const std::vector<StudyColumn>& columns,
                                   const std::string& file) {
   const std::string whole = StudyHeadingText(columns) + text;
-  return StudyRowsOf(CsvReader(file, whole, AskedColumns(columns)), columns);
+  return ReadStudyRows(ReadCsvText(file, whole, TableColumnsOf(columns)).get(), columns);
 }
 
 namespace {

@@ -19,8 +19,8 @@
 
 namespace sarblock {
 
-/// What all studies have in common: rows that are computed each for itself, kept as they finish,
-/// and told in the study's order.
+/// What all studies have in common: rows that are computed independently, kept as they finish,
+/// and shown in the study's order.
 
 /// What every study file begins with (docs/studies.md).
 struct StudyHeading {
@@ -35,7 +35,7 @@ enum class StudyCellKind {
   kText,
 };
 
-/// One column of a study's table; units stand in the name, as in every table (docs/formats.md).
+/// One column of a study's table; units are in the name, as in every table (docs/formats.md).
 struct StudyColumn {
   std::string name;
   StudyCellKind kind = StudyCellKind::kNumber;
@@ -67,7 +67,7 @@ class StudyTable {
 
 /// A piece of a study that is computed and kept as a whole: one row, or several that only make
 /// sense together (candidates timed in turn with their reference). The rows are a function of the
-/// study's file alone, not of other tasks or of the number of threads. `progress` tells whether to
+/// study's file alone, not of other tasks or of the number of threads. `progress` says whether to
 /// stop; updates to it are not shown while tasks run side by side.
 struct StudyTask {
   std::string name;  ///< for people, beside the bar
@@ -98,17 +98,17 @@ struct StudyPlan {
   TaskOrder order = TaskOrder::kSideBySide;
 };
 
-/// Computes what of a part `store` does not have yet, keeps each task as it finishes, and returns
-/// all rows in the order of the tasks. Throws Interrupted once `progress` is cancelled: what was
-/// finished is kept. Any other exception of a task ends the study the same way; what a study wants
-/// to tell of a row that failed it catches itself. std::logic_error for a row that does not fit the
+/// Computes the tasks of a part that `store` does not have yet, keeps each task as it finishes, and
+/// returns all rows in the order of the tasks. Throws Interrupted once `progress` is cancelled:
+/// what was finished is kept. Any other exception of a task ends the study the same way; a study
+/// that reports failed rows catches it itself. std::logic_error for a row that does not fit the
 /// columns.
 [[nodiscard]] StudyTable RunStudy(const StudyPlan& plan,
                                   StudyStore* store = nullptr,
                                   ProgressSink* progress = nullptr,
                                   TaskPart part = {});
 
-/// What tells one study from another.
+/// What identifies a study.
 struct StudyIdentity {
   std::string name;  ///< of the table: NAME.csv
   std::vector<StudyColumn> columns;
@@ -134,8 +134,8 @@ struct StudyJournal {
 /// The part that a journal says it holds; all where it says nothing.
 [[nodiscard]] TaskPart PartOfJournal(std::string_view text);
 
-/// The whole records behind the first `begin` bytes. What stands behind a record that is cut or
-/// damaged is not read.
+/// The whole records after the first `begin` bytes. Nothing after a truncated or damaged record is
+/// read.
 [[nodiscard]] StudyJournal ReadStudyJournal(std::string_view text,
                                             std::size_t begin,
                                             std::size_t tasks);
@@ -149,9 +149,6 @@ struct StudyJournal {
 [[nodiscard]] std::vector<StudyRow> StudyRowsOf(const std::string& text,
                                                 const std::vector<StudyColumn>& columns,
                                                 const std::string& file);
-[[nodiscard]] std::vector<StudyRow> StudyRowsOf(CsvReader reader,
-                                                const std::vector<StudyColumn>& columns);
-[[nodiscard]] std::vector<TableColumn> AskedColumns(const std::vector<StudyColumn>& columns);
 
 enum class StudyStart {
   kResume,   ///< keep what an earlier run of the same study finished
@@ -161,16 +158,14 @@ enum class StudyStart {
 /// The rows of a study in a folder.
 ///
 /// `NAME.csv` is the table. It grows as tasks finish, in the study's order: at every moment it
-/// holds whole rows, from the first on. `NAME.progress` beside it holds every finished task in the
-/// order they finished (study.h); it is what a later run resumes from. A record that a
-/// killed run left half written there is dropped. `NAME.study.toml` is the identity's text: the
-/// study as it ran, for reports.
+/// has whole rows, from the first on. `NAME.progress` has every finished task in the order they
+/// finished (study.h); a later run resumes from it. A record that a killed run left half written
+/// there is dropped. `NAME.study.toml` is the identity's text: the study as it ran, for reports.
 ///
-/// Of a part both hold the tasks of that part alone, in their order.
+/// For a part both have the tasks of that part alone, in their order.
 ///
-/// kResume throws InputError where the folder holds rows of another study or of another part, and
-/// where NAME.csv stands there without NAME.progress; both modes where another process has the
-/// study open.
+/// kResume throws InputError if the folder has rows of another study or of another part, or
+/// NAME.csv without NAME.progress; both modes if another process has the study open.
 class StudyRows final : public StudyStore {
  public:
   StudyRows(const std::filesystem::path& folder, StudyIdentity identity, StudyStart start);
@@ -204,11 +199,11 @@ class StudyRows final : public StudyStore {
 [[nodiscard]] StudyHeading TakeStudyHeading(const std::string& kind, SceneTable* table);
 
 /// The study file's text after the overrides, for `--dump-config` and as a study's identity: the
-/// same keys and values give the same text, whatever the comments. Checks syntax only.
+/// same keys and values give the same text with any comments. Checks syntax only.
 [[nodiscard]] std::string EffectiveStudyText(const std::filesystem::path& path,
                                              const std::vector<std::string>& overrides = {});
 
-/// The text of NAME.study.toml: the study whose rows stand in `table`, "NAME.csv".
+/// The text of NAME.study.toml: the study whose rows are in `table`, "NAME.csv".
 [[nodiscard]] std::string StudyAsItRan(const std::string& table, const std::string& identity);
 
 /// A scene as comment lines of TOML, its name before its text: a study as it ran, NAME.study.toml,

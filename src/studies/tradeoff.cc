@@ -93,23 +93,23 @@ Block TwoLooksOf(const Block& block) {
   const AdjustmentProblem problem(block, {});
   ParallelForChunks(
       block.points.size(), kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-        std::vector<Sight> sights;
+        std::vector<FixedPathLook> observations;
         std::vector<std::size_t> looks;
         for (std::size_t point = begin; point < end; ++point) {
-          sights.clear();
+          observations.clear();
           looks.clear();
           for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1];
                ++i) {
-            const auto sight = problem.model.SightOf(i, Eigen::VectorXd());
-            if (!sight || block.looks.rejected(i)) continue;
-            sights.push_back(*sight);
+            const auto observation = problem.model.FixPath(i, Eigen::VectorXd());
+            if (!observation || block.looks.rejected(i)) continue;
+            observations.push_back(*observation);
             looks.push_back(i);
           }
           double least_m2 = std::numeric_limits<double>::infinity();
           std::array<std::size_t, 2> best{0, 1};
-          for (std::size_t a = 0; a < sights.size(); ++a) {
-            for (std::size_t b = a + 1; b < sights.size(); ++b) {
-              const std::array<Sight, 2> pair{sights[a], sights[b]};
+          for (std::size_t a = 0; a < observations.size(); ++a) {
+            for (std::size_t b = a + 1; b < observations.size(); ++b) {
+              const std::array<FixedPathLook, 2> pair{observations[a], observations[b]};
               const Intersection met = Intersect(pair, block.frame);
               if (met.outcome != IntersectionOutcome::kDetermined) continue;
               if (met.covariance_m2.trace() >= least_m2) continue;
@@ -225,7 +225,7 @@ TradeoffBench::TradeoffBench(SimulatedBlock simulated,
   impl_->points = points;
   impl_->options = reference.options;
   TradeoffChoice tight = reference;
-  tight.options.tolerance_1 = kBestTolerance_1;
+  tight.options.tolerance = kBestTolerance;
   impl_->best = impl_->Run(tight, progress);
   if (!impl_->best.accepted || impl_->best.covariance_m2.empty()) {
     throw InputError(
@@ -270,13 +270,13 @@ TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
   row.threads = choice.options.threads;
   row.repeats = 1;  // of a choice that is refused
   row.reference = choice.name == reference.name;
-  std::vector<double> wall_s, cpu_s, peak_mib, own_s, ratio_1;
+  std::vector<double> wall_s, cpu_s, peak_mib, own_s, ratio;
   TradeoffAnswer answer;
   try {
     impl_->Prepare(choice, progress);
     impl_->Prepare(reference, progress);
     const auto run_choice = [&] {
-      answer = {};  // what it held is not the next run's
+      answer = {};  // its memory does not count in the next run
       const RunCost cost = MeasureRun([&] { answer = impl_->Run(choice, progress); });
       wall_s.push_back(cost.wall_s);
       cpu_s.push_back(cost.cpu_s);
@@ -301,7 +301,7 @@ TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
       }
       if (more()) spent_s += run_choice();
       for (std::size_t i = first; i < own_s.size(); ++i) {
-        ratio_1.push_back(row.reference ? 1.0 : reference_s / own_s[i]);
+        ratio.push_back(row.reference ? 1.0 : reference_s / own_s[i]);
       }
     }
     row.repeats = static_cast<int>(own_s.size());
@@ -315,9 +315,9 @@ TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
   row.wall_s = Median(wall_s);
   row.cpu_s = Median(cpu_s);
   row.peak_mib = Median(peak_mib);
-  row.speed_ratio_1 = Median(ratio_1);
-  row.speed_low_1 = *std::min_element(ratio_1.begin(), ratio_1.end());
-  row.speed_high_1 = *std::max_element(ratio_1.begin(), ratio_1.end());
+  row.speed_ratio = Median(ratio);
+  row.speed_low = *std::min_element(ratio.begin(), ratio.end());
+  row.speed_high = *std::max_element(ratio.begin(), ratio.end());
   row.iterations = answer.iterations;
   row.corrections = answer.corrections;
   row.accepted = answer.accepted;
@@ -343,9 +343,9 @@ void VisitColumns(Row& row, const Visit& visit) {
   visit("looks", row.looks);
   visit("wall_s", row.wall_s);
   visit("peak_mib", row.peak_mib);
-  visit("speed_ratio", row.speed_ratio_1);
-  visit("position_error_sigma", row.errors.position_error_1);
-  visit("covariance_error", row.errors.covariance_error_1);
+  visit("speed_ratio", row.speed_ratio);
+  visit("position_error_sigma", row.errors.position_error);
+  visit("covariance_error", row.errors.covariance_error);
   visit(kPareto, row.pareto);
   visit("reference", row.reference);
   visit("accepted", row.accepted);
@@ -355,12 +355,12 @@ void VisitColumns(Row& row, const Visit& visit) {
   visit("threads", row.threads);
   visit("cpu_s", row.cpu_s);
   visit("clock", row.clock);
-  visit("speed_low", row.speed_low_1);
-  visit("speed_high", row.speed_high_1);
-  visit("position_median_sigma", row.errors.position_median_1);
-  visit("covariance_median", row.errors.covariance_median_1);
+  visit("speed_low", row.speed_low);
+  visit("speed_high", row.speed_high);
+  visit("position_median_sigma", row.errors.position_median);
+  visit("covariance_median", row.errors.covariance_median);
   visit("rms_error_m", row.errors.rms_error_m);
-  visit("nees", row.errors.nees_1);
+  visit("nees", row.errors.nees);
   visit("points_missing", row.errors.points_missing);
   visit("points_unjudged", row.errors.points_unjudged);
   visit("note", row.note);
@@ -522,8 +522,8 @@ AnswerErrors CompareAnswers(const Block& block,
                             const TradeoffAnswer& best,
                             const std::vector<Eigen::Vector3d>& truth_m) {
   AnswerErrors out;
-  std::vector<double> shift_1, covariance_1;
-  double square_m2 = 0.0, normalised_1 = 0.0, dimension = 0.0;
+  std::vector<double> shift, covariance;
+  double square_m2 = 0.0, normalised = 0.0, dimension = 0.0;
   std::size_t solved = 0;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     if (block.points.role[point] != PointRole::kTie) continue;
@@ -535,7 +535,7 @@ AnswerErrors CompareAnswers(const Block& block,
     const Eigen::Matrix3d enu = block.frame.EnuFromFrame(best.position_m[point]);
     const Eigen::Matrix3d q = MatrixOf(best.covariance_m2[point]);
     const Eigen::Vector3d shift_m = enu * (answer.position_m[point] - best.position_m[point]);
-    shift_1.push_back(std::sqrt(shift_m.dot(q.llt().solve(shift_m))));
+    shift.push_back(std::sqrt(shift_m.dot(q.llt().solve(shift_m))));
     const Eigen::Vector3d error_m = enu * (answer.position_m[point] - truth_m[point]);
     square_m2 += error_m.squaredNorm();
     ++solved;
@@ -545,17 +545,17 @@ AnswerErrors CompareAnswers(const Block& block,
       continue;
     }
     const Eigen::MatrixXd same = claim.rows * q * claim.rows.transpose();
-    covariance_1.push_back((claim.covariance_m2 - same).norm() / same.norm());
+    covariance.push_back((claim.covariance_m2 - same).norm() / same.norm());
     const Eigen::VectorXd e = claim.rows * error_m;
-    normalised_1 += e.dot(dense::Cholesky(claim.covariance_m2).Solve(e));
+    normalised += e.dot(dense::Cholesky(claim.covariance_m2).Solve(e));
     dimension += static_cast<double>(e.size());
   }
-  out.position_error_1 = Largest(shift_1);
-  out.position_median_1 = TakeMedian(&shift_1);
-  out.covariance_error_1 = Largest(covariance_1);
-  out.covariance_median_1 = TakeMedian(&covariance_1);
+  out.position_error = Largest(shift);
+  out.position_median = TakeMedian(&shift);
+  out.covariance_error = Largest(covariance);
+  out.covariance_median = TakeMedian(&covariance);
   if (solved > 0) out.rms_error_m = std::sqrt(square_m2 / static_cast<double>(solved));
-  if (dimension > 0.0) out.nees_1 = normalised_1 / dimension;
+  if (dimension > 0.0) out.nees = normalised / dimension;
   return out;
 }
 
@@ -606,23 +606,22 @@ RunCost MeasureRun(const std::function<void()>& work) {
 namespace {
 
 double Position(const TradeoffRow& row) {
-  return std::max(row.errors.position_error_1, kSamePosition_1);
+  return std::max(row.errors.position_error, kSamePosition);
 }
 
 double Covariance(const TradeoffRow& row) {
-  const bool whole =
-      std::isfinite(row.errors.covariance_error_1) && row.errors.points_unjudged == 0;
-  return whole ? std::max(row.errors.covariance_error_1, kSameCovariance_1)
+  const bool whole = std::isfinite(row.errors.covariance_error) && row.errors.points_unjudged == 0;
+  return whole ? std::max(row.errors.covariance_error, kSameCovariance)
                : std::numeric_limits<double>::infinity();
 }
 
 bool Competes(const TradeoffRow& row) {
-  return row.accepted && row.errors.points_missing == 0 && std::isfinite(row.speed_ratio_1) &&
-         std::isfinite(row.errors.position_error_1);
+  return row.accepted && row.errors.points_missing == 0 && std::isfinite(row.speed_ratio) &&
+         std::isfinite(row.errors.position_error);
 }
 
 bool Faster(const TradeoffRow& a, const TradeoffRow& b) {
-  return a.speed_ratio_1 > (1.0 + kSameSpeed_1) * b.speed_ratio_1;
+  return a.speed_ratio > (1.0 + kSameSpeed) * b.speed_ratio;
 }
 
 bool Beats(const TradeoffRow& a, const TradeoffRow& b) {
@@ -639,7 +638,7 @@ const TradeoffRow* Fastest(const std::vector<TradeoffRow>& rows,
   const TradeoffRow* best = nullptr;
   for (const TradeoffRow& row : rows) {
     if (row.stage != stage || row.points != points || !row.pareto) continue;
-    if (Position(row) > goal.position_1 || Covariance(row) > goal.covariance_1) continue;
+    if (Position(row) > goal.position_error || Covariance(row) > goal.covariance_error) continue;
     if (best == nullptr || Faster(row, *best) || (row.reference && !Faster(*best, row))) {
       best = &row;
     }
@@ -658,10 +657,9 @@ const TradeoffRow* Named(const std::vector<TradeoffRow>& rows,
 }
 
 /// "2.3 times faster", "1.4 times slower", "as fast".
-std::string Pace(double ratio_1) {
-  if (ratio_1 > 1.0 + kSameSpeed_1) return fmt::format("{:.2g} times faster", ratio_1);
-  if (ratio_1 * (1.0 + kSameSpeed_1) < 1.0)
-    return fmt::format("{:.2g} times slower", 1.0 / ratio_1);
+std::string Pace(double ratio) {
+  if (ratio > 1.0 + kSameSpeed) return fmt::format("{:.2g} times faster", ratio);
+  if (ratio * (1.0 + kSameSpeed) < 1.0) return fmt::format("{:.2g} times slower", 1.0 / ratio);
   return "as fast";
 }
 
@@ -709,15 +707,15 @@ std::string Recommend(const std::vector<TradeoffRow>& rows,
     text += fmt::format(
         "; leberl is {}, its positions up to {:.2g} sigmas off, errors {:.2g} times as large as it "
         "says",
-        Pace(closed->speed_ratio_1),
-        closed->errors.position_error_1,
-        std::sqrt(closed->errors.nees_1));
+        Pace(closed->speed_ratio),
+        closed->errors.position_error,
+        std::sqrt(closed->errors.nees));
   }
   const TradeoffRow* single = Named(rows, TradeoffStage::kPrecision, points, "single");
   if (single != nullptr && Competes(*single)) {
     text += fmt::format("; single precision would be {} and {:.1g} sigmas off",
-                        Pace(single->speed_ratio_1),
-                        single->errors.position_error_1);
+                        Pace(single->speed_ratio),
+                        single->errors.position_error);
   }
   return text;
 }

@@ -26,8 +26,8 @@ namespace sarblock {
 enum class TradeoffStage { kModel, kSolver, kCovariance, kPrecision };
 [[nodiscard]] const char* NameOf(TradeoffStage stage);  ///< "model", "solver", ...
 
-/// What speed is told by. CPU time, of all threads, is the one to take on a machine that does other
-/// things too; it does not see what threads gain.
+/// How speed is measured. CPU time, of all threads, is for a machine that does other work too; it
+/// does not show the gain by threads.
 enum class TradeoffClock { kWall, kCpu };
 [[nodiscard]] const char* NameOf(TradeoffClock clock);  ///< "wall", "cpu"
 
@@ -35,7 +35,7 @@ enum class TradeoffClock { kWall, kCpu };
 struct TradeoffChoice {
   enum class Run {
     kAdjust,      ///< Adjust() with `options`
-    kIntersect,   ///< IntersectBlock(): all looks of a point, flight paths held
+    kIntersect,   ///< IntersectBlock(): all looks of a point, flight paths fixed
     kTwoLooks,    ///< the same of the two looks of each point that intersect best
     kArithmetic,  ///< SolveInArithmetic() from the start values, in `arithmetic` by `elimination`,
                   ///< with the correction groups of the bench's reference
@@ -66,15 +66,15 @@ struct TradeoffAnswer {
 
 /// An answer against the best one and against the truth, over the tie points.
 struct AnswerErrors {
-  double position_error_1 = kNotGiven;   ///< largest sqrt(d' Q^-1 d), Q of the best answer
-  double position_median_1 = kNotGiven;  ///< median of the same
+  double position_error = kNotGiven;   ///< largest sqrt(d' Q^-1 d), Q of the best answer
+  double position_median = kNotGiven;  ///< median of the same
   /// Largest |C - Q| / |Q| (Frobenius) of a 3 x 3; of a closed form that of its diagonal 2 x 2
   /// across and up against the same part of Q. NaN without covariance.
-  double covariance_error_1 = kNotGiven;
-  double covariance_median_1 = kNotGiven;
+  double covariance_error = kNotGiven;
+  double covariance_median = kNotGiven;
   double rms_error_m = kNotGiven;  ///< root mean square length of the errors against the truth
   /// Mean of e' C^-1 e over its dimension, e the errors against the truth: 1 where C is realistic.
-  double nees_1 = kNotGiven;
+  double nees = kNotGiven;
   std::size_t points_missing = 0;   ///< that have a position in the best answer alone
   std::size_t points_unjudged = 0;  ///< that have a position here but no covariance
 };
@@ -93,13 +93,13 @@ struct TradeoffRow {
   int threads = 1;              ///< that it might use
   double wall_s = kNotGiven;    ///< median of the runs, of the whole call
   double cpu_s = kNotGiven;     ///< the same, of all threads
-  /// Resident memory that the run added at its largest to what the process held before (block,
-  /// truth, answers to compare with); median. NaN where the system does not tell.
+  /// Largest resident memory of the run above that of the process before (block, truth, answers to
+  /// compare with); median. NaN if the system does not give it.
   double peak_mib = kNotGiven;
   TradeoffClock clock = TradeoffClock::kWall;  ///< of the speeds
-  double speed_ratio_1 = kNotGiven;  ///< reference / this: median over pairs of neighbouring runs
-  double speed_low_1 = kNotGiven;    ///< smallest and largest of these ratios
-  double speed_high_1 = kNotGiven;
+  double speed_ratio = kNotGiven;  ///< reference / this: median over pairs of neighbouring runs
+  double speed_low = kNotGiven;    ///< smallest and largest of these ratios
+  double speed_high = kNotGiven;
   int repeats = 0;  ///< 0: not run, for the reason that `note` has
   int iterations = 0;
   bool accepted = false;
@@ -111,9 +111,9 @@ struct TradeoffRow {
 
 /// Differences that do not count when rows are compared: times of repeated runs differ by as much,
 /// and below the step of 1e-6 sigmas that the solver may leave errors have no meaning.
-inline constexpr double kSameSpeed_1 = 0.1;      ///< of the ratio
-inline constexpr double kSamePosition_1 = 1e-6;  ///< sigmas
-inline constexpr double kSameCovariance_1 = 1e-6;
+inline constexpr double kSameSpeed = 0.1;      ///< of the ratio
+inline constexpr double kSamePosition = 1e-6;  ///< sigmas
+inline constexpr double kSameCovariance = 1e-6;
 
 /// Marks in each stage of each size the rows that no other beats: none is faster without being less
 /// accurate in position or covariance, nor more accurate without being slower. A row without the
@@ -121,13 +121,13 @@ inline constexpr double kSameCovariance_1 = 1e-6;
 /// miss points are not marked and beat nobody.
 void MarkPareto(std::vector<TradeoffRow>* rows);
 
-/// Step left, in sigmas over all unknowns, of the best answer.
-inline constexpr double kBestTolerance_1 = 1e-9;
+/// Newton decrement of the best answer, in sigmas over all unknowns.
+inline constexpr double kBestTolerance = 1e-9;
 
 /// What is good enough for a recommendation.
 struct TradeoffGoal {
-  double position_1 = 0.1;     ///< largest shift, in sigmas
-  double covariance_1 = 0.05;  ///< largest relative error of a 3 x 3
+  double position_error = 0.1;     ///< largest shift, in sigmas
+  double covariance_error = 0.05;  ///< largest relative error of a 3 x 3
 };
 /// One sentence a size: the fastest solver and covariance that are on the Pareto set and good
 /// enough, with the time of the adjustment and its threads; then, for comparison, what the row
@@ -155,8 +155,8 @@ struct TradeoffRepeats {
 /// A simulated block to measure choices on. Holds its own copies.
 class TradeoffBench {
  public:
-  /// Solves the block once with `reference`, to kBestTolerance_1 whatever its own: the best answer.
-  /// For arithmetic it is that of Arithmetic::kExtended by kQr.
+  /// Solves the block once with `reference`, to kBestTolerance instead of its own: the best
+  /// answer. For arithmetic it is that of Arithmetic::kExtended by kQr.
   TradeoffBench(SimulatedBlock simulated,
                 std::size_t points,
                 const TradeoffChoice& reference,
@@ -199,7 +199,7 @@ class TradeoffBench {
 struct RunCost {
   double wall_s = 0.0;
   double cpu_s = 0.0;     ///< all threads
-  double peak_mib = 0.0;  ///< NaN where the system does not tell
+  double peak_mib = 0.0;  ///< NaN if the system does not give it
 };
 
 /// Runs `work` and measures it. The peak is that of the resident set during the call less what was

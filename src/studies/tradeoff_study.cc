@@ -19,7 +19,7 @@
 namespace sarblock {
 namespace {
 
-constexpr int kMostRepeats = 1000;
+constexpr int kMaxRepeats = 1000;
 
 std::vector<std::string> Texts(SceneTable* table, const std::string& key) {
   std::vector<std::string> texts;
@@ -58,7 +58,7 @@ TradeoffSize ReadSize(SceneTable table, std::string_view scene_text, const std::
   TradeoffSize size;
   table.Count("points", &size.points);
   if (size.points == 0) throw InputError(table.PlaceOf("points"), "must be given, 1 or more");
-  Whole(&table, "repeats", kMostRepeats, &size.repeats);
+  Whole(&table, "repeats", kMaxRepeats, &size.repeats);
   if (const auto taken = table.Take("longest_s")) size.longest_s = taken->Positive();
   for (SceneTable& skip : table.Tables("skip")) size.skips.push_back(ReadSkip(std::move(skip)));
   const std::vector<std::string> set = Texts(&table, "set");
@@ -103,7 +103,7 @@ TradeoffEntry ReadChoice(SceneTable table) {
   table.Count("most_points", &entry.most_points);
   table.Text("reason", &entry.reason);
   Whole(&table, "threads", 1024, &entry.threads);
-  Whole(&table, "repeats", kMostRepeats, &entry.repeats);
+  Whole(&table, "repeats", kMaxRepeats, &entry.repeats);
   entry.set = Texts(&table, "set");
   if (!entry.set.empty() && entry.choice.run == Run::kArithmetic) {
     throw InputError(table.PlaceOf("set"),
@@ -114,8 +114,8 @@ TradeoffEntry ReadChoice(SceneTable table) {
 }
 
 void ReadTradeoffGoal(SceneTable& table, TradeoffGoal* goal) {
-  table.Number("position_sigma", &goal->position_1);
-  table.Number("covariance", &goal->covariance_1);
+  table.Number("position_sigma", &goal->position_error);
+  table.Number("covariance", &goal->covariance_error);
   table.Finish();
 }
 
@@ -235,7 +235,7 @@ TradeoffStudy ParseTradeoffStudy(
   if (scene.empty()) throw InputError(table.PlaceOf("scene"), "must be given, a scene file");
   study.scene_file = std::filesystem::path(file).parent_path() / scene;
   const std::string scene_toml = scene_text(scene);
-  Whole(&table, "repeats", kMostRepeats, &study.repeats);
+  Whole(&table, "repeats", kMaxRepeats, &study.repeats);
   table.Choice<TradeoffClock>("clock",
                               {{NameOf(TradeoffClock::kWall), TradeoffClock::kWall},
                                {NameOf(TradeoffClock::kCpu), TradeoffClock::kCpu}},
@@ -323,17 +323,16 @@ std::string Seconds(double value_s) {
 
 /// "3.1 (2.9 to 3.3)"; one number where nothing was repeated.
 std::string Ratio(const TradeoffRow& row) {
-  if (!std::isfinite(row.speed_ratio_1)) return "";
+  if (!std::isfinite(row.speed_ratio)) return "";
   if (row.reference) return "1";
-  if (row.repeats == 1) return FigureAs(row.speed_ratio_1);
-  return fmt::format(
-      "{:.2g} ({:.2g} to {:.2g})", row.speed_ratio_1, row.speed_low_1, row.speed_high_1);
+  if (row.repeats == 1) return FigureAs(row.speed_ratio);
+  return fmt::format("{:.2g} ({:.2g} to {:.2g})", row.speed_ratio, row.speed_low, row.speed_high);
 }
 
 std::string Missing(const AnswerErrors& errors) {
   if (errors.points_missing > 0)
     return fmt::format("{} points without position", errors.points_missing);
-  if (errors.points_unjudged > 0 && std::isfinite(errors.covariance_error_1)) {
+  if (errors.points_unjudged > 0 && std::isfinite(errors.covariance_error)) {
     return fmt::format("{} points without covariance", errors.points_unjudged);
   }
   return "";
@@ -364,9 +363,9 @@ std::string Line(const TradeoffRow& row) {
                      Seconds(row.cpu_s),
                      Ratio(row),
                      FigureAs(row.peak_mib, "{:.1f}"),
-                     FigureAs(row.errors.position_error_1, "{:.1e}"),
-                     FigureAs(row.errors.covariance_error_1, "{:.1e}"),
-                     FigureAs(row.errors.nees_1),
+                     FigureAs(row.errors.position_error, "{:.1e}"),
+                     FigureAs(row.errors.covariance_error, "{:.1e}"),
+                     FigureAs(row.errors.nees),
                      Remark(row));
 }
 

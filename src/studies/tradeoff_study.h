@@ -73,7 +73,7 @@ struct TradeoffStudy {
                                               const std::vector<std::string>& overrides = {});
 
 /// The same from text; `file` names it in messages, `scene_text` gives the text of a scene by the
-/// name that stands in the study.
+/// name that the study gives.
 [[nodiscard]] TradeoffStudy ParseTradeoffStudy(
     std::string_view text,
     const std::string& file,

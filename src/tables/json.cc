@@ -110,7 +110,36 @@ class KeySearch : public nlohmann::json_sax<Json> {
   std::size_t found_ = 0;
 };
 
+/// Levels below each other; a level takes memory before anything is made of it.
+constexpr std::size_t kMaxLevels = 200;
+
+/// The line where a text has more of them; 0: nowhere.
+std::size_t LineTooDeep(std::string_view text) {
+  std::size_t depth = 0, line = 1;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line;
+    if (quoted) {
+      if (c == '\\') ++i;
+      quoted = c != '"';
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kMaxLevels) return line;
+    } else if ((c == ']' || c == '}') && depth > 0) {
+      --depth;
+    }
+  }
+  return 0;
+}
+
 Json Parsed(std::string_view text, const std::string& file) {
+  if (const std::size_t line = LineTooDeep(text)) {
+    throw InputError(FilePlace{file, line, ""},
+                     "has more than " + std::to_string(kMaxLevels) +
+                         " levels of lists and objects, which no file of ours has");
+  }
   try {
     return Json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {

@@ -27,7 +27,7 @@ class JsonValue {
   [[nodiscard]] std::vector<std::pair<std::string, JsonValue>> Members() const;
   [[nodiscard]] bool IsObject() const { return node_->is_object(); }
   [[nodiscard]] const nlohmann::ordered_json& Node() const { return *node_; }
-  /// The member of an object, or nothing if it does not stand there or is null.
+  /// The member of an object, or nothing if there is none or it is null.
   [[nodiscard]] std::optional<JsonValue> Find(const char* name) const;
   [[nodiscard]] JsonValue Require(const char* name) const;
   /// Index of the text in `names`; refuses others, naming all.

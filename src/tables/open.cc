@@ -4,14 +4,18 @@
 #include "sarblock/core/error.h"
 #include "sarblock/tables/output.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "checksum.h"
+#include "core/threads.h"
 #include "csv.h"
 #include "hdf5_tables.h"
+#include "json.h"
 
 namespace sarblock {
 namespace {
@@ -25,11 +29,10 @@ class TextSource final : public TableSource {
     if (!text) FailMissing(std::string(name), "file");
     return {std::string(name), std::string(*text)};
   }
-  std::unique_ptr<TableReader> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) const override {
+  std::unique_ptr<TableReader> Open(std::string_view table, Schema schema) const override {
     const auto text = Find(NameOf(table));
     if (!text) return nullptr;
-    return std::make_unique<CsvReader>(NameOf(table), *text, columns);
+    return ReadCsvText(NameOf(table), *text, schema);
   }
   std::string NameOf(std::string_view table) const override { return std::string(table) + ".csv"; }
   std::string DefaultName() const override { return sarblock::NameOf(content()); }
@@ -67,12 +70,36 @@ constexpr const char* kNotAResult = "is a block, not a result";
                        ", or an HDF5 file of these");
 }
 
+/// The tables that the summary of a result lists; nothing where it does not, as those of programs
+/// before this, or where it cannot be read, which is told when it is.
+std::optional<std::vector<TableSum>> ListedTables(const fs::path& summary) {
+  std::ifstream stream(summary, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  try {
+    const JsonFile json(text, summary.string());
+    const auto tables = json.Root().Find("tables");
+    if (!tables) return std::nullopt;
+    std::vector<TableSum> sums;
+    for (const JsonValue& table : tables->Entries()) {
+      sums.push_back({table.Require("table").Text(),
+                      table.Require("bytes").Count(),
+                      table.Require("sha256").Text()});
+    }
+    return sums;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
 class FolderSource final : public TableSource {
  public:
   FolderSource(fs::path folder, FolderContent content)
       : TableSource(content), folder_(std::move(folder)) {
     const bool block = fs::exists(folder_ / "block.toml");
     const bool result = fs::exists(folder_ / "summary.json");
+    if (result && content == FolderContent::kResult) {
+      listed_ = ListedTables(folder_ / "summary.json");
+    }
     if (block == result) return;
     if (content == FolderContent::kBlock && result) FailKind(folder_, content, kNotABlock);
     if (content == FolderContent::kResult && block) FailKind(folder_, content, kNotAResult);
@@ -83,11 +110,19 @@ class FolderSource final : public TableSource {
     if (!fs::is_regular_file(file) || !stream) FailMissing(file.string(), "file");
     return {file.string(), {std::istreambuf_iterator<char>(stream), {}}};
   }
-  std::unique_ptr<TableReader> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) const override {
+  std::unique_ptr<TableReader> Open(std::string_view table, Schema schema) const override {
     const auto file = FindTable(folder_, table);
-    if (!file) return nullptr;
-    return std::make_unique<CsvReader>(*file, columns);
+    const TableSum* const sum = Listed(table);
+    if (file && listed_ && sum == nullptr) {
+      throw InputError(FilePlace{file->string(), 0, ""},
+                       "is not among the tables that summary.json lists: of another run");
+    }
+    if (file) return ReadCsv(*file, schema, sum != nullptr ? sum->sha256 : "");
+    if (sum != nullptr) {
+      throw InputError(FilePlace{NameOf(table), 0, ""},
+                       "is missing (also as .csv.gz), summary.json lists this table");
+    }
+    return nullptr;
   }
   std::string NameOf(std::string_view table) const override {
     return (folder_ / (std::string(table) + ".csv")).string();
@@ -95,7 +130,15 @@ class FolderSource final : public TableSource {
   std::string DefaultName() const override { return NameAt(folder_); }
 
  private:
+  [[nodiscard]] const TableSum* Listed(std::string_view table) const {
+    if (!listed_) return nullptr;
+    const auto found = std::find_if(
+        listed_->begin(), listed_->end(), [&](const TableSum& sum) { return sum.table == table; });
+    return found == listed_->end() ? nullptr : &*found;
+  }
+
   fs::path folder_;
+  std::optional<std::vector<TableSum>> listed_;
 };
 
 }  // namespace
@@ -132,11 +175,42 @@ std::optional<std::filesystem::path> FindTable(const std::filesystem::path& fold
   const bool has_plain = fs::exists(plain), has_gzip = fs::exists(gzip);
   if (has_plain && has_gzip) {
     throw InputError(FilePlace{gzip.string(), 0, ""},
-                     "stands beside " + plain.filename().string() + ", one of both is allowed");
+                     "excludes " + plain.filename().string() + "; give one of both");
   }
   if (has_plain) return plain;
   if (has_gzip) return gzip;
   return std::nullopt;
+}
+
+namespace {
+
+TableSum SumOf(std::string_view table, const std::filesystem::path& file) {
+  const std::unique_ptr<TableBytes> source = OpenBytes(file);
+  std::vector<char> buffer(std::size_t{1} << 18U);
+  std::string problem;
+  Sha256 sum;
+  TableSum out{std::string(table), 0, {}};
+  while (const std::size_t got = source->Read(buffer.data(), buffer.size(), &problem)) {
+    sum.Add({buffer.data(), got});
+    out.bytes += got;
+  }
+  if (!problem.empty()) throw InputError(FilePlace{file.string(), 0, ""}, problem);
+  out.sha256 = sum.Digits();
+  return out;
+}
+
+}  // namespace
+
+std::vector<TableSum> SumsOfTables(const std::filesystem::path& folder, FolderContent content) {
+  std::vector<std::pair<std::string_view, std::filesystem::path>> files;
+  for (const TableDescription& table : TablesOf(content)) {
+    if (const auto file = FindTable(folder, table.name)) files.emplace_back(table.name, *file);
+  }
+  std::vector<TableSum> sums(files.size());
+  ParallelForChunks(files.size(), 1, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) sums[i] = SumOf(files[i].first, files[i].second);
+  });
+  return sums;
 }
 
 namespace {
@@ -146,12 +220,10 @@ class FolderSink final : public TableSink {
   FolderSink(std::filesystem::path folder, Compression compression)
       : folder_(std::move(folder)), compression_(compression) {}
   std::unique_ptr<TableWriter> Open(std::string_view table,
-                                    std::span<const TableColumn> columns) override {
-    std::vector<std::string_view> names;
-    for (const TableColumn& column : columns) names.push_back(column.name);
+                                    Schema schema,
+                                    std::span<const std::string_view> left_out) override {
     const char* const ending = compression_ == Compression::kGzip ? ".csv.gz" : ".csv";
-    return std::make_unique<CsvWriter>(
-        folder_ / (std::string(table) + ending), names, compression_);
+    return WriteCsv(folder_ / (std::string(table) + ending), schema, compression_, left_out);
   }
   void WriteText(std::string_view file, std::string_view text) override {
     AtomicFile out(folder_ / file);
@@ -189,15 +261,14 @@ void WriteTables(FolderContent content,
                  const BlockIds& ids,
                  const std::function<void(TableSink*)>& write) {
   if (NamesContainer(target)) {
-    ContainerSink sink(target, compression, ids);
-    write(&sink);
-    sink.Commit();
+    WriteContainer(target, compression, ids, write);
     return;
   }
   StagedFolder staged(content, target);
   staged.Write([&](const std::filesystem::path& to) {
     FolderSink sink(to, compression);
     write(&sink);
+    if (content == FolderContent::kBlock) NoteWritten(to);
   });
   staged.Publish(KnownFiles(content));
 }

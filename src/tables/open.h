@@ -3,6 +3,7 @@
 
 #include "sarblock/tables/output.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -16,7 +17,7 @@
 
 namespace sarblock {
 
-/// Texts by the name of their file; a file whose text is absent does not stand there.
+/// Texts by the name of their file; a file whose text is absent does not exist.
 using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_view>>>;
 [[nodiscard]] std::unique_ptr<TableSource> TablesOfTexts(FileTexts texts, FolderContent content);
 
@@ -27,7 +28,7 @@ using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_v
 /// The folder from which names in a block's options count: its own, or that of its file.
 [[nodiscard]] std::filesystem::path FolderOf(const std::filesystem::path& block);
 
-/// What stands there, as far as it can be told before it is read: a folder without a summary.json
+/// What is there, as far as can be seen before it is read: a folder without a summary.json
 /// is taken for a block. Throws InputError for an HDF5 file of others.
 [[nodiscard]] FolderContent ContentAt(const std::filesystem::path& path);
 
@@ -35,6 +36,18 @@ using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_v
 /// once are refused.
 [[nodiscard]] std::optional<std::filesystem::path> FindTable(const std::filesystem::path& folder,
                                                              std::string_view name);
+
+/// A table of a folder: what its text has, which a .csv.gz holds compressed.
+struct TableSum {
+  std::string table;  ///< "points"
+  std::uint64_t bytes = 0;
+  std::string sha256;
+};
+
+/// Of all tables that stand in a folder. A result lists them in summary.json, and whoever reads it
+/// holds the tables to that: those of two runs, or of one that was changed since, are no result.
+[[nodiscard]] std::vector<TableSum> SumsOfTables(const std::filesystem::path& folder,
+                                                 FolderContent content);
 
 /// Has `write` write what is to be a block or a result: a folder, or one HDF5 file where the name
 /// of `target` ends in ".h5". It appears as a whole or not at all; tables of an older content that

@@ -7,24 +7,27 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <charconv>
 #include <climits>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <random>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "checksum.h"
 #include "hdf5_file.h"
+#include "json.h"
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -57,6 +60,35 @@ void Unregister(int slot) {
   if (slot >= 0) g_slots[static_cast<std::size_t>(slot)].state.store(0);
 }
 
+constexpr std::string_view kTemporary = ".tmp-";  // and random digits
+
+/// `.NAME.tmp-RANDOM`, which no other run and no other call makes.
+std::string TemporaryNameOf(const std::string& name) {
+  std::random_device device;
+  return fmt::format(".{}{}{:08x}{:08x}", name, kTemporary, device(), device());
+}
+
+/// What a link points to, which is written in its place.
+std::filesystem::path BehindLink(std::filesystem::path target) {
+  constexpr int kMostLinks = 40;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, error); ++i) {
+    const std::filesystem::path behind = std::filesystem::read_symlink(target, error);
+    if (error) break;
+    target = behind.is_absolute() ? behind : target.parent_path() / behind;
+  }
+  return target;
+}
+
+/// Gives a file the permissions of the one that it will replace, if there is one.
+void KeepPermissions(const std::filesystem::path& file, const std::filesystem::path& replaced) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(replaced, ignored);
+  if (std::filesystem::is_regular_file(status)) {
+    std::filesystem::permissions(file, status.permissions(), ignored);
+  }
+}
+
 bool IsSpecial(const std::filesystem::path& target) {
   std::error_code error;
   const auto status = std::filesystem::status(target, error);
@@ -65,10 +97,9 @@ bool IsSpecial(const std::filesystem::path& target) {
 
 }  // namespace
 
-TemporaryName::TemporaryName(const std::filesystem::path& target) : target_(target) {
-  const std::string ending = ".tmp-" + std::to_string(::getpid());
-  name_ = (target.parent_path() / ("." + target.filename().string() + ending)).string();
-  ::unlink(name_.c_str());
+TemporaryName::TemporaryName(const std::filesystem::path& target)
+    : target_(BehindLink(target)),
+      name_((target_.parent_path() / TemporaryNameOf(target_.filename().string())).string()) {
   slot_ = Register(name_);
 }
 
@@ -79,6 +110,7 @@ TemporaryName::~TemporaryName() {
 }
 
 void TemporaryName::Commit() {
+  KeepPermissions(name_, target_);
   if (std::rename(name_.c_str(), target_.c_str()) != 0) {
     throw InputError(FilePlace{target_.string(), 0, ""},
                      std::string("cannot be replaced: ") + std::strerror(errno));
@@ -91,6 +123,7 @@ struct AtomicFile::State {
   std::filesystem::path target;
   std::optional<TemporaryName> temporary;  // nothing: written directly
   int descriptor = -1;
+  int lock = -1;  // as long as it is held, nobody takes the temporary file for one left behind
   gzFile gzip = nullptr;
   std::string buffer;
 
@@ -100,7 +133,10 @@ struct AtomicFile::State {
     gzip = nullptr;
     descriptor = -1;
   }
-  ~State() { Close(); }
+  ~State() {
+    Close();
+    if (lock >= 0) ::close(lock);
+  }
 };
 
 AtomicFile::AtomicFile(const std::filesystem::path& target, Compression compression)
@@ -115,6 +151,9 @@ AtomicFile::AtomicFile(const std::filesystem::path& target, Compression compress
   }
   state_->descriptor = ::open(name.c_str(), flags, 0666);
   if (state_->descriptor < 0) Fail("cannot be written");
+  if (state_->temporary && ::flock(state_->descriptor, LOCK_EX | LOCK_NB) == 0) {
+    state_->lock = ::fcntl(state_->descriptor, F_DUPFD_CLOEXEC, 0);
+  }
   if (compression == Compression::kGzip) {
     state_->gzip = gzdopen(state_->descriptor, "wb");
     if (state_->gzip == nullptr) Fail("cannot be written");
@@ -219,8 +258,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kTemporary = ".tmp-";  // and the number of the process
-
 const char* MarkerOf(FolderContent content) {
   if (content == FolderContent::kPart) return "part.json";
   return content == FolderContent::kResult ? "summary.json" : "block.toml";
@@ -237,9 +274,16 @@ std::string TextOf(const fs::path& file) {
 
 /// Whether a file is JSON whose `format` begins like this.
 bool HasFormat(const fs::path& file, std::string_view begin) {
-  const nlohmann::json text = nlohmann::json::parse(TextOf(file), nullptr, false);
-  if (!text.is_object() || !text.contains("format") || !text["format"].is_string()) return false;
-  return text["format"].get<std::string>().starts_with(begin);
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return false;
+  const std::string text = TextOf(file);
+  try {
+    const JsonFile json(text, file.string());
+    const auto format = json.Root().Find("format");
+    return format && format->Text().starts_with(begin);
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 bool IsBlockOfOurs(const fs::path& folder) {
@@ -305,41 +349,46 @@ std::string FirstOf(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Number of the process that a name `.NAME.tmp-PID` belongs to (output.h); 0: no such name.
-pid_t WriterOf(std::string_view name) {
+/// Whether a name is one of TemporaryNameOf().
+bool IsTemporary(std::string_view name) {
   const std::size_t at = name.rfind(kTemporary);
-  if (!name.starts_with('.') || at == std::string_view::npos || at == 0) return 0;
+  if (!name.starts_with('.') || at == std::string_view::npos || at == 0) return false;
   const std::string_view digits = name.substr(at + kTemporary.size());
-  const char* const end = digits.data() + digits.size();
-  pid_t process = 0;
-  const auto [stop, error] = std::from_chars(digits.data(), end, process);
-  return error == std::errc() && stop == end && process > 0 ? process : 0;
+  return !digits.empty() && digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-bool HasEnded(pid_t process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
+/// Whether nobody writes a temporary file any more (AtomicFile).
+bool IsAbandoned(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool abandoned = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  ::close(descriptor);
+  return abandoned;
+}
 
-/// What killed processes left half written.
+/// What killed processes left half written in a folder whose lock is held.
 std::vector<fs::path> AbandonedIn(const fs::path& folder) {
   std::error_code ignored;
   std::vector<fs::path> abandoned;
   for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
        entry.increment(ignored)) {
-    const pid_t writer = WriterOf(entry->path().filename().string());
-    if (writer != 0 && HasEnded(writer)) abandoned.push_back(entry->path());
+    if (!IsTemporary(entry->path().filename().string())) continue;
+    if (entry->is_directory(ignored) || IsAbandoned(entry->path())) {
+      abandoned.push_back(entry->path());
+    }
   }
   return abandoned;
 }
 
-std::string StageName(FolderContent content) {
-  return std::string(".") + MarkerOf(content) + std::string(kTemporary);
-}
-
-/// Whether a run was killed while it moved files into this folder.
+/// Whether a run was killed while it moved files into this folder, or still does.
 bool IsUnfinished(FolderContent content, const fs::path& folder) {
-  const std::vector<fs::path> abandoned = AbandonedIn(folder);
-  return std::any_of(abandoned.begin(), abandoned.end(), [&](const fs::path& file) {
-    return file.filename().string().starts_with(StageName(content));
-  });
+  const std::string begin = std::string(".") + MarkerOf(content) + std::string(kTemporary);
+  std::error_code ignored;
+  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
+       entry.increment(ignored)) {
+    if (entry->path().filename().string().starts_with(begin)) return true;
+  }
+  return false;
 }
 
 void RequireContainerFor(FolderContent content,
@@ -386,6 +435,13 @@ void RequireFolderFor(FolderContent content, const fs::path& folder, ForeignFile
          "is a block, whose tables a result would overwrite; a new or empty folder is allowed, or "
          "--force");
   }
+  if (content == FolderContent::kBlock && HoldsOurs(content, folder)) {
+    if (const std::string changed = ChangedSinceWritten(folder); !changed.empty()) {
+      Fail(folder,
+           "is a block that was changed since sarblock wrote it (" + changed +
+               "); a new or empty folder is allowed, or --force to write over it");
+    }
+  }
   if (HoldsOurs(content, folder) || IsUnfinished(content, folder)) return;
   Fail(folder,
        std::string("is not empty and no ") + NameOf(content) + " that sarblock wrote (" +
@@ -413,39 +469,148 @@ void RequireFilesFor(const fs::path& folder, FileMarks marks, ForeignFiles forei
            "); a new or empty folder is allowed, or --force to write among these files");
 }
 
-void RemoveAbandoned(const fs::path& file) {
-  std::error_code ignored;
-  const std::string begin = "." + file.filename().string() + std::string(kTemporary);
-  for (const fs::path& left : AbandonedIn(file.has_parent_path() ? file.parent_path() : ".")) {
-    if (left.filename().string().starts_with(begin)) fs::remove(left, ignored);
-  }
+namespace {
+
+/// The same text for the same output, however it is called.
+fs::path KeyOf(const fs::path& output) {
+  std::error_code error;
+  const fs::path named = output.has_filename() ? output : output.parent_path();
+  const fs::path key = fs::weakly_canonical(fs::absolute(named, error), error);
+  return error ? named : key;
 }
 
+/// Who writes, for those that want to.
+std::string Writer() {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  return fmt::format("process {} on {} since {:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z\n",
+                     ::getpid(),
+                     host.data(),
+                     utc.tm_year + 1900,
+                     utc.tm_mon + 1,
+                     utc.tm_mday,
+                     utc.tm_hour,
+                     utc.tm_min,
+                     utc.tm_sec);
+}
+
+}  // namespace
+
+struct OutputLock::Held {
+  fs::path output, key, file;
+  std::vector<fs::path> made;  // folders, inner ones last
+  int descriptor = -1;         // -1: there are no locks
+
+  explicit Held(fs::path of) : output(std::move(of)), key(KeyOf(output)) {
+    const bool one_file = NamesContainer(key);
+    const fs::path folder = one_file ? key.parent_path() : key;
+    file = folder / ("." + (one_file ? key.filename().string() + "." : "") + "sarblock-lock");
+    while (!TryOnce(folder)) {
+    }
+    if (!one_file || descriptor < 0) return;
+    const std::string begin = "." + key.filename().string() + std::string(kTemporary);
+    for (const fs::path& left : AbandonedIn(folder)) {
+      if (left.filename().string().starts_with(begin)) ::unlink(left.c_str());
+    }
+  }
+  ~Held() {
+    if (descriptor >= 0) {
+      ::unlink(file.c_str());
+      ::flock(descriptor, LOCK_UN);  // a process forked meanwhile has it too
+      ::close(descriptor);
+    }
+    for (auto folder = made.rbegin(); folder != made.rend(); ++folder) ::rmdir(folder->c_str());
+  }
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+
+ private:
+  /// False where whoever held the lock took its file away meanwhile.
+  bool TryOnce(const fs::path& folder) {
+    std::vector<fs::path> missing;
+    std::error_code ignored;
+    for (fs::path at = folder; at.has_relative_path() && !fs::exists(at, ignored);
+         at = at.parent_path()) {
+      missing.insert(missing.begin(), at);
+    }
+    MakeFolder(NamesContainer(key) ? output.parent_path().empty() ? folder : output.parent_path()
+                                   : output);
+    made.insert(made.end(), missing.begin(), missing.end());
+    const int opened = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (opened < 0 && errno == ENOENT) return false;
+    if (opened < 0) Fail(output, std::string("cannot be written: ") + std::strerror(errno));
+    if (::flock(opened, LOCK_EX | LOCK_NB) != 0) {
+      if (errno == EWOULDBLOCK) FailHeld(opened);
+      ::unlink(file.c_str());
+      ::close(opened);
+      return true;
+    }
+    struct stat ours {
+    }, there{};
+    if (::fstat(opened, &ours) != 0 || ::stat(file.c_str(), &there) != 0 ||
+        ours.st_ino != there.st_ino || ours.st_dev != there.st_dev) {
+      ::close(opened);
+      return false;
+    }
+    descriptor = opened;
+    const std::string writer = Writer();
+    static_cast<void>(::ftruncate(descriptor, 0) == 0 &&
+                      ::write(descriptor, writer.data(), writer.size()) > 0);
+    return true;
+  }
+  [[noreturn]] void FailHeld(int opened) {
+    std::array<char, 512> text{};
+    const ssize_t got = ::read(opened, text.data(), text.size() - 1);
+    ::close(opened);
+    std::string who(text.data(), static_cast<std::size_t>(std::max<ssize_t>(0, got)));
+    while (who.ends_with('\n')) who.pop_back();
+    made.clear();
+    Fail(output,
+         "is being written by another run" + (who.empty() ? who : " (" + who + ")") +
+             "; another name is allowed, or this one once that run has ended");
+  }
+};
+
+OutputLock::OutputLock(fs::path output) {
+  static thread_local std::vector<std::weak_ptr<Held>> locks;
+  std::erase_if(locks, [](const std::weak_ptr<Held>& lock) { return lock.expired(); });
+  const fs::path key = KeyOf(output);
+  for (const std::weak_ptr<Held>& lock : locks) {
+    held_ = lock.lock();
+    if (held_ != nullptr && held_->key == key) return;
+  }
+  held_ = std::make_shared<Held>(std::move(output));
+  locks.push_back(held_);
+}
+
+bool OutputLock::exclusive() const { return held_->descriptor >= 0; }
+
 StagedFolder::StagedFolder(FolderContent content, fs::path folder)
-    : content_(content), folder_(std::move(folder)) {
-  MakeFolder(folder_);
+    : content_(content),
+      folder_(std::move(folder)),
+      lock_(folder_),
+      stage_(folder_ / TemporaryNameOf(MarkerOf(content_))) {
   std::error_code ignored;
-  const std::vector<fs::path> abandoned = AbandonedIn(folder_);
-  fs::remove_all(stage(), ignored);  // of a killed process that had the same number
-  MakeFolder(stage());
+  const std::vector<fs::path> abandoned =
+      lock_.exclusive() ? AbandonedIn(folder_) : std::vector<fs::path>();
+  MakeFolder(stage_);
   for (const fs::path& file : abandoned) fs::remove_all(file, ignored);
 }
 
 StagedFolder::~StagedFolder() {
   std::error_code ignored;
-  fs::remove_all(stage(), ignored);
-}
-
-fs::path StagedFolder::stage() const {
-  return folder_ / (StageName(content_) + std::to_string(::getpid()));
+  fs::remove_all(stage_, ignored);
 }
 
 void StagedFolder::Write(const std::function<void(const fs::path&)>& write) {
   try {
-    write(stage());
+    write(stage_);
   } catch (const InputError& error) {
     std::string text = error.what();
-    const std::string from = stage().string(), to = folder_.string();
+    const std::string from = stage_.string(), to = folder_.string();
     const std::size_t at = text.find(from);
     if (at == std::string::npos) throw;
     throw InputError(FilePlace{}, text.replace(at, from.size(), to));
@@ -455,19 +620,20 @@ void StagedFolder::Write(const std::function<void(const fs::path&)>& write) {
 void StagedFolder::Publish(const std::vector<std::string>& known) {
   const std::string marker = MarkerOf(content_);
   std::vector<std::string> written;
-  for (const fs::directory_entry& entry : fs::directory_iterator(stage())) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(stage_)) {
     const std::string name = entry.path().filename().string();
     if (name != marker) written.push_back(name);
   }
   std::sort(written.begin(), written.end());
   written.push_back(marker);  // last
+  for (const std::string& name : written) KeepPermissions(stage_ / name, folder_ / name);
   fs::remove(folder_ / marker);
   for (const std::string& name : known) {
     if (std::find(written.begin(), written.end(), name) != written.end()) continue;
     if (name.ends_with(".html") && !HasMark(folder_ / name, {kReportMark})) continue;
     fs::remove(folder_ / name);
   }
-  for (const std::string& name : written) fs::rename(stage() / name, folder_ / name);
+  for (const std::string& name : written) fs::rename(stage_ / name, folder_ / name);
 }
 
 namespace {

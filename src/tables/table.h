@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -28,7 +29,7 @@ namespace sarblock {
 
 enum class ColumnNeed { kOptional, kRequired };
 
-/// What the cells of a column hold.
+/// Kind of the cells of a column.
 enum class CellKind {
   kNumber,     ///< its unit is the end of the column's name
   kRowNumber,  ///< a number whose unit the cell `unit` of its row, or the parameter it is of, gives
@@ -39,22 +40,55 @@ enum class CellKind {
   kPoint,  ///< id of a point of the block
 };
 
-/// A column of a table. Its index in the list that a reader is given is what the cell functions
-/// take.
+/// Whether cells of a kind are texts.
+[[nodiscard]] constexpr bool IsText(CellKind kind) {
+  return kind == CellKind::kText || kind == CellKind::kPass || kind == CellKind::kPoint;
+}
+[[nodiscard]] constexpr bool IsInteger(CellKind kind) {
+  return kind == CellKind::kCount || kind == CellKind::kFlag;
+}
+
 struct TableColumn {
   std::string_view name;
   ColumnNeed need = ColumnNeed::kOptional;
   CellKind kind = CellKind::kNumber;
 };
+/// The columns of a table. Cells are asked for by the number of their column in it.
+using Schema = std::span<const TableColumn>;
+
+/// The same columns, all of texts: cells as they are in a text file.
+[[nodiscard]] std::vector<TableColumn> AsTexts(Schema schema);
+
+/// A schema that is known when the program is compiled. kPathColumns("x_m") is the number of a
+/// column, kPathColumns("x_m", "y_m", "z_m") has three; a name that is not in it does not compile.
+template <std::size_t N>
+struct Columns {
+  TableColumn columns[N];
+
+  consteval std::size_t operator()(std::string_view name) const {
+    std::size_t number = 0;
+    while (columns[number].name != name) ++number;
+    return number;
+  }
+  template <typename... Names>
+  consteval auto operator()(std::string_view first, Names... names) const {
+    return std::array{(*this)(first), (*this)(names)...};
+  }
+  [[nodiscard]] constexpr std::size_t size() const { return N; }
+  [[nodiscard]] constexpr const TableColumn* begin() const { return columns; }
+  [[nodiscard]] constexpr const TableColumn* end() const { return columns + N; }
+};
+template <std::size_t N>
+Columns(const TableColumn (&)[N]) -> Columns<N>;
 
 /// "m" for a name that ends in "_m"; "1" for one that ends in no unit.
 [[nodiscard]] std::string_view UnitOfColumn(std::string_view name);
 
 /// A table of a block, a result or a part: what readers, writers and both kinds of files go by. The
-/// columns stand in the order in which they are written.
+/// columns are in the order in which they are written.
 struct TableDescription {
   std::string_view name;
-  std::span<const TableColumn> columns;
+  Schema columns;
 };
 /// All tables of a block, a result or a part, in the order in which they are written.
 [[nodiscard]] std::span<const TableDescription> TablesOf(FolderContent content);
@@ -64,7 +98,7 @@ inline constexpr ColumnNeed kRequired = ColumnNeed::kRequired;
 inline constexpr ColumnNeed kOptional = ColumnNeed::kOptional;
 }  // namespace column
 
-inline constexpr std::array<TableColumn, 8> kPathColumns{{
+inline constexpr Columns kPathColumns{{
     {"pass", column::kRequired, CellKind::kPass},
     {"time_s", column::kRequired},
     {"x_m", column::kRequired},
@@ -75,7 +109,7 @@ inline constexpr std::array<TableColumn, 8> kPathColumns{{
     {"vz_mps", column::kRequired},
 }};
 /// Needed of the looks are time and range, or line and pixel.
-inline constexpr std::array<TableColumn, 15> kObservationColumns{{
+inline constexpr Columns kLookColumns{{
     {"pass", column::kRequired, CellKind::kPass},
     {"point", column::kRequired, CellKind::kPoint},
     {"time_s"},
@@ -92,7 +126,7 @@ inline constexpr std::array<TableColumn, 15> kObservationColumns{{
     {"line_sigma_px"},
     {"pixel_sigma_px"},
 }};
-inline constexpr std::array<TableColumn, 14> kPointColumns{{
+inline constexpr Columns kPointColumns{{
     {"point", column::kRequired, CellKind::kPoint},
     {"role", column::kOptional, CellKind::kText},
     {"x_m"},
@@ -108,14 +142,14 @@ inline constexpr std::array<TableColumn, 14> kPointColumns{{
     {"cov_eu_m2"},
     {"cov_nu_m2"},
 }};
-inline constexpr std::array<TableColumn, 4> kTruthColumns{{
+inline constexpr Columns kTruthColumns{{
     {"point", column::kRequired, CellKind::kPoint},
     {"x_m", column::kRequired},
     {"y_m", column::kRequired},
     {"z_m", column::kRequired},
 }};
 
-inline constexpr std::array<TableColumn, 35> kResultPointColumns{{
+inline constexpr Columns kResultPointColumns{{
     {"point", column::kRequired, CellKind::kPoint},
     {"role", column::kRequired, CellKind::kText},
     {"status", column::kRequired, CellKind::kText},
@@ -152,7 +186,7 @@ inline constexpr std::array<TableColumn, 35> kResultPointColumns{{
     {"cov_held_en_m2"},
     {"reason", column::kOptional, CellKind::kText},
 }};
-inline constexpr std::array<TableColumn, 10> kParameterColumns{{
+inline constexpr Columns kParameterColumns{{
     {"pass", column::kRequired, CellKind::kText},  // or the name of a shared group
     {"parameter", column::kRequired, CellKind::kText},
     {"unit", column::kRequired, CellKind::kText},
@@ -164,14 +198,14 @@ inline constexpr std::array<TableColumn, 10> kParameterColumns{{
     {"prior_redundancy"},
     {"prior_w"},
 }};
-inline constexpr std::array<TableColumn, 5> kParameterCovarianceColumns{{
+inline constexpr Columns kParameterCovarianceColumns{{
     {"pass_a", column::kRequired, CellKind::kText},
     {"parameter_a", column::kRequired, CellKind::kText},
     {"pass_b", column::kRequired, CellKind::kText},
     {"parameter_b", column::kRequired, CellKind::kText},
     {"covariance", column::kRequired, CellKind::kRowNumber},
 }};
-inline constexpr std::array<TableColumn, 13> kSelectionColumns{{
+inline constexpr Columns kSelectionColumns{{
     {"candidate", column::kRequired, CellKind::kText},
     {"passes", column::kOptional, CellKind::kText},
     {"parameters", column::kOptional, CellKind::kCount},
@@ -186,7 +220,7 @@ inline constexpr std::array<TableColumn, 13> kSelectionColumns{{
     {"reason", column::kOptional, CellKind::kText},
     {"step", column::kOptional, CellKind::kCount},
 }};
-inline constexpr std::array<TableColumn, 7> kSimplificationColumns{{
+inline constexpr Columns kSimplificationColumns{{
     {"simplification", column::kRequired, CellKind::kText},
     {"bound_m"},
     {"sigma_m"},
@@ -195,7 +229,7 @@ inline constexpr std::array<TableColumn, 7> kSimplificationColumns{{
     {"taken", column::kOptional, CellKind::kFlag},
     {"verdict", column::kOptional, CellKind::kText},
 }};
-inline constexpr std::array<TableColumn, 19> kStripColumns{{
+inline constexpr Columns kStripColumns{{
     {"pass", column::kRequired, CellKind::kPass},
     {"look", column::kOptional, CellKind::kText},
     {"time_s", column::kRequired},
@@ -216,9 +250,8 @@ inline constexpr std::array<TableColumn, 19> kStripColumns{{
     {"sigma_across_m"},
     {"sigma_up_m"},
 }};
-/// The last four stand there where a pass has an image.
-inline constexpr std::size_t kImageResidualColumns = 4;
-inline constexpr std::array<TableColumn, 22> kResidualColumns{{
+/// The last four are written where a pass has an image.
+inline constexpr Columns kResidualColumns{{
     {"pass", column::kRequired, CellKind::kPass},
     {"point", column::kRequired, CellKind::kPoint},
     {"range_residual_m", column::kRequired},
@@ -242,7 +275,7 @@ inline constexpr std::array<TableColumn, 22> kResidualColumns{{
     {"line_residual_px"},
     {"pixel_residual_px"},
 }};
-inline constexpr std::array<TableColumn, 9> kControlColumns{{
+inline constexpr Columns kControlColumns{{
     {"point", column::kRequired, CellKind::kPoint},
     {"component", column::kRequired, CellKind::kText},
     {"residual_m", column::kRequired},
@@ -253,7 +286,7 @@ inline constexpr std::array<TableColumn, 9> kControlColumns{{
     {"mdb_m"},
     {"influence_m"},
 }};
-inline constexpr std::array<TableColumn, 15> kPairColumns{{
+inline constexpr Columns kPairColumns{{
     {"point_a", column::kRequired, CellKind::kPoint},
     {"point_b", column::kRequired, CellKind::kPoint},
     {"de_m", column::kRequired},
@@ -270,7 +303,9 @@ inline constexpr std::array<TableColumn, 15> kPairColumns{{
     {"sigma_leberl_path_across_m"},
     {"sigma_leberl_path_up_m"},
 }};
-inline constexpr std::array<TableColumn, 14> kMonteCarloColumns{{
+inline constexpr std::array kPairCovariance =
+    kPairColumns("cov_ee_m2", "cov_nn_m2", "cov_uu_m2", "cov_en_m2", "cov_eu_m2", "cov_nu_m2");
+inline constexpr Columns kMonteCarloColumns{{
     {"point", column::kRequired, CellKind::kPoint},
     {"sample_sigma_e_m"},
     {"sample_sigma_n_m"},
@@ -286,7 +321,7 @@ inline constexpr std::array<TableColumn, 14> kMonteCarloColumns{{
     {"coverage_90"},
     {"coverage_99"},
 }};
-inline constexpr std::array<TableColumn, 9> kDrawColumns{{
+inline constexpr Columns kDrawColumns{{
     {"run", column::kRequired, CellKind::kCount},
     {"converged", column::kRequired, CellKind::kFlag},
     {"variance_ratio_e", column::kRequired},
@@ -297,7 +332,7 @@ inline constexpr std::array<TableColumn, 9> kDrawColumns{{
     {"coverage_90", column::kRequired},
     {"coverage_99", column::kRequired},
 }};
-inline constexpr std::array<TableColumn, 11> kSumColumns{{
+inline constexpr Columns kSumColumns{{
     {"point", column::kRequired, CellKind::kPoint},
     {"sum_ee", column::kRequired, CellKind::kText},  // integers of more digits than a double has
     {"sum_nn", column::kRequired, CellKind::kText},
@@ -323,361 +358,343 @@ auto Naming(const std::string& input, const Work& work) {
   }
 }
 
-/// Texts in their order, wherever they stand.
-class TextList {
- public:
-  virtual ~TextList() = default;
-  [[nodiscard]] virtual std::size_t size() const = 0;
-  virtual void ForEach(const std::function<void(std::string_view)>& take) const = 0;
-};
-
-/// Those of a table, which must outlive this.
-class TextsOfTable final : public TextList {
- public:
-  explicit TextsOfTable(const IdTable& table) : table_(table) {}
-  [[nodiscard]] std::size_t size() const override { return table_.size(); }
-  void ForEach(const std::function<void(std::string_view)>& take) const override {
-    for (std::size_t i = 0; i < table_.size(); ++i) take(table_[i]);
-  }
-
- private:
-  const IdTable& table_;
-};
-
-/// Ids that tables hold the index of, where they stand once; null where they do not.
-struct BlockIds {
-  const TextList* passes = nullptr;
-  const TextList* points = nullptr;
-};
-
-/// Values of a column of some rows, without the zeros that a std::vector writes first.
-template <typename T>
-class ColumnBuffer {
- public:
-  /// Room for `rows`; the first `kept` of those before stay.
-  void MakeRoom(std::size_t rows, std::size_t kept) {
-    if (rows <= room_) return;
-    auto values = std::make_unique_for_overwrite<T[]>(rows);
-    std::copy_n(values_.get(), kept, values.get());
-    values_ = std::move(values);
-    room_ = rows;
-  }
-  [[nodiscard]] T* data() const { return values_.get(); }
-  /// The first `rows`, for which there is room.
-  [[nodiscard]] std::span<T> first(std::size_t rows) const { return {values_.get(), rows}; }
-
- private:
-  std::unique_ptr<T[]> values_;
-  std::size_t room_ = 0;
-};
-
-/// Rows of a table, or what is as long, that a thread makes at a time: some hundred kilobytes.
-inline constexpr std::size_t kRowsPerPiece = 2048;
+/// Rows of a table that a thread makes at a time, and the rows of a chunk of an HDF5 file: 64 KiB
+/// of numbers.
+inline constexpr std::size_t kRowsAtOnce = 8192;
 
 /// Has all threads make the pieces of [0, count), `per_piece` each, and one at a time take them, in
-/// their order: while some are made, those made before are taken. ItemsAtOnce() pieces are held at
-/// most. What is taken does not depend on the number of threads. The first error ends both.
+/// their order: while some are made, those made before are taken. ItemsAtOnce() pieces are kept at
+/// most, and their room is used again. What is taken does not depend on the number of threads. The
+/// first error ends both.
 template <typename Piece>
 void MakeInOrder(std::size_t count,
                  std::size_t per_piece,
-                 const std::function<Piece(std::size_t, std::size_t)>& make,
+                 const std::function<void(std::size_t, std::size_t, Piece*)>& make,
                  const std::function<void(Piece*)>& take) {
-  struct Held {
+  struct Kept {
     std::size_t begin = 0;
     Piece piece;
   };
-  std::vector<Held> held(ItemsAtOnce());
+  std::vector<Kept> kept(ItemsAtOnce());
   std::size_t begun = 0;
   const auto next = [&](std::size_t place) {
     if (begun >= count) return false;
-    held[place].begin = begun;
+    kept[place].begin = begun;
     begun += std::min(per_piece, count - begun);
     return true;
   };
   const auto work = [&](std::size_t place) {
-    const std::size_t begin = held[place].begin;
-    held[place].piece = make(begin, begin + std::min(per_piece, count - begin));
+    const std::size_t begin = kept[place].begin;
+    make(begin, begin + std::min(per_piece, count - begin), &kept[place].piece);
   };
-  PipeInOrder(held.size(), next, work, [&](std::size_t place) {
-    take(&held[place].piece);
-    held[place].piece = Piece();
-  });
+  PipeInOrder(kept.size(), next, work, [&](std::size_t place) { take(&kept[place].piece); });
 }
 
-/// Reads a table row by row, whatever it is stored in: what a block or a result may hold is checked
-/// here and by who asks for the cells, once for all kinds of files. Views of cells are valid until
-/// the next call of Next(). Everything that is wrong throws InputError with its place.
-class TableReader {
+class TableReader;
+
+/// The cells of a column in some rows: numbers or texts.
+struct Column {
+  /// NaN where none is given; none behind the last row that gives one.
+  std::vector<double> numbers;
+  /// Texts: row i has (*texts)[indices[i]].
+  std::vector<std::uint32_t> indices;
+  const IdTable* texts = nullptr;  ///< null: numbers; `own`, or texts that outlive the rows
+  IdTable own;                     ///< distinct texts of these rows in their order
+
+  [[nodiscard]] double Number(std::size_t row) const {
+    return row < numbers.size() ? numbers[row] : std::numeric_limits<double>::quiet_NaN();
+  }
+  void SetNumber(std::size_t row, double value) {
+    numbers.resize(row, std::numeric_limits<double>::quiet_NaN());
+    numbers.push_back(value);
+  }
+  /// Of `own`, for the next row.
+  void AppendText(std::string_view text);
+  /// Infinity is an error of `file`; every NaN becomes the one of std::numeric_limits.
+  void SettleNumbers(std::string_view file);
+};
+
+/// Some rows of a table as columns: what all kinds of files are read to and written from.
+struct Batch {
+  Batch() = default;
+  Batch(const Batch&) = delete;  // columns point to texts of their own
+  Batch& operator=(const Batch&) = delete;
+
+  /// Begins with no rows and columns without cells, one for each of the schema.
+  void Begin(Schema schema);
+  /// Completes the columns of rows that were written: texts that no row gave are empty.
+  void End();
+
+  std::size_t rows = 0;
+  std::size_t first = 0;            ///< lines or rows of the table before these
+  std::vector<Column> columns;      ///< by column of the schema
+  std::string text;                 ///< of a text file: these lines
+  std::vector<std::uint32_t> line;  ///< of a text file: line of each row, counted from `first`
+  std::exception_ptr error;         ///< what is wrong with the row behind the last
+  const TableReader* table = nullptr;
+};
+
+/// A row that is read. What a cell may hold is checked here and by the caller, once for all kinds
+/// of files; columns are numbers of the schema. What is wrong throws InputError with its place.
+class Row {
  public:
-  virtual ~TableReader() = default;
+  Row(const Batch& batch, std::size_t row) : batch_(batch), row_(row) {}
 
-  /// Goes to the next row; false at the end of the table.
-  [[nodiscard]] virtual bool Next() = 0;
-  /// A reader of the next rows, some at a time, that another thread may use beside this one, which
-  /// goes on behind them. Null at the end. No row may be read by Next() of this one before. A part
-  /// has no parts.
-  [[nodiscard]] virtual std::unique_ptr<TableReader> Part() = 0;
-  /// Number of rows to come where it is known before the end; else 0.
-  [[nodiscard]] virtual std::size_t RowCount() const { return 0; }
-  /// Line (row) of the current row, from 1.
-  [[nodiscard]] std::size_t line() const { return line_; }
-  /// The file, for messages.
-  [[nodiscard]] const std::string& file() const { return file_; }
-  /// Columns of the file that nobody asked for, as they stand there.
-  [[nodiscard]] const std::vector<std::string>& unknown_columns() const { return unknown_; }
-
-  /// True if the file has this column.
-  [[nodiscard]] bool Has(std::size_t column) const { return place_[column] != kAbsent; }
-  /// Throws if it does not.
-  void RequireColumn(std::size_t column) const;
   /// True if the cell is there and not empty.
-  [[nodiscard]] bool Given(std::size_t column) const {
-    if (!Has(column)) return false;
-    return numbers_[column] != nullptr ? !std::isnan(numbers_[column][at_])
-                                       : !TextOf(column).empty();
-  }
-  /// The cell; empty where the column or the cell is not given.
+  [[nodiscard]] bool Given(std::size_t column) const;
+  /// The cell of a column of texts; empty where it is not given.
   [[nodiscard]] std::string_view Text(std::size_t column) const {
-    return Has(column) ? TextOf(column) : std::string_view();
+    const Column& cells = batch_.columns[column];
+    return cells.texts == nullptr ? std::string_view() : (*cells.texts)[cells.indices[row_]];
   }
-  /// The cell, refused if it is empty or holds control characters: a name of a pass or a point.
+  /// The same, refused if it is empty or holds control characters: a name of a pass or a point.
   [[nodiscard]] std::string_view Id(std::size_t column) const;
-  /// What keeps a text from being a name of a pass or a point; null: nothing.
-  [[nodiscard]] static const char* ProblemOfId(std::string_view id);
-  /// Number of the cell's text where the file stores each text once, else kUnknown.
-  [[nodiscard]] virtual std::uint32_t IndexOfText(std::size_t /*column*/) const { return kUnknown; }
   /// A finite number, or NaN (kNotGiven) for an empty cell.
   [[nodiscard]] double Number(std::size_t column) const {
-    if (!Has(column)) return std::numeric_limits<double>::quiet_NaN();
-    return numbers_[column] != nullptr ? numbers_[column][at_] : ParsedNumber(column);
+    const double value = batch_.columns[column].Number(row_);
+    if (std::isnan(value)) RefuseUnreadable(column, value);
+    return value;
+  }
+  template <std::size_t N>
+  [[nodiscard]] std::array<double, N> Numbers(const std::array<std::size_t, N>& columns) const {
+    std::array<double, N> numbers;
+    for (std::size_t k = 0; k < N; ++k) numbers[k] = Number(columns[k]);
+    return numbers;
   }
   /// A finite number; an empty cell is refused.
   [[nodiscard]] double RequiredNumber(std::size_t column) const;
+  /// A number above 0, or NaN for an empty cell.
+  [[nodiscard]] double PositiveNumber(std::size_t column) const;
   /// An integer of 0 to 2^32 - 1; 0 for an empty cell.
   [[nodiscard]] std::uint32_t Count(std::size_t column) const;
   /// True for 1, false for 0 or an empty cell.
   [[nodiscard]] bool Flag(std::size_t column) const;
-  /// What `find` returns for the cell's text, an index of something. Where a file stores each text
-  /// once, `find` is asked once for each: in one way for a column, and for all columns of ids of
-  /// passes, or of points, of all tables of a source.
-  template <typename Find>
-  [[nodiscard]] std::uint32_t Lookup(std::size_t column, const Find& find) const {
-    std::uint32_t* const memo = Memo(column);
-    if (memo == nullptr) return find();
-    if (*memo == kUnknown) *memo = find();
-    return *memo;
-  }
 
-  /// Of a part that no row has been read of: Lookup() of all its rows at once, after which several
-  /// threads may call Lookup() of their parts. `find` returns kUnknown for a text that Lookup() is
-  /// to ask for again, which then has to throw. False where the file does not store each text once,
-  /// and nothing is done.
-  template <typename Find>
-  [[nodiscard]] bool LookupAhead(std::size_t column, const Find& find) const {
-    const NumberedTexts numbered = TextsAhead(column);
-    std::uint32_t* const memos = MemosAhead(column);
-    for (const std::uint32_t text : numbered.rows) {
-      if (text >= numbered.count) continue;  // refused where its row is read
-      std::uint32_t& memo = memos[text];
-      if (memo != kUnknown) continue;
-      const std::uint32_t found = find(TextOfNumbered(column, text));
-      if (found != kUnknown) memo = found;  // else other threads may read it
-    }
-    return memos != nullptr;
+  [[nodiscard]] const Batch& batch() const { return batch_; }
+  [[nodiscard]] std::size_t number() const { return row_; }  ///< within the batch
+  /// Line (row) of the table, from 1.
+  [[nodiscard]] std::size_t line() const {
+    return batch_.first + (batch_.line.empty() ? row_ + 1 : batch_.line[row_]);
   }
-  /// Of such a part, what LookupAhead() found, one index a row. False where some row has none or is
-  /// not allowed.
-  [[nodiscard]] bool IndicesAhead(std::size_t column, std::vector<std::uint32_t>* indices) const;
-  /// Of a part that no row has been read of: the numbers of all its rows, NaN where none is given,
-  /// infinite where Next() refuses the row. None where the cells are text or the column is absent.
-  [[nodiscard]] std::span<const double> NumbersAhead(std::size_t column) const {
-    return Has(column) ? CellsAhead(column) : std::span<const double>();
-  }
-  /// Of such a part: whether it is known without a look at the rows that none gives this number.
-  [[nodiscard]] bool NoneAhead(std::size_t column) const {
-    return !Has(column) || IsUnstored(column);
-  }
-  /// Of such a part, where the file stores each text once: by row, the number of the cell's text.
-  /// None where the cells are stored otherwise or a number has no text.
-  [[nodiscard]] std::span<const std::uint32_t> TextNumbersAhead(std::size_t column) const;
-  /// The text of one of these numbers.
-  [[nodiscard]] std::string_view TextAhead(std::size_t column, std::uint32_t number) const {
-    return TextOfNumbered(column, number);
-  }
-  static constexpr std::uint32_t kUnknown = 0xffffffffu;
+  [[nodiscard]] FilePlace Place(std::size_t column) const;
+  [[noreturn]] void Fail(std::size_t column, const std::string& problem) const;
 
-  /// Where the cell of the current row, or of that line (row), stands.
-  [[nodiscard]] FilePlace Place(std::size_t column) const { return PlaceAt(line_, column); }
+  /// What stands for a cell that is not the number it should be: a NaN, of which Number() says what
+  /// is wrong.
+  [[nodiscard]] static double Unreadable();
+
+ private:
+  void RefuseUnreadable(std::size_t column, double value) const;
+  const Batch& batch_;
+  std::size_t row_;
+};
+
+/// The number that a cell of text holds, NaN where it is empty, or Row::Unreadable().
+[[nodiscard]] double NumberOfText(std::string_view cell, CellKind kind);
+
+/// What keeps a text from being a name of a pass or a point; null: nothing.
+[[nodiscard]] const char* ProblemOfId(std::string_view id);
+
+/// Reads a table, some rows at a time, whatever it is stored in.
+class TableReader {
+ public:
+  virtual ~TableReader() = default;
+
+  /// Takes the next rows out of the file; false at the end. By one thread at a time.
+  [[nodiscard]] virtual bool Next(Batch* batch) = 0;
+  /// Makes columns of what Next() took. Several threads may do so, each with a batch of its own.
+  virtual void Parse(Batch* batch) const = 0;
+  /// Rows to come where that is known; else 0.
+  [[nodiscard]] virtual std::size_t RowsLeft() const { return 0; }
+  /// A cell as a message shows it.
+  [[nodiscard]] virtual std::string TextOfCell(const Row& row, std::size_t column) const = 0;
+  /// The place of a cell; line (row) 0 is the head of the column.
   [[nodiscard]] virtual FilePlace PlaceAt(std::size_t line, std::size_t column) const = 0;
   /// "line 12", for messages.
   [[nodiscard]] virtual std::string NameOfLine(std::size_t line) const = 0;
-  /// Throws InputError at the current row and this column.
-  [[noreturn]] void Fail(std::size_t column, const std::string& problem) const;
+
+  /// What may be wrong with the lines of the table, all of which were read, though they can be
+  /// read: sentences for people.
+  [[nodiscard]] virtual std::vector<std::string> doubts() const { return {}; }
+  /// The file, for messages.
+  [[nodiscard]] const std::string& file() const { return file_; }
+  /// Columns of the file that nobody asked for.
+  [[nodiscard]] const std::vector<std::string>& unknown_columns() const { return unknown_; }
+  /// True if the file has this column.
+  [[nodiscard]] bool Has(std::size_t column) const { return place_[column] != kAbsent; }
+  /// Throws if it does not.
+  void RequireColumn(std::size_t column) const;
 
  protected:
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
 
-  TableReader(std::string file, std::span<const TableColumn> columns);
-  TableReader(const TableReader&) = default;  // of the same columns, for a part
-  TableReader(TableReader&&) noexcept = default;
-  TableReader& operator=(TableReader&&) noexcept = default;
-  /// Of a column that is there.
-  [[nodiscard]] virtual std::string_view TextOf(std::size_t column) const = 0;
-  /// A stored number as a text, empty for NaN; `text` is where it stands if need be.
-  [[nodiscard]] static std::string_view TextOfNumber(double value, std::string* text);
-  /// The cell's text as a number, NaN if it is empty.
-  [[nodiscard]] double ParsedNumber(std::size_t column) const;
-  /// Throws where a required column has no place.
-  void RequireColumns(std::span<const TableColumn> columns) const;
-  /// Where Lookup() keeps what it found for the text of this cell, kUnknown before; null where
-  /// texts are not numbered.
-  [[nodiscard]] virtual std::uint32_t* Memo(std::size_t /*column*/) const { return nullptr; }
-  /// Texts by number, those that rows to come hold.
-  struct NumberedTexts {
-    std::span<const std::uint32_t> rows;
-    std::size_t count = 0;
-  };
-  /// None where texts are not numbered.
-  [[nodiscard]] virtual NumberedTexts TextsAhead(std::size_t /*column*/) const { return {}; }
-  /// What Memo() of each text points to, by number; null where texts are not numbered.
-  [[nodiscard]] virtual std::uint32_t* MemosAhead(std::size_t /*column*/) const { return nullptr; }
-  /// A text by its number.
-  [[nodiscard]] virtual std::string_view TextOfNumbered(std::size_t /*column*/,
-                                                        std::uint32_t /*text*/) const {
-    return {};
-  }
-  /// NumbersAhead() of a column that is there.
-  [[nodiscard]] virtual std::span<const double> CellsAhead(std::size_t /*column*/) const {
-    return {};
-  }
-  /// NoneAhead() of a column that is there.
-  [[nodiscard]] virtual bool IsUnstored(std::size_t /*column*/) const { return false; }
+  TableReader(std::string file, Schema schema);
+  void RequireColumns() const;
   /// What the table has in place of a missing column: "the header has a,b".
   [[nodiscard]] virtual std::string ColumnsThere() const = 0;
 
   std::string file_;
-  std::size_t line_ = 0;
-  std::vector<std::string> names_;  // asked for
-  std::vector<std::size_t> place_;  // by asked column: where it stands
-  /// By asked column: numbers of several rows, of which the current one is number `at_`, finite or
-  /// NaN; null where the cells are text.
-  std::vector<const double*> numbers_;
-  std::size_t at_ = 0;
+  std::vector<TableColumn> schema_;
+  std::vector<std::string> names_;  // of the columns of the schema
+  std::vector<std::size_t> place_;  // by column: where it is in the file
   std::vector<std::string> unknown_;
 };
 
 /// Adds the one warning about columns nobody knows.
 void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings);
+/// Adds the warnings about lines of the table, once all were read.
+void WarnOfDoubts(const TableReader& reader, std::vector<std::string>* warnings);
 
-/// A number above 0, or NaN for an empty cell.
-[[nodiscard]] double PositiveNumber(const TableReader& reader, std::size_t column);
+/// Reads all rows: `work` makes something of the rows of each batch, on all threads; `take` gets
+/// both, one batch at a time, in their order. What is taken does not depend on the number of
+/// threads. An error is that of the first row with one; `work` puts its own to Batch::error, with
+/// the rows before it made.
+template <typename Made>
+void ForBatches(TableReader* reader,
+                const std::function<void(Batch*, Made*)>& work,
+                const std::function<void(Batch*, Made*)>& take) {
+  struct Kept {
+    Batch batch;
+    Made made;
+  };
+  std::vector<Kept> kept(ItemsAtOnce());
+  const auto read = [&](std::size_t place) {
+    reader->Parse(&kept[place].batch);
+    work(&kept[place].batch, &kept[place].made);
+  };
+  const auto take_in_order = [&](std::size_t place) {
+    take(&kept[place].batch, &kept[place].made);
+    if (kept[place].batch.error) std::rethrow_exception(kept[place].batch.error);
+  };
+  PipeInOrder(
+      kept.size(),
+      [&](std::size_t place) { return reader->Next(&kept[place].batch); },
+      read,
+      take_in_order);
+}
 
-/// Writes a table cell by cell, whatever it is stored in; it appears whole at Commit().
+/// Calls take(row) for all rows in their order.
+void ForRows(TableReader* reader, const std::function<void(const Row&)>& take);
+
+/// Numbers that a caller finds for the texts of a column, in batches in their order. A text is
+/// looked for once as long as it stays the same: in a file that stores each text once, else within
+/// a batch.
+class FoundTexts {
+ public:
+  /// What `find` returned for the text of this cell. It may throw; kUnknown is not kept.
+  template <typename Find>
+  [[nodiscard]] std::uint32_t Of(const Row& row, std::size_t column, const Find& find) {
+    const Column& cells = row.batch().columns[column];
+    if (cells.texts == nullptr) return find();
+    const bool of_batch = cells.texts == &cells.own;
+    if (cells.texts != texts_ || (of_batch && row.batch().first != first_)) {
+      texts_ = cells.texts;
+      first_ = row.batch().first;
+      found_.assign(texts_->size(), kUnknown);
+    }
+    std::uint32_t& found = found_[cells.indices[row.number()]];
+    if (found == kUnknown) found = find();
+    return found;
+  }
+  static constexpr std::uint32_t kUnknown = 0xffffffffu;
+
+ private:
+  const IdTable* texts_ = nullptr;
+  std::size_t first_ = 0;
+  std::vector<std::uint32_t> found_;
+};
+
+/// A row that is written, behind the others of its batch: cells by column of the schema, in any
+/// order; those that are not set are empty.
+class NewRow {
+ public:
+  explicit NewRow(Batch* batch) : batch_(*batch), row_(batch->rows++) {}
+
+  /// NaN is an empty cell. Infinity is refused when the rows are written: no table holds one.
+  NewRow& Number(std::size_t column, double value) {
+    if (!std::isnan(value)) batch_.columns[column].SetNumber(row_, value);
+    return *this;
+  }
+  /// The elements of an array or a vector.
+  template <std::size_t N, typename Values>
+  NewRow& Numbers(const std::array<std::size_t, N>& columns, const Values& values) {
+    for (std::size_t k = 0; k < N; ++k) Number(columns[k], values.data()[k]);
+    return *this;
+  }
+  /// A count or a flag.
+  template <std::integral T>
+  NewRow& Integer(std::size_t column, T value) {
+    return Number(column, static_cast<double>(value));
+  }
+  NewRow& Text(std::size_t column, std::string_view text);
+  /// The id of a pass or a point: number `index` of `ids`, which is the same for all rows.
+  NewRow& Id(std::size_t column, const IdTable& ids, std::uint32_t index);
+
+ private:
+  Batch& batch_;
+  std::size_t row_;
+};
+
+/// Writes a table, some rows at a time, whatever it is stored in; it appears whole at Commit().
 class TableWriter {
  public:
   virtual ~TableWriter() = default;
 
-  virtual TableWriter& Text(std::string_view text) = 0;
-  /// Text that is an id of the block: number `index` of its passes or its points.
-  virtual TableWriter& Id(std::string_view text, std::uint32_t /*index*/) { return Text(text); }
-  /// NaN is an empty cell. Infinity is refused (InputError), at the latest by EndPart() and
-  /// Commit(): no table holds one.
-  TableWriter& Number(double value) {
-    if (next_cell_ < numbers_.size() && numbers_[next_cell_] != nullptr) {
-      numbers_[next_cell_++][kept_rows_] = value;
-    } else {
-      PutNumber(value);
-    }
-    return *this;
-  }
-  template <std::integral T>
-  TableWriter& Integer(T value) {
-    if (next_cell_ < numbers_.size() && numbers_[next_cell_] != nullptr) {
-      numbers_[next_cell_++][kept_rows_] = static_cast<double>(value);
-    } else {
-      PutInteger(static_cast<std::int64_t>(value));
-    }
-    return *this;
-  }
-  virtual TableWriter& Empty(std::size_t cells) = 0;
-  TableWriter& Empty() { return Empty(1); }
-  /// Ends the row; std::logic_error unless it has a cell for every column.
-  virtual void EndRow() = 0;
+  /// Gets rows ready to be written. Several threads may do so, each with a batch of its own. Throws
+  /// InputError for what no table holds.
+  virtual void Format(Batch* batch) const = 0;
+  /// Writes them behind those before. By one thread at a time.
+  virtual void Write(Batch* batch) = 0;
   virtual void Commit() = 0;
-
-  /// A writer of rows of this table that another thread may use beside this one: it keeps them
-  /// until Append() writes them. Ids that the table is given the index of go to a part by Id().
-  [[nodiscard]] virtual std::unique_ptr<TableWriter> Part() = 0;
-  /// Ends a part, by the thread that wrote its rows: what no table holds is refused.
-  virtual void EndPart() {}
-  /// Writes the rows of an ended Part() of this table behind those written before. It has none then
-  /// and may be used again.
-  virtual void Append(TableWriter* part) = 0;
-  /// Rows that a part holds best.
-  [[nodiscard]] virtual std::size_t rows_of_part() const = 0;
-
-  // Of a part without rows that keeps columns: its rows as whole columns, in any order of the
-  // columns, all of which are needed before EndRows().
-  /// Takes the numbers of a column from where they stand, which they do until Append(): finite, or
-  /// the NaN of std::numeric_limits. False where columns are not kept.
-  [[nodiscard]] virtual bool LendNumbers(std::size_t /*column*/, std::span<const double>) {
-    return false;
-  }
-  /// Where so many indices of ids that the table is given, or of IndexOf(), go; likewise.
-  [[nodiscard]] virtual std::uint32_t* IndicesOf(std::size_t /*column*/, std::size_t /*rows*/) {
-    return nullptr;
-  }
-  /// The index of a text in the part's own list for a column of text.
-  [[nodiscard]] virtual std::uint32_t IndexOf(std::size_t /*column*/, std::string_view /*text*/) {
-    return 0;
-  }
-  /// Ends the part.
-  virtual void EndRows(std::size_t /*rows*/) {}
+  /// The columns of its batches; not all of them need be written.
+  [[nodiscard]] Schema schema() const { return schema_; }
 
  protected:
-  TableWriter() = default;
-  TableWriter(TableWriter&&) = default;
-  TableWriter& operator=(TableWriter&&) = default;
-  virtual void PutNumber(double value) = 0;
-  virtual void PutInteger(std::int64_t value) = 0;
+  TableWriter(Schema schema, std::span<const std::string_view> left_out);
 
-  /// By column: where the numbers of its rows stand; null where the cells are text. Empty where
-  /// rows are kept as text.
-  std::vector<double*> numbers_;
-  std::size_t next_cell_ = 0;  // of the row
-  std::size_t kept_rows_ = 0;
+  std::vector<TableColumn> schema_;
+  std::vector<std::size_t> written_;  // columns of the schema in their order
 };
 
-/// Has `write(begin, end, out)` write the rows of [0, count), or what is as long as `per_piece`
-/// says: pieces of so many on all threads. The rows stand in their order.
+/// Has `write(begin, end, batch)` add the rows of [0, count), or what is as long as `per_piece`
+/// says, to batches, on all threads; they are written in their order.
 void WriteRows(std::size_t count,
-               std::size_t per_piece,
                TableWriter* out,
-               const std::function<void(std::size_t, std::size_t, TableWriter*)>& write);
+               const std::function<void(std::size_t, std::size_t, Batch*)>& write,
+               std::size_t per_piece = kRowsAtOnce);
+/// The same with write(item, batch) for each item.
+template <typename Write>
+void WriteEach(std::size_t count, TableWriter* out, const Write& write) {
+  WriteRows(count, out, [&write](std::size_t begin, std::size_t end, Batch* batch) {
+    for (std::size_t i = begin; i < end; ++i) write(i, batch);
+  });
+}
 
-/// Throws InputError naming the file for a number that no table holds.
-void RefuseInfinity(double value, std::string_view file);
+/// Lists of all ids of a block, where they are known: a file that stores each id once has them in
+/// this order. Null where they are not: it has those of its tables then.
+struct BlockIds {
+  const IdTable* passes = nullptr;
+  const IdTable* points = nullptr;
+};
 
-/// Where the tables of a block or a result come from: a folder, one file of all (container.h) or
-/// texts in memory.
+/// Where the tables of a block or a result come from: a folder, one file of all, texts or arrays in
+/// memory.
 class TableSource {
  public:
   explicit TableSource(FolderContent content) : content_(content) {}
   virtual ~TableSource() = default;
   /// Name for messages and text of a file that must be there.
   [[nodiscard]] virtual std::pair<std::string, std::string> Read(std::string_view file) const = 0;
-  /// A table by its name without ending ("points"), or nothing if it does not stand there.
-  [[nodiscard]] virtual std::unique_ptr<TableReader> Open(
-      std::string_view table, std::span<const TableColumn> columns) const = 0;
+  /// A table by its name without ending ("points"), or nothing if it is not there.
+  [[nodiscard]] virtual std::unique_ptr<TableReader> Open(std::string_view table,
+                                                          Schema schema) const = 0;
   /// The name for messages of a table that must be there.
   [[nodiscard]] virtual std::string NameOf(std::string_view table) const = 0;
   /// The name that something takes that gives itself none.
   [[nodiscard]] virtual std::string DefaultName() const = 0;
-  /// The ids that TableReader::IndexOfText() counts in; none where texts stand in their rows.
   [[nodiscard]] virtual BlockIds Ids() const { return {}; }
   /// A table that must be there.
-  [[nodiscard]] std::unique_ptr<TableReader> Require(std::string_view table,
-                                                     std::span<const TableColumn> columns) const;
+  [[nodiscard]] std::unique_ptr<TableReader> Require(std::string_view table, Schema schema) const;
   [[nodiscard]] FolderContent content() const { return content_; }
 
  protected:
@@ -689,9 +706,9 @@ class TableSource {
 class TableSink {
  public:
   virtual ~TableSink() = default;
-  /// A table with these of its columns; one is open at a time.
-  [[nodiscard]] virtual std::unique_ptr<TableWriter> Open(std::string_view table,
-                                                          std::span<const TableColumn> columns) = 0;
+  /// A table with the columns of the schema but for those that are named; one is open at a time.
+  [[nodiscard]] virtual std::unique_ptr<TableWriter> Open(
+      std::string_view table, Schema schema, std::span<const std::string_view> left_out = {}) = 0;
   /// block.toml or summary.json, after the tables.
   virtual void WriteText(std::string_view file, std::string_view text) = 0;
   /// Where files go that are no tables; nothing where there is no folder.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -102,7 +103,54 @@ std::string TomlKey(std::string_view name) {
   return plain ? std::string(name) : TomlText(name);
 }
 
+namespace {
+
+/// Keys of more parts than this are no one's; toml++ and what walks through tables go down a level
+/// of the stack for each.
+constexpr std::size_t kMaxKeyParts = 100;
+
+/// Refuses texts in which so many names, bare or quoted, follow each other with dots between them.
+void RefuseDeepKeys(std::string_view text, const std::string& file) {
+  const auto is_name = [](char c) {
+    return (std::isalnum(static_cast<unsigned char>(c)) != 0) || c == '-' || c == '_';
+  };
+  std::size_t parts = 0, line = 1;
+  bool after_dot = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '.') {
+      after_dot = true;
+      continue;
+    }
+    if (c == ' ' || c == '\t') continue;
+    const bool quoted = c == '"' || c == '\'';
+    if (quoted || is_name(c)) {
+      parts = after_dot ? parts + 1 : 1;
+      if (quoted) {
+        for (++i; i < text.size() && text[i] != c && text[i] != '\n'; ++i) {
+          if (c == '"' && text[i] == '\\') ++i;
+        }
+        if (i < text.size() && text[i] == '\n') --i;
+      } else {
+        while (i + 1 < text.size() && is_name(text[i + 1])) ++i;
+      }
+      if (parts > kMaxKeyParts) {
+        throw InputError(FilePlace{file, line, ""},
+                         "a key has more than " + std::to_string(kMaxKeyParts) +
+                             " parts, which no key of ours has");
+      }
+    } else {
+      parts = 0;
+      if (c == '\n') ++line;
+    }
+    after_dot = false;
+  }
+}
+
+}  // namespace
+
 toml::table ParseToml(std::string_view text, const std::string& file) {
+  RefuseDeepKeys(text, file);
   RefuseNamelessHeaders(text, file);
   try {
     return toml::parse(text, file);
@@ -134,14 +182,14 @@ double TomlValue::Number() const {
   if (!number) Fail(std::string("is ") + TypeOf(*node_) + ", a number is needed");
   if (!std::isfinite(*number)) Fail("is not finite, a finite number is needed");
   if (std::abs(*number) > kLargestNumber) {
-    Fail(NumberText(*number) + " is not allowed, at most " + NumberText(kLargestNumber) + " is");
+    Fail("must be at most " + NumberText(kLargestNumber) + ", got " + NumberText(*number));
   }
   return *number;
 }
 
 double TomlValue::Positive() const {
   const double number = Number();
-  if (const char* problem = ProblemOfPositive(number)) Fail(NumberText(number) + problem);
+  if (const char* problem = ProblemOfPositive(number)) Fail(MustBe(problem, NumberText(number)));
   return number;
 }
 
@@ -151,7 +199,7 @@ int TomlValue::Integer(int lowest, int highest) const {
   const auto integer = node_->value_exact<std::int64_t>();
   if (!integer) Fail(std::string("is ") + TypeOf(*node_) + ", " + allowed + " is needed");
   if (*integer < lowest || *integer > highest) {
-    Fail(std::to_string(*integer) + " is not allowed, " + allowed + " is");
+    Fail("must be " + allowed + ", got " + std::to_string(*integer));
   }
   return static_cast<int>(*integer);
 }
@@ -159,7 +207,7 @@ int TomlValue::Integer(int lowest, int highest) const {
 std::uint64_t TomlValue::Count() const {
   const auto integer = node_->value_exact<std::int64_t>();
   if (!integer) Fail(std::string("is ") + TypeOf(*node_) + ", an integer of 0 or more is needed");
-  if (*integer < 0) Fail(std::to_string(*integer) + " is not allowed, an integer of 0 or more is");
+  if (*integer < 0) Fail("must be an integer of 0 or more, got " + std::to_string(*integer));
   return static_cast<std::uint64_t>(*integer);
 }
 
@@ -254,6 +302,7 @@ void Override(const std::string& text, toml::table* root) {
   if (equals == std::string::npos || equals == 0) {
     throw InputError(source, "must be KEY=VALUE with a dotted key");
   }
+  RefuseDeepKeys(text, "--set");
   toml::table parsed;
   try {
     parsed = toml::parse("value = " + text.substr(equals + 1), source);
@@ -320,7 +369,7 @@ std::string TextOf(const toml::table& table) {
   return stream.str();
 }
 
-/// Place of a dotted field, or of the nearest table around it that stands in the file.
+/// Place of a dotted field, or of the nearest table around it in the file.
 FilePlace PlaceOfField(const toml::table& root, const std::string& file, const std::string& field) {
   const toml::node* node = &root;
   std::string_view rest = field;
@@ -388,6 +437,7 @@ void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* bloc
     if (equals == 0 || equals == std::string::npos) {
       throw InputError(place, "is no KEY=VALUE, for example robust=huber");
     }
+    RefuseDeepKeys(text, "--set");
     std::string_view key = std::string_view(text).substr(0, equals);
     const bool of_paths = key.starts_with("trajectory.");
     if (key.starts_with("adjust.")) key.remove_prefix(std::string_view("adjust.").size());

@@ -88,7 +88,7 @@ class TomlTable {
 /// The file's text; `what` ("a scene") is for messages.
 [[nodiscard]] std::string ReadTomlText(const std::filesystem::path& path, const std::string& what);
 
-/// Reads scenes by the name that stands in a study, relative to the study's folder.
+/// Reads scenes by the name that a study gives, relative to the study's folder.
 [[nodiscard]] std::function<std::string(const std::string& name)> SceneTextsBeside(
     const std::filesystem::path& study_file);
 
@@ -100,7 +100,7 @@ class TomlTable {
 
 [[nodiscard]] std::string TextOf(const toml::table& table);
 
-/// Place of a dotted field, or of the nearest table around it that stands in the file.
+/// Place of a dotted field, or of the nearest table around it in the file.
 [[nodiscard]] FilePlace PlaceOfField(const toml::table& root,
                                      const std::string& file,
                                      const std::string& field);
@@ -109,8 +109,8 @@ class TomlTable {
 /// `trajectory.` to its `[trajectory]`; tables that are missing are made.
 void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* block_toml);
 
-/// Takes known keys out of one TOML table and refuses what is left. Keys that do not stand leave
-/// the value as it is. Every error is an InputError with file, line and dotted key.
+/// Takes known keys out of one TOML table and refuses the others. Absent keys keep the default.
+/// Every error is an InputError with file, line and dotted key.
 class SceneTable {
  public:
   explicit SceneTable(TomlTable table) : table_(std::move(table)) {}
@@ -118,7 +118,7 @@ class SceneTable {
   /// Notes the key as known.
   [[nodiscard]] std::optional<TomlValue> Take(const std::string& key);
   [[nodiscard]] bool Has(const std::string& key) const { return table_.Find(key).has_value(); }
-  /// Place and dotted key of a field of this table, standing or not.
+  /// Place and dotted key of a field of this table, given or not.
   [[nodiscard]] FilePlace PlaceOf(const std::string& key) const { return table_.PlaceOf(key); }
 
   void Number(const std::string& key, double* value, double unit = 1.0);
@@ -159,7 +159,7 @@ class SceneTable {
   }
 
   [[nodiscard]] std::optional<SceneTable> Table(const std::string& key);
-  /// Of an array of tables [[key]]; empty where the key does not stand.
+  /// Tables of an array [[key]]; empty without the key.
   [[nodiscard]] std::vector<SceneTable> Tables(const std::string& key);
   /// Refuses keys never asked for.
   void Finish() const { table_.RefuseOthers(known_); }

@@ -145,7 +145,7 @@ TEST(ConsensusTest, LeavesOutByNameTwoLooksOfWhichNothingTellsTheWrongOne) {
     const std::size_t point = made.PointOf(look);
     EXPECT_EQ(result.points.status[point], PointStatus::kApart);
     EXPECT_EQ(result.points.reason[point],
-              "its looks contradict each other and nothing tells which is wrong: A1, A2");
+              "its looks contradict each other and none can be identified as wrong: A1, A2");
   }
   EXPECT_EQ(
       std::count(result.points.status.begin(), result.points.status.end(), PointStatus::kAdjusted),

@@ -39,7 +39,7 @@ test::KnownBlock NoisyBlock(test::BlockPlan plan) {
   test::KnownBlock known = test::MakeBlock(plan);
   test::AddNoise(11, 1.0, &known);
   for (const std::size_t point : std::array<std::size_t, 5>{0U, 7U, 19U, 33U, 48U}) {
-    test::Hold(point, {0.5, 0.5, 0.5}, &known);
+    test::AddKnownPoint(point, {0.5, 0.5, 0.5}, &known);
   }
   return known;
 }

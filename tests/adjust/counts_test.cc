@@ -21,10 +21,10 @@ using testing::HasSubstr;
 /// Twelve points in four passes, 48 looks; control of 3, 2 and 1 components; one check point.
 test::KnownBlock CountedBlock() {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  test::Hold(0, {0.2, 0.3, 0.4}, &known);
-  test::Hold(3, {0.2, 0.3, kNotGiven}, &known);
-  test::Hold(5, {kNotGiven, kNotGiven, 0.4}, &known);
-  test::Hold(8, {0.2, 0.2, 0.2}, &known, PointRole::kCheck);
+  test::AddKnownPoint(0, {0.2, 0.3, 0.4}, &known);
+  test::AddKnownPoint(3, {0.2, 0.3, kNotGiven}, &known);
+  test::AddKnownPoint(5, {kNotGiven, kNotGiven, 0.4}, &known);
+  test::AddKnownPoint(8, {0.2, 0.2, 0.2}, &known, PointRole::kCheck);
   test::AddNoise(12, 1.0, &known);
   return known;
 }
@@ -51,7 +51,11 @@ TEST(CountsTest, AgreeWithThoseByHand) {
   EXPECT_EQ(result.observation_count, 107U);
   EXPECT_EQ(result.parameter_count, 49U);
   EXPECT_EQ(result.redundancy(), 58.0);
-  EXPECT_NEAR(result.sigma0_squared * 58.0, 2.0 * result.final_cost, 1e-9);
+  ASSERT_FALSE(result.assessment.groups.empty());
+  const ObservationGroup& all = result.assessment.groups.back();
+  EXPECT_EQ(all.name, "all");
+  EXPECT_EQ(all.redundancy, 58.0);
+  EXPECT_NEAR(all.square_sum, 2.0 * result.final_cost, 1e-9);
   ASSERT_EQ(result.parameters.size(), 13U);
   EXPECT_EQ(result.parameters[0].owner, "radar");
   EXPECT_EQ(result.parameters[0].name, "range.bias");

@@ -27,7 +27,7 @@ class ExplicitBlock {
 
   [[nodiscard]] Eigen::Index corrections() const { return layout_.size(); }
 
-  /// All weighted residuals: two a look, three a control point, one a prior.
+  /// All weighted residuals: two per look, three per control point, one per prior.
   [[nodiscard]] Eigen::VectorXd Residuals(const Eigen::VectorXd& x) const {
     std::vector<double> out;
     for (std::size_t j = 0; j < block_.points.size(); ++j) {
@@ -107,8 +107,8 @@ class ExplicitBlock {
         rate += first[q] * coefficient;
       }
       const TrackAxes axes = TrackAxesOf(block_.frame, *motion);
-      out.position_m += axes.axes_1 * sum;
-      out.velocity_mps += axes.axes_1 * rate + axes.rate * sum;
+      out.position_m += axes.axes * sum;
+      out.velocity_mps += axes.axes * rate + axes.rate * sum;
     }
     return out;
   }
@@ -156,11 +156,11 @@ TEST_P(ExplicitCorrectionsTest, EqualTheExplicitModelUnderNoiseOfManyMetres) {
   test::KnownBlock known = test::MakeBlock(plan);
   test::AddNoise(20, 1.0, &known);
   for (const std::size_t point : {0U, 4U, 9U, 13U, 16U}) {
-    test::Hold(point, {0.9, 1.1, 1.3}, &known);
+    test::AddKnownPoint(point, {0.9, 1.1, 1.3}, &known);
   }
   Block& block = known.block;
   AdjustOptions options;
-  options.tolerance_1 = 1e-9;
+  options.tolerance = 1e-9;
   CorrectionGroup group;
   double step = 0.0;
   if (GetParam() == Case::kTimeBias) {
@@ -206,18 +206,18 @@ TEST_P(ExplicitCorrectionsTest, EqualTheExplicitModelUnderNoiseOfManyMetres) {
   // coefficients that differ by 6 m, c''' = 1 m/s^3, at R = 8e5 m and dt = 5 ms one look's time
   // moves by 1.4 mm along track, a tenth of that in a point of many: some 5e-5 of its standard
   // deviation.
-  const double part_1 = GetParam() == Case::kSpline ? 1e-4 : 1e-7;
+  const double part = GetParam() == Case::kSpline ? 1e-4 : 1e-7;
   ASSERT_EQ(static_cast<std::size_t>(model.corrections()), adjusted.parameters.size());
   for (std::size_t k = 0; k < adjusted.parameters.size(); ++k) {
     const ParameterResult& parameter = adjusted.parameters[k];
-    EXPECT_NEAR(parameter.value, x[static_cast<Eigen::Index>(k)], part_1 * parameter.sigma)
+    EXPECT_NEAR(parameter.value, x[static_cast<Eigen::Index>(k)], part * parameter.sigma)
         << parameter.owner << " " << parameter.name;
   }
   for (std::size_t j = 0; j < plan.points; ++j) {
     const Eigen::Vector3d p_m =
         x.segment<3>(model.corrections() + 3 * static_cast<Eigen::Index>(j));
     const double sigma_m = std::sqrt(adjusted.points.covariance_m2[j][0]);  // east
-    EXPECT_LT((p_m - adjusted.points.position_m[j]).norm(), part_1 * sigma_m) << j;
+    EXPECT_LT((p_m - adjusted.points.position_m[j]).norm(), part * sigma_m) << j;
   }
 }
 

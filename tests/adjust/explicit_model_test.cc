@@ -65,7 +65,7 @@ TEST_P(ExplicitModelTest, AnswersTheSamePointsUnderNoise) {
   plan.points = 40;
   AdjustOptions options;
   options.covariance = CovarianceLevel::kNone;
-  options.tolerance_1 = 1e-9;
+  options.tolerance = 1e-9;
   for (const double noise : {1.0, 0.25, 0.0625}) {
     test::KnownBlock known = test::MakeBlock(plan);
     test::AddNoise(4711, noise, &known);

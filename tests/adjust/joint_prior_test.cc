@@ -33,8 +33,8 @@ using Axes = PositionCorrection::Axes;
 
 test::KnownBlock JointBlock(const test::BlockPlan& plan) {
   test::KnownBlock known = test::MakeBlock(plan);
-  test::Hold(0, {0.31, 0.47, 0.83}, &known);
-  test::Hold(5, {0.53, 0.29, kNotGiven}, &known);
+  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known);
+  test::AddKnownPoint(5, {0.53, 0.29, kNotGiven}, &known);
   test::AddNoise(67, 1.0, &known);
   return known;
 }
@@ -67,7 +67,7 @@ class JointPriorBlockTest : public testing::TestWithParam<bool> {
   JointPriorBlockTest()
       : known_(JointBlock(GetParam() ? test::OrbitPlan() : test::AircraftPlan(3.0))),
         options_(test::WithJointPrior(GetParam() ? Axes::kFrame : Axes::kTrack, 23)) {
-    options_.tolerance_1 = 1e-10;
+    options_.tolerance = 1e-10;
     options_.quality.consensus = false;
   }
   test::KnownBlock known_;
@@ -75,7 +75,7 @@ class JointPriorBlockTest : public testing::TestWithParam<bool> {
 };
 
 // Second route, written without elimination and with the inverse of Q in place of its factor: the
-// dense Gauss-Newton step left at the solution, in sigmas of each unknown, and all covariances.
+// dense Gauss-Newton step at the solution, in sigmas of each unknown, and all covariances.
 TEST_P(JointPriorBlockTest, IsTheDenseLeastSquaresSolution) {
   const AdjustResult result = Adjust(known_.block, options_);
   ASSERT_EQ(result.status, AdjustStatus::kConverged);
@@ -88,7 +88,7 @@ TEST_P(JointPriorBlockTest, IsTheDenseLeastSquaresSolution) {
   // Residuals of times of 1e3 s and paths of 7e6 m have a rounding of 1e-9 m.
   EXPECT_LT(step.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-7);
   const double square_sum = dense.equations.residual.squaredNorm();
-  EXPECT_NEAR(result.sigma0_squared * result.redundancy(), square_sum, 1e-9 * square_sum);
+  EXPECT_NEAR(2.0 * result.final_cost, square_sum, 1e-9 * square_sum);
   for (std::size_t point = 0; point < known_.truth_m.size(); ++point) {
     const int at = dense.equations.column_of_point[point];
     const Eigen::Matrix3d expected = dense.covariance.block<3, 3>(at, at);
@@ -144,13 +144,13 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
     const Eigen::MatrixXd q_vv = prior.covariance - dense.covariance(columns, columns);
     for (Eigen::Index i = 0; i < p.rows(); ++i) {
       const PriorTest& test = tests[prior.parameters[static_cast<std::size_t>(i)]];
-      EXPECT_NEAR(test.redundancy_1, (q_vv * p)(i, i), 1e-8);
-      EXPECT_NEAR(test.w_1, (p * v)[i] / std::sqrt((p * q_vv * p)(i, i)), 1e-6);
-      EXPECT_NEAR(test.square_1, v[i] * (p * v)[i], 1e-8);
+      EXPECT_NEAR(test.redundancy, (q_vv * p)(i, i), 1e-8);
+      EXPECT_NEAR(test.w, (p * v)[i] / std::sqrt((p * q_vv * p)(i, i)), 1e-6);
+      EXPECT_NEAR(test.square, v[i] * (p * v)[i], 1e-8);
       const double alone = 1.0 - dense.covariance(columns[static_cast<std::size_t>(i)],
                                                   columns[static_cast<std::size_t>(i)]) /
                                      prior.covariance(i, i);
-      strongest = std::max(strongest, std::abs(alone - test.redundancy_1));
+      strongest = std::max(strongest, std::abs(alone - test.redundancy));
     }
   }
   EXPECT_GT(strongest, 0.05) << "the formula of independent priors would pass too";
@@ -160,8 +160,8 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
 TEST_P(JointPriorBlockTest, SharesAddToTheWholeBlock) {
   const AdjustResult result = Adjust(known_.block, options_);
   const test::ShareSums sums = test::SumShares(known_.block, result);
-  EXPECT_NEAR(sums.redundancy_1, result.redundancy(), 1e-4);
-  EXPECT_NEAR(sums.square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
+  EXPECT_NEAR(sums.redundancy, result.redundancy(), 1e-4);
+  EXPECT_NEAR(sums.square_sum, 2.0 * result.final_cost, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Blocks, JointPriorBlockTest, testing::Bool(), [](const auto& of) {
@@ -300,7 +300,8 @@ TEST(JointPriorDrawsTest, RedrawnPriorsHaveTheirCovariance) {
   Block block = known.block;
   std::vector<double> values;
   for (int run = 0; run < kRuns; ++run) {
-    RedrawSolution(problem, state, exact, 9, static_cast<std::uint64_t>(run), &block, &values);
+    ResampleObservations(
+        problem, state, exact, 9, static_cast<std::uint64_t>(run), &block, &values);
     for (const JointPriorTerm& prior : problem.layout.joint_priors) {
       Eigen::VectorXd drawn(7);
       for (Eigen::Index i = 0; i < 7; ++i) {
@@ -336,7 +337,7 @@ TEST(JointPriorDrawsTest, RepeatedNoiseFillsTheCovariance) {
 TEST(JointPriorTest, PredictionHasTheCovarianceOfTheAdjustment) {
   const test::KnownBlock known = [] {
     test::KnownBlock made = test::MakeBlock(test::AircraftPlan());
-    test::Hold(0, {0.31, 0.47, 0.83}, &made);
+    test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &made);
     return made;
   }();
   const AdjustOptions options = test::WithJointPrior(Axes::kTrack, 37);
@@ -348,18 +349,18 @@ TEST(JointPriorTest, PredictionHasTheCovarianceOfTheAdjustment) {
     EXPECT_NEAR(adjusted.parameters[i].value, 0.0, 1e-6 * sigma);
   }
   for (const PriorTest& test : TestsOfPriors(predicted)) {
-    EXPECT_FALSE(std::isnan(test.redundancy_1));
-    EXPECT_TRUE(std::isnan(test.w_1));
+    EXPECT_FALSE(std::isnan(test.redundancy));
+    EXPECT_TRUE(std::isnan(test.w));
   }
 }
 
-// A path far from what its prior says contradicts it, also where only the correlations tell: the
+// A path far from what its prior says contradicts it, also where only the correlations show it: the
 // errors are within two standard deviations of each parameter.
 TEST(JointPriorTest, AnErrorThatOnlyCorrelationsForbidContradictsThePrior) {
   test::KnownBlock known = JointBlock(test::AircraftPlan());
   for (std::size_t point = 0; point < 12; ++point) {
     if (known.block.points.role[point] == PointRole::kTie) {
-      test::Hold(point, {0.1, 0.1, 0.1}, &known);
+      test::AddKnownPoint(point, {0.1, 0.1, 0.1}, &known);
     }
   }
   PositionCorrection position;

@@ -42,7 +42,7 @@ void GiveOneTime(test::KnownBlock* known) {
 /// their gradients by hand.
 struct Rows {
   Eigen::VectorXd error;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> by_point;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> d_point;
 };
 Rows RowsOf(const Block& block, std::size_t point, const Eigen::Vector3d& p_m) {
   const std::size_t begin = block.looks.offsets[point], end = block.looks.offsets[point + 1];
@@ -56,9 +56,9 @@ Rows RowsOf(const Block& block, std::size_t point, const Eigen::Vector3d& p_m) {
     const LookSigma sigma = block.SigmaOf(i);
     const Eigen::Index row = 2 * static_cast<Eigen::Index>(i - begin);
     out.error[row] = (rho - block.looks.range_m[i]) / sigma.range_m;
-    out.by_point.row(row) = d.transpose() / rho / sigma.range_m;
+    out.d_point.row(row) = d.transpose() / rho / sigma.range_m;
     out.error[row + 1] = (per_m * v.dot(d) - block.looks.cone[i]) / sigma.azimuth;
-    out.by_point.row(row + 1) =
+    out.d_point.row(row + 1) =
         per_m * (v - (v.dot(d) / (rho * rho)) * d).transpose() / sigma.azimuth;
   }
   return out;
@@ -67,16 +67,16 @@ Rows RowsOf(const Block& block, std::size_t point, const Eigen::Vector3d& p_m) {
 struct Solved {
   Eigen::Vector3d position_m;
   Eigen::Matrix3d covariance_m2;
-  double square_1 = 0.0;
+  double square = 0.0;
 };
 Solved SolvePoint(const Block& block, std::size_t point, Eigen::Vector3d p_m) {
   Solved out;
   for (int iteration = 0; iteration < 15; ++iteration) {
     const Rows rows = RowsOf(block, point, p_m);
-    const Eigen::LLT<Eigen::Matrix3d> normal(rows.by_point.transpose() * rows.by_point);
-    p_m -= normal.solve(rows.by_point.transpose() * rows.error);
+    const Eigen::LLT<Eigen::Matrix3d> normal(rows.d_point.transpose() * rows.d_point);
+    p_m -= normal.solve(rows.d_point.transpose() * rows.error);
     out.covariance_m2 = normal.solve(Eigen::Matrix3d::Identity());
-    out.square_1 = rows.error.squaredNorm();
+    out.square = rows.error.squaredNorm();
   }
   out.position_m = p_m;
   return out;
@@ -94,15 +94,15 @@ TEST_P(MeasuredDopplerTest, AnswersTheClosedFormsOfRangeAndDoppler) {
     test::AddNoise(31, 1.0, &known);
     const AdjustResult adjusted = Adjust(known.block, {});
     ASSERT_TRUE(adjusted.accepted());
-    double square_1 = 0.0;
+    double square = 0.0;
     for (std::size_t j = 0; j < known.truth_m.size(); ++j) {
       const Solved solved = SolvePoint(known.block, j, known.truth_m[j]);
-      square_1 += solved.square_1;
+      square += solved.square;
       EXPECT_LT((solved.position_m - adjusted.points.position_m[j]).norm(), 1e-6) << j;
       const Eigen::Matrix3d off = MatrixOf(adjusted.points.covariance_m2[j]) - solved.covariance_m2;
       EXPECT_LT(off.norm(), 1e-9 * solved.covariance_m2.norm()) << j;
     }
-    EXPECT_NEAR(adjusted.sigma0_squared * adjusted.redundancy(), square_1, 1e-6 * square_1);
+    EXPECT_NEAR(adjusted.sigma0_squared * adjusted.redundancy(), square, 1e-6 * square);
   }
 }
 
@@ -118,7 +118,7 @@ TEST_P(MeasuredDopplerTest, IntersectsWithTheSameCovariance) {
   }
 }
 
-// Residuals are told in metres at the target: rho lambda/(2 |v|) times those of the Doppler.
+// Residuals are given in metres at the target: rho lambda/(2 |v|) times those of the Doppler.
 TEST_P(MeasuredDopplerTest, TellsAzimuthResidualsInMetres) {
   test::KnownBlock known = DopplerBlock(GetParam());
   test::AddNoise(7, 1.0, &known);
@@ -134,7 +134,8 @@ TEST_P(MeasuredDopplerTest, TellsAzimuthResidualsInMetres) {
           0.5 * pass.wavelength_m * (p_m - motion.position_m).norm() / motion.velocity_mps.norm();
       const auto row = 2 * static_cast<Eigen::Index>(i - block.looks.offsets[j]) + 1;
       EXPECT_NEAR(adjusted.looks.azimuth_residual_m[i], rows.error[row] * 1.9 * unit_m, 1e-6);
-      EXPECT_NEAR(block.RoughAzimuthSigma_m(i, motion.velocity_mps.norm()), 1.9 * unit_m, 1e-2);
+      EXPECT_NEAR(
+          block.ApproximateAzimuthSigma_m(i, motion.velocity_mps.norm()), 1.9 * unit_m, 1e-2);
     }
   }
 }
@@ -147,9 +148,9 @@ struct MixedBlock {
   AdjustOptions options;
   MixedBlock() {
     known.block.passes[1].sigma = {0.7, 1.1, AzimuthUnit::kMetres};
-    test::Hold(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.4);
-    test::Hold(4, {0.53, 0.29, 0.4}, &known);
-    test::Hold(7, {0.5, 0.4, 0.37}, &known);
+    test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.4);
+    test::AddKnownPoint(4, {0.53, 0.29, 0.4}, &known);
+    test::AddKnownPoint(7, {0.5, 0.4, 0.37}, &known);
     test::AddNoise(5, 1.0, &known);
     PositionCorrection position;
     position.degree = 1;
@@ -185,8 +186,8 @@ TEST(MixedLooksTest, ArePredictedAsTheyAreAdjusted) {
   MixedBlock mixed;
   mixed.known = DopplerBlock(20.0);
   mixed.known.block.passes[1].sigma = {0.7, 1.1, AzimuthUnit::kMetres};
-  test::Hold(0, {0.31, 0.47, 0.83}, &mixed.known);
-  test::Hold(4, {0.53, 0.29, 0.4}, &mixed.known);
+  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &mixed.known);
+  test::AddKnownPoint(4, {0.53, 0.29, 0.4}, &mixed.known);
   const Block& block = mixed.known.block;
   const AdjustResult adjusted = Adjust(block, mixed.options);
   Block plan = block;
@@ -206,7 +207,7 @@ TEST(MixedLooksTest, ATimeBiasMovesExactTimes) {
   MixedBlock mixed;
   mixed.known = DopplerBlock(20.0);
   Block& block = mixed.known.block;
-  for (std::size_t j = 0; j < 6; ++j) test::Hold(j, {0.01, 0.01, 0.01}, &mixed.known);
+  for (std::size_t j = 0; j < 6; ++j) test::AddKnownPoint(j, {0.01, 0.01, 0.01}, &mixed.known);
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     if (block.looks.pass[i] == 2) block.looks.time_s[i] -= 0.0173;
   }
@@ -223,7 +224,7 @@ TEST(MixedLooksTest, ASquintBiasTurnsTheConeOfMeasuredDopplers) {
   MixedBlock mixed;
   mixed.known = DopplerBlock(20.0);
   Block& block = mixed.known.block;
-  for (std::size_t j = 0; j < 6; ++j) test::Hold(j, {0.01, 0.01, 0.01}, &mixed.known);
+  for (std::size_t j = 0; j < 6; ++j) test::AddKnownPoint(j, {0.01, 0.01, 0.01}, &mixed.known);
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     if (block.looks.pass[i] != 1) continue;
     const double speed_mps = block.passes[1].path.At(block.looks.time_s[i])->velocity_mps.norm();
@@ -238,14 +239,14 @@ TEST(MixedLooksTest, ASquintBiasTurnsTheConeOfMeasuredDopplers) {
 }
 
 // Exchanged points in passes of one time, on paths that are off by hundreds of metres: what their
-// looks agree on is found by ranges and Dopplers, which tell the points of a pass apart.
+// looks agree on is found by ranges and Dopplers, which distinguish the points of a pass.
 TEST(MixedLooksTest, PassesOfOneTimeAgreeDespiteExchangedPoints) {
   test::BlockPlan plan = test::AircraftPlan(20.0, true);
   plan.sigma = {0.7, 1.9, AzimuthUnit::kHertz};
   plan.points = 90;
   test::KnownBlock known = test::MakeBlock(plan);
   GiveOneTime(&known);
-  for (const std::size_t j : {0U, 30U, 60U, 88U}) test::Hold(j, {0.3, 0.3, 0.3}, &known);
+  for (const std::size_t j : {0U, 30U, 60U, 88U}) test::AddKnownPoint(j, {0.3, 0.3, 0.3}, &known);
   test::AddNoise(12, 1.0, &known);
   test::ShiftPath(1, {310.0, -270.0, 190.0}, &known.block);
   test::ShiftPath(2, {-230.0, 340.0, -160.0}, &known.block);

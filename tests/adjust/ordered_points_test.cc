@@ -22,7 +22,7 @@ namespace sarblock {
 namespace {
 
 constexpr double kPosition_m = 1e-5;  // of standard deviations of metres
-constexpr double kRelative_1 = 1e-6;
+constexpr double kRelative = 1e-6;
 
 bool Ordered(const AdjustResult& result) {
   return std::any_of(result.stages.begin(), result.stages.end(), [](const StageCost& stage) {
@@ -71,30 +71,30 @@ void ExpectTheSame(const AdjustResult& a, const AdjustResult& b) {
   }
   EXPECT_EQ(a.points.looks, b.points.looks);
   ExpectNearByThree(a.points.position_m, b.points.position_m, kPosition_m * 1e-3, "position");
-  ExpectNearByThree(a.points.covariance_m2, b.points.covariance_m2, kRelative_1, "covariance");
+  ExpectNearByThree(a.points.covariance_m2, b.points.covariance_m2, kRelative, "covariance");
   ExpectNearByThree(
-      a.points.fixed_path_covariance_m2, b.points.fixed_path_covariance_m2, kRelative_1, "fixed");
-  ExpectNear(a.points.intersection_rad, b.points.intersection_rad, kRelative_1, "intersection");
-  ExpectNear(a.points.redundancy, b.points.redundancy, kRelative_1, "redundancy");
-  ExpectNear(a.points.sigma_leberl_up_m, b.points.sigma_leberl_up_m, kRelative_1, "up");
-  ExpectNear(a.points.sigma_leberl_across_m, b.points.sigma_leberl_across_m, kRelative_1, "across");
-  ExpectNear(a.points.sigma_leberl_path_up_m, b.points.sigma_leberl_path_up_m, kRelative_1, "p up");
+      a.points.fixed_path_covariance_m2, b.points.fixed_path_covariance_m2, kRelative, "fixed");
+  ExpectNear(a.points.intersection_rad, b.points.intersection_rad, kRelative, "intersection");
+  ExpectNear(a.points.redundancy, b.points.redundancy, kRelative, "redundancy");
+  ExpectNear(a.points.sigma_leberl_up_m, b.points.sigma_leberl_up_m, kRelative, "up");
+  ExpectNear(a.points.sigma_leberl_across_m, b.points.sigma_leberl_across_m, kRelative, "across");
+  ExpectNear(a.points.sigma_leberl_path_up_m, b.points.sigma_leberl_path_up_m, kRelative, "p up");
   ExpectNear(a.points.sigma_leberl_path_across_m,
              b.points.sigma_leberl_path_across_m,
-             kRelative_1,
+             kRelative,
              "p across");
   ExpectNear(a.points.leberl_across_azimuth_rad,
              b.points.leberl_across_azimuth_rad,
-             kRelative_1,
+             kRelative,
              "direction");
   ExpectNear(a.looks.range_residual_m, b.looks.range_residual_m, kPosition_m, "range");
   ExpectNear(a.looks.azimuth_residual_m, b.looks.azimuth_residual_m, kPosition_m, "azimuth");
-  ExpectNear(a.looks.weight, b.looks.weight, kRelative_1, "weight");
+  ExpectNear(a.looks.weight, b.looks.weight, kRelative, "weight");
   EXPECT_EQ(a.looks.rejected, b.looks.rejected);
   EXPECT_EQ(a.looks.reason, b.looks.reason);
   for (std::size_t k = 0; k < 2; ++k) {
-    ExpectNear(a.quality.redundancy_1[k], b.quality.redundancy_1[k], 1e-5, "r");
-    ExpectNear(a.quality.w_1[k], b.quality.w_1[k], 1e-4, "w");
+    ExpectNear(a.quality.redundancy[k], b.quality.redundancy[k], 1e-5, "r");
+    ExpectNear(a.quality.w[k], b.quality.w[k], 1e-4, "w");
     ExpectNear(a.quality.shift_m[k], b.quality.shift_m[k], 1e-5, "shift");
   }
   ASSERT_EQ(a.control_quality.size(), b.control_quality.size());
@@ -119,7 +119,7 @@ void ExpectTheSame(const AdjustResult& a, const AdjustResult& b) {
     ASSERT_EQ(a.pairs[k].a, b.pairs[k].a) << k;
     ASSERT_EQ(a.pairs[k].b, b.pairs[k].b) << k;
     ASSERT_LT((a.pairs[k].difference_enu_m - b.pairs[k].difference_enu_m).norm(), kPosition_m);
-    ExpectNear(a.pairs[k].covariance_m2, b.pairs[k].covariance_m2, kRelative_1, "pair");
+    ExpectNear(a.pairs[k].covariance_m2, b.pairs[k].covariance_m2, kRelative, "pair");
   }
   ASSERT_EQ(a.snooping.has_value(), b.snooping.has_value());
   if (a.snooping) {
@@ -128,7 +128,7 @@ void ExpectTheSame(const AdjustResult& a, const AdjustResult& b) {
   }
 }
 
-AdjustResult AsItStands(const test::SceneBlock& made, const PointPairs& pairs = {}) {
+AdjustResult AdjustUnordered(const test::SceneBlock& made, const PointPairs& pairs = {}) {
   AdjustResult result = AdjustGiven(made.block, made.options, {}, pairs, nullptr, nullptr);
   DescribePaths(made.block, made.block, made.options, &result);
   return result;
@@ -137,7 +137,7 @@ AdjustResult AsItStands(const test::SceneBlock& made, const PointPairs& pairs = 
 TEST(OrderedPointsTest, GivesTheResultOfTheBlockAsItStands) {
   test::SceneBlock made = test::NetInNoOrder({"adjust.pairs=\"neighbours\""});
   made.block.looks.flags[17] |= Looks::kRejected;
-  const AdjustResult expected = AsItStands(made);
+  const AdjustResult expected = AdjustUnordered(made);
   EXPECT_FALSE(expected.checks.empty());
   EXPECT_FALSE(expected.pairs.empty());
   EXPECT_FALSE(expected.control_quality.empty());
@@ -156,7 +156,7 @@ TEST(OrderedPointsTest, NamesTheSameLooks) {
   for (std::size_t i = 40; i < made.block.looks.size(); i += 6007) {
     made.block.looks.range_m[i] += 9.0;
   }
-  const AdjustResult expected = AsItStands(made);
+  const AdjustResult expected = AdjustUnordered(made);
   ASSERT_TRUE(expected.snooping.has_value());
   EXPECT_GE(expected.snooping->findings.size(), 3U);
   ExpectTheSame(Adjust(made.block, made.options), expected);
@@ -215,7 +215,7 @@ TEST(OrderedPointsTest, KeepsPairsAsTheyWereAsked) {
   test::SceneBlock made = test::NetInNoOrder({});
   made.options.pairs = PairChoice::kList;
   const PointPairs asked = {{4001, 17}, {17, 23}, {5003, 100}};
-  const AdjustResult expected = AsItStands(made, asked);
+  const AdjustResult expected = AdjustUnordered(made, asked);
   ASSERT_EQ(expected.pairs.size(), 3U);
   const AdjustResult result = Adjust(made.block, made.options, asked);
   ASSERT_TRUE(Ordered(result));
@@ -243,7 +243,7 @@ TEST(OrderedPointsTest, ListsDrawnNoiseByPoint) {
   for (std::uint32_t point = 0; point < made.block.points.size(); ++point) {
     const bool solved = IsSolved(result.points.status[point]);
     ASSERT_EQ(solved, std::find(starved.begin(), starved.end(), point) == starved.end());
-    ASSERT_EQ(std::isnan(result.montecarlo->square_1[point]), !solved) << point;
+    ASSERT_EQ(std::isnan(result.montecarlo->square[point]), !solved) << point;
     ASSERT_EQ(std::isnan(result.montecarlo->sample_m2[point][0]), !solved) << point;
     if (solved) {
       ASSERT_LT(next, drawn.montecarlo_draws->points.size());

@@ -27,9 +27,9 @@ const PointPairs kPairs = {{1, 6}, {9, 2}};
 
 test::KnownBlock PlannedBlock(bool orbit) {
   test::KnownBlock known = test::MakeBlock(orbit ? test::OrbitPlan() : test::AircraftPlan());
-  test::Hold(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.4);
-  test::Hold(4, {0.53, 0.29, kNotGiven}, &known);
-  test::Hold(7, {kNotGiven, kNotGiven, 0.37}, &known);
+  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.4);
+  test::AddKnownPoint(4, {0.53, 0.29, kNotGiven}, &known);
+  test::AddKnownPoint(7, {kNotGiven, kNotGiven, 0.37}, &known);
   return known;
 }
 

@@ -65,10 +65,10 @@ TEST(RealBlockTest, ARangeShiftedBy300MetresIsFoundInCabeus) {
   for (std::uint64_t look = 0; look < file.block.looks.size(); look += 29) {
     if (before.looks.rejected[look] != 0) continue;
     const double sigma_m = file.block.SigmaOf(look).range_m;
-    const auto r_1 = static_cast<double>(before.quality.redundancy_1[0][look]);
+    const auto r = static_cast<double>(before.quality.redundancy[0][look]);
     ++shifted;
     // Eight sigmas beyond a critical value of four and a half: power 0.9998.
-    const bool certain = 300.0 / sigma_m * std::sqrt(r_1) > 8.0;
+    const bool certain = 300.0 / sigma_m * std::sqrt(r) > 8.0;
     promised += certain ? 1U : 0U;
     file.block.looks.range_m[look] += 300.0;
     const AdjustResult result = Adjust(file.block, file.adjust);
@@ -81,7 +81,7 @@ TEST(RealBlockTest, ARangeShiftedBy300MetresIsFoundInCabeus) {
       located += here && finding.located() ? 1U : 0U;
     }
     named += in_finding ? 1U : 0U;
-    EXPECT_TRUE(in_finding || !certain) << look << " r " << r_1 << " sigma " << sigma_m;
+    EXPECT_TRUE(in_finding || !certain) << look << " r " << r << " sigma " << sigma_m;
   }
   EXPECT_GT(promised, 0U) << shifted;
   EXPECT_GT(located, 0U);

@@ -38,7 +38,8 @@ test::KnownBlock NeedyBlock(std::size_t passes, std::size_t points, std::size_t 
                            6100.0 + 17.0 * at});
   }
   test::KnownBlock known = test::MakeBlock(plan);
-  for (const std::size_t point : {1U, 7U, 11U}) test::Hold(point, {0.31, 0.47, 0.59}, &known);
+  for (const std::size_t point : {1U, 7U, 11U})
+    test::AddKnownPoint(point, {0.31, 0.47, 0.59}, &known);
   test::AddNoise(7, 1.0, &known);
   return known;
 }
@@ -117,10 +118,10 @@ TEST_P(ResourceNeedsTest, AreWithinATenthOfWhatIsAllocated) {
                                          result.looks.weight,
                                          result.looks.rejected,
                                          result.looks.reason,
-                                         quality.redundancy_1[0],
-                                         quality.redundancy_1[1],
-                                         quality.w_1[0],
-                                         quality.w_1[1],
+                                         quality.redundancy[0],
+                                         quality.redundancy[1],
+                                         quality.w[0],
+                                         quality.w[1],
                                          quality.shift_m[0],
                                          quality.shift_m[1]);
   ExpectWithinATenth(needs.looks_bytes, looks_bytes);
@@ -129,7 +130,7 @@ TEST_P(ResourceNeedsTest, AreWithinATenthOfWhatIsAllocated) {
                                           known.block.points.given_m,
                                           problem.point_status,
                                           problem.point_reason,
-                                          problem.misplaced,
+                                          problem.mirrored,
                                           problem.control_of,
                                           state.start_m,
                                           state.displacement_m,
@@ -178,7 +179,7 @@ TEST(MemoryRefusalTest, AdjustRefusesWhatNeedsMoreThanIsAllowedAndSaysWhatHelps)
     EXPECT_THAT(error.what(), HasSubstr(DescribeNeeds(needs)));
     EXPECT_THAT(error.what(), HasSubstr(" MiB are allowed: memory "));
     EXPECT_THAT(error.what(),
-                HasSubstr("; less is needed with fewer parameters a pass, with covariance = "
+                HasSubstr("; less is needed with fewer parameters per pass, with covariance = "
                           "\"none\" or for a part of the block; --memory sets another limit"));
   }
   const std::vector<std::string> findings = CheckBlock(known.block, options).findings;

@@ -24,8 +24,8 @@ constexpr RobustLoss kLosses[] = {RobustLoss::kHuber, RobustLoss::kCauchy, Robus
 TEST(RobustLossTest, AgreesWithHandValues) {
   const auto check = [](RobustLoss loss, double square, double value, double weight) {
     const RobustValue at = EvaluateLoss(loss, 2.0, square);
-    EXPECT_NEAR(at.loss_1, value, 1e-14);
-    EXPECT_NEAR(at.weight_1, weight, 1e-15);
+    EXPECT_NEAR(at.loss, value, 1e-14);
+    EXPECT_NEAR(at.weight, weight, 1e-15);
   };
   check(RobustLoss::kNone, 25.0, 25.0, 1.0);
   check(RobustLoss::kHuber, 1.0, 1.0, 1.0);
@@ -42,16 +42,16 @@ TEST(RobustLossTest, WeightIsTheDerivativeAndBothAreContinuousAtTheScale) {
   for (const RobustLoss loss : kLosses) {
     for (const double square : {0.37, 2.9, 5.6, 11.3, 41.0}) {
       constexpr double kStep = 1e-4;
-      const double slope = (EvaluateLoss(loss, 2.3, square + kStep).loss_1 -
-                            EvaluateLoss(loss, 2.3, square - kStep).loss_1) /
+      const double slope = (EvaluateLoss(loss, 2.3, square + kStep).loss -
+                            EvaluateLoss(loss, 2.3, square - kStep).loss) /
                            (2.0 * kStep);
-      EXPECT_NEAR(EvaluateLoss(loss, 2.3, square).weight_1, slope, 1e-9) << square;
+      EXPECT_NEAR(EvaluateLoss(loss, 2.3, square).weight, slope, 1e-9) << square;
     }
     const double b = 2.3 * 2.3;
     const RobustValue below = EvaluateLoss(loss, 2.3, b * (1.0 - 1e-12));
     const RobustValue above = EvaluateLoss(loss, 2.3, b * (1.0 + 1e-12));
-    EXPECT_NEAR(below.loss_1, above.loss_1, 1e-10);
-    EXPECT_NEAR(below.weight_1, above.weight_1, 1e-10);
+    EXPECT_NEAR(below.loss, above.loss, 1e-10);
+    EXPECT_NEAR(below.weight, above.weight, 1e-10);
   }
 }
 
@@ -75,7 +75,7 @@ struct GrossErrors {
   AdjustOptions options;
 };
 
-/// Eight passes, because a loss cannot tell a blunder in a look that nothing else controls; with
+/// Eight passes, because a loss cannot detect a blunder in a look that nothing else controls; with
 /// `few_passes` only four of them.
 GrossErrors MakeGrossErrors(double noise, bool few_passes = false) {
   test::BlockPlan plan = test::AircraftPlan();
@@ -88,7 +88,8 @@ GrossErrors MakeGrossErrors(double noise, bool few_passes = false) {
     plan.passes.back().side = pass.side == LookSide::kLeft ? LookSide::kRight : LookSide::kLeft;
   }
   GrossErrors out{test::MakeBlock(plan), {}, {}};
-  for (const std::size_t j : {1U, 17U, 31U, 44U}) test::Hold(j, {0.2, 0.2, 0.2}, &out.known);
+  for (const std::size_t j : {1U, 17U, 31U, 44U})
+    test::AddKnownPoint(j, {0.2, 0.2, 0.2}, &out.known);
   test::AddNoise(77, noise, &out.known);
   for (const std::size_t i : {22U, 75U, 111U, 150U, 229U, 266U, 309U, 360U, 421U, 473U}) {
     if (i >= out.known.block.looks.size()) break;
@@ -180,7 +181,7 @@ TEST(GrossErrorTest, TukeyLosesNoPointToTheBlunderOfOneLook) {
 // its own loss of efficiency; at noise zero it is the least-squares solution.
 TEST(RobustAdjustTest, ChangesNothingWithoutNoise) {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  for (const std::size_t j : {1U, 4U, 9U}) test::Hold(j, {0.2, 0.2, 0.2}, &known);
+  for (const std::size_t j : {1U, 4U, 9U}) test::AddKnownPoint(j, {0.2, 0.2, 0.2}, &known);
   AdjustOptions options;
   const AdjustResult plain = Adjust(known.block, options);
   for (const RobustLoss loss : kLosses) {

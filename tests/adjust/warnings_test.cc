@@ -20,7 +20,8 @@ using testing::Not;
 
 test::KnownBlock WithTimesFrom(double origin_s) {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  for (const std::size_t point : {0U, 3U, 7U}) test::Hold(point, {0.31, 0.47, 0.83}, &known);
+  for (const std::size_t point : {0U, 3U, 7U})
+    test::AddKnownPoint(point, {0.31, 0.47, 0.83}, &known);
   for (double& time_s : known.block.looks.time_s) time_s += origin_s;
   for (Pass& pass : known.block.passes) {
     std::vector<StateVector> states(pass.path.states());
@@ -43,7 +44,8 @@ TEST(WarningsTest, TimesSoLargeThatTheirRoundingCountsAreWarnedOf) {
 // Ranges of one pass a kilometre too long: the solution converges and means nothing.
 TEST(WarningsTest, GrossContradictionsAreNotAccepted) {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  for (const std::size_t point : {0U, 3U, 7U}) test::Hold(point, {0.31, 0.47, 0.83}, &known);
+  for (const std::size_t point : {0U, 3U, 7U})
+    test::AddKnownPoint(point, {0.31, 0.47, 0.83}, &known);
   test::AddNoise(9, 1.0, &known);
   EXPECT_TRUE(Adjust(known.block, {}).accepted());
   for (std::size_t i = 0; i < known.block.looks.size(); ++i) {

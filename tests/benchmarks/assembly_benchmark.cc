@@ -65,7 +65,7 @@ void Run(char** argument) {
                 made.block.looks.size(),
                 system.rows(),
                 static_cast<double>(system.matrix().sparse.values().size()) / kMiB,
-                static_cast<double>(system.pieces().MostDoubles(kThreads[k])) / kMiB,
+                static_cast<double>(system.pieces().MaxDoubles(kThreads[k])) / kMiB,
                 kThreads[k],
                 least[k].wall_s,
                 least[k].cpu_s,

@@ -57,7 +57,7 @@ struct Covariances {
 enum class RankBy { kPivots, kSearch };
 
 Covariances Reduced(const AdjustmentProblem& problem, const BlockState& state, RankBy rank) {
-  ReducedSystem system(problem, KeptFactors::kMostBytes);
+  ReducedSystem system(problem, KeptFactors::kMaxBytes);
   system.Form(state, {}, nullptr);
   if (rank == RankBy::kSearch) {
     FactorRegular(&system);
@@ -171,16 +171,16 @@ void Compare(const std::string& scene_file, std::size_t points, std::size_t pass
   repeat([&] { return route.Run(); }, &ceres, &ceres_least);
   ours_twice();
 
-  double point_difference_1 = 0.0, pass_difference_1 = 0.0;
+  double point_difference = 0.0, pass_difference = 0.0;
   for (std::size_t j = 0; j < ours.points.size(); ++j) {
     const Eigen::Matrix3d expected = MatrixOf(ceres.points[j]);
-    point_difference_1 = std::max(point_difference_1,
-                                  (MatrixOf(ours.points[j]) - expected).norm() / expected.norm());
+    point_difference =
+        std::max(point_difference, (MatrixOf(ours.points[j]) - expected).norm() / expected.norm());
   }
   for (std::size_t b = 0; b < ours.passes.size(); ++b) {
     const Eigen::MatrixXd mine = ours.passes[b].selfadjointView<Eigen::Lower>();
-    pass_difference_1 =
-        std::max(pass_difference_1, (mine - ceres.passes[b]).norm() / ceres.passes[b].norm());
+    pass_difference =
+        std::max(pass_difference, (mine - ceres.passes[b]).norm() / ceres.passes[b].norm());
   }
   std::printf(
       "%zu,%zu,%zu,%d,%d,%.5f,%.5f,%.5f,%.5f,%.3f,%.3f,%.0f,%.0f,%.0f,%.0f,%.2e,%.2e,%.2f\n",
@@ -199,8 +199,8 @@ void Compare(const std::string& scene_file, std::size_t points, std::size_t pass
       ceres_least.cpu_s / ours_least.cpu_s,
       ceres_least.wall_s / searched_least.wall_s,
       ceres_least.cpu_s / searched_least.cpu_s,
-      point_difference_1,
-      pass_difference_1,
+      point_difference,
+      pass_difference,
       QualityRatio(problem, state));
 }
 

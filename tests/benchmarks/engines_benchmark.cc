@@ -71,7 +71,7 @@ struct Run {
   Moment iteration;      ///< the least
   double whole_s = 0.0;  ///< wall, with everything that is set up once
   double bytes = 0.0;
-  double cost_1 = 0.0;
+  double cost = 0.0;
 };
 
 /// The least time between reports of successive iterations, of either engine.
@@ -102,7 +102,7 @@ class IterationTimes final : public ProgressSink, public ceres::IterationCallbac
   Moment least_{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 };
 
-Run ByReduced(const AdjustmentProblem& problem, BlockState state, int threads) {
+Run SolveByReduced(const AdjustmentProblem& problem, BlockState state, int threads) {
   SolveOptions options;
   options.threads = threads;
   const PeakMemory memory;
@@ -113,10 +113,10 @@ Run ByReduced(const AdjustmentProblem& problem, BlockState state, int threads) {
           times.least(),
           Now().wall_s - begin.wall_s,
           memory.Bytes(),
-          report.final_cost_1};
+          report.final_cost};
 }
 
-Run ByCeres(const AdjustmentProblem& problem, BlockState state, int threads) {
+Run SolveByCeres(const AdjustmentProblem& problem, BlockState state, int threads) {
   const PeakMemory memory;
   const Moment begin = Now();
   const auto ceres_problem = MakeCeresProblem(problem, {}, &state);
@@ -156,7 +156,7 @@ void Print(const char* engine, const AdjustmentProblem& problem, int threads, co
               run.iteration.cpu_s,
               run.whole_s,
               run.bytes / looks,
-              run.cost_1);
+              run.cost);
   std::fflush(stdout);
 }
 
@@ -171,8 +171,8 @@ void Compare(const std::string& scene_file, std::size_t points, std::size_t pass
   state.corrections.setZero(problem.layout.size());
   UpdateWeights(state, &problem);
   for (int round = 0; round < 3; ++round) {
-    Print("reduced", problem, threads, ByReduced(problem, state, threads));
-    Print("ceres", problem, threads, ByCeres(problem, state, threads));
+    Print("reduced", problem, threads, SolveByReduced(problem, state, threads));
+    Print("ceres", problem, threads, SolveByCeres(problem, state, threads));
   }
 }
 

@@ -47,7 +47,7 @@ void Measure(const char* folder) {
       if (!problem.Solves(point)) continue;
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
         if (EvaluateLook(problem.model, state, point, i, problem.weights[i], &columns, &look)) {
-          sum += look.error_1[0];
+          sum += look.whitened_error[0];
         }
       }
     }
@@ -57,7 +57,7 @@ void Measure(const char* folder) {
   const double form_ns = LeastTime_ns(repetitions, all, [&] { system.Form(state, {}, nullptr); });
   const Eigen::VectorXd dx = Eigen::VectorXd::Zero(problem.layout.size());
   const double back_ns = LeastTime_ns(repetitions, all, [&] {
-    sum += SubstituteBack(problem, state, {}, 0.0, dx).predicted_decrease_1;
+    sum += SubstituteBack(problem, state, {}, 0.0, dx).predicted_decrease;
   });
   std::printf("%s,%zu,%.0f,%.0f,%.0f%s\n",
               folder,

@@ -49,7 +49,7 @@ using Vector3 = Eigen::Matrix<T, 3, 1>;
 template <typename T>
 using Matrix3 = Eigen::Matrix<T, 3, 3>;
 
-constexpr std::size_t kMostTerms = 2;  // constant and drift
+constexpr std::size_t kMaxTerms = 2;  // constant and drift
 
 double UserTime_s() {
   rusage usage{};
@@ -61,9 +61,9 @@ double UserTime_s() {
 /// Everything of a look that does not change: the path is read at the measured time.
 struct LookData {
   Vector3d position_m, velocity_mps, acceleration_mps2;
-  Matrix3d axes, axes_rate_per_s;  ///< columns: axes of the corrections, and how they turn
-  std::array<double, kMostTerms> basis_1{};  ///< Legendre polynomials at the time
-  std::array<double, kMostTerms> basis_per_s{};
+  Matrix3d axes, axes_rate_per_s;         ///< columns: axes of the corrections, and how they turn
+  std::array<double, kMaxTerms> basis{};  ///< Legendre polynomials at the time
+  std::array<double, kMaxTerms> basis_per_s{};
   double range_m = 0.0, range_sigma_m = 0.0, azimuth_sigma_m = 0.0;
   double time_sigma_s = 0.0;  ///< azimuth_sigma_m as time, at the start
 };
@@ -76,11 +76,11 @@ enum class Form { kCone, kTime };
 template <typename T>
 T MetresASecond(const Vector3<T>& velocity_mps,
                 const Vector3<T>& acceleration_mps2,
-                const Vector3<T>& sight_m) {
+                const Vector3<T>& los_m) {
   const T speed_mps = velocity_mps.norm();
   const Vector3<T> direction = velocity_mps / speed_mps;
   const Vector3<T> turning = acceleration_mps2 - direction * direction.dot(acceleration_mps2);
-  return speed_mps - turning.dot(sight_m) / speed_mps;
+  return speed_mps - turning.dot(los_m) / speed_mps;
 }
 
 /// Errors of range and azimuth by the point (from its start) and the coefficients of the pass,
@@ -95,24 +95,24 @@ struct LookError {
     Vector3<T> correction = Vector3<T>::Zero(), rate = Vector3<T>::Zero();
     for (std::size_t k = 0; k < kTerms; ++k) {
       const Eigen::Map<const Vector3<T>> c(corrections + 3 * k);
-      correction += c * T(look.basis_1[k]);
+      correction += c * T(look.basis[k]);
       rate += c * T(look.basis_per_s[k]);
     }
     Vector3<T> velocity_mps = look.velocity_mps.cast<T>();
     velocity_mps += look.axes * rate + look.axes_rate_per_s * correction;
-    Vector3<T> sight_m = (start_m - look.position_m).cast<T>();
-    sight_m += Eigen::Map<const Vector3<T>>(point) - look.axes * correction;
-    const T cone_error_m = velocity_mps.dot(sight_m) / velocity_mps.norm();
+    Vector3<T> los_m = (start_m - look.position_m).cast<T>();
+    los_m += Eigen::Map<const Vector3<T>>(point) - look.axes * correction;
+    const T cone_error_m = velocity_mps.dot(los_m) / velocity_mps.norm();
     if constexpr (kForm == Form::kCone) {
       errors[1] = cone_error_m / look.azimuth_sigma_m;
     } else {
       Vector3<T> acceleration_mps2 = look.acceleration_mps2.cast<T>();
       acceleration_mps2 += look.axes_rate_per_s * (T(2.0) * rate);
-      const T time_s = cone_error_m / MetresASecond(velocity_mps, acceleration_mps2, sight_m);
+      const T time_s = cone_error_m / MetresASecond(velocity_mps, acceleration_mps2, los_m);
       errors[1] = time_s / look.time_sigma_s;
-      sight_m -= velocity_mps * time_s;
+      los_m -= velocity_mps * time_s;
     }
-    errors[0] = (sight_m.norm() - look.range_m) / look.range_sigma_m;
+    errors[0] = (los_m.norm() - look.range_m) / look.range_sigma_m;
     return true;
   }
 };
@@ -169,7 +169,7 @@ void SetTrackAxes(const Frame& frame, const PathMotion& motion, LookData* look) 
   for (int i = 0; i < 3; ++i) {
     along[i] = Jet(motion.velocity_mps[i]);
     along[i].v[0] = motion.acceleration_mps2[i];
-    up[i] = Jet(vertical.up_1[i]);
+    up[i] = Jet(vertical.up[i]);
     up[i].v[0] = vertical.rate[i];
   }
   along /= along.norm();
@@ -189,7 +189,7 @@ const PositionCorrection& CorrectionOf(const std::string& pass, const AdjustOpti
   for (const CorrectionGroup& group : options.groups) {
     const auto* position = std::get_if<PositionCorrection>(&group.model);
     if (position == nullptr || position->basis != PositionCorrection::Basis::kPolynomial ||
-        group.shared || position->degree + 1 > static_cast<int>(kMostTerms) ||
+        group.shared || position->degree + 1 > static_cast<int>(kMaxTerms) ||
         position->components != std::array{true, true, true}) {
       throw std::invalid_argument(
           "corrections: position polynomials of degree 0 or 1 alone, all components, not shared");
@@ -219,7 +219,7 @@ LookData MakeLook(const Block& block, std::size_t index, const PositionCorrectio
   if (correction.axes == PositionCorrection::Axes::kTrack) SetTrackAxes(block.frame, motion, &look);
   const double x = (2.0 * time_s - pass.start_s - pass.end_s) / (pass.end_s - pass.start_s);
   const double per_s = 2.0 / (pass.end_s - pass.start_s);
-  look.basis_1 = {1.0, x};
+  look.basis = {1.0, x};
   look.basis_per_s = {0.0, per_s};
   look.range_m = block.looks.range_m[index];
   look.range_sigma_m = sigma.range_m;
@@ -231,17 +231,17 @@ LookData MakeLook(const Block& block, std::size_t index, const PositionCorrectio
 Vector3d AtHeight(const Block& block, const LookData& look, LookSide side, double height_m) {
   const Vertical vertical = block.frame.VerticalAt(look.position_m);
   const double drop_m = vertical.height_m - height_m, r_m = look.range_m;
-  double cosine_1 = drop_m / r_m;
+  double cosine = drop_m / r_m;
   if (block.frame.kind() == FrameKind::kGeocentric) {
     const double high_m = look.position_m.norm(), low_m = high_m - drop_m;
-    cosine_1 = (high_m * high_m + r_m * r_m - low_m * low_m) / (2.0 * high_m * r_m);
+    cosine = (high_m * high_m + r_m * r_m - low_m * low_m) / (2.0 * high_m * r_m);
   }
-  cosine_1 = std::clamp(cosine_1, -1.0, 1.0);
+  cosine = std::clamp(cosine, -1.0, 1.0);
   const Vector3d along = look.velocity_mps.normalized();
-  const Vector3d up = (vertical.up_1 - along * along.dot(vertical.up_1)).normalized();
-  const double sign_1 = side == LookSide::kLeft ? 1.0 : -1.0;
+  const Vector3d up = (vertical.up - along * along.dot(vertical.up)).normalized();
+  const double sign = side == LookSide::kLeft ? 1.0 : -1.0;
   return look.position_m +
-         r_m * (sign_1 * std::sqrt(1.0 - cosine_1 * cosine_1) * up.cross(along) - cosine_1 * up);
+         r_m * (sign * std::sqrt(1.0 - cosine * cosine) * up.cross(along) - cosine * up);
 }
 
 class PlainAdjustment {
@@ -394,9 +394,9 @@ class PlainAdjustment {
   void AddLook(std::size_t index, std::uint32_t point) {
     const std::size_t pass = block_.looks.pass[index];
     LookData look = MakeLook(block_, index, *corrections_of_[pass]);
-    const Vector3d sight_m = start_m_[point] - look.position_m;
+    const Vector3d los_m = start_m_[point] - look.position_m;
     look.time_sigma_s =
-        look.azimuth_sigma_m / MetresASecond(look.velocity_mps, look.acceleration_mps2, sight_m);
+        look.azimuth_sigma_m / MetresASecond(look.velocity_mps, look.acceleration_mps2, los_m);
     if (Terms(pass) == 1) AddLook<1, kForm>(look, point, pass);
     if (Terms(pass) == 2) AddLook<2, kForm>(look, point, pass);
     ++looks_used_;
@@ -413,19 +413,19 @@ class PlainAdjustment {
   }
 
   void AddControl(const KnownPosition& known) {
-    std::vector<int> held;
+    std::vector<int> fixed;
     for (int i = 0; i < 3; ++i) {
-      if (known.held[static_cast<std::size_t>(i)]) held.push_back(i);
+      if (known.fixed[static_cast<std::size_t>(i)]) fixed.push_back(i);
     }
     const Matrix3d enu_from_frame = block_.frame.EnuFromFrame(block_.points.given_m[known.point]);
-    const Eigen::MatrixXd covariance_m2 = known.covariance_enu_m2(held, held);
-    const Eigen::MatrixXd rows = enu_from_frame(held, Eigen::all);
+    const Eigen::MatrixXd covariance_m2 = known.covariance_enu_m2(fixed, fixed);
+    const Eigen::MatrixXd rows = enu_from_frame(fixed, Eigen::all);
     const Eigen::MatrixXd whitening = covariance_m2.llt().matrixL().solve(rows);
     using Cost = ceres::AutoDiffCostFunction<ControlError, ceres::DYNAMIC, 3>;
     problem_.AddResidualBlock(
         new Cost(
             new ControlError{whitening, start_m_[known.point] - block_.points.given_m[known.point]},
-            static_cast<int>(held.size())),
+            static_cast<int>(fixed.size())),
         nullptr,
         displacement_m_[known.point].data());
   }
@@ -451,9 +451,9 @@ class PlainAdjustment {
 
   const Block& block_;
   const AdjustOptions& options_;
-  std::vector<const PositionCorrection*> corrections_of_;        // by pass
-  std::vector<std::array<double, 3 * kMostTerms>> corrections_;  // by pass
-  std::vector<Vector3d> start_m_, displacement_m_;               // by point
+  std::vector<const PositionCorrection*> corrections_of_;       // by pass
+  std::vector<std::array<double, 3 * kMaxTerms>> corrections_;  // by pass
+  std::vector<Vector3d> start_m_, displacement_m_;              // by point
   std::vector<std::uint32_t> solved_;
   std::size_t looks_used_ = 0;
   ceres::Problem problem_;  // after what it points to
@@ -466,7 +466,7 @@ Matrix3d MatrixOf(const SymmetricEnu& c) {
 }
 
 struct Differences {
-  double points_sigmas = 0.0, corrections_sigmas = 0.0, covariance_1 = 0.0;
+  double points_sigmas = 0.0, corrections_sigmas = 0.0, covariance = 0.0;
   std::size_t points = 0;
 };
 
@@ -490,8 +490,8 @@ Differences Compare(const PlainAdjustment& plain,
     ++out.points;
     if (i >= covariances.size()) continue;
     const Matrix3d own_m2 = enu_from_frame * covariances[i] * enu_from_frame.transpose();
-    out.covariance_1 = std::max(
-        out.covariance_1,
+    out.covariance = std::max(
+        out.covariance,
         (own_m2 - covariance_m2).cwiseAbs().maxCoeff() / covariance_m2.cwiseAbs().maxCoeff());
   }
   std::size_t next = 0;  // as passes.csv: by pass, by axis, by degree
@@ -563,7 +563,7 @@ int Run(int count, char** arguments) {
         d.points,
         d.points_sigmas,
         d.corrections_sigmas,
-        d.covariance_1);
+        d.covariance);
   }
   std::printf("}\n");
   return 0;

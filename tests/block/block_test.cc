@@ -162,13 +162,13 @@ TEST(FindKnownTest, FindsKnownPointsOnly) {
   EXPECT_EQ(points.FindKnown(20), nullptr);
 }
 
-TEST(SetStripSpansTest, SpansTheLooksRejectedOnesIncluded) {  // hand arithmetic
+TEST(SetStripSpansTest, SpansTheLooksThatTakePart) {  // hand arithmetic
   Block block = ThreePasses();
   SetStripSpans({}, &block);
   EXPECT_EQ(block.passes[0].start_s, 0.625);
   EXPECT_EQ(block.passes[0].end_s, 20.75);
-  EXPECT_EQ(block.passes[1].start_s, 1.5);  // the rejected look
-  EXPECT_EQ(block.passes[1].end_s, 21.25);
+  EXPECT_EQ(block.passes[1].start_s, 20.75);  // half a second on each side of its only look
+  EXPECT_EQ(block.passes[1].end_s, 21.75);
 }
 
 TEST(SetStripSpansTest, SpansManyLooksWhereverTheFirstAndTheLastStand) {  // closed form

@@ -27,7 +27,7 @@ using testing::SizeIs;
 Block RightBlock(const test::BlockPlan& plan) {
   test::KnownBlock known = test::MakeBlock(plan);
   for (const std::size_t point : {0U, 2U, 3U, 5U, 7U, 11U}) {
-    test::Hold(point, {0.31, 0.47, 0.83}, &known, PointRole::kCheck);
+    test::AddKnownPoint(point, {0.31, 0.47, 0.83}, &known, PointRole::kCheck);
   }
   test::AddNoise(41, 1.0, &known);
   test::ShiftPath(1, {73.0, -91.0, 57.0}, &known.block);

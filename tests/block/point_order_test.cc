@@ -15,7 +15,8 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// Points that the passes `first_of(point)` and the one after it see, at ranges that tell the look.
+/// Points that the passes `first_of(point)` and the one after it see, at ranges that identify the
+/// look.
 template <typename FirstOf>
 Block BlockOf(std::size_t passes, std::uint32_t points, const FirstOf& first_of) {
   Block block;

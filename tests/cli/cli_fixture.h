@@ -24,7 +24,8 @@ class CliTest : public FolderTest {
         "simulate",
         std::string(SARBLOCK_DATASETS) + "/scenes/" + scene + ".toml",
         "-o",
-        folder_ / name};
+        folder_ / name,
+        "--force"};  // over what a test edited
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProgramRun run = RunProgram(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -41,12 +42,14 @@ class CliTest : public FolderTest {
     return RunProgram(arguments);
   }
 
+  /// Names in a folder, without the note of the checksums of a block.
   static std::set<std::string> FilesOf(const Path& folder) {
     std::set<std::string> names;
     if (!std::filesystem::exists(folder)) return names;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       names.insert(entry.path().filename());
     }
+    names.erase(".sarblock-written");
     return names;
   }
 

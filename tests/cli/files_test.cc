@@ -94,13 +94,13 @@ TEST_F(FilesTest, GzipInAndOutHoldsTheSame) {
 TEST_F(FilesTest, CorrectedTrajectoriesServeAsInput) {
   const Path block = Simulated("opposite-side", "block");
   ASSERT_EQ(Run("adjust", block, "result").exit_code, 0);
-  const std::vector<std::string> held = {"--set", "corrections=none"};
+  const std::vector<std::string> fixed = {"--set", "corrections=none"};
   // Circles of paths that are metres off do not meet within noise: places, but not accepted.
-  EXPECT_EQ(Run("intersect", block, "nominal", held).exit_code, 1);
+  EXPECT_EQ(Run("intersect", block, "nominal", fixed).exit_code, 1);
   std::filesystem::copy_file(folder_ / "result/trajectories.csv",
                              block / "trajectories.csv",
                              std::filesystem::copy_options::overwrite_existing);
-  ASSERT_EQ(Run("intersect", block, "corrected", held).exit_code, 0);
+  ASSERT_EQ(Run("intersect", block, "corrected", fixed).exit_code, 0);
   const auto truth = Table(block / "truth.csv");
   // Root mean square of the errors of all coordinates.
   const auto rms_m = [&](const std::string& name) {

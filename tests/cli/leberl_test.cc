@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "io/io_fixture.h"
+#include "support/csv_rows.h"
 #include "support/run_program.h"
-#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -53,18 +53,18 @@ TEST_F(LeberlCommandTest, Table1HasTheColumnsOfTheContractAndAVerdictInEveryRow)
   EXPECT_THAT(run.out,
               StartsWith("configuration,position,quantity,dy_km,dz_km,source,size_m,printed_m,"
                          "formula_m,derivative_m,exact_m,verdict,note\n"));
-  CsvReader reader(Table(run.out),
-                   std::vector<TableColumn>{{"configuration"},
-                                            {"position"},
-                                            {"quantity"},
-                                            {"dy_km"},
-                                            {"source"},
-                                            {"printed_m"},
-                                            {"formula_m"},
-                                            {"derivative_m"},
-                                            {"exact_m"},
-                                            {"verdict"},
-                                            {"note"}});
+  test::CsvRows reader(Table(run.out),
+                       std::vector<TableColumn>{{"configuration"},
+                                                {"position"},
+                                                {"quantity"},
+                                                {"dy_km"},
+                                                {"source"},
+                                                {"printed_m"},
+                                                {"formula_m"},
+                                                {"derivative_m"},
+                                                {"exact_m"},
+                                                {"verdict"},
+                                                {"note"}});
   std::map<std::string, int> verdicts;
   std::set<std::string> cells;
   while (reader.Next()) {
@@ -200,9 +200,10 @@ TEST_F(LeberlCommandTest, ParallaxAnswersEachRowOfATable) {  // Eq. 6: dp = h (c
   const ProgramRun run = Leberl(
       "parallax", {"--base-m", "8000", "--height-m", "10000", "--presentation", "ground", table});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  CsvReader reader(Table(run.out),
-                   std::vector<TableColumn>{
-                       {"point"}, {"point_height_m"}, {"parallax_m"}, {"exact_point_height_m"}});
+  test::CsvRows reader(
+      Table(run.out),
+      std::vector<TableColumn>{
+          {"point"}, {"point_height_m"}, {"parallax_m"}, {"exact_point_height_m"}});
   ASSERT_TRUE(reader.Next());
   EXPECT_EQ(reader.Text(0), "a,1");
   EXPECT_NEAR(reader.Number(2), 123.5 * per_height, 1e-10);
@@ -250,8 +251,9 @@ TEST_F(LeberlCommandTest, ValidityWritesMapLinesAndNinePlots) {
   }
   EXPECT_EQ(plots, 9);
   EXPECT_TRUE(std::filesystem::exists(out / "validity_map.csv"));
-  CsvReader lines(out / "validity_lines.csv",
-                  std::vector<TableColumn>{{"error_ratio_1_percent"}, {"error_ratio_5_percent"}});
+  test::CsvRows lines(
+      out / "validity_lines.csv",
+      std::vector<TableColumn>{{"error_ratio_1_percent"}, {"error_ratio_5_percent"}});
   int rows = 0;
   while (lines.Next()) {
     ++rows;

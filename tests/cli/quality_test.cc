@@ -58,7 +58,7 @@ TEST_F(QualityCommandTest, ARunStartsFromTheRejectionsOfAnother) {
   EXPECT_EQ(plain["accepted"], false);
 }
 
-// The same image twice under two names tells nothing new.
+// The same image twice under two names adds no information.
 TEST_F(QualityCommandTest, TheLooksOfACopiedPassCountOnce) {
   const Path block = Simulated("leberl-aircraft", "block", {"--set", "points.count=60"});
   ASSERT_EQ(Run("adjust", block, "once").exit_code, 0);
@@ -120,8 +120,7 @@ TEST_F(QualityCommandTest, LevelsThatMakeNoTestAreRefused) {
   const Path block = Simulated("opposite-side", "block", {"--set", "points.count=12"});
   const test::ProgramRun run = Run("adjust", block, "result", {"--set", "quality.alpha=0.9"});
   EXPECT_EQ(run.exit_code, 3);
-  EXPECT_THAT(run.err,
-              HasSubstr("adjust.quality.alpha: 0.9 is not allowed, a number below 0.8 is"));
+  EXPECT_THAT(run.err, HasSubstr("adjust.quality.alpha: must be below 0.8, got 0.9"));
   EXPECT_EQ(Run("adjust", block, "result", {"--rejections", folder_ / "nowhere.csv"}).exit_code, 3);
 }
 

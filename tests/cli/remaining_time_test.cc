@@ -26,37 +26,39 @@ std::vector<Told> Follow(const std::string& stage,
   std::vector<double> ends_s;
   double end_s = begin_s;
   for (const double part_s : parts_s) ends_s.push_back(end_s += part_s);
-  std::vector<Told> told;
+  std::vector<Told> reported;
   std::size_t done = 0;
   for (double now_s = begin_s; now_s < end_s; now_s += 0.1) {
     while (done < ends_s.size() && ends_s[done] <= now_s) ++done;
-    told.push_back({now_s, remaining->Update(stage, done, parts_s.size(), now_s), end_s - now_s});
+    reported.push_back(
+        {now_s, remaining->Update(stage, done, parts_s.size(), now_s), end_s - now_s});
   }
-  return told;
+  return reported;
 }
 
-/// Largest factor between one estimate and the one told before it, less the time between them.
-double LargestJump(const std::vector<Told>& told) {
-  double largest_1 = 1.0;
-  for (std::size_t i = 1; i < told.size(); ++i) {
-    if (!told[i].left_s || !told[i - 1].left_s) continue;
-    const double expected_s = *told[i - 1].left_s - (told[i].now_s - told[i - 1].now_s);
+/// Largest factor between one estimate and the one shown before it, less the time between them.
+double LargestJump(const std::vector<Told>& reported) {
+  double largest = 1.0;
+  for (std::size_t i = 1; i < reported.size(); ++i) {
+    if (!reported[i].left_s || !reported[i - 1].left_s) continue;
+    const double expected_s = *reported[i - 1].left_s - (reported[i].now_s - reported[i - 1].now_s);
     if (expected_s < 2.0) continue;
-    largest_1 = std::max({largest_1, *told[i].left_s / expected_s, expected_s / *told[i].left_s});
+    largest =
+        std::max({largest, *reported[i].left_s / expected_s, expected_s / *reported[i].left_s});
   }
-  return largest_1;
+  return largest;
 }
 
-std::size_t CountTold(const std::vector<Told>& told) {
+std::size_t CountTold(const std::vector<Told>& reported) {
   std::size_t count = 0;
-  for (const Told& of : told) count += of.left_s ? 1U : 0U;
+  for (const Told& of : reported) count += of.left_s ? 1U : 0U;
   return count;
 }
 
 TEST(RemainingTimeTest, ASteadyStageIsToldAfterThreeSecondsAndRunsDown) {
   RemainingTime remaining;
-  const auto told = Follow("solve", std::vector<double>(97, 0.41), 5.3, &remaining);
-  for (const Told& of : told) {
+  const auto reported = Follow("solve", std::vector<double>(97, 0.41), 5.3, &remaining);
+  for (const Told& of : reported) {
     EXPECT_FALSE(of.now_s < 8.2 && of.left_s) << of.now_s;
     if (of.now_s < 9.5) continue;
     ASSERT_TRUE(of.left_s) << of.now_s;
@@ -68,21 +70,21 @@ TEST(RemainingTimeTest, PartsThatGrowFivefoldAreNotToldAsAJump) {
   RemainingTime remaining;
   std::vector<double> parts_s(40, 0.37);
   parts_s.insert(parts_s.end(), 40, 1.9);
-  const auto told = Follow("study", parts_s, 0.0, &remaining);
-  EXPECT_GT(CountTold(told), told.size() / 4);
-  EXPECT_LE(LargestJump(told), 1.26);
+  const auto reported = Follow("study", parts_s, 0.0, &remaining);
+  EXPECT_GT(CountTold(reported), reported.size() / 4);
+  EXPECT_LE(LargestJump(reported), 1.26);
 }
 
 TEST(RemainingTimeTest, AFirstPartOfFortyTimesTheCostIsNotTakenForTheOthers) {
   RemainingTime remaining;
   std::vector<double> parts_s(200, 0.53);
   parts_s.front() = 21.2;  // extrapolated from it alone the stage takes 70 minutes
-  const auto told = Follow("study", parts_s, 0.0, &remaining);
-  EXPECT_GT(CountTold(told), told.size() / 4);
-  for (const Told& of : told) {
+  const auto reported = Follow("study", parts_s, 0.0, &remaining);
+  EXPECT_GT(CountTold(reported), reported.size() / 4);
+  for (const Told& of : reported) {
     EXPECT_LT(of.left_s.value_or(0.0), 2.0 * of.true_s + 2.1) << of.now_s;
   }
-  EXPECT_LE(LargestJump(told), 1.26);
+  EXPECT_LE(LargestJump(reported), 1.26);
 }
 
 TEST(RemainingTimeTest, ANewStageAndARepeatedOneBeginWithoutAnEstimate) {

@@ -65,6 +65,20 @@ TEST_F(AvailableMemoryTest, IsNoMoreThanAGroupOfVersion1Leaves) {
   EXPECT_EQ(AvailableMemory_bytes(root_), 0.0);
 }
 
+TEST_F(AvailableMemoryTest, IsNoMoreThanTheLimitOnAddressesLeaves) {
+  Put("proc/self/statm", "25600 1000 900 10 0 800 0\n");  // 100 MiB asked for, of pages of 4 KiB
+  Put("proc/self/limits",
+      "Limit                     Soft Limit           Hard Limit           Units     \n"
+      "Max cpu time              unlimited            unlimited            seconds   \n"
+      "Max address space         unlimited            unlimited            bytes     \n");
+  EXPECT_EQ(AvailableMemory_bytes(root_), 3000.0 * kMiB);
+  Put("proc/self/limits",
+      "Max address space         419430400            unlimited            bytes     \n");  // 400
+  EXPECT_EQ(AvailableMemory_bytes(root_), 300.0 * kMiB);
+  Put("proc/self/statm", "256000 1000 900 10 0 800 0\n");
+  EXPECT_EQ(AvailableMemory_bytes(root_), 0.0);
+}
+
 TEST_F(AvailableMemoryTest, OfThisSystemIsThereOrUnknown) {
   EXPECT_GT(AvailableMemory_bytes(), 0.0);
 }

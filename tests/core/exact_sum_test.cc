@@ -64,9 +64,9 @@ TEST(ExactSumTest, AddsWithoutRounding) {
 TEST(ExactSumTest, WhatIsTooLargeOrNoNumberCountsAsTheMost) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   for (const double term : {1e12, 1e300, kInfinite, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_EQ(SumOf({term}).Value(), ExactSum::kMost_1) << term;
+    EXPECT_EQ(SumOf({term}).Value(), ExactSum::kMax) << term;
   }
-  EXPECT_EQ(SumOf({-1e12, -kInfinite}).Value(), -2.0 * ExactSum::kMost_1);
+  EXPECT_EQ(SumOf({-1e12, -kInfinite}).Value(), -2.0 * ExactSum::kMax);
   EXPECT_TRUE(SumOf({1e12, 1e12}).HasTerms(2));
   EXPECT_FALSE(SumOf({1e12, 1e12}).HasTerms(1));
   EXPECT_FALSE(SumOf({-1e12, -1e12}).HasTerms(1));
@@ -80,7 +80,7 @@ TEST(ExactSumTest, IsWrittenAsAnInteger) {
   EXPECT_EQ(SumOf({-0.5}).Text(), "-576460752303423488");
   EXPECT_EQ(ExactSum().Text(), "0");
   ExactSum most;
-  for (int i = 0; i < 3; ++i) most.Add(-ExactSum::kMost_1);
+  for (int i = 0; i < 3; ++i) most.Add(-ExactSum::kMax);
   for (const ExactSum& sum : {SumOf(WideTerms(50)), most, ExactSum()}) {
     EXPECT_EQ(ExactSum::FromText(sum.Text()), sum) << sum.Text();
   }

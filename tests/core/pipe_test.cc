@@ -22,7 +22,7 @@ struct Squares {
     PipeInOrder(
         number.size(),
         [&](std::size_t place) {
-          held = std::max(held, ++in_pipe);
+          fixed = std::max(fixed, ++in_pipe);
           number[place] = made;
           return next_of(made++);
         },
@@ -37,7 +37,7 @@ struct Squares {
   }
   std::size_t made = 0, fails_in_work = kItems;
   std::atomic<std::size_t> in_pipe{0};
-  std::size_t held = 0;  // of one thread at a time
+  std::size_t fixed = 0;  // of one thread at a time
   std::vector<std::size_t> number, square, taken;
 };
 
@@ -50,7 +50,7 @@ TEST(PipeTest, TakesAllItemsInTheirOrder) {
       squares.Run([](std::size_t item) { return item < kItems; });
       ASSERT_EQ(squares.taken.size(), kItems);
       for (std::size_t i = 0; i < kItems; ++i) ASSERT_EQ(squares.taken[i], i * i);
-      EXPECT_LE(squares.held, at_once);
+      EXPECT_LE(squares.fixed, at_once);
     }
   }
 }

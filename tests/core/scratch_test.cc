@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-constexpr std::size_t kBytes = kScratchLeastBytes + 4099;  // no whole pages
+constexpr std::size_t kBytes = kScratchMinBytes + 4099;  // no whole pages
 
 class ScratchTest : public testing::Test {
  protected:
@@ -66,7 +66,7 @@ TEST_F(ScratchTest, AnArrayKeepsItsBytesAndItsFileHasNoName) {
 TEST_F(ScratchTest, SmallArraysAndThoseOutsideAScopeAreMemory) {
   EXPECT_EQ(AllocateScratch(kBytes), nullptr);
   const ScratchScope scope(folder_);
-  EXPECT_EQ(AllocateScratch(kScratchLeastBytes - 1), nullptr);
+  EXPECT_EQ(AllocateScratch(kScratchMinBytes - 1), nullptr);
   {
     const ResidentScope resident;
     EXPECT_EQ(ScratchScope::Current(), nullptr);
@@ -115,7 +115,7 @@ TEST_F(ScratchTest, RefusesWhatAFullDiskCannotHold) {
 TEST_F(ScratchTest, RefusesFilesAboveTheLimitOfTheProcessWithoutASignal) {
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  const rlimit lowered{kScratchLeastBytes, before.rlim_max};
+  const rlimit lowered{kScratchMinBytes, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &lowered), 0);
   const std::string words = WordsOf(folder_, kBytes);
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);

@@ -30,7 +30,7 @@ AdjustResult Solved(const SceneBlock& made, CovarianceMethod method, const Point
   return Adjust(made.block, options, pairs);
 }
 
-double Difference_1(const SymmetricEnu& a, const SymmetricEnu& b) {
+double Difference(const SymmetricEnu& a, const SymmetricEnu& b) {
   return (MatrixOf(a) - MatrixOf(b)).norm() / MatrixOf(b).norm();
 }
 
@@ -52,13 +52,13 @@ TEST_P(CeresCovarianceTest, EqualsTheReducedRoute) {
   for (std::size_t i = 0; i < reduced.points.status.size(); ++i) {
     ASSERT_TRUE(IsSolved(reduced.points.status[i]));
     ASSERT_EQ(reduced.points.position_m[i], ceres.points.position_m[i]);
-    largest = std::max(
-        largest, Difference_1(reduced.points.covariance_m2[i], ceres.points.covariance_m2[i]));
+    largest = std::max(largest,
+                       Difference(reduced.points.covariance_m2[i], ceres.points.covariance_m2[i]));
   }
   EXPECT_LT(largest, 1e-10);
   ASSERT_EQ(ceres.pairs.size(), pairs.size());
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    EXPECT_LT(Difference_1(reduced.pairs[k].covariance_m2, ceres.pairs[k].covariance_m2), 1e-10);
+    EXPECT_LT(Difference(reduced.pairs[k].covariance_m2, ceres.pairs[k].covariance_m2), 1e-10);
   }
   // Parameters: element by element, by their own sigmas.
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> expected;

@@ -44,31 +44,31 @@ CorrectionGroup SharedRangeBias(double sigma_m) {
 }
 
 /// Control of every kind: full and correlated, plan only, height only.
-void HoldSome(test::KnownBlock* known) {
-  test::Hold(0, {0.31, 0.47, 0.83}, known, PointRole::kControl, 0.57);
-  test::Hold(3, {0.53, 0.29, kNotGiven}, known, PointRole::kControl, -0.41);
-  test::Hold(4, {kNotGiven, kNotGiven, 0.37}, known);
-  test::Hold(7, {0.43, 0.61, 0.71}, known);
-  test::Hold(9, {kNotGiven, 0.33, 0.59}, known);
+void FixSome(test::KnownBlock* known) {
+  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, known, PointRole::kControl, 0.57);
+  test::AddKnownPoint(3, {0.53, 0.29, kNotGiven}, known, PointRole::kControl, -0.41);
+  test::AddKnownPoint(4, {kNotGiven, kNotGiven, 0.37}, known);
+  test::AddKnownPoint(7, {0.43, 0.61, 0.71}, known);
+  test::AddKnownPoint(9, {kNotGiven, 0.33, 0.59}, known);
 }
 
 Scenario Aircraft(double squint_deg) {
   Scenario s{test::MakeBlock(test::AircraftPlan(squint_deg)), {}};
-  HoldSome(&s.known);
+  FixSome(&s.known);
   s.groups = {Position(1, 3.7)};
   return s;
 }
 
 Scenario AircraftWithoutPriors() {
   Scenario s{test::MakeBlock(test::AircraftPlan()), {}};
-  HoldSome(&s.known);
+  FixSome(&s.known);
   s.groups = {Position(0, 0.0)};
   return s;
 }
 
 Scenario Orbit(double squint_deg) {
   Scenario s{test::MakeBlock(test::OrbitPlan(squint_deg)), {}};
-  HoldSome(&s.known);
+  FixSome(&s.known);
   s.groups = {Position(0, 1.9), SharedRangeBias(2.3)};
   return s;
 }
@@ -78,7 +78,7 @@ Scenario Spline() {
   plan.points = 30;
   plan.looks_per_point = 3;
   Scenario s{test::MakeBlock(plan), {}};
-  HoldSome(&s.known);
+  FixSome(&s.known);
   PositionCorrection spline;
   spline.basis = PositionCorrection::Basis::kSpline;
   spline.knot_spacing_s = 12.7;
@@ -120,7 +120,7 @@ class CovarianceTest : public testing::TestWithParam<Case> {
 // Invariance: factors kept from the sum of S are those computed anew, to the bit.
 TEST_P(CovarianceTest, KeptFactorsGiveTheSameBytes) {
   EXPECT_EQ(system_->kept(), nullptr);
-  ReducedSystem keeping(problem_, KeptFactors::kMostBytes);
+  ReducedSystem keeping(problem_, KeptFactors::kMaxBytes);
   keeping.Form(state_, {}, nullptr);
   ASSERT_NE(keeping.kept(), nullptr);
   for (const bool quality : {false, true}) {
@@ -130,7 +130,7 @@ TEST_P(CovarianceTest, KeptFactorsGiveTheSameBytes) {
     EXPECT_EQ(anew.covariance_m2, kept.covariance_m2);
     EXPECT_EQ(anew.redundancy, kept.redundancy);
     for (std::size_t component = 0; component < 2; ++component) {
-      EXPECT_EQ(anew.quality.redundancy_1[component], kept.quality.redundancy_1[component]);
+      EXPECT_EQ(anew.quality.redundancy[component], kept.quality.redundancy[component]);
       EXPECT_EQ(anew.quality.shift_m[component], kept.quality.shift_m[component]);
     }
   }
@@ -139,7 +139,7 @@ TEST_P(CovarianceTest, KeptFactorsGiveTheSameBytes) {
 }
 
 TEST_P(CovarianceTest, KeptFactorsAreNotThoseOfAnotherNumberOfLooks) {
-  ReducedSystem keeping(problem_, KeptFactors::kMostBytes);
+  ReducedSystem keeping(problem_, KeptFactors::kMaxBytes);
   keeping.Form(state_, {}, nullptr);
   const KeptFactors& kept = *keeping.kept();
   PointFactor factor;
@@ -274,27 +274,27 @@ TEST_P(CovarianceTest, FreedomOfKnownPointsIsThatOfTheDenseCovariance) {
     CheckResult check;
     check.point = known.point;
     const Eigen::Matrix3d enu = problem_.block.frame.EnuFromFrame(state_.Position(known.point));
-    std::vector<int> held;
+    std::vector<int> fixed;
     for (int k = 0; k < 3; ++k) {
-      if (known.held[static_cast<std::size_t>(k)]) held.push_back(k);
+      if (known.fixed[static_cast<std::size_t>(k)]) fixed.push_back(k);
     }
-    if (held.empty()) continue;
-    check.components = static_cast<int>(held.size());
-    direction.emplace_back(enu(held, Eigen::all));
-    own.emplace_back(known.covariance_enu_m2(held, held));
+    if (fixed.empty()) continue;
+    check.components = static_cast<int>(fixed.size());
+    direction.emplace_back(enu(fixed, Eigen::all));
+    own.emplace_back(known.covariance_enu_m2(fixed, fixed));
     checks.push_back(check);
   }
   ASSERT_GE(checks.size(), 2U);
-  double factor_1 = 1.0;
+  double factor = 1.0;
   const auto block = [&](std::size_t i, std::size_t j) {
     const auto row = dense.column_of_point[checks[i].point];
     const auto column = dense.column_of_point[checks[j].point];
     Eigen::MatrixXd out =
-        factor_1 * direction[i] * q.block<3, 3>(row, column) * direction[j].transpose();
+        factor * direction[i] * q.block<3, 3>(row, column) * direction[j].transpose();
     if (i == j) out += own[i];
     return out;
   };
-  for (factor_1 = 1.0; factor_1 < 10.0; factor_1 += 4.0) {  // and s0^2 where it scales covariances
+  for (factor = 1.0; factor < 10.0; factor += 4.0) {  // and s0^2 where it scales covariances
     double components = 0.0, sum = 0.0;
     for (std::size_t i = 0; i < checks.size(); ++i) {
       components += checks[i].components;
@@ -302,7 +302,7 @@ TEST_P(CovarianceTest, FreedomOfKnownPointsIsThatOfTheDenseCovariance) {
         sum += (block(i, i).inverse() * block(i, j) * block(j, j).inverse() * block(j, i)).trace();
       }
     }
-    const double freedom = CheckFreedom(problem_, state_, *system_, checks, factor_1);
+    const double freedom = CheckFreedom(problem_, state_, *system_, checks, factor);
     EXPECT_NEAR(freedom, components * components / sum, 1e-7 * components);
     EXPECT_LT(freedom, components);
   }

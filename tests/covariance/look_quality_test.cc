@@ -29,9 +29,9 @@ AdjustOptions Corrected() {
 
 test::KnownBlock Held(const test::BlockPlan& plan) {
   test::KnownBlock known = test::MakeBlock(plan);
-  test::Hold(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.57);
-  test::Hold(3, {0.53, 0.29, kNotGiven}, &known);
-  test::Hold(7, {0.43, 0.61, 0.71}, &known);
+  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.57);
+  test::AddKnownPoint(3, {0.53, 0.29, kNotGiven}, &known);
+  test::AddKnownPoint(7, {0.43, 0.61, 0.71}, &known);
   test::AddNoise(41, 1.0, &known);
   return known;
 }
@@ -72,13 +72,13 @@ void ExpectTheAnswerOfTheSolver(const test::BlockPlan& plan, bool azimuth) {
     measured = kept + step;
     const AdjustResult after = Adjust(block, Corrected());
     measured = kept;
-    const auto v_1 = [&](const AdjustResult& result) {
-      return static_cast<double>(result.quality.w_1[k][look]) *
-             std::sqrt(static_cast<double>(result.quality.redundancy_1[k][look]));
+    const auto v = [&](const AdjustResult& result) {
+      return static_cast<double>(result.quality.w[k][look]) *
+             std::sqrt(static_cast<double>(result.quality.redundancy[k][look]));
     };
-    const auto r_1 = static_cast<double>(before.quality.redundancy_1[k][look]);
+    const auto r = static_cast<double>(before.quality.redundancy[k][look]);
     const auto shift_m = static_cast<double>(before.quality.shift_m[k][look]);
-    EXPECT_NEAR(std::abs(v_1(after) - v_1(before)), r_1, tolerance) << point;
+    EXPECT_NEAR(std::abs(v(after) - v(before)), r, tolerance) << point;
     EXPECT_NEAR((after.points.position_m[point] - before.points.position_m[point]).norm(),
                 shift_m,
                 tolerance * std::max(1.0, shift_m))
@@ -119,12 +119,11 @@ TEST(LookQualityTest, TheSweepIsTheDiagonalOfTheResidualCovariance) {
         const auto row = static_cast<Eigen::Index>(i);
         const std::uint64_t look = at.looks[i / 2];
         // floats
-        EXPECT_NEAR(static_cast<double>(sweep.quality.redundancy_1[i % 2][look]),
-                    at.q_vv_1(row, row),
-                    1e-6);
-        EXPECT_NEAR(static_cast<double>(sweep.quality.w_1[i % 2][look]),
-                    at.w_1(row),
-                    1e-4 * (1.0 + std::abs(at.w_1(row))));
+        EXPECT_NEAR(
+            static_cast<double>(sweep.quality.redundancy[i % 2][look]), at.q_vv(row, row), 1e-6);
+        EXPECT_NEAR(static_cast<double>(sweep.quality.w[i % 2][look]),
+                    at.w(row),
+                    1e-4 * (1.0 + std::abs(at.w(row))));
         EXPECT_NEAR(static_cast<double>(sweep.quality.shift_m[i % 2][look]),
                     at.shift_m.col(row).norm(),
                     1e-5);
@@ -140,7 +139,7 @@ TEST(LookQualityTest, RedundancyNumbersAddToTheRedundancy) {
   const AdjustResult result = Adjust(known.block, Corrected());
   double sum = 0.0;
   for (const double r : result.points.redundancy) sum += r;
-  for (const ControlQuality& control : result.control_quality) sum += control.redundancy_1;
+  for (const ControlQuality& control : result.control_quality) sum += control.redundancy;
   for (const ParameterResult& p : result.parameters) {
     sum += 1.0 - p.sigma * p.sigma / (p.prior_sigma * p.prior_sigma);
   }
@@ -156,7 +155,7 @@ TEST(LookQualityTest, TwoLooksHaveEqualTests) {
   const AdjustResult result = Adjust(known.block, Corrected());
   const std::uint64_t first = known.block.looks.offsets[10];
   const auto w = [&](std::size_t k, std::uint64_t look) {
-    return std::abs(static_cast<double>(result.quality.w_1[k][look]));
+    return std::abs(static_cast<double>(result.quality.w[k][look]));
   };
   EXPECT_GT(w(1, first), 1e-3);
   EXPECT_NEAR(w(1, first), w(1, first + 1), 1e-4);

@@ -80,7 +80,7 @@ Refusal Refused(const std::string& scene, std::size_t findings) {
 
 TEST(DefectiveSceneTest, NoControlFloatsInThreeTranslationsAndThreeRotations) {
   const Refusal refusal = Refused("no-control", 1);
-  EXPECT_THAT(refusal.text, HasSubstr("nothing holds the position of the block"));
+  EXPECT_THAT(refusal.text, HasSubstr("nothing fixes the position of the block"));
   for (const char* axis : {"x", "y", "z"}) {
     EXPECT_THAT(refusal.text, HasSubstr(std::string("translation of the whole block in ") + axis));
     EXPECT_THAT(refusal.text, HasSubstr(std::string(" of the whole block about ") + axis));
@@ -154,9 +154,9 @@ TEST(DefectiveSceneTest, RangeAcrossAndUpAreOneThingOnANarrowSwath) {
 
 TEST(DefectiveSceneTest, AnIslandWithoutControlIsNamed) {
   const Refusal refusal = Refused("two-islands", 2);
-  EXPECT_THAT(refusal.text, HasSubstr("2 islands that no point connects: A1, A2 | B1, B2"));
-  EXPECT_THAT(refusal.text, HasSubstr("nothing holds the position of the island of B1, B2"));
-  EXPECT_THAT(refusal.text, HasSubstr("translation of the island of B1, B2 in x"));
+  EXPECT_THAT(refusal.text, HasSubstr("2 components that no point connects: A1, A2 | B1, B2"));
+  EXPECT_THAT(refusal.text, HasSubstr("nothing fixes the position of the component of B1, B2"));
+  EXPECT_THAT(refusal.text, HasSubstr("translation of the component of B1, B2 in x"));
   EXPECT_THAT(refusal.names, Each(StartsWith("B")));
 }
 

@@ -39,8 +39,8 @@ TEST(LeastEigenpairsTest, AgreeWithADenseDecomposition) {
     BorderedCholesky factor(matrix);
     ASSERT_TRUE(factor.Factorize(matrix));
     LeastEigenpairOptions options;
-    options.settle_below_1 = 1e-3;
-    options.relative_change_1 = 1e-6;
+    options.settle_below = 1e-3;
+    options.relative_change = 1e-6;
     const LeastEigenpairs pairs = FindLeastEigenpairs(matrix, factor, options);
     const MatrixXd dense = matrix.ToDense();
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(dense);

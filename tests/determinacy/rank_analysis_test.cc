@@ -102,7 +102,7 @@ TEST_F(RankTest, NamesTheSixMotionsOfABlockThatFloats) {
                                             "tilt of the whole block about y",
                                             "rotation of the whole block about z"));
   for (const WeakDirection& direction : report.undetermined) {
-    EXPECT_LT(direction.eigenvalue_1, kLeastEigenvalue_1);
+    EXPECT_LT(direction.eigenvalue, kMinEigenvalue);
     EXPECT_TRUE(direction.moved_point.has_value());
     EXPECT_THAT(direction.text, HasSubstr("; removed by "));
   }
@@ -176,7 +176,7 @@ TEST_F(RankTest, IsSilentWherePriorsHoldTheDatum) {
 
 // Second route: sigma and correlation of a weak direction against the whole inverse.
 TEST_F(RankTest, TellsSigmaAndCorrelationOfAWeakDirection) {
-  test::Hold(3, {500.0, 300.0, 700.0}, &known_);
+  test::AddKnownPoint(3, {500.0, 300.0, 700.0}, &known_);
   const RankReport& report = Analysed({Position(0, 0.0)});
   ASSERT_TRUE(report.regular());
   ASSERT_EQ(report.nearly.size(), 3u);
@@ -184,12 +184,12 @@ TEST_F(RankTest, TellsSigmaAndCorrelationOfAWeakDirection) {
   const Eigen::MatrixXd covariance = system_->SolveFor(Eigen::MatrixXd::Identity(n, n));
   for (const WeakDirection& direction : report.nearly) {
     EXPECT_FALSE(direction.undetermined);
-    EXPECT_EQ(direction.prior_part_1, 0.0);
+    EXPECT_EQ(direction.prior_part, 0.0);
     const WeakParameter& a = direction.parameters[0];
     const WeakParameter& b = direction.parameters[1];
     const double sigma = std::sqrt(covariance(a.index, a.index));
     EXPECT_NEAR(a.sigma, sigma, 1e-6 * sigma);
-    EXPECT_NEAR(direction.correlation_1,
+    EXPECT_NEAR(direction.correlation,
                 covariance(a.index, b.index) /
                     std::sqrt(covariance(a.index, a.index) * covariance(b.index, b.index)),
                 1e-6);
@@ -202,7 +202,7 @@ TEST_F(RankTest, TellsSigmaAndCorrelationOfAWeakDirection) {
 }
 
 TEST_F(RankTest, NearlyUndeterminedIsAWarningOfTheResult) {
-  test::Hold(3, {500.0, 300.0, 700.0}, &known_);
+  test::AddKnownPoint(3, {500.0, 300.0, 700.0}, &known_);
   test::AddNoise(5, 1.0, &known_);
   AdjustOptions options;
   options.corrections = CorrectionChoice::kGiven;
@@ -214,7 +214,7 @@ TEST_F(RankTest, NearlyUndeterminedIsAWarningOfTheResult) {
 
 // Limit by definition: a free shift known to 0.7 of the range is nothing linear any more.
 TEST_F(RankTest, RefusesAnEnormousSigmaWithoutAPrior) {
-  test::Hold(3, {9000.0, 0.7, 0.4}, &known_);
+  test::AddKnownPoint(3, {9000.0, 0.7, 0.4}, &known_);
   const RankReport& report = Analysed({Position(0, 0.0)});
   ASSERT_EQ(report.undetermined.size(), 1u);
   EXPECT_EQ(report.undetermined[0].motion, "translation of the whole block in x");

@@ -85,15 +85,15 @@ TEST(DiagnoseTest, ClaimsNoMoreOfAnUnlistedErrorThanWhatItTakes) {
     for (const char* name : {"earth-asc-desc", "opposite-side"}) {
       for (std::uint64_t seed = 1; seed <= Draws(1); ++seed) {
         const test::TrialResult result = test::RunTrial(name, plant, seed);
-        for (const Explanation& told : result.diagnosis.explanations) {
-          // Two routes: the part that is told, and the square sums.
+        for (const Explanation& reported : result.diagnosis.explanations) {
+          // Two routes: the part that is reported, and the square sums.
           const double part =
-              (told.square_sum_before_1 - told.square_sum_after_1) / told.square_sum_before_1;
-          EXPECT_NEAR(told.part_1, part, 1e-12) << told.sentence;
-          const bool explains_all =
-              told.square_sum_after_1 < 2.0 * told.redundancy_after_1 && told.looks_lost_after == 0;
-          const bool says_so = told.sentence.find("does not explain all") != std::string::npos;
-          EXPECT_NE(says_so, explains_all) << told.sentence;
+              (reported.square_sum_before - reported.square_sum_after) / reported.square_sum_before;
+          EXPECT_NEAR(reported.part, part, 1e-12) << reported.sentence;
+          const bool explains_all = reported.square_sum_after < 2.0 * reported.redundancy_after &&
+                                    reported.looks_lost_after == 0;
+          const bool says_so = reported.sentence.find("does not explain all") != std::string::npos;
+          EXPECT_NE(says_so, explains_all) << reported.sentence;
         }
       }
     }
@@ -111,7 +111,7 @@ TEST(DiagnoseTest, AReadingThatGivesNoPathLeavesThePassesAsTheyWere) {
   }
   block.passes[0].path = FlightPath(states);
   const std::size_t pieces = block.passes[0].path.piece_count();
-  ReadAsAutoDecides({}, &block);
+  ReadWithAuto({}, &block);
   EXPECT_EQ(block.passes[0].path.piece_count(), pieces);
   EXPECT_EQ(block.passes[0].recorded.asked.through, PathThrough::kStates);
   EXPECT_TRUE(block.passes[0].recorded.states.empty());
@@ -126,15 +126,15 @@ TEST(DiagnoseTest, NamesTheDifferenceOfGpsAndUtc) {
   }
   const Diagnosis diagnosis = Diagnose(block, made.options);
   ASSERT_FALSE(diagnosis.explanations.empty());
-  const Explanation& told = diagnosis.explanations.front();
-  EXPECT_EQ(told.cause, "time.constant");
-  EXPECT_EQ(told.passes, std::vector<std::string>{"DSC"});
-  EXPECT_NEAR(told.value, 18.0, 4.0 * told.sigma);
-  EXPECT_LT(told.sigma, 0.01);
-  EXPECT_GT(told.part_1, 0.99);
+  const Explanation& reported = diagnosis.explanations.front();
+  EXPECT_EQ(reported.cause, "time.constant");
+  EXPECT_EQ(reported.passes, std::vector<std::string>{"DSC"});
+  EXPECT_NEAR(reported.value, 18.0, 4.0 * reported.sigma);
+  EXPECT_LT(reported.sigma, 0.01);
+  EXPECT_GT(reported.part, 0.99);
   EXPECT_THAT(diagnosis.Sentences().front(),
               HasSubstr("s late (GPS and UTC differ by 18 s since 2017): takes 99.9"));
-  EXPECT_THAT(told.change, HasSubstr("time_s of DSC minus 18, or correction.time of DSC"));
+  EXPECT_THAT(reported.change, HasSubstr("time_s of DSC minus 18, or correction.time of DSC"));
 }
 
 // A search for blunders would leave out looks of the pass; none goes, and the pass is said first.
@@ -179,7 +179,7 @@ test::TrialBlock DopplerTrial(std::uint64_t seed) {
     Pass& pass = block.passes[looks.pass[i]];
     pass.wavelength_m = 0.031;
     const double speed_mps = pass.path.At(looks.time_s[i])->velocity_mps.norm();
-    const double sigma_m = block.RoughAzimuthSigma_m(i, speed_mps);
+    const double sigma_m = block.ApproximateAzimuthSigma_m(i, speed_mps);
     looks.cone[i] = 2.0 * speed_mps * std::sin(looks.cone[i]) / pass.wavelength_m;
     sigma_hz[i] = sigma_m * 2.0 * speed_mps / (pass.wavelength_m * looks.range_m[i]);
   }
@@ -197,8 +197,8 @@ TEST(DiagnoseTest, NamesOneMeasuredDoppler) {
   block.looks.cone[look] += 731.0;
   const Diagnosis diagnosis = Diagnose(block, made.options);
   ASSERT_FALSE(diagnosis.explanations.empty());
-  const Explanation& told = diagnosis.explanations.front();
-  EXPECT_EQ(told.points, std::vector<std::string>{std::string(block.points.ids[point])});
+  const Explanation& reported = diagnosis.explanations.front();
+  EXPECT_EQ(reported.points, std::vector<std::string>{std::string(block.points.ids[point])});
   bool named = false;
   for (const std::string& sentence : diagnosis.Sentences()) {
     named = named || sentence.find("the Doppler of point ") != std::string::npos;
@@ -220,11 +220,11 @@ TEST(DiagnoseTest, DoesNoMoreThanItsBoundHoweverBadTheBlock) {
     static_cast<void>(PlantNamed(mistake).make(&made.block, &random));
     const auto looks = static_cast<double>(made.block.looks.size());
     const Diagnosis diagnosis = Diagnose(made.block, made.options);
-    EXPECT_GE(diagnosis.most_work_1, 27.5 * looks) << name;
-    EXPECT_LE(diagnosis.most_work_1, 200.0 * looks) << name;  // of a block that is its sample
+    EXPECT_GE(diagnosis.max_work, 27.5 * looks) << name;
+    EXPECT_LE(diagnosis.max_work, 200.0 * looks) << name;  // of a block that is its sample
     // The first size may take a fifth more; a search is left before the next three solutions, each
     // of 17 + 7 looks formed at most, and no sample is more than the block.
-    EXPECT_LE(diagnosis.work_1, 1.2 * diagnosis.most_work_1 + 72.0 * looks) << name;
+    EXPECT_LE(diagnosis.work, 1.2 * diagnosis.max_work + 72.0 * looks) << name;
     EXPECT_GT(diagnosis.solutions, 1) << name;
   }
 }
@@ -240,7 +240,7 @@ TEST(DiagnoseTest, CountsWhatItDoesNotTry) {
   const Diagnosis none = Diagnose(made.block, made.options, nullptr, {0.0});
   EXPECT_GT(none.untried, 0);
   EXPECT_EQ(none.solutions, 1);  // the sample as it is
-  EXPECT_LT(none.work_1, whole.work_1);
+  EXPECT_LT(none.work, whole.work);
 }
 
 // Work is counted, so that words depend on the block alone.
@@ -256,7 +256,7 @@ TEST(DiagnoseTest, SaysTheSameWithAnyNumberOfThreads) {
     EXPECT_EQ(one.Sentences(), three.Sentences()) << name;
     EXPECT_EQ(one.solutions, three.solutions) << name;
     EXPECT_EQ(one.untried, three.untried) << name;
-    EXPECT_EQ(one.work_1, three.work_1) << name;
+    EXPECT_EQ(one.work, three.work) << name;
   }
 }
 

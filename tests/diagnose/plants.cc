@@ -27,13 +27,13 @@ Planted ConstantTime(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   const double late_s = DrawClock(random);
   EditLooks(block, pass, [&](std::size_t i) { block->looks.time_s[i] += late_s; });
-  return Of(*block, pass, "time.constant");
+  return PlantInPass(*block, pass, "time.constant");
 }
 
 Planted ConstantTimeOfAll(Block* block, RandomStream* random) {
   const double late_s = DrawClock(random);
   EditLooks(block, {}, [&](std::size_t i) { block->looks.time_s[i] += late_s; });
-  return OfAll("time.constant");
+  return PlantEverywhere("time.constant");
 }
 
 Planted ReversedTimes(Block* block, RandomStream* random) {
@@ -46,14 +46,14 @@ Planted ReversedTimes(Block* block, RandomStream* random) {
   EditLooks(block, pass, [&](std::size_t i) {
     block->looks.time_s[i] = first_s + last_s - block->looks.time_s[i];
   });
-  return Of(*block, pass, "time.reversed");
+  return PlantInPass(*block, pass, "time.reversed");
 }
 
 Planted ScaledTimes(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   const double factor = DrawOf({1e3, 1e6}, random);
   EditLooks(block, pass, [&](std::size_t i) { block->looks.time_s[i] *= factor; });
-  return Of(*block, pass, "time.scale");
+  return PlantInPass(*block, pass, "time.scale");
 }
 
 /// A look of a point that more than its own two looks determine.
@@ -99,26 +99,26 @@ Planted ScaledRanges(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   const double factor = DrawOf({2.0, 1e-3, 2e6 / 299792458.0, 1e6 / 299792458.0}, random);
   EditLooks(block, pass, [&](std::size_t i) { block->looks.range_m[i] *= factor; });
-  return Of(*block, pass, "range.scale");
+  return PlantInPass(*block, pass, "range.scale");
 }
 
 Planted ScaledRangesOfAll(Block* block, RandomStream* random) {
   const double factor = DrawOf({2.0, 1e-3, 2e6 / 299792458.0}, random);
   EditLooks(block, {}, [&](std::size_t i) { block->looks.range_m[i] *= factor; });
-  return OfAll("range.scale");
+  return PlantEverywhere("range.scale");
 }
 
 Planted RangeBias(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   const double longer_m = DrawSign(random) * DrawSize(0.003, 0.05, random) * MeanRange(*block);
   EditLooks(block, pass, [&](std::size_t i) { block->looks.range_m[i] += longer_m; });
-  return Of(*block, pass, "range.bias");
+  return PlantInPass(*block, pass, "range.bias");
 }
 
 Planted RangeBiasOfAll(Block* block, RandomStream* random) {
   const double longer_m = DrawSign(random) * DrawSize(0.003, 0.05, random) * MeanRange(*block);
   EditLooks(block, {}, [&](std::size_t i) { block->looks.range_m[i] += longer_m; });
-  return OfAll("range.bias");
+  return PlantEverywhere("range.bias");
 }
 
 Planted GroundRanges(Block* block, RandomStream* random) {
@@ -140,7 +140,7 @@ Planted GroundRanges(Block* block, RandomStream* random) {
                                             (2.0 * antenna_m * ground_m))
                      : std::sqrt(std::max(1.0, square - std::pow(antenna_m - ground_m, 2)));
   });
-  return Of(*block, pass, "range.ground");
+  return PlantInPass(*block, pass, "range.ground");
 }
 
 // ---- side and cone
@@ -149,7 +149,7 @@ Planted WrongSide(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   LookSide& side = block->passes[pass].side;
   side = side == LookSide::kLeft ? LookSide::kRight : LookSide::kLeft;
-  return Of(*block, pass, "side");
+  return PlantInPass(*block, pass, "side");
 }
 
 bool HasCone(const Block& block, std::uint32_t pass, bool doppler) {
@@ -166,14 +166,14 @@ Planted ConeSign(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   if (!HasCone(*block, pass, false) && !HasCone(*block, pass, true)) return {};
   EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] *= -1.0; });
-  return Of(*block, pass, "cone.sign");
+  return PlantInPass(*block, pass, "cone.sign");
 }
 
 Planted ConeRadians(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   if (!HasCone(*block, pass, false)) return {};
   EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] *= kRadOfDeg; });
-  Planted planted = Of(*block, pass, "cone.unit");
+  Planted planted = PlantInPass(*block, pass, "cone.unit");
   return planted;
 }
 
@@ -181,7 +181,7 @@ Planted ConeLeftOut(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   if (!HasCone(*block, pass, false)) return {};
   EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] = 0.0; });
-  return Of(*block, pass, "cone.squint");
+  return PlantInPass(*block, pass, "cone.squint");
 }
 
 /// A squinted pass with its cone as Doppler centroids and the wavelength in another unit.
@@ -197,7 +197,7 @@ Planted Wavelength(Block* block, RandomStream* random) {
     block->looks.flags[i] |= Looks::kDoppler;
   });
   pass.wavelength_m *= DrawOf({100.0, 1000.0}, random);
-  return Of(*block, index, "cone.wavelength");
+  return PlantInPass(*block, index, "cone.wavelength");
 }
 
 // ---- standard deviations
@@ -237,18 +237,18 @@ Planted Variance(Block* block, RandomStream*) {
 // ---- errors correlated in time
 
 /// A smooth error along the strip of a pass, of about the root mean square 1.
-class Wander {
+class TrajectoryError {
  public:
-  Wander(const Pass& pass, RandomStream* random) : pass_(pass) {
+  TrajectoryError(const Pass& pass, RandomStream* random) : pass_(pass) {
     for (Wave& wave : waves_) {
       wave = {DrawSize(1.2, 4.0, random), 2.0 * std::numbers::pi * random->Uniform()};
     }
   }
   [[nodiscard]] double At(double time_s) const {
-    const double part_1 = (time_s - pass_.start_s) / (pass_.end_s - pass_.start_s);
+    const double part = (time_s - pass_.start_s) / (pass_.end_s - pass_.start_s);
     double sum = 0.0;
     for (const Wave& wave : waves_) {
-      sum += std::sin(2.0 * std::numbers::pi * wave.periods * part_1 + wave.phase_rad);
+      sum += std::sin(2.0 * std::numbers::pi * wave.periods * part + wave.phase_rad);
     }
     return sum * std::sqrt(2.0 / static_cast<double>(waves_.size()));
   }
@@ -261,28 +261,28 @@ class Wander {
   std::array<Wave, 3> waves_;
 };
 
-Planted WanderingRanges(Block* block, RandomStream* random) {
+Planted TimeCorrelatedRanges(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
-  const double size_1 = DrawSize(8.0, 40.0, random);
-  const Wander wander(block->passes[pass], random);
+  const double size = DrawSize(8.0, 40.0, random);
+  const TrajectoryError trajectory_error(block->passes[pass], random);
   EditLooks(block, pass, [&](std::size_t i) {
     block->looks.range_m[i] +=
-        size_1 * block->SigmaOf(i).range_m * wander.At(block->looks.time_s[i]);
+        size * block->SigmaOf(i).range_m * trajectory_error.At(block->looks.time_s[i]);
   });
-  return Of(*block, pass, "range.wander");
+  return PlantInPass(*block, pass, "range.wander");
 }
 
-Planted WanderingTimes(Block* block, RandomStream* random) {
+Planted TimeCorrelatedTimes(Block* block, RandomStream* random) {
   const std::uint32_t index = DrawPass(*block, random);
   const Pass& pass = block->passes[index];
-  const double size_1 = DrawSize(8.0, 40.0, random);
-  const Wander wander(pass, random);
+  const double size = DrawSize(8.0, 40.0, random);
+  const TrajectoryError trajectory_error(pass, random);
   const double speed_mps = pass.path.At(pass.start_s)->velocity_mps.norm();
   EditLooks(block, index, [&](std::size_t i) {
-    const double sigma_s = block->RoughAzimuthSigma_m(i, speed_mps) / speed_mps;
-    block->looks.time_s[i] += size_1 * sigma_s * wander.At(block->looks.time_s[i]);
+    const double sigma_s = block->ApproximateAzimuthSigma_m(i, speed_mps) / speed_mps;
+    block->looks.time_s[i] += size * sigma_s * trajectory_error.At(block->looks.time_s[i]);
   });
-  return Of(*block, index, "time.wander");
+  return PlantInPass(*block, index, "time.wander");
 }
 
 // ---- errors without a name
@@ -339,10 +339,10 @@ const std::vector<Plant>& Plants() {
                                     {"sigmas 100 times too large", SigmasTooLarge},
                                     {"azimuth sigma 1000 times off", AzimuthThousand},
                                     {"variances for sigmas", Variance}};
-    const std::vector<Plant> wanders{{"ranges of a pass wander", WanderingRanges},
-                                     {"times of a pass wander", WanderingTimes}};
+    const std::vector<Plant> has_trajectory_error{{"ranges of a pass wander", TimeCorrelatedRanges},
+                                                  {"times of a pass wander", TimeCorrelatedTimes}};
     for (const std::vector<Plant>& some :
-         {PathPlants(), ControlPlants(), IdPlants(), sigmas, wanders}) {
+         {PathPlants(), ControlPlants(), IdPlants(), sigmas, has_trajectory_error}) {
       all.insert(all.end(), some.begin(), some.end());
     }
     return all;

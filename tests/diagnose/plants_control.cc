@@ -18,7 +18,7 @@ Planted EditKnown(Block* block, std::string cause, bool geocentric, const Edit& 
   for (const KnownPosition& known : block->points.known) {
     edit(known.point, &block->points.given_m[known.point]);
   }
-  return OfAll(std::move(cause));
+  return PlantEverywhere(std::move(cause));
 }
 
 /// A longitude that can be read as a latitude.
@@ -111,7 +111,7 @@ Planted ControlHeight(Block* block, RandomStream* random) {
   const double higher_m = DrawSign(random) * std::max(DrawSize(20.0, 60.0, random), 10.0 * sigma_m);
   return EditKnown(block, "control.height", false, [&](std::uint32_t point, Eigen::Vector3d* p_m) {
     if (block->points.role[point] != PointRole::kControl) return;
-    *p_m += higher_m * block->frame.VerticalAt(*p_m).up_1;
+    *p_m += higher_m * block->frame.VerticalAt(*p_m).up;
   });
 }
 

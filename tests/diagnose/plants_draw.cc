@@ -24,14 +24,16 @@ double DrawOf(const std::vector<double>& values, RandomStream* random) {
   return values[static_cast<std::size_t>(random->Uniform() * static_cast<double>(values.size()))];
 }
 
-Planted Of(const Block& block, std::uint32_t pass, std::string cause) {
+Planted PlantInPass(const Block& block, std::uint32_t pass, std::string cause) {
   return {true, {std::move(cause)}, {block.passes[pass].id}, {}, ""};
 }
 
-Planted OfAll(std::string cause) { return {true, {std::move(cause)}, {}, {}, ""}; }
+Planted PlantEverywhere(std::string cause) { return {true, {std::move(cause)}, {}, {}, ""}; }
 
-Planted OfPoints(const Block& block, const std::vector<std::uint32_t>& points, std::string cause) {
-  Planted planted = OfAll(std::move(cause));
+Planted PlantAtPoints(const Block& block,
+                      const std::vector<std::uint32_t>& points,
+                      std::string cause) {
+  Planted planted = PlantEverywhere(std::move(cause));
   for (const std::uint32_t point : points) {
     planted.points.emplace_back(block.points.ids[point]);
   }

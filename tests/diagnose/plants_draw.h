@@ -26,11 +26,11 @@ inline constexpr double kRadOfDeg = std::numbers::pi / 180.0;
 [[nodiscard]] double DrawOf(const std::vector<double>& values, RandomStream* random);
 
 /// What is to be said: a cause of a pass, of all passes, of points.
-[[nodiscard]] Planted Of(const Block& block, std::uint32_t pass, std::string cause);
-[[nodiscard]] Planted OfAll(std::string cause);
-[[nodiscard]] Planted OfPoints(const Block& block,
-                               const std::vector<std::uint32_t>& points,
-                               std::string cause);
+[[nodiscard]] Planted PlantInPass(const Block& block, std::uint32_t pass, std::string cause);
+[[nodiscard]] Planted PlantEverywhere(std::string cause);
+[[nodiscard]] Planted PlantAtPoints(const Block& block,
+                                    const std::vector<std::uint32_t>& points,
+                                    std::string cause);
 
 [[nodiscard]] double MeanRange(const Block& block);
 /// Exchanges what two looks measured.

@@ -47,7 +47,7 @@ Planted ShiftedIds(Block* block, RandomStream* random) {
   EditLooks(block, pass, [&](std::size_t i) { rows.push_back(i); });
   if (random->Uniform() < 0.5) std::reverse(rows.begin(), rows.end());
   for (std::size_t k = 1; k < rows.size(); ++k) SwapValues(rows[k - 1], rows[k], &block->looks);
-  return Of(*block, pass, "ids.shifted");
+  return PlantInPass(*block, pass, "ids.shifted");
 }
 
 Planted CopiedPass(Block* block, RandomStream* random) {

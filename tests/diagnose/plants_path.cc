@@ -37,19 +37,19 @@ Planted PathKilometres(Block* block, RandomStream* random) {
     state->position_m *= 1e-3;
     state->velocity_mps *= 1e-3;
   });
-  return Of(*block, pass, "path.unit");
+  return PlantInPass(*block, pass, "path.unit");
 }
 
 Planted VelocityKilometres(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   EditStates(block, pass, [](StateVector* state) { state->velocity_mps *= 1e-3; });
-  return Of(*block, pass, "path.unit");
+  return PlantInPass(*block, pass, "path.unit");
 }
 
 Planted VelocitySign(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   EditStates(block, pass, [](StateVector* state) { state->velocity_mps *= -1.0; });
-  return Of(*block, pass, "path.velocity_sign");
+  return PlantInPass(*block, pass, "path.velocity_sign");
 }
 
 Planted Inertial(Block* block, RandomStream*) {
@@ -61,7 +61,7 @@ Planted Inertial(Block* block, RandomStream*) {
     state->velocity_mps = turn * (state->velocity_mps + rate * axis.cross(state->position_m));
     state->position_m = turn * state->position_m;
   });
-  return OfAll("path.inertial");
+  return PlantEverywhere("path.inertial");
 }
 
 Planted InertialVelocities(Block* block, RandomStream*) {
@@ -70,7 +70,7 @@ Planted InertialVelocities(Block* block, RandomStream*) {
   EditStates(block, {}, [&](StateVector* state) {
     state->velocity_mps += rate * Eigen::Vector3d::UnitZ().cross(state->position_m);
   });
-  return OfAll("path.inertial_velocity");
+  return PlantEverywhere("path.inertial_velocity");
 }
 
 Planted ExchangedPasses(Block* block, RandomStream* random) {
@@ -83,7 +83,7 @@ Planted ExchangedPasses(Block* block, RandomStream* random) {
 }
 
 /// States that contradict each other by noise.
-Planted RoughStates(Block* block, RandomStream* random) {
+Planted NoisyStates(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   const double speed_mps = block->passes[pass].path.states().front().velocity_mps.norm();
   const double part = DrawSize(3e-5, 3e-4, random);
@@ -91,7 +91,7 @@ Planted RoughStates(Block* block, RandomStream* random) {
     for (int i = 0; i < 3; ++i) state->velocity_mps[i] += part * speed_mps * random->Normal();
   });
   static_cast<void>(ReadRecordedFlights(block));
-  return Of(*block, pass, "path.rough");
+  return PlantInPass(*block, pass, "path.rough");
 }
 
 /// Every n-th state alone.
@@ -107,7 +107,7 @@ Planted SparseStates(Block* block, RandomStream*) {
     ReplaceStates(std::move(kept), p, block);
   }
   static_cast<void>(ReadRecordedFlights(block));
-  return OfAll("path.sparse");
+  return PlantEverywhere("path.sparse");
 }
 
 }  // namespace
@@ -119,7 +119,7 @@ std::vector<Plant> PathPlants() {
           {"inertial path", Inertial},
           {"inertial velocities", InertialVelocities},
           {"paths of two passes exchanged", ExchangedPasses},
-          {"states rough", RoughStates},
+          {"states rough", NoisyStates},
           {"states far apart", SparseStates}};
 }
 

@@ -27,18 +27,19 @@ double ProcessorTime_s() {
   return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
 }
 
-bool IsRight(const Explanation& told, const Planted& planted) {
-  if (std::find(planted.causes.begin(), planted.causes.end(), told.cause) == planted.causes.end()) {
+bool IsRight(const Explanation& reported, const Planted& planted) {
+  if (std::find(planted.causes.begin(), planted.causes.end(), reported.cause) ==
+      planted.causes.end()) {
     return false;
   }
-  const bool passes =
-      planted.passes.empty() ||
-      std::is_permutation(
-          told.passes.begin(), told.passes.end(), planted.passes.begin(), planted.passes.end());
-  const bool points =
-      planted.points.empty() ||
-      std::is_permutation(
-          told.points.begin(), told.points.end(), planted.points.begin(), planted.points.end());
+  const bool passes = planted.passes.empty() || std::is_permutation(reported.passes.begin(),
+                                                                    reported.passes.end(),
+                                                                    planted.passes.begin(),
+                                                                    planted.passes.end());
+  const bool points = planted.points.empty() || std::is_permutation(reported.points.begin(),
+                                                                    reported.points.end(),
+                                                                    planted.points.begin(),
+                                                                    planted.points.end());
   return passes && points;
 }
 

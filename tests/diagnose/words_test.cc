@@ -29,7 +29,7 @@ TEST(PassWordsTest, ListsFourPassesAndCountsTheOthers) {
   EXPECT_EQ(PassWords({}), "all passes");
   EXPECT_EQ(PassWords({"A"}), "pass A");
   EXPECT_EQ(PassWords({"A", "B"}), "passes A and B");
-  EXPECT_EQ(OfPasses({"A", "B", "C", "D", "E", "F"}), "of A, B, C, D and 2 more");
+  EXPECT_EQ(PassesPhrase({"A", "B", "C", "D", "E", "F"}), "of A, B, C, D and 2 more");
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ def scene_keys(root):
 
 class Definitions:
     def __init__(self, program):
-        """Commands and options as `--help` tells them, keys of --set as `--dump-manual keys` does."""
+        """Commands and options as `--help` prints them, keys of --set as `--dump-manual keys` does."""
         self.program = program
         options, top = self._help([])
         self.common = {**self._options(options), "-h": {"value": ""}, "--help": {"value": ""}}

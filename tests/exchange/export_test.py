@@ -498,7 +498,7 @@ class Exports(unittest.TestCase):
         run("adjust", self.folder / "timeless", "-o", self.folder / "timeless-result")
         said = self.export("eof", "no", "--mission", "Sentinel-1A",
                            result=self.folder / "timeless-result", code=3)
-        self.assertIn("does not tell what its time_s = 0 is", said)
+        self.assertIn("has no epoch for its time_s = 0", said)
         self.assertFalse((self.folder / "no").exists())
 
     def test_orbit_files_of_real_products_come_back_through_the_import(self):

@@ -67,7 +67,7 @@ TimeSpan Inner(const std::vector<StateVector>& states) {
   return {states.front().time_s + tenth_s, states.back().time_s - tenth_s};
 }
 
-Recording Of(const std::vector<StateVector>& states, const StateNoise& given = {}) {
+Recording MakeRecording(const std::vector<StateVector>& states, const StateNoise& given = {}) {
   return {states, given, Inner(states)};
 }
 
@@ -96,7 +96,7 @@ TEST(RecordingTest, APolynomialHasNeitherNoiseNorContradictionNorErrorOfInterpol
             {120.3, 0.42 * t, -0.051 * t * t}};
   };
   const std::vector<StateVector> states = Record(cubic, 0.5, 40);
-  const RecordedPath read = Of(states).Read(PathThrough::kStates, kTight_rad);
+  const RecordedPath read = MakeRecording(states).Read(PathThrough::kStates, kTight_rad);
   EXPECT_LT(read.noise.position_m, 1e-10);  // rounding of 6 km
   EXPECT_LT(read.noise.velocity_mps, 1e-12);
   EXPECT_LT(read.errors.contradiction_mps, 1e-10);
@@ -109,14 +109,14 @@ TEST(RecordingTest, APolynomialHasNeitherNoiseNorContradictionNorErrorOfInterpol
 TEST(RecordingTest, NoiseIsEstimatedFromDifferencesOfStates) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const auto states = WithNoise(Record(InAircraft, 0.01, 6000), 0.021, 0.013, seed);
-    const Recording recording = Of(states);
+    const Recording recording = MakeRecording(states);
     EXPECT_NEAR(recording.noise().position_m, 0.021, 0.16 * 0.021);
     EXPECT_NEAR(recording.noise().velocity_mps, 0.013, 0.16 * 0.013);
   }
 }
 
 TEST(RecordingTest, StatesTooSparseForTheFlightShowNoNoise) {
-  const Recording recording = Of(Record(InOrbit, 300.0, 24));
+  const Recording recording = MakeRecording(Record(InOrbit, 300.0, 24));
   EXPECT_EQ(recording.noise().position_m, 0.0);
   EXPECT_EQ(recording.noise().velocity_mps, 0.0);
 }
@@ -128,7 +128,7 @@ TEST(RecordingTest, TheCubicTurnsNoiseOfStatesIntoNoiseOfTheVelocity) {
   const double expected_mps =
       std::sqrt(12.0 / 5.0 * std::pow(sigma_m / h_s, 2) + 4.0 / 15.0 * std::pow(sigma_mps, 2));
   const auto states = WithNoise(Record(InAircraft, h_s, 4000), sigma_m, sigma_mps, 3);
-  const Recording recording = Of(states, {sigma_m, sigma_mps});
+  const Recording recording = MakeRecording(states, {sigma_m, sigma_mps});
   const RecordedPath read = recording.Read(PathThrough::kStates, kTight_rad);
   EXPECT_NEAR(read.errors.noise.velocity_mps, expected_mps, 1e-12);
   // Two axes lie across the flight. 4,000 pieces know the mean square to 3 %.
@@ -143,7 +143,7 @@ TEST(RecordingTest, TheCubicTurnsNoiseOfStatesIntoNoiseOfTheVelocity) {
 TEST(RecordingTest, TheErrorOfInterpolationOfACircleIsThatOfItsFourthDerivative) {
   for (const double h_s : {10.0, 60.0, 120.0, 300.0}) {
     const auto states = Record(InOrbit, h_s, 30);
-    const RecordedPath read = Of(states).Read(PathThrough::kStates, kTight_rad);
+    const RecordedPath read = MakeRecording(states).Read(PathThrough::kStates, kTight_rad);
     const double expected_mps = std::pow(h_s, 3) * kOrbitRadius_m * std::pow(kOrbitRate_radps, 4) /
                                 (12.0 * std::sqrt(210.0));
     EXPECT_NEAR(read.errors.interpolation_mps, expected_mps, 0.03 * expected_mps) << h_s;
@@ -157,7 +157,8 @@ TEST(RecordingTest, TheErrorOfInterpolationOfACircleIsThatOfItsFourthDerivative)
 // The same of two states alone, from the curvature between them.
 TEST(RecordingTest, TwoStatesOfAnOrbitTellTheirErrorOfInterpolation) {
   const double h_s = 120.0;
-  const RecordedPath read = Of(Record(InOrbit, h_s, 2)).Read(PathThrough::kStates, kTight_rad);
+  const RecordedPath read =
+      MakeRecording(Record(InOrbit, h_s, 2)).Read(PathThrough::kStates, kTight_rad);
   const double expected_mps =
       std::pow(h_s, 3) * kOrbitRadius_m * std::pow(kOrbitRate_radps, 4) / (12.0 * std::sqrt(210.0));
   EXPECT_NEAR(read.errors.interpolation_mps, expected_mps, 0.05 * expected_mps);
@@ -169,7 +170,7 @@ TEST(RecordingTest, VelocitiesThatContradictPositionsAreMeasured) {
   auto states = Record(InOrbit, 10.0, 40);
   const Eigen::Vector3d b_mps(0.0, 0.023, 0.0);  // across the orbit
   for (StateVector& state : states) state.velocity_mps += b_mps;
-  const Recording recording = Of(states);
+  const Recording recording = MakeRecording(states);
   EXPECT_NEAR(recording.contradiction_mps(), 0.023, 1e-5);
   const RecordedPath read = recording.Read(PathThrough::kStates, kTight_rad);
   EXPECT_NEAR(read.errors.contradiction_mps, 0.023 / std::sqrt(5.0), 1e-5);
@@ -181,19 +182,20 @@ TEST(RecordingTest, VelocitiesThatContradictPositionsAreMeasured) {
 
 TEST(RecordingTest, NoiseOfVelocitiesIsNoContradiction) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const Recording recording = Of(WithNoise(Record(InAircraft, 0.1, 700), 0.02, 0.05, seed));
+    const Recording recording =
+        MakeRecording(WithNoise(Record(InAircraft, 0.1, 700), 0.02, 0.05, seed));
     EXPECT_EQ(recording.contradiction_mps(), 0.0) << seed;
   }
 }
 
 // ---- polynomials of degree 7
 
-// States 60 to 300 s apart: the errors told are those there are, within a factor of two, and far
+// States 60 to 300 s apart: the errors reported are the true ones, within a factor of two, and far
 // below those of the cubic.
 TEST(RecordingTest, PolynomialsOfDegreeSevenFollowASparseOrbitAndTellTheirErrors) {
   for (const double h_s : {60.0, 120.0, 300.0}) {
     const auto states = Record(InOrbit, h_s, 30);
-    const Recording recording = Of(states);
+    const Recording recording = MakeRecording(states);
     const double cubic_mps =
         recording.Read(PathThrough::kStates, kTight_rad).errors.interpolation_mps;
     for (const PathThrough through : {PathThrough::kOrbit, PathThrough::kPositions}) {
@@ -211,7 +213,7 @@ TEST(RecordingTest, PolynomialsOfDegreeSevenFollowASparseOrbitAndTellTheirErrors
 TEST(RecordingTest, NoiseComesOutOfPolynomialsAsTold) {
   for (const PathThrough through : {PathThrough::kOrbit, PathThrough::kPositions}) {
     const auto states = WithNoise(Record(InAircraft, 0.5, 3000), 0.031, 0.047, 5);
-    const Recording recording = Of(states, {0.031, 0.047});
+    const Recording recording = MakeRecording(states, {0.031, 0.047});
     const RecordedPath read = recording.Read(through, 1e-6);
     const double told_mps = std::sqrt(2.0) * read.errors.noise.velocity_mps;
     EXPECT_NEAR(VelocityError_mps(read.path, InAircraft, Inner(states)), told_mps, 0.06 * told_mps);
@@ -228,7 +230,8 @@ TEST(RecordingTest, ASmoothedCubicIsTheCubic) {
             {120.3, 0.42 * t, -0.051 * t * t}};
   };
   const auto states = Record(cubic, 0.5, 40);
-  const RecordedPath read = Of(states, {0.01, 0.01}).Read(PathThrough::kSmooth, kTight_rad);
+  const RecordedPath read =
+      MakeRecording(states, {0.01, 0.01}).Read(PathThrough::kSmooth, kTight_rad);
   for (double t_s = states.front().time_s; t_s <= states.back().time_s; t_s += 0.173) {
     EXPECT_LT((read.path.At(t_s)->position_m - cubic(t_s).position_m).norm(), 1e-8);
     EXPECT_LT((read.path.At(t_s)->velocity_mps - cubic(t_s).velocity_mps).norm(), 1e-8);
@@ -238,7 +241,7 @@ TEST(RecordingTest, ASmoothedCubicIsTheCubic) {
 // The cubic through states at the knots is the spline: its acceleration does not jump.
 TEST(RecordingTest, TheAccelerationOfASmoothedPathIsContinuous) {
   const auto states = WithNoise(Record(InAircraft, 0.01, 6000), 0.02, 0.01, 11);
-  const RecordedPath read = Of(states).Read(PathThrough::kSmooth, kTight_rad);
+  const RecordedPath read = MakeRecording(states).Read(PathThrough::kSmooth, kTight_rad);
   ASSERT_GT(read.path.piece_count(), 10U);
   ASSERT_LT(read.path.piece_count(), 600U);
   for (std::size_t k = 1; k < read.path.piece_count(); ++k) {
@@ -254,7 +257,7 @@ TEST(RecordingTest, KnotsStandAtRecordedTimesToTheLastBit) {
   std::vector<StateVector> states;
   for (int k = 0; k < 3000; ++k) states.push_back(InAircraft(-22.0 + 0.01 * k));
   const RecordedPath read =
-      Of(WithNoise(states, 0.02, 0.01, 13)).Read(PathThrough::kSmooth, kTight_rad);
+      MakeRecording(WithNoise(states, 0.02, 0.01, 13)).Read(PathThrough::kSmooth, kTight_rad);
   ASSERT_GT(read.path.states().size(), 30U);
   for (const StateVector& knot : read.path.states()) {
     EXPECT_TRUE(std::any_of(states.begin(), states.end(), [&knot](const StateVector& state) {
@@ -264,21 +267,21 @@ TEST(RecordingTest, KnotsStandAtRecordedTimesToTheLastBit) {
 }
 
 // Seeded statistics: 2 cm and 1 cm/s at 100 Hz. The cubic is off by metres per second; what is left
-// of the smoothed path is told, noise and what the knots do not follow together.
+// of the smoothed path is reported, noise and what the knots do not follow together.
 TEST(RecordingTest, ASmoothedFlightIsAsGoodAsTold) {
-  double square = 0.0, told = 0.0;
+  double square = 0.0, reported = 0.0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const auto states = WithNoise(Record(InAircraft, 0.01, 6000), 0.02, 0.01, seed);
     for (const StateNoise& given : {StateNoise{}, StateNoise{0.02, 0.01}}) {
-      const RecordedPath read = Of(states, given).Read(PathThrough::kSmooth, kTight_rad);
+      const RecordedPath read = MakeRecording(states, given).Read(PathThrough::kSmooth, kTight_rad);
       square += std::pow(VelocityError_mps(read.path, InAircraft, Inner(states)), 2);
-      told += 2.0 * (std::pow(read.errors.noise.velocity_mps, 2) +
-                     std::pow(read.errors.interpolation_mps, 2));
+      reported += 2.0 * (std::pow(read.errors.noise.velocity_mps, 2) +
+                         std::pow(read.errors.interpolation_mps, 2));
       EXPECT_NEAR(read.noise.position_m, 0.02, 0.001);
       EXPECT_NEAR(read.noise.velocity_mps, 0.01, 0.0005);
     }
   }
-  const double rms_mps = std::sqrt(square / 24.0), told_mps = std::sqrt(told / 24.0);
+  const double rms_mps = std::sqrt(square / 24.0), told_mps = std::sqrt(reported / 24.0);
   EXPECT_LT(rms_mps, 0.002);
   EXPECT_NEAR(told_mps, rms_mps, 0.1 * rms_mps);
 }
@@ -287,18 +290,20 @@ TEST(RecordingTest, ASmoothedFlightIsAsGoodAsTold) {
 TEST(RecordingTest, TheMisfitOfASmoothedPathFollowsItsSigmas) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const auto states = WithNoise(Record(InAircraft, 0.02, 3000), 0.02, 0.03, seed);
-    const RecordedPath read = Of(states, {0.02, 0.03}).Read(PathThrough::kSmooth, kTight_rad);
+    const RecordedPath read =
+        MakeRecording(states, {0.02, 0.03}).Read(PathThrough::kSmooth, kTight_rad);
     ASSERT_TRUE(read.fit.has_value());
     const FitOfStates& fit = *read.fit;
     const Interval p = ChiSquareInterval(0.9999, fit.position_freedom);
     const Interval v = ChiSquareInterval(0.9999, fit.velocity_freedom);
-    EXPECT_TRUE(p.Contains(fit.position_1 * fit.position_freedom)) << fit.position_1;
-    EXPECT_TRUE(v.Contains(fit.velocity_1 * fit.velocity_freedom)) << fit.velocity_1;
+    EXPECT_TRUE(p.Contains(fit.position_ratio * fit.position_freedom)) << fit.position_ratio;
+    EXPECT_TRUE(v.Contains(fit.velocity_ratio * fit.velocity_freedom)) << fit.velocity_ratio;
     EXPECT_GT(fit.position_freedom + fit.velocity_freedom, 17000.0);
     // The same states under sigmas three times as large.
-    const RecordedPath loose = Of(states, {0.06, 0.09}).Read(PathThrough::kSmooth, kTight_rad);
-    EXPECT_NEAR(loose.fit->position_1, 1.0 / 9.0, 0.01);
-    EXPECT_NEAR(loose.fit->velocity_1, 1.0 / 9.0, 0.01);
+    const RecordedPath loose =
+        MakeRecording(states, {0.06, 0.09}).Read(PathThrough::kSmooth, kTight_rad);
+    EXPECT_NEAR(loose.fit->position_ratio, 1.0 / 9.0, 0.01);
+    EXPECT_NEAR(loose.fit->velocity_ratio, 1.0 / 9.0, 0.01);
   }
 }
 
@@ -309,7 +314,7 @@ TEST(RecordingTest, StatesAtUnequalTimesAreSmoothedAlike) {
     states.push_back(InAircraft(t_s));
   }
   states = WithNoise(states, 0.02, 0.01, 2);
-  const RecordedPath read = Of(states).Read(PathThrough::kSmooth, kTight_rad);
+  const RecordedPath read = MakeRecording(states).Read(PathThrough::kSmooth, kTight_rad);
   EXPECT_LT(VelocityError_mps(read.path, InAircraft, Inner(states)), 0.003);
   EXPECT_NEAR(read.noise.position_m, 0.02, 0.001);
   EXPECT_NEAR(read.noise.velocity_mps, 0.01, 0.0006);
@@ -320,7 +325,7 @@ TEST(RecordingTest, TwoStatesCanBeReadInEveryWay) {
   const auto states = Record(InAircraft, 1.5, 2);
   for (const PathThrough through :
        {PathThrough::kStates, PathThrough::kOrbit, PathThrough::kPositions, PathThrough::kSmooth}) {
-    const RecordedPath read = Of(states).Read(through, kTight_rad);
+    const RecordedPath read = MakeRecording(states).Read(through, kTight_rad);
     EXPECT_EQ(read.path.start_s(), states.front().time_s);
     EXPECT_EQ(read.path.end_s(), states.back().time_s);
     EXPECT_TRUE(std::isfinite(read.errors.noise.velocity_mps)) << NameOf(through);

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 TEST(TrackAxesTest, AreTheAxesOfLeberlsFrame) {
   const TrackAxes axes = TrackAxesOf(
       Frame::Local(), {.position_m = {17.3, 5.1, 3007.9}, .velocity_mps = {71.3, 0.0, 0.0}});
-  EXPECT_EQ(axes.axes_1, Matrix3d::Identity());
+  EXPECT_EQ(axes.axes, Matrix3d::Identity());
   EXPECT_EQ(axes.rate, Matrix3d::Zero());
   EXPECT_EQ(axes.acceleration, Matrix3d::Zero());
 }
@@ -32,7 +32,7 @@ TEST(TrackAxesTest, UpIsOrthogonalToAClimbingTrack) {
   expected.col(0) << 0.0, 0.8, 0.6;
   expected.col(1) << -1.0, 0.0, 0.0;
   expected.col(2) << 0.0, -0.6, 0.8;
-  EXPECT_LE((axes.axes_1 - expected).norm(), 1e-15);
+  EXPECT_LE((axes.axes - expected).norm(), 1e-15);
 }
 
 // Closed form: on a circular orbit about a sphere all axes turn with the orbit, at the rate w about
@@ -50,7 +50,7 @@ TEST(TrackAxesTest, TurnWithACircularOrbit) {
   const TrackAxes axes = TrackAxesOf(Frame::Geocentric(NamedEllipsoid("Moon")), motion);
   Matrix3d expected;
   expected << forward, radial.cross(forward), radial;
-  EXPECT_LE((axes.axes_1 - expected).norm(), 1e-15);
+  EXPECT_LE((axes.axes - expected).norm(), 1e-15);
   EXPECT_LE((expected.col(1) - m).norm(), 1e-15);  // across is the orbit normal: left of track
   for (int k = 0; k < 3; ++k) {
     const Vector3d turned = m.cross(expected.col(k));
@@ -118,7 +118,7 @@ void ExpectTrackAxesOf(const Ellipsoid* ellipsoid, const Motion& motion, double 
       const auto r = static_cast<std::size_t>(i);
       const Real first = (after[c][r] - before[c][r]) / (2 * h);
       const Real second = (after[c][r] - 2 * here[c][r] + before[c][r]) / (h * h);
-      EXPECT_NEAR(axes.axes_1(i, k), static_cast<double>(here[c][r]), 1e-15);
+      EXPECT_NEAR(axes.axes(i, k), static_cast<double>(here[c][r]), 1e-15);
       EXPECT_NEAR(axes.rate(i, k), static_cast<double>(first), 1e-14 * turn_radps);
       EXPECT_NEAR(
           axes.acceleration(i, k), static_cast<double>(second), 1e-13 * turn_radps * turn_radps);
@@ -155,15 +155,15 @@ TEST(TrackAxesTest, AgreeWithFiftyDigitFiniteDifferences) {
 
 TEST(TrackAxesTest, AreNotANumberWithoutATrack) {
   const Frame local = Frame::Local();
-  EXPECT_TRUE(TrackAxesOf(local, {}).axes_1.array().isNaN().all());
+  EXPECT_TRUE(TrackAxesOf(local, {}).axes.array().isNaN().all());
   const TrackAxes vertical = TrackAxesOf(local, {.velocity_mps = {1e-6, 0.0, 70.3}});
-  EXPECT_TRUE(vertical.axes_1.array().isNaN().all());
+  EXPECT_TRUE(vertical.axes.array().isNaN().all());
   EXPECT_TRUE(vertical.rate.array().isNaN().all());
   EXPECT_TRUE(vertical.acceleration.array().isNaN().all());
   const Motion not_a_number{.velocity_mps = Vector3d::Constant(std::nan(""))};
-  EXPECT_TRUE(TrackAxesOf(local, not_a_number).axes_1.array().isNaN().all());
+  EXPECT_TRUE(TrackAxesOf(local, not_a_number).axes.array().isNaN().all());
   const TrackAxes steep = TrackAxesOf(local, {.velocity_mps = {1e-3, 0.0, 70.3}});
-  EXPECT_NEAR(steep.axes_1.determinant(), 1.0, 1e-12);
+  EXPECT_NEAR(steep.axes.determinant(), 1.0, 1e-12);
 }
 
 }  // namespace

@@ -62,14 +62,17 @@ inline void CheckBlock(const Block& block) {
 
 /// The text as any table, and as each table of a block.
 inline void Csv(std::string_view text) {
-  constexpr std::array<TableColumn, 3> columns{{{"pass"}, {"point"}, {"x_m"}}};
+  constexpr Columns kColumns{{
+      {"pass", ColumnNeed::kOptional, CellKind::kText},
+      {"point", ColumnNeed::kOptional, CellKind::kPoint},
+      {"x_m"},
+  }};
   AllowInputError([&] {
-    CsvReader reader("t.csv", text, columns);
-    while (reader.Next()) {
-      static_cast<void>(reader.Text(0));
-      static_cast<void>(reader.Id(1));
-      static_cast<void>(reader.Number(2));
-    }
+    ForRows(ReadCsvText("t.csv", text, kColumns).get(), [&](const Row& row) {
+      static_cast<void>(row.Text(kColumns("pass")));
+      static_cast<void>(row.Id(kColumns("point")));
+      static_cast<void>(row.Number(kColumns("x_m")));
+    });
   });
   AllowInputError([&] { CheckBlock(ReadBlockTexts({kToml, text, kLooks, {}}).block); });
   AllowInputError([&] { CheckBlock(ReadBlockTexts({kToml, kPaths, text, {}}).block); });
@@ -233,7 +236,7 @@ inline void StudyToml(std::string_view text) {
     const DensificationFile file = ParseDensification(
         text, "study.toml", {}, [](const std::string&) { return std::string(kScene); });
     Check(!file.study.cases.empty() || !file.study.placements.empty());
-    Check(file.study.cases.size() <= kMostStudyCases && !file.identity.empty());
+    Check(file.study.cases.size() <= kMaxStudyCases && !file.identity.empty());
     for (const DensificationCase& of : file.study.cases) {
       Check(!FindProblem(of.scene) && !of.scene.flights.empty());
       Check(of.adjust.corrections != CorrectionChoice::kAuto);

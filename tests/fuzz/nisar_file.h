@@ -45,13 +45,13 @@ struct NisarFile {
   }
   /// The place that is seen at a time and range on a height surface of WGS84.
   [[nodiscard]] static Eigen::Vector3d Ground_m(double seconds, double range_m, double height_m) {
-    Sight sight;
-    sight.antenna_m = Position_m(seconds);
-    sight.velocity_mps = Velocity_mps(seconds);
-    sight.range_m = range_m;
-    sight.acceleration_mps2 = Eigen::Vector3d::Zero();
-    sight.side = +1;
-    return IntersectWithHeight(sight, Frame::Geocentric(NamedEllipsoid("WGS84")), height_m)
+    FixedPathLook observation;
+    observation.antenna_m = Position_m(seconds);
+    observation.velocity_mps = Velocity_mps(seconds);
+    observation.range_m = range_m;
+    observation.acceleration_mps2 = Eigen::Vector3d::Zero();
+    observation.side = +1;
+    return IntersectWithHeight(observation, Frame::Geocentric(NamedEllipsoid("WGS84")), height_m)
         .position_m;
   }
 

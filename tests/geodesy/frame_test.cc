@@ -45,10 +45,25 @@ TEST(FrameTest, AgreesWithTheTextbookFormulas) {
       EXPECT_LE((frame.FrameFromGeodetic(g) - p_m).norm(), 5e-9);  // rounding of 7e6 m, degrees
       EXPECT_LE((frame.EnuFromFrame(p_m) - TextbookEnu(g)).norm(), 3e-15);
       const Vertical vertical = frame.VerticalAt(p_m);
-      EXPECT_LE((vertical.up_1 - TextbookEnu(g).row(2).transpose()).norm(), 2e-15);
+      EXPECT_LE((vertical.up - TextbookEnu(g).row(2).transpose()).norm(), 2e-15);
       EXPECT_NEAR(vertical.height_m, g.h_m, 5e-9);
     }
   }
+}
+
+// Second route: the exact vertical, from below the ground to orbits and from the equator to a pole.
+TEST(FrameTest, UpIsThatOfTheVertical) {
+  for (const Ellipsoid& e : {NamedEllipsoid("WGS84"), NamedEllipsoid("Mars"), kFlat}) {
+    const Frame frame = Frame::Geocentric(e);
+    for (const double height_m : {-9000.0, 0.0, 7e5, 3.6e7}) {
+      for (double latitude_rad = -M_PI_2; latitude_rad < 1.58; latitude_rad += M_PI / 32.0) {
+        const Vector3d p_m = Textbook(e, {latitude_rad, 2.3, height_m});
+        EXPECT_LE((frame.UpAt(p_m) - frame.VerticalAt(p_m).up).norm(), 1e-8)
+            << latitude_rad << ' ' << height_m;
+      }
+    }
+  }
+  EXPECT_EQ(Frame::Local().UpAt({1.0, 2.0, 3.0}), Vector3d::UnitZ());
 }
 
 TEST(FrameTest, GeodeticCoordinatesReturn) {  // round trip
@@ -81,7 +96,7 @@ TEST(FrameTest, VerticalTurnsByTheCurvatureOfItsPlace) {
       for (int axis = 0; axis < 3; ++axis) {
         const Vector3d step_m = 10.0 * Vector3d::Unit(axis);
         const Vector3d difference =
-            (frame.VerticalAt(p_m + step_m).up_1 - frame.VerticalAt(p_m - step_m).up_1) / 20.0;
+            (frame.VerticalAt(p_m + step_m).up - frame.VerticalAt(p_m - step_m).up) / 20.0;
         EXPECT_LE((vertical.dup_dp.col(axis) - difference).norm(), 1e-16);
       }
     }
@@ -103,11 +118,11 @@ TEST(FrameTest, TheLocalFrameIsFlat) {
   EXPECT_EQ(frame.kind(), FrameKind::kLocal);
   EXPECT_EQ(frame.EnuFromFrame(p_m), Matrix3d::Identity());
   const Vertical vertical = frame.VerticalAt(p_m);
-  EXPECT_EQ(vertical.up_1, Vector3d::UnitZ());
+  EXPECT_EQ(vertical.up, Vector3d::UnitZ());
   EXPECT_EQ(vertical.height_m, 57.9);
   EXPECT_EQ(vertical.dup_dp, Matrix3d::Zero());
   const VerticalMotion motion = frame.VerticalAlong(p_m, {71.3, 2.1, 0.3}, {0.1, 0.2, -0.3});
-  EXPECT_EQ(motion.up_1, Vector3d::UnitZ());
+  EXPECT_EQ(motion.up, Vector3d::UnitZ());
   EXPECT_EQ(motion.rate, Vector3d::Zero());
   EXPECT_EQ(motion.acceleration, Vector3d::Zero());
 }

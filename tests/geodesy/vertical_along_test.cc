@@ -85,7 +85,7 @@ TEST(VerticalAlongTest, AgreesWithFiftyDigitFiniteDifferences) {
     const Vector3d rate = Rounded((Real(1) / (2 * h)) * (after + Real(-1) * before));
     const Vector3d acceleration = Rounded((Real(1) / (h * h)) * (after + Real(-2) * here + before));
     const double turn = c.v_mps.norm() / c.p_m.norm();
-    EXPECT_LE((motion.up_1 - Rounded(here)).norm(), 1e-15);
+    EXPECT_LE((motion.up - Rounded(here)).norm(), 1e-15);
     EXPECT_LE((motion.rate - rate).norm(), 1e-14 * turn);
     EXPECT_LE((motion.acceleration - acceleration).norm(),
               1e-13 * (turn * turn + c.a_mps2.norm() / c.p_m.norm()));
@@ -101,7 +101,7 @@ TEST(VerticalAlongTest, TurnsWithACircleAroundASphere) {
                                     .VerticalAlong({r_m, 0.0, 0.0},
                                                    {0.0, r_m * rate_radps, 0.0},
                                                    {-r_m * rate_radps * rate_radps, 0.0, 0.0});
-  EXPECT_LE((motion.up_1 - Vector3d::UnitX()).norm(), 1e-15);
+  EXPECT_LE((motion.up - Vector3d::UnitX()).norm(), 1e-15);
   EXPECT_LE((motion.rate - rate_radps * Vector3d::UnitY()).norm(), 1e-18);
   EXPECT_LE((motion.acceleration + rate_radps * rate_radps * Vector3d::UnitX()).norm(), 1e-20);
 }

@@ -10,7 +10,7 @@
 namespace sarblock {
 namespace {
 
-using testing_scene::SightOf;
+using testing_scene::FixPath;
 using testing_scene::Station;
 using testing_scene::View;
 
@@ -23,7 +23,7 @@ TEST(IntersectionAngleTest, IsTheDifferenceOfLookAnglesForParallelTracks) {
     far.look_rad = 0.913;
     far.squint_rad = squint_rad;
     far.range_m = 14142.25;
-    EXPECT_NEAR(IntersectionAngle(p, SightOf(p, near), SightOf(p, far)), 0.476, 1e-14)
+    EXPECT_NEAR(IntersectionAngle(p, FixPath(p, near), FixPath(p, far)), 0.476, 1e-14)
         << squint_rad;
   }
 }
@@ -33,13 +33,13 @@ TEST(IntersectionAngleTest, IsZeroForFlightsSquintedFromOneLine) {
   View fore, aft;
   fore.squint_rad = 0.41;
   aft.squint_rad = -0.41;
-  EXPECT_NEAR(IntersectionAngle(p, SightOf(p, fore), SightOf(p, aft)), 0.0, 1e-14);
+  EXPECT_NEAR(IntersectionAngle(p, FixPath(p, fore), FixPath(p, aft)), 0.0, 1e-14);
 }
 
 // Hand value: d' = (0, 3, -4), d'' = (12, 0, -5): cos = 20/65.
 TEST(IntersectionAngleTest, IsTheAngleOfTheRangeGradientsForCrossingTracks) {
-  const Sight first = Station(0.0, -3e3, 4e3, 5e3, +1);
-  Sight second = Station(-12e3, 0.0, 5e3, 13e3, -1);
+  const FixedPathLook first = Station(0.0, -3e3, 4e3, 5e3, +1);
+  FixedPathLook second = Station(-12e3, 0.0, 5e3, 13e3, -1);
   second.velocity_mps = {0.0, 250.0, 0.0};
   const Eigen::Vector3d p = Eigen::Vector3d::Zero();
   EXPECT_NEAR(IntersectionAngle(p, first, second), std::acos(20.0 / 65.0), 1e-15);
@@ -48,8 +48,8 @@ TEST(IntersectionAngleTest, IsTheAngleOfTheRangeGradientsForCrossingTracks) {
 
 // Both look from opposite directions along one line: pi, the largest value there is.
 TEST(IntersectionAngleTest, ReachesPi) {
-  const Sight left = Station(0.0, -3e3, 4e3, 5e3, +1);
-  const Sight below = Station(0.0, 6e3, -8e3, 10e3, -1);
+  const FixedPathLook left = Station(0.0, -3e3, 4e3, 5e3, +1);
+  const FixedPathLook below = Station(0.0, 6e3, -8e3, 10e3, -1);
   EXPECT_NEAR(IntersectionAngle(Eigen::Vector3d::Zero(), left, below), std::numbers::pi, 1e-15);
 }
 

@@ -13,7 +13,7 @@
 namespace sarblock {
 namespace {
 
-using testing_scene::SightOf;
+using testing_scene::FixPath;
 using testing_scene::Station;
 using testing_scene::View;
 
@@ -31,22 +31,22 @@ TEST(IntersectWithHeightTest, FindsPythagoreanPointsOnEitherSide) {
 
 // Closed form with squint: R sin(tau) along, the rest of the range in the plane across.
 TEST(IntersectWithHeightTest, PlacesASquintedLook) {
-  Sight sight = Station(0.0, 0.0, 4812.5, 9123.75, +1);
-  sight.cone.squint_rad = -0.43;
+  FixedPathLook observation = Station(0.0, 0.0, 4812.5, 9123.75, +1);
+  observation.cone.squint_rad = -0.43;
   const double x = 9123.75 * std::sin(-0.43);
   const double y = std::sqrt(9123.75 * 9123.75 - x * x - 4812.5 * 4812.5);
-  const Intersection result = IntersectWithHeight(sight, Frame::Local(), 0.0);
+  const Intersection result = IntersectWithHeight(observation, Frame::Local(), 0.0);
   ASSERT_EQ(result.outcome, IntersectionOutcome::kDetermined);
   EXPECT_LT((result.position_m - Eigen::Vector3d(x, y, 0.0)).norm(), 1e-10);
 }
 
 TEST(IntersectWithHeightTest, SaysWhenTheCircleStaysAboveOrBelowTheSurface) {
-  const Sight sight = Station(0.0, 0.0, 5000.25, 3000.5, +1);
-  EXPECT_EQ(IntersectWithHeight(sight, Frame::Local(), 0.0).outcome,
+  const FixedPathLook observation = Station(0.0, 0.0, 5000.25, 3000.5, +1);
+  EXPECT_EQ(IntersectWithHeight(observation, Frame::Local(), 0.0).outcome,
             IntersectionOutcome::kCirclesDoNotMeet);
-  EXPECT_EQ(IntersectWithHeight(sight, Frame::Local(), 8001.0).outcome,
+  EXPECT_EQ(IntersectWithHeight(observation, Frame::Local(), 8001.0).outcome,
             IntersectionOutcome::kCirclesDoNotMeet);
-  EXPECT_EQ(IntersectWithHeight(sight, Frame::Local(), 1999.8).outcome,
+  EXPECT_EQ(IntersectWithHeight(observation, Frame::Local(), 1999.8).outcome,
             IntersectionOutcome::kDetermined);
 }
 
@@ -72,8 +72,8 @@ TEST(IntersectWithHeightTest, RecoversPointsOnEllipsoids) {
     view.side = seed % 2 == 0 ? +1 : -1;
     view.range_m = orbit ? between(3e5, 6e5) : between(6e3, 2e4);
     view.speed_mps = orbit ? 6789.0 : 123.0;
-    const Sight sight = SightOf(p, view, frame.EnuFromFrame(p));
-    const Intersection result = IntersectWithHeight(sight, frame, place.h_m);
+    const FixedPathLook observation = FixPath(p, view, frame.EnuFromFrame(p));
+    const Intersection result = IntersectWithHeight(observation, frame, place.h_m);
     ASSERT_EQ(result.outcome, IntersectionOutcome::kDetermined) << seed;
     // Coordinates of 7e6 m hold 1e-9 m; a look angle of 20 degrees triples a height error.
     EXPECT_LT((result.position_m - p).norm(), 2e-8) << seed;
@@ -84,12 +84,14 @@ TEST(IntersectWithHeightTest, RecoversPointsOnEllipsoids) {
 
 TEST(IntersectWithHeightTest, SaysWhenAnOrbitDoesNotReachTheEllipsoid) {
   const Frame frame = Frame::Geocentric(NamedEllipsoid("Venus"));
-  Sight sight;
-  sight.antenna_m = {6051.8e3 + 375e3, 0.0, 0.0};
-  sight.velocity_mps = {0.0, 7101.5, 0.0};
-  sight.range_m = 374.9e3;
-  EXPECT_EQ(IntersectWithHeight(sight, frame, 0.0).outcome, IntersectionOutcome::kCirclesDoNotMeet);
-  EXPECT_EQ(IntersectWithHeight(sight, frame, 101.0).outcome, IntersectionOutcome::kDetermined);
+  FixedPathLook observation;
+  observation.antenna_m = {6051.8e3 + 375e3, 0.0, 0.0};
+  observation.velocity_mps = {0.0, 7101.5, 0.0};
+  observation.range_m = 374.9e3;
+  EXPECT_EQ(IntersectWithHeight(observation, frame, 0.0).outcome,
+            IntersectionOutcome::kCirclesDoNotMeet);
+  EXPECT_EQ(IntersectWithHeight(observation, frame, 101.0).outcome,
+            IntersectionOutcome::kDetermined);
 }
 
 TEST(IntersectWithHeightTest, RefusesAHeightThatIsNotFinite) {

@@ -13,7 +13,7 @@
 namespace sarblock {
 namespace {
 
-using testing_scene::SightOf;
+using testing_scene::FixPath;
 using testing_scene::View;
 
 constexpr int kDraws = 1500;
@@ -26,22 +26,22 @@ struct Sums {
 
 // Adds noise as a radar makes it: the antenna's true place is read at a wrong time, the range is
 // measured at the true one. Accelerations are zero: straight paths.
-Sums Draw(const std::vector<Sight>& exact, const Eigen::Vector3d& p, std::uint64_t seed) {
+Sums Draw(const std::vector<FixedPathLook>& exact, const Eigen::Vector3d& p, std::uint64_t seed) {
   Sums sums;
   for (int draw = 0; draw < kDraws; ++draw) {
     RandomStream random(seed, static_cast<std::uint64_t>(draw));
-    std::vector<Sight> sights = exact;
-    for (Sight& sight : sights) {
-      const double speed_mps = sight.velocity_mps.norm();
-      const double cos_tau = std::cos(sight.cone.squint_rad);
+    std::vector<FixedPathLook> observations = exact;
+    for (FixedPathLook& observation : observations) {
+      const double speed_mps = observation.velocity_mps.norm();
+      const double cos_tau = std::cos(observation.cone.squint_rad);
       // Metres at the target move by cos^2(tau) with the antenna (docs/theory/intersection.md).
-      const double sigma_t_s = sight.azimuth_in_seconds
-                                   ? sight.azimuth_sigma
-                                   : sight.azimuth_sigma / (speed_mps * cos_tau * cos_tau);
-      sight.antenna_m += sigma_t_s * random.Normal() * sight.velocity_mps;
-      sight.range_m += sight.range_sigma_m * random.Normal();
+      const double sigma_t_s = observation.azimuth_in_seconds
+                                   ? observation.azimuth_sigma
+                                   : observation.azimuth_sigma / (speed_mps * cos_tau * cos_tau);
+      observation.antenna_m += sigma_t_s * random.Normal() * observation.velocity_mps;
+      observation.range_m += observation.range_sigma_m * random.Normal();
     }
-    const Intersection result = Intersect(sights, Frame::Local());
+    const Intersection result = Intersect(observations, Frame::Local());
     if (result.outcome != IntersectionOutcome::kDetermined) {
       continue;
     }
@@ -54,7 +54,7 @@ Sums Draw(const std::vector<Sight>& exact, const Eigen::Vector3d& p, std::uint64
 }
 
 // Seeded statistics: sums of kDraws chi-square variables within their 99.9 % intervals.
-void ExpectChiSquare(const std::vector<Sight>& exact,
+void ExpectChiSquare(const std::vector<FixedPathLook>& exact,
                      const Eigen::Vector3d& p,
                      std::uint64_t seed) {
   const Sums sums = Draw(exact, p, seed);
@@ -66,7 +66,7 @@ void ExpectChiSquare(const std::vector<Sight>& exact,
   EXPECT_TRUE(nees.Contains(sums.nees)) << sums.nees / kDraws;
 }
 
-std::vector<Sight> SquintedPair(const Eigen::Vector3d& p) {
+std::vector<FixedPathLook> SquintedPair(const Eigen::Vector3d& p) {
   View near, far;
   near.look_rad = 0.61;
   near.squint_rad = 0.52;
@@ -75,41 +75,41 @@ std::vector<Sight> SquintedPair(const Eigen::Vector3d& p) {
   far.squint_rad = -0.44;
   far.range_m = 13371.5;
   far.heading_rad = 0.12;
-  std::vector<Sight> sights = {SightOf(p, near), SightOf(p, far)};
-  sights[0].range_sigma_m = 1.7;
-  sights[1].range_sigma_m = 0.6;
-  return sights;
+  std::vector<FixedPathLook> observations = {FixPath(p, near), FixPath(p, far)};
+  observations[0].range_sigma_m = 1.7;
+  observations[1].range_sigma_m = 0.6;
+  return observations;
 }
 
 TEST(IntersectionStatisticsTest, SquintedPairWithAzimuthInMetres) {
   const Eigen::Vector3d p(-512.25, 77.5, 123.0);
-  std::vector<Sight> sights = SquintedPair(p);
-  sights[0].azimuth_sigma = 2.9;
-  sights[1].azimuth_sigma = 1.1;
-  ExpectChiSquare(sights, p, 11);
+  std::vector<FixedPathLook> observations = SquintedPair(p);
+  observations[0].azimuth_sigma = 2.9;
+  observations[1].azimuth_sigma = 1.1;
+  ExpectChiSquare(observations, p, 11);
 }
 
 TEST(IntersectionStatisticsTest, SquintedPairWithAzimuthInSeconds) {
   const Eigen::Vector3d p(-512.25, 77.5, 123.0);
-  std::vector<Sight> sights = SquintedPair(p);
-  for (Sight& sight : sights) {
-    sight.azimuth_in_seconds = true;
-    sight.azimuth_sigma = 0.0173;
+  std::vector<FixedPathLook> observations = SquintedPair(p);
+  for (FixedPathLook& observation : observations) {
+    observation.azimuth_in_seconds = true;
+    observation.azimuth_sigma = 0.0173;
   }
-  ExpectChiSquare(sights, p, 12);
+  ExpectChiSquare(observations, p, 12);
 }
 
 TEST(IntersectionStatisticsTest, OppositeAndCrossingLooksTogether) {
   const Eigen::Vector3d p(-512.25, 77.5, 123.0);
-  std::vector<Sight> sights = SquintedPair(p);
+  std::vector<FixedPathLook> observations = SquintedPair(p);
   View opposite, crossing;
   opposite.side = -1;
   opposite.look_rad = 0.7;
   crossing.heading_rad = 1.9;
   crossing.squint_rad = 0.08;
-  sights.push_back(SightOf(p, opposite));
-  sights.push_back(SightOf(p, crossing));
-  ExpectChiSquare(sights, p, 13);
+  observations.push_back(FixPath(p, opposite));
+  observations.push_back(FixPath(p, crossing));
+  ExpectChiSquare(observations, p, 13);
 }
 
 // Badly conditioned pairs (antennas almost in line with the point, or any height difference) with
@@ -126,22 +126,22 @@ TEST(IntersectionStatisticsTest, NeverTakesAMirrorSolutionForThePoint) {
     const bool in_line = seed % 2 == 0;
     const Eigen::Vector3d p(between(-5e3, 5e3), between(-5e3, 5e3), between(0.0, 1e3));
     const double first_look_rad = between(0.1, 1.4);
-    std::vector<Sight> sights;
+    std::vector<FixedPathLook> observations;
     for (int k = 0; k < 2; ++k) {
       View view;
       view.look_rad = in_line ? first_look_rad + k * between(-0.03, 0.03) : between(0.05, 1.5);
       view.squint_rad = in_line ? between(-0.02, 0.02) : between(-1.0, 1.0);
       view.range_m = between(3e3, 13e3) / (std::cos(view.look_rad) * std::cos(view.squint_rad));
-      Sight sight = SightOf(p, view);
-      sight.range_sigma_m = 2.1;
-      sight.azimuth_sigma = 3.3;
+      FixedPathLook observation = FixPath(p, view);
+      observation.range_sigma_m = 2.1;
+      observation.azimuth_sigma = 3.3;
       const double cos_tau = std::cos(view.squint_rad);
-      sight.range_m += 2.1 * random.Normal();
-      sight.antenna_m +=
-          3.3 / (cos_tau * cos_tau) * random.Normal() * sight.velocity_mps.normalized();
-      sights.push_back(sight);
+      observation.range_m += 2.1 * random.Normal();
+      observation.antenna_m +=
+          3.3 / (cos_tau * cos_tau) * random.Normal() * observation.velocity_mps.normalized();
+      observations.push_back(observation);
     }
-    const Intersection result = Intersect(sights, Frame::Local());
+    const Intersection result = Intersect(observations, Frame::Local());
     if (result.outcome != IntersectionOutcome::kDetermined) {
       continue;
     }

@@ -16,7 +16,7 @@
 namespace sarblock {
 namespace {
 
-using testing_scene::SightOf;
+using testing_scene::FixPath;
 using testing_scene::Station;
 using testing_scene::View;
 
@@ -24,9 +24,9 @@ using IntersectionOutcome::kDetermined;
 
 // Hand values: heights 12 km over the datum, ground distances 35 km and 5 km (35-12-37, 5-12-13).
 TEST(IntersectTest, FindsAPythagoreanPointFromTheSameSide) {
-  const std::array<Sight, 2> sights = {Station(-317.25, 0.0, 12e3, 37e3, +1),
-                                       Station(-317.25, 30e3, 12e3, 13e3, +1)};
-  const Intersection result = Intersect(sights, Frame::Local());
+  const std::array<FixedPathLook, 2> observations = {Station(-317.25, 0.0, 12e3, 37e3, +1),
+                                                     Station(-317.25, 30e3, 12e3, 13e3, +1)};
+  const Intersection result = Intersect(observations, Frame::Local());
   ASSERT_EQ(result.outcome, kDetermined);
   // The range in the last place is 7e-12 m; the geometry (B/H = 2.5) keeps it.
   EXPECT_LT((result.position_m - Eigen::Vector3d(-317.25, 35e3, 0.0)).norm(), 1e-10);
@@ -37,9 +37,9 @@ TEST(IntersectTest, FindsAPythagoreanPointFromTheSameSide) {
 
 // Opposite side: 35-12-37 and 9-12-15, the second antenna looks to the right.
 TEST(IntersectTest, FindsAPythagoreanPointFromOppositeSides) {
-  const std::array<Sight, 2> sights = {Station(55.5, 0.0, 12e3, 37e3, +1),
-                                       Station(55.5, 44e3, 12e3, 15e3, -1)};
-  const Intersection result = Intersect(sights, Frame::Local());
+  const std::array<FixedPathLook, 2> observations = {Station(55.5, 0.0, 12e3, 37e3, +1),
+                                                     Station(55.5, 44e3, 12e3, 15e3, -1)};
+  const Intersection result = Intersect(observations, Frame::Local());
   ASSERT_EQ(result.outcome, kDetermined);
   EXPECT_LT((result.position_m - Eigen::Vector3d(55.5, 35e3, 0.0)).norm(), 1e-10);
   // tan(theta') = 35/12, tan(theta'') = -9/12: the sum of both look angles.
@@ -49,10 +49,10 @@ TEST(IntersectTest, FindsAPythagoreanPointFromOppositeSides) {
 // A cross-wise flight: the second antenna flies along +y, 9 km west of the point at 12 km height,
 // and looks to the right (+x). Its plane alone fixes y.
 TEST(IntersectTest, FindsAPythagoreanPointFromCrossingTracks) {
-  Sight crossing = Station(-8.0e3, 35e3, 12e3, 15e3, -1);
+  FixedPathLook crossing = Station(-8.0e3, 35e3, 12e3, 15e3, -1);
   crossing.velocity_mps = {0.0, 181.0, 0.0};
-  const std::array<Sight, 2> sights = {Station(1e3, 0.0, 12e3, 37e3, +1), crossing};
-  const Intersection result = Intersect(sights, Frame::Local());
+  const std::array<FixedPathLook, 2> observations = {Station(1e3, 0.0, 12e3, 37e3, +1), crossing};
+  const Intersection result = Intersect(observations, Frame::Local());
   ASSERT_EQ(result.outcome, kDetermined);
   EXPECT_LT((result.position_m - Eigen::Vector3d(1e3, 35e3, 0.0)).norm(), 1e-10);
 }
@@ -69,12 +69,13 @@ TEST(IntersectTest, CovarianceIsEquation25InThePaperGeometry) {
       const double y = c.near_m + (c.far_m - c.near_m) * i / 6.0;
       const double b = c.base_m, h = c.height_m;
       const double r1 = std::hypot(h, y), r2 = std::hypot(h, y - b);
-      std::array<Sight, 2> sights = {Station(0.0, 0.0, h, r1, +1), Station(0.0, b, h, r2, +1)};
-      for (Sight& sight : sights) {
-        sight.range_sigma_m = c.sigma_m;
-        sight.azimuth_sigma = 3.9;
+      std::array<FixedPathLook, 2> observations = {Station(0.0, 0.0, h, r1, +1),
+                                                   Station(0.0, b, h, r2, +1)};
+      for (FixedPathLook& observation : observations) {
+        observation.range_sigma_m = c.sigma_m;
+        observation.azimuth_sigma = 3.9;
       }
-      const Intersection result = Intersect(sights, Frame::Local());
+      const Intersection result = Intersect(observations, Frame::Local());
       ASSERT_EQ(result.outcome, kDetermined) << y;
       const double sigma_y_m = c.sigma_m * std::hypot(r1, r2) / b;
       const double sigma_z_m = c.sigma_m * std::hypot(r1 * (y - b), r2 * y) / (b * h);
@@ -100,7 +101,7 @@ TEST(IntersectTest, RecoversThePointOfRandomGeometries) {
     const bool opposite = seed % 2 == 1;
     const double height_m = between(4e3, 11e3);
     const double first_look_rad = between(0.35, 1.15);
-    std::array<Sight, 2> sights;
+    std::array<FixedPathLook, 2> observations;
     for (std::size_t k = 0; k < 2; ++k) {
       View view;
       view.heading_rad = k == 1 && crossing ? between(-3.0, 3.0) : 0.7;
@@ -114,20 +115,21 @@ TEST(IntersectTest, RecoversThePointOfRandomGeometries) {
       // tracks then lies above the antennas.
       view.range_m = height_m * between(0.9995, 1.0005) /
                      (std::cos(view.look_rad) * std::cos(view.squint_rad));
-      sights[k] = SightOf(p, view);
-      sights[k].range_sigma_m = 0.31;
-      sights[k].azimuth_sigma = 0.22;
+      observations[k] = FixPath(p, view);
+      observations[k].range_sigma_m = 0.31;
+      observations[k].azimuth_sigma = 0.22;
       if (seed % 5 == 0) {
-        sights[k].cone.kind = Cone::Kind::kDoppler;
-        sights[k].cone.closing_mps =
-            sights[k].velocity_mps.dot(p - sights[k].antenna_m) / sights[k].range_m;
+        observations[k].cone.kind = Cone::Kind::kDoppler;
+        observations[k].cone.closing_mps =
+            observations[k].velocity_mps.dot(p - observations[k].antenna_m) /
+            observations[k].range_m;
       }
     }
-    const Intersection result = Intersect(sights, Frame::Local());
+    const Intersection result = Intersect(observations, Frame::Local());
     ASSERT_EQ(result.outcome, kDetermined) << seed << ": " << NameOf(result.outcome);
-    const double angle_rad = IntersectionAngle(p, sights[0], sights[1]);
+    const double angle_rad = IntersectionAngle(p, observations[0], observations[1]);
     // Rounding of the range (4e-12 m) over the angle of intersection, with room for the chain.
-    const double tolerance_m = crossing ? 1e-6 : 1e-9 + 1e-14 * sights[0].range_m / angle_rad;
+    const double tolerance_m = crossing ? 1e-6 : 1e-9 + 1e-14 * observations[0].range_m / angle_rad;
     EXPECT_LT((result.position_m - p).norm(), tolerance_m) << seed;
     ++determined;
   }
@@ -155,8 +157,9 @@ TEST(IntersectTest, RecoversAPointFromOrbit) {
     flat.look_rad = 0.77;
     flat.squint_rad = -0.013;
     flat.range_m = 1034567.8;
-    const std::array<Sight, 2> sights = {SightOf(p, steep, enu), SightOf(p, flat, enu)};
-    const Intersection result = Intersect(sights, frame);
+    const std::array<FixedPathLook, 2> observations = {FixPath(p, steep, enu),
+                                                       FixPath(p, flat, enu)};
+    const Intersection result = Intersect(observations, frame);
     ASSERT_EQ(result.outcome, kDetermined) << seed;
     // Coordinates of 7e6 m are known to 1e-9 m; the intersection of 20 degrees triples that.
     EXPECT_LT((result.position_m - p).norm(), 2e-8) << seed;
@@ -166,13 +169,13 @@ TEST(IntersectTest, RecoversAPointFromOrbit) {
 // A base of a hundred-thousandth of the height with ranges good to a tenth of a millimetre.
 TEST(IntersectTest, KeepsAPointOfATinyBase) {
   const double h = 9871.3, y = 13417.9, b = 1e-5 * h;
-  std::array<Sight, 2> sights = {Station(0.0, 0.0, h, std::hypot(h, y), +1),
-                                 Station(0.0, b, h, std::hypot(h, y - b), +1)};
-  for (Sight& sight : sights) {
-    sight.range_sigma_m = 1e-4;
-    sight.azimuth_sigma = 1e-3;
+  std::array<FixedPathLook, 2> observations = {Station(0.0, 0.0, h, std::hypot(h, y), +1),
+                                               Station(0.0, b, h, std::hypot(h, y - b), +1)};
+  for (FixedPathLook& observation : observations) {
+    observation.range_sigma_m = 1e-4;
+    observation.azimuth_sigma = 1e-3;
   }
-  const Intersection result = Intersect(sights, Frame::Local());
+  const Intersection result = Intersect(observations, Frame::Local());
   ASSERT_EQ(result.outcome, kDetermined);
   // Ranges rounded to 2e-12 m over an angle of 4e-6: 1e-6 m.
   EXPECT_LT((result.position_m - Eigen::Vector3d(0.0, y, 0.0)).norm(), 5e-6);
@@ -181,18 +184,18 @@ TEST(IntersectTest, KeepsAPointOfATinyBase) {
   EXPECT_NEAR(std::sqrt(result.covariance_m2(2, 2)), sigma_z_m, 1e-6 * sigma_z_m);
 }
 
-std::vector<Sight> Fan(const Eigen::Vector3d& p, int looks) {
-  std::vector<Sight> sights;
+std::vector<FixedPathLook> Fan(const Eigen::Vector3d& p, int looks) {
+  std::vector<FixedPathLook> observations;
   for (int k = 0; k < looks; ++k) {
     View view;
     view.heading_rad = 0.01 * k;
     view.look_rad = 0.5 + 0.4 * k / looks;
     view.squint_rad = 0.003 * (k % 7);
     view.range_m = 9137.0 / std::cos(view.look_rad);
-    sights.push_back(SightOf(p, view));
-    sights.back().range_sigma_m = 0.9 + 0.1 * (k % 3);
+    observations.push_back(FixPath(p, view));
+    observations.back().range_sigma_m = 0.9 + 0.1 * (k % 3);
   }
-  return sights;
+  return observations;
 }
 
 // More looks than the pair search and the stack hold: the information only grows, and the order of
@@ -201,12 +204,12 @@ TEST(IntersectTest, UsesAnyNumberOfLooks) {
   const Eigen::Vector3d p(812.5, -273.75, 91.0);
   double last_trace_m2 = 1e30;
   for (const int looks : {2, 3, 8, 9, 16, 17, 64, 65, 200}) {
-    std::vector<Sight> sights = Fan(p, looks);
-    const Intersection result = Intersect(sights, Frame::Local());
+    std::vector<FixedPathLook> observations = Fan(p, looks);
+    const Intersection result = Intersect(observations, Frame::Local());
     ASSERT_EQ(result.outcome, kDetermined) << looks;
     EXPECT_LT((result.position_m - p).norm(), 1e-9) << looks;
-    std::reverse(sights.begin(), sights.end());
-    const Intersection reversed = Intersect(sights, Frame::Local());
+    std::reverse(observations.begin(), observations.end());
+    const Intersection reversed = Intersect(observations, Frame::Local());
     EXPECT_LT((reversed.covariance_m2 - result.covariance_m2).norm(),
               1e-10 * result.covariance_m2.norm());
     EXPECT_NEAR(reversed.intersection_rad, result.intersection_rad, 1e-12) << looks;
@@ -221,15 +224,15 @@ TEST(IntersectTest, UsesAnyNumberOfLooks) {
 TEST(IntersectTest, IsInvariantUnderAShift) {
   const Eigen::Vector3d p(812.5, -273.75, 91.0);
   const Eigen::Vector3d shift(8388608.0, -4194304.0, 524288.0);  // powers of two: exact sums
-  std::vector<Sight> sights = Fan(p, 5);
-  for (Sight& sight : sights) {
-    sight.antenna_m = (sight.antenna_m * 1024.0).array().round().matrix() / 1024.0;
+  std::vector<FixedPathLook> observations = Fan(p, 5);
+  for (FixedPathLook& observation : observations) {
+    observation.antenna_m = (observation.antenna_m * 1024.0).array().round().matrix() / 1024.0;
   }
-  const Intersection here = Intersect(sights, Frame::Local());
-  for (Sight& sight : sights) {
-    sight.antenna_m += shift;
+  const Intersection here = Intersect(observations, Frame::Local());
+  for (FixedPathLook& observation : observations) {
+    observation.antenna_m += shift;
   }
-  const Intersection there = Intersect(sights, Frame::Local());
+  const Intersection there = Intersect(observations, Frame::Local());
   EXPECT_LT((there.position_m - shift - here.position_m).norm(), 4e-9);  // 2 units of 1e7 m
   EXPECT_EQ(there.covariance_m2, here.covariance_m2);
 }
@@ -242,33 +245,37 @@ TEST(IntersectTest, CovarianceHasTheWeightsOfTheSolution) {
   far.look_rad = 0.9;
   far.squint_rad = -0.5;
   const Eigen::Vector3d p(812.5, -273.75, 91.0);
-  std::array<Sight, 2> sights = {SightOf(p, near), SightOf(p, far)};
-  for (Sight& sight : sights) {
-    sight.range_sigma_m = 37.0;
-    sight.azimuth_in_seconds = true;
-    sight.azimuth_sigma = 0.31;
+  std::array<FixedPathLook, 2> observations = {FixPath(p, near), FixPath(p, far)};
+  for (FixedPathLook& observation : observations) {
+    observation.range_sigma_m = 37.0;
+    observation.azimuth_in_seconds = true;
+    observation.azimuth_sigma = 0.31;
   }
-  sights[0].antenna_m[0] += 91.25;
-  sights[1].range_m += 48.5;
-  const Intersection result = Intersect(sights, Frame::Local());
+  observations[0].antenna_m[0] += 91.25;
+  observations[1].range_m += 48.5;
+  const Intersection result = Intersect(observations, Frame::Local());
   ASSERT_EQ(result.outcome, kDetermined);
   Eigen::Matrix<double, 4, 3> jacobian;
   Eigen::Vector4d errors;
   for (Eigen::Index k = 0; k < 2; ++k) {
-    const Sight& sight = sights[static_cast<std::size_t>(k)];
+    const FixedPathLook& observation = observations[static_cast<std::size_t>(k)];
     LookEquations look;
-    ASSERT_TRUE(EvaluateLookEquations(
-        result.position_m, sight.antenna_m, sight.velocity_mps, sight.cone, 0.0, &look));
-    const Whitening w = WhitenTime(sight.range_sigma_m,
-                                   sight.azimuth_sigma,
+    ASSERT_TRUE(EvaluateLookEquations(result.position_m,
+                                      observation.antenna_m,
+                                      observation.velocity_mps,
+                                      observation.cone,
+                                      0.0,
+                                      &look));
+    const Whitening w = WhitenTime(observation.range_sigma_m,
+                                   observation.azimuth_sigma,
                                    LookTimeRates(result.position_m,
-                                                 sight.antenna_m,
-                                                 sight.velocity_mps,
-                                                 sight.acceleration_mps2,
-                                                 sight.cone));
+                                                 observation.antenna_m,
+                                                 observation.velocity_mps,
+                                                 observation.acceleration_mps2,
+                                                 observation.cone));
     jacobian.row(2 * k) = w.w00 * look.drho_dp;
     jacobian.row(2 * k + 1) = w.w10 * look.drho_dp + w.w11 * look.ded_dp;
-    errors.segment<2>(2 * k) = w.Apply(look.rho_m - sight.range_m, look.doppler_error_m);
+    errors.segment<2>(2 * k) = w.Apply(look.rho_m - observation.range_m, look.doppler_error_m);
   }
   const Eigen::Matrix3d covariance_m2 = (jacobian.transpose() * jacobian).inverse();
   // The last step may move the point by parts of a metre after the weights were formed: 1e-4.

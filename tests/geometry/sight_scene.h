@@ -23,9 +23,9 @@ struct View {
 
 /// The sight that sees `p` exactly: built backwards from p by axes at p (`enu` rows east, north,
 /// up), independently of the code under test.
-inline Sight SightOf(const Eigen::Vector3d& p_m,
-                     const View& view,
-                     const Eigen::Matrix3d& enu = Eigen::Matrix3d::Identity()) {
+inline FixedPathLook FixPath(const Eigen::Vector3d& p_m,
+                             const View& view,
+                             const Eigen::Matrix3d& enu = Eigen::Matrix3d::Identity()) {
   const Eigen::Vector3d u =
       enu.transpose() * Eigen::Vector3d(std::cos(view.climb_rad) * std::cos(view.heading_rad),
                                         std::cos(view.climb_rad) * std::sin(view.heading_rad),
@@ -37,23 +37,23 @@ inline Sight SightOf(const Eigen::Vector3d& p_m,
       std::sin(view.squint_rad) * u +
       std::cos(view.squint_rad) *
           (view.side * std::sin(view.look_rad) * across + std::cos(view.look_rad) * down);
-  Sight sight;
-  sight.antenna_m = p_m - view.range_m * to_point;
-  sight.velocity_mps = view.speed_mps * u;
-  sight.range_m = (p_m - sight.antenna_m).norm();
-  sight.cone.squint_rad = view.squint_rad;
-  sight.side = view.side;
-  return sight;
+  FixedPathLook observation;
+  observation.antenna_m = p_m - view.range_m * to_point;
+  observation.velocity_mps = view.speed_mps * u;
+  observation.range_m = (p_m - observation.antenna_m).norm();
+  observation.cone.squint_rad = view.squint_rad;
+  observation.side = view.side;
+  return observation;
 }
 
 /// The paper's station (x, y, H) flying along +x, with a slant range given by hand.
-inline Sight Station(double x_m, double y_m, double height_m, double range_m, int side) {
-  Sight sight;
-  sight.antenna_m = {x_m, y_m, height_m};
-  sight.velocity_mps = {181.0, 0.0, 0.0};
-  sight.range_m = range_m;
-  sight.side = side;
-  return sight;
+inline FixedPathLook Station(double x_m, double y_m, double height_m, double range_m, int side) {
+  FixedPathLook observation;
+  observation.antenna_m = {x_m, y_m, height_m};
+  observation.velocity_mps = {181.0, 0.0, 0.0};
+  observation.range_m = range_m;
+  observation.side = side;
+  return observation;
 }
 
 }  // namespace sarblock::testing_scene

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs with one mistake each, the same for the same number on every machine: of bytes, lines, cells, columns and
+"""Inputs with one mistake each, the same for the same number on every machine: in bytes, lines, cells, columns and
 values of TOML files. Plain functions of the file's bytes and a random generator; each also says what it did."""
 import random
 import re

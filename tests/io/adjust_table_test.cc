@@ -64,7 +64,7 @@ TEST(AdjustTableTest, ReadsEveryScalar) {
   EXPECT_EQ(options.max_iterations, 17);
   EXPECT_EQ(options.engine, Engine::kCeres);
   EXPECT_EQ(options.ceres_solver, CeresSolver::kIterativeSchur);
-  EXPECT_EQ(options.tolerance_1, 2.5e-8);
+  EXPECT_EQ(options.tolerance, 2.5e-8);
   EXPECT_EQ(options.covariance_method, CovarianceMethod::kCeres);
   EXPECT_EQ(options.test_level, 0.875);
   EXPECT_FALSE(options.diagnose);
@@ -80,7 +80,7 @@ TEST(AdjustTableTest, ReadsEveryFormOfPositionPriors) {
   EXPECT_THAT(two.components, ElementsAre(true, false, true));
   EXPECT_THAT(two.prior_sigma_m,
               ElementsAre(ElementsAre(), ElementsAre(), ElementsAre(30.5, 3.25)));
-  // One an axis, although only one is estimated.
+  // One per axis, although only one is estimated.
   const PositionCorrection one =
       Position("axes = \"frame\"\ncomponents = [\"y\"]\nsigma_m = [1.5, 2.5, 3.5]\n");
   EXPECT_THAT(one.prior_sigma_m, ElementsAre(ElementsAre(), ElementsAre(2.5), ElementsAre()));
@@ -177,22 +177,22 @@ TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
       {"[adjust]\nrobust = true\n",
        "block.toml:2: adjust.robust: is true or false, a text in quotes is needed"},
       {"[adjust]\nrobust_scale = -1.5\n",
-       "block.toml:2: adjust.robust_scale: -1.5 is not allowed, a number above 0 is"},
+       "block.toml:2: adjust.robust_scale: must be a number above 0, got -1.5"},
       {"[adjust]\ntest_level = 1\n",
-       "block.toml:2: adjust.test_level: 1 is not allowed, a number below 1 is"},
+       "block.toml:2: adjust.test_level: must be a number below 1, got 1"},
       {"[adjust]\ntolerance = 0.0011\n",
-       "block.toml:2: adjust.tolerance: 0.0011 is not allowed, a number up to 0.001 is: no "
-       "solution "
-       "is accepted with more left"},
+       "block.toml:2: adjust.tolerance: must be at most 0.001, got 0.0011: no solution is accepted "
+       "with a "
+       "larger Newton decrement"},
       {"[adjust]\nceres_solver = \"dense-shur\"\n",
        "block.toml:2: adjust.ceres_solver: 'dense-shur' is not known, auto, dense-schur, "
        "sparse-schur "
        "or "
        "iterative-schur is allowed; did you mean dense-schur?"},
       {"[adjust]\nmax_iterations = 0\n",
-       "block.toml:2: adjust.max_iterations: 0 is not allowed, an integer from 1 to 100000 is"},
+       "block.toml:2: adjust.max_iterations: must be an integer from 1 to 100000, got 0"},
       {"[adjust]\nrobust_scale = 1e308\n",
-       "block.toml:2: adjust.robust_scale: 1e+308 is not allowed, at most 1e+60 is"},
+       "block.toml:2: adjust.robust_scale: must be at most 1e+60, got 1e+308"},
       {"[adjust]\nmax_iterations = 2.5\n",
        "block.toml:2: adjust.max_iterations: is a number, an integer from 1 to 100000 is needed"},
       {"[adjust]\npairs = \"al\"\n",
@@ -203,9 +203,7 @@ TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
        "time, squint or troposphere is allowed; did you mean position?"},
       {"[adjust.correction.position]\ndegre = 1\n", "did you mean degree?"},
       {"[adjust.correction.position]\ndegree = 16\n",
-       "block.toml:2: adjust.correction.position.degree: 16 is not allowed, an integer from 0 to "
-       "15 "
-       "is"},
+       "block.toml:2: adjust.correction.position.degree: must be an integer from 0 to 15, got 16"},
       {"[adjust.correction.position]\nbasis = \"spline\"\n",
        "block.toml:1: adjust.correction.position.knot_spacing_s: is missing, a number above 0 is "
        "needed"},
@@ -217,20 +215,19 @@ TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
        "block.toml:3: adjust.correction.position.components[0]: 'up' is not known, x, y or z is "
        "allowed"},
       {"[adjust.correction.position]\ncomponents = [\"up\", \"up\"]\n",
-       "block.toml:2: adjust.correction.position.components[1]: 'up' stands twice"},
+       "block.toml:2: adjust.correction.position.components[1]: 'up' is given twice"},
       {"[adjust.correction.position]\ncomponents = []\n",
        "block.toml:2: adjust.correction.position.components: is empty"},
       {"[adjust.correction.position]\nsigma_m = [1, 2]\n",
        "block.toml:2: adjust.correction.position.sigma_m: the list has 2 entries, 3 are needed"},
       {"[adjust.correction.position]\ncomponents = [\"up\"]\nsigma_m = [1, 2]\n",
-       "sigma_m: the list has 2 entries, 1 (one a component) or 3 (one an axis) are needed"},
+       "sigma_m: the list has 2 entries, 1 (one per component) or 3 (one per axis) are needed"},
       {"[adjust.correction.position]\ndegree = 2\nsigma_m = [1, 2, [3, 4]]\n",
        "block.toml:3: adjust.correction.position.sigma_m[2]: the list has 2 entries, degree 2 "
        "needs "
        "3"},
       {"[adjust.correction.position]\nsigma_m = [1, 0, 2]\n",
-       "block.toml:2: adjust.correction.position.sigma_m[1]: 0 is not allowed, a number above 0 "
-       "is"},
+       "block.toml:2: adjust.correction.position.sigma_m[1]: must be a number above 0, got 0"},
       {"[adjust.correction.position]\nsigma_m = \"wide\"\n",
        "sigma_m: is no number, a number above 0 or \"none\" is allowed"},
       {"[adjust.correction.range]\n",
@@ -410,14 +407,14 @@ TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
       "simplify = 0.0625\n");
   const SelectionOptions& selection = options.selection;
   EXPECT_EQ(selection.mode, SelectionOptions::Mode::kPerPass);
-  EXPECT_EQ(selection.significance_1, 0.0125);
+  EXPECT_EQ(selection.significance, 0.0125);
   EXPECT_EQ(selection.kinds, (std::vector<std::size_t>{0, 2}));
   EXPECT_EQ(selection.max_degree, 2);
   ASSERT_TRUE(selection.knot_spacings_s.has_value());
   EXPECT_EQ(*selection.knot_spacings_s, (std::vector<double>{7.5, 3.0}));
-  EXPECT_EQ(selection.max_condition_1, 3e5);
-  EXPECT_EQ(selection.max_posterior_prior_1, 0.75);
-  EXPECT_EQ(selection.simplify_1, 0.0625);
+  EXPECT_EQ(selection.max_condition, 3e5);
+  EXPECT_EQ(selection.max_posterior_prior, 0.75);
+  EXPECT_EQ(selection.simplify, 0.0625);
   const std::string dump = DumpAdjustTable(options);
   EXPECT_EQ(DumpAdjustTable(OptionsOf(dump)), dump);
   EXPECT_THAT(dump, testing::HasSubstr("knot_spacings_s = [7.5, 3"));
@@ -429,16 +426,16 @@ TEST(AdjustTableTest, RefusesWhatASelectionCannotHave) {
     EXPECT_THAT(OptionError(head + line + "\n"), testing::HasSubstr(text)) << line;
   };
   says("mode = \"per-pas\"", "did you mean");
-  says("significance = 1.0", "a number below 1 is");
+  says("significance = 1.0", "must be a number below 1");
   says("candidates = []", "is empty");
-  says("candidates = [\"time\", \"time\"]", "stands twice");
+  says("candidates = [\"time\", \"time\"]", "is given twice");
   says("knot_spacings_s = [1, 2, 3, 4]", "at most 3");
-  says("max_condition = 1", "a number above 1 is");
+  says("max_condition = 1", "must be a number above 1, got");
   says("max_posterior_prior = 1.5", "at most 1");
   says("max_degre = 2", "max_degree");
   EXPECT_THAT(
       OptionError(head + "candidates = [\"time\"]\n[adjust.correction.time]\nbias = true\n"),
-      testing::HasSubstr("stands beside correction tables"));
+      testing::HasSubstr("excludes correction tables"));
 }
 
 TEST(AdjustTableTest, PositionGroupsOfOnePassShareNoComponent) {

@@ -116,17 +116,17 @@ TEST(ReadBlockArraysTest, PointsOfATableComeFirstInItsOrder) {
 TEST(ReadBlockArraysTest, CellsAreRefusedByTableColumnAndRow) {
   GivenArrays given;
   given.range_m[1] = -5.0;
-  EXPECT_EQ(given.Refusal(), "observations.range_m[1]: -5 is not allowed, a number above 0 is");
+  EXPECT_EQ(given.Refusal(), "observations.range_m[1]: must be a number above 0, got -5");
   given = {};
   given.time_s[2] = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(given.Refusal(), "observations.time_s[2]: inf is not allowed, a finite number is");
+  EXPECT_EQ(given.Refusal(), "observations.time_s[2]: must be a finite number, got inf");
   given = {};
   given.time_s[0] = kNotGiven;
   EXPECT_EQ(given.Refusal(), "observations.time_s[0]: is empty, a number is needed");
   given = {};
   given.look_point[1] = 3;
   EXPECT_EQ(given.Refusal(),
-            "observations.point[1]: 3 is not allowed, an index below 3, the number of texts, is");
+            "observations.point[1]: must be an index below 3, the number of texts, got 3");
   given = {};
   given.points = IdsOf({"P9", "P1", "P\x01"});
   EXPECT_EQ(given.Refusal(),
@@ -158,7 +158,7 @@ TEST(ReadBlockArraysTest, ColumnsAreRefusedByTableAndColumn) {
   EXPECT_EQ(refusal(), "observations.pass: holds numbers, texts are needed");
   arrays = given.Arrays();
   arrays.tables[1].columns[4] = arrays.tables[1].columns[3];
-  EXPECT_EQ(refusal(), "observations.range_m: stands twice, one column is allowed");
+  EXPECT_EQ(refusal(), "observations.range_m: is given twice; one column only");
   arrays = given.Arrays();
   arrays.tables[1].columns.erase(arrays.tables[1].columns.begin() + 1);
   EXPECT_TRUE(refusal().starts_with("observations.point: the column is missing; there are pass,"))
@@ -196,12 +196,11 @@ TEST(ReadBlockArraysTest, TheFirstBadRowIsNamedWhateverComesBehindIt) {
   given.range_m[40000] = -2.0;
   for (const int threads : {1, 2, 8}) {
     const ThreadLimit limit(threads);
-    EXPECT_EQ(given.Refusal(),
-              "observations.range_m[40000]: -2 is not allowed, a number above 0 is");
+    EXPECT_EQ(given.Refusal(), "observations.range_m[40000]: must be a number above 0, got -2");
   }
 }
 
-/// Looks of more than one part, two a point. With a squint in the first row of each part they are
+/// Looks of more than one part, two per point. With a squint in the first row of each part they are
 /// read cell by cell, without one as columns.
 struct ManyLooks {
   static constexpr std::size_t kPoints = 12007, kBad = 17001;

@@ -98,28 +98,28 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInBlockToml) {
        "block.toml:5: frame.ellipsoid: 'Moan' is not known, WGS84, GRS80, Moon, Venus or Mars or { "
        "a_m = ..., f = ... } is allowed; did you mean Moon?"},
       {{"kind = \"local\"", "kind = \"geocentric\"\nellipsoid = { a_m = 1e6, f = 1.5 }"},
-       "block.toml:5: frame.ellipsoid.f: 1.5 is not allowed, 0 <= f < 1 is"},
+       "block.toml:5: frame.ellipsoid.f: must be 0 <= f < 1, got 1.5"},
       {{"range_m = 1.25", "range_m = 0"},
-       "block.toml:6: sigma.range_m: 0 is not allowed, a number above 0 is"},
+       "block.toml:6: sigma.range_m: must be a number above 0, got 0"},
       {{"range_m = 1.25", "range_m = nan"},
        "block.toml:6: sigma.range_m: is not finite, a finite number is needed"},
       {{"range_m = 1.25", "range_m = \"1\""},
        "block.toml:6: sigma.range_m: is a text, a number is needed"},
       {{"azimuth_m = 0.75", "azimuth_m = 0.75\nazimuth_s = 1e-3"},
-       "block.toml:8: sigma.azimuth_s: stands beside azimuth_m, one of both is allowed"},
-      {{"\"A2\"", "\"A1\""}, "block.toml:12: pass[1].id: pass 'A1' stands twice, first on line 9"},
+       "block.toml:8: sigma.azimuth_s: excludes azimuth_m; give one of both"},
+      {{"\"A2\"", "\"A1\""},
+       "block.toml:12: pass[1].id: pass 'A1' is given twice, first on line 9"},
       {{"\"A2\"", "\"\""}, "block.toml:12: pass[1].id: is empty, a name is needed"},
       {{"\"right\"", "\"up\""},
        "block.toml:13: pass[1].look: 'up' is not known, left or right is allowed"},
       {{"look = \"right\"", "look = \"right\"\nstart_s = 5.5\nend_s = 5.5"},
-       "block.toml:15: pass[1].end_s: 5.5 is not allowed, an end after start_s = 5.5 is"},
+       "block.toml:15: pass[1].end_s: must be after start_s = 5.5, got 5.5"},
       {{"look = \"right\"", "look = \"right\"\nstart_s = 5.5"},
        "pass[1].end_s: is missing, with start_s the end of the strip is needed"},
       {{"look = \"right\"", "look = \"right\"\nazimuth_sigma_m = 1\ndoppler_sigma_hz = 2"},
-       "block.toml:15: pass[1].doppler_sigma_hz: stands beside azimuth_sigma_m, one of both is "
-       "allowed"},
+       "block.toml:15: pass[1].doppler_sigma_hz: excludes azimuth_sigma_m; give one of both"},
       {{"azimuth_m = 0.75", "azimuth_m = 0.75\ndoppler_hz = 2"},
-       "block.toml:8: sigma.doppler_hz: stands beside azimuth_m, one of both is allowed"},
+       "block.toml:8: sigma.doppler_hz: excludes azimuth_m; give one of both"},
       {{"look = \"right\"", "look = \"right\"\ndoppler_sigma_hz = 2"},
        "observations.csv:3: doppler_hz: is empty, but the standard deviation of azimuth of pass "
        "'A2' "
@@ -159,7 +159,7 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInTrajectories) {
        "before, on line 2, is at 0 s"},
       {{"210.5,0,0\nA2,0", "0,0,0\nA2,0"},
        "trajectories.csv:3: vx_mps: the velocity is zero, the antenna must move"},
-      {{"6367.6", "inf"}, "trajectories.csv:3: x_m: 'inf' is not allowed, a finite number is"},
+      {{"6367.6", "inf"}, "trajectories.csv:3: x_m: must be a finite number, got 'inf'"},
       {{"6367.6", ""}, "trajectories.csv:3: x_m: is empty, a number is needed"},
       {{"6367.6", "6367,6"}, "trajectories.csv:3: the row has 9 cells, the header has 8 columns"},
       {{"A2,30.25", "B2,30.25"},
@@ -184,7 +184,7 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInObservations) {
       {"pass,point,time_s", "", "observations.csv:1: range_m: the column is missing"},
       {"pass,point,time_s,range_m",
        "A1,P1,3.5,far\n",
-       "observations.csv:2: range_m: 'far' is not a number"},
+       "observations.csv:2: range_m: must be a decimal number with a point, got 'far'"},
       {"pass,point,time_s,range_m",
        "A1,P1,,9000\n",
        "observations.csv:2: time_s: is empty, a number is needed"},
@@ -193,7 +193,7 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInObservations) {
        "observations.csv:2: range_m: is empty, a number is needed"},
       {"pass,point,time_s,range_m",
        "A1,P1,3.5,0\n",
-       "observations.csv:2: range_m: 0 is not allowed, a number above 0 is"},
+       "observations.csv:2: range_m: must be a number above 0, got 0"},
       {"pass,point,time_s,range_m",
        "A1,,3.5,9000\n",
        "observations.csv:2: point: is empty, a name is needed"},
@@ -210,42 +210,42 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInObservations) {
        "pass and point is allowed"},
       {"pass,point,time_s,range_m,squint_deg",
        "A1,P1,3.5,9000,-90\n",
-       "observations.csv:2: squint_deg: -90 is not allowed, -90 < squint_deg < 90 is"},
+       "observations.csv:2: squint_deg: must be between -90 and 90, got -90"},
       {"pass,point,time_s,range_m,doppler_hz",
        "A1,P1,3.5,9000,120.5\n",
        "observations.csv:2: doppler_hz: pass 'A1' has no wavelength_m in block.toml"},
       {"pass,point,time_s,range_m,doppler_hz",
        "A2,P1,3.5,9000,-15000.5\n",
-       "observations.csv:2: doppler_hz: -15000.5 is not allowed, less than 2 |v| / wavelength = "},
+       "observations.csv:2: doppler_hz: must be less than 2 |v| / wavelength = "},
       {"pass,point,time_s,range_m,squint_deg,doppler_hz",
        "A2,P1,3.5,9000,1.5,120.5\n",
-       "observations.csv:2: doppler_hz: stands beside squint_deg, one of both is allowed"},
+       "observations.csv:2: doppler_hz: excludes squint_deg; give one of both"},
       {"pass,point,time_s,range_m,range_sigma_m",
        "A1,P1,3.5,9000,-2\n",
-       "observations.csv:2: range_sigma_m: -2 is not allowed, a number above 0 is"},
+       "observations.csv:2: range_sigma_m: must be a number above 0, got -2"},
       {"pass,point,time_s,range_m,azimuth_sigma_m,time_sigma_s",
        "A1,P1,3.5,9000,2,0.001\n",
-       "observations.csv:2: time_sigma_s: stands beside azimuth_sigma_m, one of both is allowed"},
+       "observations.csv:2: time_sigma_s: excludes azimuth_sigma_m; give one of both"},
       {"pass,point,time_s,range_m,doppler_hz,time_sigma_s,doppler_sigma_hz",
        "A2,P1,3.5,9000,120.5,0.001,2\n",
-       "observations.csv:2: doppler_sigma_hz: stands beside time_sigma_s, one of both is allowed"},
+       "observations.csv:2: doppler_sigma_hz: excludes time_sigma_s; give one of both"},
       {"pass,point,time_s,range_m,doppler_hz,doppler_sigma_hz",
        "A2,P1,3.5,9000,120.5,0\n",
-       "observations.csv:2: doppler_sigma_hz: 0 is not allowed, a number above 0 is"},
+       "observations.csv:2: doppler_sigma_hz: must be a number above 0, got 0"},
       {"pass,point,time_s,range_m,doppler_hz,doppler_sigma_hz",
        "A2,P1,3.5,9000,,2\n",
-       "observations.csv:2: doppler_hz: is empty, but doppler_sigma_hz stands in this row: give "
+       "observations.csv:2: doppler_hz: is empty, but this row has doppler_sigma_hz: give "
        "the "
        "measured Doppler, or the standard deviation as azimuth_sigma_m or time_sigma_s"},
       {"pass,point,time_s,range_m,squint_deg,doppler_sigma_hz",
        "A2,P1,3.5,9000,1.5,2\n",
-       "observations.csv:2: doppler_hz: is empty, but doppler_sigma_hz stands in this row"},
+       "observations.csv:2: doppler_hz: is empty, but this row has doppler_sigma_hz"},
       {"pass,point,time_s,range_m,doppler_hz,doppler_sigma_hz",
        "A1,P1,3.5,9000,120.5,2\n",
        "observations.csv:2: doppler_hz: pass 'A1' has no wavelength_m in block.toml"},
       {"pass,point,time_s,range_m,rejected",
        "A1,P1,3.5,9000,yes\n",
-       "observations.csv:2: rejected: 'yes' is not allowed, 0 or 1 is"},
+       "observations.csv:2: rejected: must be 0 or 1, got 'yes'"},
   };
   for (const RowCase& bad : cases) {
     EXPECT_THAT(BlockError(toml, kGoodPaths, std::string(bad.header) + "\n" + bad.rows),
@@ -273,7 +273,7 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInPoints) {
       {"role,x_m", "", "points.csv:1: point: the column is missing"},
       {"point,role",
        "P1,tie\nP1,tie\n",
-       "points.csv:3: point: 'P1' stands twice, one row a point is allowed"},
+       "points.csv:3: point: 'P1' is given twice; one row per point"},
       {"point,role",
        "P1,controll\n",
        "points.csv:2: role: 'controll' is not known, tie, control or check is allowed; did you "
@@ -290,10 +290,10 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInPoints) {
        "points.csv:2: sigma_e_m: a control point without a standard deviation"},
       {plain.c_str(),
        "P1,control,1,2,3,0.5,0,,\n",
-       "points.csv:2: sigma_n_m: 0 is not allowed, a number above 0 is"},
+       "points.csv:2: sigma_n_m: must be a number above 0, got 0"},
       {plain.c_str(),
        "P1,control,1,2,3,0.5,1e308,,\n",
-       "points.csv:2: sigma_n_m: 1e+308 is not allowed, a number from 1e-60 to 1e60 is"},
+       "points.csv:2: sigma_n_m: must be a number from 1e-60 to 1e60, got 1e+308"},
       {plain.c_str(),
        "P1,control,1,2,3,0.5,,0.5,0.01\n",
        "points.csv:2: cov_en_m2: is given without the standard deviations of both components"},
@@ -316,12 +316,11 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemOfGeodeticCoordinates) {
       Changed(kGoodToml, {"kind = \"local\"", "kind = \"geocentric\"\nellipsoid = \"moon\""});
   const std::string header = "point,x_m,y_m,z_m,lat_deg,lon_deg,h_m\n";
   EXPECT_EQ(BlockError(toml, kGoodPaths, kGoodLooks, header + "P1,,,,90.5,12,100\n"),
-            "points.csv:2: lat_deg: 90.5 is not allowed, -90 to 90 is");
+            "points.csv:2: lat_deg: must be from -90 to 90, got 90.5");
   EXPECT_EQ(BlockError(toml, kGoodPaths, kGoodLooks, header + "P1,,,,9.5,-361,100\n"),
-            "points.csv:2: lon_deg: -361 is not allowed, -360 to 360 is");
+            "points.csv:2: lon_deg: must be from -360 to 360, got -361");
   EXPECT_EQ(BlockError(toml, kGoodPaths, kGoodLooks, header + "P1,1,2,3,9.5,12,100\n"),
-            "points.csv:2: lat_deg: stands beside x_m, y_m, z_m; one kind of coordinates is "
-            "allowed");
+            "points.csv:2: lat_deg: excludes x_m, y_m, z_m; give one kind of coordinates");
 }
 
 using BlockFolderErrorsTest = test::FolderTest;
@@ -338,7 +337,7 @@ TEST_F(BlockFolderErrorsTest, NamesMissingFiles) {
   PutGzip("observations.csv.gz", kGoodLooks);
   EXPECT_EQ(error(), "");
   Put("observations.csv", kGoodLooks);
-  EXPECT_THAT(error(), HasSubstr("observations.csv.gz: stands beside observations.csv"));
+  EXPECT_THAT(error(), HasSubstr("observations.csv.gz: excludes observations.csv"));
   EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "none"); }),
               HasSubstr("none: does not exist; a block is a folder with block.toml"));
   std::filesystem::remove(folder_ / "block.toml");

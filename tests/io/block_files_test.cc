@@ -60,7 +60,7 @@ void ExpectSame(const Block& a, const Block& b) {
   ASSERT_EQ(a.points.known.size(), b.points.known.size());
   for (std::size_t i = 0; i < a.points.known.size(); ++i) {
     EXPECT_EQ(a.points.known[i].point, b.points.known[i].point);
-    EXPECT_EQ(a.points.known[i].held, b.points.known[i].held);
+    EXPECT_EQ(a.points.known[i].fixed, b.points.known[i].fixed);
     EXPECT_EQ(a.points.known[i].covariance_enu_m2, b.points.known[i].covariance_enu_m2);
   }
   EXPECT_EQ(a.looks.offsets, b.looks.offsets);
@@ -113,10 +113,10 @@ Block RichBlock() {
     if (role != PointRole::kTie) {
       KnownPosition known;
       known.point = j;
-      known.held = {true, j % 3 != 0, true};
+      known.fixed = {true, j % 3 != 0, true};
       for (Eigen::Index k = 0; k < 3; ++k) {
         const double sigma_m = 0.1 + random.Uniform();
-        if (known.held[static_cast<std::size_t>(k)]) {
+        if (known.fixed[static_cast<std::size_t>(k)]) {
           known.covariance_enu_m2(k, k) = sigma_m * sigma_m;
         }
       }
@@ -156,7 +156,7 @@ TEST_F(BlockFilesTest, ABlockComesBackToTheLastBit) {  // round trip
   for (const Pass& pass : block.passes) truth.paths.push_back(pass.path);
   for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
     WriteBlock(folder_, block, {}, &truth, compression);
-    EXPECT_EQ(FileCount(), 6u);  // nothing is left of the other compression
+    EXPECT_EQ(FileCount(), 7u);  // with the checksums; nothing is left of the other compression
     const BlockFile read = ReadBlock(folder_);
     ExpectSame(read.block, block);
     // Random numbers contradict each other, and that is said; what was written is read without a
@@ -170,7 +170,7 @@ TEST_F(BlockFilesTest, ABlockComesBackToTheLastBit) {  // round trip
     ExpectSame(truth_read.paths[1], truth.paths[1]);
   }
   WriteBlock(folder_, block, {}, nullptr);
-  EXPECT_EQ(FileCount(), 4u);  // an older truth does not stay beside a new block
+  EXPECT_EQ(FileCount(), 5u);  // an older truth does not stay beside a new block
   EXPECT_TRUE(ReadTruth(folder_, block).points_m.empty());
 }
 
@@ -242,19 +242,19 @@ TEST_F(BlockFilesTest, ReadsOptionalColumnsAndUnits) {  // hand values
   EXPECT_EQ(block.SigmaOf(2).range_m, 1.5);  // of [sigma]
   EXPECT_EQ(block.SigmaOf(2).azimuth, 0.002);
   EXPECT_EQ(block.SigmaOf(2).azimuth_unit, AzimuthUnit::kSeconds);
-  EXPECT_EQ(block.passes[0].start_s, 13.25);
-  EXPECT_EQ(block.passes[0].end_s, 14.125);
+  EXPECT_EQ(block.passes[0].start_s, 13.625);
+  EXPECT_EQ(block.passes[0].end_s, 14.625);
   EXPECT_EQ(block.passes[1].start_s, -2.5);
   EXPECT_EQ(block.passes[1].end_s, 44.0);
   // On the equator at 90 degrees east; 1e-9 m is the rounding of coordinates of 6e6 m.
   EXPECT_LE((block.points.given_m[0] - Eigen::Vector3d(0, 6378149.5, 0)).norm(), 2e-9);
   const KnownPosition* control = block.points.FindKnown(0);
   ASSERT_NE(control, nullptr);
-  EXPECT_THAT(control->held, ElementsAre(false, false, true));
+  EXPECT_THAT(control->fixed, ElementsAre(false, false, true));
   EXPECT_EQ(control->covariance_enu_m2(2, 2), 0.0625);
   const KnownPosition* check = block.points.FindKnown(1);
   ASSERT_NE(check, nullptr);  // without standard deviations: exactly known
-  EXPECT_THAT(check->held, ElementsAre(true, true, true));
+  EXPECT_THAT(check->fixed, ElementsAre(true, true, true));
   EXPECT_EQ(check->covariance_enu_m2, Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
   EXPECT_THAT(file.warnings,
               ElementsAre("observations.csv: columns not known and ignored: 'colour'"));

@@ -66,6 +66,12 @@ class ContainerTest : public test::ResultFolderTest {
   }
 };
 
+void AddTruth(const std::string& point, const std::array<double, 3>& position_m, Batch* batch) {
+  NewRow(batch)
+      .Text(kTruthColumns("point"), point)
+      .Numbers(kTruthColumns("x_m", "y_m", "z_m"), position_m);
+}
+
 TEST_F(ContainerTest, BlockComesBackWithTheSameBytes) {  // round trip
   PutBlock("given");
   const BlockFile read = ReadBlock(folder_ / "given");
@@ -165,14 +171,13 @@ TEST_F(ContainerTest, ListsBesideTheFileAreRead) {
 
 TEST_F(ContainerTest, RefusalsNameDatasetRowAndValue) {
   EXPECT_EQ(Refusal("set /observations/range_m 1 -5"),
-            "/observations/range_m[1]: -5 is not allowed, a number above 0 is");
+            "/observations/range_m[1]: must be a number above 0, got -5");
   EXPECT_EQ(Refusal("set /observations/range_m 1 inf"),
-            "/observations/range_m[1]: inf is not allowed, a finite number is");
+            "/observations/range_m[1]: must be a finite number, got inf");
   EXPECT_EQ(Refusal("set /observations/time_s 0 nan"),
             "/observations/time_s[0]: is empty, a number is needed");
   EXPECT_EQ(Refusal("set /observations/point 1 7"),
-            "/observations/point[1]: 7 is not allowed, an index below 1, the number of its texts, "
-            "is");
+            "/observations/point[1]: must be an index below 1, the number of its texts, got 7");
   EXPECT_THAT(Refusal("set /observations/time_s 1 4000"),
               HasSubstr("/observations/time_s[1]: 4000 is outside the flight path of pass 'B'"));
   EXPECT_THAT(Refusal("set /trajectories/time_s 1 0"),
@@ -203,7 +208,7 @@ TEST_F(ContainerTest, RefusalsNameDatasetsThatCannotBe) {
   EXPECT_THAT(Refusal("external /observations/range_m 2"),
               HasSubstr("/observations/range_m: has its values in another file"));
   EXPECT_THAT(Refusal("floats /observations/rejected 2\nset /observations/rejected 1 2"),
-              HasSubstr("/observations/rejected[1]: '2' is not allowed, 0 or 1 is"));
+              HasSubstr("/observations/rejected[1]: must be 0 or 1, got '2'"));
 }
 
 TEST_F(ContainerTest, RefusesRowsThatAreNotStored) {
@@ -221,9 +226,9 @@ TEST_F(ContainerTest, ColumnsWithoutValuesTakeNoRoom) {
     WriteTables(
         FolderContent::kBlock, folder_ / name, Compression::kNone, {}, [&](TableSink* sink) {
           const auto table = sink->Open("truth", kTruthColumns);
-          for (int row = 0; row < 100000; ++row) {
-            table->Text("P").Number(1.0).Number(y_m).Number(y_m).EndRow();
-          }
+          WriteEach(100000, table.get(), [&](std::size_t, Batch* batch) {
+            AddTruth("P", {1.0, y_m, y_m}, batch);
+          });
           table->Commit();
           sink->WriteText("block.toml", "");
         });
@@ -246,7 +251,7 @@ TEST_F(ContainerTest, ConvertRefusesColumnsAsItRefusesCells) {
     fuzz::ContainerEdit(file, lines);
     const std::string columns =
         MessageOf<InputError>([&] { return Convert(file, folder_ / "a.h5"); });
-    EXPECT_THAT(columns, HasSubstr("is not allowed")) << lines;
+    EXPECT_THAT(columns, HasSubstr("must be ")) << lines;
     EXPECT_EQ(columns, MessageOf<InputError>([&] { return Convert(file, folder_ / "a"); }));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.h5"));
     std::filesystem::remove(file);
@@ -299,7 +304,9 @@ TEST_F(ContainerTest, LeavesNothingWhereWritingEndsEarly) {
     WriteTables(
         FolderContent::kBlock, folder_ / "x.h5", Compression::kNone, {}, [](TableSink* sink) {
           const auto table = sink->Open("truth", kTruthColumns);
-          table->Text("P").Number(1.0).Number(HUGE_VAL).Number(3.0).EndRow();
+          WriteEach(1, table.get(), [](std::size_t, Batch* batch) {
+            AddTruth("P", {1.0, HUGE_VAL, 3.0}, batch);
+          });
           table->Commit();
         });
     return 0;
@@ -314,9 +321,9 @@ TEST_F(ContainerTest, KilledWriterLeavesNoFileUnderTheName) {
     WriteTables(
         FolderContent::kBlock, folder_ / "x.h5", Compression::kNone, {}, [](TableSink* sink) {
           const auto table = sink->Open("truth", kTruthColumns);
-          for (int row = 0; row < 40000; ++row) {
-            table->Text("P").Number(1.0).Number(2.0).Number(3.0).EndRow();
-          }
+          WriteEach(40000, table.get(), [](std::size_t, Batch* batch) {
+            AddTruth("P", {1.0, 2.0, 3.0}, batch);
+          });
           ::kill(::getpid(), SIGKILL);
         });
   }
@@ -334,14 +341,15 @@ TEST_F(ContainerTest, LongTablesAreReadInSlabs) {  // round trip over more than 
   WriteTables(
       FolderContent::kBlock, folder_ / "x.h5", Compression::kGzip, {}, [&](TableSink* sink) {
         const auto table = sink->Open("truth", kTruthColumns);
-        for (int row = 0; row < kRows; ++row) {
-          table->Text(text(row)).Number(row).Number(-row).Number(kNotGiven).EndRow();
-        }
+        WriteEach(kRows, table.get(), [&](std::size_t row, Batch* batch) {
+          const auto number = static_cast<double>(row);
+          AddTruth(text(static_cast<int>(row)), {number, -number, kNotGiven}, batch);
+        });
         table->Commit();
         sink->WriteText("block.toml", "");
       });
   Convert(folder_ / "x.h5", folder_ / "back");
-  CsvReader reader(folder_ / "back/truth.csv", kTruthColumns);
+  test::CsvRows reader(folder_ / "back/truth.csv", kTruthColumns);
   for (int row = 0; row < kRows; ++row) {
     ASSERT_TRUE(reader.Next());
     ASSERT_EQ(reader.Text(0), text(row));
@@ -353,7 +361,7 @@ TEST_F(ContainerTest, LongTablesAreReadInSlabs) {  // round trip over more than 
 }
 
 // libhdf5 1.10 crashes on some of these, and one never ends: whatever comes of a changed byte, it
-// is a block or a refusal. A byte in 67 of the structure, two ways each, and a byte too many.
+// is a block or a refusal. A byte in 167 of the structure, two ways each, and a byte too many.
 TEST_F(ContainerTest, AnyChangedByteIsReadOrRefused) {  // invariance
   const std::filesystem::path file = folder_ / "whole.h5", damaged = folder_ / "damaged.h5";
   fuzz::WriteSmallContainer(file);
@@ -369,13 +377,13 @@ TEST_F(ContainerTest, AnyChangedByteIsReadOrRefused) {  // invariance
       fatal += std::string(error.what()).find("is damaged: libhdf5") != std::string::npos ? 1U : 0U;
     }
   };
-  for (std::size_t i = 0; i < std::min<std::size_t>(whole.size(), 12000); i += 67) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(whole.size(), 12000); i += 167) {
     for (const unsigned flip : {0x40U, 0x01U}) {
       std::string bytes = whole;
       bytes[i] = static_cast<char>(static_cast<unsigned char>(bytes[i]) ^ flip);
       try_it(bytes);
     }
-    if (i % 201 == 0) try_it(whole.substr(0, i) + 'x' + whole.substr(i));
+    if (i % 501 == 0) try_it(whole.substr(0, i) + 'x' + whole.substr(i));
   }
   std::printf(
       "%zu changes: %zu refused, %zu of them after libhdf5 failed\n", tried, refused, fatal);

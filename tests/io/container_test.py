@@ -121,7 +121,7 @@ class ContainerTest(unittest.TestCase):
         with h5py.File(file, "a") as opened:
             opened["observations/range_m"][7] = np.inf
         said = run("check", file, code=3).stderr
-        self.assertIn("changed.h5: /observations/range_m[7]: inf is not allowed, a finite number is",
+        self.assertIn("changed.h5: /observations/range_m[7]: must be a finite number, got inf",
                       said)
 
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "io/io_fixture.h"
 #include "tables/csv.h"
@@ -13,77 +14,109 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr std::array<TableColumn, 3> kColumns{{{"point", ColumnNeed::kRequired}, {"x_m"}, {"y_m"}}};
-enum { kPoint, kX, kY };
+constexpr Columns kColumns{{
+    {"point", ColumnNeed::kRequired, CellKind::kPoint},
+    {"x_m"},
+    {"y_m"},
+    {"flag", ColumnNeed::kOptional, CellKind::kFlag},
+    {"n", ColumnNeed::kOptional, CellKind::kCount},
+}};
+constexpr std::size_t kPoint = kColumns("point"), kX = kColumns("x_m"), kY = kColumns("y_m");
 
-CsvReader Reader(std::string_view text) { return CsvReader("t.csv", text, kColumns); }
+/// A row as it was read.
+struct ReadRow {
+  std::string point;
+  double x_m, y_m;
+  std::size_t line;
+};
+
+std::vector<ReadRow> Rows(TableReader* table) {
+  std::vector<ReadRow> rows;
+  ForRows(table, [&](const Row& row) {
+    rows.push_back({std::string(row.Text(kPoint)), row.Number(kX), row.Number(kY), row.line()});
+  });
+  return rows;
+}
+std::vector<ReadRow> RowsOf(std::string_view text) {
+  return Rows(ReadCsvText("t.csv", text, kColumns).get());
+}
 
 // Reads every cell of every row; what is thrown on the way, if anything.
 std::string CsvError(std::string_view text) {
   return test::MessageOf<InputError>([&] {
-    CsvReader reader = Reader(text);
-    while (reader.Next()) {
-      static_cast<void>(reader.Id(kPoint));
-      static_cast<void>(reader.Number(kX));
-      static_cast<void>(reader.Number(kY));
-    }
+    ForRows(ReadCsvText("t.csv", text, kColumns).get(), [](const Row& row) {
+      static_cast<void>(row.Id(kPoint));
+      static_cast<void>(row.Numbers(kColumns("x_m", "y_m")));
+      static_cast<void>(row.Flag(kColumns("flag")));
+      static_cast<void>(row.Count(kColumns("n")));
+    });
+    return 0;
   });
 }
 
 TEST(CsvReaderTest, TakesColumnsInAnyOrder) {
-  CsvReader reader = Reader("y_m,point,x_m\n-2.75,P1,1e3\n");
-  ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(reader.Text(kPoint), "P1");
-  EXPECT_EQ(reader.Number(kX), 1000.0);
-  EXPECT_EQ(reader.Number(kY), -2.75);
-  EXPECT_FALSE(reader.Next());
+  const std::vector<ReadRow> rows = RowsOf("y_m,point,x_m\n-2.75,P1,1e3\n");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].point, "P1");
+  EXPECT_EQ(rows[0].x_m, 1000.0);
+  EXPECT_EQ(rows[0].y_m, -2.75);
 }
 
 TEST(CsvReaderTest, ReadsWhatRealFilesHold) {  // mark, CRLF, comments, blanks, no last newline
-  CsvReader reader =
-      Reader("\xEF\xBB\xBF# made by hand\r\npoint,x_m\r\n\r\n#A,1\r\n A , +4.5 \r\n  \r\nB,");
-  ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(reader.line(), 5u);
-  EXPECT_EQ(reader.Text(kPoint), "A");
-  EXPECT_EQ(reader.Number(kX), 4.5);
-  ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(reader.line(), 7u);
-  EXPECT_FALSE(reader.Given(kX));
-  EXPECT_TRUE(std::isnan(reader.Number(kX)));
-  EXPECT_FALSE(reader.Has(kY));
-  EXPECT_TRUE(std::isnan(reader.Number(kY)));
-  EXPECT_FALSE(reader.Next());
+  const auto table =
+      ReadCsvText("t.csv",
+                  "\xEF\xBB\xBF# made by hand\r\npoint,x_m\r\n\r\n#A,1\r\n A , +4.5 \r\n  \r\nB,",
+                  kColumns);
+  EXPECT_FALSE(table->Has(kY));
+  const std::vector<ReadRow> rows = Rows(table.get());
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].line, 5U);
+  EXPECT_EQ(rows[0].point, "A");
+  EXPECT_EQ(rows[0].x_m, 4.5);
+  EXPECT_TRUE(std::isnan(rows[0].y_m));
+  EXPECT_EQ(rows[1].line, 7U);
+  EXPECT_EQ(rows[1].point, "B");
+  EXPECT_TRUE(std::isnan(rows[1].x_m));
+}
+
+TEST(CsvReaderTest, TellsEmptyCellsFromGivenOnes) {
+  std::string given;
+  ForRows(ReadCsvText("t.csv", "point,x_m,flag,n\nA,,1,\nB,0,,7\n", kColumns).get(),
+          [&](const Row& row) {
+            for (std::size_t i = 0; i < kColumns.size(); ++i) given += row.Given(i) ? '1' : '0';
+            given += row.Flag(kColumns("flag")) ? " flagged " : " ";
+            given += std::to_string(row.Count(kColumns("n"))) + "; ";
+          });
+  EXPECT_EQ(given, "10010 flagged 0; 11001 7; ");
 }
 
 TEST(CsvReaderTest, UnquotesCells) {
-  CsvReader reader = Reader("\"point\",x_m\n\"a,\"\"b\"\"\" ,\"7.5\"\n\"\"\"\",\n");
-  ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(reader.Text(kPoint), "a,\"b\"");
-  EXPECT_EQ(reader.Number(kX), 7.5);
-  ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(reader.Text(kPoint), "\"");
+  const std::vector<ReadRow> rows = RowsOf("\"point\",x_m\n\"a,\"\"b\"\"\" ,\"7.5\"\n\"\"\"\",\n");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].point, "a,\"b\"");
+  EXPECT_EQ(rows[0].x_m, 7.5);
+  EXPECT_EQ(rows[1].point, "\"");
 }
 
 TEST(CsvReaderTest, CollectsUnknownColumns) {
-  EXPECT_THAT(Reader("colour,point,,x\n").unknown_columns(), ElementsAre("colour", "", "x"));
+  EXPECT_THAT(ReadCsvText("t.csv", "colour,point,,x\n", kColumns)->unknown_columns(),
+              ElementsAre("colour", "", "x"));
 }
 
-TEST(CsvReaderTest, ReadsLinesLongerThanItsBuffer) {  // and rows across the ends of the buffer
+TEST(CsvReaderTest, ReadsLinesLongerThanWhatIsReadAtOnce) {  // and rows across its ends
   std::string text = "point,x_m,note\n";
   const std::string note(700001, 'n');
   for (int i = 0; i < 5; ++i) text += "P" + std::to_string(i) + "," + std::to_string(i) + ",\n";
   text += "L,77.125," + note + note + "\n";
   for (int i = 0; i < 90000; ++i) text += "Q," + std::to_string(i) + ".5,abc\n";
-  CsvReader reader = Reader(text);
-  for (int i = 0; i < 5; ++i) ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(reader.Text(kPoint), "P4");
-  ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(reader.Number(kX), 77.125);
-  for (int i = 0; i < 90000; ++i) {
-    ASSERT_TRUE(reader.Next());
-    ASSERT_EQ(reader.Number(kX), i + 0.5);
+  const std::vector<ReadRow> rows = RowsOf(text);
+  ASSERT_EQ(rows.size(), 90006U);
+  EXPECT_EQ(rows[4].point, "P4");
+  EXPECT_EQ(rows[5].x_m, 77.125);
+  for (std::size_t i = 0; i < 90000; ++i) {
+    ASSERT_EQ(rows[6 + i].x_m, static_cast<double>(i) + 0.5);
+    ASSERT_EQ(rows[6 + i].line, 8 + i);
   }
-  EXPECT_FALSE(reader.Next());
 }
 
 struct BadText {
@@ -96,22 +129,21 @@ TEST(CsvReaderTest, NamesPlaceAndProblemOfWhatItRefuses) {
       {"", "t.csv: has no header row with column names"},
       {"# only\n\n", "t.csv:2: has no header row with column names"},
       {"x_m,y_m\n", "t.csv:1: point: the column is missing; the header has x_m,y_m"},
-      {"point,x_m,x_m\n", "t.csv:1: x_m: the column stands twice in the header"},
+      {"point,x_m,x_m\n", "t.csv:1: x_m: the header has this column twice"},
       {"point,x_m\nA,1\nB\n", "t.csv:3: the row has 1 cell, the header has 2 columns"},
       {"point,x_m\nA,1,2\n", "t.csv:2: the row has 3 cells, the header has 2 columns"},
-      {"point,x_m\nA,tall\n",
-       "t.csv:2: x_m: 'tall' is not a number, a decimal number with a point is allowed"},
-      {"point,x_m\nA,1.5m\n",
-       "t.csv:2: x_m: '1.5m' is not a number, a decimal number with a point is allowed"},
-      {"point,x_m\nA,0x10\n",
-       "t.csv:2: x_m: '0x10' is not a number, a decimal number with a point is allowed"},
-      {"point,x_m\nA,+-1\n",
-       "t.csv:2: x_m: '+-1' is not a number, a decimal number with a point is allowed"},
-      {"point,x_m\nA,NaN\n", "t.csv:2: x_m: 'NaN' is not allowed, a finite number is"},
-      {"point,x_m\nA,-inf\n", "t.csv:2: x_m: '-inf' is not allowed, a finite number is"},
+      {"point,x_m\nA,tall\n", "t.csv:2: x_m: must be a decimal number with a point, got 'tall'"},
+      {"point,x_m\nA,1.5m\n", "t.csv:2: x_m: must be a decimal number with a point, got '1.5m'"},
+      {"point,x_m\nA,0x10\n", "t.csv:2: x_m: must be a decimal number with a point, got '0x10'"},
+      {"point,x_m\nA,+-1\n", "t.csv:2: x_m: must be a decimal number with a point, got '+-1'"},
+      {"point,x_m\nA,NaN\n", "t.csv:2: x_m: must be a finite number, got 'NaN'"},
+      {"point,x_m\nA,-inf\n", "t.csv:2: x_m: must be a finite number, got '-inf'"},
       {"point,x_m\nA,1e999\n",
-       "t.csv:2: x_m: '1e999' is out of range, a number of magnitude 1e-307 to 1e308 (or 0) is "
-       "allowed"},
+       "t.csv:2: x_m: must be a number of magnitude 1e-307 to 1e308 (or 0), got '1e999'"},
+      {"point,flag\nA,1.0\n", "t.csv:2: flag: must be 0 or 1, got '1.0'"},
+      {"point,n\n\nA,1.5\n", "t.csv:3: n: must be an integer of 0 or more, got 1.5"},
+      {"point,n\nA,\"1,5\"\n",
+       "t.csv:2: n: must be a decimal number with a point, got '1,5'"},
       {"point,x_m\n,4\n", "t.csv:2: point: is empty, a name is needed"},
       {"point,x_m\nA\x01,4\n",
        "t.csv:2: point: the name holds a control character, which is not allowed"},
@@ -123,9 +155,11 @@ TEST(CsvReaderTest, NamesPlaceAndProblemOfWhatItRefuses) {
 }
 
 TEST(CsvReaderTest, RefusesAnEmptyCellWhereANumberIsNeeded) {
-  CsvReader reader = Reader("point,x_m\nA,\n");
-  ASSERT_TRUE(reader.Next());
-  EXPECT_EQ(test::MessageOf<InputError>([&] { static_cast<void>(reader.RequiredNumber(kX)); }),
+  EXPECT_EQ(test::MessageOf<InputError>([] {
+              ForRows(ReadCsvText("t.csv", "point,x_m\nA,\n", kColumns).get(),
+                      [](const Row& row) { static_cast<void>(row.RequiredNumber(kX)); });
+              return 0;
+            }),
             "t.csv:2: x_m: is empty, a number is needed");
 }
 
@@ -143,17 +177,15 @@ std::string ManyRows(int count) {
 
 TEST_F(CsvFileTest, GzipReadsLikePlain) {  // two routes
   const std::string text = ManyRows(30011);
-  CsvReader plain(Put("t.csv", text), kColumns), gzip(PutGzip("t.csv.gz", text), kColumns);
-  int rows = 0;
-  while (plain.Next()) {
-    ASSERT_TRUE(gzip.Next());
-    ASSERT_EQ(plain.Text(kPoint), gzip.Text(kPoint));
-    ASSERT_EQ(plain.Number(kX), gzip.Number(kX));
-    ASSERT_EQ(plain.line(), gzip.line());
-    ++rows;
+  const std::vector<ReadRow> plain = Rows(ReadCsv(Put("t.csv", text), kColumns).get());
+  const std::vector<ReadRow> gzip = Rows(ReadCsv(PutGzip("t.csv.gz", text), kColumns).get());
+  ASSERT_EQ(plain.size(), 30011U);
+  ASSERT_EQ(gzip.size(), plain.size());
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    ASSERT_EQ(plain[i].point, gzip[i].point);
+    ASSERT_EQ(plain[i].x_m, gzip[i].x_m);
+    ASSERT_EQ(plain[i].line, gzip[i].line);
   }
-  EXPECT_EQ(rows, 30011);
-  EXPECT_FALSE(gzip.Next());
 }
 
 TEST_F(CsvFileTest, RefusesATruncatedGzipFileAtTheLineWhereItEnds) {
@@ -162,8 +194,8 @@ TEST_F(CsvFileTest, RefusesATruncatedGzipFileAtTheLineWhereItEnds) {
   const auto cut = Put("cut.csv.gz", std::string_view(bytes).substr(0, bytes.size() / 2));
   std::size_t last_line = 0;
   const std::string message = test::MessageOf<InputError>([&] {
-    CsvReader reader(cut, kColumns);
-    while (reader.Next()) last_line = reader.line();
+    ForRows(ReadCsv(cut, kColumns).get(), [&](const Row& row) { last_line = row.line(); });
+    return 0;
   });
   EXPECT_GT(last_line, 1000u);
   EXPECT_EQ(message,
@@ -176,24 +208,21 @@ TEST_F(CsvFileTest, RefusesDamagedGzipData) {
   std::string bytes = Content(file);
   for (std::size_t i = 2000; i < 2050; ++i) bytes[i] = static_cast<char>(~bytes[i]);
   Put("t.csv.gz", bytes);
-  const std::string message = test::MessageOf<InputError>([&] {
-    CsvReader reader(file, kColumns);
-    while (reader.Next()) {
-    }
-  });
+  const std::string message =
+      test::MessageOf<InputError>([&] { return Rows(ReadCsv(file, kColumns).get()); });
   EXPECT_THAT(message, HasSubstr("the gzip data are damaged"));
 }
 
 TEST_F(CsvFileTest, RefusesPlainTextUnderAGzipName) {
   const auto file = Put("t.csv.gz", "point,x_m\nA,1\n");
-  EXPECT_EQ(test::MessageOf<InputError>([&] { CsvReader reader(file, kColumns); }),
+  EXPECT_EQ(test::MessageOf<InputError>([&] { return ReadCsv(file, kColumns); }),
             file.string() + ":1: is not gzip data, which the name's ending .gz promises");
 }
 
 TEST_F(CsvFileTest, RefusesAMissingFileAndAFolder) {
-  EXPECT_THAT(test::MessageOf<InputError>([&] { CsvReader(folder_ / "no.csv", kColumns); }),
+  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadCsv(folder_ / "no.csv", kColumns); }),
               HasSubstr("no.csv: cannot be opened: No such file or directory"));
-  EXPECT_THAT(test::MessageOf<InputError>([&] { CsvReader(folder_, kColumns); }),
+  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadCsv(folder_, kColumns); }),
               HasSubstr("cannot be read: Is a directory"));
 }
 

@@ -22,72 +22,95 @@ using testing::HasSubstr;
 using CsvWriterTest = test::FolderTest;
 using AtomicFileTest = test::FolderTest;
 
-TEST_F(CsvWriterTest, WritesShortestNumbersAndEmptyCells) {
-  CsvWriter writer(folder_ / "t.csv", {"point", "x_m", "n", "y_m"});
-  writer.Text("A").Number(0.1).Integer(-7).Number(kNaN).EndRow();
-  writer.Text("B,\"c\"").Number(1e22).Integer(std::size_t{18}).Empty().EndRow();
-  writer.Text("#d").Number(-0.0).Empty(2).EndRow();
-  writer.Commit();
-  EXPECT_EQ(Content(folder_ / "t.csv"),
-            "point,x_m,n,y_m\nA,0.1,-7,\n\"B,\"\"c\"\"\",1e+22,18,\n\"#d\",-0,,\n");
+constexpr Columns kWritten{{
+    {"name", ColumnNeed::kRequired, CellKind::kText},
+    {"x_m"},
+    {"n", ColumnNeed::kOptional, CellKind::kCount},
+    {"y_m"},
+}};
+constexpr std::array<std::string_view, 2> kNoMore{"n", "y_m"};
+
+void AddNamed(std::string_view name, double x_m, Batch* batch) {
+  NewRow(batch).Text(kWritten("name"), name).Number(kWritten("x_m"), x_m);
 }
 
-// Invariance: rows that threads write in pieces are the bytes of rows written one after the other.
-TEST_F(CsvWriterTest, RowsOfPiecesStandInTheirOrderWhateverTheThreads) {
-  const auto rows = [](std::size_t begin, std::size_t end, TableWriter* out) {
-    for (std::size_t i = begin; i < end; ++i) {
-      out->Text("p" + std::to_string(i)).Number(std::sqrt(0.37 + static_cast<double>(i)));
-      out->EndRow();
-    }
+// Hand values. Cells are set in any order, and some are not.
+TEST_F(CsvWriterTest, WritesShortestNumbersAndEmptyCells) {
+  const auto table = WriteCsv(folder_ / "t.csv", kWritten);
+  WriteRows(4, table.get(), [](std::size_t, std::size_t, Batch* batch) {
+    NewRow(batch)
+        .Integer(kWritten("n"), 100000)
+        .Text(kWritten("name"), "A")
+        .Number(kWritten("y_m"), kNaN)
+        .Number(kWritten("x_m"), 0.1);
+    NewRow(batch).Number(kWritten("y_m"), 1e22);
+    AddNamed("B,\"c\"", 100000.0, batch);
+    AddNamed("#d", -0.0, batch);
+  });
+  table->Commit();
+  EXPECT_EQ(Content(folder_ / "t.csv"),
+            "name,x_m,n,y_m\nA,0.1,100000,\n,,,1e+22\n\"B,\"\"c\"\"\",1e+05,,\n\"#d\",-0,,\n");
+}
+
+TEST_F(CsvWriterTest, LeavesOutColumns) {
+  const auto table = WriteCsv(folder_ / "t.csv", kWritten, Compression::kNone, kNoMore);
+  WriteEach(2, table.get(), [](std::size_t i, Batch* batch) {
+    AddNamed(i == 0 ? "A" : "B", 0.5, batch);
+    NewRow(batch).Number(kWritten("y_m"), 3.0);
+  });
+  table->Commit();
+  EXPECT_EQ(Content(folder_ / "t.csv"), "name,x_m\nA,0.5\n,\nB,0.5\n,\n");
+}
+
+// Invariance: what is written depends neither on the threads nor on the rows of a piece.
+TEST_F(CsvWriterTest, RowsOfPiecesAreInTheirOrderWhateverTheThreads) {
+  const auto write = [&](std::size_t per_piece, Compression compression) {
+    const auto table = WriteCsv(folder_ / "t.csv", kWritten, compression, kNoMore);
+    const auto rows = [](std::size_t begin, std::size_t end, Batch* batch) {
+      for (std::size_t i = begin; i < end; ++i) {
+        AddNamed("p" + std::to_string(i), std::sqrt(0.37 + static_cast<double>(i)), batch);
+      }
+    };
+    WriteRows(10007, table.get(), rows, per_piece);
+    table->Commit();
+    return Content(folder_ / "t.csv");
   };
   for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
-    CsvWriter serial(folder_ / "serial", {"name", "x_m"}, compression);
-    rows(0, 10007, &serial);
-    serial.Commit();
+    const std::string whole = write(10007, compression);
     for (const int threads : {1, 2, 3, 8}) {
       const ThreadLimit limit(threads);
-      CsvWriter pieces(folder_ / "pieces", {"name", "x_m"}, compression);
-      WriteRows(10007, 64, &pieces, rows);
-      pieces.Commit();
-      EXPECT_EQ(Content(folder_ / "pieces"), Content(folder_ / "serial")) << threads;
+      EXPECT_EQ(write(64, compression), whole) << threads;
     }
   }
 }
 
-TEST_F(CsvWriterTest, AnErrorInAPieceLeavesNoFile) {
+TEST_F(CsvWriterTest, InfinityInAPieceLeavesNoFile) {
   {
-    CsvWriter writer(folder_ / "t.csv", {"x_m"});
-    EXPECT_THROW(WriteRows(1000,
-                           16,
-                           &writer,
-                           [](std::size_t begin, std::size_t end, TableWriter* out) {
-                             for (std::size_t i = begin; i < end; ++i) {
-                               out->Number(i == 777 ? HUGE_VAL : 0.3).EndRow();
-                             }
-                           }),
-                 InputError);
+    const auto table = WriteCsv(folder_ / "t.csv", kWritten);
+    EXPECT_THAT(test::MessageOf<InputError>([&] {
+                  WriteEach(20000, table.get(), [](std::size_t i, Batch* batch) {
+                    AddNamed("p", i == 17777 ? HUGE_VAL : 0.3, batch);
+                  });
+                  return 0;
+                }),
+                HasSubstr("t.csv: a number became infinite"));
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
 // A device that is always full: the error names the file, wherever among the pieces it comes.
-TEST_F(CsvWriterTest, AFullDiskInThePiecesIsToldOf) {
-  CsvWriter writer("/dev/full", {"x_m"});
-  const auto rows = [](std::size_t begin, std::size_t end, TableWriter* out) {
-    for (std::size_t i = begin; i < end; ++i) {
-      out->Number(0.3 + static_cast<double>(i)).EndRow();
-    }
-  };
-  try {
-    WriteRows(400000, 2048, &writer, rows);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("/dev/full: writing failed: "));
-  }
+TEST_F(CsvWriterTest, AFullDiskInThePiecesIsReported) {
+  const auto table = WriteCsv("/dev/full", kWritten);
+  EXPECT_THAT(test::MessageOf<InputError>([&] {
+                WriteEach(400000, table.get(), [](std::size_t i, Batch* batch) {
+                  AddNamed("p", 0.3 + static_cast<double>(i), batch);
+                });
+                return 0;
+              }),
+              HasSubstr("/dev/full: writing failed: "));
 }
 
 TEST_F(CsvWriterTest, NumbersAndNamesReadBackTheSame) {  // round trip, seeded
-  constexpr std::array<TableColumn, 2> columns{{{"name"}, {"x_m"}}};
   const char* const names[] = {
       "a", " b ", "c,d", "\"", "e\"\"f", "#g", "\xEF\xBB\xBFh", "\xC3\xA9"};
   for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
@@ -97,33 +120,37 @@ TEST_F(CsvWriterTest, NumbersAndNamesReadBackTheSame) {  // round trip, seeded
     for (int i = 0; i < 4003; ++i) {
       values.push_back(random.Normal() * std::pow(10.0, 40.0 * random.Uniform() - 20.0));
     }
-    CsvWriter writer(file, {"name", "x_m"}, compression);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      writer.Text(names[i % 8]).Number(values[i]).EndRow();
-    }
-    writer.Commit();
-    CsvReader reader(file, columns);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      ASSERT_TRUE(reader.Next());
-      ASSERT_EQ(reader.Text(0), names[i % 8]);
-      ASSERT_EQ(reader.Number(1), values[i]);
-    }
-    EXPECT_FALSE(reader.Next());
+    const auto table = WriteCsv(file, kWritten, compression);
+    WriteEach(values.size(), table.get(), [&](std::size_t i, Batch* batch) {
+      AddNamed(names[i % 8], values[i], batch);
+    });
+    table->Commit();
+    std::size_t read = 0;
+    ForRows(ReadCsv(file, kWritten).get(), [&](const Row& row) {
+      ASSERT_EQ(row.Text(kWritten("name")), names[read % 8]);
+      ASSERT_EQ(row.Number(kWritten("x_m")), values[read++]);
+    });
+    EXPECT_EQ(read, values.size());
   }
 }
 
-TEST_F(CsvWriterTest, RefusesRowsOfTheWrongLengthAndInfinity) {
-  CsvWriter writer(folder_ / "t.csv", {"a", "b"});
-  EXPECT_THROW(writer.Number(std::numeric_limits<double>::infinity()), InputError);
-  writer.Text("only one");
-  EXPECT_THROW(writer.EndRow(), std::logic_error);
+TEST(NewRowTest, ARowWithoutItsIdIsAnErrorOfOurs) {
+  IdTable ids;
+  ids.Append("P");
+  Batch batch;
+  batch.Begin(kTruthColumns);
+  NewRow(&batch).Id(kTruthColumns("point"), ids, 0);
+  NewRow(&batch).Number(kTruthColumns("x_m"), 1.5);
+  EXPECT_THROW(batch.End(), std::logic_error);
 }
 
 TEST_F(AtomicFileTest, AppearsOnlyAtCommit) {
   AtomicFile file(folder_ / "a.txt");
   file.Write("whole");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.txt"));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / (".a.txt.tmp-" + std::to_string(::getpid()))));
+  const auto temporary = std::filesystem::directory_iterator(folder_)->path().filename().string();
+  EXPECT_TRUE(temporary.starts_with(".a.txt.tmp-")) << temporary;
+  EXPECT_NE(TemporaryName(folder_ / "b").name(), TemporaryName(folder_ / "b").name());
   file.Commit();
   EXPECT_EQ(Content(folder_ / "a.txt"), "whole");
   EXPECT_EQ(FileCount(), 1u);

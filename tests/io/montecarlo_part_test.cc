@@ -49,15 +49,15 @@ TEST(MonteCarloPartTest, TablesAreAddedToWhatIsThere) {
   ASSERT_EQ(draws.runs.size(), 3U);
   EXPECT_EQ(draws.runs[1].run, 0U);
   EXPECT_TRUE(draws.runs[1].converged);
-  EXPECT_EQ(draws.runs[1].variance_ratio_1, (std::array<double, 3>{1.5, 0.5, 1.0}));
-  EXPECT_EQ(draws.runs[1].inside_1, (std::array<double, 3>{0.0, 1.0, 1.0}));
+  EXPECT_EQ(draws.runs[1].variance_ratio, (std::array<double, 3>{1.5, 0.5, 1.0}));
+  EXPECT_EQ(draws.runs[1].inside, (std::array<double, 3>{0.0, 1.0, 1.0}));
   EXPECT_EQ(draws.runs[2].run, 2U);
   EXPECT_FALSE(draws.runs[2].converged);
   const MonteCarloPoint& sums = draws.points[0];
   EXPECT_EQ(sums.square.Value(), 3.5);
   EXPECT_EQ(sums.product[0].Value(), 1.5);
   EXPECT_EQ(sums.product[1].Value(), 0.5);
-  EXPECT_EQ(sums.product[3].Value(), -5.0 * ExactSum::kUnit_1);
+  EXPECT_EQ(sums.product[3].Value(), -5.0 * ExactSum::kUnit);
   EXPECT_EQ(sums.inside, (std::array<std::uint32_t, 3>{0, 1, 1}));
 }
 

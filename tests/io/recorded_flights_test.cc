@@ -344,7 +344,7 @@ TEST_F(RecordedBlockTest, AnUnknownWayOrASigmaOfZeroIsRefusedWithItsLine) {
                     HasSubstr("states, orbit, positions, smooth or auto"),
                     HasSubstr("did you mean smooth")));
   EXPECT_THAT(message_of("sigma_m = 0.02", "sigma_m = 0"),
-              HasSubstr("block.toml:9: trajectory.sigma_m: 0 is not allowed"));
+              HasSubstr("block.toml:9: trajectory.sigma_m: must be a number above 0, got 0"));
   EXPECT_THAT(message_of("sigma_mps = 0.01", "sigma_ms = 0.01"),
               AllOf(HasSubstr("block.toml:13: "), HasSubstr("sigma_ms")));
 }

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "io/result_fixture.h"
-#include "tables/csv.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,27 +48,27 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
   kept.passes = "A B";
   kept.parameters = 2;
   kept.test = SelectionTest::kWald;
-  kept.statistic_1 = 12.5;
-  kept.f_1 = 6.25;
-  kept.probability_1 = 0.03125;
-  kept.delta_bic_1 = -4.5;
-  kept.condition_1 = 8.0;
+  kept.statistic = 12.5;
+  kept.f = 6.25;
+  kept.probability = 0.03125;
+  kept.delta_bic = -4.5;
+  kept.condition = 8.0;
   kept.kept = true;
   kept.step = 3;
   kept.reason = "determinable, significant and pays";
   CandidateResult dropped;
   dropped.name = "time.bias";
   dropped.passes = "all";
-  dropped.condition_1 = std::numeric_limits<double>::infinity();
+  dropped.condition = std::numeric_limits<double>::infinity();
   dropped.reason = "not determinable";
   result_.selection.candidates = {kept, dropped};
   result_.selection.rounds = 2;
   result_.selection.simplifications = {{.name = "flat-frame",
                                         .bound_m = 0.5,
                                         .sigma_m = 4.0,
-                                        .fraction_1 = 0.125,
+                                        .fraction = 0.125,
                                         .taken = true,
-                                        .gain_1 = 1.5,
+                                        .gain = 1.5,
                                         .verdict = "taken"}};
   result_.parameters[0].kept = "pays";
   WriteResult(folder_, block_, options_, result_, context_);
@@ -163,7 +162,7 @@ TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
                           "",
                           "",
                           ""));
-  CsvReader reader(
+  test::CsvRows reader(
       folder_ / "points.csv",
       std::vector<TableColumn>{{"lat_deg"}, {"lon_deg"}, {"h_m"}, {"intersection_deg"}});
   ASSERT_TRUE(reader.Next());
@@ -234,7 +233,8 @@ TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled)
   EXPECT_THAT(Row("points.csv", 0, columns), ElementsAre("3.5", "4.5", "5.5", ""));
   EXPECT_THAT(Row("points.csv", 1, columns), ElementsAre("", "", "", ""));
   EXPECT_THAT(Row("pairs.csv", 0, columns), ElementsAre("6.5", "", "", "7.5"));
-  CsvReader reader(folder_ / "points.csv", std::vector<TableColumn>{{"leberl_across_azimuth_deg"}});
+  test::CsvRows reader(folder_ / "points.csv",
+                       std::vector<TableColumn>{{"leberl_across_azimuth_deg"}});
   ASSERT_TRUE(reader.Next());
   EXPECT_DOUBLE_EQ(reader.Number(0), 21.485917317405873);  // 0.375 rad
 }
@@ -284,6 +284,7 @@ TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
                           "gradient",
                           "sigma0_squared",
                           "chi_square",
+                          "groups",
                           "covariance",
                           "condition",
                           "stages",
@@ -302,6 +303,15 @@ TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
   EXPECT_EQ(counts["redundancy"], 8);
   EXPECT_EQ(counts["point_status"]["adjusted"], 1);
   EXPECT_EQ(summary["chi_square"]["value"], 32.0);
+  EXPECT_EQ(summary["chi_square"]["redundancy"], 8.0);
+  const json& ranges = summary["groups"][0];
+  EXPECT_EQ(ranges["group"], "ranges");
+  EXPECT_EQ(ranges["square_sum"], 24.0);
+  EXPECT_EQ(ranges["redundancy"], 6.0);
+  EXPECT_EQ(ranges["factor"], 4.0);
+  EXPECT_NEAR(ranges["sigma"].get<double>(), 4.0 * std::sqrt(2.0 / 6.0), 1e-12);
+  EXPECT_EQ(ranges["lower"], 0.5);
+  EXPECT_EQ(ranges["upper"], 2.5);
   EXPECT_EQ(summary["chi_square"]["level"], 0.975);
   EXPECT_EQ(summary["chi_square"]["lower"], 2.5);
   EXPECT_TRUE(summary["condition"].is_null());

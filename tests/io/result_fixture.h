@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io/io_fixture.h"
-#include "tables/csv.h"
+#include "support/csv_rows.h"
 
 namespace sarblock::test {
 
@@ -56,6 +56,9 @@ class ResultFolderTest : public FolderTest {
     result_.observation_count = 17;
     result_.parameter_count = 9;
     result_.sigma0_squared = 4.0;
+    result_.test_redundancy = 8.0;
+    result_.assessment.groups = {{"ranges", 24.0, 6.0, {0.5, 2.5}},
+                                 {"all", 32.0, 8.0, {0.25, 2.25}}};
     result_.chi_square = {2.5, 17.5};
     result_.stages = {{"solve", 0.25, 80.0}, {"solve", 0.5, 90.0}};
     result_.warnings = {"of the result"};
@@ -66,7 +69,7 @@ class ResultFolderTest : public FolderTest {
   std::vector<std::string> Row(const std::string& table,
                                std::size_t row,
                                const std::vector<TableColumn>& columns) const {
-    CsvReader reader(folder_ / table, columns);
+    CsvRows reader(folder_ / table, columns);
     for (std::size_t i = 0; i <= row; ++i) EXPECT_TRUE(reader.Next());
     std::vector<std::string> cells;
     for (std::size_t i = 0; i < columns.size(); ++i) {

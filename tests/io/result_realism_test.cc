@@ -39,6 +39,7 @@ class ResultRealismTest : public test::FolderTest {
     result_.observation_count = 12;
     result_.parameter_count = 2;
     result_.sigma0_squared = 1.5;
+    result_.test_redundancy = 10.0;
     result_.chi_square = {3.25, 20.5};
     result_.chi_square_passed = true;
   }
@@ -68,9 +69,9 @@ TEST_F(ResultRealismTest, VarianceComponentsStandWithBothTests) {  // hand value
   VarianceComponent range;
   range.group = "A+B";
   range.looks = 3;
-  range.redundancy_1 = 4.5;
-  range.factor_1 = 9.0;
-  range.factor_deviation_1 = 3.0;
+  range.redundancy = 4.5;
+  range.factor = 9.0;
+  range.factor_deviation = 3.0;
   range.sigma_before = 1.5;
   range.unit = "m";
   range.estimated = true;
@@ -113,7 +114,7 @@ TEST_F(ResultRealismTest, MonteCarloHasASectionAndATable) {  // hand values
   report.seed = 5;
   report.points = 1;
   report.sample_m2 = {{4.0, 36.0, 4.0, 0, 0, 0}, {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN}};
-  report.square_1 = {1.25, kNaN};
+  report.square = {1.25, kNaN};
   report.inside = {{{20, 0}, {35, 0}, {40, 0}}};
   report.square_ratio = {1.0, 1.25, 0.0};
   report.coverage[1] = {0.9, 0.875, 0.05};

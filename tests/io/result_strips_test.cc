@@ -7,8 +7,8 @@
 
 #include "adjust/finish.h"
 #include "io/io_fixture.h"
+#include "support/csv_rows.h"
 #include "support/small_blocks.h"
-#include "tables/csv.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ TEST(StripStationsTest, GiveThePathAndTheGroundBetweenTheLooks) {  // hand: 5-12
   ASSERT_EQ(stations.size(), kStripStations);
   const StripStation& first = stations.front();
   EXPECT_EQ(first.time_s, 10.0);
-  EXPECT_EQ(first.strip_time_1, -1.0);
+  EXPECT_EQ(first.strip_time, -1.0);
   EXPECT_NEAR((first.antenna_m - Eigen::Vector3d(1000, 0, 1200)).norm(), 0.0, 1e-9);
   EXPECT_NEAR((first.near_m - Eigen::Vector3d(1000, 500, 0)).norm(), 0.0, 1e-6);
   EXPECT_NEAR((first.far_m - Eigen::Vector3d(1000, 1600, 0)).norm(), 0.0, 1e-6);
@@ -72,7 +72,7 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
                                          {"sigma_up_m"},
                                          {"correction_along_m"},
                                          {"sigma_along_m"}};
-  CsvReader reader(folder_ / "strips.csv", columns);
+  test::CsvRows reader(folder_ / "strips.csv", columns);
   for (std::size_t k = 0; k < kStripStations; ++k) {
     ASSERT_TRUE(reader.Next());
     const double x = -1.0 + 2.0 * static_cast<double>(k) / (kStripStations - 1);
@@ -87,7 +87,8 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
 
 TEST(FixedPathCovarianceTest, IsThatOfABlockWhosePathsAreKnown) {  // two routes
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  for (const std::size_t point : {0U, 4U, 7U}) test::Hold(point, {0.31, 0.47, 0.83}, &known);
+  for (const std::size_t point : {0U, 4U, 7U})
+    test::AddKnownPoint(point, {0.31, 0.47, 0.83}, &known);
   PositionCorrection position;
   AdjustOptions options;
   options.corrections = CorrectionChoice::kGiven;

@@ -119,16 +119,16 @@ TEST(PointErrorsTest, EqualHandValuesTermByTerm) {
   expect(Second({.dz0_m = 0.3}), 0, 0.3 * 12 / 11, 0.3 * 16 / 11);
   expect(First({.dr_m = 0.3}), 0, 0.3 * 20 / 11, 0.3 * 20 * 5 / (11 * 12));
   expect(Second({.dr_m = 0.3}), 0, -0.3 * 13 / 11, -0.3 * 13 * 16 / (11 * 12));
-  expect(First({.dydot0_1 = 0.03}), 0.03 * 8, 0, 0);
-  expect(Second({.dydot0_1 = 0.03}), 0.03 * 2.5, 0, 0);
-  expect(First({.dzdot0_1 = 0.03}), 0.03 * 6, 0, 0);
-  expect(Second({.dzdot0_1 = 0.03}), 0.03 * 6, 0, 0);
+  expect(First({.dydot0 = 0.03}), 0.03 * 8, 0, 0);
+  expect(Second({.dydot0 = 0.03}), 0.03 * 2.5, 0, 0);
+  expect(First({.dzdot0 = 0.03}), 0.03 * 6, 0, 0);
+  expect(Second({.dzdot0 = 0.03}), 0.03 * 6, 0, 0);
   EXPECT_NEAR(AcrossErrorOfSecondAcross(kHand, 0.3), -0.3 * 5 / 11, kRounding);
 }
 
 TEST(PointErrorsTest, TurnTheYawTermAloneInTheDerivedSigns) {
-  const StereoErrors errors{.first = {.dx0_m = 0.7, .dydot0_1 = 0.03, .dzdot0_1 = 0.02},
-                            .second = {.dydot0_1 = 0.05}};
+  const StereoErrors errors{.first = {.dx0_m = 0.7, .dydot0 = 0.03, .dzdot0 = 0.02},
+                            .second = {.dydot0 = 0.05}};
   EXPECT_NEAR(AlongError(kHand, errors, Signs::kPrinted), 0.35 + 0.24 + 0.125 + 0.12, kRounding);
   EXPECT_NEAR(AlongError(kHand, errors, Signs::kDerived), 0.35 - 0.24 - 0.125 + 0.12, kRounding);
 }
@@ -166,23 +166,23 @@ TEST(RelativeErrorsTest, EqualHandValues) {
 
 TEST(RangeWarpTest, EqualsHandValues) {
   const Warp first = RangeWarp(kHand, 0.3, 0.0, Signs::kPrinted);
-  EXPECT_NEAR(first.a_1, 0.3 * 16 / 220, kRounding);
-  EXPECT_NEAR(first.f_1, 0.3 * 12 / 220, kRounding);
-  EXPECT_NEAR(first.c_1, 0.3 * (20.0 / 132 + 80.0 / 2640), kRounding);
-  EXPECT_NEAR(first.d_1, 0.3 * (5.0 / 220 - 100.0 / 1584), kRounding);
+  EXPECT_NEAR(first.a, 0.3 * 16 / 220, kRounding);
+  EXPECT_NEAR(first.f, 0.3 * 12 / 220, kRounding);
+  EXPECT_NEAR(first.c, 0.3 * (20.0 / 132 + 80.0 / 2640), kRounding);
+  EXPECT_NEAR(first.d, 0.3 * (5.0 / 220 - 100.0 / 1584), kRounding);
   const Warp second = RangeWarp(kHand, 0.0, 0.3, Signs::kPrinted);
-  EXPECT_NEAR(second.a_1, -0.3 * 5 / 143, kRounding);
-  EXPECT_NEAR(second.f_1, -0.3 * 12 / 143, kRounding);
-  EXPECT_NEAR(second.c_1, -0.3 * (13.0 / 132 + 80.0 / 1716), kRounding);
-  EXPECT_NEAR(second.d_1, -0.3 * (16.0 / 143 - 208.0 / 1584), kRounding);
+  EXPECT_NEAR(second.a, -0.3 * 5 / 143, kRounding);
+  EXPECT_NEAR(second.f, -0.3 * 12 / 143, kRounding);
+  EXPECT_NEAR(second.c, -0.3 * (13.0 / 132 + 80.0 / 1716), kRounding);
+  EXPECT_NEAR(second.d, -0.3 * (16.0 / 143 - 208.0 / 1584), kRounding);
   const Warp derived = RangeWarp(kHand, 0.3, 0.0, Signs::kDerived);
-  EXPECT_EQ(derived.a_1, first.a_1);
-  EXPECT_EQ(derived.f_1, -first.f_1);
-  EXPECT_EQ(derived.c_1, first.c_1);
-  EXPECT_EQ(derived.d_1, -first.d_1);
-  const Difference of = first.Of({.dy_m = 2.0, .dz_m = 3.0});
-  EXPECT_NEAR(of.dy_m, 2.0 * first.a_1 + 3.0 * first.f_1, kRounding);
-  EXPECT_NEAR(of.dz_m, 2.0 * first.c_1 + 3.0 * first.d_1, kRounding);
+  EXPECT_EQ(derived.a, first.a);
+  EXPECT_EQ(derived.f, -first.f);
+  EXPECT_EQ(derived.c, first.c);
+  EXPECT_EQ(derived.d, -first.d);
+  const Difference of = first.Apply({.dy_m = 2.0, .dz_m = 3.0});
+  EXPECT_NEAR(of.dy_m, 2.0 * first.a + 3.0 * first.f, kRounding);
+  EXPECT_NEAR(of.dz_m, 2.0 * first.c + 3.0 * first.d, kRounding);
 }
 
 TEST(RangeNoiseTest, EqualsHandValues) {

@@ -37,7 +37,7 @@ class CheckHeadersTest(CheckerTest):
     def test_accepts_a_clean_tree(self):
         status, output = self.check({
             "include/sarblock/geometry/a.h": SPDX + '#include "sarblock/core/b.h"\n'
-                                           "double Range(double rho_m, double scale_1);\n",
+                                           "double Range(double rho_m, double scale);\n",
             "src/geometry/a.cc": SPDX + '#include "sarblock/geometry/a.h"\n// printf( in a comment\n',
         })
         self.assertEqual((status, output), (0, ""))

@@ -44,11 +44,11 @@ TEST_P(PredictedLookTest, IsTheTimeAndTheRangeOfThePath) {
       LookEvaluation at;
       ASSERT_TRUE(EvaluateLook(problem.model, state, point, i, {}, &columns, &at));
       // Coordinates are rounded to 1e-9 m. The path is a cubic, and continued as one.
-      EXPECT_NEAR(at.error_1[1] * at.azimuth_unit_m,
+      EXPECT_NEAR(at.whitened_error[1] * at.azimuth_unit_m,
                   (*predicted_s - block.looks.time_s[i]) * at.azimuth_unit_m,
                   3e-7);
-      EXPECT_NEAR(at.error_1[0], range_m - block.looks.range_m[i], 3e-7);
-      EXPECT_GT(std::abs(at.error_1[1]), 1e-9);
+      EXPECT_NEAR(at.whitened_error[0], range_m - block.looks.range_m[i], 3e-7);
+      EXPECT_GT(std::abs(at.whitened_error[1]), 1e-9);
     }
   }
 }
@@ -56,7 +56,7 @@ TEST_P(PredictedLookTest, IsTheTimeAndTheRangeOfThePath) {
 INSTANTIATE_TEST_SUITE_P(Squints, PredictedLookTest, testing::Values(0.0, 20.0, 60.0));
 
 /// Mean of e' C^-1 e / 3 over the tie points.
-double NormalisedSquare_1(const Block& block, const Truth& truth, const AdjustResult& result) {
+double NormalisedSquare(const Block& block, const Truth& truth, const AdjustResult& result) {
   double sum = 0.0, count = 0.0;
   for (std::size_t j = 0; j < block.points.size(); ++j) {
     if (block.points.role[j] != PointRole::kTie || !IsSolved(result.points.status[j])) continue;
@@ -90,7 +90,7 @@ TEST(AdjustedTimeScaleTest, ManyLooksDoNotShrinkTheBlock) {
     const AdjustOptions options = ReadAdjustTable(scene.adjust_toml, "strips", ids);
     const AdjustResult result = Adjust(simulated.block, options);
     ASSERT_TRUE(result.accepted());
-    EXPECT_LT(NormalisedSquare_1(simulated.block, simulated.truth, result), 5.0);
+    EXPECT_LT(NormalisedSquare(simulated.block, simulated.truth, result), 5.0);
     // The looks fit as well as noise does: s0^2 has a standard deviation of 0.017.
     EXPECT_NEAR(result.sigma0_squared, 1.0, 0.08);
   }

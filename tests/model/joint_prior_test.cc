@@ -76,7 +76,7 @@ std::vector<Refused> RefusedPriors() {
       {"parameters", 6, "has a standard deviation of its own", own_sigma},
       {"parameters",
        3,
-       "stands twice",
+       "is given twice",
        [](auto* o) { PriorOf(o).parameters[3] = "position.up.0"; }},
       {"parameters",
        6,
@@ -130,7 +130,7 @@ std::vector<Refused> RefusedPriors() {
       {"covariance", -1, "is not given", [](auto* o) { PriorOf(o).covariance.resize(0, 0); }},
       {"covariance",
        -1,
-       "stands beside sigma",
+       "excludes sigma and correlation",
        [](auto* o) { PriorOf(o).sigma = Eigen::VectorXd::Ones(7); }},
       {"sigma",
        -1,
@@ -141,7 +141,7 @@ std::vector<Refused> RefusedPriors() {
        }},
       {"sigma",
        2,
-       "a number above 0 is",
+       "must be a number above 0, got -0.3",
        [sigmas](auto* o) {
          sigmas(o);
          PriorOf(o).sigma[2] = -0.3;

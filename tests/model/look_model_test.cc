@@ -180,8 +180,8 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
       auto p = test::Cast<Digits50>(start_m) + test::Cast<Digits50>(displacement_m);
       const Digits50 read = model.paths().ReadingTime_s(block.looks.pass[i], block.looks.time_s[i]);
       const auto errors = twin.Errors(i, p, value, read);
-      EXPECT_NEAR(at.error_1[0], static_cast<double>(errors.range), error_bound_m);
-      EXPECT_NEAR(at.error_1[1] * at.azimuth_unit_m,
+      EXPECT_NEAR(at.whitened_error[0], static_cast<double>(errors.range), error_bound_m);
+      EXPECT_NEAR(at.whitened_error[1] * at.azimuth_unit_m,
                   static_cast<double>(errors.azimuth) * at.azimuth_unit_m,
                   error_bound_m);
 
@@ -206,7 +206,7 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
       };
       for (Eigen::Index k = 0; k < 3; ++k) {
         compare("point",
-                {at.by_point(0, k), at.azimuth_unit_m * at.by_point(1, k)},
+                {at.d_point(0, k), at.azimuth_unit_m * at.d_point(1, k)},
                 &p[static_cast<std::size_t>(k)]);
       }
       int column = 0;
@@ -228,8 +228,8 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
         // The crossing is found to 1e-12 of the range (src/model/look_model.h); over half of a pass
         // a Legendre polynomial of degree 5, of a correction in metres, changes by 15 at most.
         const double found_s = 1e-12 * block.looks.range_m[i] / speed_mps;
-        const double bound_1 = unit == "m" ? 15.0 * found_s / (0.5 * length_s) : 1e-11;
-        EXPECT_LE(difference.norm(), bound_1 * std::sqrt(square[unit])) << i << " column " << k;
+        const double bound = unit == "m" ? 15.0 * found_s / (0.5 * length_s) : 1e-11;
+        EXPECT_LE(difference.norm(), bound * std::sqrt(square[unit])) << i << " column " << k;
       }
     }
   }

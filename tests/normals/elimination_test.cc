@@ -13,7 +13,7 @@ namespace {
 class EliminationTest : public testing::Test {
  protected:
   EliminationTest() : known_(test::MakeBlock(test::AircraftPlan(11.3))) {
-    test::Hold(2, {0.31, 0.47, kNotGiven}, &known_);
+    test::AddKnownPoint(2, {0.31, 0.47, kNotGiven}, &known_);
     PositionCorrection position;
     position.degree = 1;
     problem_.emplace(known_.block,
@@ -26,14 +26,14 @@ class EliminationTest : public testing::Test {
   }
   /// The point's equations as dense matrices: J_p and [J_c | e].
   struct Rows {
-    Eigen::MatrixXd by_point, rest;
+    Eigen::MatrixXd d_point, rest;
   };
   Rows RowsOf(const PointFactor& factor, const PointColumns& columns, std::size_t point) const {
     Rows out{Eigen::MatrixXd::Zero(factor.row_count, 3),
              Eigen::MatrixXd::Zero(factor.row_count, columns.width + 1)};
     for (int k = 0; k < factor.look_count; ++k) {
       const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-      out.by_point.middleRows(2 * k, 2) = look.by_point;
+      out.d_point.middleRows(2 * k, 2) = look.d_point;
       std::size_t local = 0;
       for (int b = 0; b < look.columns.block_count; ++b) {
         const auto block =
@@ -47,9 +47,9 @@ class EliminationTest : public testing::Test {
     if (problem_->control_of[point] >= 0) {
       const ControlEquations& control =
           problem_->control[static_cast<std::size_t>(problem_->control_of[point])];
-      out.by_point.bottomRows(control.rows) =
+      out.d_point.bottomRows(control.rows) =
           EvaluateControl(known_.block.frame, control, state_.start_m[point], {0.0, 0.0, 0.0})
-              .by_point.topRows(control.rows);
+              .d_point.topRows(control.rows);
     }
     for (int i = 0; i < factor.row_count; ++i) {
       out.rest(i, columns.width) = factor.e[static_cast<std::size_t>(i)];
@@ -73,7 +73,7 @@ TEST_F(EliminationTest, IsTheThinQrFactorisationAndTheSchurComplement) {
     ASSERT_EQ(m, point == 2 ? 10 : 8);
     ASSERT_EQ(n, 4 * 6 + 1 + 1);
     const Rows rows = RowsOf(factor, columns, point);
-    const Eigen::MatrixXd& jp = rows.by_point;
+    const Eigen::MatrixXd& jp = rows.d_point;
     const Eigen::MatrixXd& rest = rows.rest;
 
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jp);
@@ -108,15 +108,15 @@ TEST_F(EliminationTest, IsTheThinQrFactorisationAndTheSchurComplement) {
 // |I| |I| = 3). A point without enough rows has none.
 TEST_F(EliminationTest, MeasuresTheConditionOfTheScaledColumns) {
   PointFactor factor;
-  test::Hold(3, {1e-3, 17.3, 4.1e5}, &known_);
-  AdjustmentProblem held(known_.block, {});
-  std::fill(held.look_used.begin(), held.look_used.end(), std::uint8_t{0});
-  FactorPoint(held, state_, {}, 0.0, 3, &factor);
-  EXPECT_NEAR(factor.reciprocal_condition_1, 1.0 / 3.0, 1e-15);
-  FactorPoint(held, state_, {}, 0.0, 2, &factor);  // plan only: the height is open
-  EXPECT_EQ(factor.reciprocal_condition_1, 0.0);
-  FactorPoint(held, state_, {}, 0.0, 0, &factor);  // nothing at all
-  EXPECT_EQ(factor.reciprocal_condition_1, 0.0);
+  test::AddKnownPoint(3, {1e-3, 17.3, 4.1e5}, &known_);
+  AdjustmentProblem fixed(known_.block, {});
+  std::fill(fixed.look_used.begin(), fixed.look_used.end(), std::uint8_t{0});
+  FactorPoint(fixed, state_, {}, 0.0, 3, &factor);
+  EXPECT_NEAR(factor.reciprocal_condition, 1.0 / 3.0, 1e-15);
+  FactorPoint(fixed, state_, {}, 0.0, 2, &factor);  // plan only: the height is open
+  EXPECT_EQ(factor.reciprocal_condition, 0.0);
+  FactorPoint(fixed, state_, {}, 0.0, 0, &factor);  // nothing at all
+  EXPECT_EQ(factor.reciprocal_condition, 0.0);
 }
 
 // Two looks from one place constrain a circle: rounding is all that is left of the third column.
@@ -129,7 +129,7 @@ TEST_F(EliminationTest, FindsTheDirectionThatTwoEqualLooksLeaveOpen) {
   }
   PointFactor factor;
   FactorPoint(*problem_, state_, {}, 0.0, 0, &factor);
-  EXPECT_LT(factor.reciprocal_condition_1, 1e-14);
+  EXPECT_LT(factor.reciprocal_condition, 1e-14);
 }
 
 TEST_F(EliminationTest, RowsOfALookCarryTheRootOfItsRobustWeight) {
@@ -146,15 +146,15 @@ TEST_F(EliminationTest, RowsOfALookCarryTheRootOfItsRobustWeight) {
     const double square = plain_rows.rest.rightCols(1).middleRows(2 * look, 2).squaredNorm();
     ASSERT_GT(square, 9.0);
     const RobustValue value = EvaluateLoss(weighting.loss, weighting.scale, square);
-    const double root = std::sqrt(value.weight_1);
+    const double root = std::sqrt(value.weight);
     const Eigen::MatrixXd expected = root * plain_rows.rest.middleRows(2 * look, 2);
     EXPECT_LT((robust_rows.rest.middleRows(2 * look, 2) - expected).norm(),
               1e-12 * expected.norm());
-    const Eigen::MatrixXd by_point = root * plain_rows.by_point.middleRows(2 * look, 2);
-    EXPECT_LT((robust_rows.by_point.middleRows(2 * look, 2) - by_point).norm(), 1e-12);
-    cost += 0.5 * value.loss_1;
+    const Eigen::MatrixXd d_point = root * plain_rows.d_point.middleRows(2 * look, 2);
+    EXPECT_LT((robust_rows.d_point.middleRows(2 * look, 2) - d_point).norm(), 1e-12);
+    cost += 0.5 * value.loss;
   }
-  EXPECT_NEAR(robust.cost_1, cost, 1e-12 * cost);
+  EXPECT_NEAR(robust.cost, cost, 1e-12 * cost);
 }
 
 TEST_F(EliminationTest, ALookWithoutAValueIsCountedAndLeftOut) {

@@ -96,7 +96,7 @@ TEST(PointPiecesTest, ThreadsDoNotChangeAByteOfTheSums) {
   const test::KnownBlock known = Strip(9300, true);
   AdjustmentProblem problem(known.block, Positions(11));
   const BlockState state = StateAt(known, &problem);
-  for (const double damping_1 : {0.0, 1e-3}) {
+  for (const double damping : {0.0, 1e-3}) {
     std::vector<double> first_s;
     Eigen::VectorXd first_side, first_diagonal;
     double first_cost = 0.0;
@@ -104,7 +104,7 @@ TEST(PointPiecesTest, ThreadsDoNotChangeAByteOfTheSums) {
       const ThreadLimit limit(threads);
       ReducedSystem system(problem);
       EXPECT_LT(system.pieces().GroupEnd(0, threads), system.pieces().size());
-      system.Form(state, {}, nullptr, damping_1);
+      system.Form(state, {}, nullptr, damping);
       const std::span<const double> values = system.matrix().sparse.values();
       if (threads == 1) {
         first_s.assign(values.begin(), values.end());
@@ -209,7 +209,7 @@ TEST(PointPiecesTest, PartialSumsTakeTwiceTheWholeAtMostAndAreNeverSerial) {
     EXPECT_EQ(pieces.limit(), 2 * whole);
     ASSERT_GT(pieces.size(), 32U);
     for (const int threads : {1, 2, 8, 64}) {
-      EXPECT_LE(pieces.MostDoubles(threads), 2 * whole);
+      EXPECT_LE(pieces.MaxDoubles(threads), 2 * whole);
       for (std::size_t first = 0; first < pieces.size();) {
         const std::size_t end = pieces.GroupEnd(first, threads);
         EXPECT_GE(end - first, std::min<std::size_t>(2, pieces.size() - first));
@@ -247,7 +247,7 @@ TEST(PointPiecesTest, TheSystemNeedsWhatIsCounted) {
   ReducedSystem system(problem);
   const SystemNeeds needs = system.Needs(2);
   EXPECT_EQ(needs.border, 0U);
-  EXPECT_EQ(needs.partial_sums, system.pieces().MostDoubles(2));
+  EXPECT_EQ(needs.partial_sums, system.pieces().MaxDoubles(2));
   const BlockState state = [&] {
     BlockState at;
     at.start_m = known.truth_m;

@@ -130,17 +130,18 @@ TEST_F(ProductKernelsTest, RowsOfALookTurnAsWholeMatricesDo) {
                            static_cast<std::size_t>(columns) + 4,
                            3);
       Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(columns, 0.31), gradient = diagonal;
-      const Eigen::Vector2d error_1 = Random(2, 1, &random_);
+      const Eigen::Vector2d whitened_error = Random(2, 1, &random_);
       kernels->AddLook(columns,
                        rows.row(0).data(),
                        rows.row(1).data(),
-                       error_1.data(),
+                       whitened_error.data(),
                        diagonal.data(),
                        gradient.data());
       const Eigen::VectorXd squares = rows.colwise().squaredNorm();
       EXPECT_LE((diagonal.array() - 0.31 - squares.array()).matrix().norm(), 1e-14 * columns);
-      EXPECT_LE((gradient.array() - 0.31 - (rows.transpose() * error_1).array()).matrix().norm(),
-                1e-14 * columns);
+      EXPECT_LE(
+          (gradient.array() - 0.31 - (rows.transpose() * whitened_error).array()).matrix().norm(),
+          1e-14 * columns);
       Eigen::VectorXd sum = Eigen::VectorXd::Constant(columns, 0.47);
       const Eigen::Vector3d factor = Random(3, 1, &random_);
       kernels->AddCombination(

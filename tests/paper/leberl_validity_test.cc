@@ -11,8 +11,8 @@ namespace {
 
 const ValidityCase kCase{.source = ValiditySource::kAcrossPosition,
                          .look_rad = 50.0 * kRadPerDeg,
-                         .base_ratio_1 = 0.4,
-                         .terrain_ratio_1 = 0.0};
+                         .base_ratio = 0.4,
+                         .terrain_ratio = 0.0};
 
 TEST(LeberlValidityTest, GrowsInProportionToTheErrorOnTheDatum) {  // second order over first
   const auto small = RelativeDifference(kCase, 1e-6);
@@ -33,7 +33,7 @@ TEST(LeberlValidityTest, LineHasItsLevel) {  // round trip through the map's own
 // dz = dy y/(H - z); the formula has H for H - z.
 TEST(LeberlValidityTest, KeepsTheTerrainTermForASmallError) {
   ValidityCase raised = kCase;
-  raised.terrain_ratio_1 = 0.02;
+  raised.terrain_ratio = 0.02;
   const double tangent = std::tan(kCase.look_rad);
   const double expected = tangent * (1.0 / 0.98 - 1.0) / std::hypot(1.0, tangent / 0.98);
   const auto difference = RelativeDifference(raised, 1e-7);

@@ -21,7 +21,7 @@ TEST(SingleFlightTest, CirclesCoincideForEveryForwardAndBackwardPair) {
         .second_squint_rad = -(2.0 + 58.0 * random.Uniform()) * kRadPerDeg,
     };
     const SingleFlightProof proof = ProveSingleFlight(pair);
-    ASSERT_EQ(proof.rank, 2) << proof.singular_1[2];
+    ASSERT_EQ(proof.rank, 2) << proof.singular[2];
     ASSERT_LE(proof.plane_gap_m, 1e-8);  // rounding of ranges up to 3e6 m
     ASSERT_LE(proof.radius_gap_m, 1e-8);
     ASSERT_EQ(proof.outcome, IntersectionOutcome::kCirclesCoincide) << NameOf(proof.outcome);
@@ -32,7 +32,7 @@ TEST(SingleFlightTest, SaysWhyThereIsNoStereo) {  // 3-4-5: radius 5 km
   const SingleFlightProof proof = ProveSingleFlight(
       {.height_m = 3e3, .ground_range_m = 4e3, .first_squint_rad = 0.3, .second_squint_rad = -0.2});
   EXPECT_NE(proof.reason.find("same circle of radius 5000 m"), std::string::npos) << proof.reason;
-  EXPECT_GT(proof.singular_1[1], 0.1);  // both looks differ: it is not one look twice
+  EXPECT_GT(proof.singular[1], 0.1);  // both looks differ: it is not one look twice
 }
 
 TEST(SingleFlightTest, RefusesWhatIsNoPair) {

@@ -45,13 +45,13 @@ StereoConfiguration RandomConfiguration(RandomStream* random, Arrangement arrang
   return c;
 }
 
-StationErrors RandomErrors(RandomStream* random, double size_m, double direction_1) {
+StationErrors RandomErrors(RandomStream* random, double size_m, double direction) {
   return {.dx0_m = size_m * random->Normal(),
           .dy0_m = size_m * random->Normal(),
           .dz0_m = size_m * random->Normal(),
           .dr_m = size_m * random->Normal(),
-          .dydot0_1 = direction_1 * random->Normal(),
-          .dzdot0_1 = direction_1 * random->Normal()};
+          .dydot0 = direction * random->Normal(),
+          .dzdot0 = direction * random->Normal()};
 }
 
 StationErrors Scaled(const StationErrors& e, double factor) {
@@ -59,8 +59,8 @@ StationErrors Scaled(const StationErrors& e, double factor) {
           .dy0_m = factor * e.dy0_m,
           .dz0_m = factor * e.dz0_m,
           .dr_m = factor * e.dr_m,
-          .dydot0_1 = factor * e.dydot0_1,
-          .dzdot0_1 = factor * e.dzdot0_1};
+          .dydot0 = factor * e.dydot0,
+          .dzdot0 = factor * e.dzdot0};
 }
 
 StereoErrors Scaled(const StereoErrors& e, double factor) {
@@ -79,8 +79,8 @@ double TermScale(const StereoConfiguration& c, const StereoErrors& e) {
                                               &StationErrors::dy0_m,
                                               &StationErrors::dz0_m,
                                               &StationErrors::dr_m,
-                                              &StationErrors::dydot0_1,
-                                              &StationErrors::dzdot0_1}) {
+                                              &StationErrors::dydot0,
+                                              &StationErrors::dzdot0}) {
     StereoErrors first, second;
     first.first.*member = e.first.*member;
     second.second.*member = e.second.*member;
@@ -120,8 +120,8 @@ TEST_P(ArrangementTest, DerivativeEqualsEveryTermOfTheFormulasAlone) {
                                      StationErrors{.dy0_m = 1.3},
                                      StationErrors{.dz0_m = 1.3},
                                      StationErrors{.dr_m = 1.3},
-                                     StationErrors{.dydot0_1 = 1.3e-5},
-                                     StationErrors{.dzdot0_1 = 1.3e-5}}) {
+                                     StationErrors{.dydot0 = 1.3e-5},
+                                     StationErrors{.dzdot0 = 1.3e-5}}) {
       for (const StereoErrors& errors : {StereoErrors{.first = one}, StereoErrors{.second = one}}) {
         const PointError formula = leberl::PointErrors(c, errors, Signs::kDerived);
         const PointError derivative = StereoErrorDerivative(c, errors);
@@ -145,7 +145,7 @@ TEST_P(ArrangementTest, DifferenceDerivativeEqualsTheFormulasWithDerivedSigns) {
     const leberl::Difference base = DifferenceErrorOfBase(c, d, size_m, Signs::kDerived);
     const leberl::Difference height = DifferenceErrorOfHeight(c, d, size_m, Signs::kDerived);
     const leberl::Difference warp =
-        RangeWarp(c, 0.7 * size_m, -0.4 * size_m, Signs::kDerived).Of(d);
+        RangeWarp(c, 0.7 * size_m, -0.4 * size_m, Signs::kDerived).Apply(d);
     const PointError from_base = DifferenceErrorDerivative(c, {.second = {.dy0_m = size_m}}, d);
     const PointError from_height = DifferenceErrorDerivative(c, {.second = {.dz0_m = size_m}}, d);
     const PointError from_range = DifferenceErrorDerivative(
@@ -235,19 +235,19 @@ TEST(StereoRangeNoiseTest, EqualsEq25AcrossTheSwathsOfThePaper) {
 const StereoConfiguration kScene{.base_m = 8123.4, .height_m = 10345.6, .ground_range_m = 19876.5};
 const Eigen::Vector3d kTruth_m(0.0, 19876.5, 0.0);
 
-std::vector<Sight> PerturbedSights(const StereoErrors& errors) {
-  std::vector<Sight> sights(2);
+std::vector<FixedPathLook> PerturbedSights(const StereoErrors& errors) {
+  std::vector<FixedPathLook> observations(2);
   for (std::size_t k = 0; k < 2; ++k) {
     const StationErrors& e = k == 0 ? errors.first : errors.second;
     const Eigen::Vector3d antenna_m(0.0, k == 0 ? 0.0 : kScene.base_m, kScene.height_m);
-    sights[k].antenna_m = antenna_m + Eigen::Vector3d(e.dx0_m, e.dy0_m, e.dz0_m);
-    sights[k].velocity_mps = 211.0 * Eigen::Vector3d(1.0, e.dydot0_1, e.dzdot0_1);
-    sights[k].range_m = (kTruth_m - antenna_m).norm() + e.dr_m;
-    sights[k].side = +1;
-    sights[k].range_sigma_m = 1.0;
-    sights[k].azimuth_sigma = 1.0;
+    observations[k].antenna_m = antenna_m + Eigen::Vector3d(e.dx0_m, e.dy0_m, e.dz0_m);
+    observations[k].velocity_mps = 211.0 * Eigen::Vector3d(1.0, e.dydot0, e.dzdot0);
+    observations[k].range_m = (kTruth_m - antenna_m).norm() + e.dr_m;
+    observations[k].side = +1;
+    observations[k].range_sigma_m = 1.0;
+    observations[k].azimuth_sigma = 1.0;
   }
-  return sights;
+  return observations;
 }
 
 // Two routes: the Newton iteration here against the intersection of the geometry module. The two
@@ -275,11 +275,11 @@ TEST(StereoErrorExactTest, IsStationaryWhereThePlanesDisagree) {
   const Eigen::Vector3d p_m = kTruth_m + Eigen::Vector3d(exact->dx_m, exact->dy_m, exact->dz_m);
   Eigen::RowVector3d gradient_m = Eigen::RowVector3d::Zero();
   double square_sum_m2 = 0.0;
-  for (const Sight& sight : PerturbedSights(errors)) {
+  for (const FixedPathLook& observation : PerturbedSights(errors)) {
     LookEquations e;
-    ASSERT_TRUE(
-        EvaluateLookEquations(p_m, sight.antenna_m, sight.velocity_mps, sight.cone, 0.0, &e));
-    const double range_error_m = e.rho_m - sight.range_m;
+    ASSERT_TRUE(EvaluateLookEquations(
+        p_m, observation.antenna_m, observation.velocity_mps, observation.cone, 0.0, &e));
+    const double range_error_m = e.rho_m - observation.range_m;
     gradient_m += range_error_m * e.drho_dp + e.doppler_error_m * e.ded_dp;
     square_sum_m2 += range_error_m * range_error_m + e.doppler_error_m * e.doppler_error_m;
   }

@@ -165,8 +165,8 @@ TEST(ImportProductsTest, FaultyRowsAreNamedAndTheRestIsGood) {
   EXPECT_EQ(imported.products[0].good, 3u);
   for (std::size_t k = 0; k < 9; ++k) {
     EXPECT_EQ(block.looks.rejected(k), k >= 6) << k;
-    EXPECT_EQ(block.points.known[k].held[2], k < 3 || k >= 6) << k;
-    EXPECT_TRUE(block.points.known[k].held[0]);
+    EXPECT_EQ(block.points.known[k].fixed[2], k < 3 || k >= 6) << k;
+    EXPECT_TRUE(block.points.known[k].fixed[0]);
   }
   options.grid = PointRole::kCheck;  // without a standard deviation plan only cannot be written
   options.grid_sigma_m.reset();

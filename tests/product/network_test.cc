@@ -136,7 +136,7 @@ TEST_F(NetworkTest, AConstrainedRadiusHoldsTheHeightAlone) {
   ControlNetwork network = Moon();
   network.points[2].constrained = {false, false, true};
   const KnownPosition known = ImportNetwork(network, Cubes(), WithSigma()).block.points.known[2];
-  EXPECT_EQ(known.held, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(known.fixed, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(known.covariance_enu_m2(0, 0), 0.0);
   EXPECT_GT(known.covariance_enu_m2(2, 2), 0.0);
 }
@@ -160,7 +160,7 @@ TEST_F(NetworkTest, FreePointsAreHeldInHeightWhereAskedFor) {
   const Block block = ImportNetwork(Moon(), Cubes(), options).block;
   const KnownPosition* const known = block.points.FindKnown(5);
   ASSERT_NE(known, nullptr);
-  EXPECT_EQ(known->held, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(known->fixed, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(block.points.FindKnown(6), nullptr);  // has no position
   EXPECT_EQ(block.points.FindKnown(8), nullptr);  // is ignored
 }
@@ -192,7 +192,7 @@ TEST_F(NetworkTest, GivenSerialNumbersGoBeforeThoseOfTheFiles) {
   NetworkImportOptions options = WithSigma();
   options.serials = {{"LRO/MRFLRO/2012-03-04T05:06:07.890123", 1},
                      {"LRO/MRFLRO/2012-03-04T07:01:02.500000", 0}};
-  // Cubes know better and are refused; ISDs do what they are told.
+  // Cubes know better and are refused; ISDs follow the option.
   const ImportedNetwork imported = ImportNetwork(Moon(), Isds(), options);
   EXPECT_EQ(imported.images[0].pass, "one");
   EXPECT_EQ(imported.images[0].serial, "LRO/MRFLRO/2012-03-04T07:01:02.500000");
@@ -214,7 +214,7 @@ TEST_F(NetworkTest, AnImageOfAnotherBodyIsRefused) {
   EXPECT_THAT(message, HasSubstr("mars.json"));
   EXPECT_THAT(message, HasSubstr("is an image of another body: radius 3396.19 km"));
   ControlNetwork network = Moon();
-  network.target = "Nobody";  // a body of unknown size: the points tell
+  network.target = "Nobody";  // a body of unknown size: it follows from the points
   for (RadarImage& image : images) image.ellipsoid = {"", 3396190.0, 0.0};
   EXPECT_THAT(Refusal(network, images, WithSigma()), HasSubstr("from the centre"));
 }
@@ -360,7 +360,7 @@ TEST_F(NetworkTest, IsdsThatCannotBeUsedNameTheKey) {
   EXPECT_THAT(refusal("frame_model.json"), HasSubstr("name_model"));
   EXPECT_THAT(refusal("old_form.json"), HasSubstr("isd_generate"));
   EXPECT_THAT(refusal("vector_of_two.json"), HasSubstr("instrument_position.positions[3]"));
-  EXPECT_THAT(refusal("frame_10.json"), HasSubstr("1 (J2000) is"));
+  EXPECT_THAT(refusal("frame_10.json"), HasSubstr("must be 1 (J2000)"));
 }
 
 // A label that never ends costs 8 MiB, not the file: the rest of it is never read.

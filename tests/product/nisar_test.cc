@@ -149,14 +149,14 @@ TEST_F(NisarTest, WhatIsMissingOrMakesNoSenseIsRefusedWithItsPath) {
   expect("delete " + root, "/science/LSAR/RSLC: is missing: an RSLC of NISAR is needed");
   expect("delete /science/LSAR/identification/lookDirection", "lookDirection: is missing");
   expect("word /science/LSAR/identification/lookDirection ahead",
-         "'ahead' is not allowed, left or");
+         "must be left or right, got 'ahead'");
   expect("delete " + band, "frequencyA: is missing; --frequency takes the other one");
-  expect("units " + lines + " days", "zeroDopplerTime (units): 'days' is not allowed");
-  expect("units " + lines + " seconds since 1970-01-01 00:00:00", "a UTC time from 1972 on is");
+  expect("units " + lines + " days", "zeroDopplerTime (units): must be 'seconds since '");
+  expect("units " + lines + " seconds since 1970-01-01 00:00:00", "a UTC time from 1972 on, got");
   expect("set " + lines + " 700 5", "zeroDopplerTime[700]: 5 is not evenly spaced");
   expect("set " + lines + " 1499 5", "zeroDopplerTime: must increase");
   expect("set " + band + "/slantRange 3 nan", "slantRange: holds nan, numbers are needed");
-  expect("set " + band + "/processedCenterFrequency 0 -2", "-2 is not allowed");
+  expect("set " + band + "/processedCenterFrequency 0 -2", "must be a number above 0, got -2");
   expect("matrix " + band + "/processedCenterFrequency 2", "has 2 dimensions, 0 is needed");
   expect("words " + orbit + "/time 13", "orbit/time (units): the attribute is missing");
   expect("floats " + orbit + "/position 39", "has 1 dimensions, 2 is needed");
@@ -167,7 +167,7 @@ TEST_F(NisarTest, WhatIsMissingOrMakesNoSenseIsRefusedWithItsPath) {
          "covers 3610.000 to 3730.000 s after 2022-10-16T23:59:50Z");
   expect("cube " + grid + "/coordinateX 5", "coordinateX: is 5 x 2 x 2, 2 x 3 x 2 is needed");
   expect("set " + grid + "/coordinateY 7 95", "95 is not between -90 and 90 degrees");
-  expect("set " + grid + "/epsg 0 32610", "epsg: is not allowed, 4326");
+  expect("set " + grid + "/epsg 0 32610", "epsg: must be 4326");
   expect("set " + grid + "/zeroDopplerTime 2 999", "is outside the orbit, which goes from");
   expect("link " + orbit + "/time " + lines, "orbit/time: is a link, the data themselves");
   expect("external " + orbit + "/time 13", "units): the attribute is missing");

@@ -66,7 +66,8 @@ TEST_F(RealOrbitTest, InterpolationGivesBackStatesLeftOut) {
 }
 
 // Real data against themselves: states 60 and 120 s apart, read in three ways, beside those left
-// out in the middle 400 s. What is told of the cubic's error is what it is, and polynomials follow.
+// out in the middle 400 s. The reported error of the cubic is its true error, and polynomials
+// follow.
 TEST_F(RealOrbitTest, StatesThinnedOutAreReadAsWellAsTold) {
   for (const std::size_t step : {6U, 12U}) {
     std::vector<StateVector> thin;

@@ -93,9 +93,11 @@ TEST(Sentinel1ReaderTest, NamesFileLineAndElementOfWhatIsWrong) {
   const std::string image = "product.imageAnnotation.imageInformation.";
   EXPECT_THAT(changed("<missionId>S1A</missionId>\n", ""),
               HasSubstr("a.xml:3: product.adsHeader.missionId: the element is missing"));
-  EXPECT_THAT(changed("Slant Range", "Map"),
-              HasSubstr(at("<projection>") + general +
-                        "productInformation.projection: 'Map' is not allowed, 'Slant Range' or"));
+  EXPECT_THAT(
+      changed("Slant Range", "Map"),
+      HasSubstr(
+          at("<projection>") + general +
+          "productInformation.projection: must be 'Slant Range' or 'Ground Range', got 'Map'"));
   EXPECT_THAT(changed("<radarFrequency>", "<radarFrequency>-"),
               HasSubstr(at("<radarFrequency>") + general + "productInformation.radarFrequency: "));
   EXPECT_THAT(changed("<slantRangeTime>", "<slantRangeTime>x"),
@@ -104,15 +106,15 @@ TEST(Sentinel1ReaderTest, NamesFileLineAndElementOfWhatIsWrong) {
               HasSubstr(at("<productFirstLine") + image +
                         "productFirstLineUtcTime: '2022-10-36T23:59:50.250000' is no UTC time"));
   EXPECT_THAT(changed("Earth Fixed", "Inertial"),
-              HasSubstr(at("<frame>") + general + "orbitList.orbit.frame: 'Inertial'"));
+              HasSubstr(at("<frame>") + general + "orbitList.orbit.frame: must be 'Earth Fixed', got 'Inertial'"));
   EXPECT_THAT(changed("23:59:10.000000", "23:59:00.000000"),
               HasSubstr("orbitList.orbit: its time 2022-10-16T23:59:00Z is not after"));
   EXPECT_THAT(changed("<pixel>500</pixel>", "<pixel>0</pixel>"),
-              HasSubstr("geolocationGridPoint: line 0, pixel 0 stands twice"));
+              HasSubstr("geolocationGridPoint: line 0, pixel 0 is given twice"));
   EXPECT_THAT(changed("<pixel>500</pixel>", "<pixel>5.5</pixel>"),
               HasSubstr(at("<pixel>500") +
                         "product.geolocationGrid.geolocationGridPointList.geolocationGridPoint."
-                        "pixel: '5.5' is not allowed, an integer of 0 or more is"));
+                        "pixel: must be an integer of 0 or more, got '5.5'"));
   EXPECT_THAT(changed("<latitude>", "<latitude>9"), HasSubstr("latitude: is not between -90"));
   EXPECT_THAT(changed("<height>", "<height>nan"), HasSubstr("is not a finite number"));
   EXPECT_THAT(ErrorOf("<product>\n<adsHeader>\n</product>"),
@@ -150,7 +152,7 @@ TEST(OrbitFileTest, ReadsUtcStates) {
 TEST(OrbitFileTest, NamesWhatIsWrong) {
   const std::string xml = SyntheticAnnotation().OrbitXml(0.0, 50.0);
   EXPECT_THAT(OrbitErrorOf(Replaced(xml, "EARTH_FIXED", "J2000")),
-              HasSubstr("Variable_Header.Ref_Frame: 'J2000' is not allowed, 'EARTH_FIXED' is"));
+              HasSubstr("Variable_Header.Ref_Frame: must be 'EARTH_FIXED', got 'J2000'"));
   EXPECT_THAT(OrbitErrorOf(Replaced(xml, "<X>+6", "<X>++6")), HasSubstr("OSV.X: '++6"));
   EXPECT_THAT(OrbitErrorOf(Replaced(xml, "<VZ>", "<WZ>0</WZ><VQ>")), HasSubstr("not valid XML"));
   EXPECT_THAT(OrbitErrorOf(SyntheticAnnotation().OrbitXml(0.0, 0.0)),

@@ -392,14 +392,14 @@ TEST(SicdApertureTest, NonsenseIsRefusedWithLineAndElement) {
 // Where the sight of a look meets the ellipsoid.
 Eigen::Vector3d OnTheGround_m(const SicdImage& image, const ApertureLook& look) {
   const SicdMotion motion = MotionOf(image, look.time_s);
-  Sight sight;
-  sight.antenna_m = motion.position_m;
-  sight.velocity_mps = motion.velocity_mps;
-  sight.range_m = look.range_m;
-  sight.cone = {Cone::Kind::kDoppler, 0.0, -look.range_rate_mps};
-  sight.side = static_cast<int>(image.side);
+  FixedPathLook observation;
+  observation.antenna_m = motion.position_m;
+  observation.velocity_mps = motion.velocity_mps;
+  observation.range_m = look.range_m;
+  observation.cone = {Cone::Kind::kDoppler, 0.0, -look.range_rate_mps};
+  observation.side = static_cast<int>(image.side);
   const Intersection met =
-      IntersectWithHeight(sight, Frame::Geocentric(NamedEllipsoid("WGS84")), 0.0);
+      IntersectWithHeight(observation, Frame::Geocentric(NamedEllipsoid("WGS84")), 0.0);
   EXPECT_EQ(met.outcome, IntersectionOutcome::kDetermined);
   return met.position_m;
 }

@@ -48,7 +48,7 @@ class SicdErrorsTest : public test::FolderTest {
     const Eigen::MatrixXd upper = r.triangularView<Eigen::StrictlyUpper>();
     return sigma.asDiagonal() * (r + upper.transpose()) * sigma.asDiagonal();
   }
-  /// Of c_0 = P + s V and c_1 = h V, element by element.
+  /// Of c_0 = P + s V and c = h V, element by element.
   static Eigen::MatrixXd Expected(const Eigen::MatrixXd& q) {
     const double s = kSinceCentre_s, h = kHalf_s;
     Eigen::MatrixXd out(6, 6);
@@ -163,8 +163,9 @@ TEST_F(SicdErrorsTest, NonsenseIsRefusedWithLineAndElement) {
   };
   const std::string at = "a.xml:18: SICD.ErrorStatistics.Components.PosVelErr.";
   EXPECT_THAT(refusal(">ECF</Frame>", ">RTN</Frame>"),
-              HasSubstr(at + "Frame: 'RTN' is not allowed, ECF, RIC_ECF or RIC_ECI is"));
-  EXPECT_THAT(refusal("<P2>0.7", "<P2>-0.7"), HasSubstr(at + "P2: -0.7 is not allowed"));
+              HasSubstr(at + "Frame: must be ECF, RIC_ECF or RIC_ECI, got 'RTN'"));
+  EXPECT_THAT(refusal("<P2>0.7", "<P2>-0.7"),
+              HasSubstr(at + "P2: must be a standard deviation from 0 to"));
   EXPECT_THAT(refusal("<P1P2>0.31", "<P1P2>1.31"), HasSubstr("P1P2: is no correlation"));
   EXPECT_THAT(refusal("<V2V3>0</V2V3>", ""), HasSubstr("V2V3"));
   EXPECT_THAT(refusal("<RangeBias>0.23", "<RangeBias>nan"), HasSubstr("RangeBias"));

@@ -112,11 +112,15 @@ TEST_F(SicdTest, OtherKindsOfImagesAndNonsenseAreRefusedWithLineAndElement) {
   expect("RGZERO", "RGAZIM", "ImageFormation");
   expect("MONOSTATIC", "BISTATIC", "CollectType: 'BISTATIC' is not read, MONOSTATIC is");
   expect("<INCA>", "<RMAT>", "is not valid XML");
-  expect("<SideOfTrack>R", "<SideOfTrack>S", "'S' is not allowed, L or R is");
+  expect("<SideOfTrack>R", "<SideOfTrack>S", "must be L or R, got 'S'");
   expect("<NumRows>400", "<NumRows>1", "NumRows: is below 2");
-  expect("<R_CA_SCP>800000.25", "<R_CA_SCP>-1", "a number above 0 is");
-  expect("exponent1=\"2\"", "exponent1=\"65\"", "its attribute exponent1, '65', is not allowed");
-  expect("exponent1=\"2\"", "exponent2=\"2\"", "its attribute exponent1, '', is not allowed");
+  expect("<R_CA_SCP>800000.25", "<R_CA_SCP>-1", "must be a number above 0, got");
+  expect("exponent1=\"2\"",
+         "exponent1=\"65\"",
+         "its attribute exponent1 must be an integer of 0 to 64, got '65'");
+  expect("exponent1=\"2\"",
+         "exponent2=\"2\"",
+         "its attribute exponent1 must be an integer of 0 to 64, got ''");
   expect("<Coef exponent1=\"1\">1.4e-4</Coef>",
          "<Coef exponent1=\"1\">1.4e-4</Coef><Coef exponent1=\"2\">1e-9</Coef>",
          "TimeCAPoly: is not linear over the columns");
@@ -181,13 +185,13 @@ TEST_F(SicdTest, CornersBecomeCheckPointsKnownAsWellAsIsSaid) {
   const char* const names[] = {"FRFC", "FRLC", "LRLC", "LRFC"};
   for (std::size_t k = 0; k < 4; ++k) {
     const double t = 0.5 + 1.4e-4 * (column_px[k] + 20.0 - 220.0) * 1.5;
-    Sight sight;
-    sight.antenna_m = Eigen::Vector3d(7e6, 0.0, 7000.0 * t + 0.5 * t * t - 3500.0);
-    sight.velocity_mps = Eigen::Vector3d(0.0, 0.0, 7000.0 + t);
-    sight.range_m = 800000.25 + (row_px[k] + 10.0 - 110.0) * 2.0 + (k == 2 ? 5.0 : 0.0);
-    sight.side = -1;
+    FixedPathLook observation;
+    observation.antenna_m = Eigen::Vector3d(7e6, 0.0, 7000.0 * t + 0.5 * t * t - 3500.0);
+    observation.velocity_mps = Eigen::Vector3d(0.0, 0.0, 7000.0 + t);
+    observation.range_m = 800000.25 + (row_px[k] + 10.0 - 110.0) * 2.0 + (k == 2 ? 5.0 : 0.0);
+    observation.side = -1;
     const Geodetic place =
-        earth.GeodeticFromFrame(IntersectWithHeight(sight, earth, height_m).position_m);
+        earth.GeodeticFromFrame(IntersectWithHeight(observation, earth, height_m).position_m);
     constexpr double kDegrees = 57.29577951308232;
     corners += fmt::format("<ICP index=\"{}:{}\"><Lat>{:.17g}</Lat><Lon>{:.17g}</Lon></ICP>",
                            k + 1,

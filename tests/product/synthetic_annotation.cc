@@ -105,19 +105,19 @@ std::string SyntheticAnnotation::Xml() const {
   for (int row = 0; row < 3; ++row) {
     for (int pixel = 0; pixel <= 1000; pixel += 500) {
       const double time_s = first_line_s + 1000 * row * kLineInterval_s;
-      Sight sight;
-      sight.antenna_m = Position_m(time_s);
-      sight.velocity_mps = Velocity_mps(time_s);
-      sight.acceleration_mps2 = Eigen::Vector3d::Zero();
-      sight.range_m = SlantRange_m(1000.0 * row, pixel);
-      sight.side = -1;
-      const Intersection place = IntersectWithHeight(sight, frame, 100.0 + 217.0 * row);
+      FixedPathLook observation;
+      observation.antenna_m = Position_m(time_s);
+      observation.velocity_mps = Velocity_mps(time_s);
+      observation.acceleration_mps2 = Eigen::Vector3d::Zero();
+      observation.range_m = SlantRange_m(1000.0 * row, pixel);
+      observation.side = -1;
+      const Intersection place = IntersectWithHeight(observation, frame, 100.0 + 217.0 * row);
       const Geodetic at = frame.GeodeticFromFrame(place.position_m);
       const auto k = static_cast<std::size_t>(row);
       grid +=
           Element("geolocationGridPoint",
                   "\n" + Element("azimuthTime", TimeText(time_s)) +
-                      Element("slantRangeTime", Number(2.0 * sight.range_m / kLight_mps)) +
+                      Element("slantRangeTime", Number(2.0 * observation.range_m / kLight_mps)) +
                       Element("line", std::to_string(1000 * row)) +
                       Element("pixel", std::to_string(pixel)) +
                       Element("latitude", Number(at.lat_rad * kDegrees + latitude_error_deg[k])) +

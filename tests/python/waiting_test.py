@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What happens while the library works: other threads run, Ctrl-C ends it, progress is told, and
+"""What happens while the library works: other threads run, Ctrl-C ends it, progress is reported, and
 BLAS has as many threads as before."""
 import ctypes
 import os

@@ -19,11 +19,11 @@ ResultFolder WeakNorth(double path_part, double east_m, double north_m, double a
   std::vector<test::MadePoint> points;
   for (int i = 0; i < 9; ++i) {
     const double sigma_m = 2.0 + 0.03125 * i;
-    const double held_m = sigma_m * std::sqrt(1.0 - path_part);
+    const double control_m = sigma_m * std::sqrt(1.0 - path_part);
     points.push_back({.id = "P" + std::to_string(i),
                       .position_m = {137.0 * i, 29.0 * i, 3.0},
                       .sigma_m = {1.0, sigma_m, 0.75},
-                      .fixed_path_sigma_m = {0.5, held_m, 0.5},
+                      .fixed_path_sigma_m = {0.5, control_m, 0.5},
                       .angle_deg = angle_deg});
   }
   ResultFile file;
@@ -52,7 +52,7 @@ Advice Given(const ResultFolder& result) {
 TEST(AdviceTest, AnAlongTrackWeaknessAsksForAzimuthAccuracyAndNotForAngles) {
   // 300 m east on 5000 m north: cos^2 = 0.996.
   const ResultFolder result = WeakNorth(0.25, 300.0, 5000.0, 77.0);
-  EXPECT_NEAR(DescribeAccuracy(result).along_track_1, 25.0 / 25.09, 1e-12);
+  EXPECT_NEAR(DescribeAccuracy(result).along_track, 25.0 / 25.09, 1e-12);
   const Advice advice = Given(result);
   EXPECT_THAT(advice.sentence,
               AllOf(HasSubstr("y (along track): 25 % of its variance comes from the flight paths"),

@@ -39,8 +39,8 @@ TEST(CompareResultsTest, MatchesPointsByNameAndMeasuresShiftsInTheLargerSigma) {
   EXPECT_EQ(p.b, 2u);
   EXPECT_THAT(p.shift_m, ElementsAre(1.5, -2.0, 0.0));
   EXPECT_EQ(p.shift_length_m, 2.5);
-  EXPECT_EQ(p.shift_sigmas_1, 1.0);  // 1.5 / 2, 2 / 2, 0 / 4
-  EXPECT_THAT(p.sigma_ratio_1, ElementsAre(2.0, 0.5, 1.0));
+  EXPECT_EQ(p.shift_sigmas, 1.0);  // 1.5 / 2, 2 / 2, 0 / 4
+  EXPECT_THAT(p.sigma_ratio, ElementsAre(2.0, 0.5, 1.0));
   EXPECT_EQ(d.only_in_a, 1u);
   EXPECT_EQ(d.only_in_b, 2u);
 }
@@ -74,7 +74,7 @@ TEST(CompareResultsTest, ListsSettingsInputsAndCorrectionsThatDiffer) {
   EXPECT_THAT(d.inputs, ElementsAre("points.csv"));
   ASSERT_EQ(d.parameters.size(), 1u);
   EXPECT_EQ(d.parameters[0].change, -1.0);
-  EXPECT_EQ(d.parameters[0].change_sigmas_1, 2.0);
+  EXPECT_EQ(d.parameters[0].change_sigmas, 2.0);
   EXPECT_EQ(d.parameters_only_in_a, 1u);
   EXPECT_EQ(d.parameters_only_in_b, 0u);
 }

@@ -33,13 +33,13 @@ TEST(AccuracyTest, TellsMediansTheWeakestPointAndWhatLimitsIt) {  // hand values
   EXPECT_EQ(a.largest_m[2], 108.0);
   EXPECT_EQ(a.largest_point[2], "P99");
   EXPECT_EQ(a.weakest, 2);
-  EXPECT_NEAR(a.path_part_1, 0.75, 1e-6);  // held is half the sigma
-  EXPECT_EQ(a.free_points, 97u);           // three are control
+  EXPECT_NEAR(a.path_part, 0.75, 1e-6);  // held is half the sigma
+  EXPECT_EQ(a.free_points, 97u);         // three are control
   EXPECT_EQ(a.weak.points, 4u);
   EXPECT_NEAR(a.weak.median_intersection_deg, 4.0, 1e-14);
-  EXPECT_EQ(a.weak.median_looks_1, 2.0);
-  EXPECT_EQ(a.weak.outside_control_1, 1.0);
-  EXPECT_EQ(a.all.median_looks_1, 3.0);
+  EXPECT_EQ(a.weak.median_looks, 2.0);
+  EXPECT_EQ(a.weak.outside_control, 1.0);
+  EXPECT_EQ(a.all.median_looks, 3.0);
 }
 
 TEST(HeadlineTest, AnAcceptedBlockSaysSoWithItsAccuracyAndItsLimit) {
@@ -82,7 +82,7 @@ TEST(HeadlineTest, NotConvergedIsNotAccepted) {
   const Headline headline = Judge(result);
   EXPECT_EQ(headline.state, HeadlineState::kNotAccepted);
   EXPECT_EQ(headline.word, "Not accepted: not converged");
-  EXPECT_THAT(Words(headline), HasSubstr("a step of 2.50 sigma was still to go"));
+  EXPECT_THAT(Words(headline), HasSubstr("the Newton decrement was 2.50 sigma"));
 }
 
 TEST(HeadlineTest, GrossContradictionsAreNotAcceptedForTheReasonThatTheResultGives) {

@@ -139,7 +139,7 @@ ResultFolder Squinted() {
   for (const double time_s : {0.0, 20.0, 40.0}) {
     StripStation station;
     station.time_s = time_s;
-    station.strip_time_1 = time_s / 20.0 - 1.0;
+    station.strip_time = time_s / 20.0 - 1.0;
     station.antenna_m = {100.0 * time_s, 0.0, 9000.0};
     station.near_m = {100.0 * time_s + 300.0, 3000.0, 0.0};
     station.far_m = {100.0 * time_s + 600.0, 6000.0, 0.0};
@@ -185,9 +185,9 @@ TEST(StripResidualsTest, ASlopeIsATrendAndScatterIsNone) {
     strip.residual_m[0].push_back(i % 2 == 0 ? 0.5 : -0.5);
     strip.residual_m[1].push_back(0.0);
   }
-  EXPECT_LT(strip.Trend_1(), 1.0);
+  EXPECT_LT(strip.Trend(), 1.0);
   for (int i = 0; i < 40; ++i) strip.residual_m[1][static_cast<std::size_t>(i)] = 0.01 * i;
-  EXPECT_NEAR(strip.Trend_1(), std::sqrt(40.0), 1e-9);
+  EXPECT_NEAR(strip.Trend(), std::sqrt(40.0), 1e-9);
 }
 
 TEST(WorstLooksTest, HoldNoneWithARedundancyBelowAHundredth) {
@@ -195,8 +195,8 @@ TEST(WorstLooksTest, HoldNoneWithARedundancyBelowAHundredth) {
   ResultFile file = result.file;
   file.looks.reason.assign(3, RejectReason::kNone);
   for (std::size_t k = 0; k < 2; ++k) {
-    file.looks.w_1[k] = {9.0F, 2.0F, 1.0F};
-    file.looks.redundancy_1[k] = {0.0099F, 0.0101F, 0.5F};
+    file.looks.w[k] = {9.0F, 2.0F, 1.0F};
+    file.looks.redundancy[k] = {0.0099F, 0.0101F, 0.5F};
   }
   const ResultFolder arranged = Arrange("made", std::move(file));
   ASSERT_THAT(arranged.looks.worst, SizeIs(4));

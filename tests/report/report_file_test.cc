@@ -104,7 +104,7 @@ TEST_F(ReportFileTest, ReadsWhatAResultFolderHolds) {
   EXPECT_EQ(FixedPathSigmaOf(result.file.points, 0, 2), 2.125);
   // 0.12 / (0.5 0.25)
   ASSERT_EQ(result.correlation_count, 1u);
-  EXPECT_NEAR(result.correlations[0].correlation_1, 0.96, 1e-15);
+  EXPECT_NEAR(result.correlations[0].correlation, 0.96, 1e-15);
   EXPECT_EQ(result.looks.rejected, 1u);
   ASSERT_EQ(result.looks.worst.size(), 4u);
   EXPECT_EQ(result.looks.worst[0].look, 1u);

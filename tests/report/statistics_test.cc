@@ -42,8 +42,8 @@ TEST(NormalQuantilePlotTest, TakesTheMiddleOfEachRank) {  // hand: 1/6, 1/2, 5/6
   const std::vector<float> values{2.5F, -1.0F, kFloatNaN, 0.25F};
   const std::vector<QuantilePoint> plot = NormalQuantilePlot(values, 10);
   ASSERT_EQ(plot.size(), 3u);
-  EXPECT_NEAR(plot[0].expected_1, -0.967421566101701, 1e-12);
-  EXPECT_NEAR(plot[1].expected_1, 0.0, 1e-12);
+  EXPECT_NEAR(plot[0].expected, -0.967421566101701, 1e-12);
+  EXPECT_NEAR(plot[1].expected, 0.0, 1e-12);
   EXPECT_EQ(plot[0].value, -1.0);
   EXPECT_EQ(plot[2].value, 2.5);
 }
@@ -58,7 +58,7 @@ TEST(NormalQuantilePlotTest, KeepsEveryPointOfTheTailsWhenItThins) {
     EXPECT_EQ(plot[399 - i].value, 10006.0 - static_cast<double>(i));
   }
   for (std::size_t i = 1; i < plot.size(); ++i) {
-    EXPECT_GT(plot[i].expected_1, plot[i - 1].expected_1);
+    EXPECT_GT(plot[i].expected, plot[i - 1].expected);
     EXPECT_GT(plot[i].value, plot[i - 1].value);
   }
 }

@@ -38,7 +38,7 @@ struct Solved {
     state = ComputeStartValues(&problem, nullptr).state;
     for (int round = 0; round < 3; ++round) {
       SolveOptions options;
-      options.settled_1 = 1e-9;
+      options.settle_below = 1e-9;
       static_cast<void>(SolveReduced(problem, {}, options, &state, nullptr));
       UpdateWeights(state, &problem);
     }
@@ -47,10 +47,10 @@ struct Solved {
   BlockState state;
 };
 
-double InSigmas(const Block& block,
-                const Eigen::Vector3d& at_m,
-                const Eigen::Vector3d& shift_m,
-                const SymmetricEnu& c) {
+double LengthInSigmas(const Block& block,
+                      const Eigen::Vector3d& at_m,
+                      const Eigen::Vector3d& shift_m,
+                      const SymmetricEnu& c) {
   const Eigen::Matrix3d matrix = MatrixOf(c);
   const Eigen::Vector3d enu_m = block.frame.EnuFromFrame(at_m) * shift_m;
   return std::sqrt(enu_m.dot(matrix.ldlt().solve(enu_m)));
@@ -63,7 +63,7 @@ double LargestShift(const Block& block,
                     const std::vector<SymmetricEnu>& covariance_m2) {
   double largest = 0.0;
   for (std::size_t i = 0; i < a_m.size(); ++i) {
-    largest = std::max(largest, InSigmas(block, a_m[i], b_m[i] - a_m[i], covariance_m2[i]));
+    largest = std::max(largest, LengthInSigmas(block, a_m[i], b_m[i] - a_m[i], covariance_m2[i]));
   }
   return largest;
 }
@@ -91,17 +91,18 @@ test::KnownBlock ShiftedOrbits() {
   plan.points = 40;
   test::KnownBlock known = test::MakeBlock(plan);
   test::AddNoise(3, 1.0, &known);
-  for (std::size_t point = 0; point < 12; ++point) test::Hold(point, {0.3, 0.3, 0.3}, &known);
+  for (std::size_t point = 0; point < 12; ++point)
+    test::AddKnownPoint(point, {0.3, 0.3, 0.3}, &known);
   test::ShiftPath(0, {4.1, -2.3, 3.7}, &known.block);
   test::ShiftPath(2, {-1.9, 5.3, 2.1}, &known.block);
   return known;
 }
 
-AdjustOptions Given(const std::vector<CorrectionGroup>& groups, double limit_1) {
+AdjustOptions Given(const std::vector<CorrectionGroup>& groups, double limit) {
   AdjustOptions options;
   options.corrections = CorrectionChoice::kGiven;
   options.groups = groups;
-  options.selection.simplify_1 = limit_1;
+  options.selection.simplify = limit;
   return options;
 }
 
@@ -115,13 +116,15 @@ TEST(SimplificationsTest, StraightFlightsMoveNoPointBeyondTheirBound) {
   const Solved straight(known.block, {}, {.linear_velocity = true});
   AdjustOptions options;
   options.covariance = CovarianceLevel::kIntersection;
-  const AdjustResult held = IntersectBlock(known.block, options);
-  const double largest = LargestShift(
-      known.block, PositionsOf(full.state), PositionsOf(straight.state), held.points.covariance_m2);
-  EXPECT_LE(largest, 1.02 * bound.fraction_1);  // first order
-  EXPECT_GE(largest, 0.1 * bound.fraction_1);
+  const AdjustResult fixed = IntersectBlock(known.block, options);
+  const double largest = LargestShift(known.block,
+                                      PositionsOf(full.state),
+                                      PositionsOf(straight.state),
+                                      fixed.points.covariance_m2);
+  EXPECT_LE(largest, 1.02 * bound.fraction);  // first order
+  EXPECT_GE(largest, 0.1 * bound.fraction);
   EXPECT_FALSE(bound.allowed);
-  EXPECT_NEAR(bound.bound_m, bound.fraction_1 * bound.sigma_m, 1e-9 * bound.bound_m);
+  EXPECT_NEAR(bound.bound_m, bound.fraction * bound.sigma_m, 1e-9 * bound.bound_m);
 }
 
 // Closed form: height of a tangent plane at the distance d is d^2 / 2r.
@@ -132,18 +135,18 @@ TEST(SimplificationsTest, TheFlatFrameIsThatOfATangentPlane) {
       Find(BoundSimplifications(solved.problem, solved.state, 0.01), "flat-frame");
   AdjustOptions options;
   options.covariance = CovarianceLevel::kIntersection;
-  const AdjustResult held = IntersectBlock(known.block, options);
+  const AdjustResult fixed = IntersectBlock(known.block, options);
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p_m : held.points.position_m) middle_m += p_m;
-  middle_m /= static_cast<double>(held.points.position_m.size());
+  for (const Eigen::Vector3d& p_m : fixed.points.position_m) middle_m += p_m;
+  middle_m /= static_cast<double>(fixed.points.position_m.size());
   double largest = 0.0;
-  for (std::size_t i = 0; i < held.points.position_m.size(); ++i) {
-    const double d_m = (held.points.position_m[i] - middle_m).cross(middle_m.normalized()).norm();
+  for (std::size_t i = 0; i < fixed.points.position_m.size(); ++i) {
+    const double d_m = (fixed.points.position_m[i] - middle_m).cross(middle_m.normalized()).norm();
     largest = std::max(
-        largest, d_m * d_m / (2.0 * middle_m.norm()) / std::sqrt(held.points.covariance_m2[i][2]));
+        largest, d_m * d_m / (2.0 * middle_m.norm()) / std::sqrt(fixed.points.covariance_m2[i][2]));
   }
   // The ellipsoid's normal and the radius differ by up to 0.2 degrees.
-  EXPECT_NEAR(bound.fraction_1 / largest, 1.0, 0.02);
+  EXPECT_NEAR(bound.fraction / largest, 1.0, 0.02);
 }
 
 // Exact: nothing to bound where looks are not squinted, paths not corrected, the frame flat.
@@ -152,7 +155,7 @@ TEST(SimplificationsTest, WhatIsNotThereCostsNothing) {
   const Solved solved(known.block, {});
   const auto bounds = BoundSimplifications(solved.problem, solved.state, 0.01);
   for (const char* name : {"flat-frame", "fixed-track-axes"}) {
-    EXPECT_EQ(Find(bounds, name).fraction_1, 0.0) << name;
+    EXPECT_EQ(Find(bounds, name).fraction, 0.0) << name;
     EXPECT_TRUE(Find(bounds, name).allowed) << name;
   }
 }
@@ -177,26 +180,26 @@ TEST(SimplificationsTest, TheShiftToTheFullModelIsTheDifferenceOfTwoAdjustments)
 TEST(SimplificationsTest, WhatIsTakenMovesNoPointByMoreThanTheLimit) {
   const test::KnownBlock known = ShiftedOrbits();
   const Solved solved(known.block, Positions(0));
-  constexpr double kLimit_1 = 0.3;
+  constexpr double kLimit = 0.3;
   SelectionReport report;
-  report.simplifications = BoundSimplifications(solved.problem, solved.state, kLimit_1);
+  report.simplifications = BoundSimplifications(solved.problem, solved.state, kLimit);
   const Simplified chosen =
-      ChooseSimplified(solved.problem, solved.state, kLimit_1, &report.simplifications);
+      ChooseSimplified(solved.problem, solved.state, kLimit, &report.simplifications);
   ASSERT_TRUE(chosen.fixed_track_axes);
   EXPECT_FALSE(chosen.linear_velocity);  // orbits are not straight
-  const AdjustOptions options = Given(Positions(0), kLimit_1);
+  const AdjustOptions options = Given(Positions(0), kLimit);
   const AdjustResult simplified = AdjustSimplified(known.block, options, chosen, {}, &report);
   const AdjustResult full = Adjust(known.block, options);
   const double shift = LargestShift(
       known.block, full.points.position_m, simplified.points.position_m, full.points.covariance_m2);
   EXPECT_GT(shift, 0.0);
-  EXPECT_LE(shift, kLimit_1);
-  EXPECT_NEAR(report.simplified_shift_1, shift, 0.01 * shift + 1e-6);
+  EXPECT_LE(shift, kLimit);
+  EXPECT_NEAR(report.simplified_shift, shift, 0.01 * shift + 1e-6);
   EXPECT_TRUE(report.simplified.fixed_track_axes);
   const SimplificationBound& bound = Find(report.simplifications, "fixed-track-axes");
   EXPECT_TRUE(bound.taken);
   EXPECT_EQ(bound.verdict, "taken");
-  EXPECT_GT(bound.gain_1, 0.0);
+  EXPECT_GT(bound.gain, 0.0);
   EXPECT_EQ(Find(report.simplifications, "linear-velocity").verdict, "not allowed");
 }
 
@@ -213,7 +216,8 @@ TEST(SimplificationsTest, NothingAboveTheLimitIsTaken) {
 // Straight flights are far above the limit here: as if the choice had erred.
 TEST(SimplificationsTest, WhatMovesAPointByMoreIsGivenUpAndTheFullModelAdjusted) {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  for (std::size_t point = 0; point < 6; ++point) test::Hold(point, {0.3, 0.3, 0.3}, &known);
+  for (std::size_t point = 0; point < 6; ++point)
+    test::AddKnownPoint(point, {0.3, 0.3, 0.3}, &known);
   const AdjustOptions options = Given({}, 0.01);
   SelectionReport report;
   const Solved solved(known.block, {});
@@ -223,7 +227,7 @@ TEST(SimplificationsTest, WhatMovesAPointByMoreIsGivenUpAndTheFullModelAdjusted)
   }
   const AdjustResult result =
       AdjustSimplified(known.block, options, {.linear_velocity = true}, {}, &report);
-  EXPECT_GT(report.simplified_shift_1, 0.01);
+  EXPECT_GT(report.simplified_shift, 0.01);
   EXPECT_FALSE(report.simplified.any());
   const SimplificationBound& bound = Find(report.simplifications, "linear-velocity");
   EXPECT_FALSE(bound.taken);
@@ -240,18 +244,18 @@ TEST(SimplificationsTest, AnAutomaticAdjustmentSaysWhatItTook) {
   const test::KnownBlock known = ShiftedOrbits();
   AdjustOptions options;
   options.corrections = CorrectionChoice::kAuto;
-  options.selection.simplify_1 = 0.3;
+  options.selection.simplify = 0.3;
   const AdjustResult result = Adjust(known.block, options);
   ASSERT_TRUE(result.accepted());
   ASSERT_EQ(result.selection.simplifications.size(), 3U);
   ASSERT_TRUE(result.selection.simplified.fixed_track_axes);
-  EXPECT_LE(result.selection.simplified_shift_1, 0.3);
+  EXPECT_LE(result.selection.simplified_shift, 0.3);
   const AdjustResult full = Adjust(known.block, Given(result.selection.groups, 0.3));
   EXPECT_NEAR(
       LargestShift(
           known.block, full.points.position_m, result.points.position_m, full.points.covariance_m2),
-      result.selection.simplified_shift_1,
-      0.01 * result.selection.simplified_shift_1 + 1e-6);
+      result.selection.simplified_shift,
+      0.01 * result.selection.simplified_shift + 1e-6);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ TEST(OrbitTest, SeesItsAimAtTheMiddleOfTheStrip) {  // definition of the pattern
         const SimulatedBlock simulated = Simulate(scene);
         const Motion motion = MiddleOf(simulated.block.passes[0]);
         const Eigen::Vector3d aim_m = FrameFromPlane(scene, {0.0, 0.0}, 0.0);
-        const Eigen::Matrix3d axes = TrackAxesOf(scene.frame, motion).axes_1;
+        const Eigen::Matrix3d axes = TrackAxesOf(scene.frame, motion).axes;
         const Eigen::Vector3d d = aim_m - motion.position_m;
         // Nominal states every second are interpolated to some nanometres: 1e-8 rad is 1 cm.
         EXPECT_NEAR(motion.velocity_mps.normalized().dot(d), d.norm() * std::sin(0.04), 0.02);
@@ -67,14 +67,14 @@ TEST(OrbitTest, IsACircleFlownAtTheSpeedOfItsRadius) {
   const SimulatedBlock simulated = Simulate(OrbitScene());
   const double r_m = 6378137.0 + 693000.0;
   const Eigen::Vector3d rotation_rad_per_s(0.0, 0.0, 7.292115e-5);
-  const double inclination_1 = std::cos(98.18 * kRadPerDeg);
+  const double inclination = std::cos(98.18 * kRadPerDeg);
   for (const StateVector& state : simulated.block.passes[0].path.states()) {
     EXPECT_NEAR(state.position_m.norm(), r_m, 1e-7);
     const Eigen::Vector3d inertial_mps =
         state.velocity_mps + rotation_rad_per_s.cross(state.position_m);
     EXPECT_NEAR(inertial_mps.norm(), std::sqrt(3.986004418e14 / r_m), 1e-8);
     const Eigen::Vector3d normal = state.position_m.cross(inertial_mps).normalized();
-    EXPECT_NEAR(normal.z(), inclination_1, 1e-12);
+    EXPECT_NEAR(normal.z(), inclination, 1e-12);
   }
 }
 
@@ -124,7 +124,7 @@ TEST(OrbitTest, ShiftsTheAimByTheSpacing) {
   const Motion last = MiddleOf(simulated.block.passes[2]);
   // The base between tracks: 28 km east, scaled by r/a, by cos of the track's angle to north.
   const double base_m = std::abs(
-      (last.position_m - first.position_m).dot(TrackAxesOf(scene.frame, first).axes_1.col(1)));
+      (last.position_m - first.position_m).dot(TrackAxesOf(scene.frame, first).axes.col(1)));
   const double angle_rad = std::asin(std::cos(98.18 * kRadPerDeg) / std::cos(45.63 * kRadPerDeg));
   // Curvature and the different latitude of track and aim change it by some percent.
   EXPECT_NEAR(base_m, 28000.0 * 7071137.0 / 6378137.0 * std::cos(angle_rad), 1500.0);

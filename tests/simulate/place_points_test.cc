@@ -24,7 +24,7 @@ std::vector<Eigen::Vector2d> ControlOf(Layout layout,
   scene.control.layout = layout;
   scene.control.count = count;
   scene.control.sigma_m = {0.3, 0.3, 0.4};
-  scene.control.inset_1 = inset;
+  scene.control.inset = inset;
   const SimulatedBlock simulated = Simulate(scene);
   std::vector<Eigen::Vector2d> control_m;
   for (std::size_t i = 0; i < simulated.block.points.size(); ++i) {

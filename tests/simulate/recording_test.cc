@@ -19,10 +19,10 @@ namespace sarblock {
 namespace {
 
 /// The small scene in gusty air, exactly recorded.
-Scene WanderingScene() {
+Scene SceneWithTrajectoryErrors() {
   Scene scene = test::SmallScene();
-  scene.wander.rms_m = {4.0, 6.0, 5.0};
-  scene.wander.time_constant_s = {9.0, 7.0, 6.0};
+  scene.trajectory_error.rms_m = {4.0, 6.0, 5.0};
+  scene.trajectory_error.time_constant_s = {9.0, 7.0, 6.0};
   scene.recorder.emplace();
   scene.recorder->rate_hz = 12.5;
   return scene;
@@ -42,17 +42,19 @@ bool SameStates(const FlightPath& a, const FlightPath& b) {
 TEST(RecordedFlightTest, StatesLieOnTheFlightAtTheRateOfTheRecorder) {
   // Hand values: in Leberl's frame the flight is x = -500 + 173 t, y = 300, z = 9100 plus the
   // wander.
-  const Scene scene = WanderingScene();
+  const Scene scene = SceneWithTrajectoryErrors();
   const SimulatedBlock simulated = Simulate(scene);
   const std::vector<StateVector>& states = simulated.block.passes[0].path.states();
   for (std::size_t i = 0; i < states.size(); ++i) {
     const double k = std::round(states[i].time_s * 12.5);
     EXPECT_NEAR(states[i].time_s, k / 12.5, 1e-12);
-    const Wander::Offset wander = simulated.WanderOf(0)->At(states[i].time_s);
+    const TrajectoryError::Offset trajectory_error =
+        simulated.TrajectoryErrorOf(0)->At(states[i].time_s);
     const Eigen::Vector3d straight_m(-500.0 + 173.0 * states[i].time_s, 300.0, 9100.0);
-    EXPECT_LT((states[i].position_m - straight_m - wander.value_m).norm(), 1e-9);
-    EXPECT_LT((states[i].velocity_mps - Eigen::Vector3d(173, 0, 0) - wander.first_mps).norm(),
-              1e-10);
+    EXPECT_LT((states[i].position_m - straight_m - trajectory_error.value_m).norm(), 1e-9);
+    EXPECT_LT(
+        (states[i].velocity_mps - Eigen::Vector3d(173, 0, 0) - trajectory_error.first_mps).norm(),
+        1e-10);
   }
   EXPECT_LT(states.front().time_s, -4.0 / 12.5);
   EXPECT_GT(states.back().time_s, 21000.0 / 173.0 + 4.0 / 12.5);
@@ -61,8 +63,8 @@ TEST(RecordedFlightTest, StatesLieOnTheFlightAtTheRateOfTheRecorder) {
 TEST(RecordedFlightTest, LooksAreTheNearestPointsOfTheTruePath) {
   // Independent route: with squint 0 the look stands where the distance is least. Positions alone,
   // straight line plus wander by hand; bisection on the central difference of the square distance.
-  Scene scene = WanderingScene();
-  scene.looks.noise_scale_1 = 0.0;
+  Scene scene = SceneWithTrajectoryErrors();
+  scene.looks.noise_scale = 0.0;
   scene.recorder->noise_m = 0.5;  // of the record, not of the flight
   const SimulatedBlock simulated = Simulate(scene);
   const Looks& looks = simulated.block.looks;
@@ -74,7 +76,7 @@ TEST(RecordedFlightTest, LooksAreTheNearestPointsOfTheTruePath) {
         const Eigen::Vector3d s_m =
             Eigen::Vector3d(
                 -500.0 + 173.0 * t, 300.0 + 7300.0 * static_cast<double>(pass), 9100.0) +
-            simulated.WanderOf(pass)->At(t).value_m;
+            simulated.TrajectoryErrorOf(pass)->At(t).value_m;
         return (p_m - s_m).norm();
       };
       double low_s = looks.time_s[i] - 3.0, high_s = looks.time_s[i] + 3.0;
@@ -90,7 +92,7 @@ TEST(RecordedFlightTest, LooksAreTheNearestPointsOfTheTruePath) {
 
 TEST(RecordedFlightTest, ErrorsOfNavigationMoveTheFlightAgainstItsRecord) {
   // Hand values: without turning axes 3 m up are 3 m up; the axes follow the wandering flight.
-  Scene scene = WanderingScene();
+  Scene scene = SceneWithTrajectoryErrors();
   scene.navigation.constant_sigma_m = {2.0, 3.0, 4.0};
   const SimulatedBlock simulated = Simulate(scene);
   const TruePath truth = TruePathOf(scene, simulated, 1);
@@ -108,7 +110,7 @@ TEST(RecordedFlightTest, ErrorsOfNavigationMoveTheFlightAgainstItsRecord) {
 
 TEST(RecordedFlightTest, VelocityAndAccelerationAreDerivatives) {
   // Numerical route on a low orbit, where the axes turn: central differences over 20 ms.
-  Scene scene = WanderingScene();
+  Scene scene = SceneWithTrajectoryErrors();
   scene.frame = Frame::Geocentric(NamedEllipsoid("WGS84"));
   scene.centre.lat_rad = 0.4;
   scene.flights[0].pattern = SceneFlight::Pattern::kOrbit;
@@ -137,7 +139,7 @@ TEST(RecordedFlightTest, VelocityAndAccelerationAreDerivatives) {
 
 TEST(RecorderTest, NoiseHasItsStandardDeviations) {
   // Seeded statistics of 3 x 1500 states, 99.9 percent each.
-  Scene scene = WanderingScene();
+  Scene scene = SceneWithTrajectoryErrors();
   scene.recorder->noise_m = 0.03;
   scene.recorder->noise_mps = 0.011;
   const SimulatedBlock simulated = Simulate(scene);
@@ -146,7 +148,7 @@ TEST(RecorderTest, NoiseHasItsStandardDeviations) {
     for (const StateVector& state : simulated.block.passes[pass].path.states()) {
       const auto flown = FlownMotion(simulated.block.frame,
                                      simulated.Planned(pass).path,
-                                     simulated.WanderOf(pass),
+                                     simulated.TrajectoryErrorOf(pass),
                                      state.time_s);
       ASSERT_TRUE(flown.has_value());
       const Eigen::Vector3d position = (state.position_m - flown->position_m) / 0.03;
@@ -230,13 +232,13 @@ TEST(RecorderTest, JumpsStayUntilTheNextOne) {
 }
 
 TEST(RecorderTest, TimeStampsAreOffByAConstant) {
-  Scene scene = WanderingScene();
+  Scene scene = SceneWithTrajectoryErrors();
   scene.recorder->time_offset_s = 0.37;
   const SimulatedBlock simulated = Simulate(scene);
   for (const StateVector& state : simulated.block.passes[1].path.states()) {
     const auto flown = FlownMotion(simulated.block.frame,
                                    simulated.Planned(1).path,
-                                   simulated.WanderOf(1),
+                                   simulated.TrajectoryErrorOf(1),
                                    state.time_s - 0.37);
     ASSERT_TRUE(flown.has_value());
     EXPECT_LT((state.position_m - flown->position_m).norm(), 1e-9);
@@ -246,8 +248,8 @@ TEST(RecorderTest, TimeStampsAreOffByAConstant) {
 class RecordedFilesTest : public test::FolderTest {};
 
 TEST_F(RecordedFilesTest, BlocksAreReadAsTheirFilesAre) {  // two routes, to the last bit
-  Scene scene = WanderingScene();
-  scene.wander.time_constant_s = {40.0, 40.0, 40.0};
+  Scene scene = SceneWithTrajectoryErrors();
+  scene.trajectory_error.time_constant_s = {40.0, 40.0, 40.0};
   scene.recorder->noise_m = 0.03;
   scene.recorder->noise_mps = 0.02;
   scene.recorder->reading = {PathThrough::kSmooth, {0.03, 0.02}};
@@ -275,7 +277,7 @@ TEST_F(RecordedFilesTest, BlocksAreReadAsTheirFilesAre) {  // two routes, to the
 }
 
 TEST(RecordedFlightTest, SameSeedGivesTheSameBytesForAnyThreads) {
-  Scene scene = WanderingScene();
+  Scene scene = SceneWithTrajectoryErrors();
   scene.recorder->noise_m = 0.03;
   scene.recorder->jump_m = 0.1;
   scene.recorder->jump_interval_s = 30.0;
@@ -293,7 +295,7 @@ TEST(RecordedFlightTest, SameSeedGivesTheSameBytesForAnyThreads) {
 }
 
 TEST(RecordedFlightTest, RedrawDoesNotDependOnEarlierDraws) {  // round trip
-  Scene scene = WanderingScene();
+  Scene scene = SceneWithTrajectoryErrors();
   scene.recorder->noise_m = 0.03;
   const SimulatedBlock first = Simulate(scene);
   SimulatedBlock again = first;
@@ -308,7 +310,7 @@ TEST(RecordedFlightTest, RedrawDoesNotDependOnEarlierDraws) {  // round trip
 
 TEST(RecordedFlightTest, APassDoesNotDependOnWhatElseTheSceneHolds) {
   // Another flight behind it, and noise that widens the planned paths: the states in common agree.
-  Scene scene = WanderingScene();
+  Scene scene = SceneWithTrajectoryErrors();
   scene.recorder->noise_m = 0.03;
   const SimulatedBlock plain = Simulate(scene);
   scene.flights.push_back(scene.flights[0]);
@@ -329,39 +331,40 @@ TEST(RecordedFlightTest, APassDoesNotDependOnWhatElseTheSceneHolds) {
 TEST(RecordedFlightTest, TablesAddToTheProcess) {
   // Hand value: an offset that stays is a flight beside its line.
   Scene scene = test::SmallScene();
-  scene.wander.table_time_s = {-10.0, 200.0};
-  scene.wander.table_m = {{0.0, 7.0, -3.0}, {0.0, 7.0, -3.0}};
+  scene.trajectory_error.table_time_s = {-10.0, 200.0};
+  scene.trajectory_error.table_m = {{0.0, 7.0, -3.0}, {0.0, 7.0, -3.0}};
   EXPECT_TRUE(IsRecorded(scene));
   const SimulatedBlock simulated = Simulate(scene);
   const StateVector& state = simulated.block.passes[0].path.states()[40];
   EXPECT_NEAR(state.position_m.y(), 307.0, 1e-9);
   EXPECT_NEAR(state.position_m.z(), 9097.0, 1e-9);
-  scene.wander.rms_m = {0.0, 2.0, 0.0};
-  scene.wander.time_constant_s[1] = 5.0;
+  scene.trajectory_error.rms_m = {0.0, 2.0, 0.0};
+  scene.trajectory_error.time_constant_s[1] = 5.0;
   const SimulatedBlock both = Simulate(scene);
   Scene process = scene;
-  process.wander.table_time_s.clear();
-  process.wander.table_m.clear();
-  const Wander alone(process.wander, both.Planned(0), 0, scene.seed);
-  EXPECT_NEAR(both.WanderOf(0)->At(31.3).value_m.y(), 7.0 + alone.At(31.3).value_m.y(), 1e-12);
+  process.trajectory_error.table_time_s.clear();
+  process.trajectory_error.table_m.clear();
+  const TrajectoryError alone(process.trajectory_error, both.Planned(0), 0, scene.seed);
+  EXPECT_NEAR(
+      both.TrajectoryErrorOf(0)->At(31.3).value_m.y(), 7.0 + alone.At(31.3).value_m.y(), 1e-12);
 }
 
 TEST(RecordedFlightTest, ScenesWithoutRecorderHoldNoSecondPaths) {
   const SimulatedBlock simulated = Simulate(test::SmallScene());
   EXPECT_TRUE(simulated.planned.empty());
-  EXPECT_TRUE(simulated.wander == nullptr);
+  EXPECT_TRUE(simulated.trajectory_error == nullptr);
 }
 
 TEST(RecordedFlightTest, RefusesAWanderThatBendsThePathTooMuch) {
   // 60 m in 3 s turn by 7 m/s2, eight times what 10 km at 173 m/s allow.
-  Scene scene = WanderingScene();
-  scene.wander.rms_m = {0.0, 60.0, 0.0};
-  scene.wander.time_constant_s[1] = 3.0;
+  Scene scene = SceneWithTrajectoryErrors();
+  scene.trajectory_error.rms_m = {0.0, 60.0, 0.0};
+  scene.trajectory_error.time_constant_s[1] = 3.0;
   try {
     (void)Simulate(scene);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("wander that bends the path less than 1/range"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("trajectory errors that bend the path less than 1/range"));
   }
 }
 

@@ -164,9 +164,9 @@ TEST(RedrawTest, BiasesEnterWithTheSignsOfTheModel) {
   scene.flights[0].squint_rad = 0.11;
   scene.flights[0].length_m = 40000.0;
   scene.flights[0].start_m.x() = -9000.0;
-  scene.looks.noise_scale_1 = 0.0;
+  scene.looks.noise_scale = 0.0;
   scene.navigation.squint_bias_sigma_rad = 2e-3;
-  scene.navigation.range_scale_sigma_1 = 3e-5;
+  scene.navigation.range_scale_sigma = 3e-5;
   const SimulatedBlock simulated = Simulate(scene);
   const Looks& looks = simulated.block.looks;
   ASSERT_GT(looks.size(), 80u);
@@ -179,7 +179,7 @@ TEST(RedrawTest, BiasesEnterWithTheSignsOfTheModel) {
       const Eigen::Vector3d d = simulated.truth.points_m[point] - motion->position_m;
       const double rho = d.norm();
       // Hermite of the true states is exact here: straight paths, linear errors. 1e-6 m in cone.
-      EXPECT_NEAR(rho + error.range_bias_m + error.range_scale_1 * rho, looks.range_m[i], 1e-6);
+      EXPECT_NEAR(rho + error.range_bias_m + error.range_scale * rho, looks.range_m[i], 1e-6);
       EXPECT_NEAR(motion->velocity_mps.normalized().dot(d),
                   rho * std::sin(looks.cone[i] + error.squint_bias_rad),
                   1e-6);
@@ -191,8 +191,8 @@ TEST(RedrawTest, BiasesEnterWithTheSignsOfTheModel) {
 TEST(RedrawTest, AddsTheFractionOfBlundersAskedFor) {
   Scene scene = test::SmallScene();
   scene.points.count = 1000;
-  scene.looks.blunder_fraction_1 = 0.07;
-  scene.looks.blunder_size_1 = 40.0;
+  scene.looks.blunder_fraction = 0.07;
+  scene.looks.blunder_size = 40.0;
   const SimulatedBlock simulated = Simulate(scene);
   double blunders = 0.0;
   for (std::size_t i = 0; i < simulated.blunder.size(); ++i) {

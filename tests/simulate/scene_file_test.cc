@@ -68,7 +68,7 @@ TEST(SceneFileTest, ReadsEveryTable) {
   EXPECT_EQ(scene.looks.azimuth.azimuth, 0.01);
   EXPECT_EQ(scene.points.count, 7u);
   EXPECT_EQ(scene.control.layout, SceneControl::Layout::kCorners);
-  EXPECT_EQ(scene.control.held, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(scene.control.fixed, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(scene.check.layout, SceneControl::Layout::kNone);
 }
 
@@ -135,14 +135,14 @@ TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
               HasSubstr("two.toml:6: flight.0.look: 'up' is not known, left or right is allowed"));
   EXPECT_THAT(
       MessageOf(Replaced("azimuth_sigma_s = 0.01", "azimuth_sigma_s = 0.01\nazimuth_sigma_m = 1")),
-      HasSubstr("two.toml:13: looks.azimuth_sigma_s: cannot stand beside"));
+      HasSubstr("two.toml:13: looks.azimuth_sigma_s: excludes azimuth_sigma_m"));
   EXPECT_THAT(
       MessageOf(Replaced("azimuth_sigma_s = 0.01", "azimuth_sigma_s = 0.01\ndoppler_sigma_hz = 1")),
-      HasSubstr("looks.doppler_sigma_hz: cannot stand beside azimuth_sigma_s"));
+      HasSubstr("looks.doppler_sigma_hz: excludes azimuth_sigma_s"));
   EXPECT_THAT(MessageOf(Replaced("azimuth_sigma_s = 0.01", "doppler_sigma_hz = 1")),
               HasSubstr("looks.doppler_sigma_hz: needs cone = \"doppler\""));
   EXPECT_THAT(MessageOf(Replaced("swath_look_deg", "swath_ground_m = [1, 2]\nswath_look_deg")),
-              HasSubstr("flight.0.swath: stands twice"));
+              HasSubstr("flight.0.swath: is given twice"));
   EXPECT_THAT(MessageOf(Replaced("components = [\"u\"]", "components = [\"h\"]")),
               HasSubstr("control.components[0]: 'h' is not known, e, n or u is allowed"));
   EXPECT_THAT(MessageOf(kText, {"points.count"}), HasSubstr("KEY=VALUE"));
@@ -167,8 +167,8 @@ sigma_m = 0.03
 sigma_mps = 0.04
 )",
                                  "two.toml");
-  EXPECT_EQ(scene.wander.rms_m, (std::array{1.0, 2.0, 3.0}));
-  EXPECT_EQ(scene.wander.time_constant_s, (std::array{4.0, 5.0, 6.0}));
+  EXPECT_EQ(scene.trajectory_error.rms_m, (std::array{1.0, 2.0, 3.0}));
+  EXPECT_EQ(scene.trajectory_error.time_constant_s, (std::array{4.0, 5.0, 6.0}));
   ASSERT_TRUE(scene.recorder.has_value());
   EXPECT_EQ(scene.recorder->rate_hz, 50.0);
   EXPECT_EQ(scene.recorder->noise_m, 0.02);
@@ -212,8 +212,8 @@ TEST_F(WanderTableTest, StandsInTheFolderOfTheScene) {
   Put("w.csv", "time_s,up_m,across_m,along_m\n-5,1,2,3\n40,4,5,6\n");
   const Scene scene =
       ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
-  EXPECT_EQ(scene.wander.table_time_s, (std::vector{-5.0, 40.0}));
-  EXPECT_EQ(scene.wander.table_m[1], Eigen::Vector3d(6.0, 5.0, 4.0));
+  EXPECT_EQ(scene.trajectory_error.table_time_s, (std::vector{-5.0, 40.0}));
+  EXPECT_EQ(scene.trajectory_error.table_m[1], Eigen::Vector3d(6.0, 5.0, 4.0));
 }
 
 TEST_F(WanderTableTest, IsRefusedWhereItIsNoTableOfOffsets) {

@@ -32,7 +32,7 @@ TEST(SceneTest, NamesTheFieldOfEveryProblem) {
       {"flight.0.speed_mps", [](Scene* s) { s->flights[0].speed_mps = 0.0; }},
       {"flight.0.heading_deg", [](Scene* s) { s->flights[0].heading_rad = kNotGiven; }},
       {"flight.0.spacing_m", [](Scene* s) { s->flights[0].spacing_m = kNotGiven; }},
-      {"flight.0.overlap", [](Scene* s) { s->flights[0].overlap_1 = 0.6; }},
+      {"flight.0.overlap", [](Scene* s) { s->flights[0].overlap = 0.6; }},
       {"flight.0.squint_deg", [](Scene* s) { s->flights[0].squint_rad = 1.1; }},
       {"flight.0.swath",
        [](Scene* s) {
@@ -43,14 +43,14 @@ TEST(SceneTest, NamesTheFieldOfEveryProblem) {
       {"flight.0.pattern", [](Scene* s) { s->flights[0].pattern = SceneFlight::Pattern::kOrbit; }},
       {"looks.range_sigma_m", [](Scene* s) { s->looks.range_sigma_m = kNotGiven; }},
       {"looks.azimuth_sigma_m", [](Scene* s) { s->looks.azimuth.azimuth = 0.0; }},
-      {"looks.blunder_fraction", [](Scene* s) { s->looks.blunder_fraction_1 = 1.0; }},
-      {"wander.rms_m", [](Scene* s) { s->wander.rms_m[1] = -1.0; }},
-      {"wander.time_constant_s", [](Scene* s) { s->wander.rms_m[2] = 1.0; }},
-      {"wander.table", [](Scene* s) { s->wander.table_time_s = {1.0}; }},
+      {"looks.blunder_fraction", [](Scene* s) { s->looks.blunder_fraction = 1.0; }},
+      {"wander.rms_m", [](Scene* s) { s->trajectory_error.rms_m[1] = -1.0; }},
+      {"wander.time_constant_s", [](Scene* s) { s->trajectory_error.rms_m[2] = 1.0; }},
+      {"wander.table", [](Scene* s) { s->trajectory_error.table_time_s = {1.0}; }},
       {"wander.table",
        [](Scene* s) {
-         s->wander.table_time_s = {1.0, 1.0};
-         s->wander.table_m.resize(2, Eigen::Vector3d::Zero());
+         s->trajectory_error.table_time_s = {1.0, 1.0};
+         s->trajectory_error.table_m.resize(2, Eigen::Vector3d::Zero());
        }},
       {"recorder.rate_hz", [](Scene* s) { s->recorder.emplace().rate_hz = 0.0099; }},
       {"recorder.rate_hz", [](Scene* s) { s->recorder.emplace().rate_hz = 201.0; }},
@@ -91,7 +91,7 @@ TEST(SceneTest, NamesTheFieldOfEveryProblem) {
        [](Scene* s) {
          s->check.layout = SceneControl::Layout::kRandom;
          s->check.sigma_m = {1, 1, 1};
-         s->check.inset_1 = 0.5;
+         s->check.inset = 0.5;
        }},
   };
   for (const auto& [field, change] : broken) {

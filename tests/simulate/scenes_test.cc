@@ -67,7 +67,7 @@ TEST_P(ShippedSceneTest, ExactLooksLieOnSphereAndConeOfTheTruePath) {
             EXPECT_NEAR(equations.rho_m, looks.range_m[i], bound_m);
             EXPECT_NEAR(equations.doppler_error_m, 0.0, cone_bound_m);
           };
-      const bool gusts = simulated.wander != nullptr;
+      const bool gusts = simulated.trajectory_error != nullptr;
       expect_on(path.At(looks.time_s[i]), 1e-6, 1e-6);
       expect_on(simulated.truth.paths[pass].At(looks.time_s[i]),
                 gusts ? 1e-5 : 1e-6,

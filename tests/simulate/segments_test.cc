@@ -53,7 +53,7 @@ TEST(SegmentsTest, NeedASpacingAndAreForStripsOnly) {
   EXPECT_EQ(FindProblem(scene)->field, "flight.0.segments");
 }
 
-// Second route: every pass is asked about every point. 16 lines a side, so that no point is near
+// Second route: every pass is asked about every point. 16 lines per side, so that no point is near
 // all of them.
 TEST(VisibilityTest, FindsEveryStripThatShowsAPoint) {
   Scene scene = SegmentedScene();

@@ -17,7 +17,7 @@ TEST(SimulateTest, ReproducesHandComputedLooks) {
   // Hand values: flying along +x from x = -500 at 173 m/s, a point at x is seen at (x + 500)/173 s
   // from (x, 300 or 7600, 9100) at a plain distance.
   Scene scene = test::SmallScene();
-  scene.looks.noise_scale_1 = 0.0;
+  scene.looks.noise_scale = 0.0;
   const SimulatedBlock simulated = Simulate(scene);
   const Looks& looks = simulated.block.looks;
   ASSERT_EQ(looks.size(), 120u);
@@ -54,7 +54,7 @@ TEST(SimulateTest, LooksToTheSideAskedFor) {
 
 TEST(SimulateTest, PositiveSquintLooksForward) {
   Scene scene = test::SmallScene();
-  scene.looks.noise_scale_1 = 0.0;
+  scene.looks.noise_scale = 0.0;
   for (const double squint_rad : {0.2, -0.2}) {
     scene.flights[0].squint_rad = squint_rad;
     scene.flights[0].start_m.x() = -9000.0;
@@ -96,8 +96,8 @@ TEST(SimulateTest, AddsNoiseToMeasuredDopplersAndLeavesTheirTimes) {
       EXPECT_EQ(looks.time_s[i],
                 simulated.exact.time_s[i] - simulated.errors[looks.pass[i]].time_bias_s);
       if (looks.pass[i] != 0) continue;
-      const double off_1 = (looks.cone[i] - exact_hz) / 2.3;
-      square += off_1 * off_1;
+      const double deviation = (looks.cone[i] - exact_hz) / 2.3;
+      square += deviation * deviation;
       count += 1.0;
     }
     EXPECT_TRUE(ChiSquareInterval(0.9999, count).Contains(square)) << square << " of " << count;

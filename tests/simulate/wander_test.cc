@@ -73,8 +73,9 @@ TEST(GaussMarkovTest, ALongerSpanContinuesAShorterOne) {
 }
 
 TEST(GaussMarkovTest, CurveKeepsItsDistanceFromTheProcess) {
-  // Closed form (docs/theory/wander.md, eq. (9)): without every other node the curve misses the
-  // nodes left out by s (2/64)^2.5 / sqrt(3840), 2.8e-6 s. Nodes left out are independent.
+  // Closed form (docs/theory/trajectory_error.md, eq. (9)): without every other node the curve
+  // misses the nodes left out by s (2/64)^2.5 / sqrt(3840), 2.8e-6 s. Nodes left out are
+  // independent.
   const std::vector<SmoothCurve::Node> nodes = Drawn(3, 100.0, 400.0).nodes();
   std::vector<SmoothCurve::Node> every_other;
   for (std::size_t i = 0; i < nodes.size(); i += 2) every_other.push_back(nodes[i]);

@@ -165,7 +165,7 @@ class ControlCostTest : public testing::TestWithParam<ControlCase> {};
 // 1/6.4e6 per metre leaves 1e-13).
 TEST_P(ControlCostTest, IsTheQuadraticFormOfTheHeldComponents) {
   test::KnownBlock known = test::MakeBlock(test::OrbitPlan());
-  test::Hold(4, GetParam().sigma_m, &known, PointRole::kControl, GetParam().correlation);
+  test::AddKnownPoint(4, GetParam().sigma_m, &known, PointRole::kControl, GetParam().correlation);
   const AdjustmentProblem problem(known.block, {});
   ASSERT_EQ(problem.control.size(), 1U);
   BlockState state;
@@ -186,15 +186,15 @@ TEST_P(ControlCostTest, IsTheQuadraticFormOfTheHeldComponents) {
   const Eigen::Vector3d error_m = known.block.frame.EnuFromFrame(known.truth_m[4]) *
                                   (state.start_m[4] + displacement_m - known.truth_m[4]);
   const KnownPosition& position = known.block.points.known[0];
-  std::vector<Eigen::Index> held;
+  std::vector<Eigen::Index> fixed;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    if (position.held[static_cast<std::size_t>(k)]) held.push_back(k);
+    if (position.fixed[static_cast<std::size_t>(k)]) fixed.push_back(k);
   }
-  const Eigen::VectorXd e = error_m(held);
-  const Eigen::MatrixXd q = position.covariance_enu_m2(held, held);
-  ASSERT_EQ(static_cast<std::size_t>(cost.num_residuals()), held.size());
+  const Eigen::VectorXd e = error_m(fixed);
+  const Eigen::MatrixXd q = position.covariance_enu_m2(fixed, fixed);
+  ASSERT_EQ(static_cast<std::size_t>(cost.num_residuals()), fixed.size());
   // A lone height is that of the ellipsoid: 15 m aside on a sphere of 6.4e6 m are 2e-5 m.
-  const double bound = held.size() == 1 ? 1e-3 : 1e-7;
+  const double bound = fixed.size() == 1 ? 1e-3 : 1e-7;
   EXPECT_NEAR(residual.squaredNorm(), e.dot(q.inverse() * e), bound);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::Vector3d step = Eigen::Vector3d::Unit(k);
@@ -236,7 +236,7 @@ TEST(PriorCostTest, DividesTheParametersThatHaveAPriorByIt) {
 
 TEST(CeresProblemTest, HoldsEveryLookControlAndPriorOnce) {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  test::Hold(0, {0.3, 0.3, kNotGiven}, &known);
+  test::AddKnownPoint(0, {0.3, 0.3, kNotGiven}, &known);
   known.block.looks.flags[3] |= Looks::kRejected;
   PositionCorrection position;
   position.prior_sigma_m[0] = {4.0};

@@ -45,7 +45,7 @@ bool Unique(const Block& block, const AdjustResult& result, std::size_t point) {
 
 /// Largest distance of two solutions in sigmas: of a point sqrt(d' Q^-1 d), of a correction
 /// |d|/sigma.
-double LargestShift_1(const Block& block, const AdjustResult& a, const AdjustResult& b) {
+double LargestShift(const Block& block, const AdjustResult& a, const AdjustResult& b) {
   double largest = 0.0;
   for (std::size_t i = 0; i < a.points.status.size(); ++i) {
     if (!IsSolved(a.points.status[i]) || !Unique(block, a, i)) continue;
@@ -63,7 +63,7 @@ double LargestShift_1(const Block& block, const AdjustResult& a, const AdjustRes
 }
 
 /// Largest difference of two covariances, each element by its own sigmas.
-double LargestCovarianceError_1(const AdjustResult& a, const AdjustResult& b) {
+double LargestCovarianceError(const AdjustResult& a, const AdjustResult& b) {
   constexpr std::size_t kRow[] = {0, 1, 2, 0, 0, 1}, kColumn[] = {0, 1, 2, 1, 2, 2};
   double largest = 0.0;
   for (std::size_t i = 0; i < a.points.status.size(); ++i) {
@@ -91,11 +91,11 @@ void ExpectSameOutcome(const AdjustResult& reduced, const AdjustResult& ceres) {
 void ExpectSameRobust(const Block& block, const AdjustResult& reduced, const AdjustResult& ceres) {
   ExpectSameOutcome(reduced, ceres);
   // Each is within its last Newton step of the minimum; twice that, for what is not quadratic.
-  const double left_1 = 2.0 * (reduced.remaining_step + ceres.remaining_step);
+  const double left = 2.0 * (reduced.remaining_step + ceres.remaining_step);
   // Reweighting converges linearly: the way left is tens of last steps.
-  EXPECT_LT(LargestShift_1(block, reduced, ceres), 100.0 * left_1 + 1e-8);
-  EXPECT_LT(left_1, 2e-4);
-  EXPECT_LT(LargestCovarianceError_1(reduced, ceres), 1e-6);
+  EXPECT_LT(LargestShift(block, reduced, ceres), 100.0 * left + 1e-8);
+  EXPECT_LT(left, 2e-4);
+  EXPECT_LT(LargestCovarianceError(reduced, ceres), 1e-6);
 }
 
 class EnginesTest : public testing::TestWithParam<std::string> {};
@@ -111,8 +111,8 @@ TEST_P(EnginesTest, GiveTheSamePositionsAndCovariances) {
   const AdjustResult reduced = Solved(made, Engine::kReduced);
   const AdjustResult ceres = Solved(made, Engine::kCeres);
   ExpectSameOutcome(reduced, ceres);
-  EXPECT_LT(LargestShift_1(made.block, reduced, ceres), 1e-6);
-  EXPECT_LT(LargestCovarianceError_1(reduced, ceres), 1e-6);
+  EXPECT_LT(LargestShift(made.block, reduced, ceres), 1e-6);
+  EXPECT_LT(LargestCovarianceError(reduced, ceres), 1e-6);
 }
 
 // Scenes with points of three and more looks.
@@ -138,7 +138,7 @@ struct Prepared {
 };
 
 /// Newton step that is left, of equations formed anew: neither engine's own word.
-double StepLeft_1(const Prepared& at) {
+double NewtonDecrement(const Prepared& at) {
   ReducedSystem system(at.problem);
   system.Form(at.state, {}, nullptr);
   EXPECT_TRUE(system.FactorDamped());
@@ -155,45 +155,45 @@ TEST_P(SolverChoiceTest, EverySolverEndsWithinItsTolerance) {
   const SceneBlock made = test::SmallSceneBlock(GetParam());
   // One rounding of a coordinate of 7e6 m is 1e-9 m, and of some hundred looks of a metre 2e-8
   // sigmas: less is not there to be had.
-  for (const double tolerance_1 : {1e-3, 1e-5, 1e-7}) {
-    SCOPED_TRACE(tolerance_1);
+  for (const double tolerance : {1e-3, 1e-5, 1e-7}) {
+    SCOPED_TRACE(tolerance);
     SolveOptions options;
-    options.settled_1 = tolerance_1;
+    options.settle_below = tolerance;
     Prepared reduced(made);
     EXPECT_TRUE(SolveReduced(reduced.problem, {}, options, &reduced.state, nullptr).converged);
-    EXPECT_LE(StepLeft_1(reduced), tolerance_1);
+    EXPECT_LE(NewtonDecrement(reduced), tolerance);
     for (const CeresSolver solver : kCeresSolvers) {
       SCOPED_TRACE(static_cast<int>(solver));
       // With the finish: Ceres itself ends where the rounding of the cost hides what is left.
       AdjustOptions asked = made.options;
       asked.engine = Engine::kCeres;
       asked.ceres_solver = solver;
-      asked.tolerance_1 = tolerance_1;
+      asked.tolerance = tolerance;
       Prepared ceres(made);
       EXPECT_TRUE(SolveRounds({}, asked, &ceres.problem, &ceres.state, nullptr).converged);
-      EXPECT_LE(StepLeft_1(ceres), tolerance_1);
+      EXPECT_LE(NewtonDecrement(ceres), tolerance);
     }
   }
 }
 
 TEST_P(SolverChoiceTest, AllReachTheSameSolutionWithOneThreadAndWithTwo) {
   SceneBlock made = test::SmallSceneBlock(GetParam());
-  made.options.tolerance_1 = 1e-9;
+  made.options.tolerance = 1e-9;
   const AdjustResult best = Solved(made, Engine::kReduced);
-  for (const double tolerance_1 : {1e-3, 1e-6}) {
-    made.options.tolerance_1 = tolerance_1;
+  for (const double tolerance : {1e-3, 1e-6}) {
+    made.options.tolerance = tolerance;
     for (const int threads : {1, 2}) {
       made.options.threads = threads;
       made.options.ceres_solver = CeresSolver::kAuto;
       const AdjustResult reduced = Solved(made, Engine::kReduced);
-      EXPECT_LE(LargestShift_1(made.block, best, reduced), tolerance_1);
-      EXPECT_LE(reduced.remaining_step, tolerance_1);
+      EXPECT_LE(LargestShift(made.block, best, reduced), tolerance);
+      EXPECT_LE(reduced.remaining_step, tolerance);
       for (const CeresSolver solver : kCeresSolvers) {
         SCOPED_TRACE(static_cast<int>(solver));
         made.options.ceres_solver = solver;
         const AdjustResult ceres = Solved(made, Engine::kCeres);
         EXPECT_TRUE(ceres.accepted());
-        EXPECT_LE(LargestShift_1(made.block, best, ceres), tolerance_1);
+        EXPECT_LE(LargestShift(made.block, best, ceres), tolerance);
       }
     }
   }
@@ -221,18 +221,18 @@ class Trials final : public ProgressSink {
 };
 
 // A step of 3e-6 sigmas takes 5e-12 off a cost of some hundred whose rounding is 1e-10: whether it
-// was a good one only the gradient can tell. Refused steps would be tried again, damped.
+// was a good one only the gradient can show. Refused steps would be tried again, damped.
 TEST(ReducedEngineTest, TakesAStepThatTheCostIsTooCoarseToShow) {
   const SceneBlock made = test::SmallSceneBlock("block-12-strips");
   Prepared solved(made);
   SolveOptions options;
-  options.settled_1 = 1e-8;
+  options.settle_below = 1e-8;
   ASSERT_TRUE(SolveReduced(solved.problem, {}, options, &solved.state, nullptr).converged);
   ReducedSystem system(solved.problem);
   system.Form(solved.state, {}, nullptr);
   ASSERT_TRUE(system.FactorDamped());
   const Eigen::VectorXd unit = system.Unit();
-  options.settled_1 = 1e-6;
+  options.settle_below = 1e-6;
   for (Eigen::Index k = 0; k < std::min<Eigen::Index>(20, unit.size()); ++k) {
     BlockState state = solved.state;
     state.corrections[k] += 3e-6 * unit[k];
@@ -255,7 +255,7 @@ TEST(PointsFollowTest, IterationsDoNotGrowWithThePoints) {
     const AdjustResult ceres = Solved(made, Engine::kCeres);
     EXPECT_LE(reduced.iterations, 4) << points;
     EXPECT_LE(ceres.iterations, 6) << points;
-    EXPECT_LT(LargestShift_1(made.block, reduced, ceres), 1e-6) << points;
+    EXPECT_LT(LargestShift(made.block, reduced, ceres), 1e-6) << points;
   }
 }
 
@@ -269,10 +269,10 @@ TEST(PointsFollowTest, APointIsMovedUntilItIsSettled) {
   for (std::size_t point = 0; point < made.block.points.size(); ++point) {
     if (!start.problem.Solves(point)) continue;
     FactorPoint(start.problem, start.state, {}, 1e-8, point, &factor);
-    const double before_1 = factor.cost_1;
+    const double cost_before = factor.cost;
     if (SettlePoint(start.problem, {}, 1e-8, 1e-4, point, &start.state, &factor)) {
       ++moved;
-      EXPECT_LT(factor.cost_1, before_1);
+      EXPECT_LT(factor.cost, cost_before);
     }
     EXPECT_LE(Project(factor, factor.e).norm(), 1e-4);
     const Eigen::Vector3d settled_m = start.state.displacement_m[point];
@@ -301,29 +301,29 @@ TEST(StepHistoryTest, EndsALinearMapOfFewSlowDirections) {
   EXPECT_LT((x + history.Accelerate(step(x))).norm(), 1e-9);
 }
 
-// Invariance: a limit that the solution keeps changes nothing; one it cannot keep ends the steps.
 // A solution that is done at a rough tolerance needs its weights formed once, not until they are
 // those of a finer one.
 TEST(ReducedEngineTest, FormsNoMoreForALooserTolerance) {
   const SceneBlock made = test::SmallSceneBlock("earth-same-side");
   int formed = std::numeric_limits<int>::max();
-  for (const double tolerance_1 : {1e-6, 1e-4, 1e-2}) {
+  for (const double tolerance : {1e-6, 1e-4, 1e-2}) {
     Prepared at(made);
     SolveOptions options;
-    options.settled_1 = 0.5;
+    options.settle_below = 0.5;
     ASSERT_TRUE(SolveReduced(at.problem, {}, options, &at.state, nullptr).converged);
     options.undamped = true;
-    options.settled_1 = tolerance_1;
+    options.settle_below = tolerance;
     Weighting weighting;
     weighting.renewed = &at.problem.weights;
     const SolveReport report = SolveReduced(at.problem, weighting, options, &at.state, nullptr);
-    EXPECT_TRUE(report.converged) << tolerance_1;
-    EXPECT_LE(report.formed, formed) << tolerance_1;
-    EXPECT_LE(report.formed, report.iterations + 2) << tolerance_1;
+    EXPECT_TRUE(report.converged) << tolerance;
+    EXPECT_LE(report.formed, formed) << tolerance;
+    EXPECT_LE(report.formed, report.iterations + 2) << tolerance;
     formed = report.formed;
   }
 }
 
+// Invariance: a limit that the solution keeps changes nothing; one it cannot keep ends the steps.
 TEST(ReducedEngineTest, GivesUpWhatIsOfNoUse) {
   SceneBlock made = test::SmallSceneBlock("block-12-strips");
   for (std::size_t i = 0; i < made.block.looks.size(); i += 3) made.block.looks.range_m[i] += 20.0;
@@ -332,10 +332,10 @@ TEST(ReducedEngineTest, GivesUpWhatIsOfNoUse) {
   const SolveReport solved = SolveReduced(whole.problem, {}, options, &whole.state, nullptr);
   ASSERT_TRUE(solved.converged);
   ASSERT_GT(solved.iterations, 3);
-  options.useless_above_1 = 4.0 * solved.final_cost_1;  // twice the v'Pv
+  options.useless_above = 4.0 * solved.final_cost;  // twice the v'Pv
   EXPECT_TRUE(SolveReduced(kept.problem, {}, options, &kept.state, nullptr).converged);
   EXPECT_EQ(kept.state.corrections, whole.state.corrections);
-  options.useless_above_1 = 0.2 * solved.final_cost_1;  // a tenth of it
+  options.useless_above = 0.2 * solved.final_cost;  // a tenth of it
   const SolveReport ended = SolveReduced(useless.problem, {}, options, &useless.state, nullptr);
   EXPECT_FALSE(ended.converged);
   EXPECT_LT(ended.iterations, solved.iterations);

@@ -32,7 +32,8 @@ test::KnownBlock NoisyBlock(bool orbit) {
   test::BlockPlan plan = orbit ? test::OrbitPlan() : test::AircraftPlan();
   plan.points = 25;
   test::KnownBlock known = test::MakeBlock(plan);
-  for (const std::size_t j : {0U, 6U, 11U, 18U, 23U}) test::Hold(j, {0.3, 0.4, 0.5}, &known);
+  for (const std::size_t j : {0U, 6U, 11U, 18U, 23U})
+    test::AddKnownPoint(j, {0.3, 0.4, 0.5}, &known);
   test::AddNoise(20, 1.0, &known);
   return known;
 }
@@ -120,7 +121,7 @@ TEST(StartValuesReportTest, LooksOutsideTheirPathAreCountedAndNamed) {
 // Withheld: a check point's coordinates are not even its start values.
 TEST(StartValuesReportTest, CheckPointsStartFromTheirLooks) {
   test::KnownBlock known = NoisyBlock(false);
-  test::Hold(2, {0.1, 0.1, 0.1}, &known, PointRole::kCheck);
+  test::AddKnownPoint(2, {0.1, 0.1, 0.1}, &known, PointRole::kCheck);
   known.block.points.given_m[2] = Eigen::Vector3d(1e6, 1e6, 0.0);
   AdjustmentProblem problem(known.block, {});
   const StartReport start = ComputeStartValues(&problem, nullptr);

@@ -68,7 +68,7 @@ TEST(BlockMatrixTest, FindsTheSameBlocksWithAndWithoutTheTable) {  // second rou
                          static_cast<int>(engine() % static_cast<unsigned>(count)));
     }
     const BlockPattern pattern(std::vector<int>(static_cast<std::size_t>(count), 1), pairs);
-    int held = 0;
+    int fixed = 0;
     for (int k = 0; k < 100000; ++k) {
       const int a = static_cast<int>(engine() % static_cast<unsigned>(count));
       const int j = k % 3 == 0 ? a : pairs[static_cast<std::size_t>(k % (4 * count))].first;
@@ -80,10 +80,10 @@ TEST(BlockMatrixTest, FindsTheSameBlocksWithAndWithoutTheTable) {  // second rou
         ASSERT_EQ(slot, BlockPattern::kAbsent);
       } else {
         ASSERT_EQ(slot, pattern.FirstSlot(j) + static_cast<std::size_t>(place - rows.begin()));
-        ++held;
+        ++fixed;
       }
     }
-    EXPECT_GT(held, 10000);
+    EXPECT_GT(fixed, 10000);
     std::vector<std::pair<int, int>> all;  // of blocks two apart
     for (int i = 1; i < count; i += 2) {
       for (int j = std::max(1, i - 8); j < i; j += 2) all.emplace_back(i, j);

@@ -71,7 +71,7 @@ TEST(BorderedMatrixTest, IsScaledFromBothSides) {
   EXPECT_LT((matrix.Scaled(d).ToDense() - expected).norm(), 1e-13 * expected.norm());
 }
 
-// A stays positive definite where S is not: the border alone can tell.
+// A stays positive definite where S is not: the border alone can show it.
 TEST(BorderedMatrixTest, RefusesABorderThatTakesMoreThanThereIs) {
   BlockSymmetricMatrix a({1, 1}, {});
   a.Block(0, 0)(0, 0) = 1.0;

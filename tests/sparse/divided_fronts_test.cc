@@ -201,7 +201,7 @@ TEST(DividedFrontsTest, TakeTheMemoryThatTheyPredict) {
   std::mt19937_64 engine(2023);
   const auto matrix = test::RandomPositive(sizes, test::Grid(50, 16, 1, 1), 1.0, engine);
   const Given alone = Give(matrix);
-  EXPECT_EQ(sparse::MostDoubles(alone.used), sparse::MostDoubles(alone.needs));
+  EXPECT_EQ(sparse::MaxDoubles(alone.used), sparse::MaxDoubles(alone.needs));
   for (const int size : {2, 4}) {
     std::vector<FactorNeeds> used(static_cast<std::size_t>(size)), needs(used.size());
     RunRanks(size, [&](Ranks* ranks) {
@@ -211,12 +211,12 @@ TEST(DividedFrontsTest, TakeTheMemoryThatTheyPredict) {
     });
     std::size_t most = 0, factor = 0;
     for (const FactorNeeds& of_rank : used) {
-      most = std::max(most, sparse::MostDoubles(of_rank));
+      most = std::max(most, sparse::MaxDoubles(of_rank));
       factor += of_rank.factor;
     }
     EXPECT_EQ(factor, alone.used.factor) << "every panel stands on one rank";
     for (const FactorNeeds& of_rank : needs) {
-      EXPECT_EQ(sparse::MostDoubles(of_rank), most);
+      EXPECT_EQ(sparse::MaxDoubles(of_rank), most);
       EXPECT_EQ(of_rank.operations, alone.needs.operations);
     }
   }
@@ -226,7 +226,7 @@ TEST(DividedFrontsTest, TakeTheMemoryThatTheyPredict) {
 TEST(DividedFrontsTest, TheLargestRankHoldsAPartOfWhatAProcessAloneHolds) {
   struct Net {
     int lines, segments, parameters;
-    double of_two_1, of_four_1;
+    double share_of_two, share_of_four;
   };
   for (const Net& net : {Net{50, 20, 24, 0.75, 0.65}, Net{100, 100, 6, 0.65, 0.45}}) {
     const std::vector<int> sizes(static_cast<std::size_t>(2 * net.lines * net.segments),
@@ -237,12 +237,12 @@ TEST(DividedFrontsTest, TheLargestRankHoldsAPartOfWhatAProcessAloneHolds) {
       std::size_t doubles = 0;
       const sparse::FrontDivision division = sparse::DivideFronts(symbolic.fronts, ranks);
       for (const FactorNeeds& needs : sparse::NeedsOfRanks(symbolic.fronts, division)) {
-        doubles = std::max(doubles, sparse::MostDoubles(needs));
+        doubles = std::max(doubles, sparse::MaxDoubles(needs));
       }
       return static_cast<double>(doubles);
     };
-    EXPECT_LE(most(2), net.of_two_1 * most(1)) << net.lines;
-    EXPECT_LE(most(4), net.of_four_1 * most(1)) << net.lines;
+    EXPECT_LE(most(2), net.share_of_two * most(1)) << net.lines;
+    EXPECT_LE(most(4), net.share_of_four * most(1)) << net.lines;
   }
 }
 

@@ -20,11 +20,11 @@ namespace {
 
 constexpr std::uint64_t kPathStream = 8123;
 constexpr std::uint64_t kErrorStream = 8124;
-constexpr double kLeastSize_1 = 20.0, kMostSize_1 = 2000.0;  // of a gross error, in sigmas
-constexpr double kWrong_1 = 10.0;
-constexpr double kRealisticRms_1 = 3.0;  // of sqrt(e'C^-1 e / 3) over the untouched points
-constexpr double kMostLost_1 = 0.05;
-constexpr double kMirrorPart_1 = 0.2;
+constexpr double kMinSize = 20.0, kMaxSize = 2000.0;  // of a gross error, in sigmas
+constexpr double kWrong = 10.0;
+constexpr double kRealisticRms = 3.0;  // of sqrt(e'C^-1 e / 3) over the untouched points
+constexpr double kMaxLost = 0.05;
+constexpr double kMirrorPart = 0.2;
 
 std::size_t DrawBelow(std::size_t count, RandomStream* random) {
   return std::min(count - 1,
@@ -89,7 +89,7 @@ std::vector<std::uint8_t> PlantErrors(const SimulatedBlock& simulated,
   std::vector<std::size_t> all;
   for (const auto& of_pass : tie_looks) all.insert(all.end(), of_pass.begin(), of_pass.end());
   const auto wanted =
-      static_cast<std::size_t>(std::lround(cell.fraction_1 * static_cast<double>(count)));
+      static_cast<std::size_t>(std::lround(cell.fraction * static_cast<double>(count)));
   std::vector<std::uint8_t> used(looks.size(), 0);
   for (std::size_t planted = 0; planted < wanted;) {
     const std::size_t look = all[DrawBelow(all.size(), &random)];
@@ -97,15 +97,15 @@ std::vector<std::uint8_t> PlantErrors(const SimulatedBlock& simulated,
     used[look] = 1;
     touched[point_of[look]] = 1;
     ++planted;
-    const double size_1 = kLeastSize_1 * std::pow(kMostSize_1 / kLeastSize_1, random.Uniform()) *
-                          (random.Uniform() < 0.5 ? -1.0 : 1.0);
+    const double size = kMinSize * std::pow(kMaxSize / kMinSize, random.Uniform()) *
+                        (random.Uniform() < 0.5 ? -1.0 : 1.0);
     const LookSigma sigma = block->SigmaOf(look);
     if (cell.kind == GrossError::kRange) {
-      looks.range_m[look] += size_1 * sigma.range_m;
+      looks.range_m[look] += size * sigma.range_m;
     } else if (cell.kind == GrossError::kAzimuth) {
       const bool metres = sigma.azimuth_unit == AzimuthUnit::kMetres;
       looks.time_s[look] +=
-          size_1 * sigma.azimuth / (metres ? simulated.exact.azimuth_rate_mps[look] : 1.0);
+          size * sigma.azimuth / (metres ? simulated.exact.azimuth_rate_mps[look] : 1.0);
     } else {
       const std::vector<std::size_t>& of_pass = tie_looks[looks.pass[look]];
       std::size_t other = look;
@@ -160,7 +160,7 @@ BasinScene::BasinScene(const std::string& name, std::size_t points)
                  : ShippedScene(name, {"check.count=0", "points.count=" + std::to_string(points)})),
       simulated_(Simulate(scene_)),
       options_(OptionsOf(scene_, simulated_.block)) {
-  options_.test_level = kBasinTestLevel_1;
+  options_.test_level = kBasinTestLevel;
   const AdjustResult clean = Adjust(simulated_.block, options_);
   for (const PointStatus status : clean.points.status) {
     solvable_.push_back(status == PointStatus::kAdjusted ? 1 : 0);
@@ -215,17 +215,17 @@ BasinOutcome BasinScene::Run(const BasinCell& cell, const BasinWay& way, std::ui
     const double square =
         factor.info() == Eigen::Success ? factor.matrixL().solve(error_m).squaredNorm() : 1e12;
     square_sum += square;
-    outcome.worst_sigma_1 = std::max(outcome.worst_sigma_1, std::sqrt(square));
+    outcome.worst_sigma = std::max(outcome.worst_sigma, std::sqrt(square));
     const double range_m = block.looks.range_m[block.looks.offsets[point]];
-    outcome.mirror = outcome.mirror || error_m.norm() > kMirrorPart_1 * range_m;
+    outcome.mirror = outcome.mirror || error_m.norm() > kMirrorPart * range_m;
   }
   const auto counted = static_cast<double>(std::max<std::size_t>(untouched, 1));
-  outcome.lost_1 = static_cast<double>(lost) / counted;
-  const double rms_1 = std::sqrt(square_sum / (3.0 * counted));
-  outcome.wrong = outcome.accepted && outcome.worst_sigma_1 > kWrong_1;
+  outcome.lost_share = static_cast<double>(lost) / counted;
+  const double rms = std::sqrt(square_sum / (3.0 * counted));
+  outcome.wrong = outcome.accepted && outcome.worst_sigma > kWrong;
   outcome.mirror = outcome.accepted && outcome.mirror;
-  outcome.recovered = outcome.accepted && !outcome.wrong && rms_1 < kRealisticRms_1 &&
-                      outcome.lost_1 <= kMostLost_1;
+  outcome.recovered =
+      outcome.accepted && !outcome.wrong && rms < kRealisticRms && outcome.lost_share <= kMaxLost;
   return outcome;
 }
 

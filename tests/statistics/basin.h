@@ -25,20 +25,20 @@ enum class GrossError { kRange, kAzimuth, kMatch };
 
 /// One cell of the basin: how far the given paths are off and how many looks are wrong.
 struct BasinCell {
-  double path_m = 0.0;      ///< expected length of the constant error of a path; 0: the scene's own
-  double fraction_1 = 0.0;  ///< of the tie looks
+  double path_m = 0.0;    ///< expected length of the constant error of a path; 0: the scene's own
+  double fraction = 0.0;  ///< of the tie looks
   GrossError kind = GrossError::kRange;
 };
 
 /// What came of one draw.
 struct BasinOutcome {
-  bool accepted = false;   ///< and the global test at kBasinTestLevel_1 passed
+  bool accepted = false;   ///< and the global test at kBasinTestLevel passed
   bool refused = false;    ///< an exception
   bool recovered = false;  ///< accepted, untouched points realistic, at most 5 percent of them lost
   bool wrong = false;      ///< accepted, an untouched point off by more than 10 sigma
   bool mirror = false;     ///< accepted, an untouched point off by more than a fifth of its range
-  double lost_1 = 0.0;     ///< part of the untouched points without a position
-  double worst_sigma_1 = 0.0;  ///< largest sqrt(e'C^-1 e) of an untouched point
+  double lost_share = 0.0;   ///< part of the untouched points without a position
+  double worst_sigma = 0.0;  ///< largest sqrt(e'C^-1 e) of an untouched point
   double sigma0_squared = 0.0;
   int iterations = 0;
   double wall_s = 0.0;
@@ -46,7 +46,7 @@ struct BasinOutcome {
 };
 
 /// Level of the global test: one clean block in 10,000 fails it.
-inline constexpr double kBasinTestLevel_1 = 0.9999;
+inline constexpr double kBasinTestLevel = 0.9999;
 
 /// A shipped scene whose draws are adjusted from poor starts and with gross errors. Paths: the true
 /// flights stay as planned, the given ones are displaced by a constant in track axes, drawn in the

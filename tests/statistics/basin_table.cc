@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The basin of the adjustment (docs/validation.md): from how far path errors and under how many
-// gross errors a block comes home. Prints a row a draw (--draws) and the table.
+// gross errors a block comes home. Prints one row per draw (--draws) and the table.
 //
 //     SARBLOCK_DRAWS=4 basin_table [--scenes a,b] [--paths 0,0.5,1,2,5,10,20 (km)]
 //         [--fractions 0,5,10,20 (percent)] [--kinds range,azimuth,match] [--ways none,huber,...]
@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
                {GrossError::kRange, GrossError::kAzimuth, GrossError::kMatch}) {
             if (kinds[k] == sarblock::test::NameOf(kind)) cell.kind = kind;
           }
-          if (cell.fraction_1 == 0.0 && k > 0) continue;
+          if (cell.fraction == 0.0 && k > 0) continue;
           for (const BasinWay& way : sarblock::test::BasinWays()) {
             if (std::find(ways.begin(), ways.end(), way.name) == ways.end()) continue;
             for (std::size_t draw = 0; draw < draws; ++draw) {
@@ -151,7 +151,7 @@ int main(int argc, char** argv) {
                   name.c_str(),
                   path.c_str(),
                   fraction.c_str(),
-                  cell.fraction_1 == 0.0 ? "-" : kinds[k].c_str(),
+                  cell.fraction == 0.0 ? "-" : kinds[k].c_str(),
                   way.name.c_str(),
                   draw,
                   outcome.recovered  ? "ok"
@@ -159,8 +159,8 @@ int main(int argc, char** argv) {
                                      : "no",
                   outcome.wrong ? " WRONG" : "",
                   outcome.mirror ? " MIRROR" : "",
-                  outcome.lost_1,
-                  outcome.worst_sigma_1,
+                  outcome.lost_share,
+                  outcome.worst_sigma,
                   outcome.sigma0_squared,
                   outcome.iterations,
                   outcome.wall_s,

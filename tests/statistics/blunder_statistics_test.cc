@@ -21,7 +21,7 @@ namespace sarblock {
 namespace {
 
 constexpr std::uint64_t kFirstSeed = 90210;
-constexpr double kFraction_1 = 0.01;
+constexpr double kFraction = 0.01;
 
 /// Sums over the draws of one size of blunder.
 struct Tally {
@@ -92,7 +92,7 @@ void AddFindings(const SimulatedBlock& simulated,
 class BlunderStatisticsTest : public testing::TestWithParam<double> {};
 
 TEST_P(BlunderStatisticsTest, FindsWhatItsRedundancyPromises) {
-  const double size_1 = GetParam();
+  const double size = GetParam();
   // With the draws of the table in docs/validation.md the scene has its own size.
   const bool full = test::DrawsAsked() >= 200;
   Scene scene = full ? test::ShippedScene("block-12-strips")
@@ -101,26 +101,25 @@ TEST_P(BlunderStatisticsTest, FindsWhatItsRedundancyPromises) {
   AdjustOptions options = test::OptionsOf(scene, simulated.block);
   const AdjustResult plain = Adjust(simulated.block, options);
   options.quality.snooping = Snooping::kIterative;
-  scene.looks.blunder_fraction_1 = kFraction_1;
-  scene.looks.blunder_size_1 = size_1;
+  scene.looks.blunder_fraction = kFraction;
+  scene.looks.blunder_size = size;
   Tally tally;
   for (std::size_t draw = 0; draw < test::DrawsAsked(); ++draw) {
     const std::size_t component = draw % 2;
     scene.looks.blunder_kind =
         component == 0 ? SceneLooks::BlunderKind::kRange : SceneLooks::BlunderKind::kAzimuth;
     Redraw(scene, kFirstSeed + draw, RedrawChoice{}, &simulated);
-    if (size_1 == 0.0) std::fill(simulated.blunder.begin(), simulated.blunder.end(), 0);
+    if (size == 0.0) std::fill(simulated.blunder.begin(), simulated.blunder.end(), 0);
     const AdjustResult result = Adjust(simulated.block, options);
     ASSERT_TRUE(result.accepted());
     const std::vector<std::uint8_t> alone = AlonePlanted(simulated);
-    const double critical_1 = MakeReliability(options.quality, 1, 100.0).critical_w_1;
+    const double critical = MakeReliability(options.quality, 1, 100.0).critical_w;
     for (std::uint64_t i = 0; i < simulated.blunder.size(); ++i) {
-      for (const std::vector<float>& w : plain.quality.w_1)
-        tally.tests += std::isnan(w[i]) ? 0U : 1U;
+      for (const std::vector<float>& w : plain.quality.w) tally.tests += std::isnan(w[i]) ? 0U : 1U;
       if (alone[i] == 0) continue;
       ++tally.planted;
-      const auto r_1 = static_cast<double>(plain.quality.redundancy_1[component][i]);
-      const double power = TestPower(size_1 * std::sqrt(std::max(0.0, r_1)), critical_1);
+      const auto r = static_cast<double>(plain.quality.redundancy[component][i]);
+      const double power = TestPower(size * std::sqrt(std::max(0.0, r)), critical);
       tally.promised += power;
       tally.variance += power * (1.0 - power);
     }
@@ -129,7 +128,7 @@ TEST_P(BlunderStatisticsTest, FindsWhatItsRedundancyPromises) {
   const auto planted = static_cast<double>(std::max<std::size_t>(tally.planted, 1));
   std::printf(
       "| %g | %zu | %.1f %% | %.1f %% | %.1f %% | %.1f %% | %.3f %% | %.3f %% |\n",
-      size_1,
+      size,
       tally.planted,
       100.0 * tally.promised / planted,
       100.0 * static_cast<double>(tally.named) / planted,
@@ -139,11 +138,11 @@ TEST_P(BlunderStatisticsTest, FindsWhatItsRedundancyPromises) {
       100.0 * static_cast<double>(tally.false_located) / static_cast<double>(tally.good_looks));
   // One-sided bounds at 99.9 percent (3.09 standard deviations).
   EXPECT_GE(static_cast<double>(tally.named), tally.promised - 3.09 * std::sqrt(tally.variance));
-  const double allowed = options.quality.alpha_1 * static_cast<double>(tally.tests);
+  const double allowed = options.quality.alpha * static_cast<double>(tally.tests);
   EXPECT_LE(static_cast<double>(tally.false_findings), allowed + 3.09 * std::sqrt(allowed));
-  const double lost = 2.0 * options.quality.alpha_1 * static_cast<double>(tally.good_looks);
+  const double lost = 2.0 * options.quality.alpha * static_cast<double>(tally.good_looks);
   EXPECT_LE(static_cast<double>(tally.false_located), lost + 3.09 * std::sqrt(lost));
-  const double mistaken = (1.0 - options.quality.separation_1) * static_cast<double>(tally.named);
+  const double mistaken = (1.0 - options.quality.separation) * static_cast<double>(tally.named);
   EXPECT_LE(static_cast<double>(tally.wrongly_located), mistaken + 3.09 * std::sqrt(mistaken));
   EXPECT_EQ(tally.alone_located, 0U);
 }
@@ -174,21 +173,21 @@ TEST_P(GoodBlockStatisticsTest, TestsOfTheLooksKeptHoldTheirLevel) {
   AdjustOptions options = test::OptionsOf(scene, simulated.block);
   options.robust = way.loss;
   options.quality.snooping = way.snooping;
-  double failed = 0.0, cut = 0.0, worst = 0.0, square_1 = 0.0, freedom = 0.0;
+  double failed = 0.0, cut = 0.0, worst = 0.0, square = 0.0, freedom = 0.0;
   const auto draws = static_cast<double>(test::DrawsAsked());
   for (std::size_t draw = 0; draw < test::DrawsAsked(); ++draw) {
     Redraw(scene, kFirstSeed + draw, RedrawChoice{}, &simulated);
     const AdjustResult result = Adjust(simulated.block, options);
     ASSERT_TRUE(result.accepted()) << testing::PrintToString(result.assessment.reasons);
     failed += result.chi_square_passed ? 0.0 : 1.0;
-    const double low = ChiSquareInterval(options.test_level, result.redundancy()).lower;
-    cut += result.sigma0_squared * result.redundancy() < low ? 1.0 : 0.0;
-    for (const std::vector<float>& w : result.quality.w_1) {
+    const double low = ChiSquareInterval(0.95, result.redundancy()).lower;
+    cut += 2.0 * result.final_cost < low ? 1.0 : 0.0;
+    for (const std::vector<float>& w : result.quality.w) {
       for (const float value : w) worst = std::max(worst, std::abs(static_cast<double>(value)));
     }
     for (const CheckResult& check : result.checks) {
       if (std::isnan(check.chi_square)) continue;
-      square_1 += check.chi_square;
+      square += check.chi_square;
       freedom += 3.0;
     }
   }
@@ -200,11 +199,11 @@ TEST_P(GoodBlockStatisticsTest, TestsOfTheLooksKeptHoldTheirLevel) {
       draws,
       cut,
       worst,
-      std::sqrt(square_1 / freedom));
+      std::sqrt(square / freedom));
   EXPECT_LE(failed, 0.05 * draws + 3.1 * std::sqrt(draws * 0.05 * 0.95) + 1.0);
   // Some 2,000 tests a draw: a normal variable beyond 6 among 400,000 has probability 0.0008.
   EXPECT_LT(worst, 6.0);
-  EXPECT_NEAR(std::sqrt(square_1 / freedom), 1.0, 0.6 / std::sqrt(std::min(draws, 20.0)));
+  EXPECT_NEAR(std::sqrt(square / freedom), 1.0, 0.6 / std::sqrt(std::min(draws, 20.0)));
 }
 
 INSTANTIATE_TEST_SUITE_P(

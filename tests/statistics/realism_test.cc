@@ -64,7 +64,7 @@ void PrintTo(const PlantedCase& given, std::ostream* out) {
 
 class PlantedVariancesTest : public testing::TestWithParam<PlantedCase> {};
 
-/// True standard deviations of range and azimuth over those told.
+/// True standard deviations of range and azimuth over those stated.
 std::array<double, 2> Planted(bool grouped, std::size_t pass) {
   if (grouped && pass % 3 == 0) return {1.0, 3.0};
   return {2.0, 0.6};
@@ -90,12 +90,12 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
   std::vector<Estimates> estimates;
   for (std::size_t draw = 0; draw < draws; ++draw) {
     Redraw(scene, 7000 + draw, RedrawChoice{}, &simulated);
-    Block told = simulated.block;
-    for (std::size_t i = 0; i < told.passes.size(); ++i) {
-      told.passes[i].sigma.range_m /= Planted(given.grouped, i)[0];
-      told.passes[i].sigma.azimuth /= Planted(given.grouped, i)[1];
+    Block reported = simulated.block;
+    for (std::size_t i = 0; i < reported.passes.size(); ++i) {
+      reported.passes[i].sigma.range_m /= Planted(given.grouped, i)[0];
+      reported.passes[i].sigma.azimuth /= Planted(given.grouped, i)[1];
     }
-    const AdjustResult result = Adjust(told, options);
+    const AdjustResult result = Adjust(reported, options);
     ASSERT_TRUE(result.accepted() && result.variance_components->converged)
         << draw << ' ' << testing::PrintToString(result.warnings);
     const std::vector<VarianceComponent>& found = result.variance_components->components;
@@ -109,8 +109,8 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
                                       : c.passes[0] == 0 ? "every third"
                                                          : "others") +
                           (c.component == 0 ? " range" : " azimuth");
-      estimates[k].ratio.push_back(c.factor_1 / (root * root));
-      estimates[k].deviation.push_back(c.factor_deviation_1 / (root * root));
+      estimates[k].ratio.push_back(c.factor / (root * root));
+      estimates[k].deviation.push_back(c.factor_deviation / (root * root));
     }
   }
   const auto n = static_cast<double>(draws);
@@ -166,17 +166,17 @@ TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
               GetParam().c_str(),
               report.points,
               report.runs,
-              report.square_ratio.mean_1,
+              report.square_ratio.mean,
               report.square_ratio.lower(),
               report.square_ratio.upper());
   for (const RunMean& c : report.coverage) {
-    std::printf(" %.2f (%.2f-%.2f) |", 100 * c.mean_1, 100 * c.lower(), 100 * c.upper());
+    std::printf(" %.2f (%.2f-%.2f) |", 100 * c.mean, 100 * c.lower(), 100 * c.upper());
   }
   std::printf(" %zu |\n", report.points_outside);
   const double level = 1.0 - (1.0 - kRealismLevel) / (4.0 * static_cast<double>(report.points));
   const double runs = report.runs, tail = 0.5 * (1.0 - level);
   for (std::size_t j = 0; j < report.points; ++j) {
-    EXPECT_TRUE(ChiSquareInterval(level, 3.0 * runs).Contains(3.0 * runs * report.square_1[j]));
+    EXPECT_TRUE(ChiSquareInterval(level, 3.0 * runs).Contains(3.0 * runs * report.square[j]));
     for (std::size_t i = 0; i < MonteCarloReport::kLevels.size(); ++i) {
       // Exact tails: of 40 runs at 90 percent the normal approximation is far too narrow.
       const boost::math::binomial_distribution<double> inside(runs, MonteCarloReport::kLevels[i]);
@@ -194,7 +194,7 @@ TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
                               report.variance_ratio[0],
                               report.variance_ratio[1],
                               report.variance_ratio[2]}) {
-    EXPECT_NEAR(mean.mean_1, mean.expected_1, most * mean.standard_error_1);
+    EXPECT_NEAR(mean.mean, mean.expected, most * mean.standard_error);
   }
 }
 

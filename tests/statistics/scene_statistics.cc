@@ -142,9 +142,9 @@ SceneStatistics RunDraws(const Scene& scene,
     RandomStream random(seed, kChoiceStream);
     const std::size_t a = ChooseOf(ties.size(), &random);
     const std::size_t b = (a + 1 + ChooseOf(ties.size() - 1, &random)) % ties.size();
-    Block told = block;
-    if (edit) edit(&told);
-    const AdjustResult result = Adjust(told, options, {{ties[a], ties[b]}});
+    Block reported = block;
+    if (edit) edit(&reported);
+    const AdjustResult result = Adjust(reported, options, {{ties[a], ties[b]}});
 
     sums.accepted += result.accepted() ? 1u : 0u;
     const std::vector<std::string>& reasons = result.assessment.reasons;
@@ -174,7 +174,7 @@ SceneStatistics RunDraws(const Scene& scene,
         sums.parameters.push_back(p.owner + " " + p.name);
       }
     }
-    sums.residuals.Add(result.sigma0_squared * result.redundancy(), result.redundancy());
+    sums.residuals.Add(2.0 * result.final_cost, result.redundancy());
   }
   return sums;
 }

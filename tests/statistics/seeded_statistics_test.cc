@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Seeded statistics (docs/validation.md): over many draws of all random errors the normalised
 // errors of points, coordinate differences, check points and corrections and v'Pv follow
-// chi-square. Everything is drawn from what the adjustment is told: looks from their standard
+// chi-square. Everything is drawn from what the adjustment assumes: looks from their standard
 // deviations, flight paths from the priors, control from its covariance.
 //
 // Every acceptance region holds the sum of its test with 99.9 percent. The level does not allow for
@@ -270,15 +270,16 @@ test::SceneStatistics Drawn(const Variant& variant) {
 }
 
 // A mutation kept as a test. At 20 degrees of squint an error of the time moves the range, one of
-// the Doppler does not: who tells errors of Dopplers as errors of times, of the same metres at the
-// target, has wrong covariances of points and a wrong s0^2.
+// the Doppler does not: stating errors of Dopplers as errors of times, of the same metres at the
+// target, gives wrong covariances of points and a wrong s0^2.
 TEST(MeasuredDopplerStatisticsTest, ErrorsOfDopplersToldAsErrorsOfTimesMislead) {
   const auto told_as_times = [](Block* block) {
     Looks& looks = block->looks;
     std::vector<double> sigma_m(looks.size());
     for (std::size_t i = 0; i < looks.size(); ++i) {
       const FlightPath& path = block->passes[looks.pass[i]].path;
-      sigma_m[i] = block->RoughAzimuthSigma_m(i, path.At(looks.time_s[i])->velocity_mps.norm());
+      sigma_m[i] =
+          block->ApproximateAzimuthSigma_m(i, path.At(looks.time_s[i])->velocity_mps.norm());
     }
     looks.azimuth_sigma = std::move(sigma_m);
   };

@@ -37,9 +37,10 @@ TEST_P(GoodSceneTest, IsAdjustedAsItStands) {
       std::count(result.points.status.begin(), result.points.status.end(), PointStatus::kAdjusted),
       static_cast<std::ptrdiff_t>(simulated.block.points.size()));
   EXPECT_GT(result.redundancy(), 200.0);
-  EXPECT_TRUE(ChiSquareInterval(0.999, result.redundancy())
-                  .Contains(result.sigma0_squared * result.redundancy()))
+  EXPECT_TRUE(ChiSquareInterval(0.999, result.redundancy()).Contains(2.0 * result.final_cost))
       << result.sigma0_squared;
+  EXPECT_EQ(result.assessment.verdict, Verdict::kAccepted)
+      << testing::PrintToString(result.assessment.reasons);
 }
 
 /// The path moved by a constant in its own track axes.
@@ -47,7 +48,7 @@ FlightPath Displaced(const Frame& frame, const FlightPath& path, const Eigen::Ve
   std::vector<StateVector> states = path.states();
   for (StateVector& state : states) {
     const TrackAxes axes = TrackAxesOf(frame, *path.At(state.time_s));
-    state.position_m += axes.axes_1 * track_m;
+    state.position_m += axes.axes * track_m;
     state.velocity_mps += axes.rate * track_m;
   }
   return FlightPath(std::move(states));

@@ -57,7 +57,7 @@ struct Planned {
     points.given_m[point] = simulated.truth.points_m[point];
     KnownPosition known;
     known.point = point;
-    known.held = {true, true, true};
+    known.fixed = {true, true, true};
     known.covariance_enu_m2.diagonal() << sigma_m * sigma_m, sigma_m * sigma_m,
         4.0 * sigma_m * sigma_m;
     const auto at = std::find_if(points.known.begin(), points.known.end(), [&](const auto& other) {
@@ -88,14 +88,14 @@ TEST(PlacementTest, TheWholeCovarianceHasThePredictedBlocks) {
     for (std::size_t i = 0; i < covariance.points().size(); ++i) {
       const std::uint32_t point = covariance.points()[i];
       index[point] = i;
-      ExpectSame(EnuOf(planned, point, covariance.Of(i)),
+      ExpectSame(EnuOf(planned, point, covariance.Point(i)),
                  planned.predicted.points.covariance_m2[point]);
     }
     for (const PairResult& pair : planned.predicted.pairs) {
       const std::size_t a = index[pair.a], b = index[pair.b];
-      ExpectSame(EnuOf(planned, pair.a, covariance.OfDifference(a, b)), pair.covariance_m2);
-      const Eigen::Matrix3d sum =
-          covariance.Of(a) + covariance.Of(b) - covariance.Between(a, b) - covariance.Between(b, a);
+      ExpectSame(EnuOf(planned, pair.a, covariance.Difference(a, b)), pair.covariance_m2);
+      const Eigen::Matrix3d sum = covariance.Point(a) + covariance.Point(b) -
+                                  covariance.Between(a, b) - covariance.Between(b, a);
       ExpectSame(EnuOf(planned, pair.a, sum), pair.covariance_m2);
     }
   }
@@ -113,7 +113,7 @@ TEST(PlacementTest, AddedControlIsWhatItsOwnPredictionSays) {
   planned.Predict();
   for (std::size_t i = 0; i < covariance.points().size(); ++i) {
     const std::uint32_t point = covariance.points()[i];
-    ExpectSame(EnuOf(planned, point, covariance.Of(i)),
+    ExpectSame(EnuOf(planned, point, covariance.Point(i)),
                planned.predicted.points.covariance_m2[point]);
   }
 }
@@ -208,8 +208,8 @@ TEST(PlacementTest, ControlThatIsTakenBackLeavesTheBlockAsItWas) {
   const auto expect_same = [&](const BlockCovariance& a, const BlockCovariance& b) {
     for (std::size_t i = 0; i < a.points().size(); ++i) {
       const std::size_t j = (i + 1) % a.points().size();
-      EXPECT_LT((a.Of(i) - b.Of(i)).norm(), 1e-9 * b.Of(i).norm());
-      EXPECT_LT((a.Between(i, j) - b.Between(i, j)).norm(), 1e-9 * b.Of(i).norm());
+      EXPECT_LT((a.Point(i) - b.Point(i)).norm(), 1e-9 * b.Point(i).norm());
+      EXPECT_LT((a.Between(i, j) - b.Between(i, j)).norm(), 1e-9 * b.Point(i).norm());
     }
   };
   for (const std::size_t i : {std::size_t{3}, std::size_t{4}}) {
@@ -343,9 +343,9 @@ TEST(PlacementTest, TheFreedomOfASumOfSquaresIsThatOfItsVariance) {
   double sum = 0.0;
   for (const std::size_t i : chosen) {
     for (const std::size_t j : chosen) {
-      const Eigen::Matrix3d cross = i == j ? covariance.Of(i) : covariance.Between(i, j);
-      const Eigen::Matrix3d a = covariance.Of(i).ldlt().solve(cross);
-      const Eigen::Matrix3d b = covariance.Of(j).ldlt().solve(cross.transpose());
+      const Eigen::Matrix3d cross = i == j ? covariance.Point(i) : covariance.Between(i, j);
+      const Eigen::Matrix3d a = covariance.Point(i).ldlt().solve(cross);
+      const Eigen::Matrix3d b = covariance.Point(j).ldlt().solve(cross.transpose());
       sum += (a * b).trace();
     }
   }

@@ -81,7 +81,7 @@ TEST(RecordedTradeoffTest, TheCeresSolverOfAutoIsOneThatNoOtherBeats) {
     }
   }
   MarkPareto(&rows);
-  std::size_t held = 0;
+  std::size_t fixed = 0;
   for (const std::size_t points : SizesOf(rows)) {
     SCOPED_TRACE(points);
     std::size_t corrections = 0;
@@ -96,38 +96,38 @@ TEST(RecordedTradeoffTest, TheCeresSolverOfAutoIsOneThatNoOtherBeats) {
              RowOf(Engine::kCeres, Resolve(CeresSolver::kAuto, static_cast<int>(corrections))));
     ASSERT_NE(of_auto, nullptr);
     EXPECT_TRUE(of_auto->pareto) << of_auto->choice;
-    ++held;
+    ++fixed;
   }
-  EXPECT_GE(held, 3U);
+  EXPECT_GE(fixed, 3U);
 }
 
 // A row of one thread has the answer of the row of two: what a thread changes is time.
 TEST(RecordedTradeoffTest, ThreadsChangeNoAnswer) {
   const std::vector<TradeoffRow> rows = Recorded();
-  std::size_t held = 0;
+  std::size_t fixed = 0;
   for (const TradeoffRow& one : rows) {
     const std::size_t at = one.choice.find("-1-thread");
     if (at == std::string::npos || one.repeats == 0) continue;
     const TradeoffRow* two = Find(rows, one.stage, one.points, one.choice.substr(0, at));
     ASSERT_NE(two, nullptr);
     EXPECT_EQ(one.threads, 1);
-    EXPECT_NEAR(one.errors.position_error_1, two->errors.position_error_1, kSamePosition_1);
-    EXPECT_NEAR(one.errors.covariance_error_1, two->errors.covariance_error_1, kSameCovariance_1);
-    ++held;
+    EXPECT_NEAR(one.errors.position_error, two->errors.position_error, kSamePosition);
+    EXPECT_NEAR(one.errors.covariance_error, two->errors.covariance_error, kSameCovariance);
+    ++fixed;
   }
-  EXPECT_GE(held, 3U);
+  EXPECT_GE(fixed, 3U);
 }
 
 // What a tolerance promises, the answers hold: no point is further off than all unknowns together.
 TEST(RecordedTradeoffTest, AnswersOfEveryToleranceAreWithinIt) {
   for (const TradeoffRow& row : Recorded()) {
     if (row.stage != TradeoffStage::kSolver || row.repeats == 0) continue;
-    const double tolerance_1 = row.choice.ends_with("1e-3")   ? 1e-3
-                               : row.choice.ends_with("1e-9") ? 1e-9
-                                                              : AdjustOptions{}.tolerance_1;
+    const double tolerance = row.choice.ends_with("1e-3")   ? 1e-3
+                             : row.choice.ends_with("1e-9") ? 1e-9
+                                                            : AdjustOptions{}.tolerance;
     EXPECT_TRUE(row.accepted);
-    // The best answer has kBestTolerance_1 to go itself.
-    EXPECT_LE(row.errors.position_error_1, tolerance_1 + kBestTolerance_1)
+    // The best answer has kBestTolerance to go itself.
+    EXPECT_LE(row.errors.position_error, tolerance + kBestTolerance)
         << row.points << ' ' << row.choice;
   }
 }

@@ -20,11 +20,11 @@ namespace {
 
 using testing::HasSubstr;
 
-StabilityRow Row(double sigma_digits_1, double error_sigma_1) {
+StabilityRow Row(double sigma_digits, double error_sigma) {
   StabilityRow row;
-  row.sigma_digits_1 = sigma_digits_1;
-  row.covariance_digits_1 = 9.1;
-  row.error_sigma_1 = error_sigma_1;
+  row.sigma_digits = sigma_digits;
+  row.covariance_digits = 9.1;
+  row.error_sigma = error_sigma;
   return row;
 }
 
@@ -87,7 +87,7 @@ TEST(StabilityStudyTest, IsNeverWrongWithoutSayingSo) {
   for (const StabilityRow& row : rows) {
     SCOPED_TRACE(row.family + " " + std::to_string(row.value) + ": " + row.message);
     EXPECT_NE(row.outcome, StabilityOutcome::kWrong)
-        << row.sigma_digits_1 << " digits of a sigma, " << row.error_sigma_1 << " sigmas off";
+        << row.sigma_digits << " digits of a sigma, " << row.error_sigma << " sigmas off";
     if (row.outcome == StabilityOutcome::kRefused) {
       EXPECT_THAT(row.message, testing::SizeIs(testing::Gt(20U)));
     }
@@ -115,7 +115,7 @@ TEST(StabilityStudyTest, WarnsOfAWeakDirectionBeforeSixDigitsEnd) {
   for (const StabilityRow& row : rows) {
     SCOPED_TRACE(row.family + " " + std::to_string(row.value) + ": " + row.message);
     EXPECT_NE(row.outcome, StabilityOutcome::kWrong)
-        << row.covariance_digits_1 << " digits, of a sigma " << row.sigma_digits_1;
+        << row.covariance_digits << " digits, of a sigma " << row.sigma_digits;
     if (row.outcome == StabilityOutcome::kOk) ++ok;
   }
   EXPECT_GE(ok, 3U);  // the limit lies among these steps
@@ -141,7 +141,7 @@ TEST(StabilityFileTest, TakesAllFamiliesOrThoseListedOrThoseWithValues) {
 TEST(StabilityFileTest, RefusesByLineAndKeyWhatNoFamilyIs) {
   const std::vector<std::pair<std::string, std::string>> bad = {
       {"families = [\"sqint\"]", "s.toml:3: families[0]: "},
-      {"families = [\"base\", \"base\"]", "families[1]: stands there twice"},
+      {"families = [\"base\", \"base\"]", "families[1]: is given twice"},
       {"families = 3", "s.toml:3: families: "},
       {"seed = 7", "s.toml:3: seed: is not used here"},
       {"family = [{}]", "name: must be given"},

@@ -25,7 +25,7 @@ class MemoryStore final : public StudyStore {
   std::map<std::size_t, std::vector<StudyRow>> rows;
 };
 
-/// Cancelled once `after` tasks were told.
+/// Cancelled once `after` tasks were reported.
 class StopAfter final : public ProgressSink {
  public:
   explicit StopAfter(std::size_t after) : after_(after) {}

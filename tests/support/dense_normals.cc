@@ -37,8 +37,8 @@ DenseEquations MakeDenseEquations(const AdjustmentProblem& problem, const BlockS
       if (!EvaluateLook(problem.model, state, j, i, problem.weights[i], &local, &at)) {
         throw std::logic_error("a look of a test block has no value");
       }
-      out.jacobian.block<2, 3>(row, at_point) = at.by_point;
-      out.residual.segment<2>(row) = at.error_1;
+      out.jacobian.block<2, 3>(row, at_point) = at.d_point;
+      out.residual.segment<2>(row) = at.whitened_error;
       std::size_t from = 0;
       for (int b = 0; b < local.block_count; ++b) {
         const ParameterBlock& to =
@@ -56,7 +56,7 @@ DenseEquations MakeDenseEquations(const AdjustmentProblem& problem, const BlockS
         problem.control[static_cast<std::size_t>(problem.control_of[j])];
     const ControlEvaluation at =
         EvaluateControl(block.frame, control, state.start_m[j], state.displacement_m[j]);
-    out.jacobian.block(row, at_point, control.rows, 3) = at.by_point.topRows(control.rows);
+    out.jacobian.block(row, at_point, control.rows, 3) = at.d_point.topRows(control.rows);
     out.residual.segment(row, control.rows) = at.residual.head(control.rows);
     row += control.rows;
   }

@@ -197,7 +197,7 @@ ExtendedCovariance CovarianceInFiftyDigits(const AdjustmentProblem& problem,
   const Square l = Cholesky(n);
   const Square inverse = InverseOfLower(l);
   ExtendedCovariance out;
-  out.condition_1 = static_cast<double>(sqrt(LargestEigenvalue(l) * LargestEigenvalue(inverse)));
+  out.condition = static_cast<double>(sqrt(LargestEigenvalue(l) * LargestEigenvalue(inverse)));
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     Eigen::Matrix3d covariance;
     for (std::size_t a = 0; a < 3; ++a) {

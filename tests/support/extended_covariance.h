@@ -17,7 +17,7 @@ namespace sarblock::test {
 /// all take part.
 struct ExtendedCovariance {
   std::vector<Eigen::Matrix3d> points;  ///< by point, frame axes
-  double condition_1 = 0.0;             ///< of the Jacobian with unit columns: root of that of J'J
+  double condition = 0.0;               ///< of the Jacobian with unit columns: root of that of J'J
 };
 [[nodiscard]] ExtendedCovariance CovarianceInFiftyDigits(const AdjustmentProblem& problem,
                                                          const std::vector<CorrectionGroup>& groups,

@@ -10,13 +10,13 @@ namespace sarblock::test {
 ShareSums SumShares(const Block& block, const AdjustResult& result) {
   ShareSums out;
   for (const PassShare& share : SharesOf(block, result)) {
-    out.redundancy_1 += share.redundancy_1 + share.prior_redundancy_1;
-    out.square_sum_1 += share.square_sum_1 + share.prior_square_sum_1;
+    out.redundancy += share.redundancy + share.prior_redundancy;
+    out.square_sum += share.square_sum + share.prior_square_sum;
   }
   for (const ControlQuality& control : result.control_quality) {
-    out.redundancy_1 += control.redundancy_1;
-    if (std::isnan(control.w_1)) continue;
-    out.square_sum_1 += control.w_1 * control.w_1 * control.redundancy_1;
+    out.redundancy += control.redundancy;
+    if (std::isnan(control.w)) continue;
+    out.square_sum += control.w * control.w * control.redundancy;
   }
   return out;
 }

@@ -8,8 +8,8 @@ namespace sarblock::test {
 
 /// Redundancy and v'Pv of a block, added up from the shares of its passes and its control.
 struct ShareSums {
-  double redundancy_1 = 0.0;
-  double square_sum_1 = 0.0;
+  double redundancy = 0.0;
+  double square_sum = 0.0;
 };
 [[nodiscard]] ShareSums SumShares(const Block& block, const AdjustResult& result);
 

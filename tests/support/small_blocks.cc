@@ -168,23 +168,23 @@ KnownBlock MakeBlock(const BlockPlan& plan) {
   return known;
 }
 
-void Hold(std::size_t point,
-          const std::array<double, 3>& sigma_enu_m,
-          KnownBlock* known,
-          PointRole role,
-          double correlation_en_1) {
+void AddKnownPoint(std::size_t point,
+                   const std::array<double, 3>& sigma_enu_m,
+                   KnownBlock* known,
+                   PointRole role,
+                   double correlation_en) {
   Points& points = known->block.points;
   points.role[point] = role;
   points.given_m[point] = known->truth_m[point];
   KnownPosition position;
   position.point = static_cast<std::uint32_t>(point);
   for (std::size_t i = 0; i < 3; ++i) {
-    position.held[i] = std::isfinite(sigma_enu_m[i]);
+    position.fixed[i] = std::isfinite(sigma_enu_m[i]);
     const auto k = static_cast<Eigen::Index>(i);
-    if (position.held[i]) position.covariance_enu_m2(k, k) = sigma_enu_m[i] * sigma_enu_m[i];
+    if (position.fixed[i]) position.covariance_enu_m2(k, k) = sigma_enu_m[i] * sigma_enu_m[i];
   }
-  if (position.held[0] && position.held[1]) {
-    const double cov_m2 = correlation_en_1 * sigma_enu_m[0] * sigma_enu_m[1];
+  if (position.fixed[0] && position.fixed[1]) {
+    const double cov_m2 = correlation_en * sigma_enu_m[0] * sigma_enu_m[1];
     position.covariance_enu_m2(0, 1) = position.covariance_enu_m2(1, 0) = cov_m2;
   }
   auto at = points.known.begin();
@@ -192,15 +192,15 @@ void Hold(std::size_t point,
   points.known.insert(at, position);
 }
 
-void AddNoise(std::uint64_t seed, double factor_1, KnownBlock* known) {
+void AddNoise(std::uint64_t seed, double factor, KnownBlock* known) {
   Block& block = known->block;
   for (std::size_t j = 0; j < block.points.size(); ++j) {
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
       RandomStream random(seed, i);
       const LookSigma sigma = block.SigmaOf(i);
       if (block.MeasuresDoppler(i)) {
-        block.looks.range_m[i] += factor_1 * sigma.range_m * random.Normal();
-        block.looks.cone[i] += factor_1 * sigma.azimuth * random.Normal();
+        block.looks.range_m[i] += factor * sigma.range_m * random.Normal();
+        block.looks.cone[i] += factor * sigma.azimuth * random.Normal();
         continue;
       }
       double sigma_s = sigma.azimuth;
@@ -216,8 +216,8 @@ void AddNoise(std::uint64_t seed, double factor_1, KnownBlock* known) {
         const Motion motion = *pass.path.At(block.looks.time_s[i]);
         sigma_s /= std::abs(EvaluateCone(motion, known->truth_m[j], cone).rate_mps);
       }
-      block.looks.range_m[i] += factor_1 * sigma.range_m * random.Normal();
-      block.looks.time_s[i] += factor_1 * sigma_s * random.Normal();
+      block.looks.range_m[i] += factor * sigma.range_m * random.Normal();
+      block.looks.time_s[i] += factor * sigma_s * random.Normal();
     }
   }
 }

@@ -49,16 +49,16 @@ struct KnownBlock {
 [[nodiscard]] KnownBlock MakeBlock(const BlockPlan& plan);
 
 /// Makes a point control (or check) at its true position; components without a standard deviation
-/// (NaN) are free. `correlation_en_1` couples east and north.
-void Hold(std::size_t point,
-          const std::array<double, 3>& sigma_enu_m,
-          KnownBlock* known,
-          PointRole role = PointRole::kControl,
-          double correlation_en_1 = 0.0);
+/// (NaN) are free. `correlation_en` couples east and north.
+void AddKnownPoint(std::size_t point,
+                   const std::array<double, 3>& sigma_enu_m,
+                   KnownBlock* known,
+                   PointRole role = PointRole::kControl,
+                   double correlation_en = 0.0);
 
-/// Adds `factor_1` times normal noise of the looks' own standard deviations to ranges and times or
+/// Adds `factor` times normal noise of the looks' own standard deviations to ranges and times or
 /// measured Dopplers, the same draw for the same seed.
-void AddNoise(std::uint64_t seed, double factor_1, KnownBlock* known);
+void AddNoise(std::uint64_t seed, double factor, KnownBlock* known);
 
 /// Moves the path of a pass by a constant, frame axes.
 void ShiftPath(std::size_t pass, const Eigen::Vector3d& shift_m, Block* block);

@@ -12,7 +12,7 @@
 namespace sarblock::test {
 namespace {
 
-/// A rank that is a thread: what ranks tell each other stands in memory that all of them see.
+/// A rank that is a thread: what ranks exchange is in memory that all of them see.
 class ThreadRank final : public Ranks {
  public:
   struct Group {

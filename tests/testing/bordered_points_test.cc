@@ -44,7 +44,7 @@ test::KnownBlock ManyPasses(Flights flights) {
                            orbit ? 600e3 + 60.0 * height_m : 6100.0 + height_m});
   }
   test::KnownBlock known = test::MakeBlock(plan);
-  test::Hold(3, {0.31, 0.47, 0.59}, &known);
+  test::AddKnownPoint(3, {0.31, 0.47, 0.59}, &known);
   test::AddNoise(7, 1.0, &known);
   return known;
 }
@@ -72,7 +72,7 @@ class BorderedPointsTest : public testing::TestWithParam<Flights> {
     UpdateWeights(state_, &problem_);
     for (const ManyLooks many : {ManyLooks::kBorder, ManyLooks::kEliminate}) {
       auto& system = many == ManyLooks::kBorder ? border_ : eliminated_;
-      system.emplace(problem_, KeptFactors::kMostBytes, many);
+      system.emplace(problem_, KeptFactors::kMaxBytes, many);
       system->Form(state_, {}, nullptr);
       FactorRegular(&*system);
     }
@@ -132,12 +132,12 @@ TEST_P(BorderedPointsTest, HaveTheSameCovariancesAndQualityFigures) {
     for (std::size_t i = 0; i < problem_.look_used.size(); ++i) {
       if (problem_.look_used[i] == 0) continue;
       // Floats.
-      EXPECT_NEAR(a.quality.redundancy_1[component][i], b.quality.redundancy_1[component][i], 2e-7);
-      EXPECT_NEAR(a.quality.w_1[component][i], b.quality.w_1[component][i], 1e-5);
+      EXPECT_NEAR(a.quality.redundancy[component][i], b.quality.redundancy[component][i], 2e-7);
+      EXPECT_NEAR(a.quality.w[component][i], b.quality.w[component][i], 1e-5);
       EXPECT_NEAR(a.quality.shift_m[component][i], b.quality.shift_m[component][i], 1e-6);
     }
   }
-  // Every pair of parameters that the border's pattern has is told, and is what it was.
+  // Every pair of parameters that the border's pattern has is given, unchanged.
   const Eigen::MatrixXd c = full.blocks.ToDense();
   for (const ParameterCovariance& pair : ParameterCovariances(*border_, bordered)) {
     EXPECT_NEAR(pair.covariance, c(pair.a, pair.b), 1e-11);
@@ -152,8 +152,8 @@ TEST_P(BorderedVariancesTest, AreThoseOfThePointsEliminated) {
   for (std::size_t pass = 0; pass < 100; ++pass) component_of[pass] = {2, 1};
   const VarianceSums a = SumVariances(problem_, state_, *border_, component_of, 3);
   const VarianceSums b = SumVariances(problem_, state_, *eliminated_, component_of, 3);
-  EXPECT_LT((a.redundancy_1 - b.redundancy_1).norm(), 1e-9 * b.redundancy_1.norm());
-  EXPECT_LT((a.helmert_1 - b.helmert_1).norm(), 1e-9 * b.helmert_1.norm());
+  EXPECT_LT((a.redundancy - b.redundancy).norm(), 1e-9 * b.redundancy.norm());
+  EXPECT_LT((a.helmert - b.helmert).norm(), 1e-9 * b.helmert.norm());
 }
 
 // Second route: the residuals of the whole point.
@@ -167,13 +167,13 @@ TEST_P(BorderedPointsTest, GiveOneLookTheResidualsOfTheWholePoint) {
     const auto row = static_cast<Eigen::Index>(2 * k);
     const PointResiduals one = ResidualsOfLook(problem_, state_, &bordered, 1, all.looks[k]);
     EXPECT_EQ(one.looks_of_point, kPasses);
-    EXPECT_LT((one.v_1 - all.v_1.segment<2>(row)).norm(), 1e-12 * all.v_1.norm());
-    EXPECT_LT((one.q_vv_1 - all.q_vv_1.block<2, 2>(row, row)).norm(), 1e-10);
-    EXPECT_LT((one.shared_1 - all.shared_1.segment<2>(row)).norm(), 1e-10);
+    EXPECT_LT((one.v - all.v.segment<2>(row)).norm(), 1e-12 * all.v.norm());
+    EXPECT_LT((one.q_vv - all.q_vv.block<2, 2>(row, row)).norm(), 1e-10);
+    EXPECT_LT((one.corrections_share - all.corrections_share.segment<2>(row)).norm(), 1e-10);
     EXPECT_LT((one.shift_m - all.shift_m.middleCols<2>(row)).norm(), 1e-10);
     // Q of two factorisations differs by a rotation; what the rows say of the point does not.
-    const auto rows = information.information_1.middleRows<2>(row);
-    const auto of_all = all.information_1.middleRows<2>(row);
+    const auto rows = information.information.middleRows<2>(row);
+    const auto of_all = all.information.middleRows<2>(row);
     EXPECT_LT((rows * rows.transpose() - of_all * of_all.transpose()).norm(), 1e-11);
   }
 }

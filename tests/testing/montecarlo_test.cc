@@ -22,9 +22,9 @@ namespace {
 /// only), constants with priors: every kind of observation is drawn.
 test::KnownBlock NoisyBlock() {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan(15.0));
-  test::Hold(0, {0.5, 0.8, 0.6}, &known, PointRole::kControl, 0.6);
-  test::Hold(3, {kNotGiven, kNotGiven, 0.7}, &known);
-  test::Hold(7, {0.6, 0.6, 0.9}, &known);
+  test::AddKnownPoint(0, {0.5, 0.8, 0.6}, &known, PointRole::kControl, 0.6);
+  test::AddKnownPoint(3, {kNotGiven, kNotGiven, 0.7}, &known);
+  test::AddKnownPoint(7, {0.6, 0.6, 0.9}, &known);
   test::AddNoise(4, 1.0, &known);
   return known;
 }
@@ -68,7 +68,7 @@ TEST(MonteCarloTest, CoversWhatTheRigorousCovarianceSays) {
   const Interval region = ChiSquareInterval(level, 3.0 * kRuns);
   const double z = NormalQuantile(0.5 + 0.5 * level);
   for (std::size_t j = 0; j < 12; ++j) {
-    EXPECT_TRUE(region.Contains(3.0 * kRuns * report.square_1[j])) << report.square_1[j];
+    EXPECT_TRUE(region.Contains(3.0 * kRuns * report.square[j])) << report.square[j];
     for (std::size_t i = 0; i < 3; ++i) {
       const double p = MonteCarloReport::kLevels[i];
       // Normal approximation; with 4 expected outside of 99 percent half a count is its error.
@@ -90,15 +90,15 @@ TEST(MonteCarloTest, DrawsMeasuredDopplers) {
   plan.sigma = {0.7, 2.1, AzimuthUnit::kHertz};
   test::KnownBlock known = test::MakeBlock(plan);
   known.block.passes[2].sigma = {0.7, 1.3, AzimuthUnit::kMetres};
-  test::Hold(0, {0.5, 0.8, 0.6}, &known);
-  test::Hold(7, {0.6, 0.6, 0.9}, &known);
+  test::AddKnownPoint(0, {0.5, 0.8, 0.6}, &known);
+  test::AddKnownPoint(7, {0.6, 0.6, 0.9}, &known);
   test::AddNoise(8, 1.0, &known);
   const AdjustResult result = Adjust(known.block, MonteCarloOptions(kRuns));
   ASSERT_TRUE(result.accepted() && result.montecarlo);
   EXPECT_EQ(result.montecarlo->runs, kRuns);
   const Interval region = ChiSquareInterval(1.0 - 0.001 / 12.0, 3.0 * kRuns);
   for (std::size_t j = 0; j < 12; ++j) {
-    EXPECT_TRUE(region.Contains(3.0 * kRuns * result.montecarlo->square_1[j])) << j;
+    EXPECT_TRUE(region.Contains(3.0 * kRuns * result.montecarlo->square[j])) << j;
   }
   EXPECT_TRUE(result.montecarlo->square_ratio.Agrees());
 }
@@ -108,19 +108,19 @@ TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
   test::KnownBlock known = NoisyBlock();
   AdjustOptions options = MonteCarloOptions(100);
   options.covariance = CovarianceLevel::kIntersection;  // paths held: too small
-  const AdjustResult held = Adjust(known.block, options);
+  const AdjustResult fixed = Adjust(known.block, options);
   AdjustmentProblem problem(known.block, options.groups);
   BlockState state;
-  state.start_m = held.points.position_m;
+  state.start_m = fixed.points.position_m;
   state.displacement_m.assign(12, Eigen::Vector3d::Zero());
   state.corrections.resize(problem.layout.size());
-  for (std::size_t i = 0; i < held.parameters.size(); ++i) {
-    state.corrections[static_cast<Eigen::Index>(i)] = held.parameters[i].value;
+  for (std::size_t i = 0; i < fixed.parameters.size(); ++i) {
+    state.corrections[static_cast<Eigen::Index>(i)] = fixed.parameters[i].value;
   }
   UpdateWeights(state, &problem);
-  const MonteCarloReport small = ReportOf(problem, state, options, held.points.covariance_m2);
+  const MonteCarloReport small = ReportOf(problem, state, options, fixed.points.covariance_m2);
   EXPECT_THAT(small.sentence, testing::StartsWith("the stated covariance is too small"));
-  std::vector<SymmetricEnu> wide = held.points.covariance_m2;
+  std::vector<SymmetricEnu> wide = fixed.points.covariance_m2;
   for (SymmetricEnu& q : wide) {
     for (double& element : q) element *= 400.0;
   }
@@ -132,7 +132,7 @@ TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
 // scatter less than the covariance without it says.
 TEST(MonteCarloTest, RepeatsWhatTookPart) {
   test::KnownBlock known = NoisyBlock();
-  for (const std::size_t point : {5U, 9U, 11U}) test::Hold(point, {0.2, 0.2, 0.2}, &known);
+  for (const std::size_t point : {5U, 9U, 11U}) test::AddKnownPoint(point, {0.2, 0.2, 0.2}, &known);
   known.block.points.given_m[11] += Eigen::Vector3d(40.0, -30.0, 50.0);
   AdjustOptions options = MonteCarloOptions(300);
   options.quality.snooping = Snooping::kIterative;
@@ -143,7 +143,7 @@ TEST(MonteCarloTest, RepeatsWhatTookPart) {
   ASSERT_EQ(result.snooping->findings[0].point, 11U);
   EXPECT_TRUE(result.montecarlo->square_ratio.Agrees()) << result.montecarlo->sentence;
   // Of the point itself: chi-square at 99.9 percent.
-  EXPECT_TRUE(ChiSquareInterval(0.999, 900.0).Contains(900.0 * result.montecarlo->square_1[11]));
+  EXPECT_TRUE(ChiSquareInterval(0.999, 900.0).Contains(900.0 * result.montecarlo->square[11]));
 }
 
 // Invariance: the same bytes whatever the threads; other numbers for another seed.
@@ -155,9 +155,9 @@ TEST(MonteCarloTest, DoesNotDependOnThreads) {
   options.threads = 2;
   const AdjustResult two = Adjust(known.block, options);
   EXPECT_EQ(one.montecarlo->sample_m2, two.montecarlo->sample_m2);
-  EXPECT_EQ(one.montecarlo->square_1, two.montecarlo->square_1);
+  EXPECT_EQ(one.montecarlo->square, two.montecarlo->square);
   EXPECT_EQ(one.montecarlo->inside, two.montecarlo->inside);
-  EXPECT_EQ(one.montecarlo->square_ratio.mean_1, two.montecarlo->square_ratio.mean_1);
+  EXPECT_EQ(one.montecarlo->square_ratio.mean, two.montecarlo->square_ratio.mean);
   options.montecarlo_seed = 18;
   const AdjustResult other = Adjust(known.block, options);
   EXPECT_NE(one.montecarlo->sample_m2, other.montecarlo->sample_m2);
@@ -205,12 +205,11 @@ TEST(MonteCarloTest, ReportsTheSameWhateverThePartsOfItsRuns) {
                                                      whole.points.covariance_m2);
     EXPECT_EQ(joined.runs, 37);
     EXPECT_EQ(joined.sample_m2, whole.montecarlo->sample_m2);
-    EXPECT_EQ(joined.square_1, whole.montecarlo->square_1);
+    EXPECT_EQ(joined.square, whole.montecarlo->square);
     EXPECT_EQ(joined.inside, whole.montecarlo->inside);
     for (std::size_t i = 0; i < 3; ++i) {
-      EXPECT_EQ(joined.variance_ratio[i].mean_1, whole.montecarlo->variance_ratio[i].mean_1);
-      EXPECT_EQ(joined.coverage[i].standard_error_1,
-                whole.montecarlo->coverage[i].standard_error_1);
+      EXPECT_EQ(joined.variance_ratio[i].mean, whole.montecarlo->variance_ratio[i].mean);
+      EXPECT_EQ(joined.coverage[i].standard_error, whole.montecarlo->coverage[i].standard_error);
     }
     EXPECT_EQ(joined.sentence, whole.montecarlo->sentence);
   }
@@ -234,13 +233,13 @@ TEST(MonteCarloTest, ReportsSumsInTheUnitsOfTheCovariance) {
   EXPECT_EQ(report.runs, 2);
   EXPECT_EQ(report.failed, 1);
   EXPECT_EQ(report.points, 1U);
-  EXPECT_TRUE(std::isnan(report.square_1[0]));
+  EXPECT_TRUE(std::isnan(report.square[0]));
   // ee 4 x 0.25/2, nn 9 x 0.5/2, uu 16 x 0.75/2, en 6 x 1/2, eu 8 x 1.25/2, nu 12 x 1.5/2.
   EXPECT_EQ(report.sample_m2[1], (std::array<double, 6>{0.5, 2.25, 6.0, 3.0, 5.0, 9.0}));
-  EXPECT_EQ(report.square_1[1], 1.125);
+  EXPECT_EQ(report.square[1], 1.125);
   EXPECT_EQ(report.inside[1][1], 2U);
-  EXPECT_EQ(report.square_ratio.mean_1, 1.0);
-  EXPECT_EQ(report.coverage[0].mean_1, 0.5);
+  EXPECT_EQ(report.square_ratio.mean, 1.0);
+  EXPECT_EQ(report.coverage[0].mean, 0.5);
 }
 
 // Closed form: with the noise-free readings both equations of every look vanish at the solution.
@@ -266,7 +265,7 @@ TEST(MonteCarloTest, ExactReadingsAreThoseOfTheSolution) {
   for (std::size_t j = 0; j < 12; ++j) {
     for (std::size_t i = block.looks.offsets[j]; i < block.looks.offsets[j + 1]; ++i) {
       ASSERT_TRUE(EvaluateWhitened(again, state, {}, j, i, &look));
-      EXPECT_LT(look.error_1.norm(), 1e-6) << i;
+      EXPECT_LT(look.whitened_error.norm(), 1e-6) << i;
     }
   }
 }

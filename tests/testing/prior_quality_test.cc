@@ -32,9 +32,9 @@ AdjustOptions WithPriors() {
 
 test::KnownBlock NoisyBlockWithControl() {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
-  test::Hold(0, {0.31, 0.47, 0.83}, &known);
-  test::Hold(3, {0.53, 0.29, kNotGiven}, &known);
-  test::Hold(7, {0.43, 0.61, 0.71}, &known);
+  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known);
+  test::AddKnownPoint(3, {0.53, 0.29, kNotGiven}, &known);
+  test::AddKnownPoint(7, {0.43, 0.61, 0.71}, &known);
   test::AddNoise(41, 1.0, &known);
   return known;
 }
@@ -62,11 +62,11 @@ TEST(PriorQualityTest, RedundancyAndTestAreThoseOfTheDenseEquations) {
   for (Eigen::Index i = 0; i < priors; ++i) {
     const Eigen::Index row = dense.jacobian.rows() - priors + i;
     const Eigen::RowVectorXd a = dense.jacobian.row(row);
-    const double r_1 = 1.0 - (a * q * a.transpose())(0);
+    const double r = 1.0 - (a * q * a.transpose())(0);
     const ParameterResult& p = result.parameters[static_cast<std::size_t>(i)];
     const PriorTest test = TestsOfPriors(result)[static_cast<std::size_t>(i)];
-    EXPECT_NEAR(test.redundancy_1, r_1, 1e-6) << p.owner << ' ' << p.name;
-    EXPECT_NEAR(test.w_1, dense.residual[row] / std::sqrt(r_1), 1e-4) << p.owner << ' ' << p.name;
+    EXPECT_NEAR(test.redundancy, r, 1e-6) << p.owner << ' ' << p.name;
+    EXPECT_NEAR(test.w, dense.residual[row] / std::sqrt(r), 1e-4) << p.owner << ' ' << p.name;
   }
 }
 
@@ -79,12 +79,12 @@ TEST(PriorQualityTest, SharesAddToTheWholeBlock) {
   const std::vector<PassShare> shares = SharesOf(known.block, result);
   ASSERT_EQ(shares.size(), known.block.passes.size());
   for (const PassShare& share : shares) {
-    EXPECT_GT(share.prior_redundancy_1, 0.0);
+    EXPECT_GT(share.prior_redundancy, 0.0);
     EXPECT_GT(share.variance_factor(), 0.0);
   }
   const test::ShareSums sums = test::SumShares(known.block, result);
-  EXPECT_NEAR(sums.redundancy_1, result.redundancy(), 1e-4);
-  EXPECT_NEAR(sums.square_sum_1, result.sigma0_squared * result.redundancy(), 1e-3);
+  EXPECT_NEAR(sums.redundancy, result.redundancy(), 1e-4);
+  EXPECT_NEAR(sums.square_sum, 2.0 * result.final_cost, 1e-3);
 }
 
 // The mistake that no test of looks sees: the path of a pass is not its own.
@@ -109,8 +109,8 @@ TEST(PriorQualityTest, APredictionHasRedundanciesButNoTests) {
   const AdjustResult result = Predict(known.block, WithPriors(), known.truth_m);
   ASSERT_EQ(TestsOfPriors(result).size(), result.parameters.size());
   for (const PriorTest& test : TestsOfPriors(result)) {
-    EXPECT_GT(test.redundancy_1, 0.0);
-    EXPECT_TRUE(std::isnan(test.w_1));
+    EXPECT_GT(test.redundancy, 0.0);
+    EXPECT_TRUE(std::isnan(test.w));
   }
 }
 

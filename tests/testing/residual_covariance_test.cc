@@ -22,12 +22,12 @@ CorrectionGroup Position() {
   return {"position", position, {}, false};
 }
 
-test::KnownBlock MakeHeld(const test::BlockPlan& plan) {
+test::KnownBlock MakeFixed(const test::BlockPlan& plan) {
   test::KnownBlock known = test::MakeBlock(plan);
-  test::Hold(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.57);
-  test::Hold(3, {0.53, 0.29, kNotGiven}, &known);
-  test::Hold(4, {kNotGiven, kNotGiven, 0.37}, &known);
-  test::Hold(7, {0.43, 0.61, 0.71}, &known);
+  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known, PointRole::kControl, 0.57);
+  test::AddKnownPoint(3, {0.53, 0.29, kNotGiven}, &known);
+  test::AddKnownPoint(4, {kNotGiven, kNotGiven, 0.37}, &known);
+  test::AddKnownPoint(7, {0.43, 0.61, 0.71}, &known);
   test::AddNoise(41, 1.0, &known);
   return known;
 }
@@ -54,7 +54,7 @@ Eigen::Matrix2d AnswerToSigmas(Linearised* at, std::size_t point, std::uint64_t 
   WhitenedLook evaluated;
   const auto error = [&] {
     EXPECT_TRUE(EvaluateWhitened(at->problem, at->state, {}, point, look, &evaluated));
-    return evaluated.error_1;
+    return evaluated.whitened_error;
   };
   Eigen::Matrix2d out;
   double& range_m = looks.range_m[look];
@@ -78,7 +78,7 @@ Eigen::Matrix2d AnswerToSigmas(Linearised* at, std::size_t point, std::uint64_t 
 /// Two routes: a dense covariance in extended precision and the differences above against the
 /// elimination of the point, squinted or not, control full, correlated and partial.
 void ExpectDense(const test::BlockPlan& plan) {
-  test::KnownBlock known = MakeHeld(plan);
+  test::KnownBlock known = MakeFixed(plan);
   Linearised at(&known);
   const test::DenseEquations dense = test::MakeDenseEquations(at.problem, at.state);
   const Eigen::MatrixXd c = test::DenseCovariance(dense.jacobian);
@@ -105,11 +105,11 @@ void ExpectDense(const test::BlockPlan& plan) {
     const Eigen::MatrixXd shift = gain.block(dense.column_of_point[point], row, 3, m) * turn;
     for (Eigen::Index i = 0; i < m; ++i) {
       // Differences leave 1e-7; the sign of an error is that of the equation, not of the time.
-      EXPECT_NEAR(residuals.q_vv_1(i, i), expected(i, i), 1e-6);
-      EXPECT_NEAR(std::abs(residuals.v_1[i]), std::abs(v[i]), 1e-5);
+      EXPECT_NEAR(residuals.q_vv(i, i), expected(i, i), 1e-6);
+      EXPECT_NEAR(std::abs(residuals.v[i]), std::abs(v[i]), 1e-5);
       EXPECT_NEAR(residuals.shift_m.col(i).norm(), shift.col(i).norm(), 1e-5);
       for (Eigen::Index k = 0; k < m; ++k) {
-        EXPECT_NEAR(std::abs(residuals.q_vv_1(i, k)), std::abs(expected(i, k)), 1e-6);
+        EXPECT_NEAR(std::abs(residuals.q_vv(i, k)), std::abs(expected(i, k)), 1e-6);
       }
     }
     row += m;
@@ -140,10 +140,10 @@ TEST(ResidualCovarianceTest, TwoLooksHaveOneTest) {
     const PointResiduals residuals = ResidualsOfPoint(at.problem, at.state, &inverse, point);
     ASSERT_EQ(residuals.size(), 4);
     for (Eigen::Index i = 1; i < 4; ++i) {
-      ASSERT_GT(residuals.q_vv_1(i, i), 1e-9);
+      ASSERT_GT(residuals.q_vv(i, i), 1e-9);
       EXPECT_NEAR(std::abs(residuals.Correlation(0, i)), 1.0, 1e-9);
     }
-    EXPECT_LE(residuals.q_vv_1.trace(), 1.0 + 1e-12);
+    EXPECT_LE(residuals.q_vv.trace(), 1.0 + 1e-12);
   }
 }
 

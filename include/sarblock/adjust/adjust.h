@@ -23,8 +23,8 @@ namespace sarblock {
 /// with 2 degrees of freedom are dropped after the robust solution; the result is that of least
 /// squares with the looks kept.
 /// Accepted means: every look has a value at the solution, the reduced matrix is regular, and the
-/// Newton step that is left is below kRemainingStepAccepted_1 (under a loss also that of the robust
-/// solution below kRemainingRobustStepAccepted_1).
+/// Newton decrement is below kRemainingStepAccepted (under a loss also that of the robust
+/// solution below kRemainingRobustStepAccepted).
 ///
 /// The result lists points as the block does. The sums over points may be taken in another order,
 /// that of the passes that see them (docs/performance.md), the same for the same block.
@@ -37,9 +37,10 @@ namespace sarblock {
                                   const PointPairs& pairs = {},
                                   ProgressSink* progress = nullptr);
 
-/// The same in less memory for a block of many passes whose points stand in no order of them: they
-/// are taken in that order, and with a block that may be changed this needs no copy of it. On
-/// return, also by an exception but that of memory which ran out, the block is as it was.
+/// The same in less memory for a block of many passes whose points are not in the order of the
+/// passes: they are sorted for the time of the adjustment, which needs no copy of a block that may
+/// be changed. On return, also by an exception (except when memory ran out), the block is as it
+/// was.
 [[nodiscard]] AdjustResult Adjust(Block* block,
                                   const AdjustOptions& options,
                                   const PointPairs& pairs = {},
@@ -62,7 +63,7 @@ namespace sarblock {
 [[nodiscard]] Block FillMeasurements(const Block& block,
                                      const std::vector<Eigen::Vector3d>& positions_m);
 
-/// Rigorous intersection of every point, flight paths held (corrections none): position,
+/// Rigorous intersection of every point, flight paths fixed (corrections none): position,
 /// covariance R^-1 R^-T and residuals of each point alone, control not used.
 [[nodiscard]] AdjustResult IntersectBlock(const Block& block,
                                           const AdjustOptions& options,
@@ -75,8 +76,9 @@ struct BlockCheck {
   ResourceNeeds needs;                ///< of an adjustment with the corrections given
 };
 
-/// Examines the make of a block and, on its start values, the points that its looks leave open.
-/// Throws InputError for options that do not fit the block, UndeterminedError, Interrupted.
+/// Examines the network configuration of a block and, on its start values, the points that its
+/// looks leave open. Throws InputError for options that do not fit the block, UndeterminedError,
+/// Interrupted.
 [[nodiscard]] BlockCheck CheckBlock(const Block& block,
                                     const AdjustOptions& options,
                                     ProgressSink* progress = nullptr);

@@ -16,14 +16,14 @@ struct ResourceNeeds {
   std::uint64_t block_bytes = 0;   ///< of both, memory that a block takes as it was read
   /// Of both, arrays large enough for scratch files (src/core/memory.h) ...
   std::uint64_t large_bytes = 0;
-  std::uint64_t scratch_bytes = 0;       ///< ... and what of these stands there, not in memory
-  std::uint64_t matrix_bytes = 0;        ///< S, as formed and scaled
+  std::uint64_t scratch_bytes = 0;  ///< ... and the part of these in scratch files, not in memory
+  std::uint64_t matrix_bytes = 0;   ///< S, as formed and scaled
   std::uint64_t partial_sums_bytes = 0;  ///< of S while it is formed
   std::uint64_t factor_bytes = 0;        ///< L of S = L L'
   std::uint64_t fronts_bytes = 0;        ///< while it is formed, update matrices that wait
   std::uint64_t inverse_bytes = 0;       ///< S^-1 on the pattern of S and the fronts it comes from
-  double sum_operations_1 = 0.0;         ///< of one sum of S
-  double factor_operations_1 = 0.0;      ///< of one factor
+  double sum_operations = 0.0;           ///< of one sum of S
+  double factor_operations = 0.0;        ///< of one factor
   /// The most memory at one time: looks and points always, less scratch files, with S in turn its
   /// partial sums, its factor and its inverse.
   std::uint64_t peak_bytes = 0;

@@ -115,7 +115,7 @@ enum class PointRole : std::uint8_t { kTie, kControl, kCheck };
 /// Known position of a point with its uncertainty, for control and check points.
 struct KnownPosition {
   std::uint32_t point = 0;
-  std::array<bool, 3> held{};                                   ///< e, n, u
+  std::array<bool, 3> fixed{};                                  ///< e, n, u
   Eigen::Matrix3d covariance_enu_m2 = Eigen::Matrix3d::Zero();  ///< rows of free components are 0
 };
 
@@ -170,17 +170,17 @@ struct Block {
                : (looks.flags[look] & Looks::kAzimuthHertz) != 0;
   }
 
-  /// Metres at the target that a unit of what a look measures in azimuth is for an antenna of this
-  /// speed: a second is |v|, a hertz lambda R/(2 |v|). Of a time it leaves out what the flight
-  /// turns and the squint: a tenth from an orbit.
-  [[nodiscard]] double RoughAzimuthUnit_m(std::size_t look, double speed_mps) const;
-  /// Standard deviation of azimuth in metres at the target, as roughly.
-  [[nodiscard]] double RoughAzimuthSigma_m(std::size_t look, double speed_mps) const;
+  /// Metres at the target per unit of the azimuth measurement, for an antenna of this speed: |v|
+  /// per second, lambda R/(2 |v|) per hertz. For a time, the turn of the flight and the squint are
+  /// neglected: a tenth from an orbit.
+  [[nodiscard]] double ApproximateAzimuthUnit_m(std::size_t look, double speed_mps) const;
+  /// Standard deviation of azimuth in metres at the target, to the same approximation.
+  [[nodiscard]] double ApproximateAzimuthSigma_m(std::size_t look, double speed_mps) const;
 };
 
-/// Sorts looks that stand in any order by point (and pass) into `Looks` order.
+/// Sorts looks of any order by point (and pass) into `Looks` order.
 /// `point_of_look` gives the point of each look; `looks.offsets` is made. Linear time. Returns the
-/// permutation, new position i holds old look result[i]; nothing where they stood in this order.
+/// permutation, new position i has old look result[i]; empty if they were in this order.
 std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,
                                             std::size_t point_count,
                                             Looks* looks);

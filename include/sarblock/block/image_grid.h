@@ -20,7 +20,7 @@ struct GroundRangePolynomial {
   std::vector<double> coefficients;  ///< c_k in m^(1-k), two or more
 };
 
-/// The raster of one image: which azimuth time and slant range a line and a pixel stand for.
+/// The raster of one image: azimuth time of a line, slant range of a pixel.
 ///
 ///     t = first_line_s + line line_interval_s                              (or by burst, below)
 ///     R = near_range_m + pixel range_spacing_m                             kSlant
@@ -60,8 +60,8 @@ struct RadarCoordinates {
 [[nodiscard]] std::optional<RadarCoordinates> RadarFromImage(const ImageGrid& grid,
                                                              const ImageCoordinates& image);
 
-/// The inverse, to 1e-9 pixel. A time that two bursts hold goes to the one whose edge is farther
-/// away; one that falls between bursts has no line. Nothing where RadarFromImage() would give
+/// The inverse, to 1e-9 pixel. A time in two bursts belongs to the one whose edge is farther
+/// away; a time between bursts has no line. Nothing where RadarFromImage() would give
 /// nothing or Newton's method finds no ground range.
 [[nodiscard]] std::optional<ImageCoordinates> ImageFromRadar(const ImageGrid& grid,
                                                              const RadarCoordinates& radar);

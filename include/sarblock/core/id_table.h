@@ -26,10 +26,10 @@ class IdTable {
   /// Index of `id` or kNone. Builds its hash index on first use (not thread-safe until built).
   [[nodiscard]] std::uint32_t Find(std::string_view id) const;
   /// The id closest to `id` by edit distance (letter case ignored), for "did you mean"; empty if
-  /// the table is empty. Of more than 2000 ids, those within three edits among the first 200000
-  /// come first, then the closest of the first 2000.
+  /// the table is empty. In a table of more than 2000 ids those within three edits among the first
+  /// 200000 come first, then the closest of the first 2000.
   [[nodiscard]] std::string Nearest(std::string_view id) const;
-  /// Frees the hash index (kept memory: the characters and 4 bytes an id).
+  /// Frees the hash index (kept memory: the characters and 4 bytes per id).
   void DropIndex();
 
  private:

@@ -8,7 +8,7 @@
 
 namespace sarblock {
 
-/// What long work tells its caller. The library prints nothing: the command line draws a bar.
+/// Receives the progress of long work. The library prints nothing: the command line draws a bar.
 /// Calls come from one thread at a time.
 class ProgressSink {
  public:
@@ -54,7 +54,7 @@ class CancellationScope {
 };
 
 /// One of `count` parts of a series of tasks: those, counted from 0, whose number modulo `count` is
-/// `index`. Parts are for several processes or machines; together they hold every task once.
+/// `index`. Parts are for several processes or machines; every task is in one of them.
 struct TaskPart {
   std::size_t index = 0, count = 1;
 
@@ -70,9 +70,9 @@ struct TaskPart {
 /// "part 3/8" as --part takes it, 8/8 that of index 0.
 [[nodiscard]] std::string NameOf(const TaskPart& part);
 
-/// "I/N" with 0 <= I <= N and 1 <= N <= kMostParts: the tasks I modulo N, 0 and N the same, so that
+/// "I/N" with 0 <= I <= N and 1 <= N <= kMaxParts: the tasks I modulo N, 0 and N the same, so that
 /// job arrays may count from 0 or from 1. Nothing for another text.
-inline constexpr std::size_t kMostParts = 1000000;
+inline constexpr std::size_t kMaxParts = 1000000;
 [[nodiscard]] std::optional<TaskPart> TaskPartOf(const std::string& text);
 
 }  // namespace sarblock

@@ -20,10 +20,10 @@ namespace sarblock {
 ///
 ///     F = ((v'Pv before - v'Pv after)/k) / (v'Pv after / redundancy after)
 ///
-/// is significant, all hypotheses tried together, and it takes at least half of what v'Pv exceeds
-/// its redundancy by. Ordered by -2 log L of the looks with the parameters counted (BIC), so that
-/// other standard deviations compete fairly with other values. The size is the minimum of v'Pv(c),
-/// its standard deviation from the curvature there.
+/// is significant, all hypotheses tried together, and it explains at least half of the excess of
+/// v'Pv over its redundancy. Ordered by -2 log L of the looks with the parameters counted (BIC), so
+/// that other standard deviations compete fairly with other values. The size is the minimum of
+/// v'Pv(c), its standard deviation from the curvature there.
 ///
 /// Corrections are those of `options` where given, with their priors. Hypotheses are tried in the
 /// order of their promise until `bounds` end it; those left are counted (Diagnosis::untried). The

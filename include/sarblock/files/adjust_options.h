@@ -10,7 +10,7 @@
 
 namespace sarblock {
 
-/// Every key that `[adjust]` may hold, in the order of the manual. The same table drives reading,
+/// Every key of `[adjust]`, in the order of the manual. The same table drives reading,
 /// `--dump-config` and the documentation.
 [[nodiscard]] std::span<const AdjustOption> AdjustOptionTable();
 

@@ -46,15 +46,15 @@ struct BlockFile {
   std::vector<std::string> warnings;  ///< such as columns not known and ignored
 };
 
-/// Reads block.toml, trajectories.csv, observations.csv and, if it stands there, points.csv, each
+/// Reads block.toml, trajectories.csv, observations.csv and, if it exists, points.csv, each
 /// table plain or as `.csv.gz` (docs/formats.md), or all of an HDF5 file (docs/container.md).
 /// Points are in the order of points.csv and then of their first look; angles become radians here.
 /// Every fault of the input throws InputError with file, line, field, what is wrong and what is
-/// allowed. Memory: about 60 bytes a look and 60 a point, twice that while it reads.
+/// allowed. Memory: about 60 bytes per look and 60 per point, twice that while it reads.
 [[nodiscard]] BlockFile ReadBlock(const std::filesystem::path& path,
                                   const ReadOptions& options = {});
 
-/// A block as texts, named like the files they stand for.
+/// A block as texts, named like the files they replace.
 struct BlockTexts {
   std::string_view block_toml;
   std::string_view trajectories_csv;
@@ -64,12 +64,12 @@ struct BlockTexts {
 /// The same from memory.
 [[nodiscard]] BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options = {});
 
-/// Reads truth.csv and truth_passes.csv where they stand (else the members stay empty). For
+/// Reads truth.csv and truth_passes.csv if they exist (else the members stay empty). For
 /// `predict` and for tests; the adjustment never reads them.
 [[nodiscard]] Truth ReadTruth(const std::filesystem::path& folder, const Block& block);
 
 /// Point pairs of a CSV file with columns point_a, point_b; a relative name counts from `folder`,
-/// or, if that is a file, from the folder it stands in; so below.
+/// or, if that is a file, from its folder; so below.
 [[nodiscard]] std::vector<std::pair<std::uint32_t, std::uint32_t>> ReadPairs(
     const std::filesystem::path& folder, const std::string& file, const Block& block);
 
@@ -116,7 +116,7 @@ struct BlockArrays {
 };
 
 /// The same as ReadBlock() from arrays, by the same checks; messages name table, column and row,
-/// which counts from 0: `observations.range_m[12]: -5 is not allowed, a number above 0 is`.
+/// which counts from 0: `observations.range_m[12]: must be a number above 0, got -5`.
 [[nodiscard]] BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options = {});
 
 }  // namespace sarblock

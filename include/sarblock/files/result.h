@@ -23,7 +23,7 @@ namespace sarblock {
 /// One file that a run has read.
 struct InputFile {
   std::string name;         ///< within its folder: "observations.csv.gz"
-  std::uint64_t bytes = 0;  ///< as it stands there, compressed or not
+  std::uint64_t bytes = 0;  ///< as stored, compressed or not
   std::string sha256;       ///< of these bytes, 64 hexadecimal digits: what `sha256sum` prints
 };
 
@@ -90,18 +90,26 @@ struct ResultTest {
   bool passed = false;
 };
 
+/// `groups`: a kind of observations.
+struct ResultGroup {
+  std::string name;  ///< ranges, azimuths, control, priors, all
+  double square_sum = kNotGiven, redundancy = kNotGiven;
+  double factor = kNotGiven, factor_sigma = kNotGiven;
+  double lower = kNotGiven, upper = kNotGiven;  ///< of the factor
+};
+
 /// `check_points`.
 struct ResultChecks {
   std::size_t points = 0, components = 0;
-  double error_ratio_1 = kNotGiven;  ///< errors in units of what was predicted
+  double error_ratio = kNotGiven;  ///< errors in units of what was predicted
   bool realistic = false;
   std::string says;  ///< a sentence
 };
 
 /// `quality`: the tests of single observations.
 struct ResultTests {
-  double alpha_1 = kNotGiven, power_1 = kNotGiven, critical_w_1 = kNotGiven;
-  double expected_above_1 = kNotGiven;
+  double alpha = kNotGiven, power = kNotGiven, critical_w = kNotGiven;
+  double expected_above = kNotGiven;
   std::size_t tests = 0, not_localisable = 0;
   std::array<std::size_t, 3> above{};  ///< range, azimuth, control
   [[nodiscard]] std::size_t above_all() const { return above[0] + above[1] + above[2]; }
@@ -111,7 +119,7 @@ struct ResultTests {
 struct ResultFinding {
   std::size_t round = 0;
   std::string point, passes, component, action, note;
-  double w_1 = kNotGiven;
+  double w = kNotGiven;
   bool located = false;
 };
 
@@ -120,7 +128,7 @@ struct ResultVariance {
   std::string group, component, unit, note;
   bool estimated = false;
   std::size_t looks = 0;
-  double redundancy = kNotGiven, factor_1 = kNotGiven, factor_sigma_1 = kNotGiven;
+  double redundancy = kNotGiven, factor = kNotGiven, factor_sigma = kNotGiven;
   double sigma_before = kNotGiven, sigma_after = kNotGiven;  ///< in `unit`
   double sigma_after_sigma = kNotGiven;
 };
@@ -129,7 +137,7 @@ struct ResultVariance {
 struct ResultRepetition {
   struct Figure {
     std::string name;
-    double expected_1 = kNotGiven, mean_1 = kNotGiven, lower = kNotGiven, upper = kNotGiven;
+    double expected = kNotGiven, mean = kNotGiven, lower = kNotGiven, upper = kNotGiven;
     bool agrees = false;
   };
   std::size_t runs = 0;
@@ -146,7 +154,7 @@ struct ResultSummary {
   std::string status;   ///< converged, not_converged, intersected, predicted
   Verdict verdict = Verdict::kNotAccepted;
   std::vector<std::string> verdict_reasons;  ///< why it is not accepted, the gravest first
-  std::vector<std::pair<std::string, double>> counts;        ///< as they stand there
+  std::vector<std::pair<std::string, double>> counts;        ///< as in the file
   [[nodiscard]] double Count(std::string_view name) const {  ///< 0 where not given
     for (const auto& [key, value] : counts) {
       if (key == name) return value;
@@ -161,6 +169,7 @@ struct ResultSummary {
   double sigma0_squared = kNotGiven;
   bool sigma_scaled_by_posterior = false;
   std::optional<ResultTest> chi_square;
+  std::vector<ResultGroup> groups;  ///< empty where the file has none
   std::optional<ResultChecks> checks;
   std::optional<ResultTests> tests;
   std::optional<std::size_t> snooping_rounds;
@@ -201,7 +210,7 @@ struct ResultLooks {
   std::vector<RejectReason> reason;
   std::vector<std::uint32_t> finding;  ///< number of the blunder search's finding; 0: none
   /// Quality of observations; empty without a covariance.
-  std::array<std::vector<float>, 2> redundancy_1, w_1, tau_1, mdb_m, influence_m;
+  std::array<std::vector<float>, 2> redundancy, w, tau, mdb_m, influence_m;
   /// Measured image coordinates and the residuals as steps of the image (computed minus
   /// measured); empty where no pass has an image.
   std::vector<double> line_px, pixel_px, line_residual_px, pixel_residual_px;
@@ -214,9 +223,9 @@ struct ResultControl {
   int component = 0;        ///< 0 east, 1 north, 2 up
   double residual_m = 0.0;  ///< adjusted minus given
   double sigma_m = 0.0;     ///< of the given coordinate; these six: NaN where the cell is empty
-  double redundancy_1 = 0.0;
-  double w_1 = 0.0;
-  double tau_1 = 0.0;
+  double redundancy = 0.0;
+  double w = 0.0;
+  double tau = 0.0;
   double mdb_m = 0.0;
   double influence_m = 0.0;
 };
@@ -251,17 +260,17 @@ struct ReadResultOptions {
 /// simplifications.csv and trajectories.csv, each table plain or as `.csv.gz`, or all of an HDF5
 /// file (docs/container.md). Covariances are as
 /// written: scaled by the posterior variance factor where the result is. montecarlo.csv is not
-/// read: its sums stand in the summary. Report, comparison and export read results by this alone.
+/// read: its sums are in the summary. Report, comparison and export read results by this alone.
 ///
 /// Every fault of the files throws InputError with file, line and field, as ReadBlock() does; also
 /// tables that contradict each other (a look of a point that points.csv does not have, fewer
 /// points than the summary counts: files of two results). Columns not known are ignored. A summary
 /// without `frame` or `passes`, of a version before they were written, is refused. Memory: about
-/// 300 bytes a point and 100 a look.
+/// 300 bytes per point and 100 per look.
 [[nodiscard]] ResultFile ReadResult(const std::filesystem::path& path,
                                     const ReadResultOptions& options = {});
 
-/// A result as texts, named like the files they stand for.
+/// A result as texts, named like the files they replace.
 struct ResultTexts {
   std::string_view summary_json;
   std::string_view points_csv;

@@ -28,7 +28,7 @@ namespace sarblock {
 [[nodiscard]] std::string EffectiveSceneText(const std::filesystem::path& path,
                                              const std::vector<std::string>& overrides = {});
 
-/// Every key that a scene may hold, dotted as for `--set` (`flight.0.height_m`), but
+/// Every key of a scene, dotted as for `--set` (`flight.0.height_m`), but
 /// for those of its [adjust] table. Asked of the readers, so that it cannot differ from what they
 /// take.
 [[nodiscard]] std::vector<std::string> SceneKeys();

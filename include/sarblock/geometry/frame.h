@@ -46,14 +46,14 @@ struct Geodetic {
 
 /// The outward vertical at a point, with what the model needs of its neighbourhood.
 struct Vertical {
-  Eigen::Vector3d up_1 = Eigen::Vector3d::UnitZ();   ///< unit vector, frame axes
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();     ///< unit vector, frame axes
   double height_m = 0.0;                             ///< above the ellipsoid; `local`: z
   Eigen::Matrix3d dup_dp = Eigen::Matrix3d::Zero();  ///< d up / d position [1/m], symmetric
 };
 
 /// The vertical along a moving point, with its first two time derivatives.
 struct VerticalMotion {
-  Eigen::Vector3d up_1 = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d rate = Eigen::Vector3d::Zero();          ///< d up / dt [1/s]
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< d2 up / dt2 [1/s2]
 };
@@ -76,6 +76,11 @@ class Frame {
   /// The vertical at p. Geocentric: p must not lie below the evolute (|p| > a/10 is enough for
   /// every named body).
   [[nodiscard]] Vertical VerticalAt(const Eigen::Vector3d& p_m) const;
+
+  /// VerticalAt(p).up to 1e-8, in a tenth of the time: by Bowring (1985), Survey Review 28(218),
+  /// where the body is not very flat and p not far below its surface. For decisions, not for
+  /// coordinates.
+  [[nodiscard]] Eigen::Vector3d UpAt(const Eigen::Vector3d& p_m) const;
 
   /// The vertical along a path through p with velocity and acceleration, exact for the ellipsoid.
   [[nodiscard]] VerticalMotion VerticalAlong(const Eigen::Vector3d& p_m,

@@ -36,7 +36,7 @@ struct LookEquations {
   double rho_m = 0.0;
   double sin_tau = 0.0;
   double doppler_error_m = 0.0;                             ///< e_d
-  Eigen::RowVector3d drho_dp = Eigen::RowVector3d::Zero();  ///< unit sight line d'/rho [1]
+  Eigen::RowVector3d drho_dp = Eigen::RowVector3d::Zero();  ///< unit line of sight d'/rho
   Eigen::RowVector3d ded_dp = Eigen::RowVector3d::Zero();   ///< [1]
   Eigen::RowVector3d ded_dv = Eigen::RowVector3d::Zero();   ///< by the cone axis vector v [s]
   double ded_dtau_m = 0.0;                                  ///< by b_tau [m/rad]
@@ -86,8 +86,8 @@ struct Whitening {
 /// azimuth_sigma_m is that of e_d.
 [[nodiscard]] Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m);
 
-/// One look with its flight path held: everything that confines the point.
-struct Sight {
+/// An observation with fixed trajectory: everything that constrains the point.
+struct FixedPathLook {
   Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();
@@ -117,9 +117,9 @@ enum class IntersectionOutcome {
 struct Intersection {
   IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< (J'J)^-1: frame axes, paths held
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< (J'J)^-1: frame axes, paths fixed
   double weighted_square_sum = 0.0;                         ///< v'Pv of the 2 n equations
-  double intersection_rad = 0.0;  ///< largest angle between the planes of two looks' sights
+  double intersection_rad = 0.0;  ///< largest angle between the planes of two observations
   int iterations = 0;
 };
 
@@ -128,6 +128,9 @@ struct IntersectionOptions {
   /// Below this reciprocal condition of the column-scaled whitened Jacobian the point counts as not
   /// determined (touching or coinciding circles).
   double min_reciprocal_condition = 1e-9;
+  /// The solution is reached where a step changes the whitened equations by less than this part of
+  /// a standard deviation. Above 1e-6 weights are those of the first approximation.
+  double settled_sigmas = 1e-8;
 };
 
 /// e_d of a look at fixed point as its time moves, and how fast it falls.
@@ -169,7 +172,7 @@ template <typename Path>
 
 /// True where p lies on the side the antenna looks to and below it: a mirror solution does not.
 [[nodiscard]] bool LiesWhereItLooks(const Frame& frame,
-                                    const Sight& sight,
+                                    const FixedPathLook& observation,
                                     const Eigen::Vector3d& p_m);
 
 }  // namespace sarblock

@@ -74,7 +74,7 @@ class FlightPath {
                           std::size_t* piece = nullptr) const;
   /// Largest difference of the two accelerations in a piece, at one of its ends.
   [[nodiscard]] double AccelerationMisfit_mps2(std::size_t piece) const;
-  /// The piece that holds a time, the first or last one beyond the ends. Of a path that has states.
+  /// The piece that contains a time, beyond the ends the first or last one. Requires states.
   [[nodiscard]] std::size_t PieceOf(double time_s) const;
   /// Pieces of the path: state to state, or several states that a straight flight passes through.
   [[nodiscard]] std::size_t piece_count() const { return pieces_.size(); }
@@ -148,8 +148,8 @@ struct TimeSpan {
 /// How well the states of a smoothed path fit their standard deviations: sum of squares over their
 /// variances by degrees of freedom, 1 where they are as stated.
 struct FitOfStates {
-  double position_1 = 1.0, position_freedom = 0.0;
-  double velocity_1 = 1.0, velocity_freedom = 0.0;
+  double position_ratio = 1.0, position_freedom = 0.0;
+  double velocity_ratio = 1.0, velocity_freedom = 0.0;
 };
 
 /// Newton's form of an interpolation polynomial: nodes with repetitions and divided differences,

@@ -5,17 +5,17 @@ namespace sarblock::leberl {
 
 // F. Leberl, "Accuracy Analysis of Stereo Side-Looking Radar" (1979), cited here as Leberl (1979).
 //
-// Frame of the paper: x along track, y across, z up, z = 0 the datum. Station ' (first) stands at
+// Frame of the paper: x along track, y across, z up, z = 0 the datum. Station ' (first) is at
 // (x, 0, H), station '' (second) at (x, B, H), both fly along +x, the point is (x, y, 0). Every
-// closed form of this module holds for a point of the datum; for a point at height z put H - z.
+// closed form of this module is for a point of the datum; for a point at height z put H - z.
 // docs/theory/leberl.md derives what the paper leaves out.
 
-/// Same-side: both stations stand on one side of the point. Opposite-side: it lies between them.
+/// Same-side: both stations are on one side of the point. Opposite-side: it lies between them.
 enum class Arrangement { kSameSide, kOppositeSide };
 
 /// Stereo base B, flying height H and ground range y of the point from the nadir line of station '.
 struct StereoConfiguration {
-  double base_m = 0.0;          ///< B; not 0, negative if station '' stands at smaller y
+  double base_m = 0.0;          ///< B; not 0, negative if station '' is at smaller y
   double height_m = 0.0;        ///< H > 0
   double ground_range_m = 0.0;  ///< y; not 0 and not B (nadir of a station)
   Arrangement arrangement = Arrangement::kSameSide;
@@ -100,12 +100,12 @@ enum class Presentation { kGroundRange, kSlantRange };
 
 /// What is wrong with one station: value used in the reconstruction minus true value.
 struct StationErrors {
-  double dx0_m = 0.0;     ///< antenna position along track
-  double dy0_m = 0.0;     ///< antenna position across track
-  double dz0_m = 0.0;     ///< antenna position up
-  double dr_m = 0.0;      ///< slant range
-  double dydot0_1 = 0.0;  ///< velocity direction, across component of a unit along vector
-  double dzdot0_1 = 0.0;  ///< velocity direction, up component
+  double dx0_m = 0.0;   ///< antenna position along track
+  double dy0_m = 0.0;   ///< antenna position across track
+  double dz0_m = 0.0;   ///< antenna position up
+  double dr_m = 0.0;    ///< slant range
+  double dydot0 = 0.0;  ///< velocity direction, across component of a unit along vector
+  double dzdot0 = 0.0;  ///< velocity direction, up component
 };
 
 /// Errors of both stations; `first` is ', `second` is ''.
@@ -124,9 +124,9 @@ struct PointError {
 /// Across-track error by dy0'' alone, dy = dy0'' (B - y)/B [m]. Leberl (1979), Eq. 12.
 [[nodiscard]] double AcrossErrorOfSecondAcross(const StereoConfiguration& c, double dy0_second_m);
 
-/// Along-track error [m], the mean of what the two Doppler planes say. Leberl (1979), Eq. 13:
+/// Along-track error [m], the mean of those of the two Doppler planes. Leberl (1979), Eq. 13:
 ///     dx = (dx0' + dx0'')/2 + dydot0' y/2 + dydot0'' (y - B)/2 + (dzdot0' + dzdot0'') H/2
-/// kDerived: the sight line is (0, y, -H), so the dydot0 terms have the opposite sign,
+/// kDerived: the line of sight is (0, y, -H), so the dydot0 terms have the opposite sign,
 ///     dx = (dx0' + dx0'')/2 - dydot0' y/2 - dydot0'' (y - B)/2 + (dzdot0' + dzdot0'') H/2.
 [[nodiscard]] double AlongError(const StereoConfiguration& c,
                                 const StereoErrors& errors,
@@ -184,13 +184,12 @@ struct Difference {
 /// Systematic slant range errors warp the model: d(Dy) = A Dy + F Dz, d(Dz) = C Dy + D Dz.
 /// Leberl (1979), Eq. 24; the four are dimensionless. kDerived: F and D with the opposite sign.
 struct Warp {
-  double a_1 = 0.0;
-  double f_1 = 0.0;
-  double c_1 = 0.0;
-  double d_1 = 0.0;
-  [[nodiscard]] Difference Of(const Difference& difference) const {
-    return {a_1 * difference.dy_m + f_1 * difference.dz_m,
-            c_1 * difference.dy_m + d_1 * difference.dz_m};
+  double a = 0.0;
+  double f = 0.0;
+  double c = 0.0;
+  double d = 0.0;
+  [[nodiscard]] Difference Apply(const Difference& difference) const {
+    return {a * difference.dy_m + f * difference.dz_m, c * difference.dy_m + d * difference.dz_m};
   }
 };
 [[nodiscard]] Warp RangeWarp(const StereoConfiguration& c,

@@ -68,7 +68,7 @@ struct TroposphereCorrection {
 
 /// One group of corrections for some passes.
 struct CorrectionGroup {
-  std::string name;  ///< as it stands in the file ("position", "range"); owner of shared parameters
+  std::string name;  ///< as in the file ("position", "range"); owner of shared parameters
   std::variant<PositionCorrection,
                VelocityCorrection,
                RangeCorrection,
@@ -110,8 +110,8 @@ struct JointPrior {
   [[nodiscard]] Eigen::MatrixXd Covariance() const;
 };
 
-/// True where two groups that are not shared cannot stand for one pass: both of one kind, position
-/// groups only where they have a component in common or stand in different axes.
+/// True where two groups that are not shared exclude each other for one pass: both of one kind,
+/// position groups only where they have a component in common or have different axes.
 [[nodiscard]] bool Overlap(const CorrectionGroup& a, const CorrectionGroup& b);
 
 enum class CorrectionChoice { kGiven, kNone, kAuto };
@@ -132,8 +132,8 @@ enum class Snooping { kNone, kIterative, kRobust };
 /// The `[adjust.quality]` table: tests of single observations and the search for blunders
 /// (docs/theory/quality.md).
 struct QualityOptions {
-  double alpha_1 = 0.001;  ///< level of a test, or of all together with `family_wise`
-  double power_1 = 0.80;   ///< with which a minimal detectable blunder is found
+  double alpha = 0.001;  ///< level of a test, or of all together with `family_wise`
+  double power = 0.80;   ///< with which a minimal detectable blunder is found
   FamilyWise family_wise = FamilyWise::kNone;
   BlunderTest test = BlunderTest::kW;  ///< kTau where the standard deviations are known but for a
                                        ///< common factor
@@ -141,7 +141,7 @@ struct QualityOptions {
   /// A block that contradicts itself as asked for is solved once more by consensus of its looks
   /// (docs/theory/consensus.md).
   bool consensus = true;
-  double separation_1 = 0.95;  ///< probability of naming no wrong look, see blunder_search.h
+  double separation = 0.95;  ///< probability of naming no wrong look, see blunder_search.h
 };
 
 /// How `corrections = "auto"` chooses (docs/theory/selection.md).
@@ -151,17 +151,17 @@ struct SelectionOptions {
     kPerPass,  ///< every pass for itself
   };
   Mode mode = Mode::kCommon;
-  double significance_1 = 0.05;  ///< level of the F tests of one step, all candidates together
+  double significance = 0.05;  ///< level of the F tests of one step, all candidates together
   /// Kinds tried where no correction groups are given; indices of CorrectionGroup::model. Velocity
   /// errors act like a squint that differs from look to look and are tried only when asked for.
   std::vector<std::size_t> kinds{0, 2, 3, 4, 5};
   int max_degree = 3;                                  ///< of position polynomials
   std::optional<std::vector<double>> knot_spacings_s;  ///< not given: a quarter and an eighth of
                                                        ///< the longest strip
-  double max_condition_1 = 1e8;        ///< beyond it a candidate is not determinable
-  double max_posterior_prior_1 = 0.9;  ///< beyond it the observations add nothing to the prior
-  double simplify_1 = 0.01;  ///< part of its sigma by which a simplification may move a point
-  static constexpr std::size_t kMostSpacings = 3;
+  double max_condition = 1e8;        ///< beyond it a candidate is not determinable
+  double max_posterior_prior = 0.9;  ///< beyond it the observations add nothing to the prior
+  double simplify = 0.01;  ///< part of its sigma by which a simplification may move a point
+  static constexpr std::size_t kMaxSpacings = 3;
 };
 
 /// Why corrections = "auto" refuses joint priors.
@@ -196,16 +196,16 @@ struct AdjustOptions {
   std::optional<TaskPart> montecarlo_part = {};
   /// A guard; iteration ends before where steps no longer shrink (docs/theory/adjustment.md).
   int max_iterations = 1000;
-  /// Newton step left, in sigmas over all unknowns together, at which iteration ends. Above
-  /// kRemainingStepAccepted_1 (adjust.h) nothing would be accepted.
-  double tolerance_1 = 1e-6;
+  /// Newton decrement, in sigmas over all unknowns together, at which iteration ends. Above
+  /// kRemainingStepAccepted (adjust.h) nothing would be accepted.
+  double tolerance = 1e-6;
   Engine engine = Engine::kAuto;
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< with Engine::kCeres alone
   CovarianceMethod covariance_method = CovarianceMethod::kAuto;
   QualityOptions quality;
   std::string rejections_file;  ///< CSV with columns pass, point, rejected, such as residuals.csv
                                 ///< of a result, relative to the block; empty: none
-  double test_level = 0.95;     ///< of the global (chi-square) test, two-sided
+  double test_level = 0.999;    ///< chance that a block without mistakes passes all its tests
   bool diagnose = true;         ///< the command explains a result whose tests fail, see diagnose.h
   int threads = 1;              ///< set by the command line, not by the table
   /// Memory that an adjustment may be predicted to need (adjust/needs.h); more is refused before

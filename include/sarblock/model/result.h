@@ -7,6 +7,7 @@
 #include "sarblock/geometry/path.h"
 #include "sarblock/model/options.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -52,18 +53,18 @@ enum class Verdict : std::uint8_t {
 [[nodiscard]] const char* NameOf(Verdict verdict);
 
 /// Below this redundancy an observation has no test: what its residual shows is rounding.
-inline constexpr double kLeastRedundancy_1 = 1e-9;
+inline constexpr double kMinRedundancy = 1e-9;
 
 /// Levels, critical values and the non-centrality of the tests of single observations
 /// (docs/theory/quality.md, eq. (7)-(13)).
 struct ReliabilityFigures {
-  std::size_t tests = 0;        ///< observations that can be tested
-  double alpha_one_1 = 0.0;     ///< level of each test, after `family_wise`
-  double alpha_all_1 = 0.0;     ///< chance that one of all rejects without cause, were they
-                                ///< independent
-  double critical_w_1 = 0.0;    ///< of |w|
-  double critical_tau_1 = 0.0;  ///< of |tau|; NaN where the redundancy is 1 or less
-  double delta0_1 = 0.0;        ///< shift of w that is found with the power asked for
+  std::size_t tests = 0;      ///< observations that can be tested
+  double alpha_one = 0.0;     ///< level of each test, after `family_wise`
+  double alpha_all = 0.0;     ///< chance that one of all rejects without cause, were they
+                              ///< independent
+  double critical_w = 0.0;    ///< of |w|
+  double critical_tau = 0.0;  ///< of |tau|; NaN where the redundancy is 1 or less
+  double delta0 = 0.0;        ///< shift of w that is found with the power asked for
 };
 
 /// One observation whose test is among the largest.
@@ -71,8 +72,8 @@ struct TestedLook {
   std::uint64_t look = 0;
   std::uint32_t point = 0;
   bool azimuth = false;
-  double w_1 = 0.0;
-  double redundancy_1 = 0.0;
+  double w = 0.0;
+  double redundancy = 0.0;
 };
 
 /// The tests of a result in short. Above the critical value counts |w| or, where that is the test,
@@ -84,16 +85,16 @@ struct QualitySummary {
   std::size_t control_tested = 0, control_above = 0;
   /// Looks tested whose point has one degree of freedom: all its tests are one.
   std::size_t looks_not_localisable = 0;
-  std::array<double, 2> median_redundancy_1{};  ///< NaN without looks
-  std::vector<TestedLook> worst;                ///< largest |w| first, at most ten; none predicted
-  std::size_t worst_control = 0;                ///< index into `control_quality`
-  double worst_control_w_1 = kNotGiven;         ///< NaN where no control is tested
+  std::array<double, 2> median_redundancy{};  ///< NaN without looks
+  std::vector<TestedLook> worst;              ///< largest |w| first, at most ten; none predicted
+  std::size_t worst_control = 0;              ///< index into `control_quality`
+  double worst_control_w = kNotGiven;         ///< NaN where no control is tested
   [[nodiscard]] std::size_t above() const {
     return looks_above[0] + looks_above[1] + control_above;
   }
   /// Above the critical value by chance.
-  [[nodiscard]] double expected_above_1() const {
-    return figures.alpha_one_1 * static_cast<double>(figures.tests);
+  [[nodiscard]] double expected_above() const {
+    return figures.alpha_one * static_cast<double>(figures.tests);
   }
 };
 
@@ -107,40 +108,53 @@ struct CheckSummary {
   std::size_t points_without_sigma = 0;
   std::array<double, 3> rms_m{};  ///< east, north, up of the points compared; NaN: not known
   int components = 0;
-  double freedom_1 = 0.0;  ///< independent components they are worth
+  double freedom = 0.0;  ///< independent components they are worth
   double chi_square = 0.0;
   Interval chi_square_interval;    ///< two-sided at test_level
   std::size_t points_outside = 0;  ///< chi-square alone above the quantile at test_level
   /// sqrt(chi_square / components): errors in units of what was predicted, and its interval.
-  double error_ratio_1 = kNotGiven;
-  Interval error_ratio_interval_1;
+  double error_ratio = kNotGiven;
+  Interval error_ratio_interval;
   [[nodiscard]] bool realistic() const { return chi_square_interval.Contains(chi_square); }
 };
 
 /// The tests of priors in short, at the level of one observation.
 struct PriorSummary {
-  std::size_t priors = 0;  ///< with a redundancy number
-  std::size_t tested = 0;  ///< with a standardised residual
-  std::size_t above = 0;   ///< beyond the critical value of |w| (|tau| where that is the test)
-  double expected_above_1 = 0.0;    ///< by chance
-  std::size_t worst = 0;            ///< index of the parameter with the largest |w|
-  double worst_w_1 = kNotGiven;     ///< NaN where none is tested
-  double redundancy_1 = kNotGiven;  ///< of all priors together
+  std::size_t priors = 0;       ///< with a redundancy number
+  std::size_t tested = 0;       ///< with a standardised residual
+  std::size_t above = 0;        ///< beyond the critical value of |w| (|tau| where that is the test)
+  double expected_above = 0.0;  ///< by chance
+  std::size_t worst = 0;        ///< index of the parameter with the largest |w|
+  double worst_w = kNotGiven;   ///< NaN where none is tested
+  double redundancy = kNotGiven;  ///< of all priors together
+};
+
+/// One kind of observations in the whole block: its part of v'Pv and of the redundancy, and where
+/// v'Pv over redundancy is expected. docs/theory/quality.md, section "Groups".
+struct ObservationGroup {
+  std::string name;  ///< "ranges", "azimuths", "control", "priors", "all"
+  double square_sum = 0.0, redundancy = 0.0;
+  Interval band;  ///< of factor()
+  [[nodiscard]] double factor() const { return square_sum / redundancy; }
+  /// Standard deviation of factor() if all is well but for a common factor.
+  [[nodiscard]] double factor_deviation() const {
+    return factor() * std::sqrt(2.0 / std::max(1.0, redundancy));
+  }
+  [[nodiscard]] bool agrees() const { return band.Contains(factor()); }
 };
 
 /// What a pass (or a group of corrections that passes share) has of v'Pv and of the redundancy of
 /// the block. The shares of all, and of the control points, add to both but for observations
 /// without redundancy.
 struct PassShare {
-  std::string owner;                              ///< id of the pass, or name of the group
-  std::size_t looks = 0;                          ///< with redundancy numbers
-  double square_sum_1 = 0.0, redundancy_1 = 0.0;  ///< of its looks
-  double prior_square_sum_1 = 0.0, prior_redundancy_1 = 0.0;  ///< of its priors
+  std::string owner;                                      ///< id of the pass, or name of the group
+  std::size_t looks = 0;                                  ///< with redundancy numbers
+  double square_sum = 0.0, redundancy = 0.0;              ///< of its looks
+  double prior_square_sum = 0.0, prior_redundancy = 0.0;  ///< of its priors
   /// v'Pv over redundancy of both together; NaN where there is no redundancy.
   [[nodiscard]] double variance_factor() const {
-    const double redundancy = redundancy_1 + prior_redundancy_1;
-    return redundancy > kLeastRedundancy_1 ? (square_sum_1 + prior_square_sum_1) / redundancy
-                                           : kNotGiven;
+    const double all = redundancy + prior_redundancy;
+    return all > kMinRedundancy ? (square_sum + prior_square_sum) / all : kNotGiven;
   }
 };
 
@@ -152,11 +166,13 @@ struct Assessment {
   std::vector<std::string> reasons;
   QualitySummary tests;  ///< empty counts where no quality figures were computed
   PriorSummary priors;
-  CheckSummary checks;            ///< empty counts without check points
+  CheckSummary checks;                   ///< empty counts without check points
+  std::vector<ObservationGroup> groups;  ///< in the order of their names above; without what is
+                                         ///< not known
   std::vector<PassShare> shares;  ///< by pass in order, then shared groups; empty without figures
 };
 
-/// A standard deviation whose unit stands beside it: metres, or seconds of azimuth time.
+/// A standard deviation with its unit: metres, or seconds of azimuth time.
 using SigmaInUnit = double;
 
 /// One estimated variance: that of the ranges or of the azimuths of a group of passes
@@ -166,14 +182,14 @@ struct VarianceComponent {
   std::vector<std::size_t> passes;
   int component = 0;  ///< 0 range, 1 azimuth
   std::size_t looks = 0;
-  double redundancy_1 = 0.0;  ///< sum of the redundancy numbers, under the weights reached
-  double factor_1 = 1.0;      ///< variance after over variance before
-  /// Standard deviation of factor_1; NaN where it was held.
-  double factor_deviation_1 = std::numeric_limits<double>::quiet_NaN();
+  double redundancy = 0.0;  ///< sum of the redundancy numbers, under the weights reached
+  double factor = 1.0;      ///< variance after over variance before
+  /// Standard deviation of factor; NaN if it was fixed.
+  double factor_deviation = std::numeric_limits<double>::quiet_NaN();
   /// Root mean square of the looks' standard deviations before, in `unit`; NaN where units mix.
   SigmaInUnit sigma_before = std::numeric_limits<double>::quiet_NaN();
   std::string unit;        ///< "m" or "s"
-  bool estimated = false;  ///< else held at factor 1, `note` says why
+  bool estimated = false;  ///< else fixed at factor 1, `note` says why
   std::string note;
 
   [[nodiscard]] double sigma_after() const;
@@ -184,7 +200,7 @@ struct VarianceComponent {
 /// A global test as it was.
 struct GlobalTest {
   double sigma0_squared = std::numeric_limits<double>::quiet_NaN();
-  double redundancy_1 = 0.0;
+  double redundancy = 0.0;
   Interval chi_square;
   bool passed = false;
 };
@@ -205,9 +221,9 @@ struct VarianceComponentReport {
 /// A figure of one run, averaged over the runs: the runs are independent, the points of one are
 /// not. The interval holds the expectation with 99 percent (normal).
 struct RunMean {
-  double expected_1 = 0.0;
-  double mean_1 = 0.0;
-  double standard_error_1 = 0.0;
+  double expected = 0.0;
+  double mean = 0.0;
+  double standard_error = 0.0;
   [[nodiscard]] double lower() const;
   [[nodiscard]] double upper() const;
   /// True where the interval holds what is expected.
@@ -227,7 +243,7 @@ struct MonteCarloReport {
   /// of a run against the solution it was drawn from, in east, north, up: ee, nn, uu, en, eu, nu
   /// [m2].
   std::vector<std::array<double, 6>> sample_m2;
-  std::vector<double> square_1;                      ///< mean of e' Q^-1 e / 3
+  std::vector<double> square;                        ///< mean of e' Q^-1 e / 3
   std::array<std::vector<std::uint32_t>, 3> inside;  ///< runs inside the ellipsoid of kLevels
 
   /// Mean over points of e_i^2 / Q_ii, i east, north, up; of e' Q^-1 e / 3.
@@ -247,20 +263,20 @@ enum class SelectionTest {
 };
 
 /// One candidate of the model selection with its figures at the final model. Degree d of a position
-/// polynomial that is not kept stands for all degrees above the kept ones up to d, together; a
+/// polynomial that is not kept represents all degrees above the kept ones up to d, together; a
 /// spline replaces the polynomial of its component. docs/theory/selection.md.
 struct CandidateResult {
   std::string name;    ///< "position.up.1", "position.up.spline 10 s", "range.bias"
   std::string passes;  ///< "all", pass ids, or the name of a shared group
   int parameters = 0;  ///< that it adds
   SelectionTest test = SelectionTest::kNotTried;
-  double statistic_1 = kNotGiven;        ///< score or Wald statistic: the change of v'Pv
-  double f_1 = kNotGiven;                ///< F
-  double probability_1 = kNotGiven;      ///< of a larger F without the correction
-  double delta_bic_1 = kNotGiven;        ///< with less without; below 0 it pays
-  double condition_1 = kNotGiven;        ///< largest factor by which the other unknowns, points
-                                         ///< included, inflate a variance; infinite: singular
-  double posterior_prior_1 = kNotGiven;  ///< mean ratio of standard deviations; NaN: no prior
+  double statistic = kNotGiven;        ///< score or Wald statistic: the change of v'Pv
+  double f = kNotGiven;                ///< F
+  double probability = kNotGiven;      ///< of a larger F without the correction
+  double delta_bic = kNotGiven;        ///< with less without; below 0 it pays
+  double condition = kNotGiven;        ///< largest factor by which the other unknowns, points
+                                       ///< included, inflate a variance; infinite: singular
+  double posterior_prior = kNotGiven;  ///< mean ratio of standard deviations; NaN: no prior
   bool kept = false;
   int step = 0;  ///< in which it entered, or was dropped after it had; 0: neither
   std::string reason;
@@ -268,15 +284,15 @@ struct CandidateResult {
 
 /// What a simplification of the model would do to the points (selection/simplify.h).
 struct SimplificationBound {
-  std::string name{};             ///< "flat-frame", "fixed-track-axes", "linear-velocity"
-  double bound_m = kNotGiven;     ///< no point moves by more, at the point with the largest part
-  double sigma_m = kNotGiven;     ///< its standard deviation, paths held
-  double fraction_1 = kNotGiven;  ///< bound over sigma, the largest of all points
-  bool allowed = false;           ///< the part is below the limit
-  bool taken = false;             ///< the result is that of a model without it
-  double gain_1 = kNotGiven;      ///< measured: time of evaluating a look with it over without it;
-                                  ///< NaN where there is nothing to gain or it is not allowed
-  std::string verdict{};          ///< "taken", "not allowed" or why it was not taken
+  std::string name{};           ///< "flat-frame", "fixed-track-axes", "linear-velocity"
+  double bound_m = kNotGiven;   ///< no point moves by more, at the point with the largest part
+  double sigma_m = kNotGiven;   ///< its standard deviation, paths fixed
+  double fraction = kNotGiven;  ///< bound over sigma, the largest of all points
+  bool allowed = false;         ///< the part is below the limit
+  bool taken = false;           ///< the result is that of a model without it
+  double gain = kNotGiven;      ///< measured: time of evaluating a look with it over without it;
+                                ///< NaN where there is nothing to gain or it is not allowed
+  std::string verdict{};        ///< "taken", "not allowed" or why it was not taken
 };
 
 /// The outcome of a model selection.
@@ -285,12 +301,12 @@ struct SelectionReport {
   std::vector<CorrectionGroup> groups;      ///< the model chosen; may be empty
   std::vector<SimplificationBound> simplifications;  ///< all four; empty without solved points
   Simplified simplified;                             ///< what was taken
-  double simplified_gain_1 = kNotGiven;              ///< measured, of all that was taken together
-  double simplified_shift_1 = kNotGiven;  ///< by which the full model would move a point, in sigmas
-                                          ///< of it: of what was taken, or given up for that
-  int rounds = 0;                         ///< linearisations
-  int steps = 0;                          ///< candidates that entered or were dropped
-  bool settled = true;                    ///< the last round changed nothing
+  double simplified_gain = kNotGiven;                ///< measured, of all that was taken together
+  double simplified_shift = kNotGiven;  ///< by which the full model would move a point, in sigmas
+                                        ///< of it: of what was taken, or given up for that
+  int rounds = 0;                       ///< linearisations
+  int steps = 0;                        ///< candidates that entered or were dropped
+  bool settled = true;                  ///< the last round changed nothing
   [[nodiscard]] bool empty() const { return candidates.empty(); }
 };
 
@@ -299,7 +315,7 @@ struct MonteCarloDraws;
 /// What became of a point.
 enum class PointStatus : std::uint8_t {
   kAdjusted,     ///< solved in the adjustment
-  kIntersected,  ///< solved alone, flight paths held
+  kIntersected,  ///< solved alone, flight paths fixed
   kPredicted,    ///< covariance only, geometry from truth or approximate coordinates
   kNotSeen,      ///< no look that counts
   kTooFewLooks,  ///< fewer equations than unknowns
@@ -346,7 +362,7 @@ struct ParameterResult {
                                                                   ///< prior the diagonal's
   std::string kept{};  ///< why, in model selection; else empty
   /// |value| over sigma; NaN without a sigma above 0.
-  [[nodiscard]] double significance_1() const {
+  [[nodiscard]] double significance() const {
     return sigma > 0.0 ? std::abs(value) / sigma : std::numeric_limits<double>::quiet_NaN();
   }
 };
@@ -410,7 +426,7 @@ struct BlunderFinding {
   };
   std::uint32_t point = 0;
   int round = 0;                     ///< of the search, from 1
-  double w_1 = 0.0;                  ///< the largest standardised residual
+  double w = 0.0;                    ///< the largest standardised residual
   bool azimuth = false;              ///< ... of which component of looks[0]
   std::vector<std::uint64_t> looks;  ///< by look index, the most probable first
   bool control = false;              ///< the point's known position is among the suspects
@@ -433,21 +449,21 @@ struct SnoopingReport {
 /// delta0 / sqrt(r) times shift) is for the reader. docs/theory/quality.md.
 struct LookQuality {
   /// r = 1 - a C a' of the component in units of its sigma: what of an error shows in its residual.
-  std::array<std::vector<float>, 2> redundancy_1;
+  std::array<std::vector<float>, 2> redundancy;
   /// Standardised residual v / (sigma sqrt(r)); NaN where r vanishes.
-  std::array<std::vector<float>, 2> w_1;
+  std::array<std::vector<float>, 2> w;
   /// Length of the shift of the point by an error of one sigma in the component.
   std::array<std::vector<float>, 2> shift_m;
-  [[nodiscard]] bool empty() const { return redundancy_1[0].empty(); }
+  [[nodiscard]] bool empty() const { return redundancy[0].empty(); }
 };
 
-/// The same for one held component of a control point.
+/// The same for one fixed component of a control point.
 struct ControlQuality {
   std::uint32_t point = 0;
   int component = 0;  ///< 0 east, 1 north, 2 up
   double residual_m = 0.0;
-  double redundancy_1 = 0.0;
-  double w_1 = 0.0;
+  double redundancy = 0.0;
+  double w = 0.0;
   double shift_m = 0.0;
 };
 
@@ -467,7 +483,7 @@ struct CheckResult {
 struct StripStation {
   std::uint32_t pass = 0;
   double time_s = 0.0;
-  double strip_time_1 = 0.0;  ///< strip-normalised time, -1 to 1 (docs/theory/flight_path.md)
+  double strip_time = 0.0;  ///< strip-normalised time, -1 to 1 (docs/theory/flight_path.md)
   Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();  ///< nominal path, frame axes
   /// Ground at the nearest and farthest range of the pass's looks, at the median height of its
   /// points; NaN without looks or where the range does not reach that height.
@@ -489,11 +505,11 @@ enum class AdjustStatus {
 /// Pairs of point indices, for coordinate differences.
 using PointPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-/// Largest Newton step left, in sigmas over all unknowns together, that is still a solution.
-inline constexpr double kRemainingStepAccepted_1 = 1e-3;
+/// Largest Newton decrement, in sigmas over all unknowns together, of a solution.
+inline constexpr double kRemainingStepAccepted = 1e-3;
 /// The same under a robust loss, whose kinks (Huber) or flat places (two looks that contradict each
 /// other) let the last steps shrink slowly: far below what the loss itself costs in efficiency.
-inline constexpr double kRemainingRobustStepAccepted_1 = 0.1;
+inline constexpr double kRemainingRobustStepAccepted = 0.1;
 
 /// Everything an adjustment, an intersection or a prediction answers.
 struct AdjustResult {
@@ -517,12 +533,12 @@ struct AdjustResult {
   std::shared_ptr<MonteCarloDraws> montecarlo_draws;
   std::vector<CheckResult> checks;
   /// Independent components that the check points are worth (CheckFreedom); NaN: as many as known.
-  double check_freedom_1 = std::numeric_limits<double>::quiet_NaN();
+  double check_freedom = std::numeric_limits<double>::quiet_NaN();
   std::vector<StripStation> strips;         ///< by pass and time
   std::vector<FlightPath> corrected_paths;  ///< by pass, states at the nominal times
                                             ///< and where a correction needs more
 
-  std::size_t observation_count = 0;  ///< two a look, control components, priors
+  std::size_t observation_count = 0;  ///< two per look, control components, priors
   std::size_t parameter_count = 0;    ///< three a solved point, corrections
   std::size_t datum_defects = 0;      ///< unknowns that an inner datum had to fix
   std::size_t looks_used = 0;
@@ -536,8 +552,11 @@ struct AdjustResult {
   double final_cost = 0.0;
   double gradient = 0.0;        ///< largest |g_i| / sqrt(H_ii), dimensionless
   double remaining_step = 0.0;  ///< length of the Newton step left, in sigmas
-  double sigma0_squared = std::numeric_limits<double>::quiet_NaN();  ///< v'Pv / redundancy
-  Interval chi_square;  ///< acceptance interval of sigma0_squared * redundancy
+  /// v'Pv over redundancy of looks and control, without priors; of all observations where the
+  /// redundancy of the priors is not known (covariances not computed).
+  double sigma0_squared = std::numeric_limits<double>::quiet_NaN();
+  double test_redundancy = std::numeric_limits<double>::quiet_NaN();  ///< that of sigma0_squared
+  Interval chi_square;  ///< acceptance interval of sigma0_squared * test_redundancy
   bool chi_square_passed = false;
   double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled reduced matrix
   std::vector<StageCost> stages;
@@ -574,9 +593,9 @@ void Warn(AdjustResult* result, const std::string& text);
 struct MonteCarloRun {
   std::uint32_t run = 0;  ///< number, from 0
   bool converged = false;
-  std::array<double, 3> variance_ratio_1{};  ///< of e_i^2 / Q_ii, i east, north, up
-  double square_1 = 0.0;                     ///< of e' Q^-1 e / 3
-  std::array<double, 3> inside_1{};          ///< part of the points inside each ellipsoid
+  std::array<double, 3> variance_ratio{};  ///< of e_i^2 / Q_ii, i east, north, up
+  double square = 0.0;                     ///< of e' Q^-1 e / 3
+  std::array<double, 3> inside{};          ///< part of the points inside each ellipsoid
 };
 
 /// Sums of one point over the runs that converged, e its error in standard deviations:

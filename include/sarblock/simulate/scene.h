@@ -48,7 +48,7 @@ struct SceneFlight {
   double spacing_m = kNotGiven;  ///< needed where count > 1 and no overlap is given
   std::size_t segments = 1;      ///< strips: passes that a line is cut into, one behind the other
   double segment_spacing_m = kNotGiven;  ///< from start to start; needed where segments > 1
-  double overlap_1 = kNotGiven;  ///< strips: part of the swath shared with the next, 0 <= . < 1
+  double overlap = kNotGiven;    ///< strips: part of the swath shared with the next, 0 <= . < 1
   double height_m = kNotGiven;   ///< > 0, above the datum (orbit: above the equatorial radius)
   double length_m = kNotGiven;   ///< > 0, imaged length on the ground
   double speed_mps = kNotGiven;  ///< > 0; orbit: inertial, not given = circular orbit's speed
@@ -81,7 +81,7 @@ struct SceneNavigation {
   double correlation_time_s = kNotGiven;    ///< Gauss-Markov
   double knot_spacing_s = kNotGiven;        ///< of either process
   double range_bias_sigma_m = 0.0;
-  double range_scale_sigma_1 = 0.0;
+  double range_scale_sigma = 0.0;
   double time_bias_sigma_s = 0.0;
   double squint_bias_sigma_rad = 0.0;
   bool shared_biases = false;  ///< one draw of the range, time and squint biases for all passes
@@ -91,12 +91,12 @@ struct SceneNavigation {
   std::vector<JointPrior> joint;
 };
 
-/// How true flights wander about their planned paths: flown = planned + A(t) w(t), A the track axes
-/// of the planned path, w along, across, up the sum of a random process and a table. The process is
-/// third-order Gauss-Markov (docs/theory/wander.md): position, velocity and acceleration with rms
-/// s, s/(sqrt(3) T) and s/T^2, steered back to the planned path. Attitude does not enter: the model
-/// of a look takes its cone from the velocity.
-struct SceneWander {
+/// Time-correlated trajectory errors: flown = planned + A(t) w(t), A the track axes of the planned
+/// path, w (along, across, up) the sum of a random process and a table. The process is
+/// third-order Gauss-Markov (docs/theory/trajectory_error.md): position, velocity and acceleration
+/// with rms s, s/(sqrt(3) T) and s/T^2, steered back to the planned path. Attitude does not enter:
+/// the model of a look takes its cone from the velocity.
+struct SceneTrajectoryError {
   std::array<double, 3> rms_m{};                                           ///< s
   std::array<double, 3> time_constant_s{kNotGiven, kNotGiven, kNotGiven};  ///< T; needed if s > 0
   /// Offsets of one's own, the same in every pass: seconds from the start of the strip, [m].
@@ -108,7 +108,7 @@ struct SceneWander {
 
 /// How flights are recorded: the states of a block are those of the flown path at the times of the
 /// recorder, with its errors. Not the same as SceneNavigation, which moves the whole true path
-/// against what is recorded; both may stand in a scene. Lists are along, across, up.
+/// against what is recorded; a scene may have both. Lists are along, across, up.
 struct SceneRecorder {
   double rate_hz = kNotGiven;  ///< 0.01 to 200; not given: 1 / state_spacing_s of the flight
   double noise_m = 0.0;        ///< sigma of each coordinate of each state
@@ -125,11 +125,10 @@ struct SceneRecorder {
 /// What is measured and how well.
 struct SceneLooks {
   double range_sigma_m = kNotGiven;
-  LookSigma azimuth;  ///< `azimuth` and its unit; range_m is not used
-  double noise_scale_1 =
-      1.0;  ///< multiplies the noise, not the standard deviations; 0: exact looks
-  double blunder_fraction_1 = 0.0;  ///< of looks, 0 <= . < 1
-  double blunder_size_1 = 20.0;     ///< in sigmas, random sign
+  LookSigma azimuth;         ///< `azimuth` and its unit; range_m is not used
+  double noise_scale = 1.0;  ///< multiplies the noise, not the standard deviations; 0: exact looks
+  double blunder_fraction = 0.0;  ///< of looks, 0 <= . < 1
+  double blunder_size = 20.0;     ///< in sigmas, random sign
   enum class BlunderKind { kRange, kAzimuth, kBoth };
   BlunderKind blunder_kind = BlunderKind::kRange;  ///< kBoth: either one, by a coin
   bool doppler = false;                            ///< write Doppler centroids in place of squints
@@ -141,7 +140,7 @@ struct SceneTerrain {
   Kind kind = Kind::kFlat;
   double height_m = 0.0;          ///< mean
   double relief_m = 0.0;          ///< standard deviation of the heights
-  double correlation_m = 5000.0;  ///< correlation exp(-(r/L)^2); rugged: of its longest octave
+  double correlation_m = 5000.0;  ///< correlation exp(-(r/L)^2); rugged: that of its longest octave
 };
 
 /// Where tie points lie: `count` of them in a rectangle of the scene plane.
@@ -154,20 +153,20 @@ struct ScenePoints {
   std::size_t min_looks = 2;        ///< tie and check points with fewer are left out
 };
 
-/// Known points. Coordinates of components that are not held are written with approximate_sigma_m.
+/// Known points. Coordinates of free components are written with approximate_sigma_m.
 struct SceneControl {
   enum class Layout { kNone, kCorners, kPerimeter, kGrid, kChain, kRandom, kPlaces };
   Layout layout = Layout::kNone;
   std::size_t count = 4;
-  std::array<double, 3> sigma_m{};  ///< e, n, u; > 0 where held
-  std::array<bool, 3> held{true, true, true};
+  std::array<double, 3> sigma_m{};  ///< e, n, u; > 0 where fixed
+  std::array<bool, 3> fixed{true, true, true};
   /// Area of the layout in the scene plane, from, to; not given: that of the tie points.
   std::array<double, 2> east_m{kNotGiven, kNotGiven};
   std::array<double, 2> north_m{kNotGiven, kNotGiven};
   std::vector<Eigen::Vector2d>
-      places_m;                ///< kPlaces: in the scene plane; the first `count` of them
-  double inset_1 = 0.1;        ///< from the area's edge, part of its width and height
-  double noise_scale_1 = 1.0;  ///< as in SceneLooks
+      places_m;              ///< kPlaces: in the scene plane; the first `count` of them
+  double inset = 0.1;        ///< from the area's edge, part of its width and height
+  double noise_scale = 1.0;  ///< as in SceneLooks
   double approximate_sigma_m = 100.0;
 };
 
@@ -180,7 +179,7 @@ struct Scene {
   Geodetic centre;                        ///< geocentric: origin of the scene plane; h not used
   double rotation_rad_per_s = kNotGiven;  ///< geocentric: of the body; not given: known by its name
   std::vector<SceneFlight> flights;
-  SceneWander wander;
+  SceneTrajectoryError trajectory_error;
   std::optional<SceneRecorder> recorder;
   SceneNavigation navigation;
   SceneLooks looks;
@@ -218,7 +217,7 @@ void Validate(const Scene& scene);
                                              const Eigen::Vector2d& plane_m,
                                              double height_m);
 
-class Wander;
+class TrajectoryError;
 
 /// The errors of one pass as drawn, signs as the corrections of model.md, section 3: adding them to
 /// the nominal path and measurements gives the truth.
@@ -231,7 +230,7 @@ struct PassError {
   std::array<Eigen::Vector3d, 3> frame_m{
       Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   double range_bias_m = 0.0;
-  double range_scale_1 = 0.0;
+  double range_scale = 0.0;
   double time_bias_s = 0.0;
   double squint_bias_rad = 0.0;
 };
@@ -253,9 +252,10 @@ struct SimulatedBlock {
   /// The passes with their planned paths where the states of the block are recorded on a flight
   /// (IsRecorded); else empty: the block holds the planned paths themselves.
   std::vector<Pass> planned;
-  std::shared_ptr<const std::vector<Wander>> wander;  ///< by pass, as drawn; null: none wanders
-  std::vector<PassError> errors;                      ///< by pass, as drawn
-  std::vector<double> squint_rad;                     ///< nominal squint by pass
+  std::shared_ptr<const std::vector<TrajectoryError>>
+      trajectory_error;            ///< by pass, as drawn; null: no errors
+  std::vector<PassError> errors;   ///< by pass, as drawn
+  std::vector<double> squint_rad;  ///< nominal squint by pass
   ExactLooks exact;
   std::vector<std::uint8_t> blunder;  ///< by look, 1 where a blunder was added
   std::uint64_t measurement_seed = 0;
@@ -266,7 +266,7 @@ struct SimulatedBlock {
     return planned.empty() ? block.passes[pass] : planned[pass];
   }
   /// Null where the pass flies as planned.
-  [[nodiscard]] const Wander* WanderOf(std::size_t pass) const;
+  [[nodiscard]] const TrajectoryError* TrajectoryErrorOf(std::size_t pass) const;
 };
 
 }  // namespace sarblock

@@ -15,10 +15,10 @@ namespace sarblock {
 /// strip's time and the point then lies inside the swath on the look side (docs/scenes.md). There
 /// is no shadow or layover. Times and ranges come from the true path (model.md, section 4):
 ///
-///     e_d(t) = 0 with squint tau + b_tau  ->  t;      t_measured = t - b_t + sigma_t n_1
+///     e_d(t) = 0 with squint tau + b_tau  ->  t;      t_measured = t - b_t + sigma_t n
 ///     R_measured = (1 + kappa) |p - s(t)| + b_r + sigma_R n_2
 ///
-/// A look whose Doppler is measured has the time t - b_t exactly and sigma_f n_1 on its Doppler.
+/// A look whose Doppler is measured has the time t - b_t exactly and sigma_f n on its Doppler.
 ///
 /// Order of points: control (C...), check (K...), tie (T...). Throws InputError (Validate) and
 /// Interrupted.

@@ -17,11 +17,11 @@ namespace sarblock {
 
 enum class Compression { kNone, kGzip };
 
-/// The name `.NAME.tmp-PID` beside a target, for a file that appears whole or not at all: whoever
-/// writes it calls Commit(), which renames it. Without a Commit() the destructor removes it.
+/// The name `.NAME.tmp-RANDOM` beside a target, for a file that appears whole or not at all:
+/// whoever writes it calls Commit(), which renames it. Without a Commit() the destructor removes
+/// it. The name is random, for the numbers of processes are the same in every container.
 class TemporaryName {
  public:
-  /// Removes what a killed process that had the same number left.
   explicit TemporaryName(const std::filesystem::path& target);
   ~TemporaryName();
   TemporaryName(const TemporaryName&) = delete;
@@ -65,7 +65,7 @@ class AtomicFile {
 /// may call it before the process ends); the files' AtomicFile objects must not be used afterwards.
 void RemoveOpenTemporaryFiles() noexcept;
 
-/// A file that goes with a block or a result: `name` in its folder, or beside the file that stands
+/// A file that goes with a block or a result: `name` in its folder, or next to the file that stands
 /// for one: "x.report.html" for "x.h5".
 [[nodiscard]] std::filesystem::path FileOf(const std::filesystem::path& owner,
                                            const std::string& name);
@@ -88,7 +88,7 @@ enum class FolderContent { kResult, kBlock, kStudy, kPart };
 /// What a block or a result at this path is called where it has no other name: the folder's own, or
 /// the file's without ".h5".
 [[nodiscard]] std::string NameAt(const std::filesystem::path& path);
-/// Whether an HDF5 file stands there.
+/// Whether there is an HDF5 file.
 [[nodiscard]] bool IsContainer(const std::filesystem::path& path);
 /// What an HDF5 file says that it holds; nothing if it is not one of ours or cannot be read.
 [[nodiscard]] std::optional<FolderContent> ContentOf(const std::filesystem::path& container);
@@ -101,9 +101,10 @@ enum class ForeignFiles { kRefuse, kReplace };
 /// folder is one of ours by its summary.json (a result) or part.json (a part) or by the first line
 /// of its block.toml (a block) or of a NAME.study.toml (a study), or where a run of this program
 /// was killed while it wrote there; files beside the tables of such a folder stay and do not
-/// matter. A folder that does not exist, and an empty one, can be written. Names that begin with a
-/// dot do not count. Call it before the work whose outcome is to be written. A name that ends in
-/// ".h5" is one of a file, which is one of ours by what it holds.
+/// matter. A block whose files were changed since it was written is refused like one of somebody
+/// else. A folder that does not exist, and an empty one, can be written. Names that begin with a
+/// dot do not count. Call it before the work whose outcome is to be written; an OutputLock then
+/// keeps it so. A name that ends in ".h5" is one of a file, which is one of ours by what it holds.
 void RequireFolderFor(FolderContent content,
                       const std::filesystem::path& folder,
                       ForeignFiles foreign);
@@ -111,7 +112,7 @@ void RequireFolderFor(FolderContent content,
 /// Whether this program wrote what a folder holds as `content`.
 [[nodiscard]] bool HoldsOurs(FolderContent content, const std::filesystem::path& folder);
 
-/// What tells files of ours from others: texts, one of which stands in the first 64 KiB of each.
+/// Texts by which files of ours are recognised: one of them is in the first 64 KiB of each.
 using FileMarks = std::initializer_list<std::string_view>;
 
 /// Throws InputError where `file` must not be written: it is a folder, or (kRefuse) a file stands
@@ -122,8 +123,25 @@ void RequireFileFor(const std::filesystem::path& file, FileMarks marks, ForeignF
 /// it must be empty or have one of `marks`.
 void RequireFilesFor(const std::filesystem::path& folder, FileMarks marks, ForeignFiles foreign);
 
-/// Removes what ended processes left half written of this file: `.NAME.tmp-PID` beside it.
-void RemoveAbandoned(const std::filesystem::path& file);
+/// The right of one run to write an output, a folder or a file: a lock (flock) on the hidden file
+/// `.sarblock-lock` in the folder, `.NAME.sarblock-lock` beside a file, which says who holds it and
+/// is gone afterwards. A process that is killed holds nothing. To be taken before the work whose
+/// outcome is written, so that a second run is told before its own. Whoever writes takes it too;
+/// within the scope of one that this thread holds already that costs nothing.
+class OutputLock {
+ public:
+  /// Makes the folder, or that of the file. Throws InputError where another run holds the lock,
+  /// which it names with its computer and its time, and where nothing can be written. A folder that
+  /// was made and to which nothing was written is removed with the last copy.
+  explicit OutputLock(std::filesystem::path output);
+
+  /// False on a file system without locks.
+  [[nodiscard]] bool exclusive() const;
+
+ private:
+  struct Held;
+  std::shared_ptr<Held> held_;
+};
 
 /// Files that appear in a folder together: they are written to a hidden folder inside it and moved
 /// into place when all are whole. The file that says what the folder is (summary.json, block.toml)
@@ -131,7 +149,8 @@ void RemoveAbandoned(const std::filesystem::path& file);
 /// space, leaves the older content whole or, ended while files move, a folder that no reader takes.
 class StagedFolder {
  public:
-  /// Makes the folder and removes what ended processes left half written in it. Throws InputError.
+  /// Makes the folder, takes its OutputLock and removes what ended processes left half written in
+  /// it. Throws InputError.
   StagedFolder(FolderContent content, std::filesystem::path folder);
   /// Removes what was not published.
   ~StagedFolder();
@@ -146,14 +165,15 @@ class StagedFolder {
   void Publish(const std::vector<std::string>& known);
 
  private:
-  [[nodiscard]] std::filesystem::path stage() const;
   FolderContent content_;
   std::filesystem::path folder_;
+  OutputLock lock_;
+  std::filesystem::path stage_;
 };
 
 /// First line of every block.toml that this program writes.
 inline constexpr const char* kWrittenBySarblock = "# written by sarblock\n";
-/// What stands in every report.
+/// Text of every report.
 inline constexpr std::string_view kReportMark = "<meta name=\"generator\" content=\"sarblock ";
 
 /// Which folder holds which part of what is to be joined. Errors are InputErrors that name the

@@ -74,7 +74,7 @@ def _round(value: float) -> float:
 
 
 def draw_strips(result: Result, ax: Any) -> Any:
-    """Corrections along, across and up against strip time, one line a pass."""
+    """Corrections along, across and up against strip time, one line per pass."""
     strips = result.strips
     room = {"left": 0.1, "right": 0.86, "bottom": 0.08, "top": 0.94, "hspace": 0.1}
     if ax is None:

@@ -2,14 +2,13 @@
 """What a result holds, by what it is about: points, corrections, looks, checks, strips, pairs."""
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._tables import FlagArray, FloatArray, IndexArray, TextArray
+from ._tables import FlagArray, FloatArray, IndexArray, TextArray, kept
 from .block import ROLES, point_of_look
 
 _STATUS = np.array(
@@ -27,101 +26,101 @@ class ResultPoints:
     def __len__(self) -> int:
         return len(self.position_m)
 
-    @cached_property
+    @kept
     def ids(self) -> TextArray:
         """Names, (points,)."""
         ids: TextArray = self._core.array("points.ids")
         return ids
 
-    @cached_property
+    @kept
     def role(self) -> TextArray:
         """"tie", "control" or "check", (points,)."""
         role: TextArray = ROLES[self._core.array("points.role")]
         return role
 
-    @cached_property
+    @kept
     def status(self) -> TextArray:
         """What became of each: "adjusted", "intersected", "predicted", or why it was left out:
         "not-seen", "too-few-looks", "circles-apart", "undetermined", (points,)."""
         status: TextArray = _STATUS[self._core.array("points.status")]
         return status
 
-    @cached_property
+    @kept
     def solved(self) -> FlagArray:
         """True where position and covariance may be used, (points,)."""
         solved: FlagArray = self._core.array("points.status") <= 2
         return solved
 
-    @cached_property
+    @kept
     def reason(self) -> TextArray:
         """Why a point was not solved, else empty, (points,)."""
         reason: TextArray = self._core.array("points.reason")
         return reason
 
-    @cached_property
+    @kept
     def looks(self) -> IndexArray:
         """Number of looks that count, (points,)."""
         looks: IndexArray = self._core.array("points.looks")
         return looks
 
-    @cached_property
+    @kept
     def position_m(self) -> FloatArray:
         """Positions [m], (points, 3), frame axes; nan where not solved."""
         position: FloatArray = self._core.array("points.position_m")
         return position
 
-    @cached_property
+    @kept
     def geodetic(self) -> FloatArray:
         """Latitude [rad], longitude [rad] and height [m], (points, 3); geocentric frames only."""
         return self._core.geodetic()
 
-    @cached_property
+    @kept
     def covariance_enu_m2(self) -> FloatArray:
         """Covariances [m2], east, north, up, (points, 3, 3); nan where there is none."""
         return self._covariance("points.covariance_enu_m2")
 
-    @cached_property
+    @kept
     def fixed_path_covariance_enu_m2(self) -> FloatArray:
         """The same, had the corrections been known exactly [m2], (points, 3, 3); nan without it."""
         return self._covariance("points.fixed_path_covariance_enu_m2")
 
-    @cached_property
+    @kept
     def sigma_enu_m(self) -> FloatArray:
         """Standard deviations [m], east, north, up, (points, 3)."""
         return np.sqrt(np.diagonal(self.covariance_enu_m2, axis1=1, axis2=2))
 
-    @cached_property
+    @kept
     def intersection_rad(self) -> FloatArray:
         """Largest intersection angle [rad], (points,); nan below two looks."""
         return self._numbers("points.intersection_rad")
 
-    @cached_property
+    @kept
     def redundancy_1(self) -> FloatArray:
         """Redundancy of the point's looks, (points,); nan where it was not computed."""
         return self._numbers("points.redundancy_1")
 
-    @cached_property
+    @kept
     def sigma_leberl_across_m(self) -> FloatArray:
         """Across-track standard deviation [m] by range noise after Leberl (1979), Eq. 25, for the
         best pair of looks, (points,); nan where the paper does not apply."""
         return self._numbers("points.sigma_leberl_across_m")
 
-    @cached_property
+    @kept
     def sigma_leberl_up_m(self) -> FloatArray:
         """The same of the height [m], (points,)."""
         return self._numbers("points.sigma_leberl_up_m")
 
-    @cached_property
+    @kept
     def sigma_leberl_path_across_m(self) -> FloatArray:
         """Across-track standard deviation [m] by the priors of corrections, Eq. 14, (points,)."""
         return self._numbers("points.sigma_leberl_path_across_m")
 
-    @cached_property
+    @kept
     def sigma_leberl_path_up_m(self) -> FloatArray:
         """The same of the height [m], Eq. 15, (points,)."""
         return self._numbers("points.sigma_leberl_path_up_m")
 
-    @cached_property
+    @kept
     def leberl_across_azimuth_rad(self) -> FloatArray:
         """Direction of across, clockwise from north [rad], (points,)."""
         return self._numbers("points.leberl_across_azimuth_rad")
@@ -140,7 +139,7 @@ class ResultPoints:
         """Index of the point of this name."""
         return self._index[name]
 
-    @cached_property
+    @kept
     def _index(self) -> dict[str, int]:
         return {str(name): index for index, name in enumerate(self.ids)}
 
@@ -162,44 +161,44 @@ class Corrections:
     def __len__(self) -> int:
         return len(self.value)
 
-    @cached_property
+    @kept
     def owner(self) -> TextArray:
         """The pass, or the name of the group that shares the parameter, (parameters,)."""
         owner: TextArray = self._core.array("corrections.owner")
         return owner
 
-    @cached_property
+    @kept
     def name(self) -> TextArray:
         """"position.along.0", "range.bias", ..., (parameters,)."""
         name: TextArray = self._core.array("corrections.name")
         return name
 
-    @cached_property
+    @kept
     def unit(self) -> TextArray:
         """Unit of value and standard deviations: "m", "s", "rad" or "1", (parameters,)."""
         unit: TextArray = self._core.array("corrections.unit")
         return unit
 
-    @cached_property
+    @kept
     def value(self) -> FloatArray:
         """Values, each in its `unit`, (parameters,)."""
         value: FloatArray = self._core.array("corrections.value")
         return value
 
-    @cached_property
+    @kept
     def sigma(self) -> FloatArray:
         """Standard deviations, each in its `unit`, (parameters,); nan where not computed."""
         sigma: FloatArray = self._core.array("corrections.sigma")
         return sigma
 
-    @cached_property
+    @kept
     def prior_sigma(self) -> FloatArray:
         """Standard deviations before the adjustment, each in its `unit`, (parameters,); nan: no
         prior."""
         prior: FloatArray = self._core.array("corrections.prior_sigma")
         return prior
 
-    @cached_property
+    @kept
     def covariance(self) -> FloatArray:
         """Covariances, units the products of two `unit`, (parameters, parameters); nan for pairs
         whose covariance the result does not hold, such as those of different passes."""
@@ -222,35 +221,35 @@ class ResultLooks:
     def __len__(self) -> int:
         return len(self.pass_index)
 
-    @cached_property
+    @kept
     def pass_index(self) -> IndexArray:
         """Index of the pass, (looks,)."""
         index: IndexArray = self._core.array("looks.pass_index")
         return index
 
-    @cached_property
+    @kept
     def point_index(self) -> IndexArray:
         """Index of the point, (looks,)."""
         index: Optional[IndexArray] = self._core.array("looks.point_index")
         return point_of_look(self._core.array("looks.offsets")) if index is None else index
 
-    @cached_property
+    @kept
     def range_residual_m(self) -> FloatArray:
         """Computed minus measured range [m], (looks,); nan where the look took no part."""
         return self._numbers("looks.range_residual_m")
 
-    @cached_property
+    @kept
     def azimuth_residual_m(self) -> FloatArray:
         """Residual along track at the target [m], (looks,)."""
         return self._numbers("looks.azimuth_residual_m")
 
-    @cached_property
+    @kept
     def weight_1(self) -> NDArray[np.floating[Any]]:
         """Weight of a robust loss, 1 without one, (looks,)."""
         weight: Optional[NDArray[np.floating[Any]]] = self._core.array("looks.weight")
         return np.ones(len(self)) if weight is None else weight
 
-    @cached_property
+    @kept
     def rejected(self) -> FlagArray:
         """True for looks that were left out, (looks,)."""
         rejected = self._core.array("looks.rejected")
@@ -260,29 +259,29 @@ class ResultLooks:
         left_out: FlagArray = rejected != 0
         return left_out
 
-    @cached_property
+    @kept
     def reason(self) -> TextArray:
         """Why: "given", "no-value", "robust", "blunder", "suspect", or empty, (looks,)."""
         codes = self._core.array("looks.reason")
         reason: TextArray = np.full(len(self), "") if codes is None else _REASONS[codes]
         return reason
 
-    @cached_property
+    @kept
     def range_redundancy_1(self) -> NDArray[np.floating[Any]]:
         """Part of an error of the range that its residual shows, 0 to 1, (looks,)."""
         return self._quality("looks.range_redundancy_1")
 
-    @cached_property
+    @kept
     def azimuth_redundancy_1(self) -> NDArray[np.floating[Any]]:
         """The same of azimuth, (looks,)."""
         return self._quality("looks.azimuth_redundancy_1")
 
-    @cached_property
+    @kept
     def range_w_1(self) -> NDArray[np.floating[Any]]:
         """Standardised residual of the range, (looks,)."""
         return self._quality("looks.range_w_1")
 
-    @cached_property
+    @kept
     def azimuth_w_1(self) -> NDArray[np.floating[Any]]:
         """The same of azimuth, (looks,)."""
         return self._quality("looks.azimuth_w_1")
@@ -305,25 +304,25 @@ class Checks:
     def __len__(self) -> int:
         return len(self.point_index)
 
-    @cached_property
+    @kept
     def point_index(self) -> IndexArray:
         """Index of the point, (checks,)."""
         index: IndexArray = self._core.array("checks.point_index")
         return index
 
-    @cached_property
+    @kept
     def error_enu_m(self) -> FloatArray:
         """Adjusted minus known [m], east, north, up, (checks, 3); nan where not known."""
         error: FloatArray = self._core.array("checks.error_enu_m")
         return error
 
-    @cached_property
+    @kept
     def sigma_enu_m(self) -> FloatArray:
         """Predicted standard deviation of the error [m], (checks, 3)."""
         sigma: FloatArray = self._core.array("checks.sigma_enu_m")
         return sigma
 
-    @cached_property
+    @kept
     def chi_square_1(self) -> FloatArray:
         """Weighted square of the error, (checks,)."""
         chi_square: FloatArray = self._core.array("checks.chi_square_1")
@@ -339,37 +338,37 @@ class Strips:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    @cached_property
+    @kept
     def pass_index(self) -> IndexArray:
         """Index of the pass, (stations,)."""
         index: IndexArray = self._core.array("strips.pass_index")
         return index
 
-    @cached_property
+    @kept
     def time_s(self) -> FloatArray:
         """Time [s], (stations,)."""
         time: FloatArray = self._core.array("strips.time_s")
         return time
 
-    @cached_property
+    @kept
     def strip_time_1(self) -> FloatArray:
         """Strip time, -1 at the start to 1 at the end, (stations,)."""
         time: FloatArray = self._core.array("strips.strip_time_1")
         return time
 
-    @cached_property
+    @kept
     def antenna_m(self) -> FloatArray:
         """Antenna on the nominal path [m], (stations, 3), frame axes."""
         antenna: FloatArray = self._core.array("strips.antenna_m")
         return antenna
 
-    @cached_property
+    @kept
     def correction_m(self) -> FloatArray:
         """Correction of the position [m], along, across, up, (stations, 3); nan: none."""
         correction: FloatArray = self._core.array("strips.correction_m")
         return correction
 
-    @cached_property
+    @kept
     def correction_sigma_m(self) -> FloatArray:
         """Its standard deviations [m], (stations, 3); nan where not computed."""
         sigma: FloatArray = self._core.array("strips.correction_sigma_m")
@@ -385,25 +384,25 @@ class Pairs:
     def __len__(self) -> int:
         return len(self.first_index)
 
-    @cached_property
+    @kept
     def first_index(self) -> IndexArray:
         """Index of the first point, (pairs,)."""
         index: IndexArray = self._core.array("pairs.first_index")
         return index
 
-    @cached_property
+    @kept
     def second_index(self) -> IndexArray:
         """Index of the second point, (pairs,)."""
         index: IndexArray = self._core.array("pairs.second_index")
         return index
 
-    @cached_property
+    @kept
     def difference_enu_m(self) -> FloatArray:
         """Difference [m], east, north, up at the first point, (pairs, 3)."""
         difference: FloatArray = self._core.array("pairs.difference_enu_m")
         return difference
 
-    @cached_property
+    @kept
     def covariance_enu_m2(self) -> FloatArray:
         """Its covariance [m2], (pairs, 3, 3)."""
         covariance: FloatArray = self._core.array("pairs.covariance_enu_m2")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from typing import Any, Mapping, Optional
+from functools import cached_property
+from typing import Any, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,26 @@ TextArray = NDArray[np.str_]
 #: Ends of names and their units.
 UNITS = {"m": "m", "s": "s", "m2": "m2", "mps": "m s-1", "rad": "rad", "hz": "Hz", "1": "1"}
 _PARTS = {"enu": ("e", "n", "u"), "correction": ("along", "across", "up"), "": ("x", "y", "z")}
+
+
+T = TypeVar("T")
+
+
+class kept(cached_property[T]):
+    """A property that is computed once. Arrays of it cannot be written to: whoever asks again would
+    get what was written."""
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        super().__set_name__(owner, name)
+        compute = self.func
+
+        def computed(instance: Any) -> T:
+            value = compute(instance)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+            return value
+
+        self.func = computed
 
 
 def unit_of(name: str) -> Optional[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from functools import cached_property
 from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._options import block_toml, overrides, toml_value
 from ._progress import Progress, reporting
-from ._tables import FlagArray, FloatArray, IndexArray, TextArray, choose, data_frame, data_set
+from ._tables import FlagArray, FloatArray, IndexArray, TextArray, choose, data_frame, data_set, kept
 
 Path = Union[str, "os.PathLike[str]"]
 #: Arrays by name of the column: a dictionary, a pandas.DataFrame.
@@ -81,7 +80,7 @@ class Pass:
         """What time 0 is; empty: not given."""
         return str(self._said["epoch_utc"])
 
-    @cached_property
+    @kept
     def states(self) -> FloatArray:
         """State vectors as recorded, (states, 7): time [s], position [m], velocity [m/s]."""
         return self._core.states(self._index)
@@ -123,37 +122,37 @@ class BlockPoints:
     def __len__(self) -> int:
         return len(self.given_m)
 
-    @cached_property
+    @kept
     def ids(self) -> TextArray:
         """Names, (points,)."""
         ids: TextArray = self._core.array("points.ids")
         return ids
 
-    @cached_property
+    @kept
     def role(self) -> TextArray:
         """"tie", "control" or "check", (points,)."""
         role: TextArray = ROLES[self._core.array("points.role")]
         return role
 
-    @cached_property
+    @kept
     def given_m(self) -> FloatArray:
         """Coordinates given [m], (points, 3), frame axes; nan: none. Of tie points start values."""
         given: FloatArray = self._core.array("points.given_m")
         return given
 
-    @cached_property
+    @kept
     def known_index(self) -> IndexArray:
         """Indices of control and check points, (known,)."""
         index: IndexArray = self._core.array("points.known_index")
         return index
 
-    @cached_property
+    @kept
     def known_held(self) -> FlagArray:
         """Which of east, north, up of them are known, (known, 3)."""
         held: FlagArray = self._core.array("points.known_held")
         return held
 
-    @cached_property
+    @kept
     def known_covariance_enu_m2(self) -> FloatArray:
         """Covariance of their known positions [m2], east, north, up, (known, 3, 3)."""
         covariance: FloatArray = self._core.array("points.known_covariance_enu_m2")
@@ -178,70 +177,70 @@ class BlockLooks:
         column: Optional[FloatArray] = self._core.array(name)
         return np.full(len(self), value) if column is None else column
 
-    @cached_property
+    @kept
     def offsets(self) -> NDArray[np.uint64]:
         """Looks of point j are offsets[j] to offsets[j + 1] - 1, (points + 1,)."""
         offsets: NDArray[np.uint64] = self._core.array("looks.offsets")
         return offsets
 
-    @cached_property
+    @kept
     def pass_index(self) -> IndexArray:
         """Index of the pass, (looks,)."""
         index: IndexArray = self._core.array("looks.pass_index")
         return index
 
-    @cached_property
+    @kept
     def point_index(self) -> IndexArray:
         """Index of the point, (looks,)."""
         return point_of_look(self.offsets)
 
-    @cached_property
+    @kept
     def time_s(self) -> FloatArray:
         """Azimuth time [s], (looks,); nan in a plan that gives none."""
         time: FloatArray = self._core.array("looks.time_s")
         return time
 
-    @cached_property
+    @kept
     def range_m(self) -> FloatArray:
         """One-way slant range [m], (looks,); nan in a plan that gives none."""
         range_m: FloatArray = self._core.array("looks.range_m")
         return range_m
 
-    @cached_property
+    @kept
     def squint_rad(self) -> FloatArray:
         """Squint angle [rad], (looks,); nan where a Doppler centroid is given."""
         return np.where(self._flagged(_DOPPLER), np.nan, self._or_filled("looks.cone", 0.0))
 
-    @cached_property
+    @kept
     def doppler_hz(self) -> FloatArray:
         """Doppler centroid [Hz], (looks,); nan where a squint angle is given, or neither."""
         return np.where(self._flagged(_DOPPLER), self._or_filled("looks.cone", 0.0), np.nan)
 
-    @cached_property
+    @kept
     def range_sigma_m(self) -> FloatArray:
         """Standard deviation of the range [m], (looks,); nan: the pass's."""
         return self._or_filled("looks.range_sigma_m", np.nan)
 
-    @cached_property
+    @kept
     def azimuth_sigma_m(self) -> FloatArray:
         """Standard deviation of azimuth along track [m], (looks,); nan: in another unit, or the pass's."""
         given = self._or_filled("looks.azimuth_sigma", np.nan)
         return np.where(self._flagged(_SECONDS | _HERTZ), np.nan, given)
 
-    @cached_property
+    @kept
     def time_sigma_s(self) -> FloatArray:
         """Standard deviation of azimuth time [s], (looks,); nan: in another unit, or the pass's."""
         given = self._or_filled("looks.azimuth_sigma", np.nan)
         return np.where(self._flagged(_SECONDS), given, np.nan)
 
-    @cached_property
+    @kept
     def doppler_sigma_hz(self) -> FloatArray:
         """Standard deviation of a measured Doppler [Hz], whose time is exact, (looks,); nan: the time
         is measured, or the pass's."""
         given = self._or_filled("looks.azimuth_sigma", np.nan)
         return np.where(self._flagged(_HERTZ), given, np.nan)
 
-    @cached_property
+    @kept
     def rejected(self) -> FlagArray:
         """Kept in the file, left out of the adjustment, (looks,)."""
         return self._flagged(_REJECTED)
@@ -276,27 +275,27 @@ class Block:
         """What reading it found."""
         return self._core.warnings
 
-    @cached_property
+    @kept
     def passes(self) -> tuple[Pass, ...]:
         """The passes; `pass_index` counts in them."""
         return tuple(Pass(self._core, index) for index in range(self._core.pass_count))
 
-    @cached_property
+    @kept
     def pass_ids(self) -> TextArray:
         """Names of the passes, (passes,)."""
         return np.array([one.id for one in self.passes])
 
-    @cached_property
+    @kept
     def points(self) -> BlockPoints:
         """The points."""
         return BlockPoints(self._core)
 
-    @cached_property
+    @kept
     def looks(self) -> BlockLooks:
         """The looks."""
         return BlockLooks(self._core)
 
-    @cached_property
+    @kept
     def truth_m(self) -> Optional[FloatArray]:
         """True positions [m], (points, 3), of a simulated block; None where they are not known."""
         return self._core.truth_m()
@@ -420,7 +419,7 @@ class Block:
         has. `trajectories`, `observations` and `points` are tables: arrays of one length by the
         names that the columns have in the files (`time_s`, `range_m`, ...), nan for an empty cell. A
         pass or point is named (`pass`, `point`: strings) or counted from 0 (`pass_index` in
-        `passes`, `point_index` in `points`), which is faster. `position_m` (n, 3) stands for x_m,
+        `passes`, `point_index` in `points`), which is faster. `position_m` (n, 3) replaces x_m,
         y_m, z_m, `velocity_mps` (n, 3) for vx_mps, vy_mps, vz_mps, `sigma_enu_m` (n, 3) for
         sigma_e_m, sigma_n_m, sigma_u_m. `frame` is "local", the name of an ellipsoid ("WGS84") or
         the [frame] table; `sigma`, `trajectory` and `adjust` are those of block.toml, `adjust` also as

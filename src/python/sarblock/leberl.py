@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The closed forms of Leberl (1979), "Accuracy Analysis of Stereo Side-Looking Radar", on arrays.
 
-Stations ' and '' stand at (x, 0, H) and (x, B, H), the point at (x, y, 0): `base_m` is B, `height_m`
+Stations ' and '' are at (x, 0, H) and (x, B, H), the point at (x, y, 0): `base_m` is B, `height_m`
 H, `ground_range_m` y. Every number may be an array; they are broadcast against each other, and what
 is returned has their common shape. `arrangement` is "same-side" or "opposite-side", `presentation`
 "ground" or "slant", `signs` "derived", or "printed" for those of the paper where they differ

@@ -2,8 +2,8 @@
 """Results: positions, corrections of the flight paths, residuals, and the covariance of all."""
 from __future__ import annotations
 
+import copy
 import json
-from functools import cached_property
 from typing import Any, Mapping, Optional
 
 import numpy as np
@@ -13,7 +13,7 @@ from . import _core, _plot
 from ._options import overrides
 from ._progress import Progress, reporting
 from ._result_parts import Checks, Corrections, Pairs, ResultLooks, ResultPoints, Strips
-from ._tables import FloatArray, TextArray, choose, data_frame, data_set
+from ._tables import FloatArray, TextArray, choose, data_frame, data_set, kept
 from .block import ROLES, Block, Path
 
 
@@ -24,16 +24,20 @@ class Result:
     def __init__(self, core: _core.Result) -> None:
         self._core = core
 
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """The content of summary.json (docs/formats.md)."""
+    @kept
+    def _summary(self) -> dict[str, Any]:
         summary: dict[str, Any] = json.loads(self._core.summary())
         return summary
 
     @property
+    def summary(self) -> dict[str, Any]:
+        """The content of summary.json (docs/formats.md), a copy of one's own."""
+        return copy.deepcopy(self._summary)
+
+    @property
     def verdict(self) -> str:
         """"accepted", "converged, tests failed" or "not accepted"."""
-        return str(self.summary["verdict"])
+        return str(self._summary["verdict"])
 
     @property
     def accepted(self) -> bool:
@@ -43,17 +47,17 @@ class Result:
     @property
     def reasons(self) -> list[str]:
         """Why the verdict is not "accepted", the gravest first."""
-        return [str(reason) for reason in self.summary.get("verdict_reasons", [])]
+        return [str(reason) for reason in self._summary.get("verdict_reasons", [])]
 
     @property
     def warnings(self) -> list[str]:
         """Warnings of reading the block and of solving it."""
-        return [str(warning) for warning in self.summary.get("warnings", [])]
+        return [str(warning) for warning in self._summary.get("warnings", [])]
 
     @property
     def sigma0_squared(self) -> float:
         """Variance factor v'Pv / redundancy; nan where there is none."""
-        value = self.summary.get("sigma0_squared")
+        value = self._summary.get("sigma0_squared")
         return float("nan") if value is None else float(value)
 
     @property
@@ -61,32 +65,32 @@ class Result:
         """Names of the passes, (passes,)."""
         return np.array(self._core.pass_ids)
 
-    @cached_property
+    @kept
     def points(self) -> ResultPoints:
         """The points."""
         return ResultPoints(self._core)
 
-    @cached_property
+    @kept
     def corrections(self) -> Corrections:
         """The estimated corrections."""
         return Corrections(self._core)
 
-    @cached_property
+    @kept
     def looks(self) -> ResultLooks:
         """Residuals and tests of the looks."""
         return ResultLooks(self._core)
 
-    @cached_property
+    @kept
     def checks(self) -> Checks:
         """Errors of the check points."""
         return Checks(self._core)
 
-    @cached_property
+    @kept
     def strips(self) -> Strips:
         """Corrections along the strips."""
         return Strips(self._core)
 
-    @cached_property
+    @kept
     def pairs(self) -> Pairs:
         """Differences of points."""
         return Pairs(self._core)
@@ -101,7 +105,7 @@ class Result:
         """Writes a result folder, or an HDF5 file where the name ends in ".h5": the bytes that the
         command line writes. `gzip` compresses the tables; `force` writes into a folder that holds
         other files. Of a result that was read the tables are copied from where it was read; it must
-        stand there still, unchanged."""
+        are still there, unchanged."""
         with reporting(progress) as callback:
             self._core.write(path, gzip, force, callback)
 
@@ -166,7 +170,7 @@ class Result:
 
     def to_xarray(self) -> Any:
         """An xarray.Dataset of all tables, with units."""
-        return data_set(self._tables(), str(self.summary["block"]))
+        return data_set(self._tables(), str(self._summary["block"]))
 
     def plot(self, kind: str = "map", *, ax: Any = None, magnify: Optional[float] = None) -> Any:
         """Draws with matplotlib and returns the axes. "map": the points by role with their error
@@ -180,7 +184,7 @@ class Result:
 
     def __repr__(self) -> str:
         return (
-            f"<sarblock.Result of {self.summary['block']}: {self.verdict}, "
+            f"<sarblock.Result of {self._summary['block']}: {self.verdict}, "
             f"{int(self.points.solved.sum())} of {len(self.points)} points, "
             f"{len(self.corrections)} corrections>"
         )
@@ -215,7 +219,7 @@ def adjust(block: Block, *, threads: int = 0, progress: Progress = None, **optio
 def intersect(
     block: Block, *, threads: int = 0, progress: Progress = None, **options: object
 ) -> Result:
-    """Intersects every point alone, flight paths held, with its covariance. Arguments as `adjust`."""
+    """Intersects every point alone, flight paths fixed, with its covariance. Arguments as `adjust`."""
     return _solve("intersect", block, options, threads, progress)
 
 

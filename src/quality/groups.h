@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
+
+#include <string>
+#include <vector>
+
+#include "model/problem.h"
+
+namespace sarblock {
+
+/// What a prior is to its correction (docs/theory/quality.md, eq. (18)): c the correction, which
+/// the prior expects to be zero with the standard deviation sigma0, sigma that of the result:
+///     r = 1 - sigma^2 / sigma0^2,   w = c / (sigma0 sqrt(r))
+/// Of a joint prior Q with P = Q^-1, C the covariance of its corrections in the result (eq. (18a)):
+///     r_i = 1 - (C P)_ii,   w_i = (P c)_i / sqrt(N_ii),   N = P - P C P,   v'Pv: c_i (P c)_i
+struct PriorTest {
+  /// Part of the redundancy of the block; NaN without a prior or without a standard deviation. Of a
+  /// joint prior it may lie outside 0 to 1, the sum over the prior does not.
+  double redundancy = kNotGiven;
+  /// NaN also where r, of a joint prior N_ii / P_ii, is kMinRedundancy or less, or nothing is
+  /// measured.
+  double w = kNotGiven;
+  double square = kNotGiven;  ///< part of v'Pv; NaN where w is or nothing is measured
+};
+/// By parameter of the result.
+[[nodiscard]] std::vector<PriorTest> TestsOfPriors(const AdjustResult& result);
+
+/// Of the tests that make a verdict: each has this part of the chance that `test_level` leaves to a
+/// block without mistakes. Looks and control; ranges; azimuths; control; priors; check points; the
+/// largest test of an observation; the number of those beyond their critical value; the largest of
+/// a prior.
+inline constexpr double kTestsOfVerdict = 9.0;
+/// Level of one of them, 1 - (1 - test_level) / kTestsOfVerdict.
+[[nodiscard]] double LevelOfOneTest(double test_level);
+
+/// By how much standard deviations may be wrong before a test of a group fails, whatever its level.
+inline constexpr double kSigmaThatMatters = 0.02;
+/// How many times too tight priors may be, as a group, before their test fails: from there on they
+/// bend a solution or serve nobody.
+inline constexpr double kPriorsThatMatter = 3.0;
+
+/// All priors of a layout in one sum. With W the rows that make them observations of unit variance,
+/// C the covariance of the corrections and K = W C W':
+///     v'Pv = |W (c - c0)|^2,   redundancy = tr(I - K),   unsure = tr(K - K^2)
+/// Looks and control, n observations and u unknowns, have the redundancy n - u + tr(K); were the
+/// priors exact, tr(Q_vv^2) = n - u + tr(K^2) of it would be left.
+struct PriorSums {
+  bool known = false;  ///< all corrections with a prior have a covariance
+  double square_sum = 0.0, redundancy = 0.0, unsure = 0.0;
+};
+/// Entries of K that `covariance` leaves out count as zero. Without priors all sums are zero.
+[[nodiscard]] PriorSums SumPriors(const ParameterLayout& layout,
+                                  const Eigen::VectorXd& corrections,
+                                  const std::vector<ParameterCovariance>& covariance);
+
+/// v'Pv of all observations of a problem, and what good looks that were left out took with them.
+struct SquareSum {
+  double kept = kNotGiven;
+  double left_out = 0.0;
+};
+
+/// The test of looks and control, without the priors: v'Pv over the sum of their redundancies,
+/// against chi-square at the level of one test, 2 % of the standard deviations allowed. Where the
+/// priors' redundancy is not known all observations are tested. docs/theory/quality.md, "Groups".
+[[nodiscard]] GlobalTest TestMeasurements(const ProblemCounts& counts,
+                                          const PriorSums& priors,
+                                          const SquareSum& square_sum,
+                                          double test_level);
+
+/// Whether v'Pv of all priors is no larger than chance allows at the level of one test.
+[[nodiscard]] bool PriorsHold(const PriorSums& priors, double test_level);
+
+/// Ranges, azimuths, control, priors and all observations, those that there are; `result` has its
+/// quality figures. Without them, or without the redundancy of priors, only what is known.
+[[nodiscard]] std::vector<ObservationGroup> ListGroups(const AdjustmentProblem& problem,
+                                                       const PriorSums& priors,
+                                                       const SquareSum& square_sum,
+                                                       double test_level,
+                                                       const AdjustResult& result);
+
+/// What contradicts priors: kinds of corrections whose priors are too tight as a group, and by
+/// which factor, or single ones. Each empty where there is nothing to say.
+struct PriorFindings {
+  std::string reason;  ///< against `accepted`
+  /// Of single ones that bend their corrections by less than one standard deviation.
+  std::string note;
+};
+[[nodiscard]] PriorFindings TestPriors(const AdjustResult& result, double test_level);
+
+/// Kinds of corrections whose priors are more than ten times wider than what came out, and at most
+/// how much narrower the standard deviations of points would be without that; empty where it is
+/// less than `kSigmaThatMatters`.
+[[nodiscard]] std::string EmptyPriors(const AdjustResult& result);
+
+}  // namespace sarblock

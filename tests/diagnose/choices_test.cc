@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blocks without a mistake whose corrections and priors are as users choose them: what is good is
+// accepted, and what was chosen wrongly is said first. A part of the grid of docs/validation.md.
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/diagnose/diagnose.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "support/scene_blocks.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+AdjustOptions Polynomial(int degree, double prior_m) {
+  PositionCorrection position;
+  position.degree = degree;
+  position.prior_sigma_m.fill({prior_m});
+  AdjustOptions options;
+  options.corrections = CorrectionChoice::kGiven;
+  options.groups = {{"position", position, {}, false}};
+  return options;
+}
+
+test::SceneBlock Scene(const std::string& name, const std::vector<std::string>& sets = {}) {
+  std::vector<std::string> all{"points.count=150"};
+  all.insert(all.end(), sets.begin(), sets.end());
+  return test::SimulatedSceneBlock("scenes", name, all);
+}
+
+struct Explained {
+  AdjustResult result;
+  Diagnosis diagnosis;
+  [[nodiscard]] std::string cause() const {
+    return diagnosis.explanations.empty() ? "" : diagnosis.explanations.front().cause;
+  }
+  [[nodiscard]] std::string first() const {
+    return result.assessment.reasons.empty() ? "" : result.assessment.reasons.front();
+  }
+};
+
+Explained Explain(const Block& block, const AdjustOptions& options) {
+  Explained out;
+  out.result = Adjust(block, options);
+  if (auto diagnosis = ExplainFailure(block, options, {}, &out.result)) {
+    out.diagnosis = std::move(*diagnosis);
+  }
+  return out;
+}
+
+// More terms than the errors have, and priors far wider: every such block was said to have standard
+// deviations that are too large.
+TEST(ChoicesTest, MoreTermsAndWiderPriorsThanNeededAreAccepted) {
+  for (const char* name : {"block-12-strips", "convergent-squint"}) {
+    const test::SceneBlock scene = Scene(name);
+    for (const int degree : {1, 2, 4}) {
+      for (const double prior_m : {100.0, 1000.0}) {
+        const AdjustResult result = Adjust(scene.block, Polynomial(degree, prior_m));
+        EXPECT_THAT(result.assessment.reasons, IsEmpty())
+            << name << ' ' << degree << ' ' << prior_m << " m, s0^2 " << result.sigma0_squared;
+      }
+    }
+  }
+}
+
+// leberl-aircraft flies up to 142 m beside its recorded paths.
+TEST(ChoicesTest, PriorsThatAreTooTightAreNamedWithTheirFactor) {
+  const test::SceneBlock scene = Scene("leberl-aircraft");
+  const Explained tight = Explain(scene.block, Polynomial(0, 3.0));
+  EXPECT_EQ(tight.cause(), "model.priors") << tight.first();
+  EXPECT_THAT(tight.first(), HasSubstr("times too tight"));
+  ASSERT_FALSE(tight.diagnosis.explanations.empty());
+  const Explanation& first = tight.diagnosis.explanations.front();
+  EXPECT_TRUE(first.cure.cures) << first.sentence;
+  // The paths are off by 30, 100 and 10 m (standard deviations of the scene).
+  EXPECT_GT(first.value, 3.0);
+  EXPECT_LT(first.value, 100.0);
+}
+
+TEST(ChoicesTest, KilometresForMetresAreAThousandTimesTooTight) {
+  const test::SceneBlock scene = Scene("leberl-voir");
+  const Explained wrong = Explain(scene.block, Polynomial(0, 0.3));
+  EXPECT_EQ(wrong.cause(), "model.priors") << wrong.first();
+}
+
+TEST(ChoicesTest, ADriftWithoutATermIsADegreeTooLow) {
+  for (const char* name : {"block-12-strips", "convergent-squint"}) {
+    const Explained low = Explain(Scene(name).block, Polynomial(0, 100.0));
+    EXPECT_EQ(low.cause(), "model.degree") << name << ": " << low.first();
+    EXPECT_THAT(low.first(), Not(HasSubstr("standard deviations of the ranges"))) << name;
+  }
+}
+
+TEST(ChoicesTest, FlightsWithoutCorrectionsAreSaidToNeedThem) {
+  for (const char* name : {"block-12-strips", "convergent-squint"}) {
+    const Explained none = Explain(Scene(name).block, {});
+    EXPECT_EQ(none.cause(), "model.missing") << name << ": " << none.first();
+  }
+}
+
+// Noise alone: twice what is stated, which an explanation cures.
+TEST(ChoicesTest, NoiseIsAStandardDeviationAndItCures) {
+  const test::SceneBlock scene = Scene("block-12-strips", {"looks.noise_scale=2"});
+  const Explained noisy = Explain(scene.block, Polynomial(1, 100.0));
+  EXPECT_THAT(noisy.cause(), HasSubstr("sigma")) << noisy.first();
+  ASSERT_FALSE(noisy.diagnosis.explanations.empty());
+  EXPECT_TRUE(noisy.diagnosis.explanations.front().cure.cures) << noisy.first();
+  EXPECT_NEAR(noisy.diagnosis.explanations.front().value, 0.5, 0.03);
+}
+
+}  // namespace
+}  // namespace sarblock
