@@ -267,7 +267,7 @@ class Diagnosing {
     tried.erase(guessed, tried.end());
     Try(before, std::move(tried), kPartForShown, trials, &candidates);
     // What a mistake of many looks far from a solution explains wholly, no few rows explain.
-    rows_alone = IsNear(before) || !AnyExplainsAll(candidates);
+    rows_alone = IsNear(before) || !AnyExplainsAll(before, candidates);
     all = {};
     if (rows_alone) AddExchangedPoints(facts, &all);
     AddKnownPointMistakes(facts, &all);
@@ -286,9 +286,10 @@ class Diagnosing {
     Report(before, sample, trials->given(), candidates);
   }
 
-  static bool AnyExplainsAll(const std::vector<Candidate>& candidates) {
-    return std::any_of(candidates.begin(), candidates.end(), [](const Candidate& candidate) {
-      return ExplainsAll(candidate.solved.fit);
+  [[nodiscard]] bool AnyExplainsAll(const Fit& before,
+                                    const std::vector<Candidate>& candidates) const {
+    return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
+      return ExplainsAll(candidate.solved.fit) && Explains(before, candidate);
     });
   }
 
@@ -301,7 +302,7 @@ class Diagnosing {
            Trials* trials,
            std::vector<Candidate>* candidates) {
     const bool too_large = before.square_sum < before.redundancy;  // of the sigmas
-    bool explained = AnyExplainsAll(*candidates);
+    bool explained = AnyExplainsAll(before, *candidates);
     double max_square = MaxUnexplained(before);
     for (const Candidate& candidate : *candidates) {
       if (!Explains(before, candidate)) continue;
@@ -338,8 +339,8 @@ class Diagnosing {
       if (!solved.fit.solved) continue;
       const double cost = CostOf(hypothesis, solved.fit);
       candidates->push_back({std::move(hypothesis), std::move(solved), cost});
-      explained = explained || ExplainsAll(candidates->back().solved.fit);
       if (Explains(before, candidates->back())) {
+        explained = explained || ExplainsAll(candidates->back().solved.fit);
         max_square = std::min(max_square, MaxReported(before, cost, kNearlyAsGood));
       }
     }
@@ -425,6 +426,12 @@ class Diagnosing {
     return std::abs(std::log(reported.cure.factor)) > kSigmas * reported.sigma / reported.value;
   }
 
+  static bool AnyCures(const std::vector<Explanation>& explanations) {
+    return std::any_of(explanations.begin(), explanations.end(), [](const Explanation& one) {
+      return one.cure.cures;
+    });
+  }
+
   static int RankOf(const Explanation& reported) {
     if (!reported.cure.cures) return 2;
     return reported.cause == "model.missing" ? 0 : 1;
@@ -468,8 +475,12 @@ class Diagnosing {
       Explanation described = Describe(before, *candidate);
       if (!FailsAsNoise(described)) out_.explanations.push_back(std::move(described));
     }
-    // What makes the whole block a good one stands before what only the sample likes better, and
-    // corrections that are missing, the commonest mistake of all, before what would do as well.
+    if (AnyCures(out_.explanations)) {
+      std::erase_if(out_.explanations,
+                    [](const Explanation& one) { return one.cure.tried && !one.cure.cures; });
+    }
+    // Beside what makes the whole block a good one nothing is said that does not, and corrections
+    // that are missing, the commonest mistake of all, before what would do as well.
     std::stable_sort(
         out_.explanations.begin(),
         out_.explanations.end(),
@@ -504,10 +515,7 @@ class Diagnosing {
     out.part = out.square_sum_before > 0.0
                    ? (out.square_sum_before - out.square_sum_after) / out.square_sum_before
                    : 0.0;
-    const bool cured = std::any_of(out_.explanations.begin(),
-                                   out_.explanations.end(),
-                                   [](const Explanation& one) { return one.cure.cures; });
-    if (!cured || hypothesis.kind == MistakeKind::kModel) {
+    if (!AnyCures(out_.explanations) || hypothesis.kind == MistakeKind::kModel) {
       out.cure = CureOf(block_, given_, hypothesis, candidate.solved.value, test_level_, progress_);
     }
     const std::string detail =

@@ -30,6 +30,8 @@ using NameSet = std::set<std::string>;
 constexpr double kWidePrior = 1e3;
 /// Factors by which all priors are tried wider.
 constexpr std::array kWider = {3.0, 10.0, 30.0, 100.0, 1000.0, 10000.0};
+/// Part of the work at which no more of them are.
+constexpr double kPartForWider = 0.25;
 /// Root mean square of a term over its priors above which these are doubted.
 constexpr double kDoubted = 1.5;
 /// Standard deviation of a term that is added, in those of the terms beside it: an error that is
@@ -174,7 +176,12 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
                          return of.second.rms() > kDoubted;
                        });
   if (!doubted) return;
-  const Hypothesis wider = TightPriors(all, count);
+  Hypothesis wider = TightPriors(all, count);
+  if (!trials->work().Allows(kPartForWider)) {  // to be counted
+    wider.value = std::log(kWider.front());
+    out->push_back(std::move(wider));
+    return;
+  }
   const FitOptions options{.warm = facts.near() ? &facts.before.state : nullptr,
                            .effort = Effort::kQuick};
   Fit best;
@@ -182,6 +189,7 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
   double least =
       facts.before.solved ? facts.before.Cost() : std::numeric_limits<double>::infinity();
   for (const double tried : kWider) {
+    if (!trials->work().Allows(kPartForWider)) break;
     Fit fit = trials->With(wider, std::log(tried), options);
     if (fit.solved && fit.Cost() < least) {
       least = fit.Cost();
@@ -332,7 +340,8 @@ std::string Degree(int degree) { return std::to_string(degree); }
 void AddMissingPosition(const Facts& facts, double prior_m, Hypotheses* out) {
   constexpr std::array<const char*, 3> kTerms = {
       "a constant", "a constant and a drift", "a constant, a drift and a curve"};
-  for (int degree = 0; degree < 3; ++degree) {
+  for (int degree = 2; degree >= 0; --degree) {
+    const std::size_t before = out->size();
     CorrectionModel other = facts.corrections;
     other.groups.push_back({"position", Polynomial(degree, prior_m), {}, false});
     AddOther(facts,
@@ -344,6 +353,7 @@ void AddMissingPosition(const Facts& facts, double prior_m, Hypotheses* out) {
               {}},
              std::move(other),
              out);
+    if (out->size() > before && degree < 2) out->back().within_last = true;
   }
   CorrectionModel other = facts.corrections;
   const double spacing_s = LongestStrip_s(facts.sample.block) / kKnotsOfStrip;
@@ -379,9 +389,11 @@ void AddHigherDegrees(const Facts& facts, std::size_t g, Hypotheses* out) {
              out);
     return;
   }
-  for (const int more : {1, 2, 3}) {
+  // The most terms first: where they are of no use, fewer are of none.
+  for (const int more : {3, 2, 1}) {
     const int degree = position.degree + more;
-    if (degree > PositionCorrection::kMaxDegree) break;
+    if (degree > PositionCorrection::kMaxDegree) continue;
+    const std::size_t before = out->size();
     AddOther(
         facts,
         {"model.degree",
@@ -391,6 +403,7 @@ void AddHigherDegrees(const Facts& facts, std::size_t g, Hypotheses* out) {
          group.passes},
         with(Raised(position, degree)),
         out);
+    if (out->size() > before && more < 3) out->back().within_last = true;
   }
   const double spacing_s = LongestStrip_s(facts.sample.block) / kKnotsOfStrip;
   AddOther(facts,

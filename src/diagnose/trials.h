@@ -134,7 +134,7 @@ class Work {
  private:
   /// What one adjustment forms of each look, its covariance counted as what takes as long; and of
   /// each look of the sample at least, which is most of a small block.
-  static constexpr double kFormedByAdjustment = 5.5, kMinSampleLooks = 36.0;
+  static constexpr double kFormedByAdjustment = 5.5, kMinSampleLooks = 54.0;
   /// The last square sum with the places of the looks, and start values, also where circles do not
   /// meet, in looks formed once.
   static constexpr double kLastSum = 2.0, kStartValues = 2.0, kStartOfLost = 5.0;
