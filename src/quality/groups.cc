@@ -320,15 +320,19 @@ std::string ThreeDigits(double value) { return Digits(value, 3); }
 std::string TightKinds(const std::map<std::string, KindOfPrior>& kinds, double test_level) {
   const double level =
       1.0 - (1.0 - LevelOfOneTest(test_level)) / static_cast<double>(kinds.size() + 1);
-  std::string text;
+  std::vector<std::pair<double, std::string>> tight;
   for (const auto& [name, kind] : kinds) {
     if (!(kind.redundancy > kMinRedundancy)) continue;
     const double least = kPriorsThatMatter * kPriorsThatMatter * kind.redundancy;
     if (kind.square_sum <= std::max(least, BandOf(level, kind.redundancy).upper)) continue;
-    text += (text.empty() ? "" : ", ") + name + " " + ThreeDigits(kind.TooTight()) +
-            " times too tight (" + ThreeDigits(kind.Rms()) + " " + kind.unit + " beside " +
-            ThreeDigits(kind.PriorRms()) + " " + kind.unit + ")";
+    tight.emplace_back(-kind.TooTight(),
+                       name + " (" + ThreeDigits(kind.TooTight()) +
+                           " times too tight: " + ThreeDigits(kind.Rms()) + " beside " +
+                           ThreeDigits(kind.PriorRms()) + " " + kind.unit + ")");
   }
+  std::sort(tight.begin(), tight.end());
+  std::string text;
+  for (const auto& [factor, words] : tight) text += (text.empty() ? "" : ", ") + words;
   return text;
 }
 
@@ -445,7 +449,7 @@ std::string EmptyPriors(const AdjustResult& result) {
   if (empty > kNamed) text += " and " + std::to_string(empty - kNamed) + " more";
   const double narrower = 1.0 - 1.0 / std::sqrt(1.0 + LargestGain(result, added));
   if (!(narrower > kSigmaThatMatters)) return {};
-  return "priors far wider than what came out say nothing: " + text +
+  return kWidePriors + (": " + text) +
          "; with priors of that size standard deviations of points would be smaller, by at most " +
          ThreeDigits(100.0 * narrower) + " %";
 }

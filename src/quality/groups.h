@@ -93,6 +93,7 @@ struct PriorFindings {
 /// Kinds of corrections whose priors are more than ten times wider than what came out, and at most
 /// how much narrower the standard deviations of points would be without that; empty where it is
 /// less than `kSigmaThatMatters`.
+inline constexpr const char* kWidePriors = "priors far wider than what came out say nothing";
 [[nodiscard]] std::string EmptyPriors(const AdjustResult& result);
 
 }  // namespace sarblock

@@ -273,7 +273,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     if (settled) {
       report.converged = true;
       report.message = "the Newton decrement is " + Rounded(left) + " sigmas";
-      if (options.take_last_step && report.iterations < options.max_iterations) {
+      // One that creeps, or is short by its damping, may lead anywhere beyond what it promises.
+      const bool safe = !slow && !curved && refused_in_turn == 0 && damping <= kFirstDamping;
+      if (options.take_last_step && safe && report.iterations < options.max_iterations) {
         state->displacement_m =
             SubstituteBack(problem, *state, weighting, damping, newton.step).displacement_m;
         state->corrections += newton.step;

@@ -16,6 +16,7 @@
 #include "core/threads.h"
 #include "exact.h"
 #include "normals/point.h"
+#include "quality/groups.h"
 #include "quality/point_sweep.h"
 #include "stability_plan.h"
 #include "study.h"
@@ -61,6 +62,9 @@ bool WarnsOfDigits(const std::string& warning) {
     return warning.find(word) != std::string::npos;
   });
 }
+
+/// What priors might be says nothing of the digits either, nor of anything that is wrong.
+bool AdvisesOnPriors(const std::string& warning) { return warning.starts_with(kWidePriors); }
 
 std::string JoinedTexts(const std::vector<std::string>& texts) {
   std::string out;
@@ -127,7 +131,8 @@ StabilityOutcome JudgeStability(const StabilityRow& row, const std::vector<std::
                      row.covariance_digits >= kMinDigits;
   const bool said = std::any_of(warnings.begin(), warnings.end(), WarnsOfDigits);
   if (!right && !said) return StabilityOutcome::kWrong;
-  return row.exit_code == 0 && warnings.empty() ? StabilityOutcome::kOk : StabilityOutcome::kWarned;
+  const bool silent = std::all_of(warnings.begin(), warnings.end(), AdvisesOnPriors);
+  return row.exit_code == 0 && silent ? StabilityOutcome::kOk : StabilityOutcome::kWarned;
 }
 
 StabilityRow RunStabilityStep(const std::string& family,

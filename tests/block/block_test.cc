@@ -178,6 +178,7 @@ TEST(SetStripSpansTest, SpansManyLooksWhereverTheFirstAndTheLastStand) {  // clo
   for (std::size_t i = 0; i < kLooks; ++i) {
     block.looks.pass.push_back(i % 3 == 0 ? 2 : 0);
     block.looks.time_s.push_back(0.125 * static_cast<double>((i + 50000) % kLooks));
+    block.looks.flags.push_back(0);
   }
   SetStripSpans({}, &block);
   EXPECT_EQ(block.passes[0].start_s, 0.0);             // look 50003

@@ -66,7 +66,7 @@ TEST(AdviceTest, AnAcrossTrackWeaknessAsksForAnglesWhereTheyAreSmall) {
   EXPECT_THAT(narrow.sentence,
               AllOf(HasSubstr("y (across track)"),
                     HasSubstr("larger intersection angles (the median is 12.5 degrees), more looks "
-                              "a point or more accurate ranges"),
+                              "per point or more accurate ranges"),
                     Not(HasSubstr("azimuth"))));
   const Advice wide = Given(WeakNorth(0.25, 5000.0, 300.0, 77.0));
   EXPECT_THAT(wide.sentence, Not(HasSubstr("angle")));

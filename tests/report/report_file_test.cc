@@ -120,7 +120,7 @@ TEST_F(ReportFileTest, ShowsTheNumbersOfTheTables) {
   const std::string page = Page();
   for (const std::string& row :
        {// 2.5 / 7 and 17.5 / 7
-        Row({"all looks", "#1.500", "#0.3571", "#2.500", "#97.5 %", "#7", "passed"}),
+        Row({"looks and control", "#1.500", "#0.3571", "#2.500", "#97.5 %", "#7", "passed"}),
         // mean, root mean square, predicted, their ratio
         Row({"x", "#1", "#0.500", "#0.500", "#2.00", "#0.250"}),
         Row({"z", "#1", "#1.50", "#1.50", "#3.00", "#0.500"}),

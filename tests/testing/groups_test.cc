@@ -141,7 +141,7 @@ TEST(GroupsTest, PriorsThatAreTooTightAreTheFirstReason) {
   ASSERT_FALSE(tight.assessment.reasons.empty());
   EXPECT_EQ(tight.assessment.verdict, Verdict::kTestsFailed);
   EXPECT_THAT(tight.assessment.reasons.front(),
-              AllOf(HasSubstr("priors: the observations contradict those of position.up.0"),
+              AllOf(HasSubstr("priors: the observations contradict those of position.up.0 ("),
                     HasSubstr("times too tight"),
                     Not(HasSubstr("position.up.1"))));
   const AdjustResult third = Adjust(known.block, WithPriors_m(31.0 / 2.9, 1.0));
