@@ -45,10 +45,11 @@ void PrintTest(const AdjustResult& result, const AdjustOptions& options, Out out
                  result.chi_square.upper / f,
                  100.0 * options.test_level,
                  result.chi_square_passed ? "passed" : "FAILED");
+  if (result.assessment.groups.empty()) return;
+  fmt::format_to(out, "  groups {:>16} {:>12} {:>18}   expected\n", "v'Pv", "redundancy", "factor");
   for (const ObservationGroup& group : result.assessment.groups) {
     fmt::format_to(out,
-                   "    {:<9} v'Pv {:>10.1f}, redundancy {:>10.1f}, factor {:>16}, {:.3f} to "
-                   "{:.3f} expected\n",
+                   "    {:<8} {:>12.1f} {:>12.1f} {:>18}   {:.3f} to {:.3f}\n",
                    group.name,
                    group.square_sum,
                    group.redundancy,
@@ -254,7 +255,7 @@ void PrintSelection(const SelectionReport& selection, Out out) {
   for (const SimplificationBound& bound : selection.simplifications) {
     fmt::format_to(
         out,
-        "  simplification {:<18} moves points by at most {:.2g} sigma: {}{}\n",
+        "  simplification {}: moves points by at most {:.2g} sigma; {}{}\n",
         bound.name,
         bound.fraction,
         bound.verdict,

@@ -222,6 +222,9 @@ int RunProgram(const Program& program, int argc, char** argv) {
   Ending ending;
   try {
     ending = ParseAndRun(program, argc, argv, &session);
+  } catch (const Interrupted& error) {
+    // Where a loop was ended in its middle it does not know what it was part of.
+    ending = EndingOf(session.stage.empty() ? error : Interrupted(session.stage));
   } catch (const std::exception& error) {
     ending = EndingOf(error);
   }

@@ -110,13 +110,14 @@ void OnInterrupt(int) {
 /// A bar on standard error, shown only on a terminal and only for work of over two seconds.
 class TerminalProgress final : public ProgressSink {
  public:
-  explicit TerminalProgress(bool visible) : visible_(visible) {}
+  TerminalProgress(bool visible, std::string* told) : visible_(visible), told_(told) {}
   ~TerminalProgress() override { Clear(); }
 
   void Update(std::string_view stage,
               std::size_t done,
               std::size_t total,
               std::string_view detail) override {
+    if (*told_ != stage) *told_ = stage;
     if (!visible_) return;
     using Seconds = std::chrono::duration<double>;
     const auto now = std::chrono::steady_clock::now();
@@ -153,6 +154,7 @@ class TerminalProgress final : public ProgressSink {
 
  private:
   bool visible_;
+  std::string* told_;
   bool shown_ = false;
   RemainingTime remaining_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
@@ -222,8 +224,8 @@ void AddScratch(CLI::App* command, std::string* folder) {
 }
 
 void MakeProgress(Session* session) {
-  auto bar = std::make_unique<TerminalProgress>(!session->quiet && session->first() &&
-                                                isatty(STDERR_FILENO) == 1);
+  auto bar = std::make_unique<TerminalProgress>(
+      !session->quiet && session->first() && isatty(STDERR_FILENO) == 1, &session->stage);
   session->clear_bar = [bar = bar.get()] { bar->Clear(); };
   session->progress = std::move(bar);
 }

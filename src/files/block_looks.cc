@@ -249,17 +249,17 @@ Duplicate FindDuplicate(const Block& block, const std::vector<std::uint32_t>& ol
 // looked up only then, in a second scan.
 void RefuseDuplicates(const BlockReading& reading, const std::vector<std::uint32_t>& old_of_new) {
   const Block& block = reading.result.block;
-  const auto [first, second, point] = FindDuplicate(block, old_of_new);
-  if (second == std::numeric_limits<std::size_t>::max()) return;
+  const Duplicate found = FindDuplicate(block, old_of_new);
+  if (found.second == std::numeric_limits<std::size_t>::max()) return;
   const auto table = OpenLooks(reading);
   std::size_t at = 0;
   std::string first_line;
   ForRows(table.get(), [&](const Row& row) {
-    if (at == first) first_line = table->NameOfLine(row.line());
-    if (at++ < second) return;
+    if (at == found.first) first_line = table->NameOfLine(row.line());
+    if (at++ < found.second) return;
     row.Fail(kLookColumns("point"),
              "pass " + Quoted(row.Text(kLookColumns("pass"))) + " sees point " +
-                 Quoted(block.points.ids[point]) + " twice, first on " + first_line +
+                 Quoted(block.points.ids[found.point]) + " twice, first on " + first_line +
                  "; one look per pass and point is allowed");
   });
 }

@@ -296,7 +296,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       report.message = WhyStopped(kStagnates, refused);
       return report;
     }
-    if ((slow || options.curved) && !curved && left <= kCurved) {
+    // Steps near rounding creep by it.
+    const bool creeps = slow && left > kMinLearned;
+    if ((creeps || options.curved) && !curved && left <= kCurved) {
       report.curved = curved = true;
       slow = false;
       if (!restart()) break;

@@ -111,14 +111,14 @@ TEST_F(OutputsTest, AKilledRunLeavesTheOldResultTheNewOneOrNone) {
   const Path block = Simulated("block-12-strips", "block", {"--set", "points.count=3000"});
   ASSERT_EQ(Run("adjust", block, "old", {"--set", "covariance=none"}).exit_code, 0);
   const auto old = Contents(folder_ / "old");
-  ASSERT_EQ(Run("adjust", block, "new", {"--set", "robust=huber"}).exit_code, 0);
+  ASSERT_EQ(Run("adjust", block, "new", {"--set", "robust=cauchy"}).exit_code, 0);
   const auto expected = Contents(folder_ / "new");
   constexpr std::size_t kKills = 12;
   for (std::size_t k = 1; k <= kKills; ++k) {
     std::filesystem::remove_all(folder_ / "result");
     std::filesystem::copy(folder_ / "old", folder_ / "result");
     test::Program program(folder_,
-                          {"adjust", block, "-o", folder_ / "result", "--set", "robust=huber"});
+                          {"adjust", block, "-o", folder_ / "result", "--set", "robust=cauchy"});
     // While it writes: where its k-th file is begun, beside those of the older result, or at its
     // end.
     const auto files = [&] {
@@ -146,7 +146,7 @@ TEST_F(OutputsTest, AKilledRunLeavesTheOldResultTheNewOneOrNone) {
     EXPECT_EQ(left.size(), same.size());
   }
   // Whatever the last kill left is no reason to refuse the folder, and is cleared.
-  ASSERT_EQ(Run("adjust", block, "result", {"--set", "robust=huber"}).exit_code, 0);
+  ASSERT_EQ(Run("adjust", block, "result", {"--set", "robust=cauchy"}).exit_code, 0);
   for (const std::string& name : FilesOf(folder_ / "result")) EXPECT_FALSE(name.starts_with("."));
 }
 

@@ -248,7 +248,7 @@ class ProcessesTest(unittest.TestCase):
         for a, b in zip(table(self.folder / "of_rejected/points.csv"), table(self.folder / "of_deleted/points.csv")):
             if a["status"] == "adjusted":
                 self.assertAlmostEqual(float(a["x_m"]), float(b["x_m"]), delta=1e-4, msg=a["point"])
-        counts = [run("check", folder).stdout.split("looks a point:")[1].split("pass")[0] for folder in (block, deleted)]
+        counts = [run("check", folder).stdout.split("looks per point:")[1].split("pass")[0] for folder in (block, deleted)]
         self.assertEqual(*counts)
         text = (block / "observations.csv").read_text().splitlines()
         text[1] = text[1].rsplit(",", 1)[0].split(",")

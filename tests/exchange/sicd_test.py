@@ -234,7 +234,7 @@ class Offsets(MeasuredImages):
         held = self.hold(result, images, *self.SIGMAS)
         # Axes that turn make of an offset a velocity that is not constant: 80 s of it count along the track.
         told = {text[:3]: float(re.search(r"up to (\S+) m", text).group(1)) for text in report["not_carried"]
-                if "beside an offset and a drift" in text}
+                if "of the path from an offset and a drift" in text}
         rows = [self.rows_of(folder) for folder in (result, held)]
         for name in IMAGES:
             apart = [max(abs(float(rows[0][key][axis]) - float(rows[1][key][axis])) for key in rows[0] if key[1] == name)

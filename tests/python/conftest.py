@@ -22,8 +22,9 @@ def run(*arguments, code=0):
 
 
 def tables(folder):
-    """Bytes of all files of a folder but its summary."""
-    return {p.name: p.read_bytes() for p in sorted(folder.iterdir()) if p.name != "summary.json"}
+    """Bytes of all files of a folder but its summary and the checksums of a block, which follow from the others."""
+    left_out = ("summary.json", ".sarblock-written")
+    return {p.name: p.read_bytes() for p in sorted(folder.iterdir()) if p.name not in left_out}
 
 
 def summary(folder):
