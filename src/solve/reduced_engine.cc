@@ -100,6 +100,8 @@ constexpr double kNear = 0.5;
 /// Changes of the cost below this part of it may be rounding: residuals of a sigma with an error of
 /// 1e-12 m in ranges of 1e4 m make 1e-13 of it, with 1e-9 m in ranges of 1e6 m 1e-10.
 constexpr double kUnclear = 1e-9;
+/// The same where weights follow a step.
+constexpr double kUnclearRenewed = 1e-5;
 /// Whole steps are compared by costs of the same weights. From the first of these Newton decrements
 /// on weights follow and steps are compared by their length; weights of a state with the second or
 /// less, or with that at which the solution is done, are kept: what is left moves none by 1e-7 of
@@ -315,9 +317,11 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     next.corrections = state->corrections + dx;
     next.start_m.swap(state->start_m);
     const double next_damping = options.undamped ? 0.0 : std::max(kMinDamping, 0.1 * damping);
-    // Costs are compared at the same weights: steps on the way have those of the start.
+    // Weights follow steps that shrink by themselves, and whole ones near the end. Else costs are
+    // compared at the same weights.
+    const bool shrinks = !options.undamped && !slow && !curved && refused_in_turn == 0;
     const bool follow =
-        options.undamped && left <= kWeightsFollow && weights_decrement > kWeightsKept;
+        shrinks || (options.undamped && left <= kWeightsFollow && weights_decrement > kWeightsKept);
     weighting.renewed = follow ? asked.renewed : nullptr;
     settle_below = OwnStepOf(left, problem);
     const bool was_plain = std::exchange(plain, false);
@@ -329,8 +333,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const double gain = report.final_cost - system.cost();
     // A gain of less than the cost's own rounding is no evidence; the step that is left keeps the
     // digits that the cost has lost.
-    const bool other_weights = weighting.renewed != nullptr;
-    const bool unclear = other_weights || std::abs(gain) <= kUnclear * report.final_cost + 1e-12;
+    const bool other_weights = options.undamped && weighting.renewed != nullptr;
+    const double rounding = weighting.renewed == nullptr ? kUnclear : kUnclearRenewed;
+    const bool unclear = other_weights || std::abs(gain) <= rounding * report.final_cost + 1e-12;
     const bool better = solved && (unclear ? there.decrement < left : gain > kMinGain * predicted);
     if (solved && left > kMinLearned)
       history.Add(dx, there.step - newton.step, system.full_diagonal());
@@ -352,7 +357,12 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     if (system.looks_not_evaluated() > 0) ++refused;
     ++refused_in_turn;
     // What was learned of the equations there may give a better step from here.
-    if (solved && left <= kAccelerated && refused_in_turn <= kMaxSecantTrials) continue;
+    if (solved && left <= kAccelerated && refused_in_turn <= kMaxSecantTrials) {
+      // With the weights of the present state again, which the refused one had changed.
+      if (shrinks && weighting.renewed != nullptr && !form_and_solve(state, damping, &newton))
+        break;
+      continue;
+    }
     // Second derivatives reach less far than first ones where they nearly cancel.
     if (newton.curved && !plain) {
       plain = true;
