@@ -40,9 +40,8 @@ double UpperQuantile(double tail) {
 double CriticalTau(double alpha, double redundancy) {
   if (!(redundancy > 1.0)) return kNaN;
   // With hardly any freedom the quantile is beyond all numbers, tau at its largest.
-  using Unbounded =
-      boost::math::policies::policy<boost::math::policies::overflow_error<
-          boost::math::policies::ignore_error>>;
+  using Unbounded = boost::math::policies::policy<
+      boost::math::policies::overflow_error<boost::math::policies::ignore_error>>;
   const boost::math::students_t_distribution<double, Unbounded> student(redundancy - 1.0);
   const double t = boost::math::quantile(boost::math::complement(student, 0.5 * alpha));
   if (std::isinf(t)) return std::sqrt(redundancy);

@@ -136,8 +136,10 @@ TEST_F(ParallelReadingTest, TheFirstBadLineIsNamedWhateverComesBehindIt) {
   rows[40000] = "A1,EARLY,3.5,9001.25,,\n";
   PutBlock(rows);
   for (const int threads : {1, 2, 8}) {
-    EXPECT_THAT(Refusal(threads),
-                HasSubstr("observations.csv:55003: range_m: must be a decimal number with a point, got 'far'"));
+    EXPECT_THAT(
+        Refusal(threads),
+        HasSubstr(
+            "observations.csv:55003: range_m: must be a decimal number with a point, got 'far'"));
   }
 }
 

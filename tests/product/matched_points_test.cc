@@ -98,7 +98,8 @@ TEST_F(MatchedPointsTest, RowsThatMakeNoSenseAreRefusedWithTheirLine) {
   EXPECT_EQ(Refusal(head + "T1,rslc,-0.25,1999.25\n"), "");  // within the first and last pixel
   EXPECT_THAT(Refusal(head + "T1,rslc,5,5\nT1,rslc.h5,6,5\n"),
               HasSubstr("points.csv:3: point: 'T1' is measured twice in image 'rslc.h5'"));
-  EXPECT_THAT(Refusal(head + "T1,rslc,five,5\n"), HasSubstr("points.csv:2: line: must be a decimal number with a point, got 'five'"));
+  EXPECT_THAT(Refusal(head + "T1,rslc,five,5\n"),
+              HasSubstr("points.csv:2: line: must be a decimal number with a point, got 'five'"));
   EXPECT_THAT(Refusal(head + "T1,rslc,5,\n"), HasSubstr("points.csv:2: sample"));
   EXPECT_THAT(Refusal("point,image,line\nT1,rslc,5\n"), HasSubstr("sample"));
   EXPECT_THAT(Refusal("point,image,line,sample,line_sigma_px\nT1,rslc,5,5,0\n"),

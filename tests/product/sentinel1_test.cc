@@ -106,7 +106,8 @@ TEST(Sentinel1ReaderTest, NamesFileLineAndElementOfWhatIsWrong) {
               HasSubstr(at("<productFirstLine") + image +
                         "productFirstLineUtcTime: '2022-10-36T23:59:50.250000' is no UTC time"));
   EXPECT_THAT(changed("Earth Fixed", "Inertial"),
-              HasSubstr(at("<frame>") + general + "orbitList.orbit.frame: must be 'Earth Fixed', got 'Inertial'"));
+              HasSubstr(at("<frame>") + general +
+                        "orbitList.orbit.frame: must be 'Earth Fixed', got 'Inertial'"));
   EXPECT_THAT(changed("23:59:10.000000", "23:59:00.000000"),
               HasSubstr("orbitList.orbit: its time 2022-10-16T23:59:00Z is not after"));
   EXPECT_THAT(changed("<pixel>500</pixel>", "<pixel>0</pixel>"),

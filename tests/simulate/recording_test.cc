@@ -364,7 +364,8 @@ TEST(RecordedFlightTest, RefusesAWanderThatBendsThePathTooMuch) {
     (void)Simulate(scene);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("trajectory errors that bend the path less than 1/range"));
+    EXPECT_THAT(error.what(),
+                testing::HasSubstr("trajectory errors that bend the path less than 1/range"));
   }
 }
 
