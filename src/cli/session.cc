@@ -110,14 +110,15 @@ void OnInterrupt(int) {
 /// A bar on standard error, shown only on a terminal and only for work of over two seconds.
 class TerminalProgress final : public ProgressSink {
  public:
-  TerminalProgress(bool visible, std::string* told) : visible_(visible), told_(told) {}
+  TerminalProgress(bool visible, std::string* stage)
+      : visible_(visible), stage_of_session_(stage) {}
   ~TerminalProgress() override { Clear(); }
 
   void Update(std::string_view stage,
               std::size_t done,
               std::size_t total,
               std::string_view detail) override {
-    if (*told_ != stage) *told_ = stage;
+    if (*stage_of_session_ != stage) *stage_of_session_ = stage;
     if (!visible_) return;
     using Seconds = std::chrono::duration<double>;
     const auto now = std::chrono::steady_clock::now();
@@ -154,7 +155,7 @@ class TerminalProgress final : public ProgressSink {
 
  private:
   bool visible_;
-  std::string* told_;
+  std::string* stage_of_session_;  ///< for words at an interruption
   bool shown_ = false;
   RemainingTime remaining_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

@@ -57,7 +57,7 @@ struct Session {
   std::vector<std::string> set;
   std::unique_ptr<ProgressSink> progress;  ///< a bar on a terminal, else silent
   std::function<void()> clear_bar;         ///< takes the bar away until the next step
-  std::string stage;                       ///< the last that `progress` was told; empty before
+  std::string stage;                       ///< the last that `progress` showed; empty before
   std::function<int()> run;                ///< set by the command that was chosen
 
   [[nodiscard]] int Threads() const;

@@ -266,18 +266,21 @@ std::string NewTerms(const Block& sample,
 struct Choice {
   std::string cause, says, change;
   std::vector<std::string> passes;
+  bool fewer_terms = false;  ///< than the one added before, whose uselessness it shares
 };
 
-/// Other corrections than those asked for.
-void AddOther(const Facts& facts, Choice choice, CorrectionModel other, Hypotheses* out) {
+/// Adds other corrections than those asked for; false where they add no parameter or exclude
+/// others.
+bool AddOther(const Facts& facts, Choice choice, CorrectionModel other, Hypotheses* out) {
   const Block& sample = facts.sample.block;
   try {
     const CorrectionModel& given = facts.corrections;
     const int more = MakeParameterLayout(sample, other.groups, other.priors).size() -
                      MakeParameterLayout(sample, given.groups, given.priors).size();
-    if (more <= 0) return;
+    if (more <= 0) return false;
     Hypothesis tried = OfModel(choice.cause);
     tried.passes = choice.passes;
+    tried.within_last = choice.fewer_terms;
     // Far from a solution single mistakes that known points show come first.
     if (!facts.near()) tried.order = Hypothesis::kScored;
     tried.parameters = more;
@@ -289,7 +292,9 @@ void AddOther(const Facts& facts, Choice choice, CorrectionModel other, Hypothes
     tried.says = [says = choice.says](const Size&) { return says; };
     tried.change = [change = choice.change](const Size&) { return change; };
     out->push_back(std::move(tried));
+    return true;
   } catch (const std::exception&) {  // corrections that do not stand beside each other
+    return false;
   }
 }
 
@@ -340,20 +345,22 @@ std::string Degree(int degree) { return std::to_string(degree); }
 void AddMissingPosition(const Facts& facts, double prior_m, Hypotheses* out) {
   constexpr std::array<const char*, 3> kTerms = {
       "a constant", "a constant and a drift", "a constant, a drift and a curve"};
+  bool added = false;
   for (int degree = 2; degree >= 0; --degree) {
-    const std::size_t before = out->size();
     CorrectionModel other = facts.corrections;
     other.groups.push_back({"position", Polynomial(degree, prior_m), {}, false});
-    AddOther(facts,
-             {"model.missing",
-              std::string("no correction takes errors of the flights that the looks show: ") +
-                  kTerms.at(static_cast<std::size_t>(degree)) + " of the position of each pass",
-              "block.toml: [adjust.correction.position] with degree = " + Degree(degree) +
-                  " and sigma_m as the flights are known",
-              {}},
-             std::move(other),
-             out);
-    if (out->size() > before && degree < 2) out->back().within_last = true;
+    added =
+        AddOther(facts,
+                 {"model.missing",
+                  std::string("no correction takes errors of the flights that the looks show: ") +
+                      kTerms.at(static_cast<std::size_t>(degree)) + " of the position of each pass",
+                  "block.toml: [adjust.correction.position] with degree = " + Degree(degree) +
+                      " and sigma_m as the flights are known",
+                  {},
+                  added},
+                 std::move(other),
+                 out) ||
+        added;
   }
   CorrectionModel other = facts.corrections;
   const double spacing_s = LongestStrip_s(facts.sample.block) / kKnotsOfStrip;
@@ -390,20 +397,21 @@ void AddHigherDegrees(const Facts& facts, std::size_t g, Hypotheses* out) {
     return;
   }
   // The most terms first: where they are of no use, fewer are of none.
+  bool added = false;
   for (const int more : {3, 2, 1}) {
     const int degree = position.degree + more;
     if (degree > PositionCorrection::kMaxDegree) continue;
-    const std::size_t before = out->size();
-    AddOther(
-        facts,
-        {"model.degree",
-         "degree " + Degree(position.degree) + " of " + group.name +
-             " is too low for the errors of the flights, degree " + Degree(degree) + " takes them",
-         table + "degree = " + Degree(degree) + " and a prior for it",
-         group.passes},
-        with(Raised(position, degree)),
-        out);
-    if (out->size() > before && more < 3) out->back().within_last = true;
+    added = AddOther(facts,
+                     {"model.degree",
+                      "degree " + Degree(position.degree) + " of " + group.name +
+                          " is too low for the errors of the flights, degree " + Degree(degree) +
+                          " takes them",
+                      table + "degree = " + Degree(degree) + " and a prior for it",
+                      group.passes,
+                      added},
+                     with(Raised(position, degree)),
+                     out) ||
+            added;
   }
   const double spacing_s = LongestStrip_s(facts.sample.block) / kKnotsOfStrip;
   AddOther(facts,

@@ -90,10 +90,11 @@ struct PriorFindings {
 };
 [[nodiscard]] PriorFindings TestPriors(const AdjustResult& result, double test_level);
 
+/// How the warning of EmptyPriors() begins.
+inline constexpr const char* kWidePriors = "priors far wider than what came out say nothing";
 /// Kinds of corrections whose priors are more than ten times wider than what came out, and at most
 /// how much narrower the standard deviations of points would be without that; empty where it is
 /// less than `kSigmaThatMatters`.
-inline constexpr const char* kWidePriors = "priors far wider than what came out say nothing";
 [[nodiscard]] std::string EmptyPriors(const AdjustResult& result);
 
 }  // namespace sarblock

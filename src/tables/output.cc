@@ -70,9 +70,9 @@ std::string TemporaryNameOf(const std::string& name) {
 
 /// What a link points to, which is written in its place.
 std::filesystem::path BehindLink(std::filesystem::path target) {
-  constexpr int kMostLinks = 40;
+  constexpr int kMaxLinks = 40;
   std::error_code error;
-  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, error); ++i) {
+  for (int i = 0; i < kMaxLinks && std::filesystem::is_symlink(target, error); ++i) {
     const std::filesystem::path behind = std::filesystem::read_symlink(target, error);
     if (error) break;
     target = behind.is_absolute() ? behind : target.parent_path() / behind;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/scene_blocks.h"
@@ -59,8 +60,11 @@ Explained Explain(const Block& block, const AdjustOptions& options) {
 // More terms than the errors have, and priors far wider: every such block was said to have standard
 // deviations that are too large.
 TEST(ChoicesTest, MoreTermsAndWiderPriorsThanNeededAreAccepted) {
-  for (const char* name : {"block-12-strips", "convergent-squint"}) {
-    const test::SceneBlock scene = Scene(name);
+  // Not with its own seed, whose noise is that of one good block in fifty (docs/scenes.md).
+  const std::vector<std::pair<const char*, std::vector<std::string>>> scenes = {
+      {"block-12-strips", {}}, {"earth-asc-desc", {"seed=1"}}, {"convergent-squint", {}}};
+  for (const auto& [name, set] : scenes) {
+    const test::SceneBlock scene = Scene(name, set);
     for (const int degree : {1, 2, 4}) {
       for (const double prior_m : {100.0, 1000.0}) {
         const AdjustResult result = Adjust(scene.block, Polynomial(degree, prior_m));

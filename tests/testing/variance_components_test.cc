@@ -181,6 +181,7 @@ TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
   EXPECT_TRUE(result.chi_square_passed);
   EXPECT_NEAR(result.sigma0_squared, 1.0, 0.1);
   // 40 points, 12 constants; control and priors keep the small rest.
+  // Other weights leave the priors another part of the redundancy.
   EXPECT_NEAR(report.before.redundancy, result.test_redundancy, 1.0);
   const double rest = result.test_redundancy - range.redundancy - azimuth.redundancy;
   EXPECT_GT(rest, 0.0);
