@@ -80,8 +80,12 @@ std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pa
 
 namespace {
 
-/// A weight that changes by less than this at the solution changes no digit that counts.
-constexpr double kWeightsSettled = 1e-7;
+/// Newton decrement, in sigmas over all unknowns together, at which a solution under a loss is done,
+/// and the change of weights below which it is. It decides which looks stay, nothing else: residuals
+/// are known to a thousandth of their sigma. Further steps would creep over places where the loss is
+/// flat, such as two looks that contradict each other.
+constexpr double kLossSettled = 1e-3;
+constexpr double kWeightsSettled = 1e-3;
 /// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
 /// over to the finishing Newton steps; they start from up to ten times as much.
 constexpr double kApproached = 1.0;
@@ -164,7 +168,8 @@ SolveReport SolveRounds(const Weighting& weighting,
     // First come near; least squares are finished by steps that need no damping, a loss by the
     // reduced engine with its second order.
     const bool approach = round == 0;
-    solve.settle_below = approach ? kApproached : options.tolerance;
+    solve.settle_below =
+        approach ? kApproached : std::max(options.tolerance, least_squares ? 0.0 : kLossSettled);
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
     Weighting weighted = weighting;
