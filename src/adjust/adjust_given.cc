@@ -24,6 +24,7 @@
 #include "quality/blunder_search.h"
 #include "quality/consensus_search.h"
 #include "quality/covariance.h"
+#include "quality/mismatches.h"
 #include "quality/montecarlo.h"
 #include "quality/point_sweep.h"
 #include "quality/reliability.h"
@@ -532,10 +533,9 @@ AdjustResult AdjustGiven(const Block& block,
     result.checks.clear();
     Warn(&result, "check points are not compared: their coordinates have another datum");
   }
-  Assess(block, options, &result);
-  // Also where the point went with them.
-  for (const std::size_t look : robust.dropped) result.looks.rejected[look] = 1;
   FillReasons(problem, robust.dropped, &result);
+  ReportMismatches(problem, options, &result);
+  Assess(block, options, &result);
   if (at_solution) {
     timer.emplace("simplifications", &result.stages);
     at_solution(problem, state, &result);

@@ -17,8 +17,6 @@
 namespace sarblock {
 namespace {
 
-/// Of taking chance for a pass off its place, all passes together.
-constexpr double kChance = 0.05;
 /// Least part of its looks that such a pass loses, and how much more often than the others: matches
 /// of one image are worse than those of another.
 constexpr double kMinPart = 0.2, kMoreOften = 2.0;
@@ -53,13 +51,13 @@ std::optional<std::size_t> UndecidedPass(const std::vector<PassLooks>& by_pass) 
   return std::nullopt;
 }
 
-std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass) {
+std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass, double chance) {
   LookCounts all;
   for (const PassLooks& of_pass : by_pass) {
     all.kept += of_pass.deciding.kept;
     all.lost += of_pass.deciding.lost;
   }
-  const double level = kChance / static_cast<double>(std::max<std::size_t>(1, by_pass.size()));
+  const double level = chance / static_cast<double>(std::max<std::size_t>(1, by_pass.size()));
   for (std::size_t pass = 0; pass < by_pass.size(); ++pass) {
     const LookCounts& own = by_pass[pass].deciding;
     const auto lost = static_cast<double>(own.lost), kept = static_cast<double>(own.kept);
@@ -71,19 +69,19 @@ std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pa
     const double odds = frequency / (1.0 - frequency);
     // P(X >= l) of n = l + k binomial trials by the F distribution (Abramowitz and Stegun (1964),
     // 26.5.24 and 26.6.2).
-    const double chance =
+    const double tail =
         FisherTailProbability(lost / ((kept + 1.0) * odds), 2.0 * (kept + 1.0), 2.0 * lost);
-    if (chance < level) return pass;
+    if (tail < level) return pass;
   }
   return std::nullopt;
 }
 
 namespace {
 
-/// Newton decrement, in sigmas over all unknowns together, at which a solution under a loss is done,
-/// and the change of weights below which it is. It decides which looks stay, nothing else: residuals
-/// are known to a thousandth of their sigma. Further steps would creep over places where the loss is
-/// flat, such as two looks that contradict each other.
+/// Newton decrement, in sigmas over all unknowns together, at which a solution under a loss is
+/// done, and the change of weights below which it is. It decides which looks stay, nothing else:
+/// residuals are known to a thousandth of their sigma. Further steps would creep over places where
+/// the loss is flat, such as two looks that contradict each other.
 constexpr double kLossSettled = 1e-3;
 constexpr double kWeightsSettled = 1e-3;
 /// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands

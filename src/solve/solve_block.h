@@ -44,10 +44,11 @@ struct PassLooks {
 
 /// The first pass that lost more of its deciding looks than chance explains: a pass that settled
 /// off its place loses good ones. It lost a fifth of them at least and twice as many as the others,
-/// and the chance of so many is below 0.05, all passes together; the number lost is tested against
-/// a binomial distribution with the frequency of the other passes (docs/theory/consensus.md, eq.
-/// (4)).
-[[nodiscard]] std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass);
+/// and the chance of so many is below `chance`, all passes together; the number lost is tested
+/// against a binomial distribution with the frequency of the other passes
+/// (docs/theory/consensus.md, eq. (4)).
+[[nodiscard]] std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass,
+                                                           double chance = 0.05);
 
 /// Whole Newton steps on the undamped reduced equations, the weights formed anew with each: the
 /// finish of both engines. The gradient keeps digits that the cost has lost, and an undamped sum

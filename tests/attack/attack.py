@@ -6,6 +6,7 @@
     tests/attack/attack.py signals   PROGRAM [--seed 1] [--count 40]
     tests/attack/attack.py disks     PROGRAM [--seed 1] [--count 20]
     tests/attack/attack.py exchanges PROGRAM [--seed 1] [--count 200] [--points N]
+    tests/attack/attack.py mismatches PROGRAM [--seed 1] [--count 48] [--points N]
 
 `inputs`     one to four mistakes in a file that a command reads (mutations.py), over the inputs of
              inputs.py, half of the runs over an older output. Asserted: an exit code of
@@ -17,8 +18,9 @@
              mount one, else a limit of the size of files.
              Asserted of both: the whole old result, the whole new one, or none that says accepted;
              the next run succeeds and leaves nothing behind.
-`exchanges`  two points exchanged in one image, over four scenes and six ways to adjust (exchanges.py):
+`exchanges`  two points exchanged in one image, over four scenes and six ways to adjust (matching.py):
              no accepted result holds a point off by more than ten of its standard deviations.
+`mismatches` thirty per cent of the tie looks of one image off alike, the same scenes and ways; the same.
 
 Trial N depends on the seed and N alone; --only N repeats it. What fails is printed and kept in
 SCRATCH/failed. Prints a table; exit status 1 if anything failed. Runs one process at a time, with one
@@ -30,7 +32,7 @@ import sys
 import tempfile
 
 import damage
-import exchanges
+import matching
 import trials
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -38,13 +40,13 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("attack", choices=("inputs", "signals", "disks", "exchanges"))
+    parser.add_argument("attack", choices=("inputs", "signals", "disks", *matching.MISTAKES))
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int)
     parser.add_argument("--limit", type=float, default=20.0, help="seconds of one run (default: 20)")
     parser.add_argument("--only", type=int, help="this trial alone, of inputs")
-    parser.add_argument("--points", type=int, help="tie points of the scenes of exchanges (default: all)")
+    parser.add_argument("--points", type=int, help="tie points of the scenes (default: all)")
     parser.add_argument("--scratch", type=pathlib.Path, help="folder to work in (default: a temporary one)")
     options = parser.parse_args()
     program = options.program.resolve()
@@ -52,10 +54,10 @@ def main():
         scratch = options.scratch or pathlib.Path(folder)
         scratch.mkdir(parents=True, exist_ok=True)
         scratch.chmod(0o755)
-        if options.attack == "exchanges":
-            scenes = ROOT / "datasets/scenes"
-            failed = exchanges.run(program, scenes, scratch, options.seed, options.count or 200, options.points,
-                                   sys.stderr)
+        if options.attack in matching.MISTAKES:
+            count = options.count or (200 if options.attack == "exchanges" else 48)
+            failed = matching.run(program, ROOT / "datasets/scenes", scratch, options.attack, options.seed, count,
+                                   options.points, sys.stderr)
         elif options.attack == "inputs":
             failed = trials.run(program, ROOT, scratch, options)
         else:

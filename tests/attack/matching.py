@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Single exchanges: two points exchanged in one image, the commonest mistake of a matcher."""
+"""Mistakes of a matcher: two points exchanged in one image, or a repeated pattern taken for the next."""
 import collections
 import csv
 import json
@@ -19,16 +19,35 @@ def read_table(path):
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
-def write_exchanged(path, looks, image, first, second):
-    """The looks with the ids of two points exchanged in one image."""
-    other = {first: second, second: first}
+def write_table(path, rows):
     with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, looks[0].keys(), lineterminator="\n")
+        writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
         writer.writeheader()
-        for look in looks:
-            if look["pass"] == image and look["point"] in other:
-                look = dict(look, point=other[look["point"]])
-            writer.writerow(look)
+        writer.writerows(rows)
+
+
+def exchange(looks, ties, rng):
+    """The ids of two points exchanged in one image."""
+    image = rng.choice(sorted({look["pass"] for look in looks}))
+    first, second = rng.sample([look["point"] for look in looks if look["pass"] == image], 2)
+    other = {first: second, second: first}
+    return [dict(look, point=other[look["point"]])
+            if look["pass"] == image and look["point"] in other else look for look in looks], (image, first, second)
+
+
+def shift(looks, ties, rng):
+    """Thirty per cent of the tie looks of one image off alike, by up to 100 m in range and, in every second
+    trial, 10 ms in time."""
+    image = rng.choice(sorted({look["pass"] for look in looks}))
+    mine = [k for k, look in enumerate(looks) if look["pass"] == image and look["point"] in ties]
+    shifted = set(rng.sample(mine, int(0.3 * len(mine))))
+    range_m = rng.choice((-1, 1)) * rng.uniform(20.0, 100.0)
+    time_s = rng.choice((-1, 1)) * rng.choice((0.0, rng.uniform(2e-3, 1e-2)))
+    return [dict(look, range_m=float(look["range_m"]) + range_m, time_s=float(look["time_s"]) + time_s)
+            if k in shifted else look for k, look in enumerate(looks)], (image, round(range_m, 1), round(time_s, 4))
+
+
+MISTAKES = {"exchanges": exchange, "mismatches": shift}
 
 
 def east_north_up(point):
@@ -62,8 +81,8 @@ def sigmas_off(point, truth):
     return math.sqrt(sum(x * x for x in z))
 
 
-def run(program, scenes, scratch, seed, pairs, points, out):
-    """`pairs` exchanges over four scenes (of `points` tie points, where given), each adjusted in every
+def run(program, scenes, scratch, mistake, seed, trials, points, out):
+    """`trials` mistakes over four scenes (of `points` tie points, where given), each adjusted in every
     way; returns the number of accepted results that hold a point off by more than ten of its standard
     deviations."""
     thinned = ["--set", f"points.count={points}"] if points else []
@@ -72,17 +91,17 @@ def run(program, scenes, scratch, seed, pairs, points, out):
     worst = collections.defaultdict(float)
     wrong = 0
     for number, scene in enumerate(SCENES):
-        clean, block, result = (scratch / f"{scene}-{kind}" for kind in ("clean", "exchanged", "result"))
+        clean, block, result = (scratch / f"{scene}-{kind}" for kind in ("clean", "wrong", "result"))
         subprocess.run([program, "simulate", scenes / f"{scene}.toml", "-o", clean, "-q", "--force",
                         "--set", "check.count=0", *thinned], check=True, stdout=subprocess.DEVNULL)
         truth = {row["point"]: row for row in read_table(clean / "truth.csv")}
         looks = read_table(clean / "observations.csv")
+        ties = {row["point"] for row in read_table(clean / "points.csv") if row["role"] == "tie"}
         shutil.rmtree(block, ignore_errors=True)
         shutil.copytree(clean, block)
-        for _ in range((pairs + len(SCENES) - 1 - number) // len(SCENES)):
-            image = rng.choice(sorted({look["pass"] for look in looks}))
-            first, second = rng.sample([look["point"] for look in looks if look["pass"] == image], 2)
-            write_exchanged(block / "observations.csv", looks, image, first, second)
+        for _ in range((trials + len(SCENES) - 1 - number) // len(SCENES)):
+            wrong_looks, what = MISTAKES[mistake](looks, ties, rng)
+            write_table(block / "observations.csv", wrong_looks)
             for way in WAYS:
                 shutil.rmtree(result, ignore_errors=True)
                 ended = subprocess.run([program, "adjust", block, "-o", result, "--json", "--strict", "-q",
@@ -101,7 +120,7 @@ def run(program, scenes, scratch, seed, pairs, points, out):
                     worst[scene, way] = max(worst[scene, way], *off.values(), 0.0)
                     wrong += bool(off)
                 summary = json.loads(ended.stdout) if ended.stdout.startswith("{") else {}
-                print(scene, image, first, second, way, outcome, summary.get("sigma0_squared"), len(off),
+                print(scene, *what, way, outcome, summary.get("sigma0_squared"), len(off),
                       "WRONG" if off and ended.returncode == 0 else "",
                       dict(sorted(off.items(), key=lambda x: -x[1])[:4]), ended.stderr.strip()[:200],
                       file=out, flush=True)
