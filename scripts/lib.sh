@@ -8,8 +8,10 @@ root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 
 # Prints a step, so that a log reads as a list of them, each with the seconds since the start.
+steps=()
 step() {
-  printf '\n== [%4d s] %s\n' "$SECONDS" "$*"
+  steps+=("$(printf '[%4d s] %s' "$SECONDS" "$*")")
+  printf '\n== %s\n' "${steps[-1]}"
 }
 
 fail() {

@@ -19,6 +19,7 @@ jobs=$(($(nproc) + 1))
 passed=0
 failed=0
 skipped=0
+failures=()  # "PRESET: TEST", repeated at the end of the log
 
 # Value of an attribute of the first element <testsuite> of a JUnit file.
 suite_count() {
@@ -40,6 +41,10 @@ run_tests() {
   passed=$((passed + total - bad - out))
   failed=$((failed + bad))
   skipped=$((skipped + out))
+  local log=$root/build/$preset/Testing/Temporary/LastTestsFailed.log
+  if [[ $bad -gt 0 && -s $log ]]; then
+    mapfile -t -O "${#failures[@]}" failures < <(sed "s/^[0-9]*:/build\/$preset: /" "$log")
+  fi
 }
 
 install_packages
@@ -56,6 +61,7 @@ long=$(grep -v '^#' "$root/tests/long_under_sanitizers.txt" | paste -sd '|')
 SARBLOCK_DRAWS=4 run_tests asan --exclude-regex "$long" --label-exclude 'docs|lint'
 
 step "Done"
+printf '%s\n' "${steps[@]}" "${failures[@]/#/FAILED }"
 [[ $skipped -eq 0 ]] || echo "$skipped skipped (their reason is above or in build/*/tests.xml)"
 echo "$passed passed, $failed failed"
 [[ $failed -eq 0 && $passed -gt 0 ]]

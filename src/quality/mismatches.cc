@@ -4,9 +4,13 @@
 #include "sarblock/core/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "assess.h"
 #include "core/text.h"
@@ -47,6 +51,20 @@ struct Sample {
     if (std::isinf(t)) return true;
     return FisherTailProbability(t * t, 1.0, static_cast<double>(count) - 1.0) < chance;
   }
+};
+
+/// What the lost looks of one pass have in common.
+struct Mismatch {
+  std::uint32_t pass = 0;
+  std::size_t lost = 0;   ///< looks of the pass that were left out
+  std::size_t given = 0;  ///< looks of the pass at points of two looks and more
+  /// Range and azimuth: the mean residual of the looks left out and its standard deviation [m],
+  /// where the residuals agree in it; otherwise NaN.
+  std::array<double, 2> shift_m{kNotGiven, kNotGiven};
+  std::array<double, 2> shift_sigma_m{kNotGiven, kNotGiven};
+  /// Points at which a look of this pass would hardly show the same error.
+  std::size_t unchecked = 0;
+  [[nodiscard]] bool alike() const { return !std::isnan(shift_m[0]) || !std::isnan(shift_m[1]); }
 };
 
 bool IsLost(RejectReason reason) {
@@ -120,10 +138,7 @@ std::string Describe(const Block& block, const Mismatch& mismatch) {
   return text + " (a repeated pattern matched with the next one, or an error of the pass)";
 }
 
-}  // namespace
-
-bool Mismatch::alike() const { return !std::isnan(shift_m[0]) || !std::isnan(shift_m[1]); }
-
+/// The pass that lost most first.
 std::vector<Mismatch> FindMismatches(const AdjustmentProblem& problem,
                                      const AdjustOptions& options,
                                      const AdjustResult& result) {
@@ -170,8 +185,6 @@ std::vector<Mismatch> FindMismatches(const AdjustmentProblem& problem,
       out.begin(), out.end(), [](const Mismatch& a, const Mismatch& b) { return a.lost > b.lost; });
   return out;
 }
-
-namespace {
 
 /// Where blunders were found at points of three looks and more, looks that nothing checks hold as
 /// many: says how many are to be expected. Counted are those that are no noise.
